@@ -1,0 +1,1 @@
+"""What travels: topics, messages as bytes and as arrays, strict JSON, and bags."""

@@ -1,0 +1,152 @@
+"""
+JointState, WrenchStamped and String as CDR bytes, one message at a time.
+
+`JointStateDecoder`, `JointStateEncoder` and `WrenchEncoder` are the fast paths of the nodes: they
+learn the layout of a message once and touch only its stamp and its numbers afterwards. Whole
+recordings go through `decode_joint_states` and its like, re-exported from `cdr_arrays`.
+"""
+
+from collections.abc import Sequence
+import struct
+
+from hda_msgs_json.cdr_arrays import decode_joint_states, decode_wrenches
+from hda_msgs_json.cdr_fields import CdrError, FieldReader, FieldWriter, pack_stamp
+from hda_msgs_json.cdr_layout import (
+    encode_joint_state, encode_wrench, JointState, Layout, read_joint_state, read_wrench, STAMP_AT,
+    Wrench)
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    'CdrError', 'decode_joint_state', 'decode_joint_states', 'decode_string', 'decode_wrench',
+    'decode_wrenches', 'encode_joint_state', 'encode_string', 'encode_wrench', 'JointState',
+    'JointStateDecoder', 'JointStateEncoder', 'Wrench', 'WrenchEncoder']
+
+LARGEST_JOINT_STATE = 1 << 20
+"""Bytes of the largest JointState that a node looks at: thousands of joints."""
+
+STAMP = struct.Struct('<iI')
+"""The stamp of a little-endian message with a header, at `STAMP_AT`."""
+DOUBLE = np.dtype('<f8')
+
+
+def decode_joint_state(message: bytes) -> JointState:
+    """Return a JointState; velocity and effort may be empty. Raise CdrError if it is not one."""
+    return read_joint_state(message)[0]
+
+
+def decode_wrench(message: bytes) -> Wrench:
+    """Return a WrenchStamped; raise CdrError if the bytes are not one."""
+    return read_wrench(message)[0]
+
+
+def decode_string(message: bytes) -> str:
+    """Return the text of a String; raise CdrError if the bytes are not one."""
+    fields = FieldReader(message)
+    text = fields.string('data')
+    fields.finish()
+    return text
+
+
+def encode_string(text: str) -> bytes:
+    """Return the bytes of a String; raise CdrError if ROS could not carry the text."""
+    fields = FieldWriter()
+    fields.string(text, 'data')
+    return bytes(fields)
+
+
+class JointStateDecoder:
+    """Decode a stream of JointStates that keep their layout, with a check of every message."""
+
+    def __init__(self) -> None:
+        """Learn the layout from the first message."""
+        self._layout: Layout | None = None
+        self._names: tuple[str, ...] = ()
+        self._frame_id = ''
+
+    def __call__(self, message: bytes) -> JointState:
+        """Return the message, its arrays read-only; raise CdrError if it is not a JointState."""
+        layout = self._layout
+        if layout is None or not layout.fits(message):
+            return self._learn(message)
+        seconds, nanoseconds = STAMP.unpack_from(message, STAMP_AT)
+        position, velocity, effort = (
+            np.frombuffer(message, DOUBLE, part.count, part.start) for part in layout.doubles)
+        return JointState(
+            seconds * 1_000_000_000 + nanoseconds, self._frame_id, self._names,
+            position, velocity, effort)
+
+    def _learn(self, message: bytes) -> JointState:
+        if len(message) > LARGEST_JOINT_STATE:
+            raise CdrError(
+                f'a JointState must not exceed {LARGEST_JOINT_STATE} bytes, got {len(message)}')
+        state, self._layout = read_joint_state(message)
+        self._names, self._frame_id = state.names, state.frame_id
+        return state
+
+
+class JointStateEncoder:
+    """Encode JointStates of fixed names, each with the same of its three arrays."""
+
+    def __init__(
+            self, names: Sequence[str], frame_id: str = '', *, position: bool = True,
+            velocity: bool = True, effort: bool = True) -> None:
+        """Prepare the bytes; the flags say which arrays the messages carry."""
+        zeros, empty = np.zeros(len(names)), np.empty(0)
+        message = encode_joint_state(
+            0, frame_id, names, *(zeros if used else empty for used in
+                                  (position, velocity, effort)))
+        self._fill = _Filler(message, read_joint_state(message)[1])
+
+    def __call__(
+            self, stamp_ns: int, position: Sequence[float] | NDArray[np.float64] = (),
+            velocity: Sequence[float] | NDArray[np.float64] = (),
+            effort: Sequence[float] | NDArray[np.float64] = ()) -> bytes:
+        """Return the bytes of one message; raise CdrError if a length does not fit."""
+        return self._fill(stamp_ns, position, velocity, effort)
+
+
+class WrenchEncoder:
+    """Encode WrenchStampeds of a fixed frame."""
+
+    def __init__(self, frame_id: str) -> None:
+        """Prepare the bytes."""
+        message = encode_wrench(0, frame_id, np.zeros(3), np.zeros(3))
+        self._fill = _Filler(message, read_wrench(message)[1])
+
+    def __call__(
+            self, stamp_ns: int, force: Sequence[float] | NDArray[np.float64],
+            torque: Sequence[float] | NDArray[np.float64]) -> bytes:
+        """Return the bytes of one message: force [N] (3,), torque [N*m] (3,)."""
+        return self._fill(stamp_ns, force, torque)
+
+
+class _Filler:
+    """Fill the stamp and the numbers of a message."""
+
+    def __init__(self, message: bytes, layout: Layout) -> None:
+        self._message = message
+        self._parts = tuple(
+            (struct.Struct(f'<{part.count}d'), part.start) for part in layout.doubles)
+
+    def __call__(
+            self, stamp_ns: int, *arrays: Sequence[float] | NDArray[np.float64]) -> bytes:
+        message = bytearray(self._message)
+        try:
+            STAMP.pack_into(message, STAMP_AT, *divmod(stamp_ns, 1_000_000_000))
+            for (doubles, start), values in zip(self._parts, arrays):
+                doubles.pack_into(message, start, *values)
+        except struct.error:
+            raise _misfit(stamp_ns, self._parts, arrays) from None
+        return bytes(message)
+
+
+def _misfit(
+        stamp_ns: int, parts: Sequence[tuple[struct.Struct, int]],
+        arrays: Sequence[Sequence[float] | NDArray[np.float64]]) -> CdrError:
+    """Return the error that says why a message could not be filled."""
+    pack_stamp(stamp_ns)
+    expected = [doubles.size // 8 for doubles, _ in parts]
+    return CdrError(
+        f'the arrays of this message must hold {expected} numbers, '
+        f'got {[len(values) for values in arrays]}')

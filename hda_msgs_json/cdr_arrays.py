@@ -1,0 +1,205 @@
+"""
+Many messages at once: JointStates and WrenchStampeds to arrays and back.
+
+Messages of one layout are the rows of a matrix of bytes, and their numbers are columns of it. A
+recording with a few layouts (two drivers on one topic) is decoded layout by layout, one with many
+falls back to the field-by-field reader. The result is the same in every case.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Generic, NamedTuple, TypeVar
+
+from hda_msgs_json.cdr_fields import CdrError, NANOSECONDS
+from hda_msgs_json.cdr_layout import (
+    encode_joint_state, encode_wrench, JointState, Layout, read_joint_state, read_wrench, Wrench)
+from hda_msgs_json.samples import Floats, JointSamples, Stamps, WrenchSamples
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+MOST_LAYOUTS = 16
+"""More layouts than this in one batch are read field by field."""
+MOST_NAMES = 1000
+"""More joints than this on one topic are a broken recording, and would not fit in memory."""
+
+Rows = NDArray[np.uint8]
+Message = TypeVar('Message', JointState, Wrench)
+
+
+class Batch(NamedTuple):
+    """Hold messages that lie anywhere in one buffer of bytes: where they start, their sizes."""
+
+    buffer: Rows
+    starts: NDArray[np.int64]
+    sizes: NDArray[np.int64]
+
+    def message(self, index: int) -> bytes:
+        """Return the bytes of one message."""
+        start = int(self.starts[index])
+        return self.buffer[start:start + int(self.sizes[index])].tobytes()
+
+    def records(self, chosen: NDArray[np.int64], layout: Layout) -> NDArray[np.void]:
+        """Return messages of the size of a layout as its fields, a view if they lie evenly."""
+        starts = self.starts[chosen]
+        steps = np.diff(starts)
+        if len(steps) and steps[0] > 0 and (steps == steps[0]).all():
+            return np.ndarray(
+                len(starts), layout.record, self.buffer.data, int(starts[0]), (int(steps[0]),))
+        rows = sliding_window_view(self.buffer, layout.size)[starts]
+        return rows.view(layout.record)[:, 0]
+
+
+@dataclass(frozen=True)
+class _Block(Generic[Message]):
+    """Hold messages of one layout: where they stood, the first of them, stamps and numbers."""
+
+    chosen: NDArray[np.int64]
+    first: Message
+    stamps: Stamps
+    numbers: tuple[Floats, ...]
+
+
+def batch_of(messages: Sequence[bytes | memoryview]) -> Batch:
+    """Return the messages one after another in one buffer."""
+    sizes = np.fromiter((len(message) for message in messages), np.int64, len(messages))
+    buffer = np.frombuffer(b''.join(messages), np.uint8)
+    return Batch(buffer, np.cumsum(sizes) - sizes, sizes)
+
+
+def decode_joint_states(messages: Sequence[bytes | memoryview]) -> JointSamples:
+    """Return the messages as arrays; raise CdrError if one is not a sound JointState."""
+    return decode_joint_batch(batch_of(messages))
+
+
+def decode_wrenches(messages: Sequence[bytes | memoryview]) -> WrenchSamples:
+    """Return the messages as arrays; raise CdrError if one is not a WrenchStamped."""
+    return decode_wrench_batch(batch_of(messages))
+
+
+def decode_joint_batch(batch: Batch) -> JointSamples:
+    """Return a batch of JointStates as arrays, the names in the order of their appearance."""
+    blocks = list(_blocks(batch, read_joint_state, _check_joint_state))
+    names = tuple(dict.fromkeys(name for block in blocks for name in block.first.names))
+    if len(names) > MOST_NAMES:
+        raise CdrError(f'the messages name more than {MOST_NAMES} joints, such as {names[-1]!r}')
+    stamps = np.zeros(len(batch.starts), np.int64)
+    columns = [np.full((len(stamps), len(names)), np.nan) for _ in range(3)]
+    for block in blocks:
+        stamps[block.chosen] = block.stamps
+        _place(columns, block, names)
+    frame_id = blocks[0].first.frame_id if blocks else ''
+    position, velocity, effort = columns
+    return JointSamples(stamps, names, position, velocity, effort, frame_id)
+
+
+def decode_wrench_batch(batch: Batch) -> WrenchSamples:
+    """Return a batch of WrenchStampeds as arrays; raise CdrError if their frames differ."""
+    stamps = np.zeros(len(batch.starts), np.int64)
+    force, torque = np.zeros((2, len(stamps), 3))
+    frame_id = None
+    for block in _blocks(batch, read_wrench, _check_nothing):
+        frame_id = block.first.frame_id if frame_id is None else frame_id
+        if block.first.frame_id != frame_id:
+            raise CdrError(
+                f'message {block.chosen[0]} is in the frame {block.first.frame_id!r}, '
+                f'those before it in {frame_id!r}')
+        stamps[block.chosen] = block.stamps
+        force[block.chosen], torque[block.chosen] = block.numbers
+    return WrenchSamples(stamps, frame_id or '', force, torque)
+
+
+def encode_joint_rows(samples: JointSamples) -> Rows:
+    """Return the bytes of the messages (n, size), all of one layout."""
+    zeros = np.zeros(len(samples.names))
+    message = encode_joint_state(0, samples.frame_id, samples.names, zeros, zeros, zeros)
+    return _fill(message, read_joint_state(message)[1], samples.stamps,
+                 (samples.position, samples.velocity, samples.effort))
+
+
+def encode_wrench_rows(samples: WrenchSamples) -> Rows:
+    """Return the bytes of the messages (n, size), all of one layout."""
+    message = encode_wrench(0, samples.frame_id, np.zeros(3), np.zeros(3))
+    return _fill(message, read_wrench(message)[1], samples.stamps,
+                 (samples.force, samples.torque))
+
+
+def _blocks(
+        batch: Batch, read: Callable[[bytes], tuple[Message, Layout]],
+        check: Callable[[Message], None]) -> Iterator[_Block[Message]]:
+    """Yield the messages layout by layout, and what is left after `MOST_LAYOUTS` one by one."""
+    left = np.arange(len(batch.starts))
+    layouts = 0
+    while len(left):
+        try:
+            first, layout = read(batch.message(left[0]))
+            check(first)
+        except CdrError as error:
+            raise CdrError(f'message {left[0]}: {error}') from None
+        if layout.little_endian and layouts < MOST_LAYOUTS:
+            layouts += 1
+            block, left = _same_layout(batch, left, first, layout)
+        else:
+            block, left = _single(first, left[:1]), left[1:]
+        yield block
+
+
+def _same_layout(
+        batch: Batch, left: NDArray[np.int64], first: Message, layout: Layout,
+) -> tuple[_Block[Message], NDArray[np.int64]]:
+    """Return the messages of one layout as a block, and which ones are left."""
+    same = batch.sizes[left] == layout.size
+    records = batch.records(left[same], layout)
+    fits = layout.fit(records)
+    if not fits.all():
+        records = records[fits]
+        same[same] = fits
+    stamps = records['seconds'] * np.int64(NANOSECONDS) + records['nanoseconds']
+    numbers = tuple(records[f'numbers{index}'] for index in range(len(layout.doubles)))
+    return _Block(left[same], first, stamps, numbers), left[~same]
+
+
+def _single(first: Message, chosen: NDArray[np.int64]) -> _Block[Message]:
+    """Return one message as a block."""
+    numbers = tuple(values[np.newaxis] for values in first.numbers)
+    return _Block(chosen, first, np.array([first.stamp_ns]), numbers)
+
+
+def _place(columns: Sequence[Floats], block: _Block[JointState], names: tuple[str, ...]) -> None:
+    """Write the numbers of a block to the columns of its names; what it lacks stays NaN."""
+    at = np.array([names.index(name) for name in block.first.names], np.int64)
+    whole = np.array_equal(at, np.arange(len(names))) and len(block.chosen) == len(columns[0])
+    for column, values in zip(columns, block.numbers):
+        if values.shape[1] == 0:
+            continue
+        if whole:
+            column[:] = values
+        else:
+            column[np.ix_(block.chosen, at)] = values
+
+
+def _check_joint_state(state: JointState) -> None:
+    """Raise CdrError unless each array is empty or has one value per name."""
+    if len(set(state.names)) < len(state.names):
+        raise CdrError(f'a joint is named twice in {state.names}')
+    for what, values in zip(('position', 'velocity', 'effort'), state.numbers):
+        if len(values) not in (0, len(state.names)):
+            raise CdrError(f'{what} has {len(values)} values for {len(state.names)} names')
+
+
+def _check_nothing(wrench: Wrench) -> None:
+    """Accept every wrench: its length is fixed."""
+
+
+def _fill(message: bytes, layout: Layout, stamps: Stamps, arrays: Sequence[Floats]) -> Rows:
+    """Return a message once per stamp with its stamp and its numbers filled in."""
+    seconds, nanoseconds = np.divmod(stamps, NANOSECONDS)
+    if len(stamps) and not np.array_equal(seconds, seconds.astype(np.int32)):
+        raise CdrError(
+            f'stamps must fit in 32 bits of seconds, got {stamps.min()} to {stamps.max()} ns')
+    rows = np.tile(np.frombuffer(message, np.uint8), (len(stamps), 1))
+    records = rows.view(layout.record)[:, 0]
+    records['seconds'], records['nanoseconds'] = seconds, nanoseconds
+    for index, values in enumerate(arrays):
+        records[f'numbers{index}'] = values
+    return rows

@@ -1,0 +1,130 @@
+"""Recorded messages as arrays: one row per message, time in integer nanoseconds."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Stamps = NDArray[np.int64]
+
+
+class SamplesError(ValueError):
+    """Raised when samples do not fit together or lack what is asked of them."""
+
+
+@dataclass(frozen=True, eq=False)
+class JointSamples:
+    """
+    Hold JointState messages: stamps [ns] (n,), a column per name in the arrays (n, k).
+
+    Position [rad], velocity [rad/s] and effort [N*m] are NaN where a message had no value.
+    """
+
+    stamps: Stamps
+    names: tuple[str, ...]
+    position: Floats
+    velocity: Floats
+    effort: Floats
+    frame_id: str = ''
+
+    def __post_init__(self) -> None:
+        """Raise SamplesError unless all arrays have one row per stamp and a column per name."""
+        expected = (len(self.stamps), len(self.names))
+        for field in ('position', 'velocity', 'effort'):
+            if (shape := getattr(self, field).shape) != expected:
+                raise SamplesError(
+                    f'JointSamples.{field} must have the shape {expected} (stamps, names), '
+                    f'got {shape}')
+
+    def __len__(self) -> int:
+        """Return the number of messages."""
+        return len(self.stamps)
+
+    def select(self, names: Sequence[str]) -> 'JointSamples':
+        """Return the columns of these names in this order; raise SamplesError if one is absent."""
+        if missing := [name for name in names if name not in self.names]:
+            raise SamplesError(
+                f'the joint states have no {_quoted(missing)}; '
+                f'they name {_quoted(self.names) or "nothing"}')
+        columns = [self.names.index(name) for name in names]
+        return JointSamples(
+            self.stamps, tuple(names), self.position[:, columns], self.velocity[:, columns],
+            self.effort[:, columns], self.frame_id)
+
+
+@dataclass(frozen=True, eq=False)
+class WrenchSamples:
+    """Hold WrenchStamped messages: stamps [ns] (n,), force [N] (n, 3), torque [N*m] (n, 3)."""
+
+    stamps: Stamps
+    frame_id: str
+    force: Floats
+    torque: Floats
+
+    def __post_init__(self) -> None:
+        """Raise SamplesError unless both arrays have three components per stamp."""
+        expected = (len(self.stamps), 3)
+        for field in ('force', 'torque'):
+            if (shape := getattr(self, field).shape) != expected:
+                raise SamplesError(
+                    f'WrenchSamples.{field} must have the shape {expected} (stamps, x y z), '
+                    f'got {shape}')
+
+    def __len__(self) -> int:
+        """Return the number of messages."""
+        return len(self.stamps)
+
+
+@dataclass(frozen=True, eq=False)
+class TextSamples:
+    """Hold String messages: log times [ns] (n,), since they have no stamp, and n texts."""
+
+    stamps: Stamps
+    texts: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        """Raise SamplesError unless there is one text per stamp."""
+        if len(self.stamps) != len(self.texts):
+            raise SamplesError(
+                f'TextSamples.texts must have one text for each of {len(self.stamps)} stamps, '
+                f'got {len(self.texts)}')
+
+    def __len__(self) -> int:
+        """Return the number of messages."""
+        return len(self.stamps)
+
+
+def join_joint_samples(parts: Sequence[JointSamples]) -> JointSamples:
+    """
+    Return the messages of all parts in their order, with the names of all of them.
+
+    The names come in the order in which they first appear, the frame is that of the first part.
+    """
+    names = tuple(dict.fromkeys(name for part in parts for name in part.names))
+    stamps = np.concatenate([np.empty(0, np.int64), *(part.stamps for part in parts)])
+    columns = {
+        field: np.full((len(stamps), len(names)), np.nan)
+        for field in ('position', 'velocity', 'effort')}
+    first = 0
+    for part in parts:
+        rows = slice(first, first + len(part))
+        at = [names.index(name) for name in part.names]
+        for field, values in columns.items():
+            values[rows, at] = getattr(part, field)
+        first = rows.stop
+    return JointSamples(stamps, names, **columns, frame_id=parts[0].frame_id if parts else '')
+
+
+def join_wrench_samples(parts: Sequence[WrenchSamples]) -> WrenchSamples:
+    """Return the messages of all parts in their order, in the frame of the first part."""
+    return WrenchSamples(
+        np.concatenate([np.empty(0, np.int64), *(part.stamps for part in parts)]),
+        parts[0].frame_id if parts else '',
+        np.concatenate([np.empty((0, 3)), *(part.force for part in parts)]),
+        np.concatenate([np.empty((0, 3)), *(part.torque for part in parts)]))
+
+
+def _quoted(names: Sequence[str]) -> str:
+    return ', '.join(repr(name) for name in names)
