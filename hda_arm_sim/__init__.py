@@ -1,0 +1,1 @@
+"""What the arm is (model) and how it moves (simulate, node)."""

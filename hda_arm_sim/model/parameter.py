@@ -1,0 +1,95 @@
+"""
+Declare a parameter once; validation, fit bounds, YAML, ROS descriptors and reports read it here.
+
+A class of parameters is a frozen dataclass derived from `Declared` whose fields are made by
+`parameter`. Compiled code sees the same fields, by the same names, as a numpy record.
+"""
+
+from dataclasses import dataclass, field, fields
+import math
+from typing import Any, ClassVar
+
+import numpy as np
+
+
+class ParameterError(ValueError):
+    """A value that its declaration does not allow."""
+
+
+@dataclass(frozen=True)
+class Declaration:
+    """What is known of a parameter before it has a value; bounds are inclusive."""
+
+    name: str
+    default: float
+    unit: str
+    low: float
+    high: float
+    meaning: str
+
+    def checked(self, owner: str, value: object) -> float:
+        """Return `value` as a float, or raise ParameterError naming owner, rule and value."""
+        if isinstance(value, (bool, str)) or not isinstance(value, (int, float, np.number)):
+            raise ParameterError(
+                f'{owner}.{self.name} must be a number in {self.unit or "no unit"} '
+                f'({self.meaning}), got {value!r}')
+        if not self.low <= value <= self.high:                         # also refuses NaN
+            raise ParameterError(
+                f'{owner}.{self.name} must lie in [{self.low:g}, {self.high:g}] '
+                f'{self.unit} ({self.meaning}), got {value:g}'.replace('  ', ' '))
+        return float(value)
+
+
+def parameter(default: float, unit: str, low: float, high: float, meaning: str) -> Any:
+    """Declare one parameter of a `Declared` dataclass: default, unit, bounds, meaning."""
+    rule = {'unit': unit, 'low': low, 'high': high, 'meaning': meaning}
+    return field(default=default, metadata={'rule': rule})
+
+
+@dataclass(frozen=True)
+class Declared:
+    """A group of declared parameters; every value is checked when the group is made."""
+
+    name: ClassVar[str] = 'parameters'
+
+    def __post_init__(self) -> None:
+        """Check every parameter; raises ParameterError."""
+        for rule in self.declarations():
+            checked = rule.checked(self.name, getattr(self, rule.name))
+            object.__setattr__(self, rule.name, checked)
+
+    @classmethod
+    def declarations(cls) -> tuple[Declaration, ...]:
+        """Return the declarations in the order of the fields."""
+        return tuple(Declaration(f.name, float(f.default), **f.metadata['rule'])  # type: ignore
+                     for f in fields(cls) if 'rule' in f.metadata)
+
+    @classmethod
+    def declaration(cls, name: str) -> Declaration:
+        """Return one declaration; raises ParameterError with the valid names."""
+        for rule in cls.declarations():
+            if rule.name == name:
+                return rule
+        valid = ', '.join(rule.name for rule in cls.declarations()) or 'none'
+        raise ParameterError(f'{cls.name} has no parameter {name!r}; valid names: {valid}')
+
+    @classmethod
+    def record_type(cls) -> np.dtype[Any]:
+        """Return the numpy record type in which compiled code reads the parameters."""
+        return np.dtype([(rule.name, float) for rule in cls.declarations()])
+
+    @classmethod
+    def from_mapping(cls, values: dict[str, object], owner: str | None = None) -> Any:
+        """Make the group from YAML values; raises ParameterError on an unknown name or value."""
+        for key in values:
+            cls.declaration(key)
+        return cls(**values)  # type: ignore[arg-type]
+
+    def values(self) -> tuple[float, ...]:
+        """Return the values in the order of the declarations."""
+        return tuple(getattr(self, rule.name) for rule in self.declarations())
+
+    def is_neutral(self) -> bool:
+        """Tell whether every value is its default."""
+        return all(math.isclose(getattr(self, rule.name), rule.default, rel_tol=0.0, abs_tol=0.0)
+                   for rule in self.declarations())

@@ -1,0 +1,130 @@
+"""
+Torsion of the harmonic drive: flexspline and wave generator in series (docs/model.md, 1-4).
+
+Torque is the torque through the gear at its output [N*m], positive when it drives the link;
+torsion is motor side minus link side at the output [rad], so both have the same sign.
+"""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from .compiled import compiled
+from .parameter import Declared, parameter
+
+_LINEAR = 1e-9          # below this curvature [1/(N*m)] a law is its own tangent to 1e-15
+_MAX_ITERATIONS = 60
+
+
+@compiled
+def flexspline_torsion(torque, stiffness, curvature):               # type: ignore[no-untyped-def]
+    """Return the flexspline's torsion, (1) atan(c_f tau) / (c_f K_f0) [rad]."""
+    c = np.maximum(curvature, _LINEAR)
+    return np.arctan(c * torque) / (c * stiffness)
+
+
+@compiled
+def wave_generator_torsion(torque, ratio, stiffness, curvature):    # type: ignore[no-untyped-def]
+    """Return the wave generator's wind-up seen at the output, (2) [rad]."""
+    c = np.maximum(curvature, _LINEAR)
+    return -np.sign(torque) * np.expm1(-c * np.abs(torque) / ratio) / (ratio * c * stiffness)
+
+
+@compiled
+def torsion_of_torque(law, ratio, torque):                          # type: ignore[no-untyped-def]
+    """Return the total torsion under a torque within the valid range, (3) [rad]."""
+    return (flexspline_torsion(torque, law.flexspline_stiffness, law.flexspline_curvature)
+            + wave_generator_torsion(torque, ratio, law.wave_generator_stiffness,
+                                     law.wave_generator_curvature))
+
+
+@compiled
+def _series(law, ratio, torque):                                    # type: ignore[no-untyped-def]
+    """Return torsion, its slope and half its curvature at a torque >= 0, from one atan and exp."""
+    c, k = max(law.flexspline_curvature, _LINEAR), law.flexspline_stiffness
+    cw = max(law.wave_generator_curvature, _LINEAR) / ratio
+    soft = 1.0 / (ratio * ratio * law.wave_generator_stiffness)
+    wound = -np.expm1(-cw * torque)
+    slope = 1.0 / (k * (1.0 + (c * torque) ** 2))
+    torsion = np.arctan(c * torque) / (c * k) + soft * wound / cw
+    bend = -slope * slope * k * c * c * torque - 0.5 * cw * soft * (1.0 - wound)
+    return torsion, slope + soft * (1.0 - wound), bend
+
+
+@compiled
+def stiffness_at(law, ratio, torque):                               # type: ignore[no-untyped-def]
+    """Return the local stiffness d tau / d torsion [N*m/rad] at a torque [N*m]."""
+    return 1.0 / _series(law, ratio, min(abs(torque), law.valid_torque))[1]
+
+
+@compiled
+def torque_from_guess(law, ratio, torsion, guess, accuracy):        # type: ignore[no-untyped-def]
+    """
+    Return the torque under a torsion [N*m] and its local slope [rad/(N*m)], for one value.
+
+    Halley's iteration on the concave law (3), started from a guess of the torque. The tangent at
+    zero bounds the root from below, and no step may pass under that bound, so the pole of the
+    tangent law is never met. It ends with a step below `accuracy` (relative), and being cubic
+    leaves an error of about its third power.
+    """
+    size = abs(torsion)
+    if size >= law.valid_torsion:
+        torque = law.valid_torque + law.last_stiffness * (size - law.valid_torsion)
+        return (torque if torsion > 0.0 else -torque), 1.0 / law.last_stiffness
+    lowest = size * law.first_stiffness
+    torque = min(max(abs(guess), lowest), law.valid_torque)
+    slope = 0.0
+    for _ in range(_MAX_ITERATIONS):
+        value, slope, bend = _series(law, ratio, torque)
+        newton = (size - value) / slope
+        change = newton / max(1.0 + newton * bend / slope, 0.5)
+        torque = max(torque + change, lowest)
+        if abs(newton) <= accuracy * torque:
+            break
+    return (torque if torsion > 0.0 else -torque), slope
+
+
+@compiled
+def torque_of_torsion(law, ratio, torsion):                         # type: ignore[no-untyped-def]
+    """
+    Return the torque under a torsion, the inverse of (3), for one value [N*m].
+
+    Beyond `valid_torque` the torque goes on along the last slope, (4).
+    """
+    return torque_from_guess(law, ratio, torsion, 0.0, 1e-5)[0]
+
+
+@dataclass(frozen=True)
+class TorsionLaw(Declared):
+    """Stiffness of one joint's gear, (1)-(4); an infinite stiffness leaves its part out."""
+
+    name: ClassVar[str] = 'torsion'
+    flexspline_stiffness: float = parameter(
+        9743.939, 'N*m/rad', 1.0, 1e7, 'K_f0, flexspline at zero torque, output side')
+    flexspline_curvature: float = parameter(
+        0.0831, '1/(N*m)', 0.0, 10.0, 'c_f, stiffening of the flexspline, 0 for linear')
+    wave_generator_stiffness: float = parameter(
+        2.5517, 'N*m/rad', 1e-3, np.inf, 'K_w0, wave generator at zero torque, motor side')
+    wave_generator_curvature: float = parameter(
+        27.027, '1/(N*m)', 0.0, 1e4, 'c_w, stiffening of the wave generator, motor side')
+    damping: float = parameter(
+        8.0, 'N*m*s/rad', 0.0, 1e4, 'D, damping of the torsion, output side')
+    valid_torque: float = parameter(
+        37.0, 'N*m', 1e-3, 1e4, 'largest torque of the curved law; beyond, the last slope')
+
+    @classmethod
+    def record_type(cls) -> np.dtype[Any]:
+        """Return the declared fields and the derived ones that the inverse needs."""
+        derived = ('valid_torsion', 'first_stiffness', 'last_stiffness')
+        return np.dtype([*super().record_type().descr, *((name, float) for name in derived)])
+
+    def record(self, ratio: float) -> Any:
+        """Return the law as compiled code reads it, for a gear of this ratio."""
+        record = np.zeros((), self.record_type())[()]
+        for rule in self.declarations():
+            record[rule.name] = getattr(self, rule.name)
+        record['first_stiffness'] = 1.0 / _series(record, ratio, 0.0)[1]
+        value, slope, _ = _series(record, ratio, self.valid_torque)
+        record['valid_torsion'], record['last_stiffness'] = value, 1.0 / slope
+        return record
