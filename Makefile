@@ -10,7 +10,6 @@ LOCK := requirements/lock.txt
 VERSION := $(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 READY := $(VENV)/.ready-$(VERSION)
 PACKAGES := hda_msgs_json hda_arm_sim hda_torque_estimator
-SOURCES := setup.py requirements $(PACKAGES) $(wildcard launch test examples benchmarks)
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test lint bench fuzz soak lock clean
@@ -27,10 +26,9 @@ test: $(READY)  ## run all tests
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadgroup
 
 lint: $(READY)  ## check style and types
-	$(BIN)/ruff check $(SOURCES)
+	$(BIN)/ruff check
 	$(BIN)/mypy
-	$(BIN)/ament_flake8 $(SOURCES)
-	$(BIN)/ament_pep257 $(SOURCES)
+	$(BIN)/python -m pytest -q --tb=short --show-capture=no -m linter
 
 bench: $(READY)  ## measure speed against the peers
 	for script in benchmarks/bench_*.py; do $(BIN)/python $$script || exit; done
@@ -55,8 +53,8 @@ $(READY): $(LOCK) setup.py setup.cfg pyproject.toml
 	  exit 2;; esac
 	@echo 'Setting up $(VENV) with Python $(VERSION), once, for a minute or two'
 	test -x $(BIN)/pip -a -d $(VENV)/lib/python$(VERSION) || $(PYTHON) -m venv --clear $(VENV)
-	$(BIN)/python -m pip install -q --disable-pip-version-check -r $(LOCK)
-	$(BIN)/python -m pip install -q --disable-pip-version-check --no-build-isolation --no-deps -e .
+	$(BIN)/python -m pip install -qq --disable-pip-version-check -r $(LOCK)
+	$(BIN)/python -m pip install -qq --disable-pip-version-check --no-build-isolation --no-deps -e .
 	test ! -e hda_arm_sim/warm_up.py || $(BIN)/python -m hda_arm_sim.warm_up
 	rm -f $(VENV)/.ready-*
 	touch $@

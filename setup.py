@@ -1,6 +1,7 @@
 """Describe the package to colcon, pip and ROS 2; package.xml names the ROS dependencies."""
 
 from glob import glob
+from os.path import dirname
 import sys
 
 from setuptools import find_packages, setup
@@ -19,8 +20,9 @@ EXECUTABLES = {
 DATA_FILES = [
     ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
     (f'share/{NAME}', ['package.xml']),
-    (f'share/{NAME}/config', sorted(glob('config/*.yaml'))),
     (f'share/{NAME}/launch', sorted(glob('launch/*.launch.py'))),
+    *((f'share/{NAME}/{dirname(file)}', [file])
+      for file in sorted(glob('config/**/*.yaml', recursive=True))),
 ]
 
 # A wheel puts scripts into bin/ only, where `ros2 run` does not look: it carries shims that
@@ -38,7 +40,7 @@ setup(
     license='Apache-2.0',
     packages=find_packages(include=['hda_msgs_json*', 'hda_arm_sim*', 'hda_torque_estimator*']),
     # hda_arm_sim/config is a link to config/, so that every layout finds the files as resources.
-    package_data={'hda_arm_sim': ['config/*.yaml']},
+    package_data={'hda_arm_sim': ['config/**/*.yaml']},
     data_files=DATA_FILES,
     entry_points={'console_scripts': [f'{name} = {main}' for name, main in EXECUTABLES.items()]},
     zip_safe=False,

@@ -1,4 +1,4 @@
-"""Resolve the requirements of setup.py to exact versions, for every Python that the wheels serve."""
+"""Resolve the ranges in setup.py to exact versions, for every Python that has ROS 2 wheels."""
 
 from pathlib import Path
 import re
@@ -27,6 +27,6 @@ def resolve(lock: Path, *extras: str, within: Path | None = None) -> None:
 
 
 if __name__ == '__main__':
-    subprocess.run([sys.executable, '-m', 'pip', 'install', '-q', 'uv'], check=True)
+    subprocess.run([sys.executable, '-m', 'pip', 'install', '-qq', 'uv'], check=True)
     resolve(HERE / 'lock.txt', 'ros', 'test', 'lint')
     resolve(HERE / 'fleet.txt', 'fleet', within=HERE / 'lock.txt')

@@ -1,0 +1,56 @@
+"""Imports run one way: from what is inferred, over what the arm is, to what travels."""
+
+from fnmatch import fnmatch
+from graphlib import TopologicalSorter
+import sys
+
+from project_files import PACKAGES
+from project_imports import IMPORTS, PATHS
+import pytest
+
+# Shells deal with ROS, files, figures or the terminal. Every other module is pure.
+SHELLS = (
+    'hda_arm_sim.main',
+    'hda_arm_sim.model.files',
+    'hda_arm_sim.node',
+    'hda_arm_sim.ros_parameters',
+    'hda_msgs_json.bag',
+    'hda_torque_estimator.*_node',
+    'hda_torque_estimator.cli',
+)
+PURE_LIBRARIES = {'numba', 'numpy', 'scipy'}
+IMPURE_STANDARD = {'argparse', 'logging', 'subprocess', 'tempfile'}
+
+
+def is_shell(name: str) -> bool:
+    """Tell whether a module is one of the shells."""
+    return any(fnmatch(name, pattern) for pattern in SHELLS)
+
+
+def is_pure_import(name: str) -> bool:
+    """Tell whether a pure module may import this."""
+    if name in PATHS:
+        return not is_shell(name)
+    top = name.partition('.')[0]
+    return top in PURE_LIBRARIES or top in sys.stdlib_module_names - IMPURE_STANDARD
+
+
+@pytest.mark.parametrize('package', PACKAGES)
+def test_packages_import_only_what_is_below_them(package):
+    above = PACKAGES[PACKAGES.index(package) + 1:]
+    assert {(name, used) for name, uses in IMPORTS.items() for used in uses
+            if name.startswith(package) and used.startswith(above)} == set()
+
+
+def test_pure_modules_import_only_pure_things():
+    assert {(name, used) for name, uses in IMPORTS.items() for used in uses
+            if not is_shell(name) and not is_pure_import(used)} == set()
+
+
+def test_no_module_imports_itself_in_a_circle():
+    TopologicalSorter({name: uses & PATHS.keys() for name, uses in IMPORTS.items()}).prepare()
+
+
+def test_every_shell_exists():
+    assert [pattern for pattern in SHELLS
+            if not any(fnmatch(name, pattern) for name in PATHS)] == []

@@ -1,0 +1,185 @@
+"""One package: pip, colcon and a link to the checkout install the same things, ready to run."""
+
+import importlib.util
+import os
+from pathlib import Path
+import re
+import runpy
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+import zipfile
+
+from catkin_pkg.changelog import get_changelog_from_path
+from catkin_pkg.package import parse_package
+from project_files import copy_project, files, PACKAGES, ROOT
+from project_imports import IMPORTS
+import pytest
+import setuptools
+
+NAME = 'hda_torque_estimator'
+
+# Everything that `ros2 run` must find, and the module behind it.
+MODULES = {
+    'arm_sim': 'hda_arm_sim.main',
+    'torque_estimator': 'hda_torque_estimator.estimator_node',
+    'jtf_controller': 'hda_torque_estimator.controller_node',
+    'bag_recorder': 'hda_torque_estimator.recorder_node',
+    'bag_player': 'hda_torque_estimator.player_node',
+    'hda': 'hda_torque_estimator.cli',
+}
+# What comes with a later version: declared as soon as its module exists, and not before.
+AWAITED = {'bag_player'}
+
+# Print where an installed package finds the model files.
+FIND_CONFIG = "from importlib.resources import files; print(files('hda_arm_sim') / 'config')"
+
+
+def expected_executables() -> dict[str, str]:
+    """Return the entry points that this version must have."""
+    return {name: f'{module}:main' for name, module in MODULES.items()
+            if name not in AWAITED or importlib.util.find_spec(module)}
+
+
+def run(*command: object, cwd: Path, **environment: str) -> str:
+    """Return what a command prints, started without the paths of this run; fail if it fails."""
+    env = {name: value for name, value in os.environ.items() if name != 'PYTHONPATH'}
+    done = subprocess.run([str(word) for word in command], cwd=cwd, env=env | environment,
+                          capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def tree(directory: Path) -> set[str]:
+    """Return the paths of all files below a directory, relative to it."""
+    return {str(path.relative_to(directory)) for path in files(within=directory)}
+
+
+@pytest.fixture
+def described(monkeypatch):
+    """Return what setup.py tells setuptools."""
+    told: dict[str, object] = {}
+    monkeypatch.setattr(setuptools, 'setup', told.update)
+    monkeypatch.chdir(ROOT)
+    runpy.run_path('setup.py')
+    return told
+
+
+@pytest.fixture(scope='module')
+def wheel(tmp_path_factory):
+    """Build the wheel from a copy of the project."""
+    if sys.prefix == sys.base_prefix:
+        pytest.skip('a wheel is for virtual environments, this is none')
+    source = copy_project(tmp_path_factory.mktemp('pip') / NAME)
+    run(sys.executable, '-m', 'pip', 'wheel', '-q', '--no-deps', '--no-build-isolation',
+        '-w', 'dist', source, cwd=source.parent)
+    return next(source.parent.glob('dist/*.whl'))
+
+
+@pytest.fixture(scope='module', params=[[], ['--symlink-install']], ids=['copied', 'linked'])
+def workspace(request, tmp_path_factory):
+    """Build a workspace that holds a copy of the project, with files copied and linked."""
+    pytest.importorskip('colcon_core')
+    space = tmp_path_factory.mktemp('workspace')
+    copy_project(space / 'src' / NAME)
+    run(sys.executable, '-m', 'colcon', 'build', *request.param, cwd=space)
+    return space
+
+
+def run_inside(workspace: Path, *command: object) -> str:
+    """Return what a command prints where the workspace is set up."""
+    return run('sh', '-ec', '. install/local_setup.sh; exec "$@"', 'sh', *command, cwd=workspace)
+
+
+def test_ros_and_pip_read_the_same_description(described):
+    package = parse_package(str(ROOT / 'package.xml'))
+    assert package.name == described['name'] == NAME
+    assert package.version == described['version']
+    assert package.licenses[0] == described['license']
+    assert [(person.name, person.email) for person in package.maintainers] == [
+        (described['maintainer'], described['maintainer_email'])]
+
+
+def test_changelog_tells_of_this_version(described):
+    changelog = get_changelog_from_path(str(ROOT / 'CHANGELOG.rst'), NAME)
+    released = [version for version, _, _ in changelog.foreach_version()]
+    assert released[0] == described['version']
+
+
+def test_every_executable_is_declared(described):
+    declared = dict(line.split(' = ') for line in described['entry_points']['console_scripts'])
+    assert declared == expected_executables()
+
+
+@pytest.mark.parametrize('name', expected_executables())
+def test_every_executable_has_a_main(name):
+    assert callable(getattr(importlib.import_module(MODULES[name]), 'main', None))
+
+
+def test_every_executable_has_a_shim():
+    assert tree(ROOT / 'ament_bin') == expected_executables().keys()
+    assert all(os.access(shim, os.X_OK) for shim in (ROOT / 'ament_bin').iterdir())
+
+
+def test_everything_imported_is_declared(described):
+    needed = {used.partition('.')[0] for uses in IMPORTS.values() for used in uses}
+    declared = {re.split('[<>]', line)[0] for line in described['install_requires']}
+    declared |= {depend.name for depend in parse_package(str(ROOT / 'package.xml')).exec_depends}
+    assert needed - sys.stdlib_module_names - {*PACKAGES} <= declared | {'yaml'}
+
+
+def test_checkout_holds_config_as_resources():
+    found = Path(run(sys.executable, '-c', FIND_CONFIG, cwd=ROOT).strip())
+    assert tree(found) == tree(ROOT / 'config') != set()
+
+
+@pytest.mark.xdist_group('wheel')
+def test_wheel_holds_code_config_launch_and_index(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        held = set(archive.namelist())
+    share = f'{wheel.name.rpartition("-py3")[0]}.data/data/share/'
+    expected = {f'{share}ament_index/resource_index/packages/{NAME}',
+                f'{share}{NAME}/package.xml', *(f'{package}/__init__.py' for package in PACKAGES)}
+    for name in tree(ROOT / 'config'):
+        expected |= {f'{share}{NAME}/config/{name}', f'hda_arm_sim/config/{name}'}
+    expected |= {f'{share}{NAME}/launch/{name}' for name in tree(ROOT / 'launch')}
+    assert expected <= held
+    assert not {name for name in held if name.startswith(('test', 'config', 'launch'))}
+
+
+@pytest.mark.xdist_group('wheel')
+def test_wheel_runs_where_ros_looks(wheel, tmp_path):
+    run(sys.executable, '-m', 'pip', 'install', '-q', '--no-deps', '--ignore-installed',
+        '--prefix', tmp_path, wheel, cwd=tmp_path)
+    python = next(tmp_path.glob('lib/python*/site-packages'))
+    assert tree(tmp_path / 'lib' / NAME) == expected_executables().keys()
+    hda = tmp_path / 'lib' / NAME / 'hda'
+    assert 'usage: hda' in run(hda, '--help', cwd=tmp_path, PYTHONPATH=str(python))
+    found = run(sys.executable, '-c', FIND_CONFIG, cwd=tmp_path, PYTHONPATH=str(python))
+    assert Path(found.strip()) == python / 'hda_arm_sim/config'
+
+
+@pytest.mark.xdist_group('colcon')
+def test_colcon_installs_where_ros_looks(workspace):
+    install = workspace / 'install' / NAME
+    assert tree(install / 'lib' / NAME) == expected_executables().keys()
+    assert (install / 'share/ament_index/resource_index/packages' / NAME).is_file()
+    for directory in ('config', 'launch'):
+        assert tree(install / 'share' / NAME / directory) == tree(ROOT / directory)
+
+
+@pytest.mark.xdist_group('colcon')
+def test_colcon_installs_what_runs(workspace):
+    hda = workspace / 'install' / NAME / 'lib' / NAME / 'hda'
+    assert 'usage: hda' in run_inside(workspace, hda, '--help')
+    found = Path(run_inside(workspace, sys.executable, '-c', FIND_CONFIG).strip())
+    assert found.is_relative_to(workspace)
+    assert tree(found) == tree(ROOT / 'config')
+
+
+@pytest.mark.xdist_group('colcon')
+def test_colcon_runs_the_tests(workspace):
+    run(sys.executable, '-m', 'colcon', 'test', '--return-code-on-test-failure',
+        '--pytest-args', '-k', 'test_packages_import', cwd=workspace)
+    suite = ElementTree.parse(workspace / 'build' / NAME / 'pytest.xml').find('testsuite')
+    assert int(suite.get('tests')) == len(PACKAGES)

@@ -1,0 +1,95 @@
+"""The house style that no linter knows, and the linters of ROS."""
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+import re
+import tokenize
+
+from project_files import files, PACKAGES, python_roots, ROOT
+import pytest
+
+MODULE_LINES = 400
+BODY_LINES = 45
+UNFINISHED = re.compile(r'\b(noqa|TODO|FIXME|XXX)\b|type: ignore(?!\[)')
+SAYS_NOTHING = {'data', 'helper', 'helpers', 'info', 'manager', 'misc', 'util', 'utils'}
+
+# A path of somebody's machine, or the host of a package registry.
+OF_ONE_MACHINE = re.compile(r'(?<![\w.])/(?:work|root|home|Users)/\w|\bpypi\.org|\bpythonhosted\.')
+
+SOURCES = list(files('*.py'))
+TREES = {path: ast.parse(path.read_text()) for path in SOURCES}
+
+
+def tokens(path: Path, kind: int) -> Iterator[tuple[str, str]]:
+    """Yield each token of one kind and where it stands."""
+    with path.open('rb') as source:
+        for token in tokenize.tokenize(source.readline):
+            if token.type == kind:
+                yield token.string, f'{path.relative_to(ROOT)}:{token.start[0]}'
+
+
+def body_lines(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """Return the number of lines below the signature's first line and the docstring."""
+    first = function.body[0].end_lineno if ast.get_docstring(function) else function.lineno
+    return (function.end_lineno or 0) - (first or 0)
+
+
+def test_sources_are_found():
+    assert ROOT / 'setup.py' in SOURCES
+    assert {path.relative_to(ROOT).parts[0] for path in SOURCES} >= {*PACKAGES, 'test'}
+
+
+def test_modules_are_short():
+    lines = {str(path.relative_to(ROOT)): path.read_text().count('\n') for path in SOURCES}
+    assert {name: n for name, n in lines.items() if n > MODULE_LINES} == {}
+
+
+def test_functions_are_short():
+    lines = {
+        f'{path.relative_to(ROOT)}:{node.lineno} {node.name}': body_lines(node)
+        for path, tree in TREES.items() for node in ast.walk(tree)
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))}
+    assert {name: n for name, n in lines.items() if n > BODY_LINES} == {}
+
+
+def test_no_comment_silences_a_check_or_defers_work():
+    assert [(text, place) for path in SOURCES for text, place in tokens(path, tokenize.COMMENT)
+            if UNFINISHED.search(text)] == []
+
+
+def test_no_type_is_told_by_trying_its_attributes():
+    assert [f'{path.relative_to(ROOT)}:{node.lineno}'
+            for path, tree in TREES.items() for node in ast.walk(tree)
+            if isinstance(node, ast.Name) and node.id == 'hasattr'] == []
+
+
+def test_names_can_be_typed_on_any_keyboard():
+    assert [(text, place) for path in SOURCES for text, place in tokens(path, tokenize.NAME)
+            if not text.isascii()] == []
+
+
+def test_module_names_say_what_is_inside():
+    assert [path for path in SOURCES if SAYS_NOTHING & set(path.stem.split('_'))] == []
+
+
+def test_nothing_points_at_one_machine():
+    texts = {path: path.read_text(errors='ignore') for path in files()}
+    assert [(str(path.relative_to(ROOT)), found.group())
+            for path, text in texts.items() for found in OF_ONE_MACHINE.finditer(text)] == []
+
+
+@pytest.mark.linter
+def test_flake8_rules_of_ros(monkeypatch):
+    ament_flake8 = pytest.importorskip('ament_flake8.main')
+    monkeypatch.chdir(ROOT)
+    _, errors = ament_flake8.main_with_errors(argv=python_roots())
+    assert '\n'.join(errors) == ''
+
+
+@pytest.mark.linter
+def test_docstring_rules_of_ros(monkeypatch, capsys):
+    ament_pep257 = pytest.importorskip('ament_pep257.main')
+    monkeypatch.chdir(ROOT)
+    failed = ament_pep257.main(argv=python_roots())
+    assert not failed, capsys.readouterr().err
