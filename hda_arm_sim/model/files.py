@@ -84,12 +84,22 @@ def _arm(document: dict[str, Any]) -> Arm:
 
 def _group(kind: type[Declared], values: Any, owner: str = '') -> Any:
     names = tuple(rule.name for rule in kind.declarations())
-    return kind(**_mapping(values, owner or kind.name, names))
+    given = _mapping(values, owner or kind.name, names)
+    return kind(**{key: _number(value) for key, value in given.items()})
+
+
+def _number(value: Any) -> Any:
+    """Return a number that YAML 1.1 takes for text (4e6) as the number that it looks like."""
+    try:
+        return float(value) if isinstance(value, str) else value
+    except ValueError:
+        return value
 
 
 def _joint(item: Any, index: int) -> Joint:
     own = tuple(rule.name for rule in Joint.declarations())
-    values = dict(_mapping(item, f'joints[{index}]', ('name', *_JOINT_PARTS, *own)))
+    values = {key: _number(value) for key, value in
+              _mapping(item, f'joints[{index}]', ('name', *_JOINT_PARTS, *own)).items()}
     label = values.pop('name', None)
     if not isinstance(label, str) or not label.isidentifier():
         raise ArmError(f'joints[{index}].name must be a name like joint1, got {label!r}')

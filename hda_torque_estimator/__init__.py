@@ -1,0 +1,1 @@
+"""What is inferred from the arm's encoders: torque, force, control, calibration, diagnosis."""

@@ -1,0 +1,175 @@
+"""
+The estimator's compiled step: one sample in, torques and tip force out (docs/model.md, 28-36).
+
+Memory is an array (n, MEMORY), a row per joint; results are an array (n, RESULTS) per sample for
+the joints and one (TIP_RESULTS,) for the tip. The node, the offline command and the closed-loop
+simulation all run this function, so they give the same bits.
+"""
+
+import numpy as np
+
+from hda_arm_sim.model.compiled import compiled, inlined
+from hda_arm_sim.model.rigid import gravity_torque
+from hda_arm_sim.model.torsion import torsion_of_torque
+
+from .momentum import expected_rate, momentum
+from .tip_force import base_force, tool_force
+from .torsion_torque import (advance_hysteresis, shaft_and_link, torque_deviation,
+                             torque_through_gear, torsions)
+
+# A reading, per joint: angles [rad] and velocities [rad/s] of shaft and link, NaN if not given.
+MOTOR_READING, LINK_READING, MOTOR_RATE, LINK_RATE = range(4)
+READINGS = 4
+
+# Memory, per joint.
+(LAST_MOTOR, LAST_LINK,                 # last readings [rad]
+ MOTOR_VELOCITY, LINK_VELOCITY,         # low-passed [rad/s]
+ LAST_TORSION, HYSTERESIS,              # elastic torsion [rad], hysteresis state
+ LAST_MOMENTUM, LAST_RATE, EXTERNAL,    # of the momentum observer
+ ZERO, TARE_SUM,                        # torsion taken for zero [rad], its running sum
+ ) = range(11)
+MEMORY = 11
+
+# Results, per joint.
+(TORSION, KINEMATIC_TORSION,            # total and kinematic torsion, output side [rad]
+ TORQUE, TORQUE_DEVIATION,              # through the gear [N*m]
+ EXTERNAL_TORQUE, EXTERNAL_DEVIATION,   # by the environment [N*m], NaN without links
+ BEYOND_RANGE,                          # 1 where the torque exceeds the law's valid range
+ ) = range(7)
+RESULTS = 7
+
+# Results of the tip: force ON the tip [N], covariances [N^2] by rows.
+TOOL_X, TOOL_Y, BASE_X, BASE_Y, TOOL_COVARIANCE, BASE_COVARIANCE = 0, 1, 2, 3, 4, 8
+SINGULAR, NOISE_GAIN = 12, 13
+TIP_RESULTS = 14
+
+
+@inlined
+def _rates(record, settings, memory, reading, j, dt):               # type: ignore[no-untyped-def]
+    """Renew the low-passed velocities from given ones, or from angles and stamps."""
+    share = 1.0 - np.exp(-2.0 * np.pi * settings.velocity_bandwidth * dt)
+    for side in range(2):
+        rate = reading[j, MOTOR_RATE + side]
+        if not np.isfinite(rate):
+            rate = (reading[j, side] - memory[j, LAST_MOTOR + side]) / dt
+        memory[j, MOTOR_VELOCITY + side] += share * (rate - memory[j, MOTOR_VELOCITY + side])
+        memory[j, LAST_MOTOR + side] = reading[j, side]
+
+
+@inlined
+def _joint(record, settings, memory, reading, j, dt, result):       # type: ignore[no-untyped-def]
+    """Fill one joint's torsions, torque and deviation; returns its link angle [rad]."""
+    joint = record.joints[j]
+    motor, link = shaft_and_link(joint, reading[j, MOTOR_READING], reading[j, LINK_READING],
+                                 memory[j, MOTOR_VELOCITY], memory[j, LINK_VELOCITY])
+    total, kinematic = torsions(joint, motor, link)
+    elastic = total - kinematic - memory[j, ZERO]
+    rate = memory[j, MOTOR_VELOCITY] / joint.ratio - memory[j, LINK_VELOCITY]
+    if dt > 0.0 and joint.torsional_hysteresis.level > 0.0:
+        change = elastic - memory[j, LAST_TORSION]
+        memory[j, HYSTERESIS] = advance_hysteresis(joint, change, memory[j, HYSTERESIS])
+    memory[j, LAST_TORSION] = elastic
+    torque = torque_through_gear(joint, elastic, rate, memory[j, HYSTERESIS])
+    random, systematic = torque_deviation(joint, torque, settings.stiffness_tolerance)
+    result[j, TORSION], result[j, KINEMATIC_TORSION] = total, kinematic
+    result[j, TORQUE] = torque
+    result[j, TORQUE_DEVIATION] = np.sqrt(random ** 2 + systematic ** 2)
+    result[j, BEYOND_RANGE] = 1.0 if abs(elastic) > joint.torsion.valid_torsion else 0.0
+    return link
+
+
+@inlined
+def _external(record, settings, inertia, memory, q1, q2, dt, result):
+    # type: ignore[no-untyped-def]
+    """Renew the momentum observer and fill the external torques, (33)."""
+    joints = record.joints.shape[0]
+    last = joints - 1
+    dq1 = memory[0, LINK_VELOCITY]
+    dq2 = memory[last, LINK_VELOCITY] if joints == 2 else 0.0
+    now = momentum(inertia, joints, q2, dq1, dq2)
+    rate = expected_rate(inertia, record.body, joints, q1, q2, dq1, dq2,
+                         result[0, TORQUE], result[last, TORQUE])
+    share = 1.0 - np.exp(-2.0 * np.pi * settings.observer_bandwidth * dt) if dt > 0.0 else 0.0
+    for j in range(joints):
+        if dt > 0.0:
+            change = (now[j] - memory[j, LAST_MOMENTUM]) / dt
+            drift = 0.5 * (rate[j] + memory[j, LAST_RATE])
+            memory[j, EXTERNAL] += share * (change - drift - memory[j, EXTERNAL])
+        memory[j, LAST_MOMENTUM], memory[j, LAST_RATE] = now[j], rate[j]
+        moved = settings.inertia_tolerance * (memory[j, EXTERNAL] + rate[j])
+        result[j, EXTERNAL_TORQUE] = memory[j, EXTERNAL]
+        result[j, EXTERNAL_DEVIATION] = np.sqrt(result[j, TORQUE_DEVIATION] ** 2 + moved ** 2)
+
+
+@inlined
+def _tip(record, settings, q1, q2, result, tip):                    # type: ignore[no-untyped-def]
+    joints = record.joints.shape[0]
+    tool, base = tip[TOOL_X:TOOL_X + 2], tip[BASE_X:BASE_X + 2]
+    tool_covariance = tip[TOOL_COVARIANCE:TOOL_COVARIANCE + 4].reshape((2, 2))
+    base_covariance = tip[BASE_COVARIANCE:BASE_COVARIANCE + 4].reshape((2, 2))
+    singular, gain = tool_force(record.body.links, joints, q2, result[:, EXTERNAL_TORQUE],
+                                result[:, EXTERNAL_DEVIATION], settings.singular_sine,
+                                tool, tool_covariance)
+    base_force(q1 + q2, tool, tool_covariance, base, base_covariance)
+    tip[SINGULAR], tip[NOISE_GAIN] = 1.0 if singular else 0.0, gain
+
+
+@compiled
+def step(record, settings, inertia, memory, reading, dt, result, tip):
+    # type: ignore[no-untyped-def]
+    """
+    Estimate from one sample; dt [s] is the time since the last one, 0 starts afresh.
+
+    `reading` (n, READINGS), `result` (n, RESULTS) and `tip` (TIP_RESULTS,) are filled; an arm
+    without links (`settings.links == 0`) leaves external torques and tip NaN.
+    """
+    joints = record.joints.shape[0]
+    q1 = q2 = 0.0
+    for j in range(joints):
+        if dt > 0.0:
+            _rates(record, settings, memory, reading, j, dt)
+        else:
+            restart(memory, reading, j)
+        angle = _joint(record, settings, memory, reading, j, dt, result)
+        q1, q2 = (angle, q2) if j == 0 else (q1, angle)
+    if settings.links == 0.0:
+        result[:, EXTERNAL_TORQUE] = np.nan
+        result[:, EXTERNAL_DEVIATION] = np.nan
+        tip[:] = np.nan
+        return
+    _external(record, settings, inertia, memory, q1, q2, dt, result)
+    _tip(record, settings, q1, q2, result, tip)
+
+
+@compiled
+def restart(memory, reading, j):                                    # type: ignore[no-untyped-def]
+    """Begin afresh at a reading: known velocities or none, no external torque, the old zero."""
+    zero, tare = memory[j, ZERO], memory[j, TARE_SUM]
+    memory[j, :] = 0.0
+    memory[j, ZERO], memory[j, TARE_SUM] = zero, tare
+    for side in range(2):
+        memory[j, LAST_MOTOR + side] = reading[j, side]
+        rate = reading[j, MOTOR_RATE + side]
+        memory[j, MOTOR_VELOCITY + side] = rate if np.isfinite(rate) else 0.0
+
+
+@compiled
+def add_to_tare(record, settings, inertia, memory):                 # type: ignore[no-untyped-def]
+    """Add to the tare sum how far each torsion is from that of an arm free of contact, (37)."""
+    joints = record.joints.shape[0]
+    weight = gravity_torque(inertia, record.body.pull, record.body.direction,
+                            memory[0, LAST_LINK], memory[joints - 1, LAST_LINK])
+    for j in range(joints):
+        joint = record.joints[j]
+        expected = 0.0
+        if settings.links > 0.0 and record.body.pull > 0.0:
+            expected = torsion_of_torque(joint.torsion, joint.ratio, -weight[min(j, 1)])
+        memory[j, TARE_SUM] += memory[j, LAST_TORSION] - expected
+
+
+@compiled
+def run(record, settings, inertia, memory, reading, seconds, result, tip):
+    # type: ignore[no-untyped-def]
+    """Estimate a whole recording (k, n, READINGS) with the times since the last sample (k,)."""
+    for i in range(reading.shape[0]):
+        step(record, settings, inertia, memory, reading[i], seconds[i], result[i], tip[i])

@@ -1,0 +1,190 @@
+"""
+Estimate joint torques and the tip force from the encoders, live or over a whole recording.
+
+Both ways accept and refuse the same samples and run the same compiled step, so a recording gives
+the same bits as the live run it was made from.
+"""
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.kernel import loaded_inertia
+from hda_arm_sim.model.parameter import Declared, parameter
+
+from . import estimate
+
+Array = NDArray[np.float64]
+
+
+class Refusal(Enum):
+    """Why a sample is not used."""
+
+    NONE = 'accepted'
+    NOT_FINITE = 'an angle is NaN or infinite'
+    NOT_LATER = 'its stamp is not later than that of the sample before'
+
+
+@dataclass(frozen=True)
+class EstimatorSettings(Declared):
+    """What a user may tune; nothing here is a property of the arm."""
+
+    name: ClassVar[str] = 'estimator'
+    velocity_bandwidth: float = parameter(
+        40.0, 'Hz', 0.1, 1e4, 'low-pass of the velocities')
+    observer_bandwidth: float = parameter(
+        10.0, 'Hz', 0.01, 1e3, 'momentum observer of the external torque')
+    singular_sine: float = parameter(
+        0.1, '', 1e-6, 1.0, '|sin(theta2)| below which the axial tip force is not observed')
+    longest_gap: float = parameter(
+        0.1, 's', 1e-4, 10.0, 'time between samples after which filters start afresh')
+    tare_time: float = parameter(
+        0.5, 's', 0.0, 60.0, 'time over which a tare takes the mean torsion')
+
+
+class Estimates(NamedTuple):
+    """Estimates over time: stamps (k,) ns, joints (k, n, RESULTS), tip (k, TIP_RESULTS)."""
+
+    stamps: NDArray[np.int64]
+    joints: Array
+    tip: Array
+    refused: NDArray[np.int64]          # indices of the samples that were not used
+
+    @property
+    def torque(self) -> Array:
+        """Return the torques through the gears (k, n) [N*m, output side]."""
+        return self.joints[:, :, estimate.TORQUE]
+
+    @property
+    def torque_deviation(self) -> Array:
+        """Return the standard deviations of the torques (k, n) [N*m]."""
+        return self.joints[:, :, estimate.TORQUE_DEVIATION]
+
+    @property
+    def external_torque(self) -> Array:
+        """Return the joint torques of the environment (k, n) [N*m], NaN without links."""
+        return self.joints[:, :, estimate.EXTERNAL_TORQUE]
+
+    @property
+    def base_force(self) -> Array:
+        """Return the force on the tip in the base frame (k, 2) [N]."""
+        return self.tip[:, estimate.BASE_X:estimate.BASE_X + 2]
+
+    @property
+    def tool_force(self) -> Array:
+        """Return the force on the tip in the tool frame, axial first (k, 2) [N]."""
+        return self.tip[:, estimate.TOOL_X:estimate.TOOL_X + 2]
+
+
+class Estimator:
+    """The estimator with its memory; `update` takes samples one by one, `run` many at once."""
+
+    def __init__(self, arm: Arm, settings: EstimatorSettings = EstimatorSettings()) -> None:
+        """Prepare for an arm; without links only the torsion's results will be numbers."""
+        joints = len(arm.joints)
+        self.arm, self.settings = arm, settings
+        self.joints = np.zeros((joints, estimate.RESULTS))
+        self.tip = np.full(estimate.TIP_RESULTS, np.nan)
+        self._record = arm.record()
+        self._settings = compiled_settings(arm, settings)
+        self._inertia = loaded_inertia(self._record.body)
+        self._memory = np.zeros((joints, estimate.MEMORY))
+        self._last: int | None = None
+        self._tare_left = 0.0
+        self._tared = 0
+
+    def reset(self) -> None:
+        """Forget every sample, filter and tare."""
+        self._memory[:] = 0.0
+        self._last, self._tare_left, self._tared = None, 0.0, 0
+
+    def tare(self) -> None:
+        """Take the mean torsion of the coming `tare_time` for that of an arm without contact."""
+        self._memory[:, estimate.TARE_SUM] = 0.0
+        self._tare_left, self._tared = max(self.settings.tare_time, 1e-9), 0
+
+    @property
+    def taring(self) -> bool:
+        """Tell whether a tare is under way."""
+        return self._tare_left > 0.0
+
+    @property
+    def zero(self) -> Array:
+        """Return the torsions that a tare took for zero (n,) [rad]."""
+        return self._memory[:, estimate.ZERO].copy()
+
+    def update(self, stamp: int, reading: Array) -> Refusal:
+        """
+        Estimate from one sample (n, READINGS) with its stamp [ns]; fills `joints` and `tip`.
+
+        A refused sample changes nothing.
+        """
+        refusal = self._refusal(stamp, reading)
+        if refusal is Refusal.NONE:
+            dt = self._seconds(stamp)
+            estimate.step(self._record, self._settings, self._inertia, self._memory, reading, dt,
+                          self.joints, self.tip)
+            self._last = stamp
+            if self._tare_left > 0.0:
+                self._go_on_taring(dt)
+        return refusal
+
+    def run(self, stamps: NDArray[np.int64], reading: Array) -> Estimates:
+        """Estimate a recording: stamps (k,) ns, reading (k, n, READINGS); goes on from before."""
+        finite = np.isfinite(reading[:, :, :2]).all(axis=(1, 2))
+        latest = np.maximum.accumulate(np.where(finite, stamps, np.iinfo(np.int64).min))
+        before = np.concatenate([[np.iinfo(np.int64).min if self._last is None else self._last],
+                                 latest[:-1]])
+        used = finite & (stamps > np.maximum.accumulate(before))
+        kept, count = stamps[used], int(used.sum())
+        joints = np.empty((count, len(self.arm.joints), estimate.RESULTS))
+        tip = np.empty((count, estimate.TIP_RESULTS))
+        seconds = np.array([self._seconds(int(kept[0]))] if count else [])
+        gaps = np.diff(kept) * 1e-9
+        seconds = np.append(seconds, np.where(gaps > self.settings.longest_gap, 0.0, gaps))
+        estimate.run(self._record, self._settings, self._inertia, self._memory,
+                     np.ascontiguousarray(reading[used]), seconds, joints, tip)
+        self._last = int(kept[-1]) if count else self._last
+        return Estimates(kept, joints, tip, np.flatnonzero(~used))
+
+    def _refusal(self, stamp: int, reading: Array) -> Refusal:
+        if not np.isfinite(reading[:, :2]).all():
+            return Refusal.NOT_FINITE
+        if self._last is not None and stamp <= self._last:
+            return Refusal.NOT_LATER
+        return Refusal.NONE
+
+    def _seconds(self, stamp: int) -> float:
+        """Return the time since the last sample, 0 where the filters must start afresh [s]."""
+        if self._last is None:
+            return 0.0
+        dt = (stamp - self._last) * 1e-9
+        return 0.0 if dt > self.settings.longest_gap else dt
+
+    def _go_on_taring(self, dt: float) -> None:
+        estimate.add_to_tare(self._record, self._settings, self._inertia, self._memory)
+        self._tared += 1
+        self._tare_left -= dt
+        if self._tare_left <= 1e-12:
+            self._memory[:, estimate.ZERO] += self._memory[:, estimate.TARE_SUM] / self._tared
+            self._tare_left = 0.0
+
+
+class _CompiledSettings(NamedTuple):
+    velocity_bandwidth: float
+    observer_bandwidth: float
+    singular_sine: float
+    stiffness_tolerance: float
+    inertia_tolerance: float
+    links: float
+
+
+def compiled_settings(arm: Arm, settings: EstimatorSettings) -> _CompiledSettings:
+    """Return what the compiled step reads of the settings and of the arm's tolerances."""
+    return _CompiledSettings(
+        settings.velocity_bandwidth, settings.observer_bandwidth, settings.singular_sine,
+        arm.tolerances.stiffness, arm.tolerances.link_inertia, float(arm.links is not None))

@@ -1,0 +1,64 @@
+"""
+Estimate the joint torque from the torsion, one joint and one sample (docs/model.md, 28-31).
+
+This is the paper's estimator with its equations made consistent: both encoders, minus kinematic
+torsion, through the inverse of the torsion law; hysteresis and damping on top.
+"""
+
+import numpy as np
+
+from hda_arm_sim.model.compiled import compiled
+from hda_arm_sim.model.effects.sensing import sampled_late
+from hda_arm_sim.model.effects.transmission import hysteresis_rate, played_torsion
+from hda_arm_sim.model.kernel import gear_torque, transmission
+from hda_arm_sim.model.torsion import stiffness_at, torque_of_torsion
+
+
+@compiled
+def shaft_and_link(joint, motor_reading, link_reading, motor_velocity, link_velocity):
+    # type: ignore[no-untyped-def]
+    """Return the angles of shaft and link at the stamp, from what the encoders show [rad]."""
+    late = joint.motor_encoder.sampling_time
+    motor = sampled_late(motor_reading - joint.motor_encoder.zero, motor_velocity, 0.0, -late)
+    late += joint.clock_skew.skew
+    link = sampled_late(link_reading - joint.link_encoder.zero, link_velocity, 0.0, -late)
+    return motor, link
+
+
+@compiled
+def torsions(joint, motor_angle, link_angle):                       # type: ignore[no-untyped-def]
+    """Return the total torsion and its kinematic part -e(theta_m), (28) [rad at the output]."""
+    error, _ = transmission(joint, motor_angle)
+    return motor_angle / joint.ratio - link_angle, -error
+
+
+@compiled
+def advance_hysteresis(joint, change, state):                       # type: ignore[no-untyped-def]
+    """Return the hysteresis state after the torsion changed, (29); it knows no time."""
+    width = joint.torsional_hysteresis.width
+    steps = int(np.ceil(10.0 * abs(change) / width)) + 1
+    for _ in range(min(steps, 1000)):
+        state += hysteresis_rate(change / steps, state, width)
+    return state
+
+
+@compiled
+def torque_through_gear(joint, torsion, torsion_rate, state):       # type: ignore[no-untyped-def]
+    """Return the torque through the gear of an elastic torsion, (30) [N*m at the output]."""
+    spring = played_torsion(torsion, joint.backlash.half_width)
+    torque = torque_of_torsion(joint.torsion, joint.ratio, spring)
+    return gear_torque(joint, torque, torsion_rate, state)
+
+
+@compiled
+def torque_deviation(joint, torque, stiffness_tolerance):           # type: ignore[no-untyped-def]
+    """
+    Return the standard deviation of the torque, (31), its random and its systematic part [N*m].
+
+    Random: quantisation and noise of both encoders. Systematic: how well the stiffness is known.
+    """
+    motor = (joint.coarse_quantisation.motor_step ** 2 / 12.0 + joint.motor_encoder.noise ** 2)
+    link = (joint.coarse_quantisation.link_step ** 2 / 12.0 + joint.link_encoder.noise ** 2)
+    stiffness = stiffness_at(joint.torsion, joint.ratio, torque)
+    return (stiffness * np.sqrt(motor / joint.ratio ** 2 + link),
+            stiffness_tolerance * abs(torque))
