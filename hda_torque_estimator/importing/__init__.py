@@ -1,0 +1,1 @@
+"""Tables of other people's logs become bags: a column map says what each column means."""
