@@ -128,6 +128,15 @@ def test_everything_imported_is_declared(described):
     assert needed - sys.stdlib_module_names - {*PACKAGES} <= declared | {'yaml'}
 
 
+def test_ranges_start_at_the_oldest_versions_that_are_tested(described):
+    lines = (ROOT / 'requirements/oldest.txt').read_text().splitlines()
+    oldest = dict(line.split('==') for line in lines if line[0] != '#')
+    lowest = dict(line.split('>=') for line in described['install_requires'])
+    assert oldest.keys() == lowest.keys()
+    assert {name: bound for name, bound in lowest.items()
+            if not f'{oldest[name]}.'.startswith(f'{bound}.')} == {}
+
+
 def test_checkout_holds_config_as_resources():
     found = Path(run(sys.executable, '-c', FIND_CONFIG, cwd=ROOT).strip())
     assert tree(found) == tree(ROOT / 'config') != set()

@@ -88,8 +88,9 @@ def test_flake8_rules_of_ros(monkeypatch):
 
 
 @pytest.mark.linter
-def test_docstring_rules_of_ros(monkeypatch, capsys):
+def test_docstring_rules_of_ros(monkeypatch, capsys, caplog):
     ament_pep257 = pytest.importorskip('ament_pep257.main')
+    caplog.set_level('WARNING', logger='pydocstyle.utils')
     monkeypatch.chdir(ROOT)
     failed = ament_pep257.main(argv=python_roots())
     assert not failed, capsys.readouterr().err
