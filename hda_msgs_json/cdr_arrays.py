@@ -77,9 +77,13 @@ def decode_wrenches(messages: Sequence[bytes | memoryview]) -> WrenchSamples:
     return decode_wrench_batch(batch_of(messages))
 
 
-def decode_joint_batch(batch: Batch) -> JointSamples:
-    """Return a batch of JointStates as arrays, the names in the order of their appearance."""
-    blocks = list(_blocks(batch, read_joint_state, _check_joint_state))
+def decode_joint_batch(batch: Batch, number: int = 0) -> JointSamples:
+    """
+    Return a batch of JointStates as arrays, the names in the order of their appearance.
+
+    Errors count the messages from the given number on.
+    """
+    blocks = list(_blocks(batch, number, read_joint_state, _check_joint_state))
     names = tuple(dict.fromkeys(name for block in blocks for name in block.first.names))
     if len(names) > MOST_NAMES:
         raise CdrError(f'the messages name more than {MOST_NAMES} joints, such as {names[-1]!r}')
@@ -93,16 +97,20 @@ def decode_joint_batch(batch: Batch) -> JointSamples:
     return JointSamples(stamps, names, position, velocity, effort, frame_id)
 
 
-def decode_wrench_batch(batch: Batch) -> WrenchSamples:
-    """Return a batch of WrenchStampeds as arrays; raise CdrError if their frames differ."""
+def decode_wrench_batch(batch: Batch, number: int = 0) -> WrenchSamples:
+    """
+    Return a batch of WrenchStampeds as arrays; raise CdrError if their frames differ.
+
+    Errors count the messages from the given number on.
+    """
     stamps = np.zeros(len(batch.starts), np.int64)
     force, torque = np.zeros((2, len(stamps), 3))
     frame_id = None
-    for block in _blocks(batch, read_wrench, _check_nothing):
+    for block in _blocks(batch, number, read_wrench, _check_nothing):
         frame_id = block.first.frame_id if frame_id is None else frame_id
         if block.first.frame_id != frame_id:
             raise CdrError(
-                f'message {block.chosen[0]} is in the frame {block.first.frame_id!r}, '
+                f'message {number + block.chosen[0]} is in the frame {block.first.frame_id!r}, '
                 f'those before it in {frame_id!r}')
         stamps[block.chosen] = block.stamps
         force[block.chosen], torque[block.chosen] = block.numbers
@@ -125,7 +133,7 @@ def encode_wrench_rows(samples: WrenchSamples) -> Rows:
 
 
 def _blocks(
-        batch: Batch, read: Callable[[bytes], tuple[Message, Layout]],
+        batch: Batch, number: int, read: Callable[[bytes], tuple[Message, Layout]],
         check: Callable[[Message], None]) -> Iterator[_Block[Message]]:
     """Yield the messages layout by layout, and what is left after `MOST_LAYOUTS` one by one."""
     left = np.arange(len(batch.starts))
@@ -135,7 +143,7 @@ def _blocks(
             first, layout = read(batch.message(left[0]))
             check(first)
         except CdrError as error:
-            raise CdrError(f'message {left[0]}: {error}') from None
+            raise CdrError(f'message {number + left[0]}: {error}') from None
         if layout.little_endian and layouts < MOST_LAYOUTS:
             layouts += 1
             block, left = _same_layout(batch, left, first, layout)

@@ -1,6 +1,6 @@
 """Recorded messages as arrays: one row per message, time in integer nanoseconds."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,6 +42,12 @@ class JointSamples:
         """Return the number of messages."""
         return len(self.stamps)
 
+    def rows(self, chosen: slice | Stamps) -> 'JointSamples':
+        """Return some of the messages, a view of them for a slice."""
+        return JointSamples(
+            self.stamps[chosen], self.names, self.position[chosen], self.velocity[chosen],
+            self.effort[chosen], self.frame_id)
+
     def select(self, names: Sequence[str]) -> 'JointSamples':
         """Return the columns of these names in this order; raise SamplesError if one is absent."""
         if missing := [name for name in names if name not in self.names]:
@@ -75,6 +81,11 @@ class WrenchSamples:
     def __len__(self) -> int:
         """Return the number of messages."""
         return len(self.stamps)
+
+    def rows(self, chosen: slice | Stamps) -> 'WrenchSamples':
+        """Return some of the messages, a view of them for a slice."""
+        return WrenchSamples(
+            self.stamps[chosen], self.frame_id, self.force[chosen], self.torque[chosen])
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +129,9 @@ def join_joint_samples(parts: Sequence[JointSamples]) -> JointSamples:
 
 
 def join_wrench_samples(parts: Sequence[WrenchSamples]) -> WrenchSamples:
-    """Return the messages of all parts in their order, in the frame of the first part."""
+    """Return the messages of all parts in their order; raise SamplesError if the frames differ."""
+    if len(frames := {part.frame_id for part in parts if len(part)}) > 1:
+        raise SamplesError(f'wrenches of one topic must be in one frame, got {_quoted(frames)}')
     return WrenchSamples(
         np.concatenate([np.empty(0, np.int64), *(part.stamps for part in parts)]),
         parts[0].frame_id if parts else '',
@@ -126,5 +139,5 @@ def join_wrench_samples(parts: Sequence[WrenchSamples]) -> WrenchSamples:
         np.concatenate([np.empty((0, 3)), *(part.torque for part in parts)]))
 
 
-def _quoted(names: Sequence[str]) -> str:
+def _quoted(names: Collection[str]) -> str:
     return ', '.join(repr(name) for name in names)

@@ -1,0 +1,137 @@
+"""Whole recordings of several topics to chunks of message records in log time order."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from hda_msgs_json.cdr import encode_string
+from hda_msgs_json.cdr_arrays import encode_joint_rows, encode_wrench_rows
+from hda_msgs_json.mcap_records import (
+    BagError, Bytes, INDEX_ENTRY, Indices, MESSAGE_HEAD, RECORD_HEAD)
+from hda_msgs_json.mcap_writer import ChannelCount, CHUNK_SIZE
+from hda_msgs_json.samples import JointSamples, Stamps, TextSamples, WrenchSamples
+from mcap.opcode import Opcode
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+HEAD = MESSAGE_HEAD.itemsize
+Chunk = tuple[Bytes, dict[int, NDArray[np.void]]]
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """
+    Hold the messages of a channel that wait to be written: log times [ns] and sizes [bytes] (n,).
+
+    `encode` returns some of the messages one after another as bytes.
+    """
+
+    channel: int
+    log_times: Indices
+    sizes: Indices
+    encode: Callable[[slice], Bytes]
+
+
+def joint_column(channel: int, samples: JointSamples) -> Column:
+    """Return JointStates that wait to be written."""
+    size = encode_joint_rows(samples.rows(slice(0, 0))).shape[1]
+    return Column(
+        channel, _log_times(samples.stamps), np.full(len(samples), size),
+        lambda rows: encode_joint_rows(samples.rows(rows)))
+
+
+def wrench_column(channel: int, samples: WrenchSamples) -> Column:
+    """Return WrenchStampeds that wait to be written."""
+    size = encode_wrench_rows(samples.rows(slice(0, 0))).shape[1]
+    return Column(
+        channel, _log_times(samples.stamps), np.full(len(samples), size),
+        lambda rows: encode_wrench_rows(samples.rows(rows)))
+
+
+def text_column(channel: int, samples: TextSamples) -> Column:
+    """Return Strings that wait to be written."""
+    messages = [encode_string(text) for text in samples.texts]
+    return Column(
+        channel, _log_times(samples.stamps), np.array([len(m) for m in messages], np.int64),
+        lambda rows: np.frombuffer(b''.join(messages[rows]), np.uint8))
+
+
+def merged(columns: Sequence[Column], counts: Mapping[int, ChannelCount]) -> Iterator[Chunk]:
+    """
+    Yield chunks of message records in log time order, with their indexes by channel.
+
+    Messages of equal log time come in the order of the columns. The counts, which the caller
+    keeps up to date, number the messages of each channel.
+    """
+    times, sizes, owners = _in_order(columns)
+    ends = np.cumsum(sizes)
+    done = [0] * len(columns)
+    numbers = {channel: counted.count for channel, counted in counts.items()}
+    first = filled = 0
+    while first < len(times):
+        last = max(int(np.searchsorted(ends, filled + CHUNK_SIZE, 'right')), first + 1)
+        chunk = _Chunk(int(ends[last - 1]) - filled)
+        starts = ends[first:last] - sizes[first:last] - filled
+        for owner in np.unique(owners[first:last]).tolist():
+            column, at = columns[owner], starts[owners[first:last] == owner]
+            rows = slice(done[owner], done[owner] + len(at))
+            chunk.add(column, rows, at, numbers[column.channel])
+            numbers[column.channel] += len(at)
+            done[owner] = rows.stop
+        yield chunk.content, chunk.indexes
+        first, filled = last, int(ends[last - 1])
+
+
+class _Chunk:
+    """Fill a chunk with message records, some messages of a column at a time."""
+
+    def __init__(self, size: int) -> None:
+        self.content = np.empty(size, np.uint8)
+        self.indexes: dict[int, NDArray[np.void]] = {}
+
+    def add(self, column: Column, rows: slice, starts: Indices, number: int) -> None:
+        """Place messages of a column at these offsets, and number them from a number on."""
+        messages = column.encode(rows)
+        sizes, times = column.sizes[rows], column.log_times[rows]
+        heads = np.zeros(len(starts), MESSAGE_HEAD)
+        heads['opcode'], heads['channel'] = Opcode.MESSAGE, column.channel
+        heads['length'] = sizes + HEAD - RECORD_HEAD.size
+        heads['sequence'] = number + np.arange(len(starts))
+        heads['log_time'] = heads['publish_time'] = times
+        self._place(starts, heads.view(np.uint8).reshape(-1, HEAD))
+        if messages.ndim == 2:
+            self._place(starts + HEAD, messages)
+        else:
+            for start, size, end in zip(starts + HEAD, sizes, np.cumsum(sizes)):
+                self.content[start:start + size] = messages[end - size:end]
+        self._index(column.channel, times, starts)
+
+    def _place(self, starts: Indices, rows: Bytes) -> None:
+        """Copy rows of bytes to these offsets."""
+        if rows.size:
+            sliding_window_view(
+                self.content, rows.shape[1], writeable=True)[starts] = rows
+
+    def _index(self, channel: int, times: Indices, starts: Indices) -> None:
+        entries = np.empty(len(starts), INDEX_ENTRY)
+        entries['log_time'], entries['offset'] = times, starts
+        if channel in self.indexes:
+            entries = np.concatenate([self.indexes[channel], entries])
+        self.indexes[channel] = entries
+
+
+def _in_order(columns: Sequence[Column]) -> tuple[Indices, Indices, Indices]:
+    """Return log times, record sizes and owning columns of all messages in log time order."""
+    nothing = np.empty(0, np.int64)
+    times = np.concatenate([nothing, *(column.log_times for column in columns)])
+    sizes = np.concatenate([nothing, *(column.sizes + HEAD for column in columns)])
+    owners = np.repeat(np.arange(len(columns)), [len(column.sizes) for column in columns])
+    order = np.argsort(times, kind='stable')
+    return times[order], sizes[order], owners[order]
+
+
+def _log_times(stamps: Stamps) -> Indices:
+    """Return stamps as log times, which never go back so that the messages keep their order."""
+    if len(stamps) and stamps.min() < 0:
+        raise BagError(f'log times must not be negative, got {stamps.min()} ns')
+    return np.maximum.accumulate(stamps)

@@ -1,0 +1,82 @@
+"""What rosbag2 says about a bag beside the messages: metadata.yaml and quality of service."""
+
+from collections.abc import Sequence
+
+from hda_msgs_json.mcap_writer import ChannelCount
+from hda_msgs_json.schemas import Schema
+from hda_msgs_json.topics import Topic
+import yaml
+
+METADATA_FILE = 'metadata.yaml'
+VERSION = 9
+ROS_DISTRO = 'jazzy'
+MADE_BY = 'hda_torque_estimator'
+FOREVER = {'sec': 9223372036, 'nsec': 854775807}
+
+
+def to_yaml(content: object) -> str:
+    """Return YAML text in the order of the content."""
+    return yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
+
+
+def channel_metadata(topic: Topic, schema: Schema) -> dict[str, str]:
+    """Return what rosbag2 keeps with a channel."""
+    return {'offered_qos_profiles': to_yaml([quality_of_service(topic)]),
+            'topic_type_hash': schema.type_hash}
+
+
+def quality_of_service(topic: Topic) -> dict[str, object]:
+    """Return the quality of service of a topic in the words of rosbag2."""
+    return {
+        'history': 'keep_last',
+        'depth': topic.depth,
+        'reliability': topic.reliability,
+        'durability': topic.durability,
+        'deadline': dict(FOREVER),
+        'lifespan': dict(FOREVER),
+        'liveliness': 'automatic',
+        'liveliness_lease_duration': dict(FOREVER),
+        'avoid_ros_namespace_conventions': False,
+    }
+
+
+def rosbag2_metadata(
+        file_name: str,
+        topics: Sequence[tuple[Topic, Schema, ChannelCount]]) -> dict[str, object]:
+    """Return the content of metadata.yaml for a bag of one file."""
+    filled = [counted for _, _, counted in topics if counted.count]
+    start = min((counted.first for counted in filled), default=0)
+    end = max((counted.last for counted in filled), default=0)
+    count = sum(counted.count for counted in filled)
+    return {
+        'version': VERSION,
+        'storage_identifier': 'mcap',
+        'duration': {'nanoseconds': end - start},
+        'starting_time': {'nanoseconds_since_epoch': start},
+        'message_count': count,
+        'topics_with_message_count': [_topic_metadata(*topic) for topic in topics],
+        'compression_format': '',
+        'compression_mode': '',
+        'relative_file_paths': [file_name],
+        'files': [{
+            'path': file_name,
+            'starting_time': {'nanoseconds_since_epoch': start},
+            'duration': {'nanoseconds': end - start},
+            'message_count': count,
+        }],
+        'custom_data': {'made_by': MADE_BY},
+        'ros_distro': ROS_DISTRO,
+    }
+
+
+def _topic_metadata(topic: Topic, schema: Schema, counted: ChannelCount) -> dict[str, object]:
+    return {
+        'topic_metadata': {
+            'name': f'/{topic.name.lstrip("/")}',
+            'type': topic.message_type,
+            'serialization_format': 'cdr',
+            'offered_qos_profiles': [quality_of_service(topic)],
+            'type_description_hash': schema.type_hash,
+        },
+        'message_count': counted.count,
+    }

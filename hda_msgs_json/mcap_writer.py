@@ -1,0 +1,193 @@
+"""An MCAP file that grows: whole chunks with their indexes, and a summary at the end."""
+
+from array import array
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+import os
+import struct
+from typing import BinaryIO
+import zlib
+
+from hda_msgs_json.mcap_chunk import compress
+from hda_msgs_json.mcap_records import Bytes, INDEX_ENTRY, MAGIC, RECORD_HEAD
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
+from mcap.records import (
+    Channel, ChunkIndex, DataEnd, Footer, Header, McapRecord, Metadata, MetadataIndex, Schema,
+    Statistics)
+import numpy as np
+from numpy.typing import NDArray
+
+PROFILE = 'ros2'
+LIBRARY = 'hda_msgs_json'
+CHUNK_SIZE = 1 << 20
+"""Bytes after which a chunk is closed, before compression."""
+ZSTD_LEVEL = 1
+"""Beyond it, time doubles and noisy numbers do not become smaller."""
+
+MESSAGE = struct.Struct('<BQHIQQ')
+CHUNK = struct.Struct('<QQQI')
+INDEX = struct.Struct('<HI')
+NO_TIME = 2 ** 63 - 1
+
+
+@dataclass
+class ChannelCount:
+    """Count the messages of a channel, with the first and the last log time [ns]."""
+
+    count: int = 0
+    first: int = NO_TIME
+    last: int = 0
+
+    def add(self, count: int, first: int, last: int) -> None:
+        """Count some more messages."""
+        self.count += count
+        self.first, self.last = min(self.first, first), max(self.last, last)
+
+
+@dataclass
+class _Summary:
+    """Collect what the end of the file repeats."""
+
+    schemas: list[Schema] = field(default_factory=list)
+    channels: list[Channel] = field(default_factory=list)
+    chunks: list[ChunkIndex] = field(default_factory=list)
+    metadata: list[MetadataIndex] = field(default_factory=list)
+
+
+class McapWriter:
+    """Write one MCAP file to a stream, chunk by chunk; every flush leaves a readable file."""
+
+    def __init__(self, stream: BinaryIO, compression: str) -> None:
+        """Write the head of the file; the compression is '', 'lz4' or 'zstd'."""
+        self.counts: dict[int, ChannelCount] = {}
+        self._stream = stream
+        self._compression = compression
+        self._at = 0
+        self._summary = _Summary()
+        self._chunk = bytearray()
+        self._indexes: dict[int, array[int]] = {}
+        self._write(MAGIC)
+        self._write(_encoded(Header(PROFILE, LIBRARY)))
+
+    def add_channel(
+            self, topic: str, schema: tuple[str, str, bytes], encoding: str,
+            metadata: Mapping[str, str]) -> int:
+        """Add a channel of a schema (name, encoding, content), and return its number."""
+        name, schema_encoding, content = schema
+        known = {found.name: found.id for found in self._summary.schemas}
+        if name not in known:
+            known[name] = len(known) + 1
+            record = Schema(
+                id=known[name], name=name, encoding=schema_encoding, data=content)
+            self._summary.schemas.append(record)
+            self._write(_encoded(record))
+        channel = Channel(
+            id=len(self._summary.channels) + 1, topic=topic, message_encoding=encoding,
+            schema_id=known[name], metadata=dict(metadata))
+        self._summary.channels.append(channel)
+        self.counts[channel.id] = ChannelCount()
+        self._write(_encoded(channel))
+        return channel.id
+
+    def add_metadata(self, name: str, content: Mapping[str, str]) -> None:
+        """Write a metadata record."""
+        record = _encoded(Metadata(name=name, metadata=dict(content)))
+        self._summary.metadata.append(
+            MetadataIndex(offset=self._at, length=len(record), name=name))
+        self._write(record)
+
+    def write(self, channel: int, log_time: int, message: bytes) -> None:
+        """Add a message to the chunk, and close the chunk if it is full."""
+        counted = self.counts[channel]
+        entries = self._indexes.setdefault(channel, array('Q'))
+        entries.append(log_time)
+        entries.append(len(self._chunk))
+        self._chunk += MESSAGE.pack(
+            Opcode.MESSAGE, MESSAGE.size - RECORD_HEAD.size + len(message), channel,
+            counted.count & 0xFFFFFFFF, log_time, log_time)
+        self._chunk += message
+        counted.add(1, log_time, log_time)
+        if len(self._chunk) >= CHUNK_SIZE:
+            self.close_chunk()
+
+    def write_records(self, content: Bytes, indexes: Mapping[int, NDArray[np.void]]) -> None:
+        """Write a chunk of message records, with the (log time, offset) entries per channel."""
+        self.close_chunk()
+        for channel, entries in indexes.items():
+            times = entries['log_time']
+            self.counts[channel].add(len(times), int(times.min()), int(times.max()))
+        self._write_chunk(content.tobytes(), {
+            channel: entries.tobytes() for channel, entries in indexes.items()})
+
+    def close_chunk(self) -> None:
+        """Write the chunk that is being filled, if there is anything in it."""
+        if self._chunk:
+            self._write_chunk(bytes(self._chunk), {
+                channel: entries.tobytes() for channel, entries in self._indexes.items()})
+            self._chunk.clear()
+            self._indexes.clear()
+
+    def flush(self) -> None:
+        """Write what has come so far, and wait until the disk has it."""
+        self.close_chunk()
+        self._stream.flush()
+        os.fsync(self._stream.fileno())
+
+    def finish(self) -> None:
+        """Write the summary and the end of the file."""
+        self.close_chunk()
+        self._write(_encoded(DataEnd(0)))
+        start = self._at
+        summary = b''.join(_encoded(record) for record in (
+            *self._summary.schemas, *self._summary.channels, self._statistics(),
+            *self._summary.chunks, *self._summary.metadata))
+        footer = _encoded(Footer(summary_start=start, summary_offset_start=0, summary_crc=0))
+        crc = zlib.crc32(footer[:-4], zlib.crc32(summary))
+        self._write(summary + footer[:-4] + struct.pack('<I', crc) + MAGIC)
+        self.flush()
+
+    def _write(self, content: bytes) -> None:
+        self._stream.write(content)
+        self._at += len(content)
+
+    def _write_chunk(self, content: bytes, indexes: Mapping[int, bytes]) -> None:
+        """Write a chunk, its message indexes, and remember both for the summary."""
+        stored = compress(content, self._compression, ZSTD_LEVEL)
+        times = np.concatenate([
+            np.frombuffer(entries, INDEX_ENTRY)['log_time'] for entries in indexes.values()])
+        first, last = int(times.min()), int(times.max())
+        name = self._compression.encode()
+        body = (CHUNK.pack(first, last, len(content), zlib.crc32(content))
+                + struct.pack('<I', len(name)) + name + struct.pack('<Q', len(stored)))
+        start = self._at
+        self._write(RECORD_HEAD.pack(Opcode.CHUNK, len(body) + len(stored)) + body)
+        self._write(stored)
+        end, offsets = self._at, {}
+        for channel, entries in indexes.items():
+            offsets[channel] = self._at
+            self._write(RECORD_HEAD.pack(Opcode.MESSAGE_INDEX, INDEX.size + len(entries))
+                        + INDEX.pack(channel, len(entries)) + entries)
+        self._summary.chunks.append(ChunkIndex(
+            message_start_time=first, message_end_time=last, chunk_start_offset=start,
+            chunk_length=end - start, message_index_offsets=offsets,
+            message_index_length=self._at - end, compression=self._compression,
+            compressed_size=len(stored), uncompressed_size=len(content)))
+
+    def _statistics(self) -> Statistics:
+        filled = [counted for counted in self.counts.values() if counted.count]
+        return Statistics(
+            message_count=sum(counted.count for counted in filled),
+            schema_count=len(self._summary.schemas), channel_count=len(self._summary.channels),
+            attachment_count=0, metadata_count=len(self._summary.metadata),
+            chunk_count=len(self._summary.chunks),
+            message_start_time=min((counted.first for counted in filled), default=0),
+            message_end_time=max((counted.last for counted in filled), default=0),
+            channel_message_counts={
+                channel: counted.count for channel, counted in self.counts.items()})
+
+
+def _encoded(record: McapRecord) -> bytes:
+    builder = RecordBuilder()
+    record.write(builder)
+    return bytes(builder.end())
