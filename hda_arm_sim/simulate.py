@@ -70,13 +70,18 @@ def rollout(arm: Arm, initial: Array, motor_torque: Array, tip_force: Array, dt:
     if motor_torque.shape != (samples, len(arm.joints)) or tip_force.shape != (samples, 2):
         raise ArmError(f'inputs must have shapes (k, {len(arm.joints)}) and (k, 2), got '
                        f'{motor_torque.shape} and {tip_force.shape}')
-    count = max(1, math.ceil(dt / step - 1e-9))
+    count = step_count(dt, step)
     torque = _inputs(np.asarray(motor_torque, float), count, held)
     force = _inputs(np.asarray(tip_force, float), count, held)
     states = np.empty((samples, *initial.shape))
     extra = np.empty((3, samples, len(arm.joints)))
     _run(record, registers(initial), torque, force, dt / count, states, extra)
     return Trajectory(dt * np.arange(samples), states, *extra)
+
+
+def step_count(dt: float, step: float = STEP) -> int:
+    """Return into how many steps of at most `step` [s] a sample of dt [s] is divided."""
+    return max(1, math.ceil(dt / step - 1e-9))
 
 
 def checked(arm: Arm) -> Arm:
