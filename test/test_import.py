@@ -6,9 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from hda_arm_sim.model.parameter import ParameterError
+from hda_msgs_json.bag import BagError, open_recording
 from hda_torque_estimator.importing.column_map import ColumnMapError
 from hda_torque_estimator.importing.convert import convert, Imported
 from hda_torque_estimator.importing.map_document import read_column_map
+from hda_torque_estimator.importing.run import run_import, shipped_maps
 from hda_torque_estimator.importing.tables import read_table, TableError
 from hda_torque_estimator.importing.units import ANGLE, SPEED, TIME, TORQUE
 import numpy as np
@@ -16,7 +18,9 @@ import pyarrow as pa
 import pyarrow.parquet
 import pytest
 from scipy.io import savemat
+import yaml
 
+MEASURED = Path(__file__).parents[2] / 'shared' / 'data'
 RATIO = 100.0
 ROWS = 5
 TIMES = 0.25 + 0.01 * np.arange(ROWS)
@@ -257,3 +261,103 @@ def test_a_cut_off_table_is_read_in_part_or_refused(name, tmp_path):
             assert '\n' not in str(refused)
         else:
             assert all(isinstance(column, np.ndarray) for column in table.values())
+
+
+def save_split(folder: Path, **changes: Any) -> tuple[Path, Path]:
+    """Save a table of two runs and its map; returns their paths."""
+    columns = {'t': np.tile(TIMES, 2), 'run': np.repeat([5.0, 3.0], ROWS),
+               'm': np.tile(LINK * RATIO, 2), 'q': np.tile(LINK, 2), 'sensor': np.arange(10.0)}
+    document = {**one_joint(motor={'position': 'm'}, link={'position': 'q'}, reference='sensor'),
+                'split': 'run', **changes}
+    save_csv(folder / 'log.csv', columns)
+    (folder / 'map.yaml').write_text(yaml.safe_dump(document))
+    return folder / 'log.csv', folder / 'map.yaml'
+
+
+def test_an_imported_bag_holds_the_angles_and_the_reference(tmp_path):
+    table, map_file = save_split(tmp_path)
+    bags = run_import(table, map_file, tmp_path / 'bag')
+    assert bags == [tmp_path / 'bag_5', tmp_path / 'bag_3']
+    recording = open_recording(bags[1])
+    states = recording.joint_states()
+    np.testing.assert_allclose(
+        states.select(['joint1_motor']).position[:, 0], RATIO * LINK, rtol=1e-15)
+    wrench = recording.wrenches('reference/joint1/torque')
+    np.testing.assert_array_equal(wrench.torque[:, 2], [5, 6, 7, 8, 9])
+    np.testing.assert_array_equal(wrench.stamps, states.stamps)
+
+
+def test_bags_appear_all_or_none(tmp_path):
+    table, map_file = save_split(tmp_path)
+    (tmp_path / 'bag_3').mkdir()
+    (tmp_path / 'bag_3' / 'mine').touch()
+    before = sorted(tmp_path.rglob('*'))
+    with pytest.raises(BagError, match='bag_3 exists'):
+        run_import(table, map_file, tmp_path / 'bag')
+    assert sorted(tmp_path.rglob('*')) == before
+
+
+@pytest.mark.parametrize('text, message', [
+    ('time: [', 'map.yaml: not YAML at line 1'),
+    ('', 'map.yaml: the column map must hold some of'),
+    (yaml.safe_dump(one_joint(reference='senzor')),
+     "names the column 'senzor', which the table does not have; the nearest it has: 'sensor'"),
+])
+def test_an_error_of_a_map_names_its_file_and_nothing_is_left(text, message, tmp_path):
+    table, map_file = save_split(tmp_path)
+    map_file.write_text(text)
+    before = sorted(tmp_path.rglob('*'))
+    with pytest.raises(ColumnMapError) as caught:
+        run_import(table, map_file, tmp_path / 'bag')
+    assert message in str(caught.value) and '\n' not in str(caught.value)
+    assert sorted(tmp_path.rglob('*')) == before
+
+
+def test_values_that_give_the_same_name_of_a_bag_are_refused(tmp_path):
+    table, map_file = save_split(tmp_path, split='kind')
+    lines = table.read_text().splitlines()
+    kinds = ['kind', *['a b'] * ROWS, *['a/b'] * ROWS]
+    table.write_text('\n'.join(f'{line},{kind}' for line, kind in zip(lines, kinds)))
+    with pytest.raises(ColumnMapError, match="'a b' and 'a/b' both give the name 'bag_a_b'"):
+        run_import(table, map_file, tmp_path / 'bag')
+
+
+def test_an_unknown_map_is_told_the_shipped_ones(tmp_path):
+    with pytest.raises(ColumnMapError, match='voraus_yucobot.yaml'):
+        run_import(tmp_path / 'x.csv', Path('nowhere.yaml'), tmp_path / 'bag')
+
+
+@pytest.mark.parametrize('name', shipped_maps())
+def test_shipped_maps_can_be_read(name):
+    column_map = read_column_map(yaml.safe_load(
+        (Path(__file__).parents[1] / 'config' / 'maps' / name).read_text()))
+    assert len(column_map.joints) >= 6
+
+
+def measured(name: str) -> Path:
+    """Return a table of real measurements, or skip: its licence keeps it out of the project."""
+    if not (MEASURED / name).is_file():
+        pytest.skip(f'{name} is not at ../shared/data: its licence keeps it out of the project')
+    return MEASURED / name
+
+
+def test_the_yucobot_table_becomes_four_bags_with_references(tmp_path):
+    bags = run_import(measured('voraus_yucobot/test.parquet'), Path('voraus_yucobot.yaml'),
+                      tmp_path / 'yucobot')
+    assert [bag.name for bag in bags] == [f'yucobot_{run}' for run in (12, 755, 1702, 1703)]
+    recording = open_recording(bags[0])
+    states = recording.joint_states()
+    assert len(states) == 100 and len(states.names) == 12
+    shaft, link = (states.select([name]).position[:, 0] for name in ('joint1_motor', 'joint1'))
+    assert np.ptp(shaft / 100.0 - link) < 2e-3          # the two sides differ by the torsion only
+    assert np.ptp(recording.wrenches('reference/joint1/torque').torque[:, 2]) > 10.0
+
+
+def test_a_kinova_table_becomes_a_bag_of_the_motor_side(tmp_path):
+    bag, = run_import(measured('kinova_gen3_jointwise/joint_3_trapez.csv.gz'),
+                      Path('kinova_gen3.yaml'), tmp_path / 'kinova')
+    states = open_recording(bag).joint_states()
+    assert states.names == tuple(f'joint{number}_motor' for number in range(1, 8))
+    shaft = states.select(['joint3_motor'])
+    travelled = float(np.sum(shaft.velocity[1:, 0] * np.diff(shaft.stamps) * 1e-9))
+    assert travelled == pytest.approx(np.ptp(shaft.position[:, 0]), rel=5e-3)

@@ -1,0 +1,88 @@
+"""Import a table into bags: `hda import TABLE --map FILE --out BAG`."""
+
+from collections.abc import Iterator
+from contextlib import ExitStack
+from importlib import resources
+from pathlib import Path
+import re
+import shutil
+
+from hda_arm_sim.model.parameter import ParameterError
+from hda_msgs_json.bag import BagWriter
+from hda_msgs_json.topics import JOINT_STATES, reference_joint_torque
+import yaml
+
+from .column_map import ColumnMap, ColumnMapError
+from .convert import convert, Imported
+from .map_document import read_column_map
+from .tables import read_table
+
+SHIPPED = resources.files('hda_arm_sim.config') / 'maps'
+NOT_IN_A_NAME = re.compile(r'[^\w.+-]')
+
+
+def run_import(table: Path, map_file: Path, out: Path) -> list[Path]:
+    """
+    Write the recordings of a table as bags, and return their paths.
+
+    A map that splits the table makes one bag for each value, OUT_VALUE, else there is OUT alone.
+    All bags appear or none. Raises TableError, ColumnMapError or BagError.
+    """
+    text = _map_text(map_file)
+    try:
+        column_map = read_column_map(_document(text))
+        recordings = convert(column_map, read_table(table))
+        bags = dict(_named(out, column_map, recordings))
+    except (ColumnMapError, ParameterError) as error:
+        raise ColumnMapError(f'{map_file}: {error}') from None
+    with ExitStack() as undo:
+        for path, recording in bags.items():
+            _write(path, recording, {'table': table.name, 'map': text, 'split': recording.label})
+            undo.callback(shutil.rmtree, path, ignore_errors=True)
+        undo.pop_all()
+    return list(bags)
+
+
+def shipped_maps() -> tuple[str, ...]:
+    """Return the names of the maps that come with the package."""
+    return tuple(sorted(item.name for item in SHIPPED.iterdir() if item.name.endswith('.yaml')))
+
+
+def _map_text(path: Path) -> str:
+    shipped = path.name == str(path) and path.name in shipped_maps() and not path.is_file()
+    if not shipped and not path.is_file():
+        raise ColumnMapError(f'no map file {str(path)!r}; the shipped ones are '
+                             f'{", ".join(shipped_maps())}')
+    try:
+        return (SHIPPED / path.name if shipped else path).read_text(encoding='utf-8')
+    except (OSError, UnicodeDecodeError) as error:
+        raise ColumnMapError(f'{path} cannot be read as text: {error}') from None
+
+
+def _document(text: str) -> object:
+    try:
+        return yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        where = getattr(error, 'problem_mark', None)
+        line = f' at line {where.line + 1}' if where else ''
+        raise ColumnMapError(f'not YAML{line}: {getattr(error, "problem", error)}') from None
+
+
+def _named(out: Path, column_map: ColumnMap,
+           recordings: tuple[Imported, ...]) -> Iterator[tuple[Path, Imported]]:
+    """Yield every recording with the path of its bag."""
+    taken: dict[str, str] = {}
+    for recording in recordings:
+        ending = f'_{NOT_IN_A_NAME.sub("_", recording.label)}' if column_map.split else ''
+        if ending in taken:
+            raise ColumnMapError(f'split: the values {taken[ending]!r} and {recording.label!r} '
+                                 f'both give the name {out.name + ending!r}')
+        taken[ending] = recording.label
+        yield out.with_name(out.name + ending), recording
+
+
+def _write(path: Path, recording: Imported, metadata: dict[str, str]) -> None:
+    with BagWriter(path, metadata) as bag:
+        bag.write_joint_states(JOINT_STATES, recording.joint_states)
+        for joint, wrench in recording.references.items():
+            bag.write_wrenches(reference_joint_torque(joint), wrench)
