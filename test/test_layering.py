@@ -14,9 +14,14 @@ SHELLS = (
     'hda_arm_sim.model.files',
     'hda_arm_sim.node',
     'hda_arm_sim.ros_parameters',
-    'hda_msgs_json.bag',
+    'hda_msgs_json.bag*',
+    'hda_msgs_json.mcap_*',
+    'hda_msgs_json.schemas',
     'hda_torque_estimator.*_node',
     'hda_torque_estimator.cli',
+    'hda_torque_estimator.importing.map_document',
+    'hda_torque_estimator.importing.run',
+    'hda_torque_estimator.importing.tables',
 )
 PURE_LIBRARIES = {'numba', 'numpy', 'scipy'}
 IMPURE_STANDARD = {'argparse', 'logging', 'subprocess', 'tempfile'}
