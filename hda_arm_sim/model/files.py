@@ -24,22 +24,46 @@ def read_arm(path: str | Path) -> Arm:
 
 def arm_from_text(text: str, source: str) -> Arm:
     """Read an arm from YAML text; `source` names it in errors. Raises ArmError."""
-    try:
-        document = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        where = getattr(error, 'problem_mark', None)
-        line = f' at line {where.line + 1}' if where else ''
-        raise ArmError(f'{source} is not YAML{line}: {getattr(error, "problem", error)}') from None
+    document = _document(text, source)
     try:
         return _arm(_mapping(document, 'the file', _PARTS))
     except (ArmError, ParameterError) as error:
         raise ArmError(f'{source}: {error}') from None
 
 
+def read_effects(path: str | Path) -> tuple[Placed, ...]:
+    """
+    Read effects that an arm file does not have: a list as under `effects` of an arm file.
+
+    The file is such a list, or a mapping that has one under `effects`, as an arm file. Raises
+    ArmError.
+    """
+    if not Path(path).is_file():
+        raise ArmError(f'no file {str(path)!r} to read effects from')
+    document = _document(_text(Path(path)), str(path))
+    try:
+        if isinstance(document, dict):
+            document = _mapping(document, 'the file', _PARTS).get('effects')
+        if not isinstance(document, list):
+            raise ArmError('it must be a list of effects, or have one under "effects"')
+        return tuple(_placed(item) for item in document)
+    except (ArmError, ParameterError) as error:
+        raise ArmError(f'{path}: {error}') from None
+
+
 def shipped_arms() -> tuple[str, ...]:
     """Return the names of the arms that come with the package."""
     folder = resources.files('hda_arm_sim.config')
     return tuple(sorted(item.name for item in folder.iterdir() if item.name.endswith('.yaml')))
+
+
+def _document(text: str, source: str) -> Any:
+    try:
+        return yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        where = getattr(error, 'problem_mark', None)
+        line = f' at line {where.line + 1}' if where else ''
+        raise ArmError(f'{source} is not YAML{line}: {getattr(error, "problem", error)}') from None
 
 
 def _text(path: Path) -> str:
