@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 from hda_msgs_json.cdr import encode_string
 from hda_msgs_json.cdr_arrays import encode_joint_rows, encode_wrench_rows
-from hda_msgs_json.mcap_records import (
-    BagError, Bytes, INDEX_ENTRY, Indices, MESSAGE_HEAD, RECORD_HEAD)
+from hda_msgs_json.mcap_records import BagError, INDEX_ENTRY, MESSAGE_HEAD
+from hda_msgs_json.mcap_walk import RECORD_HEAD
 from hda_msgs_json.mcap_writer import ChannelCount, CHUNK_SIZE
 from hda_msgs_json.samples import JointSamples, Stamps, TextSamples, WrenchSamples
+from hda_msgs_json.strided import Bytes, Indices, place
 from mcap.opcode import Opcode
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 HEAD = MESSAGE_HEAD.itemsize
@@ -98,19 +98,13 @@ class _Chunk:
         heads['length'] = sizes + HEAD - RECORD_HEAD.size
         heads['sequence'] = number + np.arange(len(starts))
         heads['log_time'] = heads['publish_time'] = times
-        self._place(starts, heads.view(np.uint8).reshape(-1, HEAD))
+        place(self.content, starts, heads.view(np.uint8).reshape(-1, HEAD))
         if messages.ndim == 2:
-            self._place(starts + HEAD, messages)
+            place(self.content, starts + HEAD, messages)
         else:
             for start, size, end in zip(starts + HEAD, sizes, np.cumsum(sizes)):
                 self.content[start:start + size] = messages[end - size:end]
         self._index(column.channel, times, starts)
-
-    def _place(self, starts: Indices, rows: Bytes) -> None:
-        """Copy rows of bytes to these offsets."""
-        if rows.size:
-            sliding_window_view(
-                self.content, rows.shape[1], writeable=True)[starts] = rows
 
     def _index(self, channel: int, times: Indices, starts: Indices) -> None:
         entries = np.empty(len(starts), INDEX_ENTRY)

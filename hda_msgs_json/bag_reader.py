@@ -1,28 +1,33 @@
 """Recordings: rosbag2 directories and loose MCAP files, whole or cut off, as arrays."""
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
+from hda_msgs_json.bag_files import find_files
 from hda_msgs_json.cdr import CdrError, decode_string
 from hda_msgs_json.cdr_arrays import Batch, decode_joint_batch, decode_wrench_batch
-from hda_msgs_json.mcap_file import Contents, read_stretch, scan, Stretch, summarise, Times
-from hda_msgs_json.mcap_records import BagError, Indices, Messages, Records
+from hda_msgs_json.mcap_file import read_stretch, scan, Stretch, summarise, Times
+from hda_msgs_json.mcap_records import BagError, Messages, Records
 from hda_msgs_json.samples import (
     join_joint_samples, join_wrench_samples, JointSamples, SamplesError, TextSamples,
     WrenchSamples)
 from hda_msgs_json.schemas import SchemaError, short_name
+from hda_msgs_json.strided import Indices
 from hda_msgs_json.topics import JOINT_STATE, JOINT_STATES, STRING, WRENCH_STAMPED
 from mcap.records import Schema
 import numpy as np
-import yaml
 
-METADATA_FILE = 'metadata.yaml'
-LARGEST_METADATA = 16 << 20
-ENCODING = 'cdr'
+AHEAD = 2
+"""Chunks that are read and decompressed before they are needed."""
 
 Samples = TypeVar('Samples', JointSamples, WrenchSamples)
+Item = TypeVar('Item')
+Result = TypeVar('Result')
 
 
 @dataclass(frozen=True)
@@ -40,17 +45,22 @@ class _Channel(NamedTuple):
 
     topic: str
     message_type: str
-    encoding: str
 
 
-@dataclass(frozen=True)
-class _File:
-    """Hold what a pass over the top level of one file of a recording found."""
+class _Part(NamedTuple):
+    """Name a part of a file, and what its channels have in it."""
 
     path: Path
-    contents: Contents
-    channels: dict[int, _Channel]
-    times: list[dict[int, Times]]
+    stretch: Stretch
+    times: dict[int, Times]
+
+
+@dataclass
+class _File:
+    """Collect the channels of one file and its parts; channels are numbered file by file."""
+
+    channels: dict[int, _Channel] = field(default_factory=dict)
+    parts: list[_Part] = field(default_factory=list)
 
 
 def open_recording(path: Path | str) -> 'Recording':
@@ -60,15 +70,8 @@ def open_recording(path: Path | str) -> 'Recording':
     A file that was cut off gives every complete message, and a warning. Raise BagError if there is
     no recording.
     """
-    path = Path(path)
-    if path.name == METADATA_FILE:
-        path = path.parent
-    if not path.exists():
-        raise BagError(f'there is no recording at {path}')
-    if not path.is_dir():
-        return Recording(path, [path], [])
-    files, warnings = _files(path)
-    return Recording(path, files, warnings)
+    files, warnings = find_files(Path(path))
+    return Recording(Path(path), files, warnings)
 
 
 class Recording:
@@ -78,10 +81,8 @@ class Recording:
         """Find the messages in the files; `open_recording` does this for a path."""
         self.path = path
         self.warnings = warnings
-        self._files = [self._scan(file) for file in files]
         self.metadata: dict[str, str] = {}
-        for file in self._files:
-            self.metadata.update(file.contents.metadata)
+        self._files = [self._scan(file) for file in files]
         self.topics = self._summaries()
 
     @property
@@ -153,18 +154,18 @@ class Recording:
         for file in self._files:
             channels = [number for number, channel in file.channels.items()
                         if channel.topic == name]
-            for stretch, times in zip(file.contents.stretches, file.times):
-                if times.keys().isdisjoint(channels):
-                    continue
-                if (records := self._read(file.path, stretch)) is not None:
+            parts = (part for part in file.parts if not part.times.keys().isdisjoint(channels))
+            for records in _ahead(partial(self._read, channels=channels), parts):
+                if records is not None:
                     yield records.messages(channels)
 
-    def _read(self, path: Path, stretch: Stretch) -> Records | None:
+    def _read(self, part: _Part, channels: list[int]) -> Records | None:
         """Return the records of a part of a file, or None and a warning if it is damaged."""
         try:
-            return read_stretch(path, stretch)
+            return read_stretch(part.path, part.stretch, channels)
         except BagError as error:
-            warning = f'{path.name}: the chunk at byte {stretch.offset} is left out: {error}'
+            warning = (f'{part.path.name}: the chunk at byte {part.stretch.offset} is left out: '
+                       f'{error}')
         if warning not in self.warnings:
             self.warnings.append(warning)
         return None
@@ -173,25 +174,42 @@ class Recording:
         """Find the messages of one file, and what its channels carry."""
         contents = scan(path)
         self.warnings.extend(contents.warnings)
-        file = _File(path, contents, {}, [])
+        self.metadata.update(contents.metadata)
+        file = _File()
         schemas: dict[int, str] = {}
         for stretch in contents.stretches:
-            times = stretch.times
+            times = {number: index.times for number, index in stretch.indexes.items()}
+            part = _Part(path, stretch, times)
             if not times or not times.keys() <= file.channels.keys():
-                times = {}
-                if (records := self._read(path, stretch)) is not None:
-                    _define(records, schemas, file.channels)
-                    times = {number: summarise(found) for number, found
-                             in records.log_times().items() if number in file.channels}
-            file.times.append(times)
+                part = part._replace(times=self._look_into(part, schemas, file.channels))
+            file.parts.append(part)
         return file
+
+    def _look_into(
+            self, part: _Part, schemas: dict[int, str],
+            channels: dict[int, _Channel]) -> dict[int, Times]:
+        """Add what the records of a part define, and return what its channels have in it."""
+        records = self._read(part, [])
+        if records is None:
+            return {}
+        try:
+            for record in records.definitions():
+                if isinstance(record, Schema):
+                    schemas[record.id] = _full_type(record.name)
+                else:
+                    channels.setdefault(record.id, _Channel(
+                        record.topic, schemas.get(record.schema_id, 'no type')))
+        except BagError as error:
+            self.warnings.append(f'{part.path.name}: {error}')
+        return {number: summarise(times) for number, times in records.log_times().items()
+                if number in channels}
 
     def _summaries(self) -> dict[str, TopicSummary]:
         """Return a summary of every topic of all files, by name."""
         found: dict[str, TopicSummary] = {}
         for file in self._files:
             for number, channel in sorted(file.channels.items()):
-                times = [part[number] for part in file.times if number in part]
+                times = [part.times[number] for part in file.parts if number in part.times]
                 summary = _summary(channel.message_type, times, found.get(channel.topic))
                 found[channel.topic] = summary
         return dict(sorted(found.items()))
@@ -210,17 +228,6 @@ def _summary(
         max((part.last for part in filled), default=0))
 
 
-def _define(records: Records, schemas: dict[int, str], channels: dict[int, _Channel]) -> None:
-    """Add the schemas and channels that the records define."""
-    for record in records.definitions():
-        if isinstance(record, Schema):
-            schemas[record.id] = _full_type(record.name)
-        else:
-            channels.setdefault(record.id, _Channel(
-                record.topic, schemas.get(record.schema_id, 'no type'),
-                record.message_encoding))
-
-
 def _full_type(name: str) -> str:
     """Return 'package/msg/Name' for a type that is named with or without 'msg'."""
     try:
@@ -236,41 +243,13 @@ def _order(times: Indices) -> Indices | None:
     return np.argsort(times, kind='stable')
 
 
-def _files(directory: Path) -> tuple[list[Path], list[str]]:
-    """Return the files of a rosbag2 directory, and what is wrong with it."""
-    present = sorted(directory.glob('*.mcap'), key=_natural)
-    names, warning = _listed(directory)
-    if warning is None:
-        listed = [directory / Path(name).name for name in names]
-        missing = [file.name for file in listed if not file.is_file()]
-        present = [file for file in listed if file.is_file()]
-        warning = f'{METADATA_FILE} names files that are missing: {missing}' if missing else None
-    if not present:
-        raise BagError(f'{directory} is not a recording: it has no .mcap file')
-    return present, [] if warning is None else [warning]
-
-
-def _listed(directory: Path) -> tuple[list[str], str | None]:
-    """Return the files that metadata.yaml names, or why it names none."""
-    try:
-        with (directory / METADATA_FILE).open('rb') as stream:
-            text = stream.read(LARGEST_METADATA)
-        about: Any = yaml.safe_load(text)['rosbag2_bagfile_information']
-        storage, names = about['storage_identifier'], about['relative_file_paths']
-    except FileNotFoundError:
-        return [], f'{METADATA_FILE} is missing'
-    except (OSError, yaml.YAMLError, ValueError, LookupError, TypeError, RecursionError):
-        return [], f'{METADATA_FILE} is damaged'
-    if storage != 'mcap':
-        raise BagError(
-            f'{directory} is a bag of the storage {storage!r}; `ros2 bag convert` makes an MCAP '
-            f'bag of it')
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        return [], f'{METADATA_FILE} is damaged'
-    return names, None
-
-
-def _natural(path: Path) -> tuple[int, str]:
-    """Return a key that sorts the files of a split bag by number: bag_2 before bag_10."""
-    number = path.stem.rpartition('_')[2]
-    return (int(number) if number.isdecimal() else 0, path.name)
+def _ahead(work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
+    """Yield the results of work in the order of the items, some of them made ahead of time."""
+    waiting: deque[Future[Result]] = deque()
+    with ThreadPoolExecutor(1) as executor:
+        for item in items:
+            waiting.append(executor.submit(work, item))
+            if len(waiting) > AHEAD:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()

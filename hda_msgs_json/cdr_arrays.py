@@ -13,9 +13,10 @@ from typing import Generic, NamedTuple, TypeVar
 from hda_msgs_json.cdr_fields import CdrError, NANOSECONDS
 from hda_msgs_json.cdr_layout import (
     encode_joint_state, encode_wrench, JointState, Layout, read_joint_state, read_wrench, Wrench)
-from hda_msgs_json.samples import Floats, JointSamples, Stamps, WrenchSamples
+from hda_msgs_json.samples import (
+    Floats, join_joint_samples, JointSamples, Stamps, WrenchSamples)
+from hda_msgs_json.strided import Bytes, Indices, structures
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 MOST_LAYOUTS = 16
@@ -23,38 +24,31 @@ MOST_LAYOUTS = 16
 MOST_NAMES = 1000
 """More joints than this on one topic are a broken recording, and would not fit in memory."""
 
-Rows = NDArray[np.uint8]
 Message = TypeVar('Message', JointState, Wrench)
 
 
 class Batch(NamedTuple):
     """Hold messages that lie anywhere in one buffer of bytes: where they start, their sizes."""
 
-    buffer: Rows
-    starts: NDArray[np.int64]
-    sizes: NDArray[np.int64]
+    buffer: Bytes
+    starts: Indices
+    sizes: Indices
 
     def message(self, index: int) -> bytes:
         """Return the bytes of one message."""
         start = int(self.starts[index])
         return self.buffer[start:start + int(self.sizes[index])].tobytes()
 
-    def records(self, chosen: NDArray[np.int64], layout: Layout) -> NDArray[np.void]:
-        """Return messages of the size of a layout as its fields, a view if they lie evenly."""
-        starts = self.starts[chosen]
-        steps = np.diff(starts)
-        if len(steps) and steps[0] > 0 and (steps == steps[0]).all():
-            return np.ndarray(
-                len(starts), layout.record, self.buffer.data, int(starts[0]), (int(steps[0]),))
-        rows = sliding_window_view(self.buffer, layout.size)[starts]
-        return rows.view(layout.record)[:, 0]
+    def records(self, chosen: Indices, layout: Layout) -> NDArray[np.void]:
+        """Return messages of the size of a layout as its fields."""
+        return structures(self.buffer, self.starts[chosen], layout.record)
 
 
 @dataclass(frozen=True)
 class _Block(Generic[Message]):
     """Hold messages of one layout: where they stood, the first of them, stamps and numbers."""
 
-    chosen: NDArray[np.int64]
+    chosen: Indices
     first: Message
     stamps: Stamps
     numbers: tuple[Floats, ...]
@@ -87,14 +81,11 @@ def decode_joint_batch(batch: Batch, number: int = 0) -> JointSamples:
     names = tuple(dict.fromkeys(name for block in blocks for name in block.first.names))
     if len(names) > MOST_NAMES:
         raise CdrError(f'the messages name more than {MOST_NAMES} joints, such as {names[-1]!r}')
-    stamps = np.zeros(len(batch.starts), np.int64)
-    columns = [np.full((len(stamps), len(names)), np.nan) for _ in range(3)]
-    for block in blocks:
-        stamps[block.chosen] = block.stamps
-        _place(columns, block, names)
-    frame_id = blocks[0].first.frame_id if blocks else ''
-    position, velocity, effort = columns
-    return JointSamples(stamps, names, position, velocity, effort, frame_id)
+    if len(blocks) == 1:
+        return _joint_samples(blocks[0])
+    samples = join_joint_samples([_joint_samples(block) for block in blocks])
+    chosen = np.concatenate([np.empty(0, np.int64), *(block.chosen for block in blocks)])
+    return samples.rows(np.argsort(chosen))
 
 
 def decode_wrench_batch(batch: Batch, number: int = 0) -> WrenchSamples:
@@ -117,7 +108,7 @@ def decode_wrench_batch(batch: Batch, number: int = 0) -> WrenchSamples:
     return WrenchSamples(stamps, frame_id or '', force, torque)
 
 
-def encode_joint_rows(samples: JointSamples) -> Rows:
+def encode_joint_rows(samples: JointSamples) -> Bytes:
     """Return the bytes of the messages (n, size), all of one layout."""
     zeros = np.zeros(len(samples.names))
     message = encode_joint_state(0, samples.frame_id, samples.names, zeros, zeros, zeros)
@@ -125,7 +116,7 @@ def encode_joint_rows(samples: JointSamples) -> Rows:
                  (samples.position, samples.velocity, samples.effort))
 
 
-def encode_wrench_rows(samples: WrenchSamples) -> Rows:
+def encode_wrench_rows(samples: WrenchSamples) -> Bytes:
     """Return the bytes of the messages (n, size), all of one layout."""
     message = encode_wrench(0, samples.frame_id, np.zeros(3), np.zeros(3))
     return _fill(message, read_wrench(message)[1], samples.stamps,
@@ -153,8 +144,8 @@ def _blocks(
 
 
 def _same_layout(
-        batch: Batch, left: NDArray[np.int64], first: Message, layout: Layout,
-) -> tuple[_Block[Message], NDArray[np.int64]]:
+        batch: Batch, left: Indices, first: Message, layout: Layout,
+) -> tuple[_Block[Message], Indices]:
     """Return the messages of one layout as a block, and which ones are left."""
     same = batch.sizes[left] == layout.size
     records = batch.records(left[same], layout)
@@ -167,23 +158,20 @@ def _same_layout(
     return _Block(left[same], first, stamps, numbers), left[~same]
 
 
-def _single(first: Message, chosen: NDArray[np.int64]) -> _Block[Message]:
+def _single(first: Message, chosen: Indices) -> _Block[Message]:
     """Return one message as a block."""
     numbers = tuple(values[np.newaxis] for values in first.numbers)
     return _Block(chosen, first, np.array([first.stamp_ns]), numbers)
 
 
-def _place(columns: Sequence[Floats], block: _Block[JointState], names: tuple[str, ...]) -> None:
-    """Write the numbers of a block to the columns of its names; what it lacks stays NaN."""
-    at = np.array([names.index(name) for name in block.first.names], np.int64)
-    whole = np.array_equal(at, np.arange(len(names))) and len(block.chosen) == len(columns[0])
-    for column, values in zip(columns, block.numbers):
-        if values.shape[1] == 0:
-            continue
-        if whole:
-            column[:] = values
-        else:
-            column[np.ix_(block.chosen, at)] = values
+def _joint_samples(block: _Block[JointState]) -> JointSamples:
+    """Return the messages of one layout as arrays; what they lack is NaN."""
+    names = block.first.names
+    position, velocity, effort = (
+        np.ascontiguousarray(values) if values.shape[1] else np.full(
+            (len(values), len(names)), np.nan) for values in block.numbers)
+    return JointSamples(
+        block.stamps, names, position, velocity, effort, block.first.frame_id)
 
 
 def _check_joint_state(state: JointState) -> None:
@@ -199,7 +187,7 @@ def _check_nothing(wrench: Wrench) -> None:
     """Accept every wrench: its length is fixed."""
 
 
-def _fill(message: bytes, layout: Layout, stamps: Stamps, arrays: Sequence[Floats]) -> Rows:
+def _fill(message: bytes, layout: Layout, stamps: Stamps, arrays: Sequence[Floats]) -> Bytes:
     """Return a message once per stamp with its stamp and its numbers filled in."""
     seconds, nanoseconds = np.divmod(stamps, NANOSECONDS)
     if len(stamps) and not np.array_equal(seconds, seconds.astype(np.int32)):

@@ -1,16 +1,19 @@
 """Where the chunks of an MCAP file lie: read from its data section alone, whole or cut off."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 import struct
 from typing import BinaryIO
 
 from hda_msgs_json.mcap_chunk import decompress, LARGEST, salvage
-from hda_msgs_json.mcap_records import (
-    BagError, INDEX_ENTRY, Indices, MAGIC, parse, RECORD_HEAD, record_starts, Records)
+from hda_msgs_json.mcap_records import BagError, INDEX_ENTRY, MAGIC, parse, Records
+from hda_msgs_json.mcap_walk import RECORD_HEAD, record_starts
+from hda_msgs_json.strided import Indices
 from mcap.opcode import Opcode
 from mcap.records import Metadata
 import numpy as np
+from numpy.typing import NDArray
 
 METADATA_NAME = 'hda'
 WINDOW = 1 << 20
@@ -18,12 +21,13 @@ LOOSE = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE)
 SUMMARY = (Opcode.DATA_END, Opcode.FOOTER)
 CHUNK_HEAD = struct.Struct('<QQQII')
 INDEX_HEAD = struct.Struct('<HI')
+LONGEST_NAME = 16
 SQLITE = b'SQLite format 3'
 
 
 @dataclass(frozen=True)
 class Times:
-    """Summarise the messages of a channel: how many, the first and the last log time [ns]."""
+    """Summarise messages: how many, the first and the last log time [ns]."""
 
     count: int
     first: int
@@ -31,12 +35,20 @@ class Times:
 
 
 @dataclass(frozen=True)
+class Index:
+    """Name the index of a channel in a chunk: where its entries are, and what they say."""
+
+    offset: int
+    times: Times
+
+
+@dataclass(frozen=True)
 class Stretch:
     """
     Name a part of a file that holds messages: a chunk, or records outside of any chunk.
 
-    `times` says what each channel has in it, or is None where that has to be read from the
-    messages. A chunk that the end of the file cuts off has `cut` set.
+    The indexes, by channel, are those that follow a chunk. A chunk that the end of the file cuts
+    off has `cut` set.
     """
 
     offset: int
@@ -44,8 +56,8 @@ class Stretch:
     size: int
     compression: str = ''
     crc: int = 0
-    times: dict[int, Times] | None = None
     cut: bool = False
+    indexes: dict[int, Index] = field(default_factory=dict)
 
 
 @dataclass
@@ -55,16 +67,6 @@ class Contents:
     stretches: list[Stretch] = field(default_factory=list)
     metadata: dict[str, str] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
-
-
-def read_stretch(path: Path, stretch: Stretch) -> Records:
-    """Return the records of a part of a file; raise BagError if it is damaged."""
-    with path.open('rb') as stream:
-        stream.seek(stretch.offset)
-        stored = stream.read(stretch.stored)
-    if stretch.cut:
-        return Records(salvage(stored, stretch.compression, stretch.size))
-    return Records(decompress(stored, stretch.compression, stretch.size, stretch.crc))
 
 
 def scan(path: Path) -> Contents:
@@ -81,6 +83,35 @@ def scan(path: Path) -> Contents:
         raise BagError(f'{path} cannot be read: {error.strerror}') from None
 
 
+def read_stretch(path: Path, stretch: Stretch, channels: Sequence[int] = ()) -> Records:
+    """Return the records of a part of a file, with the indexes of some channels."""
+    try:
+        with path.open('rb') as stream:
+            stream.seek(stretch.offset)
+            stored = stream.read(stretch.stored)
+            indexes = {channel: _entries(stream, stretch.indexes[channel])
+                       for channel in channels if channel in stretch.indexes}
+    except OSError as error:
+        raise BagError(f'{path} cannot be read: {error.strerror}') from None
+    if stretch.cut:
+        return Records(salvage(stored, stretch.compression, stretch.size), {})
+    content = decompress(stored, stretch.compression, stretch.size, stretch.crc)
+    return Records(content, indexes)
+
+
+def summarise(log_times: Indices) -> Times:
+    """Return how many messages were recorded, the first and the last time."""
+    if not len(log_times):
+        return Times(0, 0, 0)
+    return Times(len(log_times), int(log_times.min()), int(log_times.max()))
+
+
+def _entries(stream: BinaryIO, index: Index) -> NDArray[np.void]:
+    stream.seek(index.offset)
+    found = stream.read(index.times.count * INDEX_ENTRY.itemsize)
+    return np.frombuffer(found, INDEX_ENTRY, len(found) // INDEX_ENTRY.itemsize)
+
+
 class _Scanner:
     """Walk over the top level of one file."""
 
@@ -91,6 +122,7 @@ class _Scanner:
         self._found = Contents()
 
     def scan(self) -> Contents:
+        """Return what the file holds."""
         self._check_magic()
         at = len(MAGIC)
         while (head := self._head(at)) is not None:
@@ -98,7 +130,11 @@ class _Scanner:
             if opcode in SUMMARY:
                 self._check_end()
                 return self._found
-            at = self._loose(at) if opcode in LOOSE else self._other(at, opcode, length)
+            if opcode in LOOSE:
+                at = self._loose(at, length)
+            else:
+                self._take(opcode, at, length)
+                at += RECORD_HEAD.size + length
         return self._found
 
     def _check_magic(self) -> None:
@@ -122,59 +158,64 @@ class _Scanner:
             self._warn(f'it was cut off at byte {self._size}')
             return None
         opcode, length = RECORD_HEAD.unpack(head)
-        if at + RECORD_HEAD.size + length <= self._size or opcode in SUMMARY:
+        left = self._size - at - RECORD_HEAD.size
+        if length <= left or opcode in SUMMARY:
             return opcode, length
+        self._warn(f'it was cut off or is damaged: the record at byte {at} should have {length} '
+                   f'bytes, {left} are left')
         if opcode == Opcode.CHUNK:
-            self._chunk(at, self._size - at - RECORD_HEAD.size, cut=True)
-        self._warn(f'it was cut off or is damaged: the record at byte {at} claims {length} bytes '
-                   f'and {self._size - at - RECORD_HEAD.size} follow')
+            self._chunk(at + RECORD_HEAD.size, left, cut=True)
         return None
 
-    def _other(self, at: int, opcode: int, length: int) -> int:
-        """Take note of a record that is not a message, and return where the next one starts."""
-        if opcode == Opcode.CHUNK:
-            self._chunk(at, length, cut=False)
-        elif opcode == Opcode.MESSAGE_INDEX:
-            self._index(at + RECORD_HEAD.size, length)
-        elif opcode == Opcode.METADATA and length <= WINDOW:
-            record = parse(Metadata, self._read(at + RECORD_HEAD.size, length))
-            if record.name == METADATA_NAME:
-                self._found.metadata.update(record.metadata)
-        return at + RECORD_HEAD.size + length
-
-    def _chunk(self, at: int, length: int, *, cut: bool) -> None:
-        """Take note of a chunk; the length is what the file has of it."""
+    def _take(self, opcode: int, at: int, length: int) -> None:
+        """Take note of a whole record that is not a message."""
         start = at + RECORD_HEAD.size
+        if opcode == Opcode.CHUNK:
+            self._chunk(start, length, cut=False)
+        elif opcode == Opcode.MESSAGE_INDEX:
+            self._index(start, length)
+        elif opcode == Opcode.METADATA and length <= WINDOW:
+            self._metadata(self._read(start, length))
+
+    def _chunk(self, start: int, length: int, *, cut: bool) -> None:
+        """Take note of a chunk, of which the file has so many bytes."""
         head = self._read(start, min(length, CHUNK_HEAD.size))
         if len(head) < CHUNK_HEAD.size:
             return
         _, _, size, crc, name_size = CHUNK_HEAD.unpack(head)
-        name = self._read(start + CHUNK_HEAD.size, min(name_size, 16))
+        name = self._read(start + CHUNK_HEAD.size, min(name_size, LONGEST_NAME))
         offset = start + CHUNK_HEAD.size + name_size + 8
-        stored = int.from_bytes(self._read(offset - 8, 8), 'little')
         left = start + length - offset
-        if name_size > 16 or left < 0 or (stored > left and not cut):
-            self._warn(f'the chunk at byte {at} is damaged and left out')
+        stored = int.from_bytes(self._read(offset - 8, 8), 'little') if left >= 0 else 0
+        if left < 0 or (stored > left and not cut):
+            self._warn(f'the chunk at byte {start - RECORD_HEAD.size} is damaged and left out')
             return
         self._found.stretches.append(Stretch(
-            offset, min(stored, left), size, name.decode('ascii', 'replace'), crc, cut=cut,
-            times=None if cut else {}))
+            offset, min(stored, left), size, name.decode('ascii', 'replace'), crc, cut))
 
     def _index(self, start: int, length: int) -> None:
-        """Add what a message index says about a channel to the chunk before it."""
+        """Add the index of a channel to the chunk before it."""
         body = self._read(start, min(length, LARGEST))
         if not self._found.stretches or len(body) < INDEX_HEAD.size:
             return
-        times = self._found.stretches[-1].times
         channel, size = INDEX_HEAD.unpack_from(body)
-        entries = (len(body) - INDEX_HEAD.size) // INDEX_ENTRY.itemsize
-        log_times = np.frombuffer(body, INDEX_ENTRY, entries, INDEX_HEAD.size)['log_time']
-        if times is not None and size == entries * INDEX_ENTRY.itemsize:
-            times[channel] = summarise(log_times.astype(np.int64))
+        count = (len(body) - INDEX_HEAD.size) // INDEX_ENTRY.itemsize
+        if size == count * INDEX_ENTRY.itemsize and count:
+            entries = np.frombuffer(body, INDEX_ENTRY, count, INDEX_HEAD.size)
+            self._found.stretches[-1].indexes[channel] = Index(
+                start + INDEX_HEAD.size, summarise(entries['log_time'].astype(np.int64)))
 
-    def _loose(self, at: int) -> int:
+    def _metadata(self, body: bytes) -> None:
+        try:
+            record = parse(Metadata, body)
+        except BagError as error:
+            self._warn(f'{error} and left out')
+            return
+        if record.name == METADATA_NAME:
+            self._found.metadata.update(record.metadata)
+
+    def _loose(self, at: int, length: int) -> int:
         """Take note of records outside of any chunk, and return where they end."""
-        length = RECORD_HEAD.unpack(self._read(at, RECORD_HEAD.size))[1]
         content = self._read(at, max(WINDOW, RECORD_HEAD.size + length))
         starts, end = record_starts(content)
         opcodes = np.frombuffer(content, np.uint8)[starts]
@@ -189,10 +230,3 @@ class _Scanner:
 
     def _warn(self, what: str) -> None:
         self._found.warnings.append(f'{self._path.name}: {what}')
-
-
-def summarise(log_times: Indices) -> Times:
-    """Return how many messages were recorded, the first and the last time."""
-    if not len(log_times):
-        return Times(0, 0, 0)
-    return Times(len(log_times), int(log_times.min()), int(log_times.max()))

@@ -5,32 +5,28 @@ The many small message records of a chunk are found and read as arrays. The rare
 the `mcap` library.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 from io import BytesIO
 import struct
 from typing import NamedTuple, TypeVar
 
 from hda_msgs_json.cdr_arrays import Batch
+from hda_msgs_json.mcap_walk import RECORD_HEAD, record_starts
+from hda_msgs_json.strided import Indices, structures
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, Metadata, Schema
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 MAGIC = b'\x89MCAP0\r\n'
-RECORD_HEAD = struct.Struct('<BQ')
 MESSAGE_HEAD = np.dtype([
     ('opcode', 'u1'), ('length', '<u8'), ('channel', '<u2'), ('sequence', '<u4'),
     ('log_time', '<u8'), ('publish_time', '<u8')])
 INDEX_ENTRY = np.dtype([('log_time', '<u8'), ('offset', '<u8')])
 
-FEWEST_PROBED = 64
-LONGEST_CYCLE = 16
-
-Bytes = NDArray[np.uint8]
-Indices = NDArray[np.int64]
 Record = TypeVar('Record', Channel, Metadata, Schema)
 
 
@@ -46,43 +42,83 @@ class Messages(NamedTuple):
 
 
 class Records:
-    """Give access to the records of one stretch of an MCAP file."""
+    """
+    Give access to the records of one stretch of an MCAP file.
 
-    def __init__(self, content: bytes) -> None:
-        """Find all complete records; whatever follows the last of them is left out."""
+    The indexes, by channel, come from the file. They are believed where the messages are what they
+    say; otherwise the records are followed one by one.
+    """
+
+    def __init__(self, content: bytes, indexes: Mapping[int, NDArray[np.void]]) -> None:
+        """Look at nothing yet."""
         self._content = content
         self._buffer = np.frombuffer(content, np.uint8)
-        self.starts, self.end = record_starts(content)
-        self.opcodes = self._buffer[self.starts]
-        sizes = np.diff(self.starts, append=self.end)
-        sound = (self.opcodes == Opcode.MESSAGE) & (sizes >= MESSAGE_HEAD.itemsize)
-        self._message_starts, self._message_sizes = self.starts[sound], sizes[sound]
-        self._heads = gather(self._buffer, self._message_starts, MESSAGE_HEAD)
+        self._indexes = indexes
 
     def definitions(self) -> Iterator[Schema | Channel]:
         """Yield the schemas and channels; raise BagError if one is broken."""
-        for at in np.flatnonzero(np.isin(self.opcodes, (Opcode.SCHEMA, Opcode.CHANNEL))):
-            start = int(self.starts[at])
-            stop = int(self.starts[at + 1]) if at + 1 < len(self.starts) else self.end
-            body = self._content[start + RECORD_HEAD.size:stop]
-            yield (parse(Schema, body) if self.opcodes[at] == Opcode.SCHEMA
-                   else parse(Channel, body))
+        starts, end = self._walked
+        opcodes = self._buffer[starts]
+        stops = np.append(starts[1:], end)
+        for at in np.flatnonzero(np.isin(opcodes, (Opcode.SCHEMA, Opcode.CHANNEL))):
+            body = self._content[starts[at] + RECORD_HEAD.size:stops[at]]
+            yield parse(Schema, body) if opcodes[at] == Opcode.SCHEMA else parse(Channel, body)
 
     def log_times(self) -> dict[int, Indices]:
         """Return when the messages of each channel were recorded [ns]."""
-        channels = self._heads['channel']
-        times = self._heads['log_time'].astype(np.int64)
-        return {int(channel): times[channels == channel] for channel in np.unique(channels)}
+        heads = structures(self._buffer, self._message_starts, MESSAGE_HEAD)
+        times = heads['log_time'].astype(np.int64)
+        return {int(channel): times[heads['channel'] == channel]
+                for channel in np.unique(heads['channel'])}
 
     def messages(self, channels: Sequence[int]) -> Messages:
-        """Return the messages of some channels."""
-        chosen = np.isin(self._heads['channel'], channels)
-        starts, sizes = self._message_starts, self._message_sizes
-        times = self._heads['log_time']
-        if not chosen.all():
-            starts, sizes, times = starts[chosen], sizes[chosen], times[chosen]
-        head = MESSAGE_HEAD.itemsize
-        return Messages(times.astype(np.int64), Batch(self._buffer, starts + head, sizes - head))
+        """Return the messages of some channels, in the order of the file."""
+        indexed = self._indexed(channels)
+        if indexed is None:
+            starts = self._message_starts
+            heads = structures(self._buffer, starts, MESSAGE_HEAD)
+            chosen = np.isin(heads['channel'], channels)
+            starts, heads = starts[chosen], heads[chosen]
+        else:
+            starts, heads = indexed
+        sizes = heads['length'].astype(np.int64) + (RECORD_HEAD.size - MESSAGE_HEAD.itemsize)
+        batch = Batch(self._buffer, starts + MESSAGE_HEAD.itemsize, sizes)
+        return Messages(heads['log_time'].astype(np.int64), batch)
+
+    @cached_property
+    def _walked(self) -> tuple[Indices, int]:
+        return record_starts(self._content)
+
+    @property
+    def _message_starts(self) -> Indices:
+        """Return where complete message records start."""
+        starts, end = self._walked
+        sizes = np.diff(starts, append=end)
+        return starts[
+            (self._buffer[starts] == Opcode.MESSAGE) & (sizes >= MESSAGE_HEAD.itemsize)]
+
+    def _indexed(self, channels: Sequence[int]) -> tuple[Indices, NDArray[np.void]] | None:
+        """Return starts and heads that the indexes give, or None if they are not true."""
+        if not self._indexes:
+            return None
+        present = [channel for channel in channels if channel in self._indexes]
+        entries = np.concatenate([
+            np.empty(0, INDEX_ENTRY), *(self._indexes[channel] for channel in present)])
+        numbers = np.repeat(present, [len(self._indexes[channel]) for channel in present])
+        starts = entries['offset'].astype(np.int64)
+        last = len(self._buffer) - MESSAGE_HEAD.itemsize
+        if len(starts) and (starts.min() < 0 or starts.max() > last):
+            return None
+        if (np.diff(starts) <= 0).any():
+            order = np.argsort(starts, kind='stable')
+            starts, entries, numbers = starts[order], entries[order], numbers[order]
+        heads = structures(self._buffer, starts, MESSAGE_HEAD)
+        room = (len(self._buffer) - starts - RECORD_HEAD.size).astype(np.uint64)
+        true = (
+            (heads['opcode'] == Opcode.MESSAGE) & (heads['channel'] == numbers)
+            & (heads['log_time'] == entries['log_time']) & (heads['length'] <= room)
+            & (heads['length'] >= MESSAGE_HEAD.itemsize - RECORD_HEAD.size))
+        return (starts, heads) if true.all() else None
 
 
 def parse(kind: type[Record], body: bytes) -> Record:
@@ -91,66 +127,3 @@ def parse(kind: type[Record], body: bytes) -> Record:
         return kind.read(ReadDataStream(BytesIO(body)))
     except (McapError, struct.error, UnicodeDecodeError):
         raise BagError(f'a {kind.__name__.lower()} record is broken') from None
-
-
-def gather(buffer: Bytes, starts: Indices, kind: np.dtype[np.void]) -> NDArray[np.void]:
-    """Return the structures (n,) that lie at these offsets, none beyond the end."""
-    if not len(starts):
-        return np.empty(0, kind)
-    return sliding_window_view(buffer, kind.itemsize)[starts].view(kind)[:, 0]
-
-
-def record_starts(content: bytes) -> tuple[Indices, int]:
-    """
-    Return where the complete records start, and where the last of them ends.
-
-    Records must be followed one by one, but recordings repeat themselves: where the sizes of the
-    records have a short period, the next periods are checked all at once.
-    """
-    found, at, probed = [], 0, FEWEST_PROBED
-    while True:
-        starts, at = _follow(content, at, probed)
-        found.append(np.array(starts, np.int64))
-        if len(starts) < probed:
-            return np.concatenate(found), at
-        cycle = _cycle(np.diff(found[-1][-2 * LONGEST_CYCLE:], append=at))
-        repeated = _repeat(content, at, cycle)
-        probed = FEWEST_PROBED if len(repeated) else 2 * probed
-        found.append(repeated)
-        at += len(repeated) // max(len(cycle), 1) * int(cycle.sum())
-
-
-def _follow(content: bytes, at: int, most: int) -> tuple[list[int], int]:
-    """Return the starts of the next records, and where the last of them ends."""
-    starts: list[int] = []
-    last = len(content) - RECORD_HEAD.size
-    while at <= last and len(starts) < most:
-        stop = at + RECORD_HEAD.size + RECORD_HEAD.unpack_from(content, at)[1]
-        if stop > len(content):
-            break
-        starts.append(at)
-        at = stop
-    return starts, at
-
-
-def _cycle(sizes: Indices) -> Indices:
-    """Return the shortest run of sizes that repeats itself, or nothing."""
-    for period in range(1, LONGEST_CYCLE + 1):
-        if np.array_equal(sizes[period:], sizes[:-period]):
-            return sizes[-period:]
-    return sizes[:0]
-
-
-def _repeat(content: bytes, at: int, cycle: Indices) -> Indices:
-    """Return the starts of the records that follow as long as their sizes repeat a cycle."""
-    stride = int(cycle.sum())
-    count = (len(content) - at) // stride if stride else 0
-    if not count:
-        return cycle[:0]
-    offsets = np.cumsum(cycle) - cycle
-    same = np.ones(count, bool)
-    for offset, size in zip(offsets.tolist(), cycle.tolist()):
-        lengths = np.ndarray(count, '<u8', content, at + offset + 1, (stride,))
-        same &= lengths == size - RECORD_HEAD.size
-    count = count if same.all() else int(same.argmin())
-    return np.asarray((at + stride * np.arange(count)[:, np.newaxis] + offsets).ravel(), np.int64)

@@ -9,7 +9,9 @@ from typing import BinaryIO
 import zlib
 
 from hda_msgs_json.mcap_chunk import compress
-from hda_msgs_json.mcap_records import Bytes, INDEX_ENTRY, MAGIC, RECORD_HEAD
+from hda_msgs_json.mcap_records import INDEX_ENTRY, MAGIC
+from hda_msgs_json.mcap_walk import RECORD_HEAD
+from hda_msgs_json.strided import Bytes
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import (

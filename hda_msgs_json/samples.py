@@ -115,17 +115,11 @@ def join_joint_samples(parts: Sequence[JointSamples]) -> JointSamples:
     """
     names = tuple(dict.fromkeys(name for part in parts for name in part.names))
     stamps = np.concatenate([np.empty(0, np.int64), *(part.stamps for part in parts)])
-    columns = {
-        field: np.full((len(stamps), len(names)), np.nan)
-        for field in ('position', 'velocity', 'effort')}
-    first = 0
-    for part in parts:
-        rows = slice(first, first + len(part))
-        at = [names.index(name) for name in part.names]
-        for field, values in columns.items():
-            values[rows, at] = getattr(part, field)
-        first = rows.stop
-    return JointSamples(stamps, names, **columns, frame_id=parts[0].frame_id if parts else '')
+    position, velocity, effort = (
+        _join_columns([(part.names, getattr(part, field)) for part in parts], names)
+        for field in ('position', 'velocity', 'effort'))
+    return JointSamples(
+        stamps, names, position, velocity, effort, parts[0].frame_id if parts else '')
 
 
 def join_wrench_samples(parts: Sequence[WrenchSamples]) -> WrenchSamples:
@@ -137,6 +131,22 @@ def join_wrench_samples(parts: Sequence[WrenchSamples]) -> WrenchSamples:
         parts[0].frame_id if parts else '',
         np.concatenate([np.empty((0, 3)), *(part.force for part in parts)]),
         np.concatenate([np.empty((0, 3)), *(part.torque for part in parts)]))
+
+
+def _join_columns(
+        parts: Sequence[tuple[tuple[str, ...], Floats]], names: tuple[str, ...]) -> Floats:
+    """Return the rows of all parts with a column per name, NaN where a part lacks it."""
+    joined = np.empty((sum(len(values) for _, values in parts), len(names)))
+    first = 0
+    for present, values in parts:
+        rows = joined[first:first + len(values)]
+        if present == names:
+            rows[:] = values
+        else:
+            rows[:] = np.nan
+            rows[:, [names.index(name) for name in present]] = values
+        first += len(values)
+    return joined
 
 
 def _quoted(names: Collection[str]) -> str:

@@ -1,0 +1,67 @@
+"""The files of a recording: what metadata.yaml names, or what is there if it is missing."""
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from hda_msgs_json.mcap_records import BagError
+import yaml
+
+METADATA_FILE = 'metadata.yaml'
+LARGEST_METADATA = 16 << 20
+
+
+class BagFiles(NamedTuple):
+    """Hold the MCAP files of a recording in their order, and what is wrong with the directory."""
+
+    paths: list[Path]
+    warnings: list[str]
+
+
+def find_files(path: Path) -> BagFiles:
+    """Return the files of a rosbag2 directory or a loose file; raise BagError if there is none."""
+    if path.name == METADATA_FILE:
+        path = path.parent
+    if not path.exists():
+        raise BagError(f'there is no recording at {path}')
+    if not path.is_dir():
+        return BagFiles([path], [])
+    try:
+        listed = [path / Path(name).name for name in _listed(path)]
+        missing = [file.name for file in listed if not file.is_file()]
+        present = [file for file in listed if file.is_file()]
+        warnings = [f'{METADATA_FILE} names files that are missing: {", ".join(missing)}'
+                    ] if missing else []
+    except _NoListError as error:
+        present, warnings = sorted(path.glob('*.mcap'), key=_natural), [str(error)]
+    if not present:
+        raise BagError(f'{path} is not a recording: it has no .mcap file')
+    return BagFiles(present, warnings)
+
+
+class _NoListError(ValueError):
+    """Raised when metadata.yaml names no files."""
+
+
+def _listed(directory: Path) -> list[str]:
+    """Return the files that metadata.yaml names; raise _NoListError if it does not."""
+    try:
+        with (directory / METADATA_FILE).open('rb') as stream:
+            about: Any = yaml.safe_load(stream.read(LARGEST_METADATA))
+        about = about['rosbag2_bagfile_information']
+        storage, names = about['storage_identifier'], about['relative_file_paths']
+    except FileNotFoundError:
+        raise _NoListError(f'{METADATA_FILE} is missing') from None
+    except (OSError, yaml.YAMLError, ValueError, LookupError, TypeError, RecursionError):
+        raise _NoListError(f'{METADATA_FILE} is damaged') from None
+    if storage == 'sqlite3':
+        raise BagError(
+            f'{directory} is an SQLite bag; `ros2 bag convert` makes an MCAP bag of it')
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise _NoListError(f'{METADATA_FILE} is damaged')
+    return names
+
+
+def _natural(path: Path) -> tuple[int, str]:
+    """Return a key that sorts the files of a split bag by number: bag_2 before bag_10."""
+    number = path.stem.rpartition('_')[2]
+    return (int(number) if number.isdecimal() else 0, path.name)

@@ -1,0 +1,68 @@
+"""Where the records of a stretch of an MCAP file start."""
+
+import struct
+
+from hda_msgs_json.strided import Indices
+import numpy as np
+from numpy.typing import NDArray
+
+RECORD_HEAD = struct.Struct('<BQ')
+FEWEST_PROBED = 64
+LONGEST_CYCLE = 16
+
+
+def record_starts(content: bytes) -> tuple[Indices, int]:
+    """
+    Return where the complete records start, and where the last of them ends.
+
+    Records must be followed one by one, but recordings repeat themselves: where the sizes of the
+    records have a short period, the next periods are checked all at once.
+    """
+    found, at, probed = [], 0, FEWEST_PROBED
+    while True:
+        starts, at = _follow(content, at, probed)
+        found.append(np.array(starts, np.int64))
+        if len(starts) < probed:
+            return np.concatenate(found), at
+        cycle = _cycle(np.diff(found[-1][-2 * LONGEST_CYCLE:], append=at))
+        repeated = _repeat(content, at, cycle)
+        probed = FEWEST_PROBED if len(repeated) > probed else 2 * probed
+        found.append(repeated)
+        at += len(repeated) // max(len(cycle), 1) * int(cycle.sum())
+
+
+def _follow(content: bytes, at: int, most: int) -> tuple[list[int], int]:
+    """Return the starts of the next records, and where the last of them ends."""
+    starts: list[int] = []
+    last = len(content) - RECORD_HEAD.size
+    while at <= last and len(starts) < most:
+        stop = at + RECORD_HEAD.size + RECORD_HEAD.unpack_from(content, at)[1]
+        if stop > len(content):
+            break
+        starts.append(at)
+        at = stop
+    return starts, at
+
+
+def _cycle(sizes: Indices) -> Indices:
+    """Return the shortest run of sizes that repeats itself, or nothing."""
+    for period in range(1, LONGEST_CYCLE + 1):
+        if np.array_equal(sizes[period:], sizes[:-period]):
+            return sizes[-period:]
+    return sizes[:0]
+
+
+def _repeat(content: bytes, at: int, cycle: Indices) -> Indices:
+    """Return the starts of the records that follow as long as their sizes repeat a cycle."""
+    stride = int(cycle.sum())
+    count = (len(content) - at) // stride if stride else 0
+    if not count:
+        return cycle[:0]
+    offsets = np.cumsum(cycle) - cycle
+    same = np.ones(count, bool)
+    for offset, size in zip(offsets.tolist(), cycle.tolist()):
+        lengths: NDArray[np.uint64] = np.ndarray(
+            count, '<u8', content, at + offset + 1, (stride,))
+        same &= lengths == size - RECORD_HEAD.size
+    count = count if same.all() else int(same.argmin())
+    return np.asarray((at + stride * np.arange(count)[:, np.newaxis] + offsets).ravel(), np.int64)
