@@ -40,7 +40,7 @@ RESULTS = 7
 
 # Results of the tip: force ON the tip [N], covariances [N^2] by rows.
 TOOL_X, TOOL_Y, BASE_X, BASE_Y, TOOL_COVARIANCE, BASE_COVARIANCE = 0, 1, 2, 3, 4, 8
-SINGULAR, NOISE_GAIN = 12, 13
+SINGULAR, CONDITIONING = 12, 13
 TIP_RESULTS = 14
 
 
@@ -107,11 +107,11 @@ def _tip(record, settings, q1, q2, result, tip):                    # type: igno
     tool, base = tip[TOOL_X:TOOL_X + 2], tip[BASE_X:BASE_X + 2]
     tool_covariance = tip[TOOL_COVARIANCE:TOOL_COVARIANCE + 4].reshape((2, 2))
     base_covariance = tip[BASE_COVARIANCE:BASE_COVARIANCE + 4].reshape((2, 2))
-    singular, gain = tool_force(record.body.links, joints, q2, result[:, EXTERNAL_TORQUE],
-                                result[:, EXTERNAL_DEVIATION], settings.singular_sine,
-                                tool, tool_covariance)
+    singular, ratio = tool_force(record.body.links, joints, q2, result[:, EXTERNAL_TORQUE],
+                                 result[:, EXTERNAL_DEVIATION], settings.singular_sine,
+                                 tool, tool_covariance)
     base_force(q1 + q2, tool, tool_covariance, base, base_covariance)
-    tip[SINGULAR], tip[NOISE_GAIN] = 1.0 if singular else 0.0, gain
+    tip[SINGULAR], tip[CONDITIONING] = 1.0 if singular else 0.0, ratio
 
 
 @compiled

@@ -16,28 +16,36 @@ def tool_force(links, joints, elbow, torque, deviation, singular_sine, force, co
 
     Solves tau = J^T F. The axial component is NaN for a single link and where
     |sin(theta2)| < `singular_sine`; the perpendicular one is then the weighted mean of what both
-    joints say. Returns whether that is so and the noise gain [N/(N*m)] of a full solution.
+    joints say. Returns whether that is so, and the conditioning: 0 to 1.
     """
     if joints == 1:
         force[0], force[1] = np.nan, torque[0] / links.length1
         _only_perpendicular(covariance, (deviation[0] / links.length1) ** 2)
-        return True, np.inf
+        return True, 0.0
     j11, _, j21, j22 = tool_jacobian(links.length1, links.length2, elbow)
-    gain = np.sqrt(1.0 + (j21 / j22) ** 2) / max(abs(j11), 1e-12)
+    ratio = singular_ratio(j11, j21, j22)
     if abs(np.sin(elbow)) < singular_sine:
         weight1, weight2 = 1.0 / deviation[0] ** 2, 1.0 / deviation[1] ** 2
         certainty = j21 * j21 * weight1 + j22 * j22 * weight2
         force[0] = np.nan
         force[1] = (j21 * weight1 * torque[0] + j22 * weight2 * torque[1]) / certainty
         _only_perpendicular(covariance, 1.0 / certainty)
-        return True, gain
+        return True, ratio
     force[1] = torque[1] / j22
     force[0] = (torque[0] - j21 * force[1]) / j11
     variance1, variance2 = deviation[0] ** 2, deviation[1] ** 2
     covariance[1, 1] = variance2 / j22 ** 2
     covariance[0, 0] = (variance1 + (j21 / j22) ** 2 * variance2) / j11 ** 2
     covariance[0, 1] = covariance[1, 0] = -j21 * variance2 / (j11 * j22 ** 2)
-    return False, gain
+    return False, ratio
+
+
+@compiled
+def singular_ratio(j11, j21, j22):                                    # type: ignore[no-untyped-def]
+    """Return the smallest over the largest singular value of ((j11, 0), (j21, j22))."""
+    product = abs(j11 * j22)
+    squares = j11 ** 2 + j21 ** 2 + j22 ** 2
+    return 2.0 * product / (squares + np.sqrt(max(squares ** 2 - 4.0 * product ** 2, 0.0)))
 
 
 @compiled

@@ -1,0 +1,123 @@
+"""
+What can be found about a joint's torsion: each term a few unknowns, and how they enter the arm.
+
+A term adds its unknowns to an arm of one joint. The unknowns are what a fit likes (the sine and
+cosine parts of a ripple); the numbers are what an arm file holds (its amplitude and phase).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+import math
+from typing import NamedTuple
+
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects import ClockSkew, KinematicError, TorsionalHysteresis
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+# One sigma of what is known of a strain-wave gear before it is measured.
+RIPPLE = 1e-4                   # [rad], 0.3 to 1.5 arcmin from peak to peak
+SKEW = 3e-4                     # [s], a bus cycle between the readings of two encoders
+WIDTH = 1.5e-4                  # [rad], a loop of half an arcmin
+WIDEST_LOOP = 3.0               # times the deviation of the reference torque
+WIDEST_FACTOR = math.log(50.0)   # of a stiffness over its nominal value, either way
+LEAST_TOLERANCE = 1e-6
+ORDERS = (1, 2)                 # per motor turn
+
+
+class Unknown(NamedTuple):
+    """One unknown: its value before, one sigma of that, where the search may begin and end."""
+
+    nominal: float
+    spread: float
+    low: float
+    high: float
+    start: float
+
+
+@dataclass(frozen=True)
+class Term:
+    """Some unknowns, how their values enter the arm of one joint, and the numbers they make."""
+
+    unknowns: tuple[Unknown, ...]
+    applied: Callable[[Arm, Floats], Arm]
+    numbers: Callable[[Floats], dict[str, float]]
+
+
+def stiffness(arm: Arm, reference_deviation: float) -> Term:
+    """Return the stiffness of the flexspline; its logarithm is known to the arm's tolerance."""
+    nominal = arm.joints[0].torsion.flexspline_stiffness
+    spread = max(arm.tolerances.stiffness, LEAST_TOLERANCE)
+
+    def numbers(values: Floats) -> dict[str, float]:
+        return {'torsion.flexspline_stiffness': nominal * math.exp(values[0])}
+
+    def applied(arm: Arm, values: Floats) -> Arm:
+        joint, = arm.joints
+        law = replace(joint.torsion, flexspline_stiffness=nominal * math.exp(values[0]))
+        return replace(arm, joints=(replace(joint, torsion=law),))
+
+    unknown = Unknown(0.0, spread, -WIDEST_FACTOR, WIDEST_FACTOR, 0.0)
+    return Term((unknown,), applied, numbers)
+
+
+def hysteresis(arm: Arm, reference_deviation: float) -> Term:
+    """Return the loop of torque over torsion: its level and its width."""
+    label = arm.labels[0]
+    known = arm.effect('torsional_hysteresis', label)
+    spread = WIDEST_LOOP * reference_deviation
+    level, width = known.values()[:2]
+
+    def applied(arm: Arm, values: Floats) -> Arm:
+        found = replace(known, level=max(float(values[0]), 0.0), width=float(values[1]))
+        return arm.with_effect(found, label)
+
+    return Term(
+        (Unknown(level, spread, 0.0, spread, 0.4 * spread),
+         Unknown(WIDTH, WIDTH, 0.13 * WIDTH, 6.0 * WIDTH, WIDTH)),
+        applied,
+        lambda values: {'torsional_hysteresis.level': float(values[0]),
+                        'torsional_hysteresis.width': float(values[1])})
+
+
+def ripple(arm: Arm, reference_deviation: float) -> Term:
+    """Return the kinematic error once and twice per motor turn, as sine and cosine parts."""
+    label = arm.labels[0]
+    known = arm.effect('kinematic_error', label)
+
+    def numbers(values: Floats) -> dict[str, float]:
+        found = {}
+        for order, (sine, cosine) in zip(ORDERS, values.reshape(-1, 2)):
+            found[f'kinematic_error.amplitude_{order}'] = math.hypot(sine, cosine)
+            found[f'kinematic_error.phase_{order}'] = math.atan2(cosine, sine)
+        return found
+
+    def applied(arm: Arm, values: Floats) -> Arm:
+        fields = {name.partition('.')[2]: value for name, value in numbers(values).items()}
+        return arm.with_effect(replace(known, **fields), label)
+
+    parts = [part for order in ORDERS for part in _parts(known, order)]
+    return Term(tuple(Unknown(part, RIPPLE, part - 40 * RIPPLE, part + 40 * RIPPLE, part)
+                      for part in parts), applied, numbers)
+
+
+def skew(arm: Arm, reference_deviation: float) -> Term:
+    """Return the time between the readings of both encoders."""
+    label = arm.labels[0]
+    known = arm.effect('clock_skew', label).values()[0]
+
+    def applied(arm: Arm, values: Floats) -> Arm:
+        return arm.with_effect(ClockSkew(skew=float(values[0])), label)
+
+    return Term((Unknown(known, SKEW, known - 5 * SKEW, known + 5 * SKEW, known),), applied,
+                lambda values: {'clock_skew.skew': float(values[0])})
+
+
+TERMS = (stiffness, hysteresis, ripple, skew)
+
+
+def _parts(known: KinematicError, order: int) -> tuple[float, float]:
+    amplitude, phase = getattr(known, f'amplitude_{order}'), getattr(known, f'phase_{order}')
+    return amplitude * math.cos(phase), amplitude * math.sin(phase)

@@ -1,0 +1,1 @@
+"""The commands of `hda`, a module each: `configure` declares arguments, `execute` does the job."""

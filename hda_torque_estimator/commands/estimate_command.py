@@ -1,0 +1,94 @@
+"""`hda estimate`: the estimator over a bag, with the bits that the node publishes."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.files import arm_to_text, read_arm
+from hda_msgs_json.bag import BagWriter, open_recording, Recording
+from hda_msgs_json.samples import JointSamples
+from hda_msgs_json.topics import (reference_joint_torque, REFERENCE_TIP_WRENCH,
+                                  truth_joint_torque, TRUTH_TIP_WRENCH)
+import numpy as np
+
+from ..accuracy import Errors, errors
+from ..estimate_messages import estimate_samples
+from ..estimator import Estimates, Estimator
+from ..readings import readings
+from .outcome import Outcome
+
+
+class EstimateError(ValueError):
+    """A recording from which nothing can be estimated."""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument('bag', type=Path, metavar='BAG', help='bag with joint_states')
+    parser.add_argument('--arm', required=True, help='model file, or the name of a shipped one')
+    parser.add_argument('--out', required=True, type=Path, metavar='BAG2', help='bag to write')
+
+
+def execute(options: argparse.Namespace) -> Outcome:
+    """Estimate and write; raises the project's errors."""
+    arm = read_arm(options.arm)
+    recording = open_recording(options.bag)
+    samples = recording.joint_states()
+    estimates = Estimator(arm).run(samples.stamps, readings(arm.labels, samples))
+    if not len(estimates.stamps):
+        raise EstimateError(f'{options.bag}: none of {len(samples)} joint states has finite '
+                            'angles and a stamp later than the one before')
+    with BagWriter(options.out, {'arm': arm_to_text(arm), 'source': str(options.bag.name)}) as bag:
+        for topic, part in estimate_samples(arm, estimates).items():
+            (bag.write_joint_states if isinstance(part, JointSamples)
+             else bag.write_wrenches)(topic, part)                  # type: ignore[arg-type]
+    return _outcome(options, arm, estimates, _all_errors(recording, arm, estimates))
+
+
+def _all_errors(recording: Recording, arm: Arm, estimates: Estimates) -> dict[str, Errors]:
+    """Return the errors against every truth and reference that the bag holds."""
+    found = {}
+    for column, label in zip(estimates.torque.T, arm.labels):
+        for topic in (truth_joint_torque(label), reference_joint_torque(label)):
+            if name := _held(recording, topic.name):
+                known = recording.wrenches(name)
+                found[topic.name] = errors(estimates.stamps, column, known.stamps,
+                                           known.torque[:, 2])
+    for topic in (TRUTH_TIP_WRENCH, REFERENCE_TIP_WRENCH):
+        name = _held(recording, topic.name)
+        if name and arm.links is not None:
+            known = recording.wrenches(name)
+            for axis, letter in enumerate('xy'):
+                found[f'{topic.name}.{letter}'] = errors(
+                    estimates.stamps, estimates.base_force[:, axis], known.stamps,
+                    known.force[:, axis])
+    return found
+
+
+def _held(recording: Recording, topic: str) -> str | None:
+    return next((name for name in recording.topics if name.strip('/') == topic), None)
+
+
+def _outcome(options: argparse.Namespace, arm: Arm, estimates: Estimates,
+             found: dict[str, Errors]) -> Outcome:
+    report: dict[str, Any] = {
+        'bag': str(options.out), 'samples': len(estimates.stamps),
+        'refused': len(estimates.refused), 'joints': list(arm.labels),
+        'largest_torque': np.abs(estimates.torque).max(axis=0).tolist(),
+        'errors': {name: {key: None if np.isnan(value) else value
+                          for key, value in error._asdict().items()}
+                   for name, error in found.items()}}
+    torques = ', '.join(f'{value:.2f}' for value in report['largest_torque'])
+    lines = [f'{options.out}: {len(estimates.stamps)} samples, {len(estimates.refused)} refused, '
+             f'joint torques up to {torques} N*m']
+    if arm.links is None:
+        lines.append('  no external torque and no tip force: the arm file says "links: none"')
+    lines += [f'  error against {name}: {error.rms:.3f} {_unit(name)} rms '
+              f'({error.rms_without_mean:.3f} without its mean), at most {error.largest:.3f}'
+              for name, error in found.items()]
+    return Outcome('\n'.join(lines), report)
+
+
+def _unit(name: str) -> str:
+    return 'N' if 'tip/' in name else 'N*m'

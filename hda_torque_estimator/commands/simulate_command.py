@@ -1,0 +1,70 @@
+"""`hda simulate`: the arm under its controller, offline, to a bag with the truth beside it."""
+
+import argparse
+import json
+from pathlib import Path
+
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.files import arm_to_text, read_arm, read_effects
+from hda_arm_sim.motions import motion, Motion, MOTIONS
+from hda_arm_sim.simulate import checked
+from hda_msgs_json.bag import BagWriter
+import numpy as np
+
+from ..closed_loop import run, Run
+from ..controller import ControllerSettings
+from ..recorded import write_run
+from .outcome import Outcome
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    motions = '; '.join(f'{name}: {recipe.meaning}' for name, recipe in MOTIONS.items())
+    parser.add_argument('--arm', required=True, help='model file, or the name of a shipped one')
+    parser.add_argument('--effects', metavar='FILE',
+                        help='effects that the arm has and its controller does not know')
+    parser.add_argument('--motion', required=True, metavar='NAME', help=motions)
+    parser.add_argument('--duration', type=float, default=60.0, metavar='S', help='seconds')
+    parser.add_argument('--rate', type=float, default=1000.0, metavar='HZ', help='samples')
+    parser.add_argument('--seed', type=int, default=0, metavar='N', help='of motion and noise')
+    parser.add_argument('--torque-feedback', type=float, default=0.0, metavar='K_J',
+                        help='-1 follows a push, between 0 and 1 rejects it')
+    parser.add_argument('--out', required=True, type=Path, metavar='BAG', help='bag to write')
+
+
+def execute(options: argparse.Namespace) -> Outcome:
+    """Simulate and write; raises the project's errors."""
+    known = checked(read_arm(options.arm))
+    true = _with_effects(known, options.effects)
+    settings = ControllerSettings(torque_feedback=options.torque_feedback)
+    asked = motion(options.motion, len(known.joints), options.duration, 1.0 / options.rate,
+                   options.seed)
+    about = {'arm': arm_to_text(known), 'seed': str(options.seed),
+             'parameters': json.dumps({'motion': options.motion, 'rate': options.rate,
+                                       'torque_feedback': options.torque_feedback}),
+             'effects': json.dumps([[placed.effect.name, placed.joint,
+                                     dict(zip(_names(placed.effect), placed.effect.values()))]
+                                    for placed in true.effects])}
+    with BagWriter(options.out, about) as bag:
+        made = run(true, known, asked, options.seed, controller=settings)
+        write_run(bag, known, made)
+    return _outcome(options.out, asked, made)
+
+
+def _with_effects(arm: Arm, path: str | None) -> Arm:
+    for placed in read_effects(path) if path else ():
+        arm = arm.with_effect(placed.effect, placed.joint)
+    return arm
+
+
+def _names(effect) -> list[str]:                                    # type: ignore[no-untyped-def]
+    return [rule.name for rule in effect.declarations()]
+
+
+def _outcome(path: Path, asked: Motion, made: Run) -> Outcome:
+    report = {'bag': str(path), 'samples': len(made.time), 'duration': float(made.time[-1]),
+              'largest_joint_torque': np.abs(made.joint_torque).max(axis=0).tolist(),
+              'largest_motor_torque': np.abs(made.command).max(axis=0).tolist()}
+    torques = ', '.join(f'{value:.2f}' for value in report['largest_joint_torque'])
+    return Outcome(f'{path}: {report["samples"]} samples, {report["duration"]:g} s, joint torques '
+                   f'up to {torques} N*m', report)
