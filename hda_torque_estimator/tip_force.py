@@ -41,8 +41,8 @@ def tool_force(links, joints, elbow, torque, deviation, singular_sine, force, co
 
 
 @compiled
-def singular_ratio(j11, j21, j22):                                    # type: ignore[no-untyped-def]
-    """Return the smallest over the largest singular value of ((j11, 0), (j21, j22))."""
+def singular_ratio(j11, j21, j22):                                  # type: ignore[no-untyped-def]
+    """Return smallest over largest singular value of a triangular matrix, by rows."""
     product = abs(j11 * j22)
     squares = j11 ** 2 + j21 ** 2 + j22 ** 2
     return 2.0 * product / (squares + np.sqrt(max(squares ** 2 - 4.0 * product ** 2, 0.0)))
