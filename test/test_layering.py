@@ -17,11 +17,13 @@ SHELLS = (
     'hda_msgs_json.bag*',
     'hda_msgs_json.mcap_*',
     'hda_msgs_json.schemas',
+    'hda_torque_estimator.*.run',
     'hda_torque_estimator.*_node',
     'hda_torque_estimator.cli',
+    'hda_torque_estimator.commands*',
     'hda_torque_estimator.importing.map_document',
-    'hda_torque_estimator.importing.run',
     'hda_torque_estimator.importing.tables',
+    'hda_torque_estimator.recorded',
 )
 PURE_LIBRARIES = {'numba', 'numpy', 'scipy'}
 IMPURE_STANDARD = {'argparse', 'logging', 'subprocess', 'tempfile'}
