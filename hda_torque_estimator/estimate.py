@@ -62,12 +62,11 @@ def _joint(record, settings, memory, reading, j, dt, result):       # type: igno
     joint = record.joints[j]
     motor, link = shaft_and_link(joint, reading[j, MOTOR_READING], reading[j, LINK_READING],
                                  memory[j, MOTOR_VELOCITY], memory[j, LINK_VELOCITY])
-    total, kinematic = torsions(joint, motor, link)
+    total, kinematic, rate = torsions(joint, motor, memory[j, MOTOR_VELOCITY],
+                                      link, memory[j, LINK_VELOCITY])
     elastic = total - kinematic - memory[j, ZERO]
-    rate = memory[j, MOTOR_VELOCITY] / joint.ratio - memory[j, LINK_VELOCITY]
-    if dt > 0.0 and joint.torsional_hysteresis.level > 0.0:
-        change = elastic - memory[j, LAST_TORSION]
-        memory[j, HYSTERESIS] = advance_hysteresis(joint, change, memory[j, HYSTERESIS])
+    if joint.torsional_hysteresis.level > 0.0:
+        memory[j, HYSTERESIS] = advance_hysteresis(joint, rate * dt, memory[j, HYSTERESIS])
     memory[j, LAST_TORSION] = elastic
     torque = torque_through_gear(joint, elastic, rate, memory[j, HYSTERESIS])
     random, systematic = torque_deviation(joint, torque, settings.stiffness_tolerance)

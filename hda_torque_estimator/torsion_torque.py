@@ -26,15 +26,21 @@ def shaft_and_link(joint, motor_reading, link_reading, motor_velocity, link_velo
 
 
 @compiled
-def torsions(joint, motor_angle, link_angle):                       # type: ignore[no-untyped-def]
-    """Return the total torsion and its kinematic part -e(theta_m), (28) [rad at the output]."""
-    error, _ = transmission(joint, motor_angle)
-    return motor_angle / joint.ratio - link_angle, -error
+def torsions(joint, motor_angle, motor_velocity, link_angle, link_velocity):
+    # type: ignore[no-untyped-def]
+    """Return total torsion, its kinematic part -e(theta_m) [rad] and its elastic rate, (28)."""
+    error, ratio = transmission(joint, motor_angle)
+    return (motor_angle / joint.ratio - link_angle, -error,
+            ratio * motor_velocity - link_velocity)
 
 
 @compiled
 def advance_hysteresis(joint, change, state):                       # type: ignore[no-untyped-def]
-    """Return the hysteresis state after the torsion changed, (29); it knows no time."""
+    """
+    Return the hysteresis state after the torsion changed, (29); it knows no time.
+
+    The change must be that of a smoothed torsion: counts that flicker would wear the state down.
+    """
     width = joint.torsional_hysteresis.width
     steps = int(np.ceil(10.0 * abs(change) / width)) + 1
     for _ in range(min(steps, 1000)):
