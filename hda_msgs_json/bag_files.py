@@ -1,13 +1,16 @@
 """The files of a recording: what metadata.yaml names, or what is there if it is missing."""
 
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
+from hda_msgs_json.mcap_chunk import expand_file
 from hda_msgs_json.mcap_records import BagError
 import yaml
 
 METADATA_FILE = 'metadata.yaml'
 LARGEST_METADATA = 16 << 20
+COMPRESSED = '.zstd'
 
 
 class BagFiles(NamedTuple):
@@ -15,6 +18,8 @@ class BagFiles(NamedTuple):
 
     paths: list[Path]
     warnings: list[str]
+    expanded: TemporaryDirectory[str] | None = None
+    """Where files that were compressed as a whole are, as long as the recording is used."""
 
 
 def find_files(path: Path) -> BagFiles:
@@ -24,7 +29,7 @@ def find_files(path: Path) -> BagFiles:
     if not path.exists():
         raise BagError(f'there is no recording at {path}')
     if not path.is_dir():
-        return BagFiles([path], [])
+        return _opened([path], [])
     try:
         listed = [path / Path(name).name for name in _listed(path)]
         missing = [file.name for file in listed if not file.is_file()]
@@ -32,10 +37,28 @@ def find_files(path: Path) -> BagFiles:
         warnings = [f'{METADATA_FILE} names files that are missing: {", ".join(missing)}'
                     ] if missing else []
     except _NoListError as error:
-        present, warnings = sorted(path.glob('*.mcap'), key=_natural), [str(error)]
+        present, warnings = sorted(
+            [*path.glob('*.mcap'), *path.glob(f'*.mcap{COMPRESSED}')], key=_natural), [str(error)]
     if not present:
         raise BagError(f'{path} is not a recording: it has no .mcap file')
-    return BagFiles(present, warnings)
+    return _opened(present, warnings)
+
+
+def _opened(paths: list[Path], warnings: list[str]) -> BagFiles:
+    """Return the files, those that were compressed as a whole in a temporary directory."""
+    if not any(path.suffix == COMPRESSED for path in paths):
+        return BagFiles(paths, warnings)
+    directory = TemporaryDirectory(prefix='hda_bag_')
+    expanded = [_expanded(path, Path(directory.name)) for path in paths]
+    return BagFiles(expanded, warnings, directory)
+
+
+def _expanded(path: Path, directory: Path) -> Path:
+    """Return the file, or what it holds as a file in the directory if it was compressed."""
+    if path.suffix != COMPRESSED:
+        return path
+    expand_file(path, directory / path.stem)
+    return directory / path.stem
 
 
 class _NoListError(ValueError):
@@ -63,5 +86,5 @@ def _listed(directory: Path) -> list[str]:
 
 def _natural(path: Path) -> tuple[int, str]:
     """Return a key that sorts the files of a split bag by number: bag_2 before bag_10."""
-    number = path.stem.rpartition('_')[2]
+    number = path.name.partition('.')[0].rpartition('_')[2]
     return (int(number) if number.isdecimal() else 0, path.name)

@@ -4,13 +4,13 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
-from hda_msgs_json.bag_files import find_files
+from hda_msgs_json.bag_files import BagFiles, find_files
 from hda_msgs_json.cdr import CdrError, decode_string
 from hda_msgs_json.cdr_arrays import Batch, decode_joint_batch, decode_wrench_batch
+from hda_msgs_json.mcap_chunk import expanded
 from hda_msgs_json.mcap_file import read_stretch, scan, Stretch, summarise, Times
 from hda_msgs_json.mcap_records import BagError, Messages, Records
 from hda_msgs_json.samples import (
@@ -70,19 +70,19 @@ def open_recording(path: Path | str) -> 'Recording':
     A file that was cut off gives every complete message, and a warning. Raise BagError if there is
     no recording.
     """
-    files, warnings = find_files(Path(path))
-    return Recording(Path(path), files, warnings)
+    return Recording(Path(path), find_files(Path(path)))
 
 
 class Recording:
     """Read one recording; its messages stay on the disk until they are asked for."""
 
-    def __init__(self, path: Path, files: list[Path], warnings: list[str]) -> None:
+    def __init__(self, path: Path, files: BagFiles) -> None:
         """Find the messages in the files; `open_recording` does this for a path."""
         self.path = path
-        self.warnings = warnings
+        self.warnings = files.warnings
         self.metadata: dict[str, str] = {}
-        self._files = [self._scan(file) for file in files]
+        self._expanded = files.expanded
+        self._files = [self._scan(file) for file in files.paths]
         self.topics = self._summaries()
 
     @property
@@ -154,15 +154,16 @@ class Recording:
         for file in self._files:
             channels = [number for number, channel in file.channels.items()
                         if channel.topic == name]
-            parts = (part for part in file.parts if not part.times.keys().isdisjoint(channels))
-            for records in _ahead(partial(self._read, channels=channels), parts):
-                if records is not None:
-                    yield records.messages(channels)
+            # The indexes could tell which parts have none of them, but they may be damaged.
+            for records in _ahead(self._read, file.parts if channels else []):
+                messages = None if records is None else records.messages(channels)
+                if messages is not None and len(messages.log_times):
+                    yield messages._replace(batch=expanded(messages.batch))
 
-    def _read(self, part: _Part, channels: list[int]) -> Records | None:
+    def _read(self, part: _Part) -> Records | None:
         """Return the records of a part of a file, or None and a warning if it is damaged."""
         try:
-            return read_stretch(part.path, part.stretch, channels)
+            return read_stretch(part.path, part.stretch)
         except BagError as error:
             warning = (f'{part.path.name}: the chunk at byte {part.stretch.offset} is left out: '
                        f'{error}')
@@ -189,7 +190,7 @@ class Recording:
             self, part: _Part, schemas: dict[int, str],
             channels: dict[int, _Channel]) -> dict[int, Times]:
         """Add what the records of a part define, and return what its channels have in it."""
-        records = self._read(part, [])
+        records = self._read(part)
         if records is None:
             return {}
         try:

@@ -1,10 +1,13 @@
 """The compression of MCAP chunks, with bounds on what foreign bytes may grow to."""
 
 from io import BytesIO
+from pathlib import Path
 import zlib
 
+from hda_msgs_json.cdr_arrays import Batch, batch_of
 from hda_msgs_json.mcap_records import BagError
 import lz4.frame
+import numpy as np
 import zstandard
 
 SMALL = 16 << 20
@@ -17,6 +20,8 @@ STEEPEST = 1000
 COMPRESSIONS = {'zstd': 'zstd', 'lz4': 'lz4', 'none': ''}
 """Names that users give, and those that MCAP gives."""
 PIECE = 1 << 16
+ZSTD_MAGIC = b'\x28\xb5\x2f\xfd'
+"""No CDR message starts like this."""
 
 
 def compress(content: bytes, compression: str, level: int) -> bytes:
@@ -55,6 +60,30 @@ def salvage(stored: bytes, compression: str, size: int) -> bytes:
     return bytes(stored[:size]) if compression == '' else b''
 
 
+def expand_file(path: Path, target: Path) -> None:
+    """Write what a file that zstd compressed as a whole holds; raise BagError if it cannot."""
+    most = max(SMALL, STEEPEST * path.stat().st_size)
+    try:
+        with path.open('rb') as source, target.open('wb') as stream:
+            reader = zstandard.ZstdDecompressor().stream_reader(source)
+            while piece := reader.read(PIECE):
+                stream.write(piece)
+                if stream.tell() > most:
+                    raise BagError(f'{path} becomes more than {most} bytes, which is not read')
+    except zstandard.ZstdError as error:
+        raise BagError(f'{path} is not compressed with zstd: {_first_line(error)}') from None
+    except OSError as error:
+        raise BagError(f'{path} cannot be expanded: {error.strerror}') from None
+
+
+def expanded(batch: Batch) -> Batch:
+    """Return the messages, those that rosbag2 compressed one by one as they were."""
+    messages = np.flatnonzero(batch.sizes >= len(ZSTD_MAGIC))
+    if not len(messages) or batch.message(messages[0])[:len(ZSTD_MAGIC)] != ZSTD_MAGIC:
+        return batch
+    return batch_of([_expanded(batch.message(n)) for n in range(len(batch.sizes))])
+
+
 def check_growth(stored: int, size: int) -> None:
     """Raise BagError if so many bytes claim to grow beyond bounds."""
     if size > LARGEST or size > max(SMALL, STEEPEST * stored):
@@ -73,6 +102,17 @@ def _decompress(stored: bytes, compression: str, size: int) -> bytes:
     if compression == 'lz4':
         return bytes(lz4.frame.LZ4FrameDecompressor().decompress(stored, max_length=size))
     raise BagError(f'its compression {compression!r} is not one of zstd, lz4 and none')
+
+
+def _expanded(message: bytes) -> bytes:
+    if not message.startswith(ZSTD_MAGIC):
+        return message
+    try:
+        size = zstandard.frame_content_size(message)
+        check_growth(len(message), size)
+        return bytes(zstandard.ZstdDecompressor().decompress(message, max_output_size=SMALL))
+    except zstandard.ZstdError as error:
+        raise BagError(f'a compressed message is broken ({_first_line(error)})') from None
 
 
 def _salvage_zstd(stored: bytes, size: int) -> bytes:

@@ -1,6 +1,5 @@
 """Where the chunks of an MCAP file lie: read from its data section alone, whole or cut off."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 import struct
@@ -13,7 +12,6 @@ from hda_msgs_json.strided import Indices
 from mcap.opcode import Opcode
 from mcap.records import Metadata
 import numpy as np
-from numpy.typing import NDArray
 
 METADATA_NAME = 'hda'
 WINDOW = 1 << 20
@@ -83,20 +81,21 @@ def scan(path: Path) -> Contents:
         raise BagError(f'{path} cannot be read: {error.strerror}') from None
 
 
-def read_stretch(path: Path, stretch: Stretch, channels: Sequence[int] = ()) -> Records:
-    """Return the records of a part of a file, with the indexes of some channels."""
+def read_stretch(path: Path, stretch: Stretch) -> Records:
+    """Return the records of a part of a file; raise BagError if it is damaged."""
     try:
         with path.open('rb') as stream:
             stream.seek(stretch.offset)
             stored = stream.read(stretch.stored)
-            indexes = {channel: _entries(stream, stretch.indexes[channel])
-                       for channel in channels if channel in stretch.indexes}
+            indexed = [_offsets(stream, index) for index in stretch.indexes.values()]
     except OSError as error:
         raise BagError(f'{path} cannot be read: {error.strerror}') from None
     if stretch.cut:
-        return Records(salvage(stored, stretch.compression, stretch.size), {})
+        return Records(salvage(stored, stretch.compression, stretch.size))
     content = decompress(stored, stretch.compression, stretch.size, stretch.crc)
-    return Records(content, indexes)
+    hints = np.concatenate([np.empty(0, np.int64), *indexed])
+    hints.sort(kind='stable')
+    return Records(content, hints)
 
 
 def summarise(log_times: Indices) -> Times:
@@ -106,10 +105,12 @@ def summarise(log_times: Indices) -> Times:
     return Times(len(log_times), int(log_times.min()), int(log_times.max()))
 
 
-def _entries(stream: BinaryIO, index: Index) -> NDArray[np.void]:
+def _offsets(stream: BinaryIO, index: Index) -> Indices:
+    """Return where an index says that messages start."""
     stream.seek(index.offset)
     found = stream.read(index.times.count * INDEX_ENTRY.itemsize)
-    return np.frombuffer(found, INDEX_ENTRY, len(found) // INDEX_ENTRY.itemsize)
+    entries = np.frombuffer(found, INDEX_ENTRY, len(found) // INDEX_ENTRY.itemsize)
+    return entries['offset'].astype(np.int64)
 
 
 class _Scanner:
@@ -135,6 +136,9 @@ class _Scanner:
             else:
                 self._take(opcode, at, length)
                 at += RECORD_HEAD.size + length
+        if self._found.stretches:
+            # Some of its indexes may be beyond the end.
+            self._found.stretches[-1].indexes.clear()
         return self._found
 
     def _check_magic(self) -> None:

@@ -5,7 +5,7 @@ The many small message records of a chunk are found and read as arrays. The rare
 the `mcap` library.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from io import BytesIO
 import struct
@@ -25,6 +25,7 @@ MAGIC = b'\x89MCAP0\r\n'
 MESSAGE_HEAD = np.dtype([
     ('opcode', 'u1'), ('length', '<u8'), ('channel', '<u2'), ('sequence', '<u4'),
     ('log_time', '<u8'), ('publish_time', '<u8')])
+CHANNEL_HEAD = np.dtype([('opcode', 'u1'), ('length', '<u8'), ('channel', '<u2')])
 INDEX_ENTRY = np.dtype([('log_time', '<u8'), ('offset', '<u8')])
 
 Record = TypeVar('Record', Channel, Metadata, Schema)
@@ -42,83 +43,50 @@ class Messages(NamedTuple):
 
 
 class Records:
-    """
-    Give access to the records of one stretch of an MCAP file.
+    """Give access to the records of one stretch of an MCAP file."""
 
-    The indexes, by channel, come from the file. They are believed where the messages are what they
-    say; otherwise the records are followed one by one.
-    """
-
-    def __init__(self, content: bytes, indexes: Mapping[int, NDArray[np.void]]) -> None:
-        """Look at nothing yet."""
+    def __init__(self, content: bytes, hints: Indices | None = None) -> None:
+        """Find all complete records; hints of where some of them start save time."""
         self._content = content
         self._buffer = np.frombuffer(content, np.uint8)
-        self._indexes = indexes
+        self._starts, self._end = record_starts(content, hints)
+        self._opcodes = self._buffer[self._starts]
 
     def definitions(self) -> Iterator[Schema | Channel]:
         """Yield the schemas and channels; raise BagError if one is broken."""
-        starts, end = self._walked
-        opcodes = self._buffer[starts]
-        stops = np.append(starts[1:], end)
-        for at in np.flatnonzero(np.isin(opcodes, (Opcode.SCHEMA, Opcode.CHANNEL))):
-            body = self._content[starts[at] + RECORD_HEAD.size:stops[at]]
-            yield parse(Schema, body) if opcodes[at] == Opcode.SCHEMA else parse(Channel, body)
+        stops = np.append(self._starts[1:], self._end)
+        for at in np.flatnonzero(
+                (self._opcodes == Opcode.SCHEMA) | (self._opcodes == Opcode.CHANNEL)):
+            body = self._content[self._starts[at] + RECORD_HEAD.size:stops[at]]
+            yield (parse(Schema, body) if self._opcodes[at] == Opcode.SCHEMA
+                   else parse(Channel, body))
 
     def log_times(self) -> dict[int, Indices]:
         """Return when the messages of each channel were recorded [ns]."""
-        heads = structures(self._buffer, self._message_starts, MESSAGE_HEAD)
-        times = heads['log_time'].astype(np.int64)
-        return {int(channel): times[heads['channel'] == channel]
-                for channel in np.unique(heads['channel'])}
+        starts, channels = self._messages
+        times = structures(self._buffer, starts, MESSAGE_HEAD)['log_time'].astype(np.int64)
+        return {int(channel): times[channels == channel] for channel in np.unique(channels)}
 
-    def messages(self, channels: Sequence[int]) -> Messages:
+    def messages(self, chosen: Sequence[int]) -> Messages:
         """Return the messages of some channels, in the order of the file."""
-        indexed = self._indexed(channels)
-        if indexed is None:
-            starts = self._message_starts
-            heads = structures(self._buffer, starts, MESSAGE_HEAD)
-            chosen = np.isin(heads['channel'], channels)
-            starts, heads = starts[chosen], heads[chosen]
-        else:
-            starts, heads = indexed
+        starts, channels = self._messages
+        mine = np.zeros(len(starts), bool)
+        for channel in chosen:
+            mine |= channels == channel
+        if not mine.all():
+            starts = starts[mine]
+        heads = structures(self._buffer, starts, MESSAGE_HEAD)
         sizes = heads['length'].astype(np.int64) + (RECORD_HEAD.size - MESSAGE_HEAD.itemsize)
         batch = Batch(self._buffer, starts + MESSAGE_HEAD.itemsize, sizes)
         return Messages(heads['log_time'].astype(np.int64), batch)
 
     @cached_property
-    def _walked(self) -> tuple[Indices, int]:
-        return record_starts(self._content)
-
-    @property
-    def _message_starts(self) -> Indices:
-        """Return where complete message records start."""
-        starts, end = self._walked
-        sizes = np.diff(starts, append=end)
-        return starts[
-            (self._buffer[starts] == Opcode.MESSAGE) & (sizes >= MESSAGE_HEAD.itemsize)]
-
-    def _indexed(self, channels: Sequence[int]) -> tuple[Indices, NDArray[np.void]] | None:
-        """Return starts and heads that the indexes give, or None if they are not true."""
-        if not self._indexes:
-            return None
-        present = [channel for channel in channels if channel in self._indexes]
-        entries = np.concatenate([
-            np.empty(0, INDEX_ENTRY), *(self._indexes[channel] for channel in present)])
-        numbers = np.repeat(present, [len(self._indexes[channel]) for channel in present])
-        starts = entries['offset'].astype(np.int64)
-        last = len(self._buffer) - MESSAGE_HEAD.itemsize
-        if len(starts) and (starts.min() < 0 or starts.max() > last):
-            return None
-        if (np.diff(starts) <= 0).any():
-            order = np.argsort(starts, kind='stable')
-            starts, entries, numbers = starts[order], entries[order], numbers[order]
-        heads = structures(self._buffer, starts, MESSAGE_HEAD)
-        room = (len(self._buffer) - starts - RECORD_HEAD.size).astype(np.uint64)
-        true = (
-            (heads['opcode'] == Opcode.MESSAGE) & (heads['channel'] == numbers)
-            & (heads['log_time'] == entries['log_time']) & (heads['length'] <= room)
-            & (heads['length'] >= MESSAGE_HEAD.itemsize - RECORD_HEAD.size))
-        return (starts, heads) if true.all() else None
+    def _messages(self) -> tuple[Indices, NDArray[np.uint16]]:
+        """Return where complete message records start, and their channels."""
+        sizes = np.diff(self._starts, append=self._end)
+        sound = (self._opcodes == Opcode.MESSAGE) & (sizes >= MESSAGE_HEAD.itemsize)
+        starts = self._starts if sound.all() else self._starts[sound]
+        return starts, structures(self._buffer, starts, CHANNEL_HEAD)['channel'].copy()
 
 
 def parse(kind: type[Record], body: bytes) -> Record:

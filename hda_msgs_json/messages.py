@@ -6,7 +6,7 @@ A message class names its schema in the class variable `SCHEMA`; the text carrie
 no infinity: a number that may be unknown is a `MaybeNan`, NaN in Python and null in the text.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 import dataclasses
 from functools import lru_cache
 import json
@@ -135,7 +135,7 @@ def _converters(hint: Any) -> tuple[Convert, Convert]:
     arguments = typing.get_args(hint)
     if typing.get_origin(hint) is tuple and arguments[1:] == (...,):
         write, read = _converters(arguments[0])
-        return _each(list, (list, tuple), write), _each(tuple, (list,), read)
+        return _write_each(write), _read_each(read)
     if typing.get_origin(hint) in (types.UnionType, typing.Union) and type(None) in arguments:
         (inner,) = (argument for argument in arguments if argument is not type(None))
         write, read = _converters(inner)
@@ -143,12 +143,20 @@ def _converters(hint: Any) -> tuple[Convert, Convert]:
     raise MessageError(f'no message can have a field of the type {hint}')
 
 
-def _each(make: Callable[[Iterable[Any]], Any], accepted: tuple[type, ...], convert: Convert) -> Convert:
-    def convert_each(value: Any, name: str) -> Any:
-        if not isinstance(value, accepted):
+def _write_each(write: Convert) -> Convert:
+    def write_each(value: Any, name: str) -> list[Any]:
+        if not isinstance(value, tuple | list):
+            raise _wrong(name, 'a tuple', value)
+        return [write(item, name) for item in value]
+    return write_each
+
+
+def _read_each(read: Convert) -> Convert:
+    def read_each(value: Any, name: str) -> tuple[Any, ...]:
+        if not isinstance(value, list):
             raise _wrong(name, 'a list', value)
-        return make(convert(item, name) for item in value)
-    return convert_each
+        return tuple(read(item, name) for item in value)
+    return read_each
 
 
 def _optional(convert: Convert) -> Convert:

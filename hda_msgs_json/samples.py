@@ -111,7 +111,7 @@ def join_joint_samples(parts: Sequence[JointSamples]) -> JointSamples:
     """
     Return the messages of all parts in their order, with the names of all of them.
 
-    The names come in the order in which they first appear, the frame is that of the first part.
+    The names come in the order in which they first appear, the frame is that of the first message.
     """
     names = tuple(dict.fromkeys(name for part in parts for name in part.names))
     stamps = np.concatenate([np.empty(0, np.int64), *(part.stamps for part in parts)])
@@ -119,7 +119,8 @@ def join_joint_samples(parts: Sequence[JointSamples]) -> JointSamples:
         _join_columns([(part.names, getattr(part, field)) for part in parts], names)
         for field in ('position', 'velocity', 'effort'))
     return JointSamples(
-        stamps, names, position, velocity, effort, parts[0].frame_id if parts else '')
+        stamps, names, position, velocity, effort,
+        next((part.frame_id for part in parts if len(part)), ''))
 
 
 def join_wrench_samples(parts: Sequence[WrenchSamples]) -> WrenchSamples:
@@ -128,7 +129,7 @@ def join_wrench_samples(parts: Sequence[WrenchSamples]) -> WrenchSamples:
         raise SamplesError(f'wrenches of one topic must be in one frame, got {_quoted(frames)}')
     return WrenchSamples(
         np.concatenate([np.empty(0, np.int64), *(part.stamps for part in parts)]),
-        parts[0].frame_id if parts else '',
+        frames.pop() if frames else '',
         np.concatenate([np.empty((0, 3)), *(part.force for part in parts)]),
         np.concatenate([np.empty((0, 3)), *(part.torque for part in parts)]))
 

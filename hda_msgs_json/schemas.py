@@ -117,10 +117,10 @@ def ros_share_directories() -> Iterator[Path]:
 
 
 def _definition(name: str, share_directory: Path | None) -> str:
-    if share_directory is None or name in HASHES:
-        if name not in DEFINITIONS:
-            raise SchemaError(f'the type {name} is not one of {", ".join(sorted(DEFINITIONS))}')
+    if name in DEFINITIONS:
         return DEFINITIONS[name]
+    if share_directory is None:
+        raise SchemaError(f'the type {name} is not one of {", ".join(sorted(DEFINITIONS))}')
     path = _message_file(name, share_directory)
     try:
         return path.read_text().rstrip('\n') + '\n'
