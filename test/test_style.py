@@ -70,7 +70,7 @@ def test_names_can_be_typed_on_any_keyboard():
 
 
 def test_module_names_say_what_is_inside():
-    assert [path for path in SOURCES if SAYS_NOTHING & set(path.stem.split('_'))] == []
+    assert [path for path in SOURCES if path.stem.split('_')[-1] in SAYS_NOTHING] == []
 
 
 def test_nothing_points_at_one_machine():
