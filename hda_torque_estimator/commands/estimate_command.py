@@ -8,7 +8,7 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import arm_to_text, read_arm
 from hda_msgs_json.bag import BagWriter, open_recording, Recording
 from hda_msgs_json.samples import JointSamples
-from hda_msgs_json.topics import (reference_joint_torque, REFERENCE_TIP_WRENCH,
+from hda_msgs_json.topics import (ESTIMATOR_STATE, reference_joint_torque, REFERENCE_TIP_WRENCH,
                                   truth_joint_torque, TRUTH_TIP_WRENCH)
 import numpy as np
 
@@ -16,6 +16,7 @@ from ..accuracy import Errors, errors
 from ..estimate_messages import estimate_samples
 from ..estimator import Estimates, Estimator
 from ..readings import readings
+from ..state_messages import state_samples
 from .outcome import Outcome
 
 
@@ -43,6 +44,7 @@ def execute(options: argparse.Namespace) -> Outcome:
         for topic, part in estimate_samples(arm, estimates).items():
             (bag.write_joint_states if isinstance(part, JointSamples)
              else bag.write_wrenches)(topic, part)                  # type: ignore[arg-type]
+        bag.write_texts(ESTIMATOR_STATE, state_samples(arm, estimates))
     return _outcome(options, arm, estimates, _all_errors(recording, arm, estimates))
 
 
