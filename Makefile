@@ -47,7 +47,7 @@ clean:  ## remove what was built and measured; .venv stays
 	find $(PACKAGES) test -name __pycache__ -prune -exec rm -rf {} +
 
 # The name of the stamp holds the version of python, so that another one makes the venv anew.
-$(READY): $(LOCK) setup.py setup.cfg pyproject.toml
+$(READY): $(LOCK) setup.py setup.cfg
 	@case '$(VERSION)' in 3.1[0-3]) ;; *) \
 	  echo 'make: $(PYTHON) is $(VERSION); the ROS 2 wheels need 3.10 to 3.13: make PYTHON=python3.12' >&2; \
 	  exit 2;; esac
