@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 HEAD = MESSAGE_HEAD.itemsize
-Chunk = tuple[Bytes, dict[int, NDArray[np.void]]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,36 +55,11 @@ def text_column(channel: int, samples: TextSamples) -> Column:
         lambda rows: np.frombuffer(b''.join(messages[rows]), np.uint8))
 
 
-def merged(columns: Sequence[Column], counts: Mapping[int, ChannelCount]) -> Iterator[Chunk]:
-    """
-    Yield chunks of message records in log time order, with their indexes by channel.
-
-    Messages of equal log time come in the order of the columns. The counts, which the caller
-    keeps up to date, number the messages of each channel.
-    """
-    times, sizes, owners = _in_order(columns)
-    ends = np.cumsum(sizes)
-    done = [0] * len(columns)
-    numbers = {channel: counted.count for channel, counted in counts.items()}
-    first = filled = 0
-    while first < len(times):
-        last = max(int(np.searchsorted(ends, filled + CHUNK_SIZE, 'right')), first + 1)
-        chunk = _Chunk(int(ends[last - 1]) - filled)
-        starts = ends[first:last] - sizes[first:last] - filled
-        for owner in np.unique(owners[first:last]).tolist():
-            column, at = columns[owner], starts[owners[first:last] == owner]
-            rows = slice(done[owner], done[owner] + len(at))
-            chunk.add(column, rows, at, numbers[column.channel])
-            numbers[column.channel] += len(at)
-            done[owner] = rows.stop
-        yield chunk.content, chunk.indexes
-        first, filled = last, int(ends[last - 1])
-
-
-class _Chunk:
+class Chunk:
     """Fill a chunk with message records, some messages of a column at a time."""
 
     def __init__(self, size: int) -> None:
+        """Make room for so many bytes."""
         self.content = np.empty(size, np.uint8)
         self.indexes: dict[int, NDArray[np.void]] = {}
 
@@ -112,6 +86,32 @@ class _Chunk:
         if channel in self.indexes:
             entries = np.concatenate([self.indexes[channel], entries])
         self.indexes[channel] = entries
+
+
+def merged(columns: Sequence[Column], counts: Mapping[int, ChannelCount]) -> Iterator[Chunk]:
+    """
+    Yield chunks of message records in log time order, with their indexes by channel.
+
+    Messages of equal log time come in the order of the columns. The counts, which the caller
+    keeps up to date, number the messages of each channel.
+    """
+    times, sizes, owners = _in_order(columns)
+    ends = np.cumsum(sizes)
+    done = [0] * len(columns)
+    numbers = {channel: counted.count for channel, counted in counts.items()}
+    first = filled = 0
+    while first < len(times):
+        last = max(int(np.searchsorted(ends, filled + CHUNK_SIZE, 'right')), first + 1)
+        chunk = Chunk(int(ends[last - 1]) - filled)
+        starts = ends[first:last] - sizes[first:last] - filled
+        for owner in np.flatnonzero(np.bincount(owners[first:last])).tolist():
+            column, at = columns[owner], starts[owners[first:last] == owner]
+            rows = slice(done[owner], done[owner] + len(at))
+            chunk.add(column, rows, at, numbers[column.channel])
+            numbers[column.channel] += len(at)
+            done[owner] = rows.stop
+        yield chunk
+        first, filled = last, int(ends[last - 1])
 
 
 def _in_order(columns: Sequence[Column]) -> tuple[Indices, Indices, Indices]:

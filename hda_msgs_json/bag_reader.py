@@ -1,17 +1,17 @@
 """Recordings: rosbag2 directories and loose MCAP files, whole or cut off, as arrays."""
 
-from collections import deque
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
+from hda_msgs_json.ahead import ahead
 from hda_msgs_json.bag_files import BagFiles, find_files
 from hda_msgs_json.cdr import CdrError, decode_string
 from hda_msgs_json.cdr_arrays import Batch, decode_joint_batch, decode_wrench_batch
 from hda_msgs_json.mcap_chunk import expanded
-from hda_msgs_json.mcap_file import read_stretch, scan, Stretch, summarise, Times
+from hda_msgs_json.mcap_file import (
+    Content, NO_HINTS, read_stretch, scan, Stretch, summarise, Times)
 from hda_msgs_json.mcap_records import BagError, Messages, Records
 from hda_msgs_json.samples import (
     join_joint_samples, join_wrench_samples, JointSamples, SamplesError, TextSamples,
@@ -22,12 +22,7 @@ from hda_msgs_json.topics import JOINT_STATE, JOINT_STATES, STRING, WRENCH_STAMP
 from mcap.records import Schema
 import numpy as np
 
-AHEAD = 2
-"""Chunks that are read and decompressed before they are needed."""
-
 Samples = TypeVar('Samples', JointSamples, WrenchSamples)
-Item = TypeVar('Item')
-Result = TypeVar('Result')
 
 
 @dataclass(frozen=True)
@@ -155,13 +150,13 @@ class Recording:
             channels = [number for number, channel in file.channels.items()
                         if channel.topic == name]
             # The indexes could tell which parts have none of them, but they may be damaged.
-            for records in _ahead(self._read, file.parts if channels else []):
-                messages = None if records is None else records.messages(channels)
-                if messages is not None and len(messages.log_times):
+            for content in ahead(self._read, file.parts if channels else []):
+                messages = Records(*content).messages(channels)
+                if len(messages.log_times):
                     yield messages._replace(batch=expanded(messages.batch))
 
-    def _read(self, part: _Part) -> Records | None:
-        """Return the records of a part of a file, or None and a warning if it is damaged."""
+    def _read(self, part: _Part) -> Content:
+        """Return the content of a part of a file; if it is damaged, none and a warning."""
         try:
             return read_stretch(part.path, part.stretch)
         except BagError as error:
@@ -169,7 +164,7 @@ class Recording:
                        f'{error}')
         if warning not in self.warnings:
             self.warnings.append(warning)
-        return None
+        return Content(b'', NO_HINTS)
 
     def _scan(self, path: Path) -> _File:
         """Find the messages of one file, and what its channels carry."""
@@ -190,9 +185,7 @@ class Recording:
             self, part: _Part, schemas: dict[int, str],
             channels: dict[int, _Channel]) -> dict[int, Times]:
         """Add what the records of a part define, and return what its channels have in it."""
-        records = self._read(part)
-        if records is None:
-            return {}
+        records = Records(*self._read(part))
         try:
             for record in records.definitions():
                 if isinstance(record, Schema):
@@ -242,15 +235,3 @@ def _order(times: Indices) -> Indices | None:
     if (np.diff(times) >= 0).all():
         return None
     return np.argsort(times, kind='stable')
-
-
-def _ahead(work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
-    """Yield the results of work in the order of the items, some of them made ahead of time."""
-    waiting: deque[Future[Result]] = deque()
-    with ThreadPoolExecutor(1) as executor:
-        for item in items:
-            waiting.append(executor.submit(work, item))
-            if len(waiting) > AHEAD:
-                yield waiting.popleft().result()
-        while waiting:
-            yield waiting.popleft().result()

@@ -1,17 +1,19 @@
 """Bags: rosbag2 directories that appear whole or not at all, or grow safely while one records."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 import os
 from pathlib import Path
 import shutil
 from types import TracebackType
 
-from hda_msgs_json.bag_merge import Column, joint_column, merged, text_column, wrench_column
+from hda_msgs_json.ahead import ahead
+from hda_msgs_json.bag_merge import Chunk, Column, joint_column, merged, text_column, wrench_column
 from hda_msgs_json.bag_metadata import channel_metadata, METADATA_FILE, rosbag2_metadata, to_yaml
 from hda_msgs_json.mcap_chunk import COMPRESSIONS
 from hda_msgs_json.mcap_file import METADATA_NAME
 from hda_msgs_json.mcap_records import BagError
-from hda_msgs_json.mcap_writer import McapWriter
+from hda_msgs_json.mcap_writer import McapWriter, pack, Packed
 from hda_msgs_json.samples import JointSamples, TextSamples, WrenchSamples
 from hda_msgs_json.schemas import Schema, schema
 from hda_msgs_json.topics import Topic
@@ -133,8 +135,9 @@ class BagWriter:
 
     def _merge(self) -> None:
         columns, self._columns = self._columns, []
-        for content, indexes in merged(columns, self._mcap.counts):
-            self._mcap.write_records(content, indexes)
+        chunks = merged(columns, self._mcap.counts)
+        for chunk in ahead(partial(_packed, compression=self._mcap.compression), chunks):
+            self._mcap.write_packed(chunk)
 
     def _about(self) -> dict[str, object]:
         return rosbag2_metadata(
@@ -157,6 +160,10 @@ class BagWriter:
     def _remove(self) -> None:
         if self._directory != self.path:
             shutil.rmtree(self._directory, ignore_errors=True)
+
+
+def _packed(chunk: Chunk, compression: str) -> Packed:
+    return pack(chunk.content.tobytes(), chunk.indexes, compression)
 
 
 def _new_directory(path: Path, whole: bool) -> Path:

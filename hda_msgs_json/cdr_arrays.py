@@ -8,6 +8,7 @@ falls back to the field-by-field reader. The result is the same in every case.
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Generic, NamedTuple, TypeVar
 
 from hda_msgs_json.cdr_fields import CdrError, NANOSECONDS
@@ -110,17 +111,27 @@ def decode_wrench_batch(batch: Batch, number: int = 0) -> WrenchSamples:
 
 def encode_joint_rows(samples: JointSamples) -> Bytes:
     """Return the bytes of the messages (n, size), all of one layout."""
-    zeros = np.zeros(len(samples.names))
-    message = encode_joint_state(0, samples.frame_id, samples.names, zeros, zeros, zeros)
-    return _fill(message, read_joint_state(message)[1], samples.stamps,
+    return _fill(*_joint_template(samples.frame_id, samples.names), samples.stamps,
                  (samples.position, samples.velocity, samples.effort))
 
 
 def encode_wrench_rows(samples: WrenchSamples) -> Bytes:
     """Return the bytes of the messages (n, size), all of one layout."""
-    message = encode_wrench(0, samples.frame_id, np.zeros(3), np.zeros(3))
-    return _fill(message, read_wrench(message)[1], samples.stamps,
+    return _fill(*_wrench_template(samples.frame_id), samples.stamps,
                  (samples.force, samples.torque))
+
+
+@lru_cache
+def _joint_template(frame_id: str, names: tuple[str, ...]) -> tuple[bytes, Layout]:
+    zeros = np.zeros(len(names))
+    message = encode_joint_state(0, frame_id, names, zeros, zeros, zeros)
+    return message, read_joint_state(message)[1]
+
+
+@lru_cache
+def _wrench_template(frame_id: str) -> tuple[bytes, Layout]:
+    message = encode_wrench(0, frame_id, np.zeros(3), np.zeros(3))
+    return message, read_wrench(message)[1]
 
 
 def _blocks(

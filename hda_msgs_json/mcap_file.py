@@ -3,10 +3,10 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 import struct
-from typing import BinaryIO
+from typing import BinaryIO, NamedTuple
 
 from hda_msgs_json.mcap_chunk import decompress, LARGEST, salvage
-from hda_msgs_json.mcap_records import BagError, INDEX_ENTRY, MAGIC, parse, Records
+from hda_msgs_json.mcap_records import BagError, INDEX_ENTRY, MAGIC, parse
 from hda_msgs_json.mcap_walk import RECORD_HEAD, record_starts
 from hda_msgs_json.strided import Indices
 from mcap.opcode import Opcode
@@ -20,6 +20,7 @@ SUMMARY = (Opcode.DATA_END, Opcode.FOOTER)
 CHUNK_HEAD = struct.Struct('<QQQII')
 INDEX_HEAD = struct.Struct('<HI')
 LONGEST_NAME = 16
+NO_HINTS = np.empty(0, np.int64)
 SQLITE = b'SQLite format 3'
 
 
@@ -81,8 +82,15 @@ def scan(path: Path) -> Contents:
         raise BagError(f'{path} cannot be read: {error.strerror}') from None
 
 
-def read_stretch(path: Path, stretch: Stretch) -> Records:
-    """Return the records of a part of a file; raise BagError if it is damaged."""
+class Content(NamedTuple):
+    """Hold the records of a part of a file as bytes, and where the indexes say that some start."""
+
+    records: bytes
+    hints: Indices
+
+
+def read_stretch(path: Path, stretch: Stretch) -> Content:
+    """Return the content of a part of a file; raise BagError if it is damaged."""
     try:
         with path.open('rb') as stream:
             stream.seek(stretch.offset)
@@ -91,11 +99,11 @@ def read_stretch(path: Path, stretch: Stretch) -> Records:
     except OSError as error:
         raise BagError(f'{path} cannot be read: {error.strerror}') from None
     if stretch.cut:
-        return Records(salvage(stored, stretch.compression, stretch.size))
+        return Content(salvage(stored, stretch.compression, stretch.size), NO_HINTS)
     content = decompress(stored, stretch.compression, stretch.size, stretch.crc)
-    hints = np.concatenate([np.empty(0, np.int64), *indexed])
+    hints = np.concatenate([NO_HINTS, *indexed])
     hints.sort(kind='stable')
-    return Records(content, hints)
+    return Content(content, hints)
 
 
 def summarise(log_times: Indices) -> Times:

@@ -5,13 +5,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 import os
 import struct
-from typing import BinaryIO
+from typing import BinaryIO, NamedTuple
 import zlib
 
 from hda_msgs_json.mcap_chunk import compress
 from hda_msgs_json.mcap_records import INDEX_ENTRY, MAGIC
 from hda_msgs_json.mcap_walk import RECORD_HEAD
-from hda_msgs_json.strided import Bytes
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import (
@@ -57,6 +56,21 @@ class _Summary:
     metadata: list[MetadataIndex] = field(default_factory=list)
 
 
+class Packed(NamedTuple):
+    """Hold a chunk as it is stored, and the (log time, offset) entries of its channels."""
+
+    stored: bytes
+    size: int
+    crc: int
+    indexes: Mapping[int, NDArray[np.void]]
+
+
+def pack(content: bytes, indexes: Mapping[int, NDArray[np.void]], compression: str) -> Packed:
+    """Return message records as a chunk."""
+    return Packed(
+        compress(content, compression, ZSTD_LEVEL), len(content), zlib.crc32(content), indexes)
+
+
 class McapWriter:
     """Write one MCAP file to a stream, chunk by chunk; every flush leaves a readable file."""
 
@@ -64,7 +78,7 @@ class McapWriter:
         """Write the head of the file; the compression is '', 'lz4' or 'zstd'."""
         self.counts: dict[int, ChannelCount] = {}
         self._stream = stream
-        self._compression = compression
+        self.compression = compression
         self._at = 0
         self._summary = _Summary()
         self._chunk = bytearray()
@@ -113,20 +127,20 @@ class McapWriter:
         if len(self._chunk) >= CHUNK_SIZE:
             self.close_chunk()
 
-    def write_records(self, content: Bytes, indexes: Mapping[int, NDArray[np.void]]) -> None:
-        """Write a chunk of message records, with the (log time, offset) entries per channel."""
+    def write_packed(self, chunk: Packed) -> None:
+        """Write a chunk that is packed already, and count its messages."""
         self.close_chunk()
-        for channel, entries in indexes.items():
+        for channel, entries in chunk.indexes.items():
             times = entries['log_time']
             self.counts[channel].add(len(times), int(times.min()), int(times.max()))
-        self._write_chunk(content.tobytes(), {
-            channel: entries.tobytes() for channel, entries in indexes.items()})
+        self._write_chunk(chunk)
 
     def close_chunk(self) -> None:
         """Write the chunk that is being filled, if there is anything in it."""
         if self._chunk:
-            self._write_chunk(bytes(self._chunk), {
-                channel: entries.tobytes() for channel, entries in self._indexes.items()})
+            indexes = {channel: np.frombuffer(entries.tobytes(), INDEX_ENTRY)
+                       for channel, entries in self._indexes.items()}
+            self._write_chunk(pack(bytes(self._chunk), indexes, self.compression))
             self._chunk.clear()
             self._indexes.clear()
 
@@ -153,28 +167,26 @@ class McapWriter:
         self._stream.write(content)
         self._at += len(content)
 
-    def _write_chunk(self, content: bytes, indexes: Mapping[int, bytes]) -> None:
+    def _write_chunk(self, chunk: Packed) -> None:
         """Write a chunk, its message indexes, and remember both for the summary."""
-        stored = compress(content, self._compression, ZSTD_LEVEL)
-        times = np.concatenate([
-            np.frombuffer(entries, INDEX_ENTRY)['log_time'] for entries in indexes.values()])
+        times = np.concatenate([entries['log_time'] for entries in chunk.indexes.values()])
         first, last = int(times.min()), int(times.max())
-        name = self._compression.encode()
-        body = (CHUNK.pack(first, last, len(content), zlib.crc32(content))
-                + struct.pack('<I', len(name)) + name + struct.pack('<Q', len(stored)))
+        name = self.compression.encode()
+        body = (CHUNK.pack(first, last, chunk.size, chunk.crc)
+                + struct.pack('<I', len(name)) + name + struct.pack('<Q', len(chunk.stored)))
         start = self._at
-        self._write(RECORD_HEAD.pack(Opcode.CHUNK, len(body) + len(stored)) + body)
-        self._write(stored)
+        self._write(RECORD_HEAD.pack(Opcode.CHUNK, len(body) + len(chunk.stored)) + body)
+        self._write(chunk.stored)
         end, offsets = self._at, {}
-        for channel, entries in indexes.items():
+        for channel, entries in chunk.indexes.items():
             offsets[channel] = self._at
-            self._write(RECORD_HEAD.pack(Opcode.MESSAGE_INDEX, INDEX.size + len(entries))
-                        + INDEX.pack(channel, len(entries)) + entries)
+            self._write(RECORD_HEAD.pack(Opcode.MESSAGE_INDEX, INDEX.size + entries.nbytes)
+                        + INDEX.pack(channel, entries.nbytes) + entries.tobytes())
         self._summary.chunks.append(ChunkIndex(
             message_start_time=first, message_end_time=last, chunk_start_offset=start,
             chunk_length=end - start, message_index_offsets=offsets,
-            message_index_length=self._at - end, compression=self._compression,
-            compressed_size=len(stored), uncompressed_size=len(content)))
+            message_index_length=self._at - end, compression=self.compression,
+            compressed_size=len(chunk.stored), uncompressed_size=chunk.size))
 
     def _statistics(self) -> Statistics:
         filled = [counted for counted in self.counts.values() if counted.count]
