@@ -1,0 +1,49 @@
+"""Read what a node is sent; whatever is wrong with a message becomes one refusal."""
+
+from collections.abc import Sequence
+
+from hda_msgs_json.cdr import CdrError, decode_wrench, JointState, JointStateDecoder
+from hda_msgs_json.columns import ColumnFinder, LengthsError, NamesError
+from hda_msgs_json.topics import BASE_FRAME
+import numpy as np
+from numpy.typing import NDArray
+
+from .health import Refused
+
+Array = NDArray[np.float64]
+UNREADABLE = (CdrError, LengthsError, NamesError)
+_REASONS: dict[type[Exception], str] = {
+    CdrError: 'malformed message', LengthsError: 'wrong lengths', NamesError: 'wrong names'}
+
+
+def refusal(error: Exception) -> Refused:
+    """Return the refusal of a message that raised one of `UNREADABLE`."""
+    return Refused(_REASONS[type(error)], str(error))
+
+
+class EffortReader:
+    """Read the efforts of given names from one JointState after another."""
+
+    def __init__(self, names: Sequence[str]) -> None:
+        """Prepare for these names, which may stand in any order among others."""
+        self._decode = JointStateDecoder()
+        self._find = ColumnFinder(names, 'effort')
+
+    def __call__(self, message: bytes) -> tuple[int, Array]:
+        """Return the stamp [ns] and the efforts (n,) [N*m] of the names; raises Refused."""
+        try:
+            state: JointState = self._decode(message)
+            return state.stamp_ns, state.effort[self._find(state)]
+        except UNREADABLE as error:
+            raise refusal(error) from None
+
+
+def tip_force(message: bytes) -> Array:
+    """Return the force in the plane (2,) [N] of a WrenchStamped in the base frame, or refuse."""
+    try:
+        wrench = decode_wrench(message)
+    except CdrError as error:
+        raise refusal(error) from None
+    if wrench.frame_id not in ('', BASE_FRAME):
+        raise Refused('wrong frame', f'the frame must be {BASE_FRAME!r}, got {wrench.frame_id!r}')
+    return wrench.force[:2]

@@ -1,0 +1,110 @@
+"""
+The simulated arm as a driver would present it: samples out, commands and pushes in.
+
+Time is that of the samples: stamps advance by exactly one period, and nothing here reads a clock.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .health import Refused
+from .model.arm import Arm
+from .model.parameter import Declared, parameter
+from .motions import HOME
+from .plant import Plant
+from .simulate import checked, rest
+
+Array = NDArray[np.float64]
+LONGEST_HOLD = 50_000_000       # time for which a command stays in force [ns]
+FIRST_STAMP = 1_000_000_000     # of simulated time: a bag that starts at 0 looks empty [ns]
+
+
+@dataclass(frozen=True)
+class SimulationSettings(Declared):
+    """How the arm is simulated; nothing here is a property of the arm."""
+
+    name: ClassVar[str] = 'arm_sim'
+    rate: float = parameter(1000.0, 'Hz', 10.0, 20000.0, 'samples per second of its time')
+    truth_rate: float = parameter(
+        20000.0, 'Hz', 0.1, 20000.0, 'what is true is told at most so often')
+    speed: float = parameter(
+        1.0, '', 0.001, 1000.0, 'its time over real time; other than 1 publishes /clock')
+    seed: float = parameter(0.0, '', 0.0, 2.0 ** 32, 'whole number that the noise starts from')
+
+    @property
+    def period(self) -> int:
+        """Return the time from stamp to stamp [ns]."""
+        return round(1e9 / self.rate)
+
+    @property
+    def truth_divisor(self) -> int:
+        """Return of how many samples one is told with what is true."""
+        return max(1, round(self.rate / self.truth_rate))
+
+
+class Sample(NamedTuple):
+    """One sample of the arm: what its driver shows, and what is true."""
+
+    stamp: int                  # [ns]
+    reading: Array              # (n, 4) angles and velocities of shaft and link
+    motor_torque: Array         # (n,) in force from the stamp until the next, shaft [N*m]
+    joint_torque: Array         # (n,) true, through the gear [N*m]
+    tip_force: Array            # (2,) on the tip, base frame [N]
+
+
+class LiveArm:
+    """An arm that is sampled and advanced in turn, under the last command and push."""
+
+    def __init__(self, arm: Arm, settings: SimulationSettings, first_stamp: int) -> None:
+        """Start at rest in the posture where motions start; raises ArmError without links."""
+        self.arm, self.settings, self.stamp = checked(arm), settings, first_stamp
+        self._limits = np.array([joint.torque_limit for joint in arm.joints])
+        self.saturated = 0              # commands beyond the limit of a motor
+        self.expired = 0                # times that commands stopped coming
+        self.reset()
+
+    def reset(self) -> None:
+        """Start again from rest without command and push; time goes on."""
+        home = rest(self.arm, HOME[:len(self.arm.joints)])
+        self._plant = Plant(self.arm, home, self.settings.period * 1e-9, int(self.settings.seed))
+        self._command = np.zeros_like(self._limits)
+        self._commanded: int | None = None
+        self._force = np.zeros(2)
+
+    def command(self, stamp: int, torque: Array) -> None:
+        """
+        Put motor torques (n,) [N*m, shaft] in force that answer the sample of `stamp` [ns].
+
+        Raises Refused for torques that are not finite and for a stamp that no sample had lately.
+        """
+        if not np.isfinite(torque).all():
+            raise Refused('effort not finite', f'efforts must be finite, got {torque.tolist()}')
+        if not 0 <= self.stamp - stamp <= LONGEST_HOLD:
+            raise Refused('stamp out of time', 'the stamp must be copied from a sample of the '
+                          f'last {LONGEST_HOLD * 1e-9:g} s, got {stamp * 1e-9:.3f} s at '
+                          f'{self.stamp * 1e-9:.3f} s')
+        limited = np.clip(torque, -self._limits, self._limits)
+        self.saturated += int((limited != torque).any())
+        self._command, self._commanded = limited, stamp
+
+    def push(self, force: Array) -> None:
+        """Hold a force (2,) [N, base frame] on the tip until the next; raises Refused."""
+        if not np.isfinite(force).all():
+            raise Refused('force not finite', f'the force must be finite, got {force.tolist()}')
+        self._force = np.array(force)
+
+    def sample(self) -> Sample:
+        """Return the sample of `stamp`; its reading and its truth are the same arrays always."""
+        if self._commanded is not None and self.stamp - self._commanded > LONGEST_HOLD:
+            self._command, self._commanded = np.zeros_like(self._limits), None
+            self.expired += 1
+        reading = self._plant.sample()
+        return Sample(self.stamp, reading, self._command, self._plant.joint_torque, self._force)
+
+    def advance(self) -> None:
+        """Move the arm on to the next stamp."""
+        self._plant.advance(self._command, self._force)
+        self.stamp += self.settings.period

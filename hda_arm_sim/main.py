@@ -1,0 +1,9 @@
+"""The `arm_sim` executable."""
+
+from .node import ArmSim
+from .ros.process import run
+
+
+def main() -> int:
+    """Simulate the arm until told to end, and return the exit code."""
+    return run('arm_sim', lambda: [ArmSim()])

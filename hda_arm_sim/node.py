@@ -1,0 +1,96 @@
+"""The node that simulates the arm in real time, or says how far it is from that."""
+
+import time
+
+from hda_msgs_json.cdr_fields import LITTLE_ENDIAN, pack_stamp
+from hda_msgs_json.topics import CLOCK, EXTERNAL_WRENCH, JOINT_STATES, MOTOR_COMMAND, motor_name
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from std_srvs.srv import Trigger
+
+from .health import Refused, Report
+from .inputs import EffortReader, tip_force
+from .live import FIRST_STAMP, LiveArm, SimulationSettings
+from .model.files import read_effects
+from .ros.arm_node import ArmNode
+from .ros.topics import publisher, publishers, subscribe
+from .sample_messages import SampleEncoder, truth_topics
+from .schedule import Schedule
+from .simulation_report import simulation_report
+
+
+class ArmSim(ArmNode):
+    """
+    Publish samples of a simulated arm on an absolute schedule.
+
+    A motor command is in force from the next sample on, for 50 ms of the arm's time. A wrench on
+    the tip is held until the next one comes.
+    """
+
+    def __init__(self) -> None:
+        """Start the arm at rest; raises what a wrong parameter or file raises."""
+        super().__init__('arm_sim')
+        effects = self.parameters.text(
+            'effects', '', 'file of effects that the arm has on top of its model file')
+        settings = self.parameters.group(SimulationSettings)
+        arm = self.arm
+        for placed in read_effects(effects) if effects else ():
+            arm = arm.with_effect(placed.effect, placed.joint)
+        self._real_time = settings.speed == 1.0
+        self._live = LiveArm(arm, settings, time.time_ns() if self._real_time else FIRST_STAMP)
+        self._until_truth = 0
+        self._encode = SampleEncoder(arm)
+        self._connect()
+        self._live.advance()                            # compiles, or loads what was compiled
+        self._live.reset()
+        self.begin()
+        self._schedule = Schedule(settings.period, settings.speed)
+        self._timer = self.create_timer(self._schedule.tick * 1e-9, self._tick,
+                                        clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def _connect(self) -> None:
+        self._joint_states = publisher(self, JOINT_STATES)
+        self._truth = publishers(self, truth_topics(self.arm))
+        self._clock_time = None if self._real_time else publisher(self, CLOCK)
+        self._read_command = EffortReader([motor_name(label) for label in self.arm.labels])
+        subscribe(self, MOTOR_COMMAND, self._on_command)
+        subscribe(self, EXTERNAL_WRENCH, self._on_wrench)
+        self.create_service(Trigger, 'arm_sim/reset', self._on_reset)
+
+    def _tick(self) -> None:
+        for _ in range(self._schedule.due(time.monotonic_ns())):
+            self._publish_sample()
+        if self._clock_time is not None:
+            self._clock_time.publish(LITTLE_ENDIAN + pack_stamp(self._live.stamp))
+
+    def _publish_sample(self) -> None:
+        sample = self._live.sample()
+        self._joint_states.publish(self._encode.joint_states(sample))
+        if self._until_truth == 0:
+            for topic, message in zip(self._truth, self._encode.truth(sample)):
+                topic.publish(message)
+            self._until_truth = self._live.settings.truth_divisor
+        self._until_truth -= 1
+        self._live.advance()
+
+    def _on_command(self, message: bytes) -> None:
+        try:
+            self._live.command(*self._read_command(message))
+        except Refused as refused:
+            self.refuse(MOTOR_COMMAND, refused)
+
+    def _on_wrench(self, message: bytes) -> None:
+        try:
+            self._live.push(tip_force(message))
+        except Refused as refused:
+            self.refuse(EXTERNAL_WRENCH, refused)
+
+    def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._live.reset()
+        response.success, response.message = True, 'the arm is at rest where it started'
+        return response
+
+    def report(self) -> Report:
+        """Return how well the arm keeps real time, and what it refused."""
+        return simulation_report(
+            self._schedule.take_punctuality(time.monotonic_ns()), self._live, self.refusals)

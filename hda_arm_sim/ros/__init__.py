@@ -1,0 +1,1 @@
+"""What the nodes of both packages share: start and end, parameters, topics, diagnostics."""

@@ -1,0 +1,56 @@
+"""What every node of this project is: parameters, refusals, and a report once a second."""
+
+import time
+
+from hda_arm_sim.health import Refusals, Refused, Report
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.files import read_arm
+from hda_msgs_json.topics import Topic
+from rclpy.node import Node
+
+from .diagnostics import Diagnostics
+from .parameters import Parameters
+
+NOMINAL_ARM = 'hda_arm.yaml'
+
+
+class StartError(ValueError):
+    """What ROS was given to start with cannot be used."""
+
+
+class ArmNode(Node):
+    """A node that knows an arm; `report` and `close` are for the nodes to fill in."""
+
+    def __init__(self, name: str) -> None:
+        """Read the arm; raises StartError, ParameterError, ArmError."""
+        try:
+            super().__init__(name, automatically_declare_parameters_from_overrides=True)
+        except ValueError:                                      # the only one, and it names none
+            raise StartError('a parameter was given an empty list, which has no type; '
+                             'give it a value or leave it out') from None
+        self.parameters = Parameters(self)
+        self.refusals = Refusals()
+        self.arm: Arm = read_arm(self.parameters.text(
+            'arm', NOMINAL_ARM, 'model file, or the name of a shipped one'))
+
+    def begin(self) -> None:
+        """Start to report, when all parameters are declared and everything is ready."""
+        if unknown := self.parameters.unknown():
+            self.get_logger().warning(
+                f'unknown parameters are ignored: {", ".join(unknown)}; '
+                f'there are {", ".join(self.parameters.names())}')
+        self._diagnostics = Diagnostics(self, self.report)
+
+    def report(self) -> Report:
+        """Return how the node is doing."""
+        raise NotImplementedError
+
+    def refuse(self, topic: Topic, refused: Refused) -> None:
+        """Count a message that cannot be used, and say so now and then."""
+        if self.refusals.add(refused.reason, time.monotonic()):
+            self.get_logger().warning(
+                f'{topic.name}: {refused} (refused so far for this reason: '
+                f'{self.refusals.counts[refused.reason]})')
+
+    def close(self) -> None:
+        """Finish what must not be cut off; topics still work."""

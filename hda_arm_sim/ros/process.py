@@ -1,0 +1,109 @@
+"""
+Run nodes as a process that starts, or says in one line why not, and ends when it is told to.
+
+The terminal and `ros2 launch` both send SIGINT, so a process is told twice within milliseconds.
+The first signal ends the spinning while topics still work, so that nodes can say their last word.
+"""
+
+from collections.abc import Callable, Sequence
+import gc
+import signal
+import sys
+from types import FrameType
+
+import rclpy
+from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
+from rclpy.utilities import ok, remove_ros_args, try_shutdown
+
+from .arm_node import ArmNode, StartError
+
+LONGEST_WAIT = 0.1      # of a spin: without an end, some releases of EventsExecutor hang [s]
+DONE, FAILED, MISUSED = 0, 1, 2
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_OWN_PACKAGES = ('hda_msgs_json', 'hda_arm_sim', 'hda_torque_estimator')
+
+
+class _Stop:
+    """Take signals, and know whether one came."""
+
+    told = False
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        self.told = True        # no more: the signal may have interrupted anything
+
+
+def run(name: str, make_nodes: Callable[[], Sequence[ArmNode]],
+        arguments: Sequence[str] | None = None) -> int:
+    """
+    Make nodes, spin them until SIGINT or SIGTERM, and return the exit code of the process.
+
+    It is 0 then, and 2 after one line on standard error for arguments, parameters or files that
+    cannot be used.
+    """
+    stop = _Stop()
+    for number in _SIGNALS:
+        signal.signal(number, stop)
+    nodes: Sequence[ArmNode] = ()
+    code = MISUSED
+    try:
+        _initialise(list(sys.argv if arguments is None else arguments))
+        nodes = make_nodes()
+        _spin(nodes, stop)
+        code = FAILED
+        for node in nodes:
+            node.close()
+        code = DONE
+    except ValueError as error:
+        if type(error).__module__.partition('.')[0] not in _OWN_PACKAGES:
+            raise
+        sys.stderr.write(f'{name}: {error}\n')
+    finally:
+        _end(nodes)
+    return code
+
+
+def _initialise(arguments: list[str]) -> None:
+    try:
+        left = remove_ros_args(arguments)[1:]
+        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    except RuntimeError as error:
+        raise StartError(f'the ROS arguments cannot be used: {_plain(str(error))}') from None
+    if left:
+        raise StartError(f'no argument {left[0]!r} is known; parameters are given as '
+                         '--ros-args -p NAME:=VALUE, or --params-file FILE')
+
+
+def _plain(error: str) -> str:
+    """Return what rcl says of arguments in one line, without the places in its source."""
+    said, _, _ = error.partition(', at /')
+    return ' '.join(said.removeprefix('Failed to parse ROS arguments: ').split())
+
+
+def _executor() -> Executor:
+    """Return the executor that costs a quarter of the others, or else the one that is there."""
+    try:
+        from rclpy.experimental.events_executor import EventsExecutor
+    except ImportError:
+        return SingleThreadedExecutor()
+    return EventsExecutor()
+
+
+def _spin(nodes: Sequence[ArmNode], stop: _Stop) -> None:
+    executor = _executor()
+    for node in nodes:
+        executor.add_node(node)
+    gc.freeze()             # what is there stays: later collections need not look at it
+    while ok() and not stop.told:
+        executor.spin_until_future_complete(Future(), timeout_sec=LONGEST_WAIT)
+    for node in nodes:
+        executor.remove_node(node)
+
+
+def _end(nodes: Sequence[ArmNode]) -> None:
+    for number in _SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
+    for node in nodes:
+        node.destroy_node()
+    try_shutdown()
