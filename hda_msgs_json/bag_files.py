@@ -24,6 +24,13 @@ class BagFiles(NamedTuple):
 
 def find_files(path: Path) -> BagFiles:
     """Return the files of a rosbag2 directory or a loose file; raise BagError if there is none."""
+    try:
+        return _find(path)
+    except OSError as error:
+        raise BagError(f'{path} cannot be read: {error.strerror}') from None
+
+
+def _find(path: Path) -> BagFiles:
     if path.name == METADATA_FILE:
         path = path.parent
     if not path.exists():
@@ -79,7 +86,8 @@ def _listed(directory: Path) -> list[str]:
     if storage == 'sqlite3':
         raise BagError(
             f'{directory} is an SQLite bag; `ros2 bag convert` makes an MCAP bag of it')
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+    if not isinstance(names, list) or not all(
+            isinstance(name, str) and name.isprintable() for name in names):
         raise _NoListError(f'{METADATA_FILE} is damaged')
     return names
 

@@ -192,7 +192,7 @@ class Recording:
                     schemas[record.id] = _full_type(record.name)
                 else:
                     channels.setdefault(record.id, _Channel(
-                        record.topic, schemas.get(record.schema_id, 'no type')))
+                        _printable(record.topic), schemas.get(record.schema_id, 'no type')))
         except BagError as error:
             self.warnings.append(f'{part.path.name}: {error}')
         return {number: summarise(times) for number, times in records.log_times().items()
@@ -227,7 +227,12 @@ def _full_type(name: str) -> str:
     try:
         return short_name(name).replace('/', '/msg/')
     except SchemaError:
-        return name
+        return _printable(name)
+
+
+def _printable(name: str) -> str:
+    """Return a name from a file as it is shown, without control characters."""
+    return name if name.isprintable() else ascii(name)
 
 
 def _order(times: Indices) -> Indices | None:

@@ -76,8 +76,13 @@ class BagWriter:
 
     def write(self, topic: Topic, log_time_ns: int, message: bytes) -> None:
         """Write one message; raise SchemaError if its type is not known."""
-        channel = self._topics.get(topic) or self._add(topic)
-        self._mcap.write(channel, log_time_ns, message)
+        try:
+            self._mcap.write(self._channel(topic), log_time_ns, message)
+        except OSError as error:
+            raise _cannot_write(self.path, error) from None
+        except OverflowError:
+            raise BagError(
+                f'a log time must lie in 0 to 2^64 - 1 ns, got {log_time_ns}') from None
 
     def write_joint_states(self, topic: Topic, samples: JointSamples) -> None:
         """Write JointStates, their stamps as log times."""

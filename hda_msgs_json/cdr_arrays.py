@@ -15,15 +15,13 @@ from hda_msgs_json.cdr_fields import CdrError, NANOSECONDS
 from hda_msgs_json.cdr_layout import (
     encode_joint_state, encode_wrench, JointState, Layout, read_joint_state, read_wrench, Wrench)
 from hda_msgs_json.samples import (
-    Floats, join_joint_samples, JointSamples, Stamps, WrenchSamples)
+    Floats, join_joint_samples, JointSamples, MOST_NAMES, SamplesError, Stamps, WrenchSamples)
 from hda_msgs_json.strided import Bytes, Indices, structures
 import numpy as np
 from numpy.typing import NDArray
 
 MOST_LAYOUTS = 16
 """More layouts than this in one batch are read field by field."""
-MOST_NAMES = 1000
-"""More joints than this on one topic are a broken recording, and would not fit in memory."""
 
 Message = TypeVar('Message', JointState, Wrench)
 
@@ -79,12 +77,12 @@ def decode_joint_batch(batch: Batch, number: int = 0) -> JointSamples:
     Errors count the messages from the given number on.
     """
     blocks = list(_blocks(batch, number, read_joint_state, _check_joint_state))
-    names = tuple(dict.fromkeys(name for block in blocks for name in block.first.names))
-    if len(names) > MOST_NAMES:
-        raise CdrError(f'the messages name more than {MOST_NAMES} joints, such as {names[-1]!r}')
     if len(blocks) == 1:
         return _joint_samples(blocks[0])
-    samples = join_joint_samples([_joint_samples(block) for block in blocks])
+    try:
+        samples = join_joint_samples([_joint_samples(block) for block in blocks])
+    except SamplesError as error:
+        raise CdrError(str(error)) from None
     chosen = np.concatenate([np.empty(0, np.int64), *(block.chosen for block in blocks)])
     return samples.rows(np.argsort(chosen))
 
@@ -187,6 +185,8 @@ def _joint_samples(block: _Block[JointState]) -> JointSamples:
 
 def _check_joint_state(state: JointState) -> None:
     """Raise CdrError unless each array is empty or has one value per name."""
+    if len(state.names) > MOST_NAMES:
+        raise CdrError(f'it names {len(state.names)} joints, more than {MOST_NAMES}')
     if len(set(state.names)) < len(state.names):
         raise CdrError(f'a joint is named twice in {state.names}')
     for what, values in zip(('position', 'velocity', 'effort'), state.numbers):

@@ -1,6 +1,7 @@
 """Where the numbers of a JointState or a WrenchStamped lie: found once, checked ever after."""
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 from hda_msgs_json.cdr_fields import CdrError, Doubles, FieldReader, FieldWriter, LITTLE_ENDIAN
@@ -56,18 +57,14 @@ class Layout:
         self.size = len(message)
         self.doubles = tuple(doubles)
         self.little_endian = message[:2] == LITTLE_ENDIAN[:2]
-        mask = np.zeros(self.size, np.uint8)
-        for part in structure:
-            mask[part] = 0xFF
-        self._mask = int.from_bytes(mask.tobytes(), 'little')
-        self._value = int.from_bytes(message, 'little') & self._mask
-        self._words = _cover(mask, np.frombuffer(message, np.uint8))
-        self.record = self._record_dtype()
+        self._message = message
+        self._structure = structure
 
     def fits(self, message: bytes) -> bool:
         """Return whether a message has this layout, and its numbers are little-endian."""
+        mask, value = self._masked
         return (len(message) == self.size and self.little_endian
-                and int.from_bytes(message, 'little') & self._mask == self._value)
+                and int.from_bytes(message, 'little') & mask == value)
 
     def fit(self, records: NDArray[np.void]) -> NDArray[np.bool_]:
         """Return which of many messages of the same size have this layout (n,)."""
@@ -76,7 +73,8 @@ class Layout:
             fits &= (records[word.name] & word.mask) == word.value
         return fits
 
-    def _record_dtype(self) -> np.dtype[np.void]:
+    @cached_property
+    def record(self) -> np.dtype[np.void]:
         """Return the message as fields: its time, its numbers, and the words of its structure."""
         fields: dict[str, tuple[object, int]] = {
             'seconds': ('<i4', STAMP_AT), 'nanoseconds': ('<u4', STAMP_AT + 4)}
@@ -88,6 +86,32 @@ class Layout:
             'names': list(fields), 'formats': [kind for kind, _ in fields.values()],
             'offsets': [start for _, start in fields.values()], 'itemsize': self.size})
 
+    @cached_property
+    def _mask(self) -> NDArray[np.uint8]:
+        mask = np.zeros(self.size, np.uint8)
+        for part in self._structure:
+            mask[part] = 0xFF
+        return mask
+
+    @cached_property
+    def _masked(self) -> tuple[int, int]:
+        """Return the mask and what it leaves of the message as one number each."""
+        mask = int.from_bytes(self._mask.tobytes(), 'little')
+        return mask, int.from_bytes(self._message, 'little') & mask
+
+    @cached_property
+    def _words(self) -> list['_Word']:
+        """Return words that together compare every byte that the mask keeps."""
+        words, covered = [], 0
+        masks, message = self._mask, np.frombuffer(self._message, np.uint8)
+        for at in np.flatnonzero(masks).tolist():
+            if at >= covered:
+                start = min(at, self.size - 8)
+                covered = start + 8
+                mask, value = (part[start:covered].view('<u8')[0] for part in (masks, message))
+                words.append(_Word(f'word{start}', start, mask, value & mask))
+        return words
+
 
 class _Word(NamedTuple):
     """Compare eight bytes of a message with what they should be."""
@@ -96,20 +120,6 @@ class _Word(NamedTuple):
     start: int
     mask: np.uint64
     value: np.uint64
-
-
-def _cover(mask: NDArray[np.uint8], message: NDArray[np.uint8]) -> list[_Word]:
-    """Return words that together compare every byte that the mask keeps."""
-    words, covered = [], 0
-    for at in np.flatnonzero(mask):
-        if at < covered:
-            continue
-        start = min(int(at), len(mask) - 8)
-        part = mask[start:start + 8].view('<u8')[0]
-        words.append(_Word(
-            f'word{start}', start, part, message[start:start + 8].view('<u8')[0] & part))
-        covered = start + 8
-    return words
 
 
 def read_joint_state(message: bytes) -> tuple[JointState, Layout]:

@@ -10,6 +10,14 @@ Floats = NDArray[np.float64]
 Stamps = NDArray[np.int64]
 
 
+MOST_NAMES = 1000
+"""More joints than this on one topic are a broken recording, and would not fit in memory."""
+THINNEST = 16
+"""More places for numbers than this many times the numbers are a broken recording too."""
+FEW = 1_000_000
+"""So many places are never too many."""
+
+
 class SamplesError(ValueError):
     """Raised when samples do not fit together or lack what is asked of them."""
 
@@ -111,9 +119,12 @@ def join_joint_samples(parts: Sequence[JointSamples]) -> JointSamples:
     """
     Return the messages of all parts in their order, with the names of all of them.
 
+    Raise SamplesError if the names change so much that the arrays would hold little but NaN.
+
     The names come in the order in which they first appear, the frame is that of the first message.
     """
     names = tuple(dict.fromkeys(name for part in parts for name in part.names))
+    _check_thickness(parts, names)
     stamps = np.concatenate([np.empty(0, np.int64), *(part.stamps for part in parts)])
     position, velocity, effort = (
         _join_columns([(part.names, getattr(part, field)) for part in parts], names)
@@ -132,6 +143,19 @@ def join_wrench_samples(parts: Sequence[WrenchSamples]) -> WrenchSamples:
         frames.pop() if frames else '',
         np.concatenate([np.empty((0, 3)), *(part.force for part in parts)]),
         np.concatenate([np.empty((0, 3)), *(part.torque for part in parts)]))
+
+
+def _check_thickness(parts: Sequence[JointSamples], names: tuple[str, ...]) -> None:
+    """Raise SamplesError if the arrays of all parts together would be absurdly large."""
+    if len(names) > MOST_NAMES:
+        raise SamplesError(
+            f'the messages name more than {MOST_NAMES} joints, such as {names[-1]!r}')
+    places = sum(map(len, parts)) * len(names)
+    numbers = sum(len(part) * len(part.names) for part in parts)
+    if places > max(FEW, THINNEST * numbers):
+        raise SamplesError(
+            f'the joints change from message to message: {len(names)} names in '
+            f'{sum(map(len, parts))} messages with {numbers} numbers')
 
 
 def _join_columns(

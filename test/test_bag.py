@@ -323,6 +323,8 @@ def foreign(directory: Path) -> Iterator[tuple[str, Callable[[Path], object], st
     yield 'text.mcap', lambda path: path.write_text('hello world'), "starts with b'hello wo'"
     yield 'bag.db3', lambda path: path.write_bytes(b'SQLite format 3\0'), 'is an SQLite bag'
     yield 'folder', lambda path: path.mkdir(), 'it has no .mcap file'
+    yield 'n' * 300, lambda path: None, 'File name too long'
+    yield 'a.mcap.zstd', lambda path: path.write_bytes(b'no'), 'is not compressed with zstd'
 
 
 @pytest.mark.parametrize('name, make, error', foreign(Path()), ids=lambda value: str(value)[:12])
@@ -433,6 +435,17 @@ def test_a_live_bag_survives_an_error(tmp_path: Path) -> None:
             bag.write(Topic(topic, TYPES[topic], 10), time, message)
         raise KeyError
     assert contents(open_recording(tmp_path / 'bag')) == messages
+
+
+def test_log_times_outside_of_the_range_are_refused(tmp_path: Path) -> None:
+    """A bag has no room for times before 1970; what came before the error is kept."""
+    bag = BagWriter(tmp_path / 'bag', {}, whole=False)
+    bag.write(ESTIMATOR_STATE, 5, encode_string('a'))
+    for time in (-1, 2 ** 64):
+        with pytest.raises(BagError, match='a log time must lie in 0 to'):
+            bag.write(ESTIMATOR_STATE, time, encode_string('b'))
+    bag.close()
+    assert open_recording(tmp_path / 'bag').texts('estimator_state').texts == ('a',)
 
 
 def test_unknown_types_are_named(tmp_path: Path) -> None:
@@ -584,6 +597,21 @@ def test_lying_indexes_are_not_believed(tmp_path: Path) -> None:
     content[content.rfind(entry) + 8] ^= 1
     (tmp_path / 'a.mcap').write_bytes(content)
     assert contents(open_recording(tmp_path / 'a.mcap')) == messages
+
+
+def test_names_that_would_break_a_line_are_escaped(tmp_path: Path) -> None:
+    """A topic with control characters cannot forge the output of a command."""
+    with (tmp_path / 'a.mcap').open('wb') as stream:
+        writer = Writer(stream)
+        writer.start('ros2', 'test')
+        schema = writer.register_schema('a\nb', 'ros2msg', b'')
+        channel = writer.register_channel('/x\n\x1b[31m', 'cdr', schema)
+        writer.add_message(channel, 1, b'', 1)
+        writer.finish()
+    recording = open_recording(tmp_path / 'a.mcap')
+    (name, summary), = recording.topics.items()
+    assert name.isprintable() and summary.message_type.isprintable()
+    assert recording.raw(name)[1] == [b'']
 
 
 @pytest.mark.parametrize('compression', [CompressionType.ZSTD, CompressionType.LZ4])

@@ -262,7 +262,11 @@ def test_no_messages_are_no_samples() -> None:
     ([encode_joint_state(0, '', ('a', 'a'), (1.0, 2.0))], 'named twice'),
     ([encode_joint_state(0, '', ('a',), (1.0,)) + bytes(16)], '16 bytes follow the end'),
     ([encode_joint_state(0, '', ('a',), ())[:-12] + b'\xff\xff\xff\xff'], 'position needs'),
-    ([encode_joint_state(0, '', [f'j{n}' for n in range(1001)], ())], 'more than 1000 joints'),
+    ([encode_joint_state(0, '', [f'j{n}' for n in range(1001)], ())], 'names 1001 joints, more'),
+    ([encode_joint_state(0, '', [f'{n}_{m}' for m in range(200)], ()) for n in range(6)],
+     'name more than 1000 joints'),
+    ([encode_joint_state(0, '', [str(n)], ()) for n in range(900)] * 20,
+     'joints change from message'),
     ([encode_wrench(0, 'base', np.ones(3), np.ones(3))], 'velocity needs'),
     ([encode_joint_state(0, '', (), ())[:20] + b'\0\0\0\1'], 'more than the message has room for'),
 ])
