@@ -1,0 +1,213 @@
+"""Fit terms to the balances of one measurement: Gauss-Newton with the exact model."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects import effect_named, Scope, Site
+import numpy as np
+from numpy.typing import NDArray
+
+from .balance import Balance, Balancer
+from .nuisance import nuisances, Zero
+from .solve import condense, covariance, score, solve
+from .term import Term
+
+Array = NDArray[np.float64]
+AnyTerm = Term | Zero
+PASSES = 4
+CLOSE = 0.5             # improvement of the score that is not worth another pass
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Terms at their best: what was accepted, what only may differ, and what is left."""
+
+    accepted: tuple[Term, ...]
+    nuisance: tuple[AnyTerm, ...]
+    balance: Balance
+    columns: Array              # (m, c, p) derivatives of the residual, accepted terms first
+    score: float                # smaller is better
+    variance: Array             # (c,) of what is left [N^2*m^2]
+
+    @property
+    def terms(self) -> tuple[AnyTerm, ...]:
+        """Return all terms, the accepted ones first."""
+        return self.accepted + self.nuisance
+
+
+class Fitter:
+    """Fits on some rows of the balances of one measurement, for one arm as given."""
+
+    def __init__(self, balancer: Balancer, arm: Arm, noise: Array, effective: float,
+                 rows: NDArray[np.bool_]) -> None:
+        """`noise` (c,) is what a healthy arm leaves [N*m], `rows` (m,) those to be used."""
+        self.balancer, self.arm = balancer, arm
+        self.noise, self.effective, self.rows = noise, effective, rows
+
+    def on(self, terms: Sequence[AnyTerm]) -> Arm:
+        """Return the arm as given with these terms."""
+        arm = self.arm
+        for term in terms:
+            arm = term.on(arm)
+        return arm
+
+    def valid(self, balance: Balance) -> NDArray[np.bool_]:
+        """Return what counts of a balance (m, c)."""
+        return balance.valid & self.rows[:, None]
+
+    def fit(self, accepted: Sequence[Term], start: Sequence[AnyTerm] = ()) -> Fit:
+        """Fit accepted terms and all nuisances together, the latter from `start` where given."""
+        terms: list[AnyTerm] = [*accepted, *self._others(accepted, start)]
+        balance = self.balancer(self.on(terms))
+        columns = self.derivatives(terms, terms, balance.residual)
+        best = self.at(terms, len(accepted), columns)
+        for _ in range(PASSES):
+            better = self._descend(best, len(accepted))
+            if best.score - better.score < CLOSE:
+                return better
+            best = better
+            size = sum(term.size for term in accepted)
+            if size:
+                fresh = self.derivatives(best.accepted, best.terms, best.balance.residual)
+                best.columns[:, :, :size] = fresh
+        return best
+
+    def refit(self, fit: Fit, term: Term) -> Fit:
+        """Return a fit with one more term; the columns of all others are taken as they were."""
+        kept = [other for other in fit.nuisance
+                if (other.name, other.joint) != (term.name, term.joint)]
+        terms: list[AnyTerm] = [*fit.accepted, term, *kept]
+        keep = _rows_of(fit.terms, [*fit.accepted, *kept])
+        size = sum(other.size for other in fit.accepted)
+        before = fit.columns[:, :, keep]
+        best: Fit | None = None
+        for _ in range(PASSES):
+            here = best.terms if best else terms
+            residual = best.balance.residual if best else self.balancer(self.on(terms)).residual
+            fresh = self.derivatives([here[len(fit.accepted)]], here, residual)
+            columns = np.concatenate([before[:, :, :size], fresh, before[:, :, size:]], axis=2)
+            best = best or self.at(terms, len(fit.accepted) + 1, columns)
+            best = replace(best, columns=columns)
+            better = self._descend(best, len(fit.accepted) + 1)
+            if best.score - better.score < CLOSE:
+                return better
+            best = better
+        assert best is not None
+        return best
+
+    def _descend(self, fit: Fit, accepted: int) -> Fit:
+        """Return the fit after one step that improves it, shortened if need be, or itself."""
+        condensed = condense(fit.balance.residual, fit.columns, self.valid(fit.balance))
+        step = solve(condensed, self.noise, self.effective, self.away(fit.terms),
+                     deviations(fit.terms)).step
+        for share in (1.0, 0.4, 0.1):
+            trial = self.at(moved(fit.terms, share * step), accepted, fit.columns)
+            if trial.score < fit.score:
+                return trial
+        return fit
+
+    def at(self, terms: Sequence[AnyTerm], accepted: int, columns: Array) -> Fit:
+        """Return the fit with these terms as they are, exactly evaluated."""
+        balance = self.balancer(self.on(terms))
+        valid = self.valid(balance)
+        count = np.maximum(valid.sum(axis=0), 1)
+        left = np.where(valid, balance.residual ** 2, 0.0).sum(axis=0) / count
+        prior = float(np.sum((self.away(terms) / deviations(terms)) ** 2))
+        return Fit(tuple(terms[:accepted]), tuple(terms[accepted:]),   # type: ignore[arg-type]
+                   balance, columns, score(left, valid.sum(axis=0), self.noise, self.effective)
+                   + prior, np.maximum(left, self.noise ** 2))
+
+    def covariance(self, fit: Fit) -> Array:
+        """Return the covariance (p, p) of the free numbers of a fit, accepted terms first."""
+        condensed = condense(fit.balance.residual, fit.columns, self.valid(fit.balance))
+        return covariance(condensed, fit.variance, self.effective, deviations(fit.terms))
+
+    def derivatives(self, terms: Sequence[AnyTerm], among: Sequence[AnyTerm],
+                    residual: Array) -> Array:
+        """Return the derivative columns (m, c, p) of terms, all of which are `among` others."""
+        columns = np.zeros((*residual.shape, sum(term.size for term in terms)))
+        for group in _groups(terms):
+            self._difference(terms, among, group, residual, columns)
+        return columns
+
+    def _difference(self, terms: Sequence[AnyTerm], among: Sequence[AnyTerm],
+                    group: list[tuple[int, int, int]], residual: Array, columns: Array) -> None:
+        """Fill the columns of a group, one simulation for all of its members."""
+        changed = {id(term): term for term in among}
+        for place, number, _ in group:
+            vector = terms[place].vector()
+            vector[number] += terms[place].all_steps()[number]
+            changed[id(terms[place])] = terms[place].at(vector)
+        shift = self.balancer(self.on(list(changed.values()))).residual - residual
+        for place, number, column in group:
+            step = (changed[id(terms[place])].vector() - terms[place].vector())[number]
+            own = slice(None) if len(group) == 1 else self.own_channels(terms[place].joint)
+            if step:
+                columns[:, own, column] = shift[:, own] / step
+
+    def own_channels(self, joint: str | None) -> list[int]:
+        """Return the channels of a joint: its A and its B."""
+        place = self.arm.labels.index(str(joint))
+        return [place, len(self.arm.labels) + place]
+
+    def _others(self, accepted: Sequence[Term], start: Sequence[AnyTerm]) -> list[AnyTerm]:
+        """Return the nuisances that are not accepted effects, as far as they have come."""
+        taken = {(term.name, term.joint) for term in accepted}
+        known = {(term.name, term.joint): term for term in start}
+        return [known.get((term.name, term.joint), term) for term in nuisances(self.arm)
+                if (term.name, term.joint) not in taken]
+
+    def away(self, terms: Sequence[AnyTerm]) -> Array:
+        """Return how far the free numbers are from nominal, 0 for those without a tolerance."""
+        nominal = {(term.name, term.joint): term.vector() for term in nuisances(self.arm)}
+        return np.concatenate([
+            np.where(np.isfinite(term.deviations()),
+                     term.vector() - nominal.get((term.name, term.joint), 0.0), 0.0)
+            for term in terms])
+
+
+def moved(terms: Sequence[AnyTerm], step: Array) -> list[AnyTerm]:
+    """Return terms with their free numbers moved."""
+    ends = np.cumsum([term.size for term in terms])
+    return [term.at(term.vector() + step[end - term.size:end]) for term, end in zip(terms, ends)]
+
+
+def _rows_of(terms: Sequence[AnyTerm], chosen: Sequence[AnyTerm]) -> list[int]:
+    """Return the columns of chosen terms among those of all terms."""
+    ends = np.cumsum([term.size for term in terms])
+    picked = {id(term) for term in chosen}
+    return [column for term, end in zip(terms, ends) if id(term) in picked
+            for column in range(end - term.size, end)]
+
+
+def deviations(terms: Sequence[AnyTerm]) -> Array:
+    """Return the tolerances of all free numbers."""
+    return np.concatenate([term.deviations() for term in terms])
+
+
+def _groups(terms: Sequence[AnyTerm]) -> list[list[tuple[int, int, int]]]:
+    """
+    Return numbers (term, number, column) that one simulation can vary at once.
+
+    Motor and torsion effects of different joints do not meet: each shows in its own joint only.
+    """
+    groups: dict[object, list[tuple[int, int, int]]] = {}
+    column = 0
+    for place, term in enumerate(terms):
+        for number in range(term.size):
+            key = (term.name, number) if acts_apart(term) else (place, number)
+            member = groups.setdefault(key, [])
+            if any(terms[other].joint == term.joint for other, _, _ in member):
+                member = groups.setdefault((place, number), [])
+            member.append((place, number, column))
+            column += 1
+    return list(groups.values())
+
+
+def acts_apart(term: AnyTerm) -> bool:
+    """Tell whether a term shows in its own joint only."""
+    if isinstance(term, Zero):
+        return True
+    kind = effect_named(term.name)
+    return kind.scope is Scope.JOINT and kind.site is not Site.LINK

@@ -1,0 +1,153 @@
+"""
+What could be wrong: every effect as hypotheses from which a search can start.
+
+A hypothesis gives the numbers to fit, starting values that a fit can reach any size from, what it
+is confused with, and the motion that decides. The laws themselves stay in the model.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from itertools import product
+
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects import effect_named, Scope
+
+from .term import Term
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """
+    How one effect is looked for.
+
+    `free` and `waves` name the numbers to fit with a typical size; `grid` lists starting values
+    of those numbers that the residual does not depend on linearly.
+    """
+
+    free: dict[str, float] = field(default_factory=dict)
+    waves: dict[tuple[str, str], float] = field(default_factory=dict)
+    grid: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    alike: tuple[str, ...] = ()
+    experiment: str = ''
+
+
+def _wave(order: int, size: float) -> dict[tuple[str, str], float]:
+    return {(f'amplitude_{order}', f'phase_{order}'): size}
+
+
+_LOOP = ('slow torque loops about zero at two amplitudes and two rates with the motor clamped; '
+         'constant speed both ways for skew')
+_SCALE = 'hang a known mass on the tip of a tilted arm, or push it with a force sensor'
+_SLOW = 'constant slow speeds over two motor turns, and reversals of different length'
+
+HYPOTHESES: dict[str, Hypothesis] = {
+    'coulomb_friction': Hypothesis({'level': 0.01}, alike=('stribeck_friction',),
+                                   experiment=_SLOW),
+    'viscous_friction': Hypothesis({'slope': 5e-5}, alike=('thermal_viscosity',
+                                                           'nonlinear_viscous_friction'),
+                                   experiment='at least three speeds, the same early and late'),
+    'nonlinear_viscous_friction': Hypothesis(
+        {'coefficient': 1e-3, 'exponent': 0.1}, grid={'exponent': (0.5, 1.7)},
+        alike=('viscous_friction', 'stribeck_friction'), experiment='at least three speeds'),
+    'stribeck_friction': Hypothesis(
+        {'excess': 0.01, 'speed': 1.0}, grid={'speed': (3.0, 10.0, 25.0)},
+        alike=('coulomb_friction', 'presliding_friction', 'motor_cogging'), experiment=_SLOW),
+    'presliding_friction': Hypothesis(
+        {'stiffness': 1.0}, grid={'stiffness': (3.0, 10.0)},
+        alike=('stribeck_friction', 'current_loop_lag'), experiment=_SLOW),
+    'asymmetric_friction': Hypothesis({'asymmetry': 0.1}, alike=('drive_offset',),
+                                      experiment='a dwell at zero command, and a return run'),
+    'load_dependent_friction': Hypothesis(
+        {'coefficient': 0.1}, alike=('torque_constant_error',),
+        experiment='both directions under both signs of load'),
+    'thermal_viscosity': Hypothesis(
+        {'amplitude': 1e-4, 'time_constant': 10.0}, grid={'time_constant': (20.0, 100.0)},
+        alike=('viscous_friction',), experiment='the same motion early, in the middle and late'),
+    'position_dependent_friction': Hypothesis(
+        waves={('amplitude', 'phase'): 0.1}, grid={'order': (1.0, 2.0, 3.0, 4.0, 6.0)},
+        alike=('asymmetric_friction',), experiment='a slow full turn of the link both ways'),
+    'torque_ripple': Hypothesis(waves={**_wave(2, 5e-3), **_wave(4, 5e-3)},
+                                alike=('motor_cogging', 'kinematic_error'),
+                                experiment='the same slow speed at two loads'),
+    'motor_cogging': Hypothesis(
+        waves={('amplitude', 'phase'): 5e-3},
+        grid={'order': (1.0, 6.0, 7.0, 8.0, 12.0, 14.0, 21.0, 24.0, 28.0, 42.0)},
+        alike=('torque_ripple',), experiment='one motor turn at 2 rad/s'),
+    'torque_constant_error': Hypothesis({'error': 0.02}, alike=('link_inertia_error',
+                                                                'stiffness_error'),
+                                        experiment=_SCALE),
+    'drive_offset': Hypothesis({'offset': 5e-3}, alike=('asymmetric_friction',),
+                               experiment='a dwell at zero command, and a return run'),
+    'current_loop_lag': Hypothesis({'time_constant': 1e-3}, grid={'time_constant': (1e-3, 4e-3)},
+                                   alike=('command_delay',),
+                                   experiment='a small multi-sine from 1 to 60 Hz'),
+    'command_delay': Hypothesis({'delay': 1e-3}, grid={'delay': (1e-3, 4e-3)},
+                                alike=('current_loop_lag',),
+                                experiment='a small multi-sine from 1 to 60 Hz'),
+    'torque_saturation': Hypothesis({'limit': 0.02}, grid={'limit': (0.05, 0.1, 0.15, 0.2)},
+                                    alike=('torque_constant_error',),
+                                    experiment='a motion that asks for the largest torque'),
+    'motor_inertia_error': Hypothesis({'error': 0.05}, alike=('torque_constant_error',
+                                                              'link_inertia_error'),
+                                      experiment='fast small motions: the motor hardly moves the '
+                                                 'link'),
+    'stiffness_error': Hypothesis({'error': 0.05}, alike=('link_inertia_error',
+                                                          'stiffening_error'),
+                                  experiment=_SCALE),
+    'stiffening_error': Hypothesis({'error': 0.3}, alike=('stiffness_error',
+                                                          'wave_generator_compliance'),
+                                   experiment='slow torques up to 60 % of the peak'),
+    'wave_generator_compliance': Hypothesis({'compliance': 0.1}, alike=('backlash',
+                                                                        'stiffening_error'),
+                                            experiment=_LOOP),
+    'torsional_hysteresis': Hypothesis({'level': 0.3, 'width': 2e-5},
+                                       grid={'width': (3e-5, 1e-4, 3e-4)},
+                                       alike=('backlash', 'clock_skew', 'structural_damping'),
+                                       experiment=_LOOP),
+    'structural_damping': Hypothesis({'coefficient': 2.0}, alike=('torsional_hysteresis',
+                                                                  'clock_skew'),
+                                     experiment='excite the resonance, 15 to 50 Hz'),
+    'backlash': Hypothesis({'half_width': 2e-5}, grid={'half_width': (5e-5, 1.5e-4)},
+                           alike=('wave_generator_compliance', 'torsional_hysteresis'),
+                           experiment=_LOOP),
+    'kinematic_error': Hypothesis(waves={**_wave(1, 2e-5), **_wave(2, 2e-5), **_wave(4, 2e-5)},
+                                  alike=('motor_encoder_eccentricity', 'torque_ripple'),
+                                  experiment='constant speed off the resonance at two loads'),
+    'link_encoder_eccentricity': Hypothesis(waves={**_wave(1, 5e-5), **_wave(2, 5e-5)},
+                                            alike=('encoder_scale_error',),
+                                            experiment='a slow full turn of the link both ways'),
+    'motor_encoder_eccentricity': Hypothesis(waves={('amplitude', 'phase'): 2e-3},
+                                             alike=('kinematic_error',),
+                                             experiment='constant speed off the resonance at two '
+                                                        'loads'),
+    'encoder_scale_error': Hypothesis({'error': 5e-5}, alike=('link_encoder_eccentricity',),
+                                      experiment='a slow full turn of the link both ways'),
+    'clock_skew': Hypothesis({'skew': 5e-5}, alike=('torsional_hysteresis',),
+                             experiment='two constant speeds both ways'),
+    'link_bearing_friction': Hypothesis({'level': 0.3}, alike=('cable_spring',),
+                                        experiment='reversals at two loads'),
+    'payload': Hypothesis({'mass': 0.5}, alike=('link_inertia_error',), experiment=_SCALE),
+    'link_inertia_error': Hypothesis({'error': 0.05}, alike=('payload', 'stiffness_error'),
+                                     experiment='accelerate at several elbow angles'),
+    'inertial_coupling': Hypothesis({'share': 0.2}, alike=('link_inertia_error',),
+                                    experiment='move one joint and hold the other, then swap'),
+    'base_tilt': Hypothesis(waves={('tilt', 'direction'): 5e-3}, alike=('cable_spring',),
+                            experiment='hold postures all round the base'),
+    'cable_spring': Hypothesis({'stiffness': 0.3, 'rest_angle': 0.3},
+                               grid={'rest_angle': (-1.5, 1.5)}, alike=('base_tilt',),
+                               experiment='a slow sweep of the whole range'),
+    'bearing_crosstalk': Hypothesis({'coefficient': 1e-6}, alike=('link_encoder_eccentricity',),
+                                    experiment='the same posture with and without a payload'),
+}
+
+
+def terms_of(arm: Arm, name: str) -> Iterator[Term]:
+    """Return every start of one hypothesis: each place on the arm, each point of the grid."""
+    kind, sought = effect_named(name), HYPOTHESES[name]
+    for joint in (None,) if kind.scope is Scope.ARM else arm.labels:
+        present = arm.effect(name, joint)
+        for point in product(*sought.grid.values()):
+            start = replace(present, **dict(zip(sought.grid, point)))
+            yield Term(start, joint, tuple(sought.free), tuple(sought.free.values()),
+                       tuple(sought.waves), tuple(sought.waves.values()),
+                       grown=next(iter(sought.free), '') in sought.grid)

@@ -1,0 +1,62 @@
+"""A recording as the diagnosis sees it: both angles and the commanded torque on a time grid."""
+
+from dataclasses import dataclass
+
+from hda_msgs_json.samples import JointSamples
+from hda_msgs_json.topics import motor_name
+import numpy as np
+from numpy.typing import NDArray
+
+from ..readings import readings
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """
+    Evenly sampled readings of n joints.
+
+    `reading` (k, n, 2) are the angles of shaft and link as the encoders show them [rad],
+    `command` (k, n) the motor torque in force from a sample until the next [N*m, shaft].
+    """
+
+    labels: tuple[str, ...]
+    dt: float
+    reading: Array
+    command: Array
+
+    @property
+    def time(self) -> Array:
+        """Return the times since the first sample (k,) [s]."""
+        return self.dt * np.arange(len(self.command))
+
+    @property
+    def duration(self) -> float:
+        """Return the time from the first to the last sample [s]."""
+        return self.dt * (len(self.command) - 1)
+
+
+def measurement_from(labels: tuple[str, ...], samples: JointSamples) -> Measurement:
+    """
+    Return the joint states on the even grid of their usual period.
+
+    Stamps that jitter by less than half a period stay where they are in the order of samples;
+    where samples are missing, angles are joined by straight lines and commands held.
+    """
+    reading = readings(labels, samples)[:, :, :2]
+    command = samples.select([motor_name(label) for label in labels]).effort
+    keep = np.isfinite(reading).all(axis=(1, 2)) & np.isfinite(command).all(axis=1)
+    keep &= np.diff(samples.stamps, prepend=samples.stamps[:1] - 1) > 0
+    stamps = samples.stamps[keep]
+    dt = float(np.median(np.diff(stamps))) * 1e-9
+    ticks = np.round((stamps - stamps[0]) * 1e-9 / dt).astype(np.int64)
+    ticks = np.maximum(ticks, np.arange(len(ticks)))
+    if ticks[-1] == len(ticks) - 1:
+        return Measurement(labels, dt, np.ascontiguousarray(reading[keep]), command[keep])
+    grid = np.arange(ticks[-1] + 1)
+    flat = reading[keep].reshape(len(ticks), -1)
+    full = np.stack([np.interp(grid, ticks, column) for column in flat.T], axis=1)
+    held = np.searchsorted(ticks, grid, side='right') - 1
+    return Measurement(labels, dt, full.reshape(len(grid), *reading.shape[1:]),
+                       command[keep][held])

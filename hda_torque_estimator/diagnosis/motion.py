@@ -1,0 +1,60 @@
+"""
+The motion behind a measurement: angles, velocities and accelerations without delay.
+
+Angles are first freed of what the encoders add, by the model's own sensing laws, and then
+differentiated by local polynomials (Savitzky and Golay), which are exact up to their degree and
+pass what the arm does, up to about 100 Hz.
+"""
+
+from typing import NamedTuple
+
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.compiled import compiled
+from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY, MOTOR_ANGLE, MOTOR_VELOCITY
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import savgol_filter
+
+from ..torsion_torque import shaft_and_link
+from .measurement import Measurement
+
+Array = NDArray[np.float64]
+_WINDOW, _DEGREE = 0.021, 5     # of the polynomials [s]
+
+
+class Motion(NamedTuple):
+    """What moved: state (k, n, 4) in the kernel's columns, acceleration (k, n, 2) motor, link."""
+
+    state: Array
+    acceleration: Array
+
+
+def motion_of(measurement: Measurement, arm: Arm) -> Motion:
+    """Return the motion of an arm whose sensing is that of `arm`."""
+    rough = _derivatives(measurement.reading, measurement.dt)
+    angles = np.empty_like(measurement.reading)
+    _true_angles(arm.record().joints, measurement.reading, rough[1], angles)
+    smooth, velocity, acceleration = _derivatives(angles, measurement.dt)
+    state = np.empty((*angles.shape[:2], 4))
+    state[:, :, MOTOR_ANGLE], state[:, :, LINK_ANGLE] = smooth[:, :, 0], smooth[:, :, 1]
+    state[:, :, MOTOR_VELOCITY], state[:, :, LINK_VELOCITY] = velocity[:, :, 0], velocity[:, :, 1]
+    return Motion(state, np.ascontiguousarray(acceleration))
+
+
+def _derivatives(angles: Array, dt: float) -> tuple[Array, Array, Array]:
+    """Return smoothed angles and their first and second derivatives."""
+    window = max(_DEGREE + 2, 2 * round(0.5 * _WINDOW / dt) + 1)
+    start = angles[0].copy()
+    smooth, first, second = (
+        savgol_filter(angles - start, window, _DEGREE, deriv=order, delta=dt, axis=0)
+        for order in range(3))
+    return smooth + start, first, second
+
+
+@compiled
+def _true_angles(joints, reading, velocity, angles):                # type: ignore[no-untyped-def]
+    for k in range(reading.shape[0]):
+        for j in range(reading.shape[1]):
+            angles[k, j, 0], angles[k, j, 1] = shaft_and_link(
+                joints[j], reading[k, j, 0], reading[k, j, 1], velocity[k, j, 0],
+                velocity[k, j, 1])

@@ -1,0 +1,78 @@
+"""
+What may differ without being wrong: the arm's numbers within their tolerances, and two zeros.
+
+They are terms like any other, with a prior; an effect is named only beyond what they explain.
+"""
+
+from dataclasses import dataclass, replace
+
+from hda_arm_sim.model.arm import Arm
+import numpy as np
+from numpy.typing import NDArray
+
+from .term import Term
+
+Array = NDArray[np.float64]
+_FLOOR = 1e-3           # of a relative tolerance: nothing is known exactly
+_ZERO_STEP = 1e-6       # [rad]
+
+
+@dataclass(frozen=True)
+class Zero:
+    """The zero of one link encoder, of which nothing is known; it has the shape of a term."""
+
+    joint: str
+    value: float = 0.0
+    name: str = 'encoder_zero'
+    size: int = 1
+
+    def all_steps(self) -> Array:
+        """Return the step for finite differences [rad]."""
+        return np.array([_ZERO_STEP])
+
+    def deviations(self) -> Array:
+        """Return an infinite tolerance."""
+        return np.array([np.inf])
+
+    def vector(self) -> Array:
+        """Return the zero [rad]."""
+        return np.array([self.value])
+
+    def at(self, vector: Array) -> 'Zero':
+        """Return another zero."""
+        return replace(self, value=float(vector[0]))
+
+    def on(self, arm: Arm) -> Arm:
+        """Return the arm with this zero added to the one that it has."""
+        return replace(arm, joints=tuple(
+            joint if joint.label != self.joint else replace(
+                joint, link_encoder=replace(joint.link_encoder,
+                                            zero=joint.link_encoder.zero + self.value))
+            for joint in arm.joints))
+
+
+def nuisances(arm: Arm) -> tuple[Term | Zero, ...]:
+    """Return the tolerances of an arm as terms about its nominal numbers."""
+    known = arm.tolerances
+    relative = {'torque_constant_error': known.torque_constant,
+                'stiffness_error': known.stiffness,
+                'link_inertia_error': known.link_inertia}
+    scaled = {'coulomb_friction': ('level', known.dry_friction),
+              'viscous_friction': ('slope', known.viscous_friction),
+              'structural_damping': ('coefficient', known.damping)}
+    terms: list[Term | Zero] = []
+    for label in arm.labels:
+        for name, tolerance in relative.items():
+            if arm.links is not None or name != 'link_inertia_error':
+                terms.append(_term(arm, name, label, 'error', max(tolerance, _FLOOR)))
+        for name, (number, tolerance) in scaled.items():
+            value = getattr(arm.effect(name, label), number)
+            if value > 0.0:
+                terms.append(_term(arm, name, label, number, value * max(tolerance, _FLOOR)))
+        terms.append(Zero(label))
+    return tuple(terms)
+
+
+def _term(arm: Arm, name: str, joint: str, number: str, deviation: float) -> Term:
+    return Term(arm.effect(name, joint), joint, (number,), (deviation,),
+                tolerances=(deviation,))

@@ -1,0 +1,107 @@
+"""Weigh every hypothesis at once, to first order, before the best are fitted exactly."""
+
+from collections.abc import Iterator, Sequence
+from itertools import groupby
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .fit import acts_apart, deviations, Fit, Fitter
+from .hypotheses import terms_of
+from .solve import condense, solve
+from .term import Term
+
+Array = NDArray[np.float64]
+
+
+class Prospect(NamedTuple):
+    """A term at the size that the first order gives it, and the score it would reach."""
+
+    term: Term
+    score: float
+
+
+def screen(fitter: Fitter, fit: Fit, names: Sequence[str]) -> list[Prospect]:
+    """Return one prospect for every effect and place, from its most promising start."""
+    best: dict[tuple[str, str | None], Prospect] = {}
+    for name in names:
+        for prospect in _prospects(fitter, fit, name):
+            key = (name, prospect.term.joint)
+            if key not in best or prospect.score < best[key].score:
+                best[key] = prospect
+    return sorted(best.values(), key=lambda prospect: prospect.score)
+
+
+def _prospects(fitter: Fitter, fit: Fit, name: str) -> Iterator[Prospect]:
+    arm = fitter.on(fit.terms)
+    starts = list(terms_of(arm, name))
+    if not starts or not acts_apart(starts[0]):
+        for start in starts:
+            yield _weighed(fitter, fit, start, _shifts(fitter, fit, [start])[0])
+        return
+    per_joint = [list(group) for _, group in groupby(starts, key=lambda term: term.joint)]
+    for together in zip(*per_joint):                # one simulation for all joints
+        for start, shift in zip(together, _shifts(fitter, fit, together)):
+            yield _weighed(fitter, fit, start, shift)
+
+
+def _shifts(fitter: Fitter, fit: Fit, starts: Sequence[Term]) -> list[Array]:
+    """Return what the directions of each start change in the residual (m, c, d)."""
+    arm = fitter.on(fit.terms)
+    shifts = []
+    for trials in zip(*(directions(start) for start in starts)):
+        changed = arm
+        for trial in trials:
+            changed = trial.on(changed)
+        shifts.append(fitter.balancer(changed).residual - fit.balance.residual)
+    together = np.stack(shifts, axis=2)
+    if len(starts) == 1:
+        return [together]
+    parts = [np.zeros_like(together) for _ in starts]
+    for part, start in zip(parts, starts):
+        own = fitter.own_channels(start.joint)
+        part[:, own] = together[:, own]
+    return parts
+
+
+def directions(start: Term) -> list[Term]:
+    """Return the terms to which a start is compared: one for a size, two for each wave."""
+    steps = start.all_steps()
+    if start.free:
+        vector = start.vector()
+        if not start.grown:
+            vector[0] += steps[0]
+        return [start.at(vector)]
+    trials = []
+    for number in range(start.size):
+        vector = start.vector()
+        vector[number] += steps[number]
+        trials.append(start.at(vector))
+    return trials
+
+
+def _weighed(fitter: Fitter, fit: Fit, start: Term, shift: Array) -> Prospect:
+    """Return the first-order prospect of one start."""
+    columns = np.concatenate([shift, fit.columns], axis=2)
+    extra = shift.shape[2]
+    found = solve(condense(fit.balance.residual, columns, fitter.valid(fit.balance)),
+                  fitter.noise, fitter.effective,
+                  np.concatenate([np.zeros(extra), fitter.away(fit.terms)]),
+                  np.concatenate([np.full(extra, np.inf), deviations(fit.terms)]))
+    sized = _sized(fitter.on(fit.terms), start, found.step[:extra])
+    return Prospect(sized, fit.score if sized is start else found.score)
+
+
+def _sized(arm, start: Term, shares: Array) -> Term:                # type: ignore[no-untyped-def]
+    """Return the start at the size that the shares give, or itself where that is impossible."""
+    vector = start.vector()
+    if start.free:
+        now = getattr(arm.effect(start.name, start.joint), start.free[0])
+        full = directions(start)[0].vector()[0]
+        vector[0] = now + float(np.clip(shares[0], -5.0, 5.0)) * (full - now)
+    else:
+        vector = vector + shares * start.all_steps()
+    sized = start.at(vector)
+    possible = np.allclose(sized.vector(), vector, rtol=1e-6, atol=1e-12)
+    return sized if possible else start

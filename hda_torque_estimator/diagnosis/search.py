@@ -1,0 +1,119 @@
+"""
+Look for the causes: accept the best hypothesis, simulate with it, look again, drop what is not
+needed.
+
+A cause must explain much more than its freedom buys (the score), be material (well above what a
+healthy arm leaves), and its rivals must be clearly worse.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .fit import Fit, Fitter
+from .screen import Prospect, screen
+from .term import Term
+
+Array = NDArray[np.float64]
+THRESHOLD = 60.0        # improvement of the score beyond what its freedom costs
+MATERIAL = 3.0          # least explained rms, in rms that a healthy arm leaves
+SHARE = 0.02            # least explained share of what was wrong at first, in some channel
+MOST = 5                # causes in one recording
+_CANDIDATES = 6         # fitted exactly in every round
+
+
+class Evidence(NamedTuple):
+    """Why a cause was accepted."""
+
+    improvement: float          # of the score
+    threshold: float
+    runner_up: Term | None
+    runner_up_gap: float        # score of the runner-up above the accepted one
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The outcome of a search: the first and the last fit, and the evidence of every cause."""
+
+    first: Fit
+    last: Fit
+    evidence: tuple[Evidence, ...]      # one for each accepted term
+
+
+def search(fitter: Fitter, names: Sequence[str]) -> Found:
+    """Return the causes that explain a measurement, among the effects of these names."""
+    first = fit = fitter.fit(())
+    evidence: dict[tuple[str, str | None], Evidence] = {}
+    while len(fit.accepted) < MOST:
+        found = _next(fitter, first, fit, names)
+        if found is None:
+            break
+        fit, reason = found
+        newest = fit.accepted[-1]
+        evidence[newest.name, newest.joint] = reason
+        fit = _without_unneeded(fitter, first, fit)
+    return Found(first, fit, tuple(evidence[term.name, term.joint] for term in fit.accepted))
+
+
+def _next(fitter: Fitter, first: Fit, fit: Fit,
+          names: Sequence[str]) -> tuple[Fit, Evidence] | None:
+    """Return the fit with the best further cause, or None if there is no further cause."""
+    taken = {(term.name, term.joint) for term in fit.accepted}
+    prospects = [prospect for prospect in screen(fitter, fit, names)
+                 if (prospect.term.name, prospect.term.joint) not in taken]
+    promising = [prospect for prospect in prospects[:_CANDIDATES]
+                 if fit.score - prospect.score > threshold(fitter, prospect.term)]
+    if not promising:
+        return None
+    exact = sorted((fitter.refit(fit, prospect.term) for prospect in promising),
+                   key=lambda trial: trial.score + freedom(fitter, trial.accepted[-1]))
+    best = exact[0]
+    if not accepted(fitter, first, fit, best):
+        return None
+    rival, gap = _rival(exact, prospects)
+    settled = fitter.fit(best.accepted, best.nuisance)
+    return settled, Evidence(fit.score - best.score, threshold(fitter, best.accepted[-1]), rival,
+                             gap)
+
+
+def _rival(exact: list[Fit], prospects: list[Prospect]) -> tuple[Term | None, float]:
+    """Return the best other cause and by how much its score is worse."""
+    if len(exact) > 1:
+        return exact[1].accepted[-1], exact[1].score - exact[0].score
+    best = exact[0].accepted[-1]
+    others = [prospect for prospect in prospects
+              if (prospect.term.name, prospect.term.joint) != (best.name, best.joint)]
+    return (others[0].term, others[0].score - exact[0].score) if others else (None, np.inf)
+
+
+def _without_unneeded(fitter: Fitter, first: Fit, fit: Fit) -> Fit:
+    """Return the fit without the causes that later ones have made superfluous."""
+    for term in fit.accepted[:-1]:
+        fewer = fitter.fit([other for other in fit.accepted if other is not term], fit.nuisance)
+        if not accepted(fitter, first, fewer, fit):
+            return _without_unneeded(fitter, first, fewer)
+    return fit
+
+
+def freedom(fitter: Fitter, term: Term) -> float:
+    """Return what the freedom of a term costs: ln(samples) for each number (BIC)."""
+    return term.size * float(np.log(max(fitter.rows.sum() * fitter.effective, 2.0)))
+
+
+def threshold(fitter: Fitter, term: Term) -> float:
+    """Return the improvement of the score that a term must reach."""
+    return THRESHOLD + freedom(fitter, term)
+
+
+def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit) -> bool:
+    """Tell whether the last term of a fit earns its place: by its score, and materially."""
+    term = extended.accepted[-1]
+    if without.score - extended.score < threshold(fitter, term):
+        return False
+    explained = without.variance - extended.variance
+    excess = np.maximum(first.variance - fitter.noise ** 2, 1e-30)
+    material = (explained > (MATERIAL * fitter.noise) ** 2) & (explained > SHARE * excess)
+    return bool(material.any())

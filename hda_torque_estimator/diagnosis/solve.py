@@ -1,0 +1,114 @@
+"""
+Weigh terms against residuals: a bounded least squares with priors and one variance per channel.
+
+The variance of a channel is what is left in it, but never less than its noise. So a channel with
+an unexplained rest counts little, and a prior is worth the more the less the model fits.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+REACH = 3.5             # standard deviations that a nuisance may go from its nominal value
+_PASSES = 12
+
+
+class Columns(NamedTuple):
+    """Residuals and the columns of their derivatives, condensed by channel."""
+
+    products: Array     # (c, p, p) column by column
+    against: Array      # (c, p) column by residual
+    power: Array        # (c,) residual by residual
+    count: Array        # (c,) samples
+
+
+class Solution(NamedTuple):
+    """A step of the free numbers and what it leaves."""
+
+    step: Array         # (p,)
+    score: float        # twice the negative log posterior: smaller is better
+    variance: Array     # (c,) left per channel, not below noise [N^2*m^2]
+
+
+def condense(residual: Array, columns: Array, valid: NDArray[np.bool_]) -> Columns:
+    """Condense residuals (m, c) and derivative columns (m, c, p) where they are valid (m, c)."""
+    masked = np.where(valid[:, :, None], columns, 0.0)
+    rest = np.where(valid, residual, 0.0)
+    return Columns(np.einsum('mcp,mcq->cpq', masked, masked, optimize=True),
+                   np.einsum('mcp,mc->cp', masked, rest, optimize=True),
+                   (rest ** 2).sum(axis=0), valid.sum(axis=0).astype(float))
+
+
+def solve(columns: Columns, noise: Array, effective: float, now: Array,
+          deviations: Array) -> Solution:
+    """
+    Return the best step from `now` (p,), the distance to the nominal values in free numbers.
+
+    `noise` (c,) is the standard deviation that a healthy arm leaves, `effective` the share of
+    samples that are independent, `deviations` (p,) the priors; a number with a prior stays within
+    REACH of them.
+    """
+    known = np.isfinite(deviations)
+    prior = np.where(known, 1.0 / np.where(known, deviations, 1.0) ** 2, 0.0)
+    step = np.zeros_like(now)
+    variance = np.maximum(columns.power / np.maximum(columns.count, 1.0), noise ** 2)
+    for _ in range(_PASSES):
+        weight = effective / variance
+        step = _bounded(np.einsum('c,cpq->pq', weight, columns.products) + np.diag(prior),
+                        -weight @ columns.against - prior * now, now, REACH * deviations, known)
+        left = _left(columns, step)
+        renewed = np.maximum(left, noise ** 2)
+        if np.allclose(renewed, variance, rtol=1e-3):
+            break
+        variance = renewed
+    return Solution(step, score(left, columns.count, noise, effective)
+                    + float(prior @ (now + step) ** 2), variance)
+
+
+def covariance(columns: Columns, variance: Array, effective: float, deviations: Array) -> Array:
+    """Return the covariance (p, p) of the free numbers."""
+    prior = 1.0 / deviations ** 2                                   # of infinite ones, zero
+    normal = np.einsum('c,cpq->pq', effective / variance, columns.products) + np.diag(prior)
+    scale = 1.0 / np.sqrt(np.diag(normal))
+    return np.linalg.pinv(normal * np.outer(scale, scale), hermitian=True) * np.outer(scale, scale)
+
+
+def _left(columns: Columns, step: Array) -> Array:
+    power = (columns.power + 2.0 * columns.against @ step
+             + np.einsum('p,cpq,q->c', step, columns.products, step))
+    return np.maximum(power, 0.0) / np.maximum(columns.count, 1.0)
+
+
+def score(left: Array, count: Array, noise: Array, effective: float) -> float:
+    """
+    Return twice the negative log likelihood of what is left per channel (c,) [N^2*m^2].
+
+    Above the noise the variance is taken from the rest itself, below it from the noise.
+    """
+    ratio = left / noise ** 2
+    return float(effective * count @ np.where(
+        ratio > 1.0, 1.0 + np.log(np.maximum(ratio, 1.0)), ratio))
+
+
+def _bounded(normal: Array, right: Array, now: Array, reach: Array,
+             known: NDArray[np.bool_]) -> Array:
+    """Solve normal x = right with |now + x| <= reach where known, by an active set."""
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    normal, right = normal * np.outer(scale, scale), right * scale
+    fixed = np.full(len(now), np.nan)
+    step = np.zeros_like(now)
+    for _ in range(len(now) + 1):
+        free = np.isnan(fixed)
+        held = np.where(free, 0.0, fixed) / scale
+        ridge = normal[np.ix_(free, free)] + 1e-10 * np.eye(free.sum())
+        step = held.copy()
+        step[free] = np.linalg.solve(ridge, (right - normal @ held)[free])
+        total = now + step * scale
+        over = free & known & (np.abs(total) > reach * (1.0 + 1e-9))
+        if not over.any():
+            break
+        worst = np.argmax(np.where(over, np.abs(total) / np.where(known, reach, 1.0), 0.0))
+        fixed[worst] = np.sign(total[worst]) * reach[worst] - now[worst]
+    return step * scale
