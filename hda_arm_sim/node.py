@@ -36,22 +36,21 @@ class ArmSim(ArmNode):
         arm = self.arm
         for placed in read_effects(effects) if effects else ():
             arm = arm.with_effect(placed.effect, placed.joint)
-        self._real_time = settings.speed == 1.0
-        self._live = LiveArm(arm, settings, time.time_ns() if self._real_time else FIRST_STAMP)
-        self._until_truth = 0
+        real_time = settings.speed == 1.0
+        _warm_up(LiveArm(arm, settings, FIRST_STAMP))
         self._encode = SampleEncoder(arm)
-        self._connect()
-        self._live.advance()                            # compiles, or loads what was compiled
-        self._live.reset()
-        self.begin()
+        self._until_truth = 0
         self._schedule = Schedule(settings.period, settings.speed)
+        self._clock_time = None if real_time else publisher(self, CLOCK)
+        self._live = LiveArm(arm, settings, time.time_ns() if real_time else FIRST_STAMP)
+        self._connect()
+        self.begin()
         self._timer = self.create_timer(self._schedule.tick * 1e-9, self._tick,
                                         clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _connect(self) -> None:
         self._joint_states = publisher(self, JOINT_STATES)
         self._truth = publishers(self, truth_topics(self.arm))
-        self._clock_time = None if self._real_time else publisher(self, CLOCK)
         self._read_command = EffortReader([motor_name(label) for label in self.arm.labels])
         subscribe(self, MOTOR_COMMAND, self._on_command)
         subscribe(self, EXTERNAL_WRENCH, self._on_wrench)
@@ -94,3 +93,9 @@ class ArmSim(ArmNode):
         """Return how well the arm keeps real time, and what it refused."""
         return simulation_report(
             self._schedule.take_punctuality(time.monotonic_ns()), self._live, self.refusals)
+
+
+def _warm_up(arm: LiveArm) -> None:
+    """Have every compiled function loaded, which may take longer than a sample."""
+    arm.sample()
+    arm.advance()

@@ -97,6 +97,11 @@ class Estimator:
         self._tare_left = 0.0
         self._tared = 0
 
+    def tune(self, settings: EstimatorSettings) -> None:
+        """Use other settings from the next sample on; filters and zero stay as they are."""
+        self.settings = settings
+        self._settings = compiled_settings(self.arm, settings)
+
     def reset(self) -> None:
         """Forget every sample, filter and tare."""
         self._memory[:] = 0.0

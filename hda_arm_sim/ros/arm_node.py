@@ -39,7 +39,7 @@ class ArmNode(Node):
             self.get_logger().warning(
                 f'unknown parameters are ignored: {", ".join(unknown)}; '
                 f'there are {", ".join(self.parameters.names())}')
-        self._diagnostics = Diagnostics(self, self.report)
+        self.diagnostics = Diagnostics(self, self.report)
 
     def report(self) -> Report:
         """Return how the node is doing."""
