@@ -4,6 +4,7 @@ import argparse
 import json
 from pathlib import Path
 
+from hda_arm_sim.live import SimulationSettings
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import arm_to_text, read_arm, read_effects
 from hda_arm_sim.motions import motion, Motion, MOTIONS
@@ -37,7 +38,8 @@ def execute(options: argparse.Namespace) -> Outcome:
     known = checked(read_arm(options.arm))
     true = _with_effects(known, options.effects)
     settings = ControllerSettings(torque_feedback=options.torque_feedback)
-    asked = motion(options.motion, len(known.joints), options.duration, 1.0 / options.rate,
+    sampled = SimulationSettings(rate=options.rate, seed=options.seed)
+    asked = motion(options.motion, len(known.joints), options.duration, 1.0 / sampled.rate,
                    options.seed)
     about = {'arm': arm_to_text(known), 'seed': str(options.seed),
              'parameters': json.dumps({'motion': options.motion, 'rate': options.rate,
