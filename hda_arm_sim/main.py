@@ -1,5 +1,7 @@
 """The `arm_sim` executable."""
 
+import sys
+
 from .node import ArmSim
 from .ros.process import run
 
@@ -7,3 +9,7 @@ from .ros.process import run
 def main() -> int:
     """Simulate the arm until told to end, and return the exit code."""
     return run('arm_sim', lambda: [ArmSim()])
+
+
+if __name__ == '__main__':
+    sys.exit(main())

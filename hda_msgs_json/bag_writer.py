@@ -84,6 +84,13 @@ class BagWriter:
             raise BagError(
                 f'a log time must lie in 0 to 2^64 - 1 ns, got {log_time_ns}') from None
 
+    def add_metadata(self, metadata: Mapping[str, str]) -> None:
+        """Add to the metadata, or replace what has the same name."""
+        try:
+            self._mcap.add_metadata(METADATA_NAME, metadata)
+        except OSError as error:
+            raise _cannot_write(self.path, error) from None
+
     def write_joint_states(self, topic: Topic, samples: JointSamples) -> None:
         """Write JointStates, their stamps as log times."""
         self._columns.append(joint_column(self._channel(topic), samples))

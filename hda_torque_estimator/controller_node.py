@@ -1,5 +1,6 @@
 """The `jtf_controller` executable: PD control with joint torque feedback."""
 
+import sys
 import time
 
 from hda_arm_sim.health import Refused, Report, Stopwatch
@@ -121,3 +122,7 @@ class JtfController(ArmNode):
 def main() -> int:
     """Control until told to end, and return the exit code."""
     return run('jtf_controller', lambda: [JtfController()])
+
+
+if __name__ == '__main__':
+    sys.exit(main())

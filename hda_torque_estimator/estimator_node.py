@@ -1,5 +1,6 @@
 """The `torque_estimator` executable: joint torques and tip force from joint states."""
 
+import sys
 import time
 
 from hda_arm_sim.health import Refused, Report, Stopwatch
@@ -75,3 +76,7 @@ class TorqueEstimator(ArmNode):
 def main() -> int:
     """Estimate until told to end, and return the exit code."""
     return run('torque_estimator', lambda: [TorqueEstimator()])
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -21,6 +21,9 @@ class StartError(ValueError):
 class ArmNode(Node):
     """A node that knows an arm; `report` and `close` are for the nodes to fill in."""
 
+    LINGER = 0.0            # time to go on after the process is told to end [s]
+    failure = ''            # why the node cannot go on, once it cannot
+
     def __init__(self, name: str) -> None:
         """Read the arm; raises StartError, ParameterError, ArmError."""
         try:

@@ -50,11 +50,11 @@ def run(name: str, make_nodes: Callable[[], Sequence[ArmNode]],
     try:
         _initialise(list(sys.argv if arguments is None else arguments))
         nodes = make_nodes()
-        _spin(nodes, stop)
         code = FAILED
+        ended = _spin(name, nodes, stop)
         for node in nodes:
             node.close()
-        code = DONE
+        code = ended
     except ValueError as error:
         if type(error).__module__.partition('.')[0] not in _OWN_PACKAGES:
             raise
@@ -90,15 +90,22 @@ def _executor() -> Executor:
     return EventsExecutor()
 
 
-def _spin(nodes: Sequence[ArmNode], stop: _Stop) -> None:
+def _spin(name: str, nodes: Sequence[ArmNode], stop: _Stop) -> int:
+    """Spin until told to end, or until a node cannot go on; returns the exit code."""
     executor = _executor()
     for node in nodes:
         executor.add_node(node)
     gc.freeze()             # what is there stays: later collections need not look at it
-    while ok() and not stop.told:
+    while ok() and not stop.told and not any(node.failure for node in nodes):
         executor.spin_until_future_complete(Future(), timeout_sec=LONGEST_WAIT)
+    if linger := max(node.LINGER for node in nodes):
+        executor.spin_until_future_complete(Future(), timeout_sec=linger)
     for node in nodes:
         executor.remove_node(node)
+    failures = [node.failure for node in nodes if node.failure]
+    for failure in failures:
+        sys.stderr.write(f'{name}: {failure}\n')
+    return FAILED if failures else DONE
 
 
 def _end(nodes: Sequence[ArmNode]) -> None:
