@@ -162,7 +162,7 @@ def _same_layout(
     if not fits.all():
         records = records[fits]
         same[same] = fits
-    stamps = records['seconds'] * np.int64(NANOSECONDS) + records['nanoseconds']
+    stamps = records['seconds'].astype(np.int64) * NANOSECONDS + records['nanoseconds']
     numbers = tuple(records[f'numbers{index}'] for index in range(len(layout.doubles)))
     return _Block(left[same], first, stamps, numbers), left[~same]
 
