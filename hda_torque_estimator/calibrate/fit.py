@@ -1,4 +1,4 @@
-"""Find the unknowns of a joint: the estimator itself, run with trial values, against references."""
+"""Find the unknowns of a joint: the estimator itself, with trial values, against references."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from ..estimator import Estimator
 
 Floats = NDArray[np.float64]
 
-ROUNDS = 3                  # of fitting with the noise that the last round has left
+ROUNDS = 2                  # of fitting with the noise that the last round has left
 FIRST_NOISE = 0.15          # of the reference's deviation, until a round has shown the noise
 ZERO_ITERATIONS = 8
 ZERO_ACCURACY = 1e-6
@@ -36,12 +36,13 @@ class Fit:
 
     values: Floats
     covariance: Floats
+    moved: Floats                       # from the nominal values, in sigmas of what was known
     balanced: tuple[Balanced, ...]
 
 
-def balanced(estimator: Estimator, recording: Measured) -> Balanced:
+def balanced(estimator: Estimator, recording: Measured, zero: float = 0.0) -> Balanced:
     """
-    Return the error of the estimate with the zero at which its mean vanishes.
+    Return the error of the estimate with the zero at which its mean vanishes, searched from one.
 
     Every recording has its own zero: encoders lose it between recordings, and a reference sensor
     has one too.
@@ -49,9 +50,8 @@ def balanced(estimator: Estimator, recording: Measured) -> Balanced:
     joint = estimator.arm.joints[0]
     law = joint.torsion.record(joint.ratio)
     slope = stiffness_at(law, joint.ratio, float(recording.reference.mean()))
-    zero = 0.0
     for _ in range(ZERO_ITERATIONS):
-        error = _torque(estimator, zero, recording) - recording.reference
+        error = error_with(estimator, recording, zero)
         offset = float(error.mean())
         if abs(offset) <= ZERO_ACCURACY * recording.varies():
             break
@@ -59,11 +59,12 @@ def balanced(estimator: Estimator, recording: Measured) -> Balanced:
     return Balanced(error, zero)
 
 
-def _torque(estimator: Estimator, zero: float, recording: Measured) -> Floats:
+def error_with(estimator: Estimator, recording: Measured, zero: float) -> Floats:
+    """Return the error of the estimate with a zero of the link encoder (k,) [N*m]."""
     readings = recording.readings.copy()
     readings[:, 0, LINK_READING] -= zero
     estimator.reset()
-    return estimator.run(recording.stamps, readings).torque[:, 0]
+    return estimator.run(recording.stamps, readings).torque[:, 0] - recording.reference
 
 
 def rms(parts: Sequence[Balanced]) -> float:
@@ -90,12 +91,14 @@ def fit(arm: Arm, terms: Sequence[Term], recordings: Sequence[Measured]) -> Fit:
     unknowns = [unknown for term in terms for unknown in term.unknowns]
     nominal, spread, low, high, start = np.array(unknowns).T
     noise = FIRST_NOISE * float(np.mean([recording.varies() for recording in recordings]))
+    parts = tuple(balanced(Estimator(arm), recording) for recording in recordings)
     candidates: Sequence[Floats] = (nominal, start)
 
     def residuals(scaled: Floats) -> Floats:
         trial = Estimator(applied(arm, terms, nominal + spread * scaled))
-        errors = [balanced(trial, recording).error / noise for recording in recordings]
-        return np.concatenate([*errors, scaled])
+        errors = [error_with(trial, recording, part.zero)
+                  for recording, part in zip(recordings, parts)]
+        return np.concatenate([*((error - error.mean()) / noise for error in errors), scaled])
 
     bounds = (low - nominal) / spread, (high - nominal) / spread
     for _ in range(ROUNDS):
@@ -105,11 +108,12 @@ def fit(arm: Arm, terms: Sequence[Term], recordings: Sequence[Measured]) -> Fit:
                     for scaled in inside), key=lambda solution: solution.cost)
         values = nominal + spread * best.x
         found = Estimator(applied(arm, terms, values))
-        parts = tuple(balanced(found, recording) for recording in recordings)
+        parts = tuple(balanced(found, recording, part.zero)
+                      for recording, part in zip(recordings, parts))
         noise, candidates = _noise(parts), (values,)
-    precision = best.jac.T @ best.jac
-    covariance = np.linalg.pinv(precision, hermitian=True) * np.outer(spread, spread)
-    return Fit(values, covariance, parts)
+    slopes = np.asarray(best.jac)
+    covariance = np.linalg.pinv(slopes.T @ slopes, hermitian=True) * np.outer(spread, spread)
+    return Fit(values, covariance, best.x, parts)
 
 
 def _noise(parts: Sequence[Balanced]) -> float:

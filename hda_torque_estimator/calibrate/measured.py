@@ -3,11 +3,10 @@
 from typing import NamedTuple
 
 from hda_msgs_json.samples import JointSamples, WrenchSamples
-from hda_msgs_json.topics import motor_name
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import estimate
+from ..readings import reading_names, readings, SIDES
 
 Floats = NDArray[np.float64]
 
@@ -19,12 +18,12 @@ class CalibrationError(ValueError):
 
 
 class Measured(NamedTuple):
-    """One joint in one recording: stamps [ns] (k,), readings (k, 1, READINGS), torque [N*m] (k,)."""
+    """One joint in one recording, k samples."""
 
     recording: str
-    stamps: NDArray[np.int64]
-    readings: Floats
-    reference: Floats
+    stamps: NDArray[np.int64]       # (k,) [ns]
+    readings: Floats                # (k, 1, READINGS)
+    reference: Floats               # (k,) [N*m]
 
     def varies(self) -> float:
         """Return the deviation of the reference torque from its mean [N*m rms]."""
@@ -38,16 +37,12 @@ def measured(recording: str, joint: str, states: JointSamples,
 
     The reference may come at any rate: it is interpolated between its stamps, never beyond them.
     """
-    names = (motor_name(joint), joint)
-    if not {*names} <= {*states.names} or len(reference) < 2:
+    if not {*reading_names([joint])} <= {*states.names} or len(reference) < 2:
         return None
-    both = states.select(names)
-    readings = np.empty((len(both), 1, estimate.READINGS))
-    readings[:, 0, [estimate.MOTOR_READING, estimate.LINK_READING]] = both.position
-    readings[:, 0, [estimate.MOTOR_RATE, estimate.LINK_RATE]] = both.velocity
-    torque = np.interp(both.stamps, reference.stamps, reference.torque[:, 2], np.nan, np.nan)
-    later = np.diff(both.stamps, prepend=np.iinfo(np.int64).min // 2) > 0
-    used = np.isfinite(both.position).all(axis=1) & np.isfinite(torque) & later
+    found = readings([joint], states)
+    torque = np.interp(states.stamps, reference.stamps, reference.torque[:, 2], np.nan, np.nan)
+    later = np.diff(states.stamps, prepend=np.iinfo(np.int64).min // 2) > 0
+    used = np.isfinite(found[:, 0, :SIDES]).all(axis=1) & np.isfinite(torque) & later
     if used.sum() < FEWEST:
         return None
-    return Measured(recording, both.stamps[used], readings[used], torque[used])
+    return Measured(recording, states.stamps[used], found[used], torque[used])

@@ -2,13 +2,13 @@
 What can be found about a joint's torsion: each term a few unknowns, and how they enter the arm.
 
 A term adds its unknowns to an arm of one joint. The unknowns are what a fit likes (the sine and
-cosine parts of a ripple); the numbers are what an arm file holds (its amplitude and phase).
+cosine parts of a wave); the numbers are what an arm file holds (its amplitude and phase).
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 import math
-from typing import NamedTuple
+from typing import cast, NamedTuple
 
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import ClockSkew, KinematicError, TorsionalHysteresis
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 # One sigma of what is known of a strain-wave gear before it is measured.
-RIPPLE = 1e-4                   # [rad], 0.3 to 1.5 arcmin from peak to peak
+WAVE = 1e-4                   # [rad], 0.3 to 1.5 arcmin from peak to peak
 SKEW = 3e-4                     # [s], a bus cycle between the readings of two encoders
 WIDTH = 1.5e-4                  # [rad], a loop of half an arcmin
 WIDEST_LOOP = 3.0               # times the deviation of the reference torque
@@ -66,26 +66,25 @@ def stiffness(arm: Arm, reference_deviation: float) -> Term:
 def hysteresis(arm: Arm, reference_deviation: float) -> Term:
     """Return the loop of torque over torsion: its level and its width."""
     label = arm.labels[0]
-    known = arm.effect('torsional_hysteresis', label)
+    known = cast(TorsionalHysteresis, arm.effect('torsional_hysteresis', label))
     spread = WIDEST_LOOP * reference_deviation
-    level, width = known.values()[:2]
 
     def applied(arm: Arm, values: Floats) -> Arm:
         found = replace(known, level=max(float(values[0]), 0.0), width=float(values[1]))
         return arm.with_effect(found, label)
 
     return Term(
-        (Unknown(level, spread, 0.0, spread, 0.4 * spread),
+        (Unknown(min(known.level, spread), spread, 0.0, spread, 0.4 * spread),
          Unknown(WIDTH, WIDTH, 0.13 * WIDTH, 6.0 * WIDTH, WIDTH)),
         applied,
         lambda values: {'torsional_hysteresis.level': float(values[0]),
                         'torsional_hysteresis.width': float(values[1])})
 
 
-def ripple(arm: Arm, reference_deviation: float) -> Term:
+def transmission(arm: Arm, reference_deviation: float) -> Term:
     """Return the kinematic error once and twice per motor turn, as sine and cosine parts."""
     label = arm.labels[0]
-    known = arm.effect('kinematic_error', label)
+    known = cast(KinematicError, arm.effect('kinematic_error', label))
 
     def numbers(values: Floats) -> dict[str, float]:
         found = {}
@@ -99,14 +98,14 @@ def ripple(arm: Arm, reference_deviation: float) -> Term:
         return arm.with_effect(replace(known, **fields), label)
 
     parts = [part for order in ORDERS for part in _parts(known, order)]
-    return Term(tuple(Unknown(part, RIPPLE, part - 40 * RIPPLE, part + 40 * RIPPLE, part)
+    return Term(tuple(Unknown(part, WAVE, part - 40 * WAVE, part + 40 * WAVE, part)
                       for part in parts), applied, numbers)
 
 
 def skew(arm: Arm, reference_deviation: float) -> Term:
     """Return the time between the readings of both encoders."""
     label = arm.labels[0]
-    known = arm.effect('clock_skew', label).values()[0]
+    known = cast(ClockSkew, arm.effect('clock_skew', label)).skew
 
     def applied(arm: Arm, values: Floats) -> Arm:
         return arm.with_effect(ClockSkew(skew=float(values[0])), label)
@@ -115,7 +114,7 @@ def skew(arm: Arm, reference_deviation: float) -> Term:
                 lambda values: {'clock_skew.skew': float(values[0])})
 
 
-TERMS = (stiffness, hysteresis, ripple, skew)
+TERMS = (stiffness, hysteresis, transmission, skew)
 
 
 def _parts(known: KinematicError, order: int) -> tuple[float, float]:

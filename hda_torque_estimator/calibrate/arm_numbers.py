@@ -1,0 +1,100 @@
+"""What a fit found, as the numbers of an arm file with 90 % intervals and their origin."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from hda_arm_sim.model.arm import Arm, Encoder
+from hda_arm_sim.model.effects import effect_named
+from hda_arm_sim.model.parameter import Declaration, Declared
+from hda_arm_sim.model.torsion import TorsionLaw
+import numpy as np
+
+from .fit import Fit
+from .terms import Term
+
+NINETY = 1.645                  # sigmas of an interval that holds 90 %
+DOUBTFUL = 3.0                  # sigmas from what was known before
+STEP = 1e-3                     # of a sigma, for the slopes of numbers over unknowns
+PARTS: dict[str, type[Declared]] = {'torsion': TorsionLaw, 'link_encoder': Encoder}
+
+
+@dataclass(frozen=True)
+class Number:
+    """One number of the new arm file with its 90 % interval."""
+
+    name: str
+    value: float
+    low: float
+    high: float
+    unit: str
+
+    def __str__(self) -> str:
+        """Return the number as a line of a report."""
+        return (f'{self.name} = {self.value:.4g} {self.unit} '
+                f'({self.low:.4g} .. {self.high:.4g})')
+
+
+def numbers(terms: Sequence[Term], found: Fit) -> list[Number]:
+    """Return the numbers of the arm file with intervals, to first order in the unknowns."""
+    found_numbers, first = [], 0
+    for term in terms:
+        part = slice(first, first := first + len(term.unknowns))
+        values, covariance = found.values[part], found.covariance[part, part]
+        slopes = {name: np.zeros(len(values)) for name in term.numbers(values)}
+        for place, sigma in enumerate(np.sqrt(np.diag(covariance))):
+            moved = values + STEP * sigma * np.eye(len(values))[place]
+            for name, value in term.numbers(moved).items():
+                slopes[name][place] = (value - term.numbers(values)[name]) / (STEP * sigma)
+        for name, value in term.numbers(values).items():
+            sigma = float(np.sqrt(slopes[name] @ covariance @ slopes[name]))
+            found_numbers.append(_number(name, value, sigma))
+    return found_numbers
+
+
+def zero(arm: Arm, found: Fit) -> Number:
+    """Return the mean zero of the link encoder; its interval is that of the recordings."""
+    zeros = np.array([part.zero for part in found.balanced]) + arm.joints[0].link_encoder.zero
+    return _number('link_encoder.zero', float(zeros.mean()), float(zeros.std()))
+
+
+def _number(name: str, value: float, sigma: float) -> Number:
+    rule = _declaration(name)
+    low, high = (float(np.clip(value + sign * NINETY * sigma, rule.low, rule.high))
+                 for sign in (-1.0, 1.0))
+    return Number(name, value, low, high, rule.unit)
+
+
+def _declaration(name: str) -> Declaration:
+    owner, _, field = name.partition('.')
+    kind: type[Declared] = PARTS[owner] if owner in PARTS else effect_named(owner)
+    return kind.declaration(field)
+
+
+def with_numbers(arm: Arm, label: str, found: Sequence[Number], source: str) -> Arm:
+    """Return the arm with the numbers of a joint, and in its provenance their source."""
+    fields: dict[str, dict[str, float]] = {}
+    for number in found:
+        owner, _, field = number.name.partition('.')
+        fields.setdefault(owner, {})[field] = number.value
+    joint = arm.joint(label)
+    for owner, values in fields.items():
+        if owner in PARTS:
+            joint = replace(joint, **{owner: replace(getattr(joint, owner), **values)})
+        else:
+            known = arm.effect(owner, label)
+            arm = arm.with_effect(replace(known, **values), label)
+    joints = tuple(joint if old.label == label else old for old in arm.joints)
+    origins = {f'{label}.{number.name}': f'{number.low:.4g} .. {number.high:.4g} {number.unit} '
+               f'(90 %), from {source}' for number in found}
+    return replace(arm, joints=joints,
+                   provenance=tuple({**dict(arm.provenance), **origins}.items()))
+
+
+def doubtful(terms: Sequence[Term], found: Fit) -> tuple[str, ...]:
+    """Return the numbers that are further from what was known than its spread admits."""
+    names, first = [], 0
+    for term in terms:
+        part = slice(first, first := first + len(term.unknowns))
+        if np.abs(found.moved[part]).max() > DOUBTFUL:
+            names += list(term.numbers(found.values[part]))
+    return tuple(names)

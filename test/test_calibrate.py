@@ -1,0 +1,207 @@
+"""A calibration finds what was hidden in a joint, says how surely, and never makes it worse."""
+
+from dataclasses import replace
+import json
+from pathlib import Path
+
+from hda_arm_sim.model.arm import Arm, ArmError
+from hda_arm_sim.model.effects import ClockSkew, KinematicError, TorsionalHysteresis
+from hda_arm_sim.model.files import read_arm, write_arm
+from hda_arm_sim.motions import motion
+from hda_msgs_json.bag import BagWriter
+from hda_msgs_json.samples import JointSamples, WrenchSamples
+from hda_msgs_json.topics import JOINT_STATES, link_frame, reference_joint_torque
+from hda_torque_estimator.accuracy import errors
+from hda_torque_estimator.calibrate.calibration import calibrate, Calibration
+from hda_torque_estimator.calibrate.measured import CalibrationError, Measured, measured
+from hda_torque_estimator.calibrate.run import run_calibration
+from hda_torque_estimator.cli import COMMANDS, main
+from hda_torque_estimator.closed_loop import run
+from hda_torque_estimator.estimator import Estimator
+from hda_torque_estimator.readings import readings
+from hda_torque_estimator.recorded import about_z, joint_samples
+import numpy as np
+import pytest
+
+YUCOBOT = Path(__file__).parents[2] / 'shared' / 'data' / 'voraus_yucobot' / 'test.parquet'
+RUNS = (12, 755, 1702, 1703)
+
+Hidden = tuple[JointSamples, dict[str, WrenchSamples]]
+
+
+@pytest.fixture(scope='module')
+def nominal() -> Arm:
+    """Return the arm that the calibration believes in, its stiffness hardly known."""
+    arm = read_arm('hda_arm.yaml')
+    return replace(arm, tolerances=replace(arm.tolerances, stiffness=0.2))
+
+
+@pytest.fixture(scope='module')
+def true(nominal: Arm) -> Arm:
+    """Return the arm as it is: joint 1 is softer, ripples, and is read at different times."""
+    first, second = nominal.joints
+    law = replace(first.torsion, flexspline_stiffness=0.85 * first.torsion.flexspline_stiffness)
+    softer = replace(first, torsion=law, link_encoder=replace(first.link_encoder, zero=2e-4))
+    arm = replace(nominal, joints=(softer, second))
+    ripple = KinematicError(amplitude_1=6e-5, phase_1=0.5, amplitude_2=1.2e-4, phase_2=-1.0)
+    return (arm.with_effect(ripple, 'joint1').with_effect(ClockSkew(skew=2e-4), 'joint1')
+            .with_effect(TorsionalHysteresis(level=0.6, width=1.5e-4), 'joint1'))
+
+
+def recorded(true: Arm, nominal: Arm, seed: int, zero: float = 0.0) -> Hidden:
+    """Return joint states and true torques of a moving arm whose reference is off by `zero`."""
+    made = run(true, nominal, motion('push', 2, 6.0, 1e-3, seed), seed)
+    stamps = np.round(made.time * 1e9).astype(np.int64) + 1
+    torques = {label: about_z(stamps, link_frame(label), torque + zero)
+               for label, torque in zip(nominal.labels, made.joint_torque.T)}
+    return joint_samples(nominal, stamps, made.reading, made.command), torques
+
+
+@pytest.fixture(scope='module')
+def hidden(true: Arm, nominal: Arm) -> list[Hidden]:
+    """Return three recordings of the true arm, each with a zero of its own."""
+    return [recorded(true, nominal, seed, zero) for seed, zero in ((1, 0.0), (2, 0.8), (3, -0.5))]
+
+
+def of_joint(hidden: list[Hidden], joint: str) -> list[Measured]:
+    """Return what a calibration reads of one joint."""
+    parts = [measured(f'run{k}', joint, states, torques[joint])
+             for k, (states, torques) in enumerate(hidden)]
+    return [part for part in parts if part is not None]
+
+
+@pytest.fixture(scope='module')
+def found(nominal: Arm, hidden: list[Hidden]) -> Calibration:
+    """Return the calibration of joint 1 from the first two recordings."""
+    return calibrate(nominal, {'joint1': of_joint(hidden[:2], 'joint1')})
+
+
+def test_hidden_numbers_are_found(found, true):
+    numbers = {number.name: number for number in found.joints[0].numbers}
+    truth = {'torsion.flexspline_stiffness': true.joints[0].torsion.flexspline_stiffness}
+    for name in ('kinematic_error', 'clock_skew', 'torsional_hysteresis'):
+        effect = true.effect(name, 'joint1')
+        truth |= {f'{name}.{rule.name}': getattr(effect, rule.name)
+                  for rule in effect.declarations() if f'{name}.{rule.name}' in numbers}
+    assert {*truth, 'link_encoder.zero'} == {*numbers}
+    # The estimator filters its velocities, which the intervals do not know: hence three times.
+    assert {name: str(numbers[name]) for name, value in truth.items()
+            if abs(numbers[name].value - value)
+            > 1.5 * (numbers[name].high - numbers[name].low)} == {}
+    assert numbers['torsion.flexspline_stiffness'].value == pytest.approx(
+        truth['torsion.flexspline_stiffness'], rel=0.02)
+    assert numbers['clock_skew.skew'].value == pytest.approx(2e-4, rel=0.05)
+
+
+def off(arm: Arm, recording: Hidden, joint: str) -> float:
+    """Return the error of the estimated torque of a joint about its mean [N*m rms]."""
+    states, torques = recording
+    estimates = Estimator(arm).run(states.stamps, readings(arm.labels, states))
+    known = torques[joint]
+    return errors(estimates.stamps, estimates.torque[:, arm.labels.index(joint)],
+                  known.stamps, known.torque[:, 2]).rms_without_mean
+
+
+def test_the_torque_of_a_recording_that_was_not_seen_gets_better(found, nominal, hidden):
+    before, after = (off(arm, hidden[2], 'joint1') for arm in (nominal, found.arm))
+    assert after < 0.1 * before
+    assert found.joints[0].held_out and found.joints[0].after < 0.1 * found.joints[0].before
+
+
+def test_the_calibration_leaves_what_no_reference_speaks_of(nominal, hidden):
+    found = calibrate(nominal, {'joint1': [], 'joint2': of_joint(hidden[:1], 'joint2')})
+    assert found.joints[0].kept == 'no recording has both its angles and its ' \
+                                   'reference/joint1/torque'
+    assert found.arm.joints[0] == nominal.joints[0]
+    assert 'joint1: stays as it was' in found.text()
+    assert not found.joints[1].kept and not found.joints[1].held_out
+
+
+@pytest.mark.parametrize('unrelated', ['noise', 'constant'])
+def test_a_reference_that_the_torsion_does_not_explain_changes_nothing(
+        unrelated, nominal, hidden):
+    random = np.random.default_rng(7)
+    parts = []
+    for part in of_joint(hidden[:2], 'joint1'):
+        size = part.varies() if unrelated == 'noise' else 0.0
+        parts.append(part._replace(reference=2.0 + size * random.standard_normal(
+            len(part.reference))))
+    with pytest.raises(CalibrationError, match='^nothing can be calibrated: joint1: '):
+        calibrate(nominal, {'joint1': parts})
+
+
+def bag_of(path: Path, states: JointSamples, torques: dict[str, WrenchSamples]) -> Path:
+    """Write a bag of joint states and reference torques."""
+    with BagWriter(path, {}) as bag:
+        bag.write_joint_states(JOINT_STATES, states)
+        for label, torque in torques.items():
+            bag.write_wrenches(reference_joint_torque(label), torque)
+    return path
+
+
+def test_the_arm_file_says_where_its_numbers_came_from(nominal, hidden, tmp_path):
+    write_arm(nominal, tmp_path / 'arm.yaml')
+    states, torques = hidden[0]
+    bag = bag_of(tmp_path / 'bag', states, {'joint1': torques['joint1']})
+    found = run_calibration([bag], str(tmp_path / 'arm.yaml'), tmp_path / 'new.yaml')
+    arm = read_arm(tmp_path / 'new.yaml')
+    assert arm == found.arm
+    origins = dict(arm.provenance)
+    assert {*origins} == {f'joint1.{number.name}' for number in found.joints[0].numbers}
+    assert '(90 %), from reference torques of bag' in origins['joint1.clock_skew.skew']
+    assert json.loads(json.dumps(found.report(), allow_nan=False))['joints'][1]['kept']
+
+
+@pytest.mark.parametrize('bags, joints, error, message', [
+    (['bag', 'bag'], None, CalibrationError, 'is given twice'),
+    (['bag'], ['elbow'], ArmError, "no joint 'elbow'"),
+    (['bag'], None, CalibrationError, 'nothing can be calibrated: joint1: no recording has both'),
+])
+def test_recordings_that_cannot_calibrate_leave_nothing(
+        bags, joints, error, message, hidden, tmp_path):
+    bag_of(tmp_path / 'bag', hidden[0][0], {})
+    with pytest.raises(error, match=message) as caught:
+        run_calibration([tmp_path / bag for bag in bags], 'hda_arm.yaml', tmp_path / 'new.yaml',
+                        joints=joints)
+    assert '\n' not in str(caught.value)
+    assert not (tmp_path / 'new.yaml').exists()
+
+
+def test_a_recording_is_used_only_where_everything_is_known(hidden):
+    states, torques = hidden[0]
+    holes = states.position.copy()
+    holes[100:200, states.names.index('joint1')] = np.nan
+    late = WrenchSamples(*(part[1000:] if len(part) == len(states) else part
+                           for part in vars(torques['joint1']).values()))
+    part = measured('run', 'joint1', replace(states, position=holes), late)
+    assert part is not None and len(part.stamps) == len(states) - 1000
+    full = measured('run', 'joint1', replace(states, position=holes), torques['joint1'])
+    assert full is not None and len(full.stamps) == len(states) - 100
+    nowhere = replace(late, stamps=late.stamps + 10 ** 12)
+    assert measured('run', 'joint1', states, nowhere) is None
+    assert measured('run', 'joint3', states, late) is None
+
+
+@pytest.mark.skipif(not YUCOBOT.is_file(), reason='the licence of voraus_yucobot/test.parquet '
+                    'keeps it out of the project; it is not at ../shared/data')
+def test_the_yucobot_meets_its_numbers_on_recordings_left_out(
+        tmp_path, capsys, monkeypatch):
+    """Joint 1 at most 0.80 N*m rms, joint 2 at most 0.45, mean of the recording removed."""
+    monkeypatch.setitem(COMMANDS, 'calibrate', 'a new model file from recordings')
+    assert main(['import', str(YUCOBOT), '--map', 'voraus_yucobot.yaml',
+                 '--out', str(tmp_path / 'bag')]) == 0
+    squares: dict[str, list[float]] = {'joint1': [], 'joint2': []}
+    for left_out in RUNS:
+        seen = [str(tmp_path / f'bag_{run}') for run in RUNS if run != left_out]
+        arm = str(tmp_path / f'without_{left_out}.yaml')
+        assert main(['calibrate', *seen, '--arm', 'voraus_yucobot.yaml', '--out', arm,
+                     '--joint', 'joint1', '--joint', 'joint2']) == 0
+        capsys.readouterr()
+        assert main(['estimate', str(tmp_path / f'bag_{left_out}'), '--arm', arm, '--json',
+                     '--out', str(tmp_path / f'estimated_{left_out}')]) == 0
+        found = json.loads(capsys.readouterr().out)['errors']
+        for joint, errors_squared in squares.items():
+            error = found[f'reference/{joint}/torque']['rms_without_mean']
+            errors_squared.append(error ** 2)
+    error = {joint: float(np.sqrt(np.mean(values))) for joint, values in squares.items()}
+    assert error['joint1'] <= 0.80 and error['joint2'] <= 0.45, error
