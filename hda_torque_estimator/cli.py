@@ -13,6 +13,7 @@ COMMANDS = {
     'simulate': 'simulate the arm to a bag',
     'estimate': 'joint torques and tip force from a bag',
     'import': 'turn a table (CSV, Parquet, MAT, NPZ) into bags',
+    'calibrate': 'a new model file from recordings',
     'info': 'what a bag holds, and what it can and cannot show',
 }
 DONE, MISUSED = 0, 2

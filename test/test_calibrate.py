@@ -15,7 +15,7 @@ from hda_torque_estimator.accuracy import errors
 from hda_torque_estimator.calibrate.calibration import calibrate, Calibration
 from hda_torque_estimator.calibrate.measured import CalibrationError, Measured, measured
 from hda_torque_estimator.calibrate.run import run_calibration
-from hda_torque_estimator.cli import COMMANDS, main
+from hda_torque_estimator.cli import main
 from hda_torque_estimator.closed_loop import run
 from hda_torque_estimator.estimator import Estimator
 from hda_torque_estimator.readings import readings
@@ -184,10 +184,8 @@ def test_a_recording_is_used_only_where_everything_is_known(hidden):
 
 @pytest.mark.skipif(not YUCOBOT.is_file(), reason='the licence of voraus_yucobot/test.parquet '
                     'keeps it out of the project; it is not at ../shared/data')
-def test_the_yucobot_meets_its_numbers_on_recordings_left_out(
-        tmp_path, capsys, monkeypatch):
+def test_the_yucobot_meets_its_numbers_on_recordings_left_out(tmp_path, capsys):
     """Joint 1 at most 0.80 N*m rms, joint 2 at most 0.45, mean of the recording removed."""
-    monkeypatch.setitem(COMMANDS, 'calibrate', 'a new model file from recordings')
     assert main(['import', str(YUCOBOT), '--map', 'voraus_yucobot.yaml',
                  '--out', str(tmp_path / 'bag')]) == 0
     squares: dict[str, list[float]] = {'joint1': [], 'joint2': []}
