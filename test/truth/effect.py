@@ -1,0 +1,76 @@
+"""What can be hidden: an effect, its parameters, and how their sizes are drawn."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+Draw = Callable[[np.random.Generator, Mapping[str, float]], float]
+
+JOINTS = ('joint1', 'joint2')
+
+
+class TruthError(ValueError):
+    """Something that the truth cannot hide or record."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number of an effect: its unit, the value that does nothing, and how it is drawn."""
+
+    name: str
+    unit: str
+    neutral: float
+    draw: Draw
+
+
+@dataclass(frozen=True)
+class Effect:
+    """
+    Something a real arm has and the nominal one lacks.
+
+    `site` is the balance it breaks, `coordinate` what the discrepancy depends on, `joints` where
+    it can be hidden: empty for the arm as a whole.
+    """
+
+    name: str
+    site: str
+    coordinate: str
+    parameters: tuple[Parameter, ...]
+    joints: tuple[str, ...] = JOINTS
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """One effect with its sizes, on one joint or, where `joint` is None, on the arm."""
+
+    effect: str
+    joint: str | None
+    parameters: dict[str, float]
+    site: str
+    coordinate: str
+
+
+def between(*ranges: tuple[float, float]) -> Draw:
+    """Return a draw that is uniform in one of the ranges, all equally likely."""
+    def draw(rng: np.random.Generator, drawn: Mapping[str, float]) -> float:
+        low, high = ranges[rng.integers(len(ranges))]
+        return float(rng.uniform(low, high))
+    return draw
+
+
+def either_sign(low: float, high: float) -> Draw:
+    """Return a draw of a size between low and high, of either sign."""
+    return between((low, high), (-high, -low))
+
+
+def angle() -> Draw:
+    """Return a draw of an angle or phase [rad]."""
+    return between((-np.pi, np.pi))
+
+
+def one_of(*values: float) -> Draw:
+    """Return a draw of one of the values."""
+    def draw(rng: np.random.Generator, drawn: Mapping[str, float]) -> float:
+        return float(rng.choice(values))
+    return draw

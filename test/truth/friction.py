@@ -1,0 +1,67 @@
+"""
+Dry friction as bristles that bend before they slide (LuGre), and viscous drag.
+
+A bristle bends as dz/dt = v - |v| z / z_end and pushes back with k z + c dz/dt; at a steady rate
+z is z_end = level(v) / k. It really sticks: at rest it is a spring.
+"""
+
+import math
+
+import numba
+
+
+@numba.njit(cache=True, error_model='numpy')
+def level(joint, dry, mesh, rate):                                  # type: ignore[no-untyped-def]
+    """Return the torque of steady sliding at a motor rate, without viscous drag [N*m]."""
+    if rate > 0.0:
+        dry *= 1.0 + joint.asymmetric_friction_asymmetry
+    elif rate < 0.0:
+        dry *= 1.0 - joint.asymmetric_friction_asymmetry
+    if joint.stribeck_friction_excess > 0.0:
+        slowness = rate / joint.stribeck_friction_speed
+        dry += joint.stribeck_friction_excess * math.exp(-slowness * slowness)
+    return dry + mesh
+
+
+@numba.njit(cache=True, error_model='numpy')
+def bent(bristle, rate, stiffness, sliding, h):                     # type: ignore[no-untyped-def]
+    """Return the bristle after h seconds at a constant rate, exactly [rad]."""
+    if rate == 0.0 or sliding <= 0.0:
+        return bristle
+    end = math.copysign(sliding / stiffness, rate)
+    return end + (bristle - end) * math.exp(-abs(rate) * h * stiffness / sliding)
+
+
+@numba.njit(cache=True, error_model='numpy')
+def resistance(bristle, rate, stiffness, damping, sliding):         # type: ignore[no-untyped-def]
+    """
+    Return the torque of a bristle against the motion [N*m].
+
+    Its damping fades above the rate at which it would reach half the sliding level: without that,
+    bristles that are still bent the old way after a reversal would do work.
+    """
+    if sliding <= 0.0:
+        return 0.0
+    bending = rate - abs(rate) * bristle * stiffness / sliding
+    fast = 2.0 * damping * rate / sliding
+    return stiffness * bristle + damping * bending / (1.0 + fast * fast)
+
+
+@numba.njit(cache=True, error_model='numpy')
+def drag(joint, heat, rate):                                        # type: ignore[no-untyped-def]
+    """Return the viscous torque against the motion at a motor rate and heat [N*m]."""
+    slope = joint.viscous + joint.viscous_friction_slope
+    if joint.thermal_viscosity_amplitude != 0.0:
+        slope += joint.thermal_viscosity_amplitude * coldness(heat)
+    torque = slope * rate
+    if joint.nonlinear_viscous_friction_coefficient != 0.0:
+        power = 0.5 * (joint.nonlinear_viscous_friction_exponent - 1.0)
+        torque += (joint.nonlinear_viscous_friction_coefficient * rate
+                   * (rate * rate + 0.01) ** power)
+    return torque
+
+
+@numba.njit(cache=True, error_model='numpy')
+def coldness(heat):                                                 # type: ignore[no-untyped-def]
+    """Return how viscous the grease still is: 1 when cold, 0 at the duty's own temperature."""
+    return (math.exp(-0.3 * heat) - math.exp(-0.3)) / (1.0 - math.exp(-0.3))

@@ -1,0 +1,83 @@
+"""The harmonic drive: transmission error, play, torsion law and Maxwell-slip hysteresis."""
+
+import math
+
+import numba
+
+from .nominal import RATIO
+from .torsion import look_up
+
+SLIDERS = 10
+
+
+@numba.njit(cache=True, error_model='numpy')
+def transmission_error(joint, motor):                               # type: ignore[no-untyped-def]
+    """Return the error of the output angle at a motor angle [rad], and its slope."""
+    error, slope = 0.0, 0.0
+    for order, size, phase in (
+            (2, joint.kinematic_error_amplitude_2, joint.kinematic_error_phase_2),
+            (4, joint.kinematic_error_amplitude_4, joint.kinematic_error_phase_4),
+            (3, joint.third_order_kinematic_error_amplitude,
+             joint.third_order_kinematic_error_phase)):
+        if size != 0.0:
+            error += size * math.sin(order * motor + phase)
+            slope += order * size * math.cos(order * motor + phase)
+    return error, slope
+
+
+@numba.njit(cache=True, error_model='numpy')
+def seat(joint, torsion):                                           # type: ignore[no-untyped-def]
+    """
+    Return the torsion behind the play [rad], and the share of its rate that gets there.
+
+    The flanks meet over a thirtieth of the play, not at a corner.
+    """
+    half = joint.backlash_half_width
+    if half <= 0.0:
+        return torsion, 1.0
+    soft = half / 30.0
+    out, back = torsion - half, -torsion - half
+    behind = 0.5 * (out + math.sqrt(out * out + soft * soft)
+                    - back - math.sqrt(back * back + soft * soft))
+    share = 1.0 + 0.5 * (out / math.sqrt(out * out + soft * soft)
+                         + back / math.sqrt(back * back + soft * soft))
+    return behind, share
+
+
+@numba.njit(cache=True, error_model='numpy')
+def drag_sliders(joint, torsion, was, sliders):                     # type: ignore[no-untyped-def]
+    """Move the friction elements along with the torsion; return their torque [N*m]."""
+    full = joint.torsional_hysteresis_level
+    if full == 0.0:
+        return 0.0
+    width = joint.torsional_hysteresis_width
+    stiffness = full / width / SLIDERS
+    torque = 0.0
+    for i in range(SLIDERS):
+        yields = width * (2 * i + 1) / SLIDERS
+        stretch = min(max(sliders[i] + torsion - was, -yields), yields)
+        sliders[i] = stretch
+        torque += stiffness * stretch
+    return torque
+
+
+@numba.njit(cache=True, error_model='numpy')
+def elastic_torque(joint, law, behind, link):                       # type: ignore[no-untyped-def]
+    """Return the spring's torque at a torsion behind the play and a link angle [N*m]."""
+    torque = look_up(law, behind)
+    if joint.angle_dependent_stiffness_amplitude != 0.0:
+        torque *= 1.0 + joint.angle_dependent_stiffness_amplitude * math.sin(
+            joint.angle_dependent_stiffness_order * link + joint.angle_dependent_stiffness_phase)
+    return torque
+
+
+@numba.njit(cache=True, error_model='numpy')
+def hold(joint, law, motor, link, sliders, held):                   # type: ignore[no-untyped-def]
+    """Write what follows from the angles alone: spring torque, lever and damping."""
+    error, slope = transmission_error(joint, motor)
+    torsion, share = seat(joint, motor / RATIO + error - link)
+    held.elastic = (elastic_torque(joint, law, torsion, link)
+                    + drag_sliders(joint, torsion, held.torsion, sliders))
+    held.torsion = torsion
+    held.lever = 1.0 / RATIO + slope
+    held.damping = share * (joint.damping + joint.structural_damping_coefficient)

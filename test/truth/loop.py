@@ -1,0 +1,152 @@
+"""The arm under its controller, sample by sample: a digital PD on quantised motor angles."""
+
+import math
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from .drive import delayed, issued, lagged
+from .links import contact, leverage
+from .nominal import RATIO, TORQUE_LIMIT
+from .plant import accelerate, drift, kick, locate, relative
+
+Array = NDArray[np.float64]
+
+K_P = 0.3                       # [N*m/rad], motor side
+K_D = 0.012                     # [N*m*s/rad], motor side
+RATE_FILTER = 0.002             # time constant of the rate that the controller takes [s]
+
+FRESH, STALE, LOST = 0, 1, 2    # what becomes of a sample on the bus
+
+
+class Plan(NamedTuple):
+    """What is given for k samples: reference, push, times, chance."""
+
+    angle: Array                # (k, 2) links [rad]
+    angle_rate: Array           # (k, 2)
+    force: Array                # (k + 1, 2) on the tip, straight in between [N]
+    instant: Array              # (k + 1,) when samples are really taken [s]
+    fate: NDArray[np.int64]     # (k,) FRESH, STALE or LOST
+    noise: Array                # (k, 2) of the motor torque [N*m]
+    jitter: Array               # (k, 2) of the motor encoder [rad]
+    period: float               # what the controller thinks lies between two samples [s]
+
+
+class Log(NamedTuple):
+    """What came out of k samples."""
+
+    motor: Array                # (k, 2) as the encoder shows it [rad]
+    command: Array              # (k, 2) in force from the sample on [N*m]
+    link: Array                 # (k + 1, 2) true, when the link encoder is sampled [rad]
+    state: Array                # (k, 2, 4) true motor angle and rate, link angle and rate
+    torque: Array               # (k, 2) true, through the gear [N*m]
+    external: Array             # (k, 2) true, of the force on the tip about the joints [N*m]
+
+
+def blank(samples: int) -> Log:
+    """Return a log to be filled."""
+    return Log(np.zeros((samples, 2)), np.zeros((samples, 2)), np.zeros((samples + 1, 2)),
+               np.zeros((samples, 2, 4)), np.zeros((samples, 2)), np.zeros((samples, 2)))
+
+
+@numba.njit(cache=True, error_model='numpy')
+def shaft_reading(joint, angle, jitter):                            # type: ignore[no-untyped-def]
+    """Return what a motor encoder shows of an angle [rad]."""
+    shown = angle + jitter + joint.motor_zero
+    if joint.motor_encoder_eccentricity_amplitude != 0.0:
+        shown += joint.motor_encoder_eccentricity_amplitude * math.sin(
+            angle + joint.motor_encoder_eccentricity_phase)
+    if joint.motor_step > 0.0:
+        shown = math.floor(shown / joint.motor_step) * joint.motor_step
+    return shown
+
+
+@numba.njit(cache=True, error_model='numpy')
+def control(plan, k, j, shown, before, rate):                       # type: ignore[no-untyped-def]
+    """Return the command that answers a reading [N*m], and move the filtered rate `rate[j]`."""
+    blend = plan.period / (RATE_FILTER + plan.period)
+    rate[j] += blend * ((shown - before) / plan.period - rate[j])
+    torque = (K_P * (RATIO * plan.angle[k, j] - shown)
+              + K_D * (RATIO * plan.angle_rate[k, j] - rate[j]))
+    return min(max(torque, -TORQUE_LIMIT), TORQUE_LIMIT)
+
+
+@numba.njit(cache=True, error_model='numpy')
+def remember(plant, state, plan, k, log, spare):                    # type: ignore[no-untyped-def]
+    """Keep the true state and torques at a sample."""
+    accelerate(plant, state, state.rate, spare)
+    for j in range(2):
+        log.state[k, j, 0], log.state[k, j, 1] = state.position[j], state.rate[j]
+        log.state[k, j, 2] = relative(state.position, j)
+        log.state[k, j, 3] = relative(state.rate, j)
+        log.torque[k, j] = state.held[j].torque
+    push_x, push_y = contact(plant.arm[0], plan.instant[k])
+    fx, fy = plan.force[k, 0] + push_x, plan.force[k, 1] + push_y
+    log.external[k, 1] = leverage(state.position[3], fx, fy)
+    log.external[k, 0] = leverage(state.position[2], fx, fy) + log.external[k, 1]
+
+
+@numba.njit(cache=True, error_model='numpy')
+def catch(plant, state, k, begin, h, since, span, late, log):       # type: ignore[no-untyped-def]
+    """
+    Keep the link angles at their own sampling times within [begin, begin + h].
+
+    A skew behind the sample falls into the interval after it, one ahead into the interval before;
+    halfway through a step the present angles and rates tell both halves of it.
+    """
+    for j in range(2):
+        skew = plant.joints[j].clock_skew_skew
+        offset, sample = (skew, k) if skew >= 0.0 else (span + skew, k + 1)
+        ahead = offset - since - 0.5 * h
+        if (ahead >= 0.0) == late and abs(ahead) <= 0.5000001 * h:
+            log.link[sample, j] = (relative(state.position, j)
+                                   + ahead * relative(state.rate, j))
+
+
+@numba.njit(cache=True, error_model='numpy')
+def advance(plant, state, plan, k, steps, torque, active,           # type: ignore[no-untyped-def]
+            log, spare):
+    """Integrate from sample k to the next one."""
+    begin, span = plan.instant[k], plan.instant[k + 1] - plan.instant[k]
+    h = span / steps
+    for i in range(steps):
+        drift(plant, state, h if i > 0 else 0.5 * h)
+        share = (i + 0.5) / steps
+        fx = plan.force[k, 0] + share * (plan.force[k + 1, 0] - plan.force[k, 0])
+        fy = plan.force[k, 1] + share * (plan.force[k + 1, 1] - plan.force[k, 1])
+        locate(plant, state, fx, fy, begin + share * span)
+        for j in range(2):
+            joint = plant.joints[j]
+            mean = delayed(torque, plan.instant, k, j, joint.command_delay_delay, begin + i * h,
+                           h, active)
+            state.held[j].applied = lagged(joint, mean, j, state.lag, h)
+        catch(plant, state, k, begin, h, i * h, span, False, log)
+        kick(plant, state, h, spare[0], spare[1])
+        catch(plant, state, k, begin, h, i * h, span, True, log)
+    drift(plant, state, 0.5 * h)
+
+
+@numba.njit(cache=True, error_model='numpy')
+def run(plant, state, plan, steps, log):                            # type: ignore[no-untyped-def]
+    """Run all samples of a plan, `steps` integration steps each, and fill the log."""
+    samples = plan.angle.shape[0]
+    spare, rate, answer = np.zeros((2, 5)), np.zeros(2), np.zeros(2)
+    torque, active = np.zeros((samples, 2)), np.zeros(2, np.int64)
+    locate(plant, state, plan.force[0, 0], plan.force[0, 1], plan.instant[0])
+    for k in range(samples):
+        locate(plant, state, plan.force[k, 0], plan.force[k, 1], plan.instant[k])
+        remember(plant, state, plan, k, log, spare[0])
+        for j in range(2):
+            joint, before = plant.joints[j], max(k - 1, 0)
+            log.command[k, j] = log.command[before, j] if plan.fate[k] == LOST else answer[j]
+            torque[k, j] = issued(joint, log.command[k, j], plan.noise[k, j])
+            log.motor[k, j] = shaft_reading(joint, state.position[j], plan.jitter[k, j])
+            if k == 0:
+                continue
+            if plan.fate[k] != FRESH:
+                log.motor[k, j] = log.motor[before, j]
+            if plan.fate[k] != LOST:
+                answer[j] = control(plan, k, j, log.motor[k, j], log.motor[before, j], rate)
+        advance(plant, state, plan, k, steps, torque, active, log, spare)

@@ -1,0 +1,134 @@
+"""A recording of an arm that has more in it than its nominal model knows."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import encoders, layout
+from .effect import Hidden, TruthError
+from .loop import blank, FRESH, Log, LOST, Plan, run, STALE
+from .nominal import DRY, RATIO, VISCOUS
+from .plant import at_rest, plant
+
+Array = NDArray[np.float64]
+
+STEP = 40e-6                    # longest integration step on a regular clock [s]
+SETTLING = 0.5                  # time at the first angle before the recording begins [s]
+START = 1_000_000_000           # first stamp, nominally [ns]
+TORQUE_NOISE = 1e-3             # one sigma, at the motor, each sample [N*m]
+CLOCK_JITTER = 2e-6             # one sigma of the sampling times; the stamps know it [s]
+LATE = (0.3, 0.9)               # how late a late sample is, in samples
+
+
+class TruthRecord(NamedTuple):
+    """What a driver would record of the arm (k samples), and behind it what was true."""
+
+    stamps: NDArray[np.int64]   # (k,) [ns]
+    motor_angle: Array          # (k, 2) shaft, as the encoders show it [rad]
+    link_angle: Array           # (k, 2) as the encoders show it [rad]
+    command: Array              # (k, 2) motor torque in force until the next sample [N*m]
+    joint_torque: Array         # (k, 2) true, through the gear [N*m]
+    external: Array             # (k, 2) true joint torques of the force on the tip [N*m]
+    states: Array               # (k, 2, 4) true motor angle and rate, link angle and rate
+
+
+class _Chance(NamedTuple):
+    """Everything random in a recording, drawn whether it is needed or not: paired by the seed."""
+
+    scatter: np.random.Generator
+    mounting: np.random.Generator
+    clock: np.random.Generator
+    torque: np.random.Generator
+    reading: np.random.Generator
+
+
+def record(hidden: Sequence[Hidden], *, motion_angle: Array, motion_rate: Array, dt: float,
+           seed: int, noise: float = 1.0, healthy_scatter: bool = True,
+           counts: tuple[float, float] = (16384, 4e6),
+           tip_force: Array | None = None) -> TruthRecord:
+    """
+    Let an arm with hidden effects follow a motion, and record it.
+
+    Link angles (k, 2) and rates of the motion every dt [s]; the tip force (k, 2) is in the base
+    frame [N]. `noise` multiplies the noise of motor torque, encoders and clock. Raises TruthError
+    for effects that cannot be hidden or a motion that cannot be followed.
+    """
+    _check(motion_angle, motion_rate, dt)
+    chance = _Chance(*(np.random.default_rng([seed, stream]) for stream in range(5)))
+    joints, arm = layout.nominal_joints(), layout.nominal_arm()
+    if healthy_scatter:
+        layout.scatter(joints, arm, chance.scatter)
+    layout.hide(hidden, joints, arm)
+    encoders.mount(joints, counts, chance.mounting)
+    joints['reference_power'] = usual_loss(
+        motion_rate, 0.25 * joints['thermal_viscosity_amplitude'])
+    lead = round(SETTLING / dt)
+    plan, stamps = _plan(_led(motion_angle, motion_rate, tip_force, lead), dt, lead, chance.clock,
+                         float(arm[0]['dropped_samples_rate']), noise)
+    jitter = encoders.JITTER * noise * chance.reading.standard_normal((2, len(stamps), 2))
+    plan.noise[:] = TORQUE_NOISE * noise * chance.torque.standard_normal(plan.noise.shape)
+    plan.jitter[:] = 2.0 * np.pi / counts[0] * jitter[0]
+    log = blank(len(stamps))
+    run(plant(arm, joints), at_rest(RATIO * motion_angle[0], motion_angle[0]), plan,
+        max(1, round(dt / STEP)), log)
+    shown = encoders.link_reading(arm[0], joints, log.link[:-1], plan.instant[:-1],
+                                  2.0 * np.pi / counts[1] * jitter[1])
+    return _seen(plan, stamps, log, shown, lead)
+
+
+def usual_loss(rate: Array, more: Array) -> Array:
+    """Return the mean friction loss (2,) in a motion, with more viscosity; at least 50 mW [W]."""
+    motor = RATIO * np.abs(rate)
+    return np.maximum((DRY * motor + (VISCOUS + more) * motor ** 2).mean(axis=0), 0.05)
+
+
+def _check(angle: Array, rate: Array, dt: float) -> None:
+    if angle.ndim != 2 or angle.shape[1] != 2 or angle.shape != rate.shape or len(angle) < 2:
+        raise TruthError(f'a motion is two arrays (k, 2), got {angle.shape} and {rate.shape}')
+    if not 1e-4 <= dt <= 0.01:
+        raise TruthError(f'dt must lie in [0.0001, 0.01] s, got {dt:g}')
+
+
+def _led(angle: Array, rate: Array, force: Array | None, lead: int) -> tuple[Array, Array, Array]:
+    """Return motion and force with `lead` samples of standstill before them."""
+    push = np.zeros_like(angle) if force is None else force
+    still = np.zeros((lead, 2))
+    return (np.concatenate([np.repeat(angle[:1], lead, axis=0), angle]),
+            np.concatenate([still, rate]), np.concatenate([still, push, push[-1:]]))
+
+
+def _plan(motion: tuple[Array, Array, Array], dt: float, lead: int, rng: np.random.Generator,
+          rate: float, noise: float) -> tuple[Plan, NDArray[np.int64]]:
+    """Return what is given for each sample, and the stamps that go with them."""
+    angle, angle_rate, force = motion
+    samples = len(angle)
+    instant = dt * (np.arange(samples + 1) - lead)
+    instant += CLOCK_JITTER * noise * layout.truncated(rng, samples + 1)
+    stamps = START + np.rint(1e9 * instant[:-1]).astype(np.int64)
+    fate, late = _mishaps(rng, samples, lead, rate)
+    instant[:-1] += dt * late
+    plan = Plan(np.ascontiguousarray(angle), np.ascontiguousarray(angle_rate), force, instant,
+                fate, np.zeros((samples, 2)), np.zeros((samples, 2)), dt)
+    return plan, stamps
+
+
+def _mishaps(rng: np.random.Generator, samples: int, lead: int,
+             rate: float) -> tuple[NDArray[np.int64], Array]:
+    """Return the fate of every sample, and by how many samples it is late."""
+    chance, kind = rng.random(samples), rng.integers(3, size=samples)
+    hit = (chance < rate) & (np.arange(samples) > lead)
+    fate = np.where(hit, np.array([LOST, STALE, FRESH])[kind], FRESH)
+    return fate, np.where(hit & (kind == 2), rng.uniform(*LATE, samples), 0.0)
+
+
+def _seen(plan: Plan, stamps: NDArray[np.int64], log: Log, shown: Array,
+          lead: int) -> TruthRecord:
+    """Return what reached the recorder: nothing of lost samples, old readings of stale ones."""
+    for k in np.flatnonzero(plan.fate == STALE):
+        shown[k] = shown[k - 1]
+    kept = np.flatnonzero(plan.fate != LOST)
+    kept = kept[kept >= lead]
+    return TruthRecord(stamps[kept], log.motor[kept], shown[kept], log.command[kept],
+                       log.torque[kept], log.external[kept], log.state[kept])
