@@ -1,0 +1,160 @@
+"""
+The main job, end to end over real ROS 2, in less than a minute.
+
+Four processes: the simulated arm, the estimator, the controller with torque feedback, and the
+recorder. The arm follows a sine while its tip is pushed twice. Then `hda estimate` runs over the
+recording, and its estimates are compared with what the simulator knows. The simulated arm is the
+one that the model file describes, with encoders that count in whole steps: what is left is their
+resolution and the filters of the estimator, not a wrong model.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager, ExitStack
+import json
+import os
+from pathlib import Path
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+from typing import Any
+
+from demo_figure import draw, Shown
+from demo_operator import operate, OperatorError
+
+ROOT = Path(__file__).resolve().parents[1]
+OUT = ROOT / 'out' / 'demo'
+ARM = 'hda_arm.yaml'
+DURATION = 10.0         # of the motion [s]
+MODULES = {
+    'arm_sim': 'hda_arm_sim.main',
+    'torque_estimator': 'hda_torque_estimator.estimator_node',
+    'jtf_controller': 'hda_torque_estimator.controller_node',
+    'bag_recorder': 'hda_torque_estimator.recorder_node',
+    'hda': 'hda_torque_estimator.cli',
+}
+# The arm is simulated and nobody stands beside it: a busy machine may pause for longer than the
+# 12 ms after which the controller would let the motors go.
+PARAMETERS = {
+    'arm_sim': ['seed:=1'],
+    'torque_estimator': [],
+    'jtf_controller': ['torque_feedback:=0.5', 'position_gain:=0.1', 'velocity_gain:=0.008',
+                       'sample_timeout:=0.2'],
+    'bag_recorder': [f'output:={OUT / "recording"}'],
+}
+PATIENCE = 10.0         # with a process that was told to end [s]
+
+
+class DemoError(RuntimeError):
+    """What went wrong, in one sentence."""
+
+
+def main() -> int:
+    """Run the demo and return its exit code."""
+    signal.signal(signal.SIGTERM, _end)
+    try:
+        shutil.rmtree(OUT, ignore_errors=True)
+        OUT.mkdir(parents=True)
+        with _domain(), ExitStack() as nodes:
+            running = [nodes.enter_context(_node(name)) for name in MODULES if name != 'hda']
+            operate(DURATION, lambda: _check(running))
+        report = _estimate()
+        shown = Shown.read(OUT / 'recording', OUT / 'estimates')
+        draw(shown, OUT / 'demo.png')
+    except (DemoError, OperatorError) as error:
+        sys.stderr.write(f'demo: {error}\n')
+        return 1
+    except KeyboardInterrupt:
+        sys.stderr.write('demo: interrupted\n')
+        return 130
+    print(_line(report, shown))
+    return 0
+
+
+def _end(number: int, frame: object) -> None:
+    """Leave as an interrupt does, so that nothing keeps running."""
+    raise KeyboardInterrupt
+
+
+@contextmanager
+def _domain() -> Iterator[None]:
+    """Use a ROS domain that no other run on this machine has, and stay on this machine."""
+    with ExitStack() as claims:
+        for domain in range(1, 102):
+            claim = claims.enter_context(socket.socket(socket.AF_UNIX))
+            try:
+                claim.bind(f'\0hda_torque_estimator/ros_domain/{domain}')
+                break
+            except OSError:
+                continue
+        else:
+            raise DemoError('all ROS domains are in use by other runs on this machine')
+        os.environ.update(ROS_DOMAIN_ID=str(domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST',
+                          ROS_LOG_DIR=str(OUT / 'log'))
+        os.environ.pop('ROS_LOCALHOST_ONLY', None)
+        yield
+
+
+def _command(name: str) -> list[str]:
+    """Return how an executable is started: it stands beside python, or is a module."""
+    beside = Path(sys.executable).with_name(name)
+    return [str(beside)] if beside.is_file() else [sys.executable, '-m', MODULES[name]]
+
+
+@contextmanager
+def _node(name: str) -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
+    """Run a node; at the end it is told to stop, and must do so cleanly."""
+    words = [word for parameter in PARAMETERS[name] for word in ('-p', parameter)]
+    with (OUT / f'{name}.log').open('wb') as log:
+        process = subprocess.Popen([*_command(name), '--ros-args', *words], stdout=log, stderr=log)
+        clean = False
+        try:
+            yield name, process
+            clean = True
+        finally:
+            process.send_signal(signal.SIGINT)
+            try:
+                code = process.wait(PATIENCE)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                code = process.wait()
+    if clean and code:
+        raise DemoError(f'{name} ended with {code} instead of 0: {_last_line(name)}')
+
+
+def _check(running: list[tuple[str, subprocess.Popen[bytes]]]) -> None:
+    """Raise DemoError if a node has ended too early."""
+    for name, process in running:
+        if process.poll() is not None:
+            raise DemoError(f'{name} ended early with {process.returncode}: {_last_line(name)}')
+
+
+def _last_line(name: str) -> str:
+    lines = (OUT / f'{name}.log').read_text(errors='replace').split('\n')
+    return next((line for line in reversed(lines) if line.strip()), 'it said nothing')
+
+
+def _estimate() -> dict[str, Any]:
+    """Return the report of `hda estimate` on the recording."""
+    made = subprocess.run(
+        [*_command('hda'), 'estimate', str(OUT / 'recording'), '--arm', ARM,
+         '--out', str(OUT / 'estimates'), '--json'], capture_output=True, text=True)
+    if made.returncode:
+        raise DemoError(f'hda estimate ended with {made.returncode}: {made.stderr.strip()}')
+    return json.loads(made.stdout)
+
+
+def _line(report: dict[str, Any], shown: Shown) -> str:
+    """Return the errors in one line."""
+    found = report['errors']
+    torques = ', '.join(
+        f'{label} {found[f"truth/{label}/torque"]["rms"]:.3f} rms '
+        f'{found[f"truth/{label}/torque"]["largest"]:.3f} max' for label in shown.labels)
+    forces = ', '.join(f'{axis} {found[f"truth/tip/wrench.{axis}"]["rms"]:.2f}' for axis in 'xy')
+    return (f'errors: torque [N*m] {torques}; tip force [N] {forces} rms; '
+            f'{len(shown.stamps)} samples, {shown.lost} lost; figure {OUT / "demo.png"}')
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,125 @@
+"""The operator of the demo: enables the controller, sends a motion, pushes the tip."""
+
+from collections.abc import Callable
+import time
+
+from builtin_interfaces.msg import Duration
+from geometry_msgs.msg import WrenchStamped
+from hda_arm_sim.motions import Motion, motion
+from hda_arm_sim.ros.topics import publisher
+from hda_msgs_json.topics import (
+    BASE_FRAME, EXTERNAL_WRENCH, JOINT_REFERENCE, JOINT_STATES, JOINT_TORQUES, MOTOR_COMMAND)
+import rclpy
+from rclpy.node import Node
+from std_srvs.srv import SetBool
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+LABELS = ('joint1', 'joint2')
+POINTS = 5              # one point of the trajectory for so many of the motion
+STEP = 0.01             # between points of the motion, and between pushes [s]
+REST = 0.5              # before and after the motion [s]
+PATIENCE = 90.0         # until all nodes have found each other [s]
+READERS = {JOINT_STATES: 3, JOINT_TORQUES: 2, MOTOR_COMMAND: 2, EXTERNAL_WRENCH: 2,
+           JOINT_REFERENCE: 2}
+
+
+class OperatorError(RuntimeError):
+    """What the operator waited for in vain."""
+
+
+def operate(duration: float, check: Callable[[], None]) -> None:
+    """
+    Let the arm make its motion under pushes.
+
+    `check` is called all the time and may raise. Raises OperatorError if something does not come.
+    """
+    rclpy.init()
+    node = Node('operator')
+    try:
+        operator = _Operator(node, check)
+        operator.wait_for_readers()
+        operator.enable()
+        operator.spin(REST)
+        operator.move(motion('push', len(LABELS), duration, STEP, 0))
+        operator.spin(REST)
+        operator.disable()
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+
+
+class _Operator:
+
+    def __init__(self, node: Node, check: Callable[[], None]) -> None:
+        self._node, self._check = node, check
+        self._enable = node.create_client(SetBool, 'jtf_controller/enable')
+        self._target = publisher(node, JOINT_REFERENCE)
+        self._push = publisher(node, EXTERNAL_WRENCH)
+
+    def spin(self, seconds: float) -> None:
+        """Let time go by."""
+        end = time.monotonic() + seconds
+        while (left := end - time.monotonic()) > 0.0:
+            self._check()
+            rclpy.spin_once(self._node, timeout_sec=min(left, 0.1))
+
+    def wait_for_readers(self) -> None:
+        """Wait until every topic has all of its readers."""
+        self._until(lambda: not self._missing(),
+                    lambda: f'no reader yet for {", ".join(self._missing())}')
+
+    def _missing(self) -> list[str]:
+        return [topic.name for topic, count in READERS.items()
+                if self._node.count_subscribers(topic.name) < count]
+
+    def enable(self) -> None:
+        """Enable the controller as soon as samples and torques come."""
+        self._until(lambda: self._enable.service_is_ready(),
+                    lambda: 'the controller offers no service to enable it')
+        said = ['']
+
+        def enabled() -> bool:
+            response = self._call(True)
+            said[0] = response.message
+            return response.success
+
+        self._until(enabled, lambda: said[0])
+
+    def disable(self) -> None:
+        """Let the motors go."""
+        self._call(False)
+
+    def move(self, made: Motion) -> None:
+        """Send the motion at once, and its pushes as time goes by."""
+        self._target.publish(_trajectory(made))
+        start = time.monotonic()
+        message = WrenchStamped()
+        message.header.frame_id = BASE_FRAME
+        for moment, (x, y) in zip(made.time, made.force):
+            self.spin(start + moment - time.monotonic())
+            message.wrench.force.x, message.wrench.force.y = float(x), float(y)
+            self._push.publish(message)
+
+    def _call(self, enable: bool) -> SetBool.Response:
+        future = self._enable.call_async(SetBool.Request(data=enable))
+        self._until(future.done, lambda: 'the controller does not answer')
+        return future.result()
+
+    def _until(self, done: Callable[[], bool], missing: Callable[[], str]) -> None:
+        end = time.monotonic() + PATIENCE
+        while not done():
+            if time.monotonic() > end:
+                raise OperatorError(f'{missing()}, after {PATIENCE:g} s')
+            self.spin(0.02)
+
+
+def _trajectory(made: Motion) -> JointTrajectory:
+    """Return points of a motion without the first, at which the arm is already."""
+    message = JointTrajectory(joint_names=list(LABELS))
+    chosen = slice(POINTS, None, POINTS)
+    for moment, angle, rate in zip(made.time[chosen], made.angle[chosen], made.rate[chosen]):
+        nanoseconds = round(moment * 1e9)
+        message.points.append(JointTrajectoryPoint(
+            positions=angle.tolist(), velocities=rate.tolist(),
+            time_from_start=Duration(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)))
+    return message
