@@ -29,7 +29,7 @@ class ControllerSettings(Declared):
     velocity_bandwidth: float = parameter(
         150.0, 'Hz', 0.1, 1e4, 'low-pass of the shaft speed')
     rate_limit: float = parameter(
-        30.0, 'N*m/s', 1e-3, 1e6, 'fastest change of a motor torque')
+        100.0, 'N*m/s', 1e-3, 1e6, 'fastest change of a motor torque')
     handover_time: float = parameter(
         0.2, 's', 1e-3, 10.0, 'time in which the law is phased in after enabling')
 
