@@ -36,13 +36,13 @@ class ArmSim(ArmNode):
         arm = self.arm
         for placed in read_effects(effects) if effects else ():
             arm = arm.with_effect(placed.effect, placed.joint)
-        real_time = settings.speed == 1.0
         _warm_up(LiveArm(arm, settings, FIRST_STAMP))
         self._encode = SampleEncoder(arm)
         self._until_truth = 0
         self._schedule = Schedule(settings.period, settings.speed)
-        self._clock_time = None if real_time else publisher(self, CLOCK)
-        self._live = LiveArm(arm, settings, time.time_ns() if real_time else FIRST_STAMP)
+        self._clock_time = None if settings.speed == 1.0 else publisher(self, CLOCK)
+        self._ticked = False
+        self._live = LiveArm(arm, settings, FIRST_STAMP)
         self._connect()
         self.begin()
         self._timer = self.create_timer(self._schedule.tick * 1e-9, self._tick,
@@ -57,6 +57,9 @@ class ArmSim(ArmNode):
         self.create_service(Trigger, 'arm_sim/reset', self._on_reset)
 
     def _tick(self) -> None:
+        if not self._ticked and self._clock_time is None:
+            self._live.stamp = time.time_ns()           # the first of an arm in real time
+        self._ticked = True
         for _ in range(self._schedule.due(time.monotonic_ns())):
             self._publish_sample()
         if self._clock_time is not None:

@@ -10,6 +10,7 @@ from hda_arm_sim.ros.topics import publisher, quality, subscribe
 from hda_msgs_json.topics import JOINT_REFERENCE, JOINT_STATES, JOINT_TORQUES, MOTOR_COMMAND
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
+from rclpy.serialization import deserialize_message, serialize_message
 from std_srvs.srv import SetBool
 from trajectory_msgs.msg import JointTrajectory
 
@@ -41,6 +42,8 @@ class JtfController(ArmNode):
                                  quality(JOINT_REFERENCE))
         subscribe(self, JOINT_STATES, self._on_sample)
         subscribe(self, JOINT_TORQUES, self._on_torque)
+        # The first message of a type loads code for longer than the watchdog waits.
+        deserialize_message(serialize_message(JointTrajectory()), JointTrajectory)
         self.begin()
         self._timer = self.create_timer(WATCH_PERIOD, self._watch,
                                         clock=Clock(clock_type=ClockType.STEADY_TIME))

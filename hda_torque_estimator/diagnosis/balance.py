@@ -16,8 +16,11 @@ from dataclasses import dataclass
 
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.compiled import compiled
-from hda_arm_sim.model.kernel import (COMMAND, LINK_ANGLE, LINK_VELOCITY, loaded_inertia, MODE,
-                                      MOTOR_VELOCITY, REGISTERS, slope, SLOPE_1, STATE, STATES)
+from hda_arm_sim.model.effects.actuation import clipped_torque, lagging_torque
+from hda_arm_sim.model.kernel import (COMMAND, LINK_ANGLE, LINK_VELOCITY, MODE, MOTOR_VELOCITY,
+                                      NOW, REGISTERS, slope, SLOPE_1, STATE, STATES)
+from hda_arm_sim.model.link_side import loaded_inertia
+from hda_arm_sim.model.motor_side import shaft_torque
 from hda_arm_sim.model.rigid import mass_matrix
 import numpy as np
 from numpy.typing import NDArray
@@ -29,8 +32,11 @@ from .motion import Motion, motion_of
 Array = NDArray[np.float64]
 BANDWIDTH = 40.0        # of the balances [Hz]
 RATE = 125.0            # at which balances are kept [Hz]
+_KEPT = 8              # motions, for arms that sense differently
+_BRISTLE_STEPS = 10     # of the memory in a sample while bristles bend
+_REST = 2e-3            # link speed at which a bearing may stick [rad/s]
 _SLOW = 0.3             # shaft speed below which dry friction is not known [rad/s]
-_MEASURED = 4           # states that a motion gives; the kernel's others are its memory
+MEASURED = 4           # states that a motion gives; the kernel's others are its memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,32 +58,52 @@ class Balancer:
         half = 4 * max(1, round(0.25 / (BANDWIDTH * measurement.dt) / 4.0) * 4)
         self._low_pass = firwin(2 * half + 1, BANDWIDTH, window=('kaiser', 6.0),
                                 fs=1.0 / measurement.dt)
-        self._motions: dict[bytes, Motion] = {}
+        self._motions: dict[bytes, tuple[Motion, NDArray[np.bool_]]] = {}
 
     def motion(self, arm: Arm) -> Motion:
         """Return the motion behind the measurement if the arm senses as `arm` does."""
+        return self._behind(arm)[0]
+
+    def _behind(self, arm: Arm) -> tuple[Motion, NDArray[np.bool_]]:
+        """Return the motion, and where the balances are valid along it."""
         key = _sensing(arm)
         if key not in self._motions:
-            if len(self._motions) > 8:
+            if len(self._motions) > _KEPT:
                 self._motions.pop(next(iter(self._motions)))
-            self._motions[key] = motion_of(self.measurement, arm)
+            motion = motion_of(self.measurement, arm)
+            self._motions[key] = motion, self._valid(motion)
         return self._motions[key]
 
     def __call__(self, arm: Arm) -> Balance:
         """Return the balances of an arm."""
+        residual, _ = self._along(arm)
+        return Balance(self.filtered(residual), self._behind(arm)[1])
+
+    def memory(self, arm: Arm) -> Array:
+        """Return what the arm's effects remember along the motion (k, n, STATES - MEASURED)."""
+        return self._along(arm)[1]
+
+    def _along(self, arm: Arm) -> tuple[Array, Array]:
         motion, record = self.motion(arm), arm.record()
         samples, joints = self.measurement.command.shape
-        raw = np.empty((samples, 2 * joints))
+        residual = np.empty((samples, 2 * joints))
+        memory = np.zeros((samples, joints, STATES - MEASURED))
+        delivered = np.empty((samples, joints))
+        _deliver(record, self.measurement.command, self.measurement.dt, delivered)
+        bristles = bool((record.joints['presliding_friction']['stiffness'] > 0.0).any())
         _along(record, loaded_inertia(record.body), motion.state, motion.acceleration,
-               _centred(self.measurement.command), self.measurement.dt, raw)
-        return Balance(self.filtered(raw), self._valid(motion))
+               _centred(delivered), self.measurement.dt, _BRISTLE_STEPS if bristles else 1,
+               residual, memory)
+        return residual, memory
 
     def filtered(self, raw: Array) -> Array:
         """Return columns (k, m) low-passed without delay and thinned to the balances' rate."""
         half = len(self._low_pass) // 2
-        padded = np.concatenate([raw, np.zeros((half, raw.shape[1]))])
-        thin = upfirdn(self._low_pass, padded, down=1, axis=0)[half:half + len(raw):self.every]
-        return np.ascontiguousarray(thin)
+        early = -half % self.every                  # so that an output falls on the first sample
+        padded = np.concatenate([np.zeros((early, raw.shape[1])), raw])
+        thin = upfirdn(self._low_pass, padded, down=self.every, axis=0)
+        first = (half + early) // self.every
+        return np.ascontiguousarray(thin[first:first + len(self.time)])
 
     def _valid(self, motion: Motion) -> NDArray[np.bool_]:
         """Return where a balance can be trusted: its filter has seen neither end nor standstill."""
@@ -96,7 +122,7 @@ def _sensing(arm: Arm) -> bytes:
     """Return what the motion depends on: all that stands between an angle and its reading."""
     joints = arm.record().joints
     return b''.join(np.ascontiguousarray(joints[name]).tobytes() for name in joints.dtype.names
-                    if 'encoder' in name or 'skew' in name or name == 'ratio')
+                    if 'encoder' in name or name in ('clock_skew', 'bearing_crosstalk'))
 
 
 def _centred(command: Array) -> Array:
@@ -105,31 +131,58 @@ def _centred(command: Array) -> Array:
 
 
 @compiled
-def _along(arm, inertia, state, acceleration, command, dt, residual):
+def _deliver(arm, command, dt, delivered):                          # type: ignore[no-untyped-def]
+    """Fill the mean torque (k, n) at each shaft from a sample until the next."""
+    for j in range(command.shape[1]):
+        joint = arm.joints[j]
+        late = joint.command_delay.delay / dt
+        whole, lag, current = int(late), joint.current_loop_lag.time_constant, 0.0
+        for k in range(command.shape[0]):
+            new, old = command[max(k - whole, 0), j], command[max(k - whole - 1, 0), j]
+            mean = new + (late - whole) * (old - new)
+            mean = clipped_torque(mean, joint.torque_saturation.limit)
+            if lag > 0.0:
+                before = current if k > 0 else mean
+                current = lagging_torque(mean, mean, before, dt, lag)
+                mean = mean - (current - before) * lag / dt     # the lag's mean over the sample
+            delivered[k, j] = shaft_torque(joint, mean)
+
+
+@compiled
+def _along(arm, inertia, state, acceleration, command, dt, steps, residual, memory):
     # type: ignore[no-untyped-def]
-    """Fill the residuals (k, 2 n): A of every joint, then B of every joint."""
+    """Fill the residuals (k, 2 n): A of every joint, then B; and what the effects remember."""
     joints = state.shape[1]
     w = np.zeros((2, REGISTERS))
     for k in range(state.shape[0]):
+        w[0, NOW] = k * dt
         for j in range(joints):
-            for i in range(_MEASURED):
-                w[j, STATE + i] = state[k, j, i]
             w[j, COMMAND] = command[k, j]
             w[j, MODE] = np.sign(state[k, j, MOTOR_VELOCITY])
-        slope(arm, inertia, w, STATE, SLOPE_1)
-        for j in range(joints):
-            for i in range(_MEASURED, STATES):
-                w[j, STATE + i] += dt * w[j, SLOPE_1 + i]
-        miss1 = acceleration[k, 0, 1] - w[0, SLOPE_1 + LINK_VELOCITY]
-        if joints == 1:
-            residual[k, 1] = inertia.p1 * miss1
-        else:
-            miss2 = acceleration[k, 1, 1] - w[1, SLOPE_1 + LINK_VELOCITY]
-            m11, m12, m22 = mass_matrix(inertia, w[1, STATE + LINK_ANGLE])
-            residual[k, 2] = m11 * miss1 + m12 * miss2
-            residual[k, 3] = m12 * miss1 + m22 * miss2
-        for j in range(joints):
-            joint = arm.joints[j]
-            miss = acceleration[k, j, 0] - w[j, SLOPE_1 + MOTOR_VELOCITY]
-            residual[k, j] = (joint.ratio * joint.motor_inertia * miss
-                              + residual[k, joints + j])
+            rate = state[k, j, LINK_VELOCITY]
+            w[j, MODE + 1] = np.sign(rate) if abs(rate) > _REST else 0.0
+            for i in range(MEASURED):
+                w[j, STATE + i] = state[k, j, i]
+        for _ in range(steps):
+            slope(arm, inertia, w, STATE, SLOPE_1)
+            for j in range(joints):
+                for i in range(MEASURED, STATES):
+                    w[j, STATE + i] += dt / steps * w[j, SLOPE_1 + i]
+                    memory[k, j, i - MEASURED] = w[j, STATE + i]
+        _compare(arm, inertia, w, acceleration[k], joints, residual[k])
+
+
+@compiled
+def _compare(arm, inertia, w, acceleration, joints, residual):      # type: ignore[no-untyped-def]
+    """Fill the residuals of one sample from measured accelerations and predicted ones."""
+    miss1 = acceleration[0, 1] - w[0, SLOPE_1 + LINK_VELOCITY]
+    residual[joints] = inertia.p1 * miss1
+    if joints == 2:
+        miss2 = acceleration[1, 1] - w[1, SLOPE_1 + LINK_VELOCITY]
+        m11, m12, m22 = mass_matrix(inertia, w[1, STATE + LINK_ANGLE])
+        residual[2] = m11 * miss1 + m12 * miss2
+        residual[3] = m12 * miss1 + m22 * miss2
+    for j in range(joints):
+        joint = arm.joints[j]
+        miss = acceleration[j, 0] - w[j, SLOPE_1 + MOTOR_VELOCITY]
+        residual[j] = joint.ratio * joint.motor_inertia * miss + residual[joints + j]

@@ -1,21 +1,22 @@
 """
 The motion behind a measurement: angles, velocities and accelerations without delay.
 
-Angles are first freed of what the encoders add, by the model's own sensing laws, and then
+Angles are first freed of what the encoders add, by the model's own sensing laws, then
 differentiated by local polynomials (Savitzky and Golay), which are exact up to their degree and
-pass what the arm does, up to about 100 Hz.
+pass what the arm does, up to about 100 Hz, and last taken at the stamp where an encoder is late.
 """
 
 from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.compiled import compiled
+from hda_arm_sim.model.encoders import link_angle_behind, motor_angle_behind, tilt_moments
 from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY, MOTOR_ANGLE, MOTOR_VELOCITY
+from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
-from ..torsion_torque import shaft_and_link
 from .measurement import Measurement
 
 Array = NDArray[np.float64]
@@ -31,10 +32,15 @@ class Motion(NamedTuple):
 
 def motion_of(measurement: Measurement, arm: Arm) -> Motion:
     """Return the motion of an arm whose sensing is that of `arm`."""
-    rough = _derivatives(measurement.reading, measurement.dt)
+    record = arm.record()
     angles = np.empty_like(measurement.reading)
-    _true_angles(arm.record().joints, measurement.reading, rough[1], angles)
+    _behind(record, loaded_inertia(record.body), measurement.reading, angles)
     smooth, velocity, acceleration = _derivatives(angles, measurement.dt)
+    late = np.stack([record.joints['motor_encoder']['sampling_time'],
+                     record.joints['motor_encoder']['sampling_time']
+                     + record.joints['clock_skew']['skew']], axis=1)
+    smooth = smooth - late * velocity + 0.5 * late ** 2 * acceleration
+    velocity = velocity - late * acceleration
     state = np.empty((*angles.shape[:2], 4))
     state[:, :, MOTOR_ANGLE], state[:, :, LINK_ANGLE] = smooth[:, :, 0], smooth[:, :, 1]
     state[:, :, MOTOR_VELOCITY], state[:, :, LINK_VELOCITY] = velocity[:, :, 0], velocity[:, :, 1]
@@ -52,9 +58,14 @@ def _derivatives(angles: Array, dt: float) -> tuple[Array, Array, Array]:
 
 
 @compiled
-def _true_angles(joints, reading, velocity, angles):                # type: ignore[no-untyped-def]
+def _behind(arm, inertia, reading, angles):                         # type: ignore[no-untyped-def]
+    """Fill the angles (k, n, 2) behind readings, at the times when they were read."""
+    last = reading.shape[1] - 1
     for k in range(reading.shape[0]):
+        tilt = tilt_moments(arm.body, inertia, reading[k, last, 1])
         for j in range(reading.shape[1]):
-            angles[k, j, 0], angles[k, j, 1] = shaft_and_link(
-                joints[j], reading[k, j, 0], reading[k, j, 1], velocity[k, j, 0],
-                velocity[k, j, 1])
+            joint = arm.joints[j]
+            angles[k, j, 0] = motor_angle_behind(joint, reading[k, j, 0]
+                                                 - joint.motor_encoder.zero)
+            angles[k, j, 1] = link_angle_behind(joint, reading[k, j, 1]
+                                                - joint.link_encoder.zero, tilt[j])

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from .fit import acts_apart, deviations, Fit, Fitter
 from .hypotheses import terms_of
-from .solve import condense, solve
+from .solve import Columns, condense, condense_more, solve
 from .term import Term
 
 Array = NDArray[np.float64]
@@ -25,25 +25,26 @@ class Prospect(NamedTuple):
 def screen(fitter: Fitter, fit: Fit, names: Sequence[str]) -> list[Prospect]:
     """Return one prospect for every effect and place, from its most promising start."""
     best: dict[tuple[str, str | None], Prospect] = {}
+    known = condense(fit.balance.residual, fit.columns, fitter.valid(fit.balance))
     for name in names:
-        for prospect in _prospects(fitter, fit, name):
+        for prospect in _prospects(fitter, fit, known, name):
             key = (name, prospect.term.joint)
             if key not in best or prospect.score < best[key].score:
                 best[key] = prospect
     return sorted(best.values(), key=lambda prospect: prospect.score)
 
 
-def _prospects(fitter: Fitter, fit: Fit, name: str) -> Iterator[Prospect]:
+def _prospects(fitter: Fitter, fit: Fit, known: Columns, name: str) -> Iterator[Prospect]:
     arm = fitter.on(fit.terms)
     starts = list(terms_of(arm, name))
     if not starts or not acts_apart(starts[0]):
         for start in starts:
-            yield _weighed(fitter, fit, start, _shifts(fitter, fit, [start])[0])
+            yield _weighed(fitter, fit, known, start, _shifts(fitter, fit, [start])[0])
         return
     per_joint = [list(group) for _, group in groupby(starts, key=lambda term: term.joint)]
     for together in zip(*per_joint):                # one simulation for all joints
         for start, shift in zip(together, _shifts(fitter, fit, together)):
-            yield _weighed(fitter, fit, start, shift)
+            yield _weighed(fitter, fit, known, start, shift)
 
 
 def _shifts(fitter: Fitter, fit: Fit, starts: Sequence[Term]) -> list[Array]:
@@ -81,11 +82,12 @@ def directions(start: Term) -> list[Term]:
     return trials
 
 
-def _weighed(fitter: Fitter, fit: Fit, start: Term, shift: Array) -> Prospect:
+def _weighed(fitter: Fitter, fit: Fit, known: Columns, start: Term,
+             shift: Array) -> Prospect:
     """Return the first-order prospect of one start."""
-    columns = np.concatenate([shift, fit.columns], axis=2)
     extra = shift.shape[2]
-    found = solve(condense(fit.balance.residual, columns, fitter.valid(fit.balance)),
+    found = solve(condense_more(known, fit.balance.residual, fit.columns, shift,
+                                fitter.valid(fit.balance)),
                   fitter.noise, fitter.effective,
                   np.concatenate([np.zeros(extra), fitter.away(fit.terms)]),
                   np.concatenate([np.full(extra, np.inf), deviations(fit.terms)]))

@@ -36,9 +36,23 @@ def condense(residual: Array, columns: Array, valid: NDArray[np.bool_]) -> Colum
     """Condense residuals (m, c) and derivative columns (m, c, p) where they are valid (m, c)."""
     masked = np.where(valid[:, :, None], columns, 0.0)
     rest = np.where(valid, residual, 0.0)
-    return Columns(np.einsum('mcp,mcq->cpq', masked, masked, optimize=True),
-                   np.einsum('mcp,mc->cp', masked, rest, optimize=True),
+    flat = masked.transpose(1, 2, 0)                                         # (c, p, m)
+    return Columns(flat @ flat.transpose(0, 2, 1), (flat @ rest.T[:, :, None])[:, :, 0],
                    (rest ** 2).sum(axis=0), valid.sum(axis=0).astype(float))
+
+
+def condense_more(known: Columns, residual: Array, columns: Array, more: Array,
+                  valid: NDArray[np.bool_]) -> Columns:
+    """Return `known`, the condensed `columns`, with `more` columns (m, c, q) before them."""
+    added = np.where(valid[:, :, None], more, 0.0).transpose(1, 2, 0)        # (c, q, m)
+    across = added @ columns.transpose(1, 0, 2)                              # (c, q, p)
+    own = added @ added.transpose(0, 2, 1)
+    products = np.concatenate([
+        np.concatenate([own, across], axis=2),
+        np.concatenate([across.transpose(0, 2, 1), known.products], axis=2)], axis=1)
+    against = (added @ residual.T[:, :, None])[:, :, 0]
+    return Columns(products, np.concatenate([against, known.against], axis=1), known.power,
+                   known.count)
 
 
 def solve(columns: Columns, noise: Array, effective: float, now: Array,
