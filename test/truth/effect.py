@@ -16,12 +16,17 @@ class TruthError(ValueError):
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number of an effect: its unit, the value that does nothing, and how it is drawn."""
+    """
+    A number of an effect: its unit, its value where nothing is hidden, and how it is drawn.
+
+    Sizes at that value make an effect do nothing, whatever its shape.
+    """
 
     name: str
     unit: str
     neutral: float
     draw: Draw
+    is_size: bool
 
 
 @dataclass(frozen=True)
@@ -49,6 +54,16 @@ class Hidden:
     parameters: dict[str, float]
     site: str
     coordinate: str
+
+
+def size(name: str, unit: str, neutral: float, draw: Draw) -> Parameter:
+    """Return a parameter that says how strong an effect is."""
+    return Parameter(name, unit, neutral, draw, is_size=True)
+
+
+def shape(name: str, unit: str, default: float, draw: Draw) -> Parameter:
+    """Return a parameter that says where, when or how an effect acts."""
+    return Parameter(name, unit, default, draw, is_size=False)
 
 
 def between(*ranges: tuple[float, float]) -> Draw:

@@ -1,13 +1,16 @@
 """
 Dry friction as bristles that bend before they slide (LuGre), and viscous drag.
 
-A bristle bends as dz/dt = v - |v| z / z_end and pushes back with k z + c dz/dt; at a steady rate
-z is z_end = level(v) / k. It really sticks: at rest it is a spring.
+A bristle bends as dz/dt = v (1 - z / z_end) and pushes back with k z + c dz/dt; at a steady rate
+z is z_end = level(v) / k. Up to ELASTIC of that, and after a reversal, it only bends, dz/dt = v,
+so that a drive which sticks does not creep away under vibration (Dupont et al. 2002).
 """
 
 import math
 
 import numba
+
+ELASTIC = 0.7                   # share of its reach over which a bristle springs back
 
 
 @numba.njit(cache=True, error_model='numpy')
@@ -28,8 +31,12 @@ def bent(bristle, rate, stiffness, sliding, h):                     # type: igno
     """Return the bristle after h seconds at a constant rate, exactly [rad]."""
     if rate == 0.0 or sliding <= 0.0:
         return bristle
-    end = math.copysign(sliding / stiffness, rate)
-    return end + (bristle - end) * math.exp(-abs(rate) * h * stiffness / sliding)
+    way, end, path = math.copysign(1.0, rate), sliding / stiffness, abs(rate) * h
+    bend = way * bristle
+    if bend < ELASTIC * end:
+        spring = min(path, ELASTIC * end - bend)
+        bend, path = bend + spring, path - spring
+    return way * (end + (bend - end) * math.exp(-path / end))
 
 
 @numba.njit(cache=True, error_model='numpy')
@@ -37,12 +44,13 @@ def resistance(bristle, rate, stiffness, damping, sliding):         # type: igno
     """
     Return the torque of a bristle against the motion [N*m].
 
-    Its damping fades above the rate at which it would reach half the sliding level: without that,
-    bristles that are still bent the old way after a reversal would do work.
+    Its damping fades above the rate at which it would reach half the sliding level, as dirt and
+    grease do not dampen a bristle that is torn along.
     """
     if sliding <= 0.0:
         return 0.0
-    bending = rate - abs(rate) * bristle * stiffness / sliding
+    share = math.copysign(bristle, bristle * rate) * stiffness / sliding
+    bending = rate if share < ELASTIC else rate * (1.0 - share)
     fast = 2.0 * damping * rate / sliding
     return stiffness * bristle + damping * bending / (1.0 + fast * fast)
 

@@ -1,0 +1,350 @@
+"""What the truth hides shows in its recordings, as its table says, and nothing else does."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+import re
+
+import numpy as np
+from numpy.typing import NDArray
+import pytest
+from truth import (
+    CATALOGUE, draw, EFFECTS, Hidden, OUTSIDE, record, TruthError, TruthRecord)
+from truth import layout
+
+Array = NDArray[np.float64]
+
+TABLES = Path(__file__).parent / 'truth' / 'README.md'
+LISTED = Path(__file__).parents[2] / 'shared' / 'design' / 'catalogue.md'
+DT, SECONDS = 1e-3, 2.5
+EXACT = (1e12, 1e13)            # counts of encoders that hide nothing
+MOTOR_STEP, LINK_STEP = 2.0 * np.pi / 16384, 2.0 * np.pi / 4e6
+ONLY_READ = {                   # what the link encoder shows and the arm does not do
+    'bearing_crosstalk', 'clock_skew', 'encoder_drift', 'encoder_interpolation_error',
+    'encoder_scale_error', 'link_encoder_eccentricity'}
+NAMES = pytest.mark.parametrize('name', EFFECTS)
+
+
+def motion(seconds: float) -> tuple[Array, Array]:
+    """Return link angles and rates of two sines about (0.3, 1.2) rad, from rest."""
+    t = DT * np.arange(round(seconds / DT))
+    w, size = 2.0 * np.pi * np.array([0.45, 0.7]), np.array([0.35, -0.3])
+    fade = np.minimum(t / 0.5, 1.0)[:, None]
+    angle = [0.3, 1.2] + size * (3.0 - 2.0 * fade) * fade ** 2 * np.sin(np.outer(t, w))
+    return angle, np.gradient(angle, DT, axis=0)
+
+
+def recorded(hidden: Iterable[Hidden] = (), seconds: float = SECONDS, seed: int = 3, *,
+             noise: float = 1.0, scatter: bool = True,
+             counts: tuple[float, float] = (16384, 4e6)) -> TruthRecord:
+    """Return a recording of the arm with these effects in the motion of these tests."""
+    angle, rate = motion(seconds)
+    return record(tuple(hidden), motion_angle=angle, motion_rate=rate, dt=DT, seed=seed,
+                  noise=noise, healthy_scatter=scatter, counts=counts)
+
+
+@cache
+def healthy() -> TruthRecord:
+    """Return the recording in which nothing is hidden."""
+    return recorded()
+
+
+@cache
+def hiding(name: str) -> TruthRecord:
+    """Return the recording in which this effect is hidden."""
+    return recorded([drawn(name)])
+
+
+def times(seen: TruthRecord) -> Array:
+    """Return the time of every sample since the recording began (k,) [s]."""
+    return (seen.stamps - 1_000_000_000) * 1e-9
+
+
+def exact(*hidden: Hidden, seconds: float = 2.0) -> TruthRecord:
+    """Return a recording without noise, scatter and steps."""
+    return recorded(hidden, seconds, noise=0.0, scatter=False, counts=EXACT)
+
+
+def drawn(name: str, seed: int = 0) -> Hidden:
+    """Draw an effect; what happens at some time happens within these recordings."""
+    hidden = draw(name, np.random.default_rng(seed))
+    if 'onset' in hidden.parameters:
+        hidden.parameters.update(onset=1.0)
+    return hidden
+
+
+def hide(name: str, joint: str | None = 'joint1', **parameters: float) -> Hidden:
+    """Return an effect of these sizes, other parameters neutral."""
+    effect = EFFECTS[name]
+    neutral = {parameter.name: parameter.neutral for parameter in effect.parameters}
+    assert parameters.keys() <= neutral.keys()
+    return Hidden(name, joint, neutral | parameters, effect.site, effect.coordinate)
+
+
+def without_size(hidden: Hidden) -> Hidden:
+    """Return the effect with all sizes neutral and its shape as it is."""
+    sizes = {parameter.name: parameter.neutral
+             for parameter in EFFECTS[hidden.effect].parameters if parameter.is_size}
+    return replace(hidden, parameters=hidden.parameters | sizes)
+
+
+def same(one: TruthRecord, other: TruthRecord) -> bool:
+    """Tell whether two recordings agree in every bit."""
+    return all(np.array_equal(a, b) for a, b in zip(one, other))
+
+
+def torsion(seen: TruthRecord) -> Array:
+    """Return the torsion as a driver sees it (k, 2) [rad]."""
+    return seen.motor_angle / 100.0 - seen.link_angle
+
+
+@NAMES
+def test_every_effect_changes_the_recording_and_none_does_without_its_size(name):
+    assert not same(hiding(name), healthy())
+    assert same(recorded([without_size(drawn(name))]), healthy())
+
+
+@pytest.mark.parametrize('name', sorted(
+    EFFECTS.keys() - {'coarse_quantisation', 'dropped_samples'}))
+def test_what_is_only_read_moves_nothing_and_the_rest_moves_the_arm(name):
+    assert np.array_equal(hiding(name).states, healthy().states) == (name in ONLY_READ)
+    assert np.array_equal(hiding(name).motor_angle, healthy().motor_angle) == (name in ONLY_READ)
+
+
+@NAMES
+def test_the_arm_follows_its_motion_whatever_is_hidden(name):
+    seen, (wanted, _) = hiding(name), motion(SECONDS)
+    row = np.rint(times(seen) / DT).astype(int)
+    assert np.abs(seen.states[:, :, 2] - wanted[row]).max() < 0.1
+
+
+@NAMES
+def test_draws_vary_and_stay_what_they_are(name):
+    some = [draw(name, np.random.default_rng(seed)) for seed in range(40)]
+    assert some[0] == draw(name, np.random.default_rng(0))
+    for hidden in some:
+        assert layout.checked(hidden) is EFFECTS[name]
+    assert {hidden.joint for hidden in some} == set(EFFECTS[name].joints or [None])
+    if name != 'inertial_coupling':
+        for parameter in EFFECTS[name].parameters:
+            assert len({hidden.parameters[parameter.name] for hidden in some}) > 1
+
+
+def test_the_same_seed_gives_the_same_bits_and_another_does_not():
+    two = [drawn('payload'), drawn('kinematic_error')]
+    assert same(recorded(two, 1.0), recorded(two, 1.0))
+    for pair in zip(recorded(two, 1.0)[:4], recorded(two, 1.0, seed=4)[:4]):
+        assert not np.array_equal(*pair)
+
+
+def test_effects_add_up():
+    one, other = hide('encoder_drift', rate=1e-5), hide('clock_skew', skew=2e-4)
+    alone = [exact(hidden).link_angle - exact().link_angle for hidden in (one, other)]
+    assert exact(one, other).link_angle - exact().link_angle == pytest.approx(sum(alone),
+                                                                              abs=1e-9)
+
+
+def test_steps_and_zeros_are_those_of_encoders():
+    seen = healthy()
+    for reading, step in ((seen.motor_angle, MOTOR_STEP), (seen.link_angle, LINK_STEP)):
+        counts = reading / step
+        assert counts == pytest.approx(np.rint(counts), abs=1e-4)
+    assert np.abs(seen.motor_angle - seen.states[:, :, 0]).max() < 4 * MOTOR_STEP
+    assert np.abs(seen.link_angle - seen.states[:, :, 2]).max() < 3e-5
+
+
+def test_command_answers_the_sample_before():
+    seen, (angle, rate) = exact(), motion(2.0)
+    speed = np.zeros(2)
+    for k in range(1, 1500):
+        speed += (seen.motor_angle[k] - seen.motor_angle[k - 1] - DT * speed) / 3.0 / DT
+        if k > 40:              # the filter has forgotten what was before the recording
+            wanted = 0.3 * (100.0 * angle[k] - seen.motor_angle[k]) + 0.012 * (
+                100.0 * rate[k] - speed)
+            assert seen.command[k + 1] == pytest.approx(np.clip(wanted, -0.3, 0.3), abs=1e-6)
+
+
+def test_healthy_numbers_lie_within_their_tolerances():
+    ratios = []
+    for seed in range(300):
+        joints, arm = layout.nominal_joints(), layout.nominal_arm()
+        layout.scatter(joints, arm, np.random.default_rng(seed))
+        ratios.append([*(joints[name] / layout.JOINT_NUMBERS[name] for name in (
+            'stiffness', 'gain', 'dry', 'viscous', 'damping')), np.repeat(arm['p1'] / 0.876, 2)])
+    spread = np.array(ratios) - 1.0
+    sigmas = np.array([0.01, 0.005, 0.03, 0.10, 0.10, 0.01])
+    assert (np.abs(spread).max(axis=(0, 2)) <= 2.5 * sigmas).all()
+    assert spread.std(axis=(0, 2)) == pytest.approx(sigmas, rel=0.15)
+
+
+def test_link_readings_err_as_the_table_says():
+    true = exact()
+    q, t = true.states[:, :, 2], times(true)
+    assert true.link_angle == pytest.approx(q, abs=1e-9)
+    for hidden, error in (
+            (hide('encoder_scale_error', relative_error=3e-4), 3e-4 * q[:, 0]),
+            (hide('encoder_drift', rate=5e-6), 5e-6 * t),
+            (hide('link_encoder_eccentricity', amplitude_1=2e-4, phase_1=0.5, amplitude_2=5e-5,
+                  phase_2=-1.0),
+             2e-4 * np.sin(q[:, 0] + 0.5) + 5e-5 * np.sin(2.0 * q[:, 0] - 1.0)),
+            (hide('encoder_interpolation_error', amplitude=1e-5, lines=3600.0, phase=1.0),
+             1e-5 * np.sin(3600.0 * q[:, 0] + 1.0)),
+            (hide('bearing_crosstalk', coefficient=1e-5),
+             -1e-5 * 9.81 * (2.925 + 1.2 * np.cos(q[:, 1]))),
+            (hide('clock_skew', skew=2.3e-4), 2.3e-4 * true.states[:, 0, 3]),
+            (hide('clock_skew', skew=-1.1e-4), -1.1e-4 * true.states[:, 0, 3])):
+        seen = exact(hidden)
+        assert seen.link_angle[:, 0] - q[:, 0] == pytest.approx(error, abs=4e-7), hidden
+        assert np.array_equal(seen.link_angle[:, 1], true.link_angle[:, 1]), hidden
+
+
+def test_motor_readings_err_as_the_table_says():
+    seen = exact(hide('motor_encoder_eccentricity', amplitude=0.01, phase=0.3))
+    theta = seen.states[:, 0, 0]
+    assert seen.motor_angle[:, 0] - theta == pytest.approx(0.01 * np.sin(theta + 0.3), abs=1e-8)
+
+
+@pytest.mark.parametrize(('side', 'step'), [(0.0, 4e-5), (1.0, 2.0 * np.pi / 2000)])
+def test_coarse_steps_are_seen_on_their_side_only(side, step):
+    seen = recorded([hide('coarse_quantisation', motor_side=side, step=step)])
+    coarse, fine = ((seen.motor_angle, seen.link_angle) if side
+                    else (seen.link_angle, seen.motor_angle))
+    counts = coarse[:, 0] / step
+    assert counts == pytest.approx(np.rint(counts), abs=1e-6)
+    moves = np.abs(np.diff(fine[:, 0]))
+    assert moves[moves > 1e-9].min() == pytest.approx(LINK_STEP if side else MOTOR_STEP, rel=1e-3)
+
+
+def test_samples_are_lost_repeated_and_late():
+    seen = recorded([hide('dropped_samples', None, rate=0.06)], 6.0)
+    gaps = np.diff(seen.stamps) * 1e-6
+    lost = np.rint(gaps).sum() + 1 - len(seen.stamps)
+    repeated = ((np.diff(seen.motor_angle, axis=0) == 0.0)
+                & (np.diff(seen.link_angle, axis=0) == 0.0)).all(axis=1)
+    moving = np.abs(seen.states[1:, :, 3]).max(axis=1) > 0.1
+    early = np.diff(seen.states[:, 0, 0]) * 1e3 / gaps / np.where(
+        np.abs(seen.states[1:, 0, 1]) > 20.0, seen.states[1:, 0, 1], np.inf)
+    assert 80 < lost < 160 and 60 < (repeated & moving).sum() < 160 and (early > 1.25).sum() > 40
+    assert gaps.min() > 0.9 and not np.isnan(seen.link_angle).any()
+    untouched = recorded(seconds=6.0)
+    assert np.rint(np.diff(untouched.stamps) * 1e-6).max() == 1.0
+
+
+def test_a_contact_is_a_force_for_a_time():
+    hidden = hide('external_contact', None, force=20.0, direction=0.6, onset=0.8, duration=0.5)
+    seen = exact(hidden)
+    t, q = times(seen), seen.states[:, :, 2]
+    assert (seen.external[(t < 0.8) | (t > 1.3)] == 0.0).all()
+    a1, a2 = q[:, 0], q.sum(axis=1)
+    fx, fy = 20.0 * np.cos(0.6), 20.0 * np.sin(0.6)
+    second = 0.15 * (fy * np.cos(a2) - fx * np.sin(a2))
+    first = second + 0.15 * (fy * np.cos(a1) - fx * np.sin(a1))
+    middle = (t > 0.9) & (t < 1.2)
+    assert seen.external[middle] == pytest.approx(np.stack([first, second], axis=1)[middle])
+
+
+def test_a_tip_force_pushes_as_it_would_by_hand():
+    angle, rate = motion(2.0)
+    force = np.tile([5.0, -3.0], (len(angle), 1))
+    seen = record([], motion_angle=angle, motion_rate=rate, dt=DT, seed=1, tip_force=force)
+    second = 0.15 * (-3.0 * np.cos(seen.states[:, :, 2].sum(axis=1))
+                     - 5.0 * np.sin(seen.states[:, :, 2].sum(axis=1)))
+    assert seen.external[:, 1] == pytest.approx(second)
+
+
+def imbalance(seen: TruthRecord, joint: int) -> tuple[float, float]:
+    """Return how far motor and link are from the nominal balances (r.m.s. at speed) [N*m]."""
+    theta, v, q, dq = np.moveaxis(seen.states, 2, 0)
+    ddtheta, ddq = np.gradient(v, DT, axis=0), np.gradient(dq, DT, axis=0)
+    m12, s = 0.25 + 0.18 * np.cos(q[:, 1]), 0.18 * np.sin(q[:, 1])
+    rigid = np.stack([
+        (0.876 + 0.36 * np.cos(q[:, 1])) * ddq[:, 0] + m12 * ddq[:, 1]
+        - s * (2.0 * dq[:, 0] * dq[:, 1] + dq[:, 1] ** 2),
+        m12 * ddq[:, 0] + 0.25 * ddq[:, 1] + s * dq[:, 0] ** 2], axis=1)
+    # A central difference of rates at a sample feels the command before it and the one after.
+    motor = (0.5 * (seen.command + np.roll(seen.command, 1, axis=0)) - 1.289e-4 * ddtheta
+             - 5.96e-5 * v - 0.037 * np.sign(v) - seen.joint_torque / 100.0)
+    at_speed = np.abs(v[:, joint]) > 15.0
+    at_speed[:600] = at_speed[-5:] = False
+    return tuple(float(np.sqrt(np.mean(one[at_speed, joint] ** 2)))
+                 for one in (100.0 * motor, seen.joint_torque - rigid))
+
+
+@pytest.mark.parametrize(('hidden', 'joint'), [
+    (hide('torque_constant_error', relative_error=0.1), 0),
+    (hide('drive_offset', 'joint2', offset=0.01), 1),
+    (hide('motor_inertia_error', relative_error=0.2), 0),
+    (hide('coulomb_friction', level=0.02), 0),
+    (hide('viscous_friction', 'joint2', slope=3e-4), 1),
+    (hide('load_dependent_friction', coefficient=0.25), 0),
+    (hide('cable_spring', stiffness=1.0), 0),
+    (hide('tooth_torque', 'joint2', amplitude=1.0), 1),
+    (hide('link_bearing_friction', level=1.0), 0),
+    (hide('payload', None, mass=2.0), 0),
+    (hide('base_tilt', None, tilt=0.05), 0)],
+    ids=lambda value: value.effect if isinstance(value, Hidden) else str(value))
+def test_motor_effects_break_the_motor_balance_and_link_effects_the_link_balance(hidden, joint):
+    usual, changed = imbalance(exact(), joint), imbalance(exact(hidden), joint)
+    assert usual[0] < 0.1 and usual[1] < 0.02
+    assert (changed[0] > 3.0 * usual[0]) == (hidden.site == 'motor')
+    assert (changed[1] > 3.0 * usual[1]) == (hidden.site == 'link')
+
+
+def test_decoupled_axes_do_not_feel_each_other():
+    angle, rate = motion(2.0)
+    angle[:, 0], rate[:, 0] = angle[0, 0], 0.0
+    for hidden, coupled in (([], True), ([hide('inertial_coupling', None, share=1.0)], False)):
+        seen = record(hidden, motion_angle=angle, motion_rate=rate, dt=DT, seed=1, noise=0.0,
+                      healthy_scatter=False, counts=EXACT)
+        assert (np.abs(seen.joint_torque[:, 0]).max() > 0.1) == coupled
+
+
+@pytest.mark.parametrize(('hidden', 'says'), [
+    (Hidden('stiction', 'joint1', {}, 'motor', 'time'), 'no effect is named'),
+    (hide('payload', 'joint1', mass=1.0), 'belongs to the arm'),
+    (hide('backlash', 'joint3'), 'belongs to joint1 or joint2'),
+    (hide('bearing_crosstalk', 'joint2'), 'belongs to joint1'),
+    (Hidden('backlash', 'joint1', {'width': 1.0}, 'torsion', 'torque'), 'half_width, got width')])
+def test_what_cannot_be_hidden_is_refused(hidden, says):
+    with pytest.raises(TruthError, match=says):
+        recorded([hidden], 1.0)
+
+
+def test_one_effect_is_hidden_once_per_joint():
+    both = [hide('backlash', half_width=1e-4), hide('backlash', 'joint2', half_width=1e-4)]
+    assert len(recorded(both, 1.0).stamps) == 1000
+    with pytest.raises(TruthError, match='twice'):
+        recorded([*both, both[0]], 1.0)
+
+
+def test_a_motion_that_cannot_be_followed_is_refused():
+    angle, rate = motion(1.0)
+    with pytest.raises(TruthError, match=r'two arrays \(k, 2\)'):
+        record([], motion_angle=angle[:, :1], motion_rate=rate[:, :1], dt=DT, seed=0)
+    with pytest.raises(TruthError, match='dt must lie'):
+        record([], motion_angle=angle, motion_rate=rate, dt=1.0, seed=0)
+    with pytest.raises(TruthError, match='valid names: coulomb_friction'):
+        draw('stiction', np.random.default_rng(0))
+
+
+@NAMES
+def test_the_table_lists_every_effect_with_its_parameters(name):
+    rows = TABLES.read_text().splitlines()
+    first = next(i for i, row in enumerate(rows) if row.startswith(f'| `{name}` |'))
+    last = next(i for i in range(first + 1, len(rows)) if not rows[i].startswith('| |'))
+    listed = set(re.findall(r'`(\w+)`', ' '.join(rows[first:last]))) - {name}
+    assert listed == {parameter.name for parameter in EFFECTS[name].parameters}
+
+
+def test_names_scopes_and_sites_are_those_of_the_catalogue():
+    if not LISTED.exists():
+        pytest.skip('catalogue.md is not at ../shared/design')
+    rows = re.findall(r'^\| `(\w+)`.*?\| (joint|arm) \| (\w+) \|', LISTED.read_text(), re.M)
+    assert {(effect.name, 'joint' if effect.joints else 'arm', effect.site)
+            for effect in CATALOGUE} == set(rows)
+
+
+def test_four_and_more_effects_are_in_no_catalogue_at_any_site():
+    assert len(OUTSIDE) >= 4 and len(EFFECTS) == len(CATALOGUE) + len(OUTSIDE)
+    assert {effect.site for effect in OUTSIDE} == {'motor', 'torsion', 'link'}
