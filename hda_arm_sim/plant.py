@@ -3,11 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from .model.arm import Arm
-from .model.compiled import compiled
-from .model.integrate import advance
-from .model.kernel import loaded_inertia, registers, slope, SLOPE_1, STATE, STATES, TORQUE
-from .sensors import read_encoders, SIDES
+from .drive import act
+from .model.arm import Arm, ArmRecord
+from .model.compiled import borrowed, compiled
+from .model.kernel import registers, slope, SLOPE_1, STATE, STATES, TORQUE
+from .model.link_side import loaded_inertia
+from .sensors import DRAWS, read_encoders, sample_lost, SIDES
 from .simulate import checked, step_count
 
 Array = NDArray[np.float64]
@@ -19,28 +20,22 @@ def observe(arm, inertia, w, noise, dt, first, reading, torque):    # type: igno
     Fill a reading (n, 4) and the true joint torques (n,) [N*m] at the state in the registers.
 
     Velocities are what a drive reports: the angle's change since the last reading over dt [s].
+    A lost sample leaves the reading as it was.
     """
+    arm, w = ArmRecord(borrowed(arm.joints), arm.body), borrowed(w)
     joints = arm.joints.shape[0]
     slope(arm, inertia, w, STATE, SLOPE_1)
-    angles = np.empty((joints, SIDES))
-    read_encoders(arm, w, noise, angles)
     for j in range(joints):
         torque[j] = w[j, TORQUE]
+    if not first and sample_lost(arm, noise):
+        return
+    angles = np.empty((joints, SIDES))
+    read_encoders(arm, inertia, w, noise, angles)
+    for j in range(joints):
         for side in range(SIDES):
             change = (angles[j, side] - reading[j, side]) / dt
             reading[j, SIDES + side] = np.nan if first else change
             reading[j, side] = angles[j, side]
-
-
-@compiled
-def act(arm, inertia, w, torque, force, dt, count):                 # type: ignore[no-untyped-def]
-    """Advance the registers by one sample of dt [s] in `count` steps under held inputs."""
-    held_torque, held_force = np.empty((3, torque.shape[0])), np.empty((3, 2))
-    for k in range(3):
-        held_torque[k] = torque
-        held_force[k] = force
-    for _ in range(count):
-        advance(arm, inertia, w, held_torque, held_force, dt / count)
 
 
 class Plant:
@@ -48,7 +43,7 @@ class Plant:
 
     def __init__(self, arm: Arm, initial: Array, dt: float, seed: int) -> None:
         """Start from a state (n, STATES) with samples every dt [s]; raises ArmError."""
-        self._record = checked(arm).record()
+        self._record = checked(arm, dt).record()
         self._inertia = loaded_inertia(self._record.body)
         self._registers = registers(initial)
         self._random = np.random.default_rng(seed)
@@ -60,7 +55,7 @@ class Plant:
 
     def sample(self) -> Array:
         """Return the reading (n, 4) now: angles [rad] and velocities [rad/s], shaft and link."""
-        noise = self._random.standard_normal((len(self.reading), SIDES))
+        noise = self._random.standard_normal((len(self.reading), DRAWS))
         observe(self._record, self._inertia, self._registers, noise, self._dt, self._first,
                 self.reading, self.joint_torque)
         self._first = False
@@ -73,5 +68,5 @@ class Plant:
 
     @property
     def state(self) -> Array:
-        """Return the true state (n, STATES)."""
+        """Return what is true now, (n, STATES)."""
         return self._registers[:len(self.reading), STATE:STATE + STATES].copy()

@@ -1,30 +1,54 @@
 """Read the arm as its encoders do: at their time, from their zero, with noise, in whole counts."""
 
-from .model.compiled import compiled
-from .model.effects.sensing import quantised, sampled_late
+import math
+
+from .model.compiled import compiled, inlined
+from .model.effects.sensing import quantised_sides
+from .model.effects.timing import lost, sampled_late
+from .model.encoders import link_error, motor_error, tilt_moments
 from .model.kernel import (LINK_ANGLE, LINK_VELOCITY, MOTOR_ANGLE, MOTOR_VELOCITY, SLOPE_1, STATE)
 
 SIDES = 2
-MOTOR, LINK = 0, 1      # columns of a reading
+MOTOR, LINK = 0, 1      # columns of a reading, and of the noise
+CHANCE = 2              # of the noise: decides in row 0 whether a sample is lost
+DRAWS = 3               # columns of the noise
+
+
+@inlined
+def _turned(w, j, velocity, angle, late):                           # type: ignore[no-untyped-def]
+    """Return one side's true angle some time after the stamp [rad]."""
+    return sampled_late(w[j, STATE + angle], w[j, STATE + velocity], w[j, SLOPE_1 + velocity],
+                        late)
 
 
 @compiled
-def read_encoders(arm, w, noise, reading):                          # type: ignore[no-untyped-def]
+def read_encoders(arm, inertia, w, noise, reading):                 # type: ignore[no-untyped-def]
     """
     Fill the angles (n, 2) that the encoders show, shaft and link [rad], (20)-(21).
 
-    The registers must hold the slopes of their state (see `slope`); `noise` (n, 2) is of unit
+    The registers must hold the slopes of their state (see `slope`); `noise` (n, DRAWS) is of unit
     variance. The link encoder is late by its skew on top of the motor encoder's sampling time.
     """
-    for j in range(arm.joints.shape[0]):
+    joints = arm.joints.shape[0]
+    elbow = w[1, STATE + LINK_ANGLE] if joints == 2 else 0.0
+    moments = tilt_moments(arm.body, inertia, elbow)
+    for j in range(joints):
         joint = arm.joints[j]
         late = joint.motor_encoder.sampling_time
-        angle = sampled_late(w[j, STATE + MOTOR_ANGLE], w[j, STATE + MOTOR_VELOCITY],
-                             w[j, SLOPE_1 + MOTOR_VELOCITY], late)
-        angle += joint.motor_encoder.zero + noise[j, MOTOR] * joint.motor_encoder.noise
-        reading[j, MOTOR] = quantised(angle, joint.coarse_quantisation.motor_step)
-        late += joint.clock_skew.skew
-        angle = sampled_late(w[j, STATE + LINK_ANGLE], w[j, STATE + LINK_VELOCITY],
-                             w[j, SLOPE_1 + LINK_VELOCITY], late)
-        angle += joint.link_encoder.zero + noise[j, LINK] * joint.link_encoder.noise
-        reading[j, LINK] = quantised(angle, joint.coarse_quantisation.link_step)
+        motor = _turned(w, j, MOTOR_VELOCITY, MOTOR_ANGLE, late)
+        link = _turned(w, j, LINK_VELOCITY, LINK_ANGLE, late + joint.clock_skew.skew)
+        motor += motor_error(joint, motor) + joint.motor_encoder.zero
+        link += link_error(joint, link, moments[min(j, 1)]) + joint.link_encoder.zero
+        reading[j, MOTOR], reading[j, LINK] = quantised_sides(
+            motor + noise[j, MOTOR] * joint.motor_encoder.noise,
+            link + noise[j, LINK] * joint.link_encoder.noise,
+            joint.coarse_quantisation.motor_step, joint.coarse_quantisation.link_step)
+
+
+@compiled
+def sample_lost(arm, noise):                                        # type: ignore[no-untyped-def]
+    """Tell whether a sample with this noise (n, DRAWS) is lost on its way."""
+    if arm.body.dropped_samples.rate == 0.0:
+        return False
+    chance = 0.5 * math.erfc(-noise[0, CHANCE] / math.sqrt(2.0))
+    return lost(chance, arm.body.dropped_samples.rate)

@@ -7,11 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from .model.arm import Arm, ArmError
-from .model.compiled import compiled
-from .model.integrate import advance
-from .model.kernel import (LINK_ANGLE, LINK_VELOCITY, loaded_inertia, MOTOR_ANGLE, MOTOR_VELOCITY,
-                           registers, slope, SLOPE_1, STATE, STATES, TORQUE)
+from .drive import NODES, pass_sample, send
+from .model.arm import Arm, ArmError, ArmRecord
+from .model.compiled import borrowed, compiled
+from .model.integrate import advance, set_input
+from .model.kernel import (COMMANDS, FORCES, HISTORY, LINK_ANGLE, LINK_VELOCITY, MOTOR_ANGLE,
+                           MOTOR_VELOCITY, registers, slope, SLOPE_1, STATE, STATES, TIME, TORQUE)
+from .model.link_side import loaded_inertia
 
 Array = NDArray[np.float64]
 STEP = 1e-3 / 3                   # default integration step [s]
@@ -57,26 +59,34 @@ def rest(arm: Arm, link_angle: Array | tuple[float, ...]) -> Array:
 
 
 def rollout(arm: Arm, initial: Array, motor_torque: Array, tip_force: Array, dt: float, *,
-            step: float = STEP, held: bool = True) -> Trajectory:
+            step: float = STEP, held: bool = True, start: float = 0.0) -> Trajectory:
     """
     Simulate an arm under given inputs, sampled every dt [s].
 
     `motor_torque` (k, n) [N*m, shaft] and `tip_force` (k, 2) [N, base frame] are held from their
-    sample until the next, or joined by a cubic spline with `held=False`. Raises ArmError for an
-    arm without links and for arrays that do not fit.
+    sample until the next, or joined by a cubic spline with `held=False`. `start` is the time of
+    the first sample [s], for what changes with time. Accelerations are those under the inputs
+    from their sample on. Raises ArmError for an arm without links and for arrays that do not fit.
     """
-    record = checked(arm).record()
+    record = checked(arm, dt).record()
     samples = len(motor_torque)
     if motor_torque.shape != (samples, len(arm.joints)) or tip_force.shape != (samples, 2):
         raise ArmError(f'inputs must have shapes (k, {len(arm.joints)}) and (k, 2), got '
                        f'{motor_torque.shape} and {tip_force.shape}')
     count = step_count(dt, step)
-    torque = _inputs(np.asarray(motor_torque, float), count, held)
-    force = _inputs(np.asarray(tip_force, float), count, held)
-    states = np.empty((samples, *initial.shape))
-    extra = np.empty((3, samples, len(arm.joints)))
-    _run(record, registers(initial), torque, force, dt / count, states, extra)
-    return Trajectory(dt * np.arange(samples), states, *extra)
+    torque = np.ascontiguousarray(motor_torque, float)
+    force = np.ascontiguousarray(tip_force, float)
+    states: Array = np.empty((samples, len(arm.joints), STATES))
+    extra: Array = np.empty((3, samples, len(arm.joints)))
+    w = registers(np.asarray(initial, float))
+    w[0, TIME] = start
+    if held or samples < 4:
+        _run_held(record, w, torque, force, dt, count, states, extra)
+    else:
+        late = [joint['command_delay']['delay'] / dt for joint in record.joints]
+        _run_smooth(record, w, _nodes(torque, count, late), _nodes(force, count, [0.0, 0.0]),
+                    dt / count, count, states, extra)
+    return Trajectory(start + dt * np.arange(float(samples)), states, *extra)
 
 
 def step_count(dt: float, step: float = STEP) -> int:
@@ -84,21 +94,25 @@ def step_count(dt: float, step: float = STEP) -> int:
     return max(1, math.ceil(dt / step - 1e-9))
 
 
-def checked(arm: Arm) -> Arm:
-    """Return the arm if it can move; raises ArmError for an arm without links."""
+def checked(arm: Arm, dt: float = 1e-3) -> Arm:
+    """Return the arm if it can move in samples of dt [s]; raises ArmError if not."""
     if arm.links is None:
         raise ArmError('an arm without links ("links: none") cannot be simulated: '
                        'give its lengths and inertia under "links"')
+    longest = (HISTORY - 2) * dt
+    for label in arm.labels:
+        delay = arm.effect('command_delay', label).values()[0]
+        if delay > longest:
+            raise ArmError(f'command_delay of {label} must be at most {HISTORY - 2} samples, '
+                           f'{longest:g} s, got {delay:g} s')
     return arm
 
 
-def _inputs(values: Array, count: int, held: bool) -> Array:
-    """Return the inputs at start, middle and end of every step, ((k-1) count, 3, m)."""
-    samples = len(values)
-    if held or samples < 4:
-        return np.repeat(values[:-1, None, :], count, axis=0).repeat(3, axis=1)
-    nodes = np.arange((samples - 1) * 2 * count + 1) / (2 * count)
-    fine = CubicSpline(np.arange(samples), values)(nodes)
+def _nodes(values: Array, count: int, late: list[float]) -> Array:
+    """Return a spline at start, middle and end of every step, its columns some samples late."""
+    nodes = np.arange((len(values) - 1) * 2 * count + 1) / (2 * count)
+    fine = np.stack([CubicSpline(np.arange(len(values)), column)(np.maximum(nodes - samples, 0.0))
+                     for column, samples in zip(values.T, late)], axis=1)
     return np.stack([fine[0:-2:2], fine[1::2], fine[2::2]], axis=1)
 
 
@@ -113,13 +127,40 @@ def observe(arm, inertia, w, torque, acceleration):                 # type: igno
 
 
 @compiled
-def _run(arm, w, torque, force, dt, states, extra):                 # type: ignore[no-untyped-def]
+def _run_held(arm, w, torque, force, dt, count, states, extra):     # type: ignore[no-untyped-def]
+    """Fill the states (k, n, STATES) and torques and accelerations under held inputs."""
     inertia = loaded_inertia(arm.body)
-    joints = states.shape[1]
-    count = torque.shape[0] // max(1, states.shape[0] - 1)
-    for i in range(states.shape[0]):
+    arm, w = ArmRecord(borrowed(arm.joints), arm.body), borrowed(w)
+    joints, samples = states.shape[1], states.shape[0]
+    for i in range(samples):
         states[i] = w[:joints, STATE:STATE + STATES]
+        send(arm, w, torque[i], force[i], dt)
         observe(arm, inertia, w, extra[0, i], extra[1:, i])
-        if i + 1 < states.shape[0]:
+        if i + 1 < samples:
+            pass_sample(arm, inertia, w, force[i], dt, count)
+
+
+@compiled
+def _run_smooth(arm, w, torque, force, dt, count, states, extra):   # type: ignore[no-untyped-def]
+    """Fill the same under inputs at the start, middle and end of every step of dt [s]."""
+    inertia = loaded_inertia(arm.body)
+    arm, w = ArmRecord(borrowed(arm.joints), arm.body), borrowed(w)
+    joints, samples = states.shape[1], states.shape[0]
+    for i in range(samples):
+        states[i] = w[:joints, STATE:STATE + STATES]
+        _load(w, torque[min(i * count, len(torque) - 1)], force[min(i * count, len(force) - 1)])
+        set_input(arm, w, dt, 0.0, 0.0 if i + 1 < samples else 1.0)
+        observe(arm, inertia, w, extra[0, i], extra[1:, i])
+        if i + 1 < samples:
             for k in range(i * count, (i + 1) * count):
-                advance(arm, inertia, w, torque[k], force[k], dt)
+                _load(w, torque[k], force[k])
+                advance(arm, inertia, w, dt)
+
+
+@compiled
+def _load(w, torque, force):                                        # type: ignore[no-untyped-def]
+    """Load the inputs of a step, torques (NODES, n) and forces (NODES, 2), into the registers."""
+    for k in range(NODES):
+        for j in range(torque.shape[1]):
+            w[j, COMMANDS + k] = torque[k, j]
+        w[0, FORCES + k], w[1, FORCES + k] = force[k, 0], force[k, 1]

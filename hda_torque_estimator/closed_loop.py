@@ -2,15 +2,17 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from hda_arm_sim.drive import act
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.compiled import compiled
-from hda_arm_sim.model.kernel import loaded_inertia, registers, STATE, STATES
+from hda_arm_sim.model.kernel import registers, STATE, STATES
+from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.motions import Motion
-from hda_arm_sim.plant import act, observe
+from hda_arm_sim.plant import observe
+from hda_arm_sim.sensors import DRAWS
 from hda_arm_sim.simulate import checked, rest, step_count
+import numpy as np
+from numpy.typing import NDArray
 
 from . import control, estimate
 from .controller import compiled_settings as controller_settings, ControllerSettings
@@ -42,9 +44,9 @@ def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
     simulated.
     """
     dt = float(motion.time[1] - motion.time[0])
-    plant, belief = checked(true_arm).record(), known_arm.record()
+    plant, belief = checked(true_arm, dt).record(), known_arm.record()
     samples, joints = motion.angle.shape
-    noise = np.random.default_rng(seed).standard_normal((samples, joints, 2))
+    noise = np.random.default_rng(seed).standard_normal((samples, joints, DRAWS))
     reference = np.stack([motion.angle, motion.rate], axis=2)
     reading, states = np.empty((samples, joints, 4)), np.empty((samples, joints, STATES))
     torques = np.zeros((3, samples, joints))
@@ -56,8 +58,9 @@ def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
 
 
 @compiled
-def _run(plant, belief, estimating, controlling, w, reference, force, noise, dt, count, reading,
-         states, torques):                                          # type: ignore[no-untyped-def]
+def _run(                                                           # type: ignore[no-untyped-def]
+        plant, belief, estimating, controlling, w, reference, force, noise, dt, count, reading,
+        states, torques):
     joints = reference.shape[1]
     inertia, believed = loaded_inertia(plant.body), loaded_inertia(belief.body)
     memory = np.zeros((joints, estimate.MEMORY))

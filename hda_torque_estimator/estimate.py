@@ -6,11 +6,10 @@ the joints and one (TIP_RESULTS,) for the tip. The node, the offline command and
 simulation all run this function, so they give the same bits.
 """
 
-import numpy as np
-
 from hda_arm_sim.model.compiled import compiled, inlined
 from hda_arm_sim.model.rigid import gravity_torque
 from hda_arm_sim.model.torsion import torsion_of_torque
+import numpy as np
 
 from .momentum import expected_rate, momentum
 from .tip_force import base_force, tool_force
@@ -78,8 +77,8 @@ def _joint(record, settings, memory, reading, j, dt, result):       # type: igno
 
 
 @inlined
-def _external(record, settings, inertia, memory, q1, q2, dt, result):
-    # type: ignore[no-untyped-def]
+def _external(                                                      # type: ignore[no-untyped-def]
+        record, settings, inertia, memory, q1, q2, dt, result):
     """Renew the momentum observer and fill the external torques, (33)."""
     joints = record.joints.shape[0]
     last = joints - 1
@@ -114,8 +113,8 @@ def _tip(record, settings, q1, q2, result, tip):                    # type: igno
 
 
 @compiled
-def step(record, settings, inertia, memory, reading, dt, result, tip):
-    # type: ignore[no-untyped-def]
+def step(                                                           # type: ignore[no-untyped-def]
+        record, settings, inertia, memory, reading, dt, result, tip):
     """
     Estimate from one sample; dt [s] is the time since the last one, 0 starts afresh.
 
@@ -167,8 +166,8 @@ def add_to_tare(record, settings, inertia, memory):                 # type: igno
 
 
 @compiled
-def run(record, settings, inertia, memory, reading, seconds, result, tip):
-    # type: ignore[no-untyped-def]
+def run(                                                            # type: ignore[no-untyped-def]
+        record, settings, inertia, memory, reading, seconds, result, tip):
     """Estimate a whole recording (k, n, READINGS) with the times since the last sample (k,)."""
     for i in range(reading.shape[0]):
         step(record, settings, inertia, memory, reading[i], seconds[i], result[i], tip[i])

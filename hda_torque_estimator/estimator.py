@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.kernel import loaded_inertia
+from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.model.parameter import Declared, parameter
 
 from . import estimate

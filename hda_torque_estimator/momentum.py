@@ -14,8 +14,8 @@ def momentum(inertia, joints, elbow, dq1, dq2):                     # type: igno
 
 
 @compiled
-def expected_rate(inertia, body, joints, q1, q2, dq1, dq2, torque1, torque2):
-    # type: ignore[no-untyped-def]
+def expected_rate(                                                  # type: ignore[no-untyped-def]
+        inertia, body, joints, q1, q2, dq1, dq2, torque1, torque2):
     """Return dp/dt of links that nothing but the gears and gravity moves, (32) [N*m]."""
     weight1, weight2 = gravity_torque(inertia, body.pull, body.direction, q1, q2)
     if joints == 1:

@@ -5,18 +5,17 @@ This is the paper's estimator with its equations made consistent: both encoders,
 torsion, through the inverse of the torsion law; hysteresis and damping on top.
 """
 
-import numpy as np
-
 from hda_arm_sim.model.compiled import compiled
-from hda_arm_sim.model.effects.sensing import sampled_late
+from hda_arm_sim.model.effects.timing import sampled_late
 from hda_arm_sim.model.effects.transmission import hysteresis_rate, played_torsion
 from hda_arm_sim.model.kernel import gear_torque, transmission
 from hda_arm_sim.model.torsion import stiffness_at, torque_of_torsion
+import numpy as np
 
 
 @compiled
-def shaft_and_link(joint, motor_reading, link_reading, motor_velocity, link_velocity):
-    # type: ignore[no-untyped-def]
+def shaft_and_link(                                                 # type: ignore[no-untyped-def]
+        joint, motor_reading, link_reading, motor_velocity, link_velocity):
     """Return the angles of shaft and link at the stamp, from what the encoders show [rad]."""
     late = joint.motor_encoder.sampling_time
     motor = sampled_late(motor_reading - joint.motor_encoder.zero, motor_velocity, 0.0, -late)
@@ -26,8 +25,8 @@ def shaft_and_link(joint, motor_reading, link_reading, motor_velocity, link_velo
 
 
 @compiled
-def torsions(joint, motor_angle, motor_velocity, link_angle, link_velocity):
-    # type: ignore[no-untyped-def]
+def torsions(                                                       # type: ignore[no-untyped-def]
+        joint, motor_angle, motor_velocity, link_angle, link_velocity):
     """Return total torsion, its kinematic part -e(theta_m) [rad] and its elastic rate, (28)."""
     error, ratio = transmission(joint, motor_angle)
     return (motor_angle / joint.ratio - link_angle, -error,

@@ -12,11 +12,18 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .effects import (ClockSkew, CoarseQuantisation, CoulombFriction, Effect, effect_named,
-                      effects_of, Scope, Site, StructuralDamping, ViscousFriction)
+from .effects import (BaseTilt, BaseVibration, ClockSkew, CoarseQuantisation, CoulombFriction,
+                      Effect, effect_named, effects_of, InertialCoupling, LinkInertiaError,
+                      MotorInertiaError, Scope, Signals, Site, StiffeningError, StiffnessError,
+                      StructuralDamping, TorqueSaturation, ViscousFriction,
+                      WaveGeneratorCompliance)
 from .effects.catalogue import record_fields
+from .link_side import loaded_inertia, thrown_mass
 from .parameter import Declared, parameter
 from .torsion import TorsionLaw
+
+
+_SEGMENTS = ('knee_1', 'second_stiffness', 'knee_2', 'third_stiffness')
 
 
 class ArmError(ValueError):
@@ -67,6 +74,7 @@ class Joint(Declared):
                 skew=self.link_encoder.sampling_time - self.motor_encoder.sampling_time),
             CoarseQuantisation: lambda: CoarseQuantisation(
                 motor_step=self.motor_encoder.step, link_step=self.link_encoder.step),
+            TorqueSaturation: lambda: TorqueSaturation(limit=self.torque_limit),
         }.get(effect, effect)()
 
 
@@ -93,6 +101,12 @@ class Base(Declared):
     tilt: float = parameter(0.0, 'rad', 0.0, math.pi / 2, 'angle between base and horizontal')
     direction: float = parameter(0.0, 'rad', -7.0, 7.0, 'downhill direction in the base frame')
     gravity: float = parameter(9.80665, 'm/s^2', 0.0, 30.0, 'acceleration of free fall')
+
+    def nominal(self, effect: type[Effect]) -> Effect:
+        """Return an effect as the base has it without any entry in the arm's list."""
+        if effect is BaseTilt:
+            return BaseTilt(tilt=self.tilt, direction=self.direction)
+        return effect()
 
 
 @dataclass(frozen=True)
@@ -127,7 +141,9 @@ JOINT_RECORD = np.dtype([
     ('motor_encoder', Encoder.record_type()), ('link_encoder', Encoder.record_type()),
     *record_fields(Scope.JOINT)])
 BODY_RECORD = np.dtype([
-    ('links', Links.record_type()), ('pull', float), ('direction', float),
+    ('links', Links.record_type()),
+    ('pull', float), ('direction', float),      # gravity in the plane, and where to [m/s^2, rad]
+    ('weight', float),                          # gravity across the plane [m/s^2]
     *record_fields(Scope.ARM)])
 
 
@@ -145,10 +161,11 @@ class Arm:
     def __post_init__(self) -> None:
         """Check that the parts fit each other; raises ArmError."""
         _check_labels([joint.label for joint in self.joints])
-        if self.links is not None:
-            _check_links(self.links, len(self.joints))
         for placed in self.effects:
             self._check_place(type(placed.effect), placed.joint)
+        if self.links is not None:
+            _check_links(self.moving_links(), len(self.joints))
+            _check_base(self)
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -178,7 +195,7 @@ class Arm:
         for placed in self.effects:
             if placed.joint == joint and placed.effect.name == name:
                 return placed.effect
-        return kind() if joint is None else self.joint(joint).nominal(kind)
+        return (self.base if joint is None else self.joint(joint)).nominal(kind)
 
     def with_effect(self, effect: Effect, joint: str | None = None) -> 'Arm':
         """Return the arm with this effect in the place of any other of its name."""
@@ -198,18 +215,54 @@ class Arm:
         """Return the arm as compiled code reads it."""
         joints = np.array([self._joint_record(joint) for joint in self.joints], JOINT_RECORD)
         body = np.zeros((), BODY_RECORD)[()]
-        links = self.links or Links()
-        body['links'] = links.values()
-        body['pull'] = self.base.gravity * math.sin(self.base.tilt)
-        body['direction'] = self.base.direction
+        tilt = self._in_force(BaseTilt)
+        down_x, down_y = tilt(Signals(gravity=self.base.gravity))
+        body['links'] = self.moving_links().values()
+        body['pull'] = math.hypot(down_x, down_y)
+        body['direction'] = tilt.direction
+        body['weight'] = self.base.gravity * math.cos(tilt.tilt)
         for kind in effects_of(Scope.ARM):
             body[kind.name] = self.effect(kind.name).values()
         return ArmRecord(joints, body)
 
+    def moving_links(self) -> Links:
+        """Return the links with the effects that change their inertia, but without a payload."""
+        links = self.links or Links()
+        if len(self.joints) > 2:
+            return links
+        coupled = self._in_force(InertialCoupling)(Signals(nominal=links.coupled))
+        far = 0.0 if len(self.joints) == 1 else links.p2
+        near = links.p1 - coupled * far
+        change = [self._in_force(LinkInertiaError, joint.label)(Signals(nominal=own)) - own
+                  for joint, own in zip(self.joints, (near, far))]
+        change2 = change[1] if len(change) == 2 else 0.0
+        return replace(links, p1=links.p1 + change[0] + coupled * change2, p2=links.p2 + change2,
+                       coupled=float(coupled))
+
+    def moving_torsion(self, joint: Joint) -> TorsionLaw:
+        """Return the torsion law of a joint with the effects that change it."""
+        law = joint.torsion
+        bent = self._in_force(StiffeningError, joint.label)
+        curvature, *segments = bent(Signals(nominal=law.flexspline_curvature))
+        softer = self._in_force(WaveGeneratorCompliance, joint.label)
+        if segments[0] > 0.0:
+            law = replace(law, **dict(zip(_SEGMENTS, segments)))
+        if not softer.is_neutral():
+            rest = softer(Signals(nominal=1.0 / law.wave_generator_stiffness))
+            law = replace(law, wave_generator_stiffness=1.0 / rest if rest > 0.0 else math.inf)
+        stiffness = self._in_force(StiffnessError, joint.label)(
+            Signals(nominal=law.flexspline_stiffness))
+        return replace(law, flexspline_stiffness=stiffness, flexspline_curvature=curvature)
+
+    def _in_force(self, kind: type[Effect], joint: str | None = None) -> Any:
+        return self.effect(kind.name, joint)
+
     def _joint_record(self, joint: Joint) -> Any:
         effects = (self.effect(kind.name, joint.label).values()
                    for kind in effects_of(Scope.JOINT))
-        return (joint.ratio, joint.motor_inertia, tuple(joint.torsion.record(joint.ratio)),
+        inertia = self._in_force(MotorInertiaError, joint.label)(
+            Signals(nominal=joint.motor_inertia))
+        return (joint.ratio, inertia, tuple(self.moving_torsion(joint).record(joint.ratio)),
                 joint.motor_encoder.values(), joint.link_encoder.values(), *effects)
 
 
@@ -227,7 +280,19 @@ def _check_links(links: Links, joints: int) -> None:
                        'write "links: none" for torsion only')
     if joints == 2 and links.length2 <= 0.0:
         raise ArmError(f'two joints need two link lengths > 0 m, got {links.length2:g} m')
-    definite = links.p2 > 0.0 and links.p2 * (links.p1 - links.p2) > links.p3 ** 2
+    if joints == 2 and not links.p2 > 0.0:
+        raise ArmError(f'two joints need p2 > 0 kg*m^2, got {links.p2:g} kg*m^2')
+    definite = links.p2 * (links.p1 - links.p2) > links.p3 ** 2
     if joints == 2 and links.coupled and not definite:
         raise ArmError('the mass matrix must be positive definite: p2 (p1 - p2) > p3^2, got '
                        f'p = ({links.p1:g}, {links.p2:g}, {links.p3:g}) kg*m^2')
+
+
+def _check_base(arm: Arm) -> None:
+    """Check that the mass of a swinging base holds at least what the links throw about."""
+    accelerance = arm.effect(BaseVibration.name).values()[2]
+    if accelerance > 0.0:
+        mass = thrown_mass(loaded_inertia(arm.record().body), len(arm.joints))
+        if accelerance * mass >= 1.0:
+            raise ArmError('base_vibration.amplitude must lie below one over the mass that the '
+                           f'links move, {1.0 / mass:.3g} 1/kg, got {accelerance:g} 1/kg')

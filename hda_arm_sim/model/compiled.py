@@ -13,9 +13,11 @@ from pathlib import Path
 from typing import Any
 
 import numba
-from numba.core import config
+from numba.core import cgutils, config
+from numba.extending import intrinsic
 
 _PACKAGES = Path(__file__).resolve().parents[2]
+_CONFIG: Any = config
 _SOURCES = ('hda_arm_sim', 'hda_torque_estimator')
 
 
@@ -42,17 +44,35 @@ def compiled(law: Callable[..., Any], *, inlined: bool = False) -> Any:
     `inlined` functions become part of their caller: handing over many arrays costs more than
     a short law itself.
     """
-    before = config.CACHE_DIR
-    config.CACHE_DIR = str(cache_folder())
+    before = _CONFIG.CACHE_DIR
+    _CONFIG.CACHE_DIR = str(cache_folder())
     try:
         return numba.njit(cache=True, error_model='numpy', forceinline=inlined)(law)
     finally:
-        config.CACHE_DIR = before
+        _CONFIG.CACHE_DIR = before
 
 
 def inlined(law: Callable[..., Any]) -> Any:
     """Return `law` compiled into its callers."""
     return compiled(law, inlined=True)
 
+
+def _borrowed(typing: Any, array: Any) -> Any:
+    """
+    Return an array that compiled code hands on without counting who holds it.
+
+    The count is an atomic operation at every call and costs more than a short law. Only for the
+    arguments of a function: its caller keeps them alive meanwhile.
+    """
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        view = context.make_array(signature.args[0])(context, builder, arguments[0])
+        view.meminfo = cgutils.get_null_value(view.meminfo.type)
+        view.parent = cgutils.get_null_value(view.parent.type)
+        return view._getvalue()
+
+    return array(array), generate
+
+
+borrowed: Any = intrinsic(_borrowed)
 
 _DIGEST = source_digest()

@@ -1,28 +1,54 @@
 """
 Integrate the equation of motion: Runge-Kutta 4, with sticking and breaking away as events.
 
-Within a step every motor slides one way or sticks; where a sliding motor comes to rest or a
+A joint has two contacts: the motor's dry friction, side 0, and that of its link bearing, side 1.
+Within a step every contact slides one way or sticks; where a sliding one comes to rest or a
 sticking one breaks away, the step is cut there, so that the order survives dry friction.
 """
 
 import numpy as np
 
 from .compiled import compiled, inlined
-from .kernel import (BUDGET, COMMAND, DRIVE, FORCE, MODE, MOTOR_VELOCITY, slope, SLOPE_1, SLOPE_2,
-                     SLOPE_3, SLOPE_4, STAGE, STATE, STATES, TRIAL)
+from .effects.actuation import clipped_torque, lagging_torque
+from .kernel import (BUDGET, COMMAND, COMMANDS, CURRENT, DRIVE, FORCE, FORCES, MODE,
+                     MOTOR_VELOCITY, NOW, slope, SLOPE_1, SLOPE_2, SLOPE_3, SLOPE_4, STAGE, STATE,
+                     STATES, TIME, TRIAL)
+from .motor_side import shaft_torque
 
-MAX_EVENTS = 12         # in one step; a real arm has one or two
+SIDES = 2               # contacts of a joint; their speeds are SIDES columns of the state apart
+MAX_EVENTS = 16         # in one step; a real arm has one or two
 _NONE, _STOP, _BREAK = 0, 1, 2
 
 
 @inlined
-def _set_input(arm, w, torque, force, s):                           # type: ignore[no-untyped-def]
-    """Set the input at the fraction s of a step, a parabola through start, middle and end."""
-    a, b, c = (1.0 - s) * (1.0 - 2.0 * s), 4.0 * s * (1.0 - s), s * (2.0 * s - 1.0)
+def _between(w, row, column, s):                                    # type: ignore[no-untyped-def]
+    """Return an input at the fraction s of a step: a parabola through start, middle, end."""
+    return ((1.0 - s) * (1.0 - 2.0 * s) * w[row, column] + 4.0 * s * (1.0 - s) * w[row, column + 1]
+            + s * (2.0 * s - 1.0) * w[row, column + 2])
+
+
+@inlined
+def _current(joint, w, j, dt, begin, s):                            # type: ignore[no-untyped-def]
+    """Return what the current loop delivers at a fraction of a step, from its state at `begin`."""
+    command = clipped_torque(_between(w, j, COMMANDS, s), joint.torque_saturation.limit)
+    lag = joint.current_loop_lag.time_constant
+    if lag == 0.0:
+        return command
+    if s == begin:
+        return w[j, STATE + CURRENT]
+    last = clipped_torque(_between(w, j, COMMANDS, begin), joint.torque_saturation.limit)
+    return lagging_torque(command, last, w[j, STATE + CURRENT], (s - begin) * dt, lag)
+
+
+@inlined
+def set_input(arm, w, dt, begin, s):                                # type: ignore[no-untyped-def]
+    """Set time, motor torques and tip force at the fraction s of a step cut at `begin`."""
+    w[0, NOW] = w[0, TIME] + s * dt
     for j in range(arm.joints.shape[0]):
-        w[j, COMMAND] = a * torque[0, j] + b * torque[1, j] + c * torque[2, j]
-    for k in range(2):
-        w[k, FORCE] = a * force[0, k] + b * force[1, k] + c * force[2, k]
+        joint = arm.joints[j]
+        w[j, TRIAL + CURRENT] = _current(joint, w, j, dt, begin, s)
+        w[j, COMMAND] = shaft_torque(joint, w[j, TRIAL + CURRENT])
+    w[0, FORCE], w[1, FORCE] = _between(w, 0, FORCES, s), _between(w, 1, FORCES, s)
 
 
 @inlined
@@ -34,24 +60,26 @@ def _stage(arm, w, block, span):                                    # type: igno
 
 
 @compiled
-def _runge_kutta(arm, inertia, w, torque, force, dt, begin, end):   # type: ignore[no-untyped-def]
+def _runge_kutta(arm, inertia, w, dt, begin, end):                  # type: ignore[no-untyped-def]
     """Set the trial state: the state after the part [begin, end] of a step of length dt."""
     span = (end - begin) * dt
-    _set_input(arm, w, torque, force, begin)
+    set_input(arm, w, dt, begin, begin)
     slope(arm, inertia, w, STATE, SLOPE_1)
-    _set_input(arm, w, torque, force, 0.5 * (begin + end))
+    set_input(arm, w, dt, begin, 0.5 * (begin + end))
     _stage(arm, w, SLOPE_1, 0.5 * span)
     slope(arm, inertia, w, STAGE, SLOPE_2)
     _stage(arm, w, SLOPE_2, 0.5 * span)
     slope(arm, inertia, w, STAGE, SLOPE_3)
-    _set_input(arm, w, torque, force, end)
+    set_input(arm, w, dt, begin, end)
     _stage(arm, w, SLOPE_3, span)
     slope(arm, inertia, w, STAGE, SLOPE_4)
     for j in range(arm.joints.shape[0]):
+        current = w[j, TRIAL + CURRENT]
         for i in range(STATES):
             w[j, TRIAL + i] = w[j, STATE + i] + span / 6.0 * (
                 w[j, SLOPE_1 + i] + 2.0 * (w[j, SLOPE_2 + i] + w[j, SLOPE_3 + i])
                 + w[j, SLOPE_4 + i])
+        w[j, TRIAL + CURRENT] = current
 
 
 @inlined
@@ -61,51 +89,64 @@ def _accept(arm, w):                                                # type: igno
             w[j, STATE + i] = w[j, TRIAL + i]
 
 
-@compiled
-def _overload(arm, inertia, w, joint):                              # type: ignore[no-untyped-def]
-    """Return by how much the trial state overloads a sticking motor [N*m motor]."""
-    slope(arm, inertia, w, TRIAL, SLOPE_1)
-    return abs(w[joint, DRIVE]) - w[joint, BUDGET]
+@inlined
+def _sticks(arm, w):                                                # type: ignore[no-untyped-def]
+    """Tell whether any contact sticks."""
+    for j in range(arm.joints.shape[0]):
+        for side in range(SIDES):
+            if w[j, MODE + side] == 0.0 and w[j, BUDGET + side] > 0.0:
+                return True
+    return False
+
+
+@inlined
+def _overload(w, j, side):                                          # type: ignore[no-untyped-def]
+    """Return by how much a contact is overloaded at the last slope [N*m at its side]."""
+    return abs(w[j, DRIVE + side]) - w[j, BUDGET + side]
 
 
 @compiled
 def _first_event(arm, inertia, w):                                  # type: ignore[no-untyped-def]
-    """Return the kind of the trial step's first event and its joint."""
-    kind, who, first = _NONE, -1, 2.0
+    """Return the kind of the trial step's first event, its joint and its side."""
+    kind, who, where, first = _NONE, -1, 0, 2.0
+    sticks = _sticks(arm, w)
+    if sticks:
+        slope(arm, inertia, w, TRIAL, SLOPE_1)
     for j in range(arm.joints.shape[0]):
-        before, after = w[j, STATE + MOTOR_VELOCITY], w[j, TRIAL + MOTOR_VELOCITY]
-        mode = w[j, MODE]
-        if w[j, BUDGET] <= 0.0:
-            continue
-        if mode != 0.0 and after * mode < 0.0 and before / (before - after) < first:
-            kind, who, first = _STOP, j, before / (before - after)
-        elif mode == 0.0 and first > 1.0 and _overload(arm, inertia, w, j) > 0.0:
-            kind, who, first = _BREAK, j, 1.0
-    return kind, who
+        for side in range(SIDES):
+            mode, column = w[j, MODE + side], MOTOR_VELOCITY + SIDES * side
+            if w[j, BUDGET + side] <= 0.0:
+                continue
+            before, after = w[j, STATE + column], w[j, TRIAL + column]
+            if mode != 0.0 and after * mode < 0.0 and before / (before - after) < first:
+                kind, who, where, first = _STOP, j, side, before / (before - after)
+            elif mode == 0.0 and first > 1.0 and _overload(w, j, side) > 0.0:
+                kind, who, where, first = _BREAK, j, side, 1.0
+    return kind, who, where
 
 
 @compiled
-def _distance(arm, inertia, w, kind, joint):                        # type: ignore[no-untyped-def]
+def _distance(arm, inertia, w, kind, joint, side):                  # type: ignore[no-untyped-def]
     """Return what falls through zero at an event, at the trial state."""
     if kind == _STOP:
-        return w[joint, TRIAL + MOTOR_VELOCITY] * w[joint, MODE]
-    return -_overload(arm, inertia, w, joint)
+        return w[joint, TRIAL + MOTOR_VELOCITY + SIDES * side] * w[joint, MODE + side]
+    slope(arm, inertia, w, TRIAL, SLOPE_1)
+    return -_overload(w, joint, side)
 
 
 @compiled
-def _locate(arm, inertia, w, torque, force, dt, begin, kind, joint):
-    # type: ignore[no-untyped-def]
+def _locate(arm, inertia, w, dt, begin, kind, joint, side):         # type: ignore[no-untyped-def]
     """Return the fraction of the step at which an event happens; its state is the trial's."""
     low, high, middle = begin, 1.0, begin
-    at_high = _distance(arm, inertia, w, kind, joint)
-    _runge_kutta(arm, inertia, w, torque, force, dt, begin, begin)
-    at_low = _distance(arm, inertia, w, kind, joint)
+    at_high = _distance(arm, inertia, w, kind, joint, side)
+    _runge_kutta(arm, inertia, w, dt, begin, begin)
+    at_low = _distance(arm, inertia, w, kind, joint, side)
     if not at_low > 0.0:
         return begin
     for _ in range(40):                                             # Illinois: regula falsi
         middle = high - at_high * (high - low) / (at_high - at_low)
-        _runge_kutta(arm, inertia, w, torque, force, dt, begin, middle)
-        distance = _distance(arm, inertia, w, kind, joint)
+        _runge_kutta(arm, inertia, w, dt, begin, middle)
+        distance = _distance(arm, inertia, w, kind, joint, side)
         if abs(distance) < 1e-13 or high - low < 1e-12:
             break
         if distance < 0.0:
@@ -117,51 +158,57 @@ def _locate(arm, inertia, w, torque, force, dt, begin, kind, joint):
 
 @compiled
 def _release(arm, inertia, w):                                      # type: ignore[no-untyped-def]
-    """Let go the sticking motors that the present input overloads."""
-    sticks = False
-    for j in range(arm.joints.shape[0]):
-        sticks = sticks or w[j, MODE] == 0.0
-    if sticks:
+    """Let go the contacts that cannot hold now; one link may pull the other loose."""
+    for _ in range(SIDES * arm.joints.shape[0]):
+        if not _sticks(arm, w):
+            return
         slope(arm, inertia, w, STATE, SLOPE_1)
+        who, where, most = -1, 0, 0.0
         for j in range(arm.joints.shape[0]):
-            if w[j, MODE] == 0.0 and abs(w[j, DRIVE]) > w[j, BUDGET]:
-                w[j, MODE] = np.sign(w[j, DRIVE])
+            for side in range(SIDES):
+                excess = _overload(w, j, side)
+                if w[j, MODE + side] == 0.0 and w[j, BUDGET + side] > 0.0 and excess > most:
+                    who, where, most = j, side, excess
+        if who < 0:
+            return
+        w[who, MODE + where] = np.sign(w[who, DRIVE + where])
 
 
 @compiled
-def _meet(arm, inertia, w, kind, joint):                            # type: ignore[no-untyped-def]
-    """Bring a motor to rest, or let it break away the way it is driven."""
-    _accept(arm, w)
-    w[joint, STATE + MOTOR_VELOCITY] = 0.0
-    w[joint, MODE] = 0.0
+def _meet(arm, inertia, w, kind, joint, side):                      # type: ignore[no-untyped-def]
+    """Bring a contact to rest, or let it break away the way it is driven."""
+    w[joint, STATE + MOTOR_VELOCITY + SIDES * side] = 0.0
+    w[joint, MODE + side] = 0.0
     _release(arm, inertia, w)
-    if kind == _BREAK:
-        w[joint, MODE] = np.sign(w[joint, DRIVE])
+    if kind == _BREAK and w[joint, MODE + side] == 0.0:
+        w[joint, MODE + side] = np.sign(w[joint, DRIVE + side])
 
 
 @compiled
-def advance(arm, inertia, w, torque, force, dt):                    # type: ignore[no-untyped-def]
+def advance(arm, inertia, w, dt):                                   # type: ignore[no-untyped-def]
     """
-    Advance the state in the registers by dt [s].
+    Advance the state in the registers by dt [s] under the inputs in the registers.
 
-    `torque` (3, n) [N*m motor] and `force` (3, 2) [N, base frame] are the inputs at the start,
-    the middle and the end of the step. Returns the number of events met.
+    The inputs are given at the start, the middle and the end of the step, see `COMMANDS` and
+    `FORCES` of the kernel. Returns the number of events met.
     """
     begin = 0.0
-    _set_input(arm, w, torque, force, begin)
+    events = 0
+    set_input(arm, w, dt, begin, begin)
     _release(arm, inertia, w)
-    for events in range(MAX_EVENTS):
-        _runge_kutta(arm, inertia, w, torque, force, dt, begin, 1.0)
-        kind, joint = _first_event(arm, inertia, w)
-        if kind == _NONE:
-            _accept(arm, w)
-            return events
-        if kind == _STOP and w[joint, STATE + MOTOR_VELOCITY] == 0.0:
-            w[joint, MODE] = 0.0                                    # set off the wrong way
+    while True:
+        _runge_kutta(arm, inertia, w, dt, begin, 1.0)
+        kind, joint, side = _first_event(arm, inertia, w)
+        if kind == _NONE or events == MAX_EVENTS:
+            break
+        events += 1
+        if kind == _STOP and w[joint, STATE + MOTOR_VELOCITY + SIDES * side] == 0.0:
+            w[joint, MODE + side] = 0.0                             # set off the wrong way
             continue
-        begin = _locate(arm, inertia, w, torque, force, dt, begin, kind, joint)
-        _set_input(arm, w, torque, force, begin)
-        _meet(arm, inertia, w, kind, joint)
-    _runge_kutta(arm, inertia, w, torque, force, dt, begin, 1.0)
+        begin = _locate(arm, inertia, w, dt, begin, kind, joint, side)
+        _accept(arm, w)
+        set_input(arm, w, dt, begin, begin)
+        _meet(arm, inertia, w, kind, joint, side)
     _accept(arm, w)
-    return MAX_EVENTS
+    w[0, TIME] += dt
+    return events

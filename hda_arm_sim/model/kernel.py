@@ -6,37 +6,48 @@ stages and slopes of the integration, and the torques of the last slope taken. O
 a dozen, because handing over many arrays costs more than the physics itself.
 """
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
-from .arm import Arm, ArmRecord
 from .compiled import compiled, inlined
-from .effects.friction import dry_budget, stribeck_budget, viscous_drag
-from .effects.load import loaded
+from .effects.environment import base_acceleration
+from .effects.friction import bristle_rate, bristle_torque
 from .effects.transmission import (damping_torque, hysteresis_rate, hysteresis_torque,
                                    played_torsion, transmission_error, transmission_slope)
-from .rigid import coriolis, gravity_torque, Inertia, mass_matrix, tip_torque
+from .link_side import base_coupling, base_push, cable, free_torque, tip_force
+from .motor_side import drag, friction_budget, ripple
+from .rigid import mass_matrix
 from .torsion import torque_from_guess
 
 Array = NDArray[np.float64]
 
-# The state of one joint: shaft [rad, rad/s], link [rad, rad/s], hysteresis in [-1, 1].
-MOTOR_ANGLE, MOTOR_VELOCITY, LINK_ANGLE, LINK_VELOCITY, HYSTERESIS = range(5)
-STATES = 5
+# The state of one joint: shaft [rad, rad/s], link [rad, rad/s]; then what effects remember:
+# hysteresis in [-1, 1], bristles [rad], torque of the current loop [N*m motor], and in row 0 the
+# base along its swing [m, m/s].
+MOTOR_ANGLE, MOTOR_VELOCITY, LINK_ANGLE, LINK_VELOCITY = range(4)
+HYSTERESIS, BRISTLE, CURRENT, BASE_OFFSET, BASE_RATE = range(4, 9)
+STATES = 9
 
 # Registers: blocks of STATES first, then single ones.
 STATE, STAGE, TRIAL, SLOPE_1, SLOPE_2, SLOPE_3, SLOPE_4 = range(0, 7 * STATES, STATES)
-(MODE,                  # direction in which the motor slides, 0 where it sticks
+TIME = 7 * STATES       # in row 0: since the start of the recording [s]
+(NOW,                   # in row 0: time of the stage [s]
  COMMAND,               # motor torque at the stage, shaft [N*m]
  FORCE,                 # tip force at the stage, base frame, x in row 0 and y in row 1 [N]
  TORQUE,                # through the gear, output side [N*m]
- DRIVE,                 # at the shaft without dry friction [N*m]
- BUDGET,                # dry friction budget at the shaft [N*m]
- GUESS,                 # last torsion of the spring, its torque and its slope
- ) = range(7 * STATES, 7 * STATES + 7)
-REGISTERS = GUESS + 3
+ ) = range(TIME + 1, TIME + 5)
+
+# Registers of a joint's two contacts, first the motor's, then that of the link bearing.
+MODE = TORQUE + 1       # direction of sliding, 0 for sticking
+DRIVE = MODE + 2        # what drives a contact, or what it must hold [N*m at its side]
+BUDGET = DRIVE + 2      # most torque that it can oppose [N*m at its side]
+
+GUESS = BUDGET + 2      # last torsion of the spring, its torque and its slope
+COMMANDS = GUESS + 3    # commanded torque at the start, the middle and the end of a step [N*m]
+FORCES = COMMANDS + 3   # tip force likewise, x in row 0 and y in row 1 [N]
+SENT = FORCES + 3       # the last commands, the newest first [N*m]
+HISTORY = 66
+REGISTERS = SENT + HISTORY
 
 _ACCURACY = 1e-4        # of the spring's iteration: its cube, 1e-12, is left as an error
 
@@ -46,6 +57,7 @@ def registers(state: Array) -> Array:
     fresh = np.zeros((max(2, len(state)), REGISTERS))
     fresh[:len(state), STATE:STATE + STATES] = state
     fresh[:, MODE] = np.sign(fresh[:, STATE + MOTOR_VELOCITY])
+    fresh[:, MODE + 1] = np.sign(fresh[:, STATE + LINK_VELOCITY])
     return fresh
 
 
@@ -83,67 +95,82 @@ def gear_torque(joint, spring, torsion_rate, state):                # type: igno
 
 
 @inlined
-def friction_budget(joint, motor_velocity):                         # type: ignore[no-untyped-def]
-    """Return the most torque that dry friction can oppose, (25) [N*m motor]."""
-    excess = joint.stribeck_friction.excess
-    budget = dry_budget(joint.coulomb_friction.level)
-    if excess > 0.0:
-        budget += stribeck_budget(motor_velocity, excess, joint.stribeck_friction.speed)
-    return budget
-
-
-@compiled
-def loaded_inertia(body):                                           # type: ignore[no-untyped-def]
-    """Return the inertia of the links with what they carry, (22)."""
-    links = body.links
-    bare = Inertia(links.p1, links.p2, links.p3, links.first, links.second, links.coupled)
-    return loaded(bare, links.length1, links.length2, body.payload.mass)
-
-
-@inlined
 def _motor_side(arm, w, j, at, to):                                 # type: ignore[no-untyped-def]
     """Fill one joint's slopes but the link's, and its registers of torque."""
     joint = arm.joints[j]
-    velocity, state = w[j, at + MOTOR_VELOCITY], w[j, at + HYSTERESIS]
-    error, ratio = transmission(joint, w[j, at + MOTOR_ANGLE])
-    torsion = w[j, at + MOTOR_ANGLE] / joint.ratio + error - w[j, at + LINK_ANGLE]
+    angle, velocity, mode = w[j, at + MOTOR_ANGLE], w[j, at + MOTOR_VELOCITY], w[j, MODE]
+    error, ratio = transmission(joint, angle)
+    torsion = angle / joint.ratio + error - w[j, at + LINK_ANGLE]
     rate = ratio * velocity - w[j, at + LINK_VELOCITY]
-    torque = gear_torque(joint, spring_torque(joint, torsion, w, j), rate, state)
-    drive = (w[j, COMMAND] - viscous_drag(velocity, joint.viscous_friction.slope)
+    torque = gear_torque(joint, spring_torque(joint, torsion, w, j), rate, w[j, at + HYSTERESIS])
+    drive = (w[j, COMMAND] + ripple(joint, angle) - drag(joint, velocity, w[0, NOW])
              - ratio * torque)
-    budget = friction_budget(joint, velocity)
-    net = 0.0 if w[j, MODE] == 0.0 and budget > 0.0 else drive - w[j, MODE] * budget
+    sense = mode if mode != 0.0 else np.sign(drive)
+    budget = friction_budget(joint, velocity, sense, torque, w[j, at + LINK_ANGLE])
+    bristles = joint.presliding_friction
+    if bristles.stiffness > 0.0:
+        bent = w[j, at + BRISTLE]
+        bending = bristle_rate(velocity, bent, budget, bristles.stiffness)
+        drive -= bristle_torque(bent, bending, bristles.stiffness, bristles.damping)
+        w[j, to + BRISTLE], budget = bending, 0.0
+    net = 0.0 if mode == 0.0 and budget > 0.0 else drive - mode * budget
     w[j, to + MOTOR_ANGLE] = velocity
     w[j, to + MOTOR_VELOCITY] = net / joint.motor_inertia
     w[j, to + LINK_ANGLE] = w[j, at + LINK_VELOCITY]
-    w[j, to + HYSTERESIS] = 0.0
     if joint.torsional_hysteresis.level > 0.0:
-        width = joint.torsional_hysteresis.width
-        w[j, to + HYSTERESIS] = hysteresis_rate(rate, state, width)
+        w[j, to + HYSTERESIS] = hysteresis_rate(rate, w[j, at + HYSTERESIS],
+                                                joint.torsional_hysteresis.width)
     w[j, TORQUE], w[j, DRIVE], w[j, BUDGET] = torque, drive, budget
 
 
 @inlined
 def _link_side(arm, inertia, w, at, to):                            # type: ignore[no-untyped-def]
     """Fill the accelerations of one or two links, M ddq = tau + J^T F + gravity - C dq, (26)."""
-    links, body = arm.body.links, arm.body
     two = arm.joints.shape[0] == 2
     q1, dq1 = w[0, at + LINK_ANGLE], w[0, at + LINK_VELOCITY]
     q2, dq2 = (w[1, at + LINK_ANGLE], w[1, at + LINK_VELOCITY]) if two else (0.0, 0.0)
-    net1, net2 = tip_torque(links.length1, links.length2, q1, q2, w[0, FORCE], w[1, FORCE])
-    if body.pull > 0.0:
-        weight1, weight2 = gravity_torque(inertia, body.pull, body.direction, q1, q2)
-        net1, net2 = net1 + weight1, net2 + weight2
-    net1 += w[0, TORQUE]
-    if not two:
-        w[0, to + LINK_VELOCITY] = net1 / inertia.p1
+    force_x, force_y = tip_force(arm.body, w[0, NOW], w[0, FORCE], w[1, FORCE])
+    net1, net2 = free_torque(arm.body, inertia, q1, q2, dq1, dq2, force_x, force_y)
+    net1 += w[0, TORQUE] + cable(arm.joints[0], q1)
+    m11, m12, m22 = inertia.p1, 0.0, 1.0
+    if two:
+        net2 += w[1, TORQUE] + cable(arm.joints[1], q2)
+        m11, m12, m22 = mass_matrix(inertia, q2)
+    swing = arm.body.base_vibration
+    if swing.amplitude == 0.0:
+        _accelerate(arm, w, two, m11, m12, m22, net1, net2, to)
         return
-    turn1, turn2 = coriolis(inertia, q2, dq1, dq2)
-    net1, net2 = net1 - turn1, net2 + w[1, TORQUE] - turn2
-    m11, m12, m22 = mass_matrix(inertia, q2)
+    c1, c2 = base_coupling(inertia, swing.direction, q1, q2)
+    push = base_push(inertia, swing.direction, q1, q2, dq1, dq2, force_x, force_y)
+    free = base_acceleration(push, w[0, at + BASE_OFFSET], w[0, at + BASE_RATE],
+                             swing.frequency, swing.damping, swing.amplitude)
+    share1, share2 = swing.amplitude * c1, swing.amplitude * c2
+    _accelerate(arm, w, two, m11 - share1 * c1, m12 - share1 * c2, m22 - share2 * c2,
+                net1 - c1 * free, net2 - c2 * free, to)
+    w[0, to + BASE_OFFSET] = w[0, at + BASE_RATE]
+    w[0, to + BASE_RATE] = free - share1 * w[0, to + LINK_VELOCITY]
+    if two:
+        w[0, to + BASE_RATE] -= share2 * w[1, to + LINK_VELOCITY]
+
+
+@inlined
+def _accelerate(arm, w, two, m11, m12, m22, net1, net2, to):        # type: ignore[no-untyped-def]
+    """Fill the links' accelerations, with bearings that hold or oppose them."""
+    level1 = arm.joints[0].link_bearing_friction.level
+    level2 = arm.joints[1].link_bearing_friction.level if two else 0.0
+    held1, held2 = level1 > 0.0 and w[0, MODE + 1] == 0.0, level2 > 0.0 and w[1, MODE + 1] == 0.0
+    net1, net2 = net1 - w[0, MODE + 1] * level1, net2 - w[1, MODE + 1] * level2
     determinant = m11 * m22 - m12 * m12
-    w[0, to + LINK_VELOCITY] = (m22 * net1 - m12 * net2) / determinant
-    w[1, to + LINK_VELOCITY] = (m11 * net2 - m12 * net1) / determinant
+    first = (m22 * net1 - m12 * net2) / determinant
+    second = (m11 * net2 - m12 * net1) / determinant
+    if held1 or held2:
+        first, second = (0.0 if held1 else net1 / m11), (0.0 if held2 else net2 / m22)
+    if level1 > 0.0 or level2 > 0.0:
+        w[0, DRIVE + 1], w[0, BUDGET + 1] = net1 - m12 * second, level1
+        w[1, DRIVE + 1], w[1, BUDGET + 1] = net2 - m12 * first, level2
+    w[0, to + LINK_VELOCITY] = first
+    if two:
+        w[1, to + LINK_VELOCITY] = second
 
 
 @compiled
@@ -152,40 +179,3 @@ def slope(arm, inertia, w, at, to):                                 # type: igno
     for j in range(arm.joints.shape[0]):
         _motor_side(arm, w, j, at, to)
     _link_side(arm, inertia, w, at, to)
-
-
-def energy(arm: Arm, state: Array) -> float:
-    """Return the energy of an arm at a state (n, STATES): kinetic, elastic, gravity [J]."""
-    record = arm.record()
-    inertia = loaded_inertia(record.body)
-    return (_kinetic(record, inertia, state) + _elastic(arm, state)
-            + _potential(record.body, inertia, state[:, LINK_ANGLE]))
-
-
-def _kinetic(record: ArmRecord, inertia: Inertia, state: Array) -> float:
-    motors = 0.5 * record.joints['motor_inertia'] @ state[:, MOTOR_VELOCITY] ** 2
-    if len(state) == 1:
-        return float(motors + 0.5 * inertia.p1 * state[0, LINK_VELOCITY] ** 2)
-    m11, m12, m22 = mass_matrix(inertia, state[1, LINK_ANGLE])
-    dq = state[:, LINK_VELOCITY]
-    return float(motors + 0.5 * dq @ np.array([[m11, m12], [m12, m22]]) @ dq)
-
-
-def _elastic(arm: Arm, state: Array) -> float:
-    """Return the energy in the springs: the integral of torque over torsion."""
-    total = 0.0
-    for row, joint in zip(state, arm.record().joints):
-        error, _ = transmission(joint, row[MOTOR_ANGLE])
-        torsion = row[MOTOR_ANGLE] / joint['ratio'] + error - row[LINK_ANGLE]
-        nodes, weights = np.polynomial.legendre.leggauss(40)
-        w = np.zeros((1, REGISTERS))
-        total += 0.5 * torsion * sum(
-            weight * spring_torque(joint, 0.5 * torsion * (1.0 + node), w, 0)
-            for node, weight in zip(nodes, weights))
-    return total
-
-
-def _potential(body: Any, inertia: Inertia, q: Array) -> float:
-    down = float(body['direction'])
-    far = inertia.second * np.cos(down - q.sum()) if len(q) == 2 else 0.0
-    return float(-body['pull'] * (inertia.first * np.cos(down - q[0]) + far))

@@ -6,6 +6,7 @@ A class of parameters is a frozen dataclass derived from `Declared` whose fields
 """
 
 from dataclasses import dataclass, field, fields
+from functools import cache
 import math
 from typing import Any, ClassVar
 
@@ -59,9 +60,10 @@ class Declared:
             object.__setattr__(self, rule.name, checked)
 
     @classmethod
+    @cache
     def declarations(cls) -> tuple[Declaration, ...]:
         """Return the declarations in the order of the fields."""
-        return tuple(Declaration(f.name, float(f.default), **f.metadata['rule'])  # type: ignore
+        return tuple(Declaration(f.name, float(f.default), **f.metadata['rule'])
                      for f in fields(cls) if 'rule' in f.metadata)
 
     @classmethod

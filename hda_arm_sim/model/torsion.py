@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from .compiled import compiled
-from .parameter import Declared, parameter
+from .parameter import Declared, parameter, ParameterError
 
 _LINEAR = 1e-9          # below this curvature [1/(N*m)] a law is its own tangent to 1e-15
 _MAX_ITERATIONS = 60
@@ -25,6 +25,19 @@ def flexspline_torsion(torque, stiffness, curvature):               # type: igno
 
 
 @compiled
+def segmented_torsion(                                              # type: ignore[no-untyped-def]
+        torque, stiffness, knee_1, second_stiffness, knee_2, third_stiffness):
+    """Return the torsion of a flexspline with up to three straight segments [rad]."""
+    size = np.abs(torque)
+    far = knee_2 if knee_2 > knee_1 else np.inf
+    torsion = (np.minimum(size, knee_1) / stiffness
+               + np.minimum(np.maximum(size - knee_1, 0.0), far - knee_1) / second_stiffness)
+    if knee_2 > knee_1:
+        torsion += np.maximum(size - knee_2, 0.0) / third_stiffness
+    return np.sign(torque) * torsion
+
+
+@compiled
 def wave_generator_torsion(torque, ratio, stiffness, curvature):    # type: ignore[no-untyped-def]
     """Return the wave generator's wind-up seen at the output, (2) [rad]."""
     c = np.maximum(curvature, _LINEAR)
@@ -34,22 +47,42 @@ def wave_generator_torsion(torque, ratio, stiffness, curvature):    # type: igno
 @compiled
 def torsion_of_torque(law, ratio, torque):                          # type: ignore[no-untyped-def]
     """Return the total torsion under a torque within the valid range, (3) [rad]."""
-    return (flexspline_torsion(torque, law.flexspline_stiffness, law.flexspline_curvature)
-            + wave_generator_torsion(torque, ratio, law.wave_generator_stiffness,
-                                     law.wave_generator_curvature))
+    wound = wave_generator_torsion(torque, ratio, law.wave_generator_stiffness,
+                                   law.wave_generator_curvature)
+    if law.knee_1 > 0.0:
+        return wound + segmented_torsion(torque, law.flexspline_stiffness, law.knee_1,
+                                         law.second_stiffness, law.knee_2, law.third_stiffness)
+    return wound + flexspline_torsion(torque, law.flexspline_stiffness, law.flexspline_curvature)
 
 
 @compiled
 def _series(law, ratio, torque):                                    # type: ignore[no-untyped-def]
     """Return torsion, its slope and half its curvature at a torque >= 0, from one atan and exp."""
-    c, k = max(law.flexspline_curvature, _LINEAR), law.flexspline_stiffness
     cw = max(law.wave_generator_curvature, _LINEAR) / ratio
     soft = 1.0 / (ratio * ratio * law.wave_generator_stiffness)
     wound = -np.expm1(-cw * torque)
-    slope = 1.0 / (k * (1.0 + (c * torque) ** 2))
-    torsion = np.arctan(c * torque) / (c * k) + soft * wound / cw
-    bend = -slope * slope * k * c * c * torque - 0.5 * cw * soft * (1.0 - wound)
-    return torsion, slope + soft * (1.0 - wound), bend
+    torsion, slope = soft * wound / cw, soft * (1.0 - wound)
+    bend = -0.5 * cw * slope
+    if law.knee_1 > 0.0:
+        flexed, flex = _segment(law, torque)
+        return torsion + flexed, slope + flex, bend
+    c, k = max(law.flexspline_curvature, _LINEAR), law.flexspline_stiffness
+    flex = 1.0 / (k * (1.0 + (c * torque) ** 2))
+    return (torsion + np.arctan(c * torque) / (c * k), slope + flex,
+            bend - flex * flex * k * c * c * torque)
+
+
+@compiled
+def _segment(law, torque):                                          # type: ignore[no-untyped-def]
+    """Return the torsion of the segments and its slope at a torque >= 0."""
+    torsion = segmented_torsion(torque, law.flexspline_stiffness, law.knee_1,
+                                law.second_stiffness, law.knee_2, law.third_stiffness)
+    stiffness = law.flexspline_stiffness
+    if torque > law.knee_1:
+        stiffness = law.second_stiffness
+    if torque > law.knee_2 > law.knee_1:
+        stiffness = law.third_stiffness
+    return torsion, 1.0 / stiffness
 
 
 @compiled
@@ -108,10 +141,29 @@ class TorsionLaw(Declared):
         2.5517, 'N*m/rad', 1e-3, np.inf, 'K_w0, wave generator at zero torque, motor side')
     wave_generator_curvature: float = parameter(
         27.027, '1/(N*m)', 0.0, 1e4, 'c_w, stiffening of the wave generator, motor side')
+    knee_1: float = parameter(
+        0.0, 'N*m', 0.0, 1e4, 'T1, end of the first of three segments, 0 for the tangent law')
+    second_stiffness: float = parameter(
+        0.0, 'N*m/rad', 0.0, 1e7, 'K2, flexspline between T1 and T2, output side')
+    knee_2: float = parameter(
+        0.0, 'N*m', 0.0, 1e4, 'T2, end of the second segment, 0 for none')
+    third_stiffness: float = parameter(
+        0.0, 'N*m/rad', 0.0, 1e7, 'K3, flexspline beyond T2, output side')
     damping: float = parameter(
         8.0, 'N*m*s/rad', 0.0, 1e4, 'D, damping of the torsion, output side')
     valid_torque: float = parameter(
         37.0, 'N*m', 1e-3, 1e4, 'largest torque of the curved law; beyond, the last slope')
+
+    def __post_init__(self) -> None:
+        """Check every parameter, and that segments have stiffnesses; raises ParameterError."""
+        super().__post_init__()
+        for knee, stiffness in (('knee_1', 'second_stiffness'), ('knee_2', 'third_stiffness')):
+            if getattr(self, knee) > 0.0 and getattr(self, stiffness) <= 0.0:
+                raise ParameterError(f'torsion.{knee} needs torsion.{stiffness} > 0 N*m/rad '
+                                     'beyond the knee, got 0')
+        if self.knee_2 > 0.0 and not 0.0 < self.knee_1 < self.knee_2:
+            raise ParameterError('torsion.knee_2 must lie beyond torsion.knee_1 > 0 N*m, got '
+                                 f'{self.knee_1:g} and {self.knee_2:g}')
 
     @classmethod
     def record_type(cls) -> np.dtype[Any]:

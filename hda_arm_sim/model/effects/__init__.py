@@ -1,14 +1,30 @@
 """The effects of a real arm, each defined once: name, cause, site, parameters, law."""
 
+from .actuation import (CommandDelay, CurrentLoopLag, DriveOffset, MotorCogging, MotorInertiaError,
+                        TorqueConstantError, TorqueRipple, TorqueSaturation)
 from .catalogue import effect_named, EFFECTS, effects_of
 from .effect import Effect, Scope, Signals, Site
-from .friction import CoulombFriction, StribeckFriction, ViscousFriction
-from .load import Payload
-from .sensing import ClockSkew, CoarseQuantisation
-from .transmission import Backlash, KinematicError, StructuralDamping, TorsionalHysteresis
+from .environment import BaseTilt, BaseVibration, ExternalContact
+from .friction import (AsymmetricFriction, CoulombFriction, LoadDependentFriction,
+                       NonlinearViscousFriction, PositionDependentFriction, PreslidingFriction,
+                       StribeckFriction, ThermalViscosity, ViscousFriction)
+from .load import CableSpring, InertialCoupling, LinkBearingFriction, LinkInertiaError, Payload
+from .sensing import (BearingCrosstalk, CoarseQuantisation, EncoderInterpolationError,
+                      EncoderScaleError, LinkEncoderEccentricity, MotorEncoderEccentricity)
+from .timing import ClockSkew, DroppedSamples
+from .transmission import (Backlash, KinematicError, StiffeningError, StiffnessError,
+                           StructuralDamping, TorsionalHysteresis, WaveGeneratorCompliance)
 
 __all__ = [
-    'Backlash', 'ClockSkew', 'CoarseQuantisation', 'CoulombFriction', 'EFFECTS', 'Effect',
-    'KinematicError', 'Payload', 'Scope', 'Signals', 'Site', 'StribeckFriction',
-    'StructuralDamping', 'TorsionalHysteresis', 'ViscousFriction', 'effect_named', 'effects_of',
+    'AsymmetricFriction', 'Backlash', 'BaseTilt', 'BaseVibration', 'BearingCrosstalk',
+    'CableSpring', 'ClockSkew', 'CoarseQuantisation', 'CommandDelay', 'CoulombFriction',
+    'CurrentLoopLag', 'DriveOffset', 'DroppedSamples', 'Effect', 'effect_named', 'EFFECTS',
+    'effects_of', 'EncoderInterpolationError', 'EncoderScaleError', 'ExternalContact',
+    'InertialCoupling', 'KinematicError', 'LinkBearingFriction', 'LinkEncoderEccentricity',
+    'LinkInertiaError', 'LoadDependentFriction', 'MotorCogging', 'MotorEncoderEccentricity',
+    'MotorInertiaError', 'NonlinearViscousFriction', 'Payload', 'PositionDependentFriction',
+    'PreslidingFriction', 'Scope', 'Signals', 'Site', 'StiffeningError', 'StiffnessError',
+    'StribeckFriction', 'StructuralDamping', 'ThermalViscosity', 'TorqueConstantError',
+    'TorqueRipple', 'TorqueSaturation', 'TorsionalHysteresis', 'ViscousFriction',
+    'WaveGeneratorCompliance',
 ]

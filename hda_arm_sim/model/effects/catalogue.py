@@ -2,24 +2,62 @@
 
 import numpy as np
 
+from .actuation import (CommandDelay, CurrentLoopLag, DriveOffset, MotorCogging, MotorInertiaError,
+                        TorqueConstantError, TorqueRipple, TorqueSaturation)
 from .effect import Effect, Scope
-from .friction import CoulombFriction, StribeckFriction, ViscousFriction
-from .load import Payload
-from .sensing import ClockSkew, CoarseQuantisation
-from .transmission import Backlash, KinematicError, StructuralDamping, TorsionalHysteresis
+from .environment import BaseTilt, BaseVibration, ExternalContact
+from .friction import (AsymmetricFriction, CoulombFriction, LoadDependentFriction,
+                       NonlinearViscousFriction, PositionDependentFriction, PreslidingFriction,
+                       StribeckFriction, ThermalViscosity, ViscousFriction)
+from .load import CableSpring, InertialCoupling, LinkBearingFriction, LinkInertiaError, Payload
+from .sensing import (BearingCrosstalk, CoarseQuantisation, EncoderInterpolationError,
+                      EncoderScaleError, LinkEncoderEccentricity, MotorEncoderEccentricity)
+from .timing import ClockSkew, DroppedSamples
+from .transmission import (Backlash, KinematicError, StiffeningError, StiffnessError,
+                           StructuralDamping, TorsionalHysteresis, WaveGeneratorCompliance)
 from ..parameter import ParameterError
 
 EFFECTS: tuple[type[Effect], ...] = (
     CoulombFriction,
     ViscousFriction,
+    NonlinearViscousFriction,
     StribeckFriction,
-    KinematicError,
-    Backlash,
+    PreslidingFriction,
+    AsymmetricFriction,
+    LoadDependentFriction,
+    ThermalViscosity,
+    PositionDependentFriction,
+    TorqueRipple,
+    MotorCogging,
+    TorqueConstantError,
+    DriveOffset,
+    CurrentLoopLag,
+    CommandDelay,
+    TorqueSaturation,
+    MotorInertiaError,
+    StiffnessError,
+    StiffeningError,
+    WaveGeneratorCompliance,
     TorsionalHysteresis,
     StructuralDamping,
-    ClockSkew,
+    Backlash,
+    KinematicError,
+    LinkEncoderEccentricity,
+    MotorEncoderEccentricity,
+    EncoderScaleError,
+    EncoderInterpolationError,
     CoarseQuantisation,
+    ClockSkew,
+    DroppedSamples,
+    LinkBearingFriction,
     Payload,
+    LinkInertiaError,
+    InertialCoupling,
+    BaseTilt,
+    CableSpring,
+    ExternalContact,
+    BaseVibration,
+    BearingCrosstalk,
 )
 
 

@@ -8,6 +8,7 @@ of one sample, the diagnosis with a whole recording at once.
 
 from dataclasses import dataclass
 from enum import Enum
+from functools import cache
 import inspect
 from typing import Any, ClassVar, NamedTuple, TypeAlias
 
@@ -39,14 +40,34 @@ class Scope(Enum):
 class Signals(NamedTuple):
     """The signals that laws read, each a number or an array over time, SI units."""
 
+    time: Signal = 0.0                  # since the start of the recording [s]
     angle: Signal = 0.0                 # of the encoder that the law speaks of [rad]
     velocity: Signal = 0.0              # of that encoder's side [rad/s]
     acceleration: Signal = 0.0          # of that encoder's side [rad/s^2]
     motor_angle: Signal = 0.0           # shaft [rad]
     motor_velocity: Signal = 0.0        # shaft [rad/s]
+    link_angle: Signal = 0.0            # of the joint [rad]
     torsion: Signal = 0.0               # motor side minus link side, at the output [rad]
     torsion_rate: Signal = 0.0          # at the output [rad/s]
+    joint_torque: Signal = 0.0          # through the gear, at the output [N*m]
+    command: Signal = 0.0               # motor torque asked for, at the shaft [N*m]
+    last_command: Signal = 0.0          # the one before it [N*m]
+    elapsed: Signal = 0.0               # time since the command, or since the state [s]
+    budget: Signal = 0.0                # dry friction before the law, at the shaft [N*m]
+    sense: Signal = 0.0                 # of sliding: 1, -1, or 0 at rest
+    tilt_moment: Signal = 0.0           # of the weight on the bearing [N*m]
+    push: Signal = 0.0                  # of the links on the base, along its swing [N]
+    offset: Signal = 0.0                # of the base along its swing [m]
+    offset_rate: Signal = 0.0           # of the base along its swing [m/s]
     state: Signal = 0.0                 # of a law with memory
+    state_rate: Signal = 0.0            # of a law with memory
+    chance: Signal = 0.0                # evenly drawn from [0, 1)
+    nominal: Signal = 0.0               # the number that a parameter's error changes
+    ratio: Signal = 100.0               # of the gear
+    gravity: Signal = 9.80665           # [m/s^2]
+    inertia: Any = None                 # rigid.Inertia of the links
+    length1: Signal = 0.0               # of the links [m]
+    length2: Signal = 0.0
 
 
 @dataclass(frozen=True)
@@ -60,6 +81,7 @@ class Effect(Declared):
     law: ClassVar[Any]
 
     @classmethod
+    @cache
     def signals(cls) -> tuple[str, ...]:
         """Return the names of the signals that the law reads, in order."""
         own = {rule.name for rule in cls.declarations()}

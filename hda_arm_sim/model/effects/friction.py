@@ -14,6 +14,8 @@ from .effect import Effect, Site
 from ..compiled import compiled
 from ..parameter import parameter
 
+FASTEST = 2000.0        # relaxation of the bristles [1/s]; they are at rest within a sample anyway
+
 
 @compiled
 def dry_budget(level):                                              # type: ignore[no-untyped-def]
@@ -28,9 +30,53 @@ def viscous_drag(motor_velocity, slope):                            # type: igno
 
 
 @compiled
+def nonlinear_drag(motor_velocity, coefficient, exponent):          # type: ignore[no-untyped-def]
+    """Return the drag that grows with a power of the speed, (13) [N*m motor]."""
+    return coefficient * np.sign(motor_velocity) * np.abs(motor_velocity) ** exponent
+
+
+@compiled
 def stribeck_budget(motor_velocity, excess, speed):                 # type: ignore[no-untyped-def]
     """Return the extra budget near standstill, (13) [N*m motor]."""
     return excess * np.exp(-(motor_velocity / speed) ** 2)
+
+
+@compiled
+def bristle_rate(motor_velocity, state, budget, stiffness):         # type: ignore[no-untyped-def]
+    """Return dz/dt of the bristles' deflection z, which settles at budget / stiffness [rad/s]."""
+    reach = np.maximum(budget, 1e-12) / stiffness
+    pace = np.minimum(np.abs(motor_velocity) / reach, FASTEST)
+    return pace * (np.sign(motor_velocity) * reach - state)
+
+
+@compiled
+def bristle_torque(state, state_rate, stiffness, damping):          # type: ignore[no-untyped-def]
+    """Return the torque of the bristles that opposes the motor [N*m motor]."""
+    return stiffness * state + damping * state_rate
+
+
+@compiled
+def asymmetric_budget(budget, sense, asymmetry):                    # type: ignore[no-untyped-def]
+    """Return the extra budget of one sense of motion (+1, -1; 0 at rest) [N*m motor]."""
+    return budget * asymmetry * sense
+
+
+@compiled
+def load_budget(joint_torque, ratio, coefficient):                  # type: ignore[no-untyped-def]
+    """Return the extra budget of a loaded mesh [N*m motor]."""
+    return coefficient * np.abs(joint_torque) / ratio
+
+
+@compiled
+def warming_drag(motor_velocity, time, amplitude, time_constant):   # type: ignore[no-untyped-def]
+    """Return the extra drag of cold grease, gone when the drive is warm [N*m motor]."""
+    return amplitude * np.exp(-time / time_constant) * motor_velocity
+
+
+@compiled
+def position_budget(budget, link_angle, amplitude, order, phase):   # type: ignore[no-untyped-def]
+    """Return the extra budget at a place of the turn [N*m motor]."""
+    return budget * amplitude * np.sin(order * link_angle + phase)
 
 
 @dataclass(frozen=True)
@@ -56,6 +102,18 @@ class ViscousFriction(Effect):
 
 
 @dataclass(frozen=True)
+class NonlinearViscousFriction(Effect):
+    """Drag along a power of the speed, on top of the linear one, (13)."""
+
+    name: ClassVar[str] = 'nonlinear_viscous_friction'
+    cause: ClassVar[str] = 'viscous friction is not linear in speed (grease thins or churns)'
+    site: ClassVar[Site] = Site.MOTOR
+    law = staticmethod(nonlinear_drag)
+    coefficient: float = parameter(0.0, 'N*m', 0.0, 5.0, 'drag at 1 rad/s, motor side')
+    exponent: float = parameter(0.5, '', 0.1, 3.0, 'power of the speed')
+
+
+@dataclass(frozen=True)
 class StribeckFriction(Effect):
     """Breakaway excess that dies away with speed: excess * exp(-(v / speed)^2), (13)."""
 
@@ -65,3 +123,67 @@ class StribeckFriction(Effect):
     law = staticmethod(stribeck_budget)
     excess: float = parameter(0.0, 'N*m', 0.0, 5.0, 'breakaway excess over the sliding level')
     speed: float = parameter(5.0, 'rad/s', 0.1, 50.0, 'Stribeck speed, motor side')
+
+
+@dataclass(frozen=True)
+class PreslidingFriction(Effect):
+    """Bristles that bend before they slide (LuGre) in the place of sticking."""
+
+    name: ClassVar[str] = 'presliding_friction'
+    cause: ClassVar[str] = 'friction builds up over a displacement after a reversal (bristles)'
+    site: ClassVar[Site] = Site.MOTOR
+    law = staticmethod(bristle_torque)
+    rate = staticmethod(bristle_rate)
+    stiffness: float = parameter(
+        0.0, 'N*m/rad', 0.0, 1e3, 'of the bristles, motor side; 0 for friction that sticks')
+    damping: float = parameter(0.0, 'N*m*s/rad', 0.0, 0.2, 'of the bristles, motor side')
+
+
+@dataclass(frozen=True)
+class AsymmetricFriction(Effect):
+    """Dry friction that differs with the sense of motion."""
+
+    name: ClassVar[str] = 'asymmetric_friction'
+    cause: ClassVar[str] = 'dry friction differs with the direction of motion'
+    site: ClassVar[Site] = Site.MOTOR
+    law = staticmethod(asymmetric_budget)
+    asymmetry: float = parameter(
+        0.0, '', -0.95, 0.95, 'share by which dry friction is larger forwards, smaller backwards')
+
+
+@dataclass(frozen=True)
+class LoadDependentFriction(Effect):
+    """Loss of the mesh, proportional to the torque through the gear."""
+
+    name: ClassVar[str] = 'load_dependent_friction'
+    cause: ClassVar[str] = 'mesh friction grows with the torque through the gear'
+    site: ClassVar[Site] = Site.MOTOR
+    law = staticmethod(load_budget)
+    coefficient: float = parameter(
+        0.0, '', 0.0, 0.9, 'friction per torque through the gear, both on the same side')
+
+
+@dataclass(frozen=True)
+class ThermalViscosity(Effect):
+    """Viscosity of a cold drive that dies away as it warms up, from the recording's start."""
+
+    name: ClassVar[str] = 'thermal_viscosity'
+    cause: ClassVar[str] = 'viscous friction falls as the drive warms up'
+    site: ClassVar[Site] = Site.MOTOR
+    law = staticmethod(warming_drag)
+    amplitude: float = parameter(
+        0.0, 'N*m*s/rad', 0.0, 1.0, 'extra viscous slope at time 0, motor side')
+    time_constant: float = parameter(300.0, 's', 1.0, 1e5, 'of the warming up')
+
+
+@dataclass(frozen=True)
+class PositionDependentFriction(Effect):
+    """Dry friction that varies along the turn of the link."""
+
+    name: ClassVar[str] = 'position_dependent_friction'
+    cause: ClassVar[str] = 'dry friction varies along the turn of the joint'
+    site: ClassVar[Site] = Site.MOTOR
+    law = staticmethod(position_budget)
+    amplitude: float = parameter(0.0, '', 0.0, 0.95, 'variation as a share of dry friction')
+    order: float = parameter(1.0, '1/turn', 0.1, 1e3, 'waves per turn of the link')
+    phase: float = parameter(0.0, 'rad', -7.0, 7.0, 'phase at link angle 0')

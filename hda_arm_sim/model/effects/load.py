@@ -1,7 +1,9 @@
-"""What the links carry (docs/model.md, 22)."""
+"""What the links carry, and what holds or hampers them (docs/model.md, 22)."""
 
 from dataclasses import dataclass
 from typing import ClassVar
+
+import numpy as np
 
 from .effect import Effect, Scope, Site
 from ..compiled import compiled
@@ -19,6 +21,30 @@ def loaded(inertia, length1, length2, mass):                        # type: igno
                    inertia.coupled)
 
 
+@compiled
+def heavier(nominal, error):                                        # type: ignore[no-untyped-def]
+    """Return the inertia of one link about its joint, by itself [kg*m^2]."""
+    return nominal * (1.0 + error)
+
+
+@compiled
+def coupling(nominal, share):                                       # type: ignore[no-untyped-def]
+    """Return how far the links feel each other, 0 to 1."""
+    return np.maximum(nominal, share)
+
+
+@compiled
+def bearing_budget(level):                                          # type: ignore[no-untyped-def]
+    """Return the most torque that the link bearing can oppose [N*m at the output]."""
+    return level
+
+
+@compiled
+def cable_torque(link_angle, stiffness, rest_angle):                # type: ignore[no-untyped-def]
+    """Return the torque of a cable on the link [N*m at the output]."""
+    return stiffness * (rest_angle - link_angle)
+
+
 @dataclass(frozen=True)
 class Payload(Effect):
     """An unmodelled point mass at the tip, (22)."""
@@ -29,3 +55,49 @@ class Payload(Effect):
     scope: ClassVar[Scope] = Scope.ARM
     law = staticmethod(loaded)
     mass: float = parameter(0.0, 'kg', 0.0, 100.0, 'mass at the tip')
+
+
+@dataclass(frozen=True)
+class LinkInertiaError(Effect):
+    """One link's own inertia, about its joint, differs; its mass moments stay."""
+
+    name: ClassVar[str] = 'link_inertia_error'
+    cause: ClassVar[str] = 'the inertia of the link differs'
+    site: ClassVar[Site] = Site.LINK
+    law = staticmethod(heavier)
+    error: float = parameter(0.0, '', -0.9, 5.0, 'relative error of the inertia of the link')
+
+
+@dataclass(frozen=True)
+class InertialCoupling(Effect):
+    """Links that feel each other, for an arm that is described by decoupled inertias."""
+
+    name: ClassVar[str] = 'inertial_coupling'
+    cause: ClassVar[str] = 'the links feel each other: M(q) and C(q, dq) instead of constants'
+    site: ClassVar[Site] = Site.LINK
+    scope: ClassVar[Scope] = Scope.ARM
+    law = staticmethod(coupling)
+    share: float = parameter(0.0, '', 0.0, 1.0, '1 switches the coupling on')
+
+
+@dataclass(frozen=True)
+class LinkBearingFriction(Effect):
+    """Dry friction of the link bearing, between this link and the one before it."""
+
+    name: ClassVar[str] = 'link_bearing_friction'
+    cause: ClassVar[str] = 'dry friction of the link bearing'
+    site: ClassVar[Site] = Site.LINK
+    law = staticmethod(bearing_budget)
+    level: float = parameter(0.0, 'N*m', 0.0, 50.0, 'dry friction level, output side')
+
+
+@dataclass(frozen=True)
+class CableSpring(Effect):
+    """A cable or hose that pulls the joint to a rest angle."""
+
+    name: ClassVar[str] = 'cable_spring'
+    cause: ClassVar[str] = 'a cable or hose pulls the joint like a spring'
+    site: ClassVar[Site] = Site.LINK
+    law = staticmethod(cable_torque)
+    stiffness: float = parameter(0.0, 'N*m/rad', 0.0, 1e3, 'of the cable, output side')
+    rest_angle: float = parameter(0.0, 'rad', -10.0, 10.0, 'link angle without pull')

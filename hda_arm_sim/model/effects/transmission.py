@@ -11,8 +11,8 @@ from ..parameter import parameter
 
 
 @compiled
-def transmission_error(motor_angle, amplitude_1, phase_1, amplitude_2, phase_2,
-                       amplitude_4, phase_4):                       # type: ignore[no-untyped-def]
+def transmission_error(                                           # type: ignore[no-untyped-def]
+        motor_angle, amplitude_1, phase_1, amplitude_2, phase_2, amplitude_4, phase_4):
     """Return e(theta_m), (14) [rad at the output]."""
     return (amplitude_1 * np.sin(motor_angle + phase_1)
             + amplitude_2 * np.sin(2.0 * motor_angle + phase_2)
@@ -20,8 +20,8 @@ def transmission_error(motor_angle, amplitude_1, phase_1, amplitude_2, phase_2,
 
 
 @compiled
-def transmission_slope(motor_angle, amplitude_1, phase_1, amplitude_2, phase_2,
-                       amplitude_4, phase_4):                       # type: ignore[no-untyped-def]
+def transmission_slope(                                           # type: ignore[no-untyped-def]
+        motor_angle, amplitude_1, phase_1, amplitude_2, phase_2, amplitude_4, phase_4):
     """Return e'(theta_m), (15): how the error changes the gear ratio [rad/rad]."""
     return (amplitude_1 * np.cos(motor_angle + phase_1)
             + 2.0 * amplitude_2 * np.cos(2.0 * motor_angle + phase_2)
@@ -51,6 +51,25 @@ def hysteresis_torque(state, level):                                # type: igno
 def damping_torque(torsion_rate, coefficient):                      # type: ignore[no-untyped-def]
     """Return the torque of the torsion's damping, (19) [N*m at the output]."""
     return coefficient * torsion_rate
+
+
+@compiled
+def stiffer(nominal, error):                                        # type: ignore[no-untyped-def]
+    """Return the stiffness of the flexspline at zero torque [N*m/rad at the output]."""
+    return nominal * (1.0 + error)
+
+
+@compiled
+def bent(                                                           # type: ignore[no-untyped-def]
+        nominal, error, knee_1, second_stiffness, knee_2, third_stiffness):
+    """Return curvature, knees and stiffnesses of the flexspline's law in force."""
+    return nominal * (1.0 + error), knee_1, second_stiffness, knee_2, third_stiffness
+
+
+@compiled
+def softer(nominal, compliance):                                    # type: ignore[no-untyped-def]
+    """Return the compliance of the wave generator at zero torque [rad/(N*m) motor side]."""
+    return np.maximum(nominal + compliance, 0.0)
 
 
 @dataclass(frozen=True)
@@ -103,3 +122,42 @@ class StructuralDamping(Effect):
     site: ClassVar[Site] = Site.TORSION
     law = staticmethod(damping_torque)
     coefficient: float = parameter(0.0, 'N*m*s/rad', 0.0, 1e4, 'D, output side')
+
+
+@dataclass(frozen=True)
+class StiffnessError(Effect):
+    """Flexspline that is stiffer or softer than stated, at every torque alike."""
+
+    name: ClassVar[str] = 'stiffness_error'
+    cause: ClassVar[str] = 'the flexspline is stiffer or softer than stated'
+    site: ClassVar[Site] = Site.TORSION
+    law = staticmethod(stiffer)
+    error: float = parameter(0.0, '', -0.9, 5.0, 'relative error of the flexspline stiffness')
+
+
+@dataclass(frozen=True)
+class StiffeningError(Effect):
+    """Flexspline that stiffens otherwise: another curvature, or three straight segments."""
+
+    name: ClassVar[str] = 'stiffening_error'
+    cause: ClassVar[str] = 'the flexspline stiffens with torque otherwise than stated'
+    site: ClassVar[Site] = Site.TORSION
+    law = staticmethod(bent)
+    error: float = parameter(0.0, '', -1.0, 10.0, 'relative error of c_f; -1 is a linear law')
+    knee_1: float = parameter(
+        0.0, 'N*m', 0.0, 1e4, 'torque T1 of the first knee of three segments; 0 for none')
+    second_stiffness: float = parameter(0.0, 'N*m/rad', 0.0, 1e7, 'K2, beyond T1')
+    knee_2: float = parameter(0.0, 'N*m', 0.0, 1e4, 'torque T2 of the second knee')
+    third_stiffness: float = parameter(0.0, 'N*m/rad', 0.0, 1e7, 'K3, beyond T2')
+
+
+@dataclass(frozen=True)
+class WaveGeneratorCompliance(Effect):
+    """Wave generator whose soft wind-up near zero torque is larger or smaller than stated."""
+
+    name: ClassVar[str] = 'wave_generator_compliance'
+    cause: ClassVar[str] = 'the soft wind-up of the wave generator near zero torque differs'
+    site: ClassVar[Site] = Site.TORSION
+    law = staticmethod(softer)
+    compliance: float = parameter(
+        0.0, 'rad/(N*m)', -1e3, 1e3, 'added to 1 / K_w0, motor side; -1 / K_w0 leaves none')

@@ -1,0 +1,72 @@
+"""Give the arm its inputs as a drive does: held from sample to sample, and some time late."""
+
+import numpy as np
+
+from .model.arm import ArmRecord
+from .model.compiled import borrowed, compiled, inlined
+from .model.effects.actuation import delayed_torque
+from .model.integrate import advance, set_input
+from .model.kernel import COMMANDS, FORCES, HISTORY, SENT
+
+NODES = 3               # start, middle and end of a step
+_SAME = 1e-9            # share of a sample that is no time at all
+
+
+@inlined
+def _late(joint, dt):                                               # type: ignore[no-untyped-def]
+    """Return the whole samples of a joint's delay and the time that is left over [s]."""
+    samples = min(int(joint.command_delay.delay / dt + _SAME), HISTORY - 2)
+    left = joint.command_delay.delay - samples * dt
+    return samples, (left if left > _SAME * dt else 0.0)
+
+
+@inlined
+def _hold(arm, w, force, dt, elapsed):                              # type: ignore[no-untyped-def]
+    """Hold the inputs in force `elapsed` [s] after the newest command, over whole steps."""
+    for j in range(arm.joints.shape[0]):
+        samples, left = _late(arm.joints[j], dt)
+        torque = w[j, SENT + samples]
+        if left > 0.0:
+            torque = delayed_torque(torque, w[j, SENT + samples + 1], elapsed, left)
+        for k in range(NODES):
+            w[j, COMMANDS + k] = torque
+    for k in range(NODES):
+        w[0, FORCES + k], w[1, FORCES + k] = force[0], force[1]
+
+
+@compiled
+def send(arm, w, torque, force, dt):                                # type: ignore[no-untyped-def]
+    """Send motor torques (n,) [N*m] and a tip force (2,) [N, base], held for the coming dt [s]."""
+    for j in range(arm.joints.shape[0]):
+        if arm.joints[j].command_delay.delay > 0.0:
+            for k in range(HISTORY - 1, 0, -1):
+                w[j, SENT + k] = w[j, SENT + k - 1]
+        w[j, SENT] = torque[j]
+    _hold(arm, w, force, dt, 0.0)
+    set_input(arm, w, dt, 0.0, 0.0)
+
+
+@compiled
+def pass_sample(arm, inertia, w, force, dt, count):                 # type: ignore[no-untyped-def]
+    """Advance by one sample of dt [s] in `count` steps, cut where a late command arrives."""
+    begin = 0.0
+    while begin < dt:
+        end = dt
+        for j in range(arm.joints.shape[0]):
+            left = _late(arm.joints[j], dt)[1]
+            if begin < left < end:
+                end = left
+        if begin > 0.0 or end < dt:
+            _hold(arm, w, force, dt, 0.5 * (begin + end))
+        steps = max(1, int(np.ceil(count * (end - begin) / dt - _SAME)))
+        for _ in range(steps):
+            advance(arm, inertia, w, (end - begin) / steps)
+        begin = end
+
+
+@compiled
+def act(arm, inertia, w, torque, force, dt, count):                 # type: ignore[no-untyped-def]
+    """Advance the registers by one sample of dt [s] in `count` steps under held inputs."""
+    arm, w = ArmRecord(borrowed(arm.joints), arm.body), borrowed(w)
+    send(arm, w, torque, force, dt)
+    pass_sample(arm, inertia, w, force, dt, count)

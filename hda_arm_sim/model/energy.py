@@ -1,0 +1,74 @@
+"""The energy of an arm at a state: what a motion without inputs must not increase."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .arm import Arm, ArmRecord
+from .kernel import (BASE_OFFSET, BASE_RATE, BRISTLE, HYSTERESIS, LINK_ANGLE, LINK_VELOCITY,
+                     MOTOR_ANGLE, MOTOR_VELOCITY, REGISTERS, spring_torque, transmission)
+from .link_side import base_coupling, loaded_inertia
+from .rigid import Inertia, mass_matrix
+
+Array = NDArray[np.float64]
+
+
+def energy(arm: Arm, state: Array) -> float:
+    """Return the energy of an arm at a state (n, STATES): kinetic, elastic, gravity [J]."""
+    record = arm.record()
+    inertia = loaded_inertia(record.body)
+    return (_kinetic(record, inertia, state) + _elastic(record, state)
+            + _base(record.body, inertia, state)
+            + _potential(record.body, inertia, state[:, LINK_ANGLE]))
+
+
+def _kinetic(record: ArmRecord, inertia: Inertia, state: Array) -> float:
+    motors = 0.5 * record.joints['motor_inertia'] @ state[:, MOTOR_VELOCITY] ** 2
+    if len(state) == 1:
+        return float(motors + 0.5 * inertia.p1 * state[0, LINK_VELOCITY] ** 2)
+    m11, m12, m22 = mass_matrix(inertia, state[1, LINK_ANGLE])
+    dq = state[:, LINK_VELOCITY]
+    return float(motors + 0.5 * dq @ np.array([[m11, m12], [m12, m22]]) @ dq)
+
+
+def _elastic(record: ArmRecord, state: Array) -> float:
+    """Return the energy in springs, cables, bristles and hysteresis."""
+    total = 0.0
+    for row, joint in zip(state, record.joints):
+        error, _ = transmission(joint, row[MOTOR_ANGLE])
+        torsion = row[MOTOR_ANGLE] / joint['ratio'] + error - row[LINK_ANGLE]
+        loop, cable = joint['torsional_hysteresis'], joint['cable_spring']
+        total += _integral(joint, torsion) + 0.5 * (
+            joint['presliding_friction']['stiffness'] * row[BRISTLE] ** 2
+            + loop['level'] * loop['width'] * row[HYSTERESIS] ** 2
+            + cable['stiffness'] * (row[LINK_ANGLE] - cable['rest_angle']) ** 2)
+    return total
+
+
+def _integral(joint: Any, torsion: float) -> float:
+    """Return the integral of the spring's torque over its torsion [J]."""
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+    w = np.zeros((1, REGISTERS))
+    return 0.5 * torsion * sum(
+        weight * spring_torque(joint, 0.5 * torsion * (1.0 + node), w, 0)
+        for node, weight in zip(nodes, weights))
+
+
+def _base(body: Any, inertia: Inertia, state: Array) -> float:
+    """Return the energy of a swinging base: its own, and what its speed adds to the links'."""
+    swing = body['base_vibration']
+    if swing['amplitude'] == 0.0:
+        return 0.0
+    offset, rate = state[0, BASE_OFFSET], state[0, BASE_RATE]
+    coupling = base_coupling(inertia, swing['direction'], state[0, LINK_ANGLE],
+                             state[-1, LINK_ANGLE] if len(state) == 2 else 0.0)
+    pace = 2.0 * np.pi * swing['frequency']
+    own = 0.5 * (rate ** 2 + (pace * offset) ** 2) / swing['amplitude']
+    return float(own + rate * sum(c * dq for c, dq in zip(coupling, state[:, LINK_VELOCITY])))
+
+
+def _potential(body: Any, inertia: Inertia, q: Array) -> float:
+    down = float(body['direction'])
+    far = inertia.second * np.cos(down - q.sum()) if len(q) == 2 else 0.0
+    return float(-body['pull'] * (inertia.first * np.cos(down - q[0]) + far))

@@ -1,0 +1,76 @@
+"""What acts on the links: every effect of the links and the base at its place, by its law."""
+
+import numpy as np
+
+from .compiled import compiled, inlined
+from .effects.environment import contact_force
+from .effects.load import cable_torque, loaded
+from .rigid import coriolis, gravity_torque, Inertia, mass_matrix, tip_torque
+
+
+@compiled
+def loaded_inertia(body):                                           # type: ignore[no-untyped-def]
+    """Return the inertia of the links with what they carry, (22)."""
+    links = body.links
+    bare = Inertia(links.p1, links.p2, links.p3, links.first, links.second, links.coupled)
+    return loaded(bare, links.length1, links.length2, body.payload.mass)
+
+
+@inlined
+def tip_force(body, time, force_x, force_y):                        # type: ignore[no-untyped-def]
+    """Return all force on the tip in the base frame, x and y [N]."""
+    contact = body.external_contact
+    if contact.force == 0.0:
+        return force_x, force_y
+    more_x, more_y = contact_force(time, contact.force, contact.direction, contact.onset,
+                                   contact.duration)
+    return force_x + more_x, force_y + more_y
+
+
+@inlined
+def free_torque(                                                    # type: ignore[no-untyped-def]
+        body, inertia, q1, q2, dq1, dq2, force_x, force_y):
+    """Return what tip force, gravity and motion do to joints 1 and 2, without gears [N*m]."""
+    tip1, tip2 = tip_torque(body.links.length1, body.links.length2, q1, q2, force_x, force_y)
+    turn1, turn2 = coriolis(inertia, q2, dq1, dq2)
+    if body.pull == 0.0:
+        return tip1 - turn1, tip2 - turn2
+    weight1, weight2 = gravity_torque(inertia, body.pull, body.direction, q1, q2)
+    return tip1 + weight1 - turn1, tip2 + weight2 - turn2
+
+
+@inlined
+def cable(joint, link_angle):                                       # type: ignore[no-untyped-def]
+    """Return the torque of a joint's cable on its link [N*m]."""
+    spring = joint.cable_spring
+    if spring.stiffness == 0.0:
+        return 0.0
+    return cable_torque(link_angle, spring.stiffness, spring.rest_angle)
+
+
+@compiled
+def base_coupling(inertia, direction, q1, q2):                      # type: ignore[no-untyped-def]
+    """Return the torque on joints 1 and 2 per acceleration of the base [kg*m]."""
+    far = inertia.second * np.sin(direction - q1 - q2)
+    return inertia.first * np.sin(direction - q1) + far, far
+
+
+@compiled
+def base_push(                                                      # type: ignore[no-untyped-def]
+        inertia, direction, q1, q2, dq1, dq2, force_x, force_y):
+    """Return the push of turning links and of the tip force on the base, along `direction` [N]."""
+    swing = (inertia.first * dq1 * dq1 * np.cos(direction - q1)
+             + inertia.second * (dq1 + dq2) ** 2 * np.cos(direction - q1 - q2))
+    return swing + force_x * np.cos(direction) + force_y * np.sin(direction)
+
+
+def thrown_mass(inertia: Inertia, joints: int) -> float:
+    """Return the largest mass with which free joints can answer a push on the base [kg]."""
+    elbow = np.linspace(0.0, 2.0 * np.pi, 73) if joints == 2 else np.zeros(1)
+    m11, m12, m22 = mass_matrix(inertia, elbow)
+    matrix = np.array([[m11, m12], [m12, m22]])[:joints, :joints].transpose(2, 0, 1)
+    sides = [base_coupling(inertia, direction, 0.0, elbow) for direction in (0.0, 0.5 * np.pi)]
+    push = np.array([[side[0] + 0.0 * elbow, side[1]] for side in sides])[:, :joints]
+    push = push.transpose(2, 1, 0)                                  # (elbows, joints, directions)
+    thrown = push.transpose(0, 2, 1) @ np.linalg.solve(matrix, push)
+    return float(np.linalg.eigvalsh(thrown).max())
