@@ -1,0 +1,18 @@
+"""The simulated arm, the estimator and the controller in one process: `composed:=true`."""
+
+import sys
+
+from hda_arm_sim.node import ArmSim
+from hda_arm_sim.ros.process import run
+
+from .controller_node import JtfController
+from .estimator_node import TorqueEstimator
+
+
+def main() -> int:
+    """Run all three until told to end, and return the exit code."""
+    return run('composed_node', lambda: [ArmSim(), TorqueEstimator(), JtfController()])
+
+
+if __name__ == '__main__':
+    sys.exit(main())
