@@ -13,7 +13,7 @@ SHELLS = (
     'hda_arm_sim.main',
     'hda_arm_sim.model.files',
     'hda_arm_sim.node',
-    'hda_arm_sim.ros_parameters',
+    'hda_arm_sim.ros*',
     'hda_msgs_json.bag*',
     'hda_msgs_json.mcap_*',
     'hda_msgs_json.schemas',
