@@ -21,8 +21,8 @@ ANGLE, RATE = 0, 1
 
 
 @compiled
-def law(settings, ratio, angle, rate, motor_angle, motor_velocity, joint_torque):
-    # type: ignore[no-untyped-def]
+def law(                                                            # type: ignore[no-untyped-def]
+        settings, ratio, angle, rate, motor_angle, motor_velocity, joint_torque):
     """Return the motor torque that the law asks for, (38) [N*m, shaft]."""
     return (settings.position_gain * (ratio * angle - motor_angle)
             + settings.velocity_gain * (ratio * rate - motor_velocity)
@@ -37,8 +37,8 @@ def limited(command, last, limit, change):                          # type: igno
 
 
 @compiled
-def step(record, settings, memory, reference, motor_angle, joint_torque, dt, command):
-    # type: ignore[no-untyped-def]
+def step(                                                           # type: ignore[no-untyped-def]
+        record, settings, memory, reference, motor_angle, joint_torque, dt, command):
     """
     Fill the motor torques (n,) [N*m] that answer one sample.
 

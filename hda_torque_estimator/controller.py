@@ -46,8 +46,10 @@ class _CompiledSettings(NamedTuple):
 
 def compiled_settings(arm: Arm, settings: ControllerSettings) -> _CompiledSettings:
     """Return what the compiled step reads of the settings and of the arm's limits."""
-    return _CompiledSettings(*settings.values(),
-                             np.array([joint.torque_limit for joint in arm.joints]))
+    return _CompiledSettings(
+        settings.position_gain, settings.velocity_gain, settings.torque_feedback,
+        settings.velocity_bandwidth, settings.rate_limit, settings.handover_time,
+        np.array([joint.torque_limit for joint in arm.joints]))
 
 
 class Controller:

@@ -81,7 +81,7 @@ def shortcomings(time: StampFacts, names: tuple[NameFacts, ...],
     silent = [name for name in links if name + MOTOR_SUFFIX in known
               and not known[name + MOTOR_SUFFIX].effort]
     if silent:
-        found.append(f'no friction or inertia of {", ".join(silent)}: no motor torque was recorded')
+        found.append(f'no friction or inertia of {", ".join(silent)}: no motor torque is there')
     still = [name for name in links if not known[name].high - known[name].low > _STANDSTILL]
     if still:
         found.append(f'nothing that needs motion of {", ".join(still)}: the link stands still')

@@ -9,8 +9,8 @@ _ALIGNED = 0.01         # share of an unobserved force that may leak into an obs
 
 
 @compiled
-def tool_force(links, joints, elbow, torque, deviation, singular_sine, force, covariance):
-    # type: ignore[no-untyped-def]
+def tool_force(                                                     # type: ignore[no-untyped-def]
+        links, joints, elbow, torque, deviation, singular_sine, force, covariance):
     """
     Fill the force on the tip in the tool frame (2,) [N] and its covariance (2, 2) [N^2].
 
@@ -55,8 +55,8 @@ def _only_perpendicular(covariance, variance):                      # type: igno
 
 
 @compiled
-def base_force(direction, tool, tool_covariance, force, covariance):
-    # type: ignore[no-untyped-def]
+def base_force(                                                     # type: ignore[no-untyped-def]
+        direction, tool, tool_covariance, force, covariance):
     """
     Fill the same force in the base frame; `direction` is that of the tool's x axis [rad].
 

@@ -43,7 +43,7 @@ class Declaration:
 
 def parameter(default: float, unit: str, low: float, high: float, meaning: str) -> Any:
     """Declare one parameter of a `Declared` dataclass: default, unit, bounds, meaning."""
-    rule = {'unit': unit, 'low': low, 'high': high, 'meaning': meaning}
+    rule = {'default': default, 'unit': unit, 'low': low, 'high': high, 'meaning': meaning}
     return field(default=default, metadata={'rule': rule})
 
 
@@ -63,7 +63,7 @@ class Declared:
     @cache
     def declarations(cls) -> tuple[Declaration, ...]:
         """Return the declarations in the order of the fields."""
-        return tuple(Declaration(f.name, float(f.default), **f.metadata['rule'])
+        return tuple(Declaration(f.name, **f.metadata['rule'])
                      for f in fields(cls) if 'rule' in f.metadata)
 
     @classmethod
@@ -79,13 +79,6 @@ class Declared:
     def record_type(cls) -> np.dtype[Any]:
         """Return the numpy record type in which compiled code reads the parameters."""
         return np.dtype([(rule.name, float) for rule in cls.declarations()])
-
-    @classmethod
-    def from_mapping(cls, values: dict[str, object], owner: str | None = None) -> Any:
-        """Make the group from YAML values; raises ParameterError on an unknown name or value."""
-        for key in values:
-            cls.declaration(key)
-        return cls(**values)  # type: ignore[arg-type]
 
     def values(self) -> tuple[float, ...]:
         """Return the values in the order of the declarations."""

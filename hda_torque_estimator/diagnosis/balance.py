@@ -106,7 +106,7 @@ class Balancer:
         return np.ascontiguousarray(thin[first:first + len(self.time)])
 
     def _valid(self, motion: Motion) -> NDArray[np.bool_]:
-        """Return where a balance can be trusted: its filter has seen neither end nor standstill."""
+        """Return where balances hold: their filter has seen neither an end nor standstill."""
         reach = len(self._low_pass) // 2 + 12
         ends = np.zeros(len(motion.state), bool)
         ends[reach:-reach] = True
@@ -121,7 +121,8 @@ class Balancer:
 def _sensing(arm: Arm) -> bytes:
     """Return what the motion depends on: all that stands between an angle and its reading."""
     joints = arm.record().joints
-    return b''.join(np.ascontiguousarray(joints[name]).tobytes() for name in joints.dtype.names
+    return b''.join(np.ascontiguousarray(joints[name]).tobytes()
+                    for name in joints.dtype.names or ()
                     if 'encoder' in name or name in ('clock_skew', 'bearing_crosstalk'))
 
 
@@ -149,8 +150,8 @@ def _deliver(arm, command, dt, delivered):                          # type: igno
 
 
 @compiled
-def _along(arm, inertia, state, acceleration, command, dt, steps, residual, memory):
-    # type: ignore[no-untyped-def]
+def _along(                                                         # type: ignore[no-untyped-def]
+        arm, inertia, state, acceleration, command, dt, steps, residual, memory):
     """Fill the residuals (k, 2 n): A of every joint, then B; and what the effects remember."""
     joints = state.shape[1]
     w = np.zeros((2, REGISTERS))

@@ -29,7 +29,7 @@ class Measurement:
     @property
     def time(self) -> Array:
         """Return the times since the first sample (k,) [s]."""
-        return self.dt * np.arange(len(self.command))
+        return self.dt * np.arange(len(self.command), dtype=np.float64)
 
     @property
     def duration(self) -> float:

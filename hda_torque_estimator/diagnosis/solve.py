@@ -21,7 +21,7 @@ class Columns(NamedTuple):
     products: Array     # (c, p, p) column by column
     against: Array      # (c, p) column by residual
     power: Array        # (c,) residual by residual
-    count: Array        # (c,) samples
+    samples: Array      # (c,)
 
 
 class Solution(NamedTuple):
@@ -52,7 +52,7 @@ def condense_more(known: Columns, residual: Array, columns: Array, more: Array,
         np.concatenate([across.transpose(0, 2, 1), known.products], axis=2)], axis=1)
     against = (added @ residual.T[:, :, None])[:, :, 0]
     return Columns(products, np.concatenate([against, known.against], axis=1), known.power,
-                   known.count)
+                   known.samples)
 
 
 def solve(columns: Columns, noise: Array, effective: float, now: Array,
@@ -67,7 +67,7 @@ def solve(columns: Columns, noise: Array, effective: float, now: Array,
     known = np.isfinite(deviations)
     prior = np.where(known, 1.0 / np.where(known, deviations, 1.0) ** 2, 0.0)
     step = np.zeros_like(now)
-    variance = np.maximum(columns.power / np.maximum(columns.count, 1.0), noise ** 2)
+    variance = np.maximum(columns.power / np.maximum(columns.samples, 1.0), noise ** 2)
     for _ in range(_PASSES):
         weight = effective / variance
         step = _bounded(np.einsum('c,cpq->pq', weight, columns.products) + np.diag(prior),
@@ -77,7 +77,7 @@ def solve(columns: Columns, noise: Array, effective: float, now: Array,
         if np.allclose(renewed, variance, rtol=1e-3):
             break
         variance = renewed
-    return Solution(step, score(left, columns.count, noise, effective)
+    return Solution(step, score(left, columns.samples, noise, effective)
                     + float(prior @ (now + step) ** 2), variance)
 
 
@@ -92,7 +92,7 @@ def covariance(columns: Columns, variance: Array, effective: float, deviations: 
 def _left(columns: Columns, step: Array) -> Array:
     power = (columns.power + 2.0 * columns.against @ step
              + np.einsum('p,cpq,q->c', step, columns.products, step))
-    return np.maximum(power, 0.0) / np.maximum(columns.count, 1.0)
+    return np.maximum(power, 0.0) / np.maximum(columns.samples, 1.0)
 
 
 def score(left: Array, count: Array, noise: Array, effective: float) -> float:

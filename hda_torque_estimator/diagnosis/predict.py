@@ -1,0 +1,75 @@
+"""
+Predict a recording by simulation from measured states, and measure how far off it ends.
+
+From the measured state at the start of each window the arm is simulated open loop under the
+recorded command; the reference motion and the controller need not be known. The error is that of
+the predicted encoder readings, at the output side, over the window.
+"""
+
+from hda_arm_sim.drive import act
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.compiled import compiled
+from hda_arm_sim.model.kernel import registers, slope, SLOPE_1, STATE, STATES, TIME
+from hda_arm_sim.model.link_side import loaded_inertia
+from hda_arm_sim.sensors import DRAWS, read_encoders
+from hda_arm_sim.simulate import step_count
+import numpy as np
+from numpy.typing import NDArray
+
+from .balance import Balancer, MEASURED
+
+Array = NDArray[np.float64]
+Spans = tuple[tuple[float, float], ...]
+HORIZON = 0.2           # length of a window [s]
+EVERY = 0.1             # from window to window [s]
+_EDGE = 0.05            # of the recording, where its motion is not known well [s]
+
+
+def prediction_errors(balancer: Balancer, arm: Arm, spans: Spans) -> Array:
+    """
+    Return the mean squared errors (w, 3 n) of windows within spans of time.
+
+    Columns are motors (over their ratio), links and torsions [rad^2 at the output].
+    """
+    measurement, dt = balancer.measurement, balancer.measurement.dt
+    motion, memory = balancer.motion(arm), balancer.memory(arm)
+    steps, record = round(HORIZON / dt), arm.record()
+    inertia = loaded_inertia(record.body)
+    starts = _starts(spans, measurement.duration, dt)
+    squared = np.zeros((len(starts), 3 * len(arm.joints)))
+    for errors, begin in zip(squared, starts):
+        state = np.zeros((motion.state.shape[1], STATES))
+        state[:, :MEASURED], state[:, MEASURED:] = motion.state[begin], memory[begin]
+        w = registers(state)
+        w[0, TIME] = begin * dt
+        reading = measurement.reading[begin:begin + steps + 1]
+        _predict(record, inertia, w, measurement.command[begin:begin + steps], reading, dt,
+                 step_count(dt), errors)
+    return squared
+
+
+def _starts(spans: Spans, duration: float, dt: float) -> list[int]:
+    """Return the first samples of all windows that lie within spans."""
+    starts: list[int] = []
+    for begin, end in spans:
+        last = min(end, duration - _EDGE) - HORIZON
+        starts += [round(time / dt) for time in np.arange(max(begin, _EDGE), last, EVERY)]
+    return starts
+
+
+@compiled
+def _predict(                                                       # type: ignore[no-untyped-def]
+        arm, inertia, w, command, reading, dt, count, errors):
+    """Fill the mean squared errors (3 n,) of one window; the first reading is where it starts."""
+    joints = reading.shape[1]
+    shown, noise, force = np.empty((joints, 2)), np.zeros((joints, DRAWS)), np.zeros(2)
+    for k in range(command.shape[0]):
+        act(arm, inertia, w, command[k], force, dt, count)
+        slope(arm, inertia, w, STATE, SLOPE_1)
+        read_encoders(arm, inertia, w, noise, shown)
+        for j in range(joints):
+            motor = (shown[j, 0] - reading[k + 1, j, 0]) / arm.joints[j].ratio
+            link = shown[j, 1] - reading[k + 1, j, 1]
+            errors[j] += motor ** 2 / command.shape[0]
+            errors[joints + j] += link ** 2 / command.shape[0]
+            errors[2 * joints + j] += (motor - link) ** 2 / command.shape[0]

@@ -1,0 +1,179 @@
+"""Findings as the report tells them: JSON for machines, sentences for people."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+import math
+from typing import Any
+
+SCHEMA = 'hda.diagnosis/1'
+
+
+@dataclass(frozen=True)
+class Number:
+    """A fitted number with its 90 % interval."""
+
+    value: float
+    unit: str
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Why a cause is named: its score, the threshold, and the odds to the runner-up."""
+
+    score: float
+    threshold: float
+    runner_up: str | None
+    odds: float
+
+
+@dataclass(frozen=True)
+class Gain:
+    """Error of the simulation on data that no fit has seen; `removed` is a share of the excess."""
+
+    before: float
+    after: float
+    floor: float
+    removed: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One cause."""
+
+    effect: str
+    joint: str | None
+    site: str
+    cause: str
+    parameters: Mapping[str, Number]
+    evidence: Evidence
+    gain: Gain
+
+
+@dataclass(frozen=True)
+class Alike:
+    """Causes that explain the recording equally well, and the experiment that separates them."""
+
+    effects: tuple[tuple[str, str | None], ...]
+    experiment: str
+
+
+@dataclass(frozen=True)
+class Unexplained:
+    """A rest that no effect of the catalogue explains: where it is and what it follows."""
+
+    site: str
+    joint: str | None
+    depends_on: str
+    line: float | None          # strongest spectral line, Hz or 1/turn, None if there is none
+    share: float
+
+
+@dataclass(frozen=True)
+class Detectable:
+    """The smallest size of an effect that this recording could have shown."""
+
+    effect: str
+    joint: str | None
+    smallest_detectable: float | None
+    unit: str
+
+
+@dataclass(frozen=True)
+class Residual:
+    """What one balance misses on data that no fit has seen, rms."""
+
+    site: str
+    joint: str | None
+    before: float
+    after: float
+    floor: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class TotalGain(Gain):
+    """The gain of all causes together."""
+
+    metric: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class RecordingFacts:
+    """What was diagnosed."""
+
+    duration: float
+    samples: int
+    rate: float
+    training: tuple[tuple[float, float], ...]
+    held_out: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The outcome, as `report.json` holds it."""
+
+    verdict: str
+    findings: tuple[Finding, ...]
+    ambiguous: tuple[Alike, ...]
+    unexplained: Unexplained | None
+    excitation: tuple[Detectable, ...]
+    gain: TotalGain
+    residuals: tuple[Residual, ...]
+    recording: RecordingFacts
+    arm: str
+    version: str
+    seconds: float
+
+    def document(self) -> dict[str, Any]:
+        """Return the JSON document; numbers that do not exist are null."""
+        return {'schema': SCHEMA, **_plain(asdict(self))}
+
+    def sentences(self) -> list[str]:
+        """Return the diagnosis for people, best first."""
+        return [_VERDICTS[self.verdict], *(_finding_sentence(found) for found in self.findings),
+                *(f'  these look alike here: {_places(alike.effects)}; run {alike.experiment}'
+                  for alike in self.ambiguous),
+                *_unexplained_sentences(self.unexplained)]
+
+
+_VERDICTS = {
+    'explained': 'explained: the simulation misses what is named here, the rest is noise',
+    'no_discrepancy': 'nothing is wrong: the arm is as its model says, within the tolerances',
+    'ambiguous': 'ambiguous: more than one cause explains this recording equally well',
+    'insufficient_excitation': 'insufficient excitation: this motion cannot show it',
+    'unknown': 'unknown: something is wrong that no effect of the catalogue explains',
+}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, (tuple, list)):
+        return [_plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def _finding_sentence(found: Finding) -> str:
+    numbers = ', '.join(f'{name} = {number.value:.4g} [{number.low:.4g}, {number.high:.4g}] '
+                        f'{number.unit}'.rstrip() for name, number in found.parameters.items())
+    return (f'  {found.joint or "arm":<7} {found.effect:<28} {found.cause}: {numbers}; removes '
+            f'{100.0 * found.gain.removed:.1f} % of the excess error')
+
+
+def _places(effects: tuple[tuple[str, str | None], ...]) -> str:
+    return ' and '.join(f'{name} at {joint or "the arm"}' for name, joint in effects)
+
+
+def _unexplained_sentences(rest: Unexplained | None) -> list[str]:
+    if rest is None:
+        return []
+    line = '' if rest.line is None else f', with a line at {rest.line:.3g}'
+    return [f'  unexplained: {100.0 * rest.share:.0f} % of the excess sits in the {rest.site} of '
+            f'{rest.joint or "the arm"} and follows the {rest.depends_on}{line}']

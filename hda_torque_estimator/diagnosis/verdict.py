@@ -1,0 +1,140 @@
+"""From fits to findings: causes with intervals, rivals, gains, and what is left unexplained."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects import effect_named
+import numpy as np
+from numpy.typing import NDArray
+
+from .balance import Balancer
+from .fit import Fit, Fitter
+from .hypotheses import HYPOTHESES
+from .nuisance import Zero
+from .predict import HORIZON, prediction_errors, Spans
+from .report import Alike, Evidence, Finding, Gain, Number, Residual, TotalGain
+from .search import Found
+from .search import Evidence as Reason
+from .term import Term
+
+Array = NDArray[np.float64]
+_NORMAL_90 = 1.645
+_RESAMPLES = 400
+TIED = 20.0             # difference of scores below which two causes explain equally well
+METRIC = (f'mean squared error of motor angles, link angles and torsions predicted over '
+          f'{HORIZON:g} s from measured states on held-out stretches, each over its noise floor')
+
+
+class Gains(NamedTuple):
+    """Prediction errors of windows (w,) over the noise floor: before, after, and noise alone."""
+
+    before: Array
+    after: Array
+    floor: Array
+
+    def removed(self, rows: NDArray[np.int64] | slice = slice(None)) -> float:
+        """Return the share of the excess error that is gone."""
+        excess = self.before[rows].mean() - self.floor[rows].mean()
+        return float((self.before[rows].mean() - self.after[rows].mean()) / max(excess, 1e-300))
+
+    def interval(self) -> tuple[float, float]:
+        """Return the 90 % interval of `removed`, by drawing windows again."""
+        random = np.random.default_rng(0)
+        draws = [self.removed(random.integers(0, len(self.before), len(self.before)))
+                 for _ in range(_RESAMPLES)]
+        low, high = np.quantile(draws, (0.05, 0.95))
+        return float(low), float(high)
+
+    def gain(self) -> Gain:
+        """Return the gain as the report tells it."""
+        low, high = self.interval()
+        return Gain(float(self.before.mean()), float(self.after.mean()),
+                    float(self.floor.mean()), self.removed(), low, high)
+
+    def total(self) -> TotalGain:
+        """Return the gain of all causes together."""
+        gain = self.gain()
+        return TotalGain(gain.before, gain.after, gain.floor, gain.removed, gain.low, gain.high,
+                         METRIC, '1')
+
+
+def gains(balancer: Balancer, twin: Balancer, before: Arm, after: Arm, spans: Spans) -> Gains:
+    """Return how well both arms predict the held-out stretches; `twin` shows the floor."""
+    parts = [prediction_errors(source, arm, spans) for source, arm in
+             ((balancer, before), (balancer, after), (twin, after))]
+    floor = parts[2].mean(axis=0)
+    return Gains(*((part / floor).mean(axis=1) for part in parts))
+
+
+def zeros_only(fit: Fit) -> list[Zero]:
+    """Return the encoder zeros of a fit: they are no property of the arm."""
+    return [term for term in fit.nuisance if isinstance(term, Zero)]
+
+
+def findings(fitter: Fitter, found: Found, twin: Balancer, spans: Spans) -> tuple[Finding, ...]:
+    """Return every accepted cause with its numbers, evidence and own gain, the largest first."""
+    fit, covariance = found.last, fitter.covariance(found.last)
+    told = []
+    first = 0
+    for term, reason in zip(fit.accepted, found.evidence):
+        part = covariance[first:first + term.size, first:first + term.size]
+        first += term.size
+        others = [other for other in fit.terms if other is not term]
+        own = gains(fitter.balancer, twin, fitter.on(others), fitter.on(fit.terms), spans)
+        told.append(_finding(term, part, reason, own.gain()))
+    return tuple(sorted(told, key=lambda finding: -finding.evidence.score))
+
+
+def _finding(term: Term, covariance: Array, reason: Reason, gain: Gain) -> Finding:
+    kind = effect_named(term.name)
+    rival = None if reason.runner_up is None else reason.runner_up.name
+    odds = float(np.exp(min(0.5 * reason.runner_up_gap, 700.0)))
+    return Finding(term.name, term.joint, kind.site.value, kind.cause,
+                   _numbers(term, covariance),
+                   Evidence(reason.improvement, reason.threshold, rival, odds), gain)
+
+
+def _numbers(term: Term, covariance: Array) -> dict[str, Number]:
+    """Return the numbers of a term with 90 % intervals; waves as amplitude and phase."""
+    spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    numbers = {}
+    for place, name in enumerate(term.free):
+        numbers[name] = _number(term, name, spread[place])
+    for place, (amplitude, phase) in enumerate(term.waves):
+        size = getattr(term.effect, amplitude)
+        wide = float(spread[len(term.free) + 2 * place:][:2].mean())
+        numbers[amplitude] = _number(term, amplitude, wide)
+        numbers[phase] = _number(term, phase, wide / max(size, 1e-300))
+    return numbers
+
+
+def _number(term: Term, name: str, deviation: float) -> Number:
+    value, reach = getattr(term.effect, name), _NORMAL_90 * float(deviation)
+    return Number(value, type(term.effect).declaration(name).unit, value - reach, value + reach)
+
+
+def alike(found: Found) -> tuple[Alike, ...]:
+    """Return the causes whose rivals explain the recording as well as they do."""
+    pairs = []
+    for term, reason in zip(found.last.accepted, found.evidence):
+        rival = reason.runner_up
+        if rival is not None and reason.runner_up_gap < TIED:
+            pairs.append(Alike(((term.name, term.joint), (rival.name, rival.joint)),
+                               HYPOTHESES[term.name].experiment))
+    return tuple(pairs)
+
+
+def residuals(fitter: Fitter, found: Found, held_out: NDArray[np.bool_],
+              labels: Sequence[str]) -> tuple[Residual, ...]:
+    """Return what each balance misses on held-out rows, rms [N*m at the output]."""
+    rows = []
+    for place, (site, label) in enumerate([(site, label) for site in ('motor', 'torsion')
+                                           for label in labels]):
+        left = []
+        for fit in (found.first, found.last):
+            valid = fit.balance.valid[:, place] & held_out
+            left.append(float(np.sqrt(np.mean(fit.balance.residual[valid, place] ** 2)))
+                        if valid.any() else np.nan)
+        rows.append(Residual(site, label, left[0], left[1], float(fitter.noise[place]), 'N*m'))
+    return tuple(rows)
