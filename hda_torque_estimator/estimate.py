@@ -7,13 +7,15 @@ simulation all run this function, so they give the same bits.
 """
 
 from hda_arm_sim.model.compiled import compiled, inlined
+from hda_arm_sim.model.encoders import tilt_moments
+from hda_arm_sim.model.link_side import cable
 from hda_arm_sim.model.rigid import gravity_torque
 from hda_arm_sim.model.torsion import torsion_of_torque
 import numpy as np
 
-from .momentum import expected_rate, momentum
+from .momentum import expected_rate, hold, momentum
 from .tip_force import base_force, tool_force
-from .torsion_torque import (advance_hysteresis, shaft_and_link, torque_deviation,
+from .torsion_torque import (advance_hysteresis, link, shaft, torque_deviation,
                              torque_through_gear, torsions)
 
 # A reading, per joint: angles [rad] and velocities [rad/s] of shaft and link, NaN if not given.
@@ -56,13 +58,16 @@ def _rates(record, settings, memory, reading, j, dt):               # type: igno
 
 
 @inlined
-def _joint(record, settings, memory, reading, j, dt, result):       # type: ignore[no-untyped-def]
+def _joint(                                                         # type: ignore[no-untyped-def]
+        record, settings, tilt_moment, memory, reading, j, dt, result):
     """Fill one joint's torsions, torque and deviation; returns its link angle [rad]."""
     joint = record.joints[j]
-    motor, link = shaft_and_link(joint, reading[j, MOTOR_READING], reading[j, LINK_READING],
-                                 memory[j, MOTOR_VELOCITY], memory[j, LINK_VELOCITY])
-    total, kinematic, rate = torsions(joint, motor, memory[j, MOTOR_VELOCITY],
-                                      link, memory[j, LINK_VELOCITY])
+    motor_angle, motor_velocity = shaft(joint, reading[j, MOTOR_READING],
+                                        memory[j, MOTOR_VELOCITY])
+    link_angle, link_velocity = link(joint, tilt_moment, reading[j, LINK_READING],
+                                     memory[j, LINK_VELOCITY])
+    total, kinematic, rate = torsions(joint, motor_angle, motor_velocity, link_angle,
+                                      link_velocity)
     elastic = total - kinematic - memory[j, ZERO]
     if joint.torsional_hysteresis.level > 0.0:
         memory[j, HYSTERESIS] = advance_hysteresis(joint, rate * dt, memory[j, HYSTERESIS])
@@ -73,7 +78,7 @@ def _joint(record, settings, memory, reading, j, dt, result):       # type: igno
     result[j, TORQUE] = torque
     result[j, TORQUE_DEVIATION] = np.sqrt(random ** 2 + systematic ** 2)
     result[j, BEYOND_RANGE] = 1.0 if abs(elastic) > joint.torsion.valid_torsion else 0.0
-    return link
+    return link_angle
 
 
 @inlined
@@ -85,8 +90,10 @@ def _external(                                                      # type: igno
     dq1 = memory[0, LINK_VELOCITY]
     dq2 = memory[last, LINK_VELOCITY] if joints == 2 else 0.0
     now = momentum(inertia, joints, q2, dq1, dq2)
+    pull1, doubt1 = hold(record.joints[0], q1, dq1)
+    pull2, doubt2 = hold(record.joints[last], q2, dq2)
     rate = expected_rate(inertia, record.body, joints, q1, q2, dq1, dq2,
-                         result[0, TORQUE], result[last, TORQUE])
+                         result[0, TORQUE] + pull1, result[last, TORQUE] + pull2)
     share = 1.0 - np.exp(-2.0 * np.pi * settings.observer_bandwidth * dt) if dt > 0.0 else 0.0
     for j in range(joints):
         if dt > 0.0:
@@ -96,7 +103,9 @@ def _external(                                                      # type: igno
         memory[j, LAST_MOMENTUM], memory[j, LAST_RATE] = now[j], rate[j]
         moved = settings.inertia_tolerance * (memory[j, EXTERNAL] + rate[j])
         result[j, EXTERNAL_TORQUE] = memory[j, EXTERNAL]
-        result[j, EXTERNAL_DEVIATION] = np.sqrt(result[j, TORQUE_DEVIATION] ** 2 + moved ** 2)
+        doubt = doubt1 if j == 0 else doubt2
+        result[j, EXTERNAL_DEVIATION] = np.sqrt(result[j, TORQUE_DEVIATION] ** 2 + moved ** 2
+                                                + doubt ** 2)
 
 
 @inlined
@@ -123,12 +132,13 @@ def step(                                                           # type: igno
     """
     joints = record.joints.shape[0]
     q1 = q2 = 0.0
+    moments = tilt_moments(record.body, inertia, reading[joints - 1, LINK_READING])
     for j in range(joints):
         if dt > 0.0:
             _rates(record, settings, memory, reading, j, dt)
         else:
             restart(memory, reading, j)
-        angle = _joint(record, settings, memory, reading, j, dt, result)
+        angle = _joint(record, settings, moments[min(j, 1)], memory, reading, j, dt, result)
         q1, q2 = (angle, q2) if j == 0 else (q1, angle)
     if settings.links == 0.0:
         result[:, EXTERNAL_TORQUE] = np.nan
@@ -159,9 +169,10 @@ def add_to_tare(record, settings, inertia, memory):                 # type: igno
                             memory[0, LAST_LINK], memory[joints - 1, LAST_LINK])
     for j in range(joints):
         joint = record.joints[j]
-        expected = 0.0
+        load = cable(joint, memory[j, LAST_LINK])
         if settings.links > 0.0 and record.body.pull > 0.0:
-            expected = torsion_of_torque(joint.torsion, joint.ratio, -weight[min(j, 1)])
+            load += weight[min(j, 1)]
+        expected = torsion_of_torque(joint.torsion, joint.ratio, -load)
         memory[j, TARE_SUM] += memory[j, LAST_TORSION] - expected
 
 

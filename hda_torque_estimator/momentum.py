@@ -1,7 +1,11 @@
 """External torque from torsion torque and motion: a momentum observer (docs/model.md, 32-33)."""
 
 from hda_arm_sim.model.compiled import compiled
+from hda_arm_sim.model.link_side import cable
 from hda_arm_sim.model.rigid import gravity_torque, mass_matrix, momentum_drift
+import numpy as np
+
+_AT_REST = 1e-3         # speed below which a link bearing may hold either way [rad/s]
 
 
 @compiled
@@ -11,6 +15,19 @@ def momentum(inertia, joints, elbow, dq1, dq2):                     # type: igno
         return inertia.p1 * dq1, 0.0
     m11, m12, m22 = mass_matrix(inertia, elbow)
     return m11 * dq1 + m12 * dq2, m12 * dq1 + m22 * dq2
+
+
+@compiled
+def hold(joint, angle, velocity):                                   # type: ignore[no-untyped-def]
+    """
+    Return what cable and bearing do to a link, and how far that is in doubt [N*m].
+
+    A bearing at rest holds any torque up to its level, which nobody can tell from outside.
+    """
+    level = joint.link_bearing_friction.level
+    if abs(velocity) < _AT_REST:
+        return cable(joint, angle), level
+    return cable(joint, angle) - level * np.sign(velocity), 0.0
 
 
 @compiled

@@ -8,20 +8,28 @@ torsion, through the inverse of the torsion law; hysteresis and damping on top.
 from hda_arm_sim.model.compiled import compiled
 from hda_arm_sim.model.effects.timing import sampled_late
 from hda_arm_sim.model.effects.transmission import hysteresis_rate, played_torsion
+from hda_arm_sim.model.encoders import (link_angle_behind, link_gain, motor_angle_behind,
+                                        motor_gain)
 from hda_arm_sim.model.kernel import gear_torque, transmission
 from hda_arm_sim.model.torsion import stiffness_at, torque_of_torsion
 import numpy as np
 
 
 @compiled
-def shaft_and_link(                                                 # type: ignore[no-untyped-def]
-        joint, motor_reading, link_reading, motor_velocity, link_velocity):
-    """Return the angles of shaft and link at the stamp, from what the encoders show [rad]."""
-    late = joint.motor_encoder.sampling_time
-    motor = sampled_late(motor_reading - joint.motor_encoder.zero, motor_velocity, 0.0, -late)
-    late += joint.clock_skew.skew
-    link = sampled_late(link_reading - joint.link_encoder.zero, link_velocity, 0.0, -late)
-    return motor, link
+def shaft(joint, reading, rate):                                    # type: ignore[no-untyped-def]
+    """Return angle and velocity of the shaft at the stamp, from what its encoder shows."""
+    angle = motor_angle_behind(joint, reading - joint.motor_encoder.zero)
+    velocity = rate / motor_gain(joint, angle)
+    return sampled_late(angle, velocity, 0.0, -joint.motor_encoder.sampling_time), velocity
+
+
+@compiled
+def link(joint, tilt_moment, reading, rate):                        # type: ignore[no-untyped-def]
+    """Return angle and velocity of the link at the stamp, from what its encoder shows."""
+    angle = link_angle_behind(joint, reading - joint.link_encoder.zero, tilt_moment)
+    velocity = rate / link_gain(joint, angle)
+    late = joint.motor_encoder.sampling_time + joint.clock_skew.skew
+    return sampled_late(angle, velocity, 0.0, -late), velocity
 
 
 @compiled
