@@ -47,8 +47,8 @@ def motion(name: str, joints: int, duration: float, dt: float, seed: int) -> Mot
         raise MotionError(f'a motion lasts from {2.0 * _EASE:g} s to a day, got {duration:g} s')
     time: Array = dt * np.arange(round(duration / dt) + 1, dtype=np.float64)
     random = np.random.default_rng(seed)
-    away: Array = np.stack([MOTIONS[name].angle(time, joint, random) for joint in range(joints)], axis=1)
-    away *= _window(time, duration)[:, None]
+    columns = [MOTIONS[name].angle(time, joint, random) for joint in range(joints)]
+    away: Array = np.stack(columns, axis=1) * _window(time, duration)[:, None]
     angle = np.asarray(HOME[:joints]) + away
     return Motion(time, angle, np.gradient(angle, dt, axis=0), MOTIONS[name].force(time))
 

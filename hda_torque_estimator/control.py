@@ -8,9 +8,8 @@ adds the load once more, so that the arm follows a push; 0 < K_J < 1 takes that 
 off the motor, so that the arm rejects it; K_J = 1 makes the load invisible to the motor.
 """
 
-import numpy as np
-
 from hda_arm_sim.model.compiled import compiled
+import numpy as np
 
 # Memory, per joint.
 LAST_ANGLE, VELOCITY, LAST_COMMAND, HANDOVER = range(4)

@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.parameter import Declared, parameter
+import numpy as np
+from numpy.typing import NDArray
 
 from . import control
 from .reference import hold, Reference

@@ -9,12 +9,11 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import ClassVar, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.model.parameter import Declared, parameter
+import numpy as np
+from numpy.typing import NDArray
 
 from . import estimate
 
@@ -119,7 +118,7 @@ class Estimator:
 
     @property
     def zero(self) -> Array:
-        """Return the torsions that a tare took for zero (n,) [rad]."""
+        """Return what a tare took for no torsion, by joint [rad]."""
         return self._memory[:, estimate.ZERO].copy()
 
     def update(self, stamp: int, reading: Array) -> Refusal:

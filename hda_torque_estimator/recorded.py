@@ -4,7 +4,7 @@ from hda_arm_sim.model.arm import Arm
 from hda_msgs_json.bag import BagWriter
 from hda_msgs_json.samples import JointSamples, WrenchSamples
 from hda_msgs_json.topics import (BASE_FRAME, EXTERNAL_WRENCH, JOINT_STATES, link_frame,
-                                  motor_name, TRUTH_TIP_WRENCH, truth_joint_torque)
+                                  motor_name, truth_joint_torque, TRUTH_TIP_WRENCH)
 import numpy as np
 from numpy.typing import NDArray
 

@@ -2,11 +2,10 @@
 
 from collections.abc import Sequence
 
+from hda_arm_sim.model.arm import Arm
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
-
-from hda_arm_sim.model.arm import Arm
 
 Array = NDArray[np.float64]
 LARGEST_STEP = 0.05     # of the reference at its first point [rad]

@@ -1,9 +1,8 @@
 """Tip force from external joint torques, where it can be observed (docs/model.md, 34-36)."""
 
-import numpy as np
-
 from hda_arm_sim.model.compiled import compiled
 from hda_arm_sim.model.rigid import tool_jacobian
+import numpy as np
 
 _ALIGNED = 0.01         # share of an unobserved force that may leak into an observed component
 

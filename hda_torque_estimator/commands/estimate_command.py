@@ -12,12 +12,12 @@ from hda_msgs_json.topics import (ESTIMATOR_STATE, reference_joint_torque, REFER
                                   truth_joint_torque, TRUTH_TIP_WRENCH)
 import numpy as np
 
+from .outcome import Outcome
 from ..accuracy import Errors, errors
 from ..estimate_messages import estimate_samples
 from ..estimator import Estimates, Estimator
 from ..readings import readings
 from ..state_messages import state_samples
-from .outcome import Outcome
 
 
 class EstimateError(ValueError):

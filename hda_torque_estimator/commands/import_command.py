@@ -3,8 +3,8 @@
 import argparse
 from pathlib import Path
 
-from ..importing.run import run_import, shipped_maps
 from .outcome import Outcome
+from ..importing.run import run_import, shipped_maps
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

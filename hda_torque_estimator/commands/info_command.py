@@ -9,8 +9,8 @@ from typing import Any
 from hda_msgs_json.bag import open_recording, Recording
 from hda_msgs_json.topics import JOINT_STATES
 
-from ..recording_facts import name_facts, NameFacts, shortcomings, stamp_facts, StampFacts
 from .outcome import Outcome
+from ..recording_facts import name_facts, NameFacts, shortcomings, stamp_facts, StampFacts
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

@@ -7,15 +7,15 @@ from pathlib import Path
 from hda_arm_sim.live import SimulationSettings
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import arm_to_text, read_arm, read_effects
-from hda_arm_sim.motions import motion, Motion, MOTIONS
+from hda_arm_sim.motions import Motion, motion, MOTIONS
 from hda_arm_sim.simulate import checked
 from hda_msgs_json.bag import BagWriter
 import numpy as np
 
-from ..closed_loop import run, Run
+from .outcome import Outcome
+from ..closed_loop import Run, run
 from ..controller import ControllerSettings
 from ..recorded import write_run
-from .outcome import Outcome
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

@@ -119,7 +119,7 @@ class Fitter:
                    + prior, np.maximum(left, self.noise ** 2))
 
     def covariance(self, fit: Fit) -> Array:
-        """Return the covariance (p, p) of the free numbers of a fit, accepted terms first."""
+        """Return how uncertain a fit is: covariances (p, p), those of accepted terms first."""
         condensed = condense(fit.balance.residual, fit.columns, self.valid(fit.balance))
         return covariance(condensed, fit.variance, self.effective, deviations(fit.terms))
 

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-from ..closed_loop import run
-from .balance import BANDWIDTH, Balancer, RATE
+from .balance import Balancer, BANDWIDTH, RATE
 from .measurement import Measurement
+from ..closed_loop import run
 
 Array = NDArray[np.float64]
 _SEGMENT = 0.5          # of the estimate of noise [s]

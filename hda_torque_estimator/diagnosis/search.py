@@ -1,6 +1,5 @@
 """
-Look for the causes: accept the best hypothesis, simulate with it, look again, drop what is not
-needed.
+Look for the causes: accept the best hypothesis, simulate with it, look again.
 
 A cause must explain much more than its freedom buys (the score), be material (well above what a
 healthy arm leaves), and its rivals must be clearly worse.

@@ -82,7 +82,7 @@ def solve(columns: Columns, noise: Array, effective: float, now: Array,
 
 
 def covariance(columns: Columns, variance: Array, effective: float, deviations: Array) -> Array:
-    """Return the covariance (p, p) of the free numbers."""
+    """Return how uncertain the free numbers are, their covariances (p, p)."""
     prior = 1.0 / deviations ** 2                                   # of infinite ones, zero
     normal = np.einsum('c,cpq->pq', effective / variance, columns.products) + np.diag(prior)
     scale = 1.0 / np.sqrt(np.diag(normal))

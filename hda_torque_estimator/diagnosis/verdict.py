@@ -14,8 +14,8 @@ from .hypotheses import HYPOTHESES
 from .nuisance import Zero
 from .predict import HORIZON, prediction_errors, Spans
 from .report import Alike, Evidence, Finding, Gain, Number, Residual, TotalGain
-from .search import Found
 from .search import Evidence as Reason
+from .search import Found
 from .term import Term
 
 Array = NDArray[np.float64]
