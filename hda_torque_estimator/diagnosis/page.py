@@ -1,0 +1,221 @@
+"""The page of a diagnosis: one HTML file that needs no network, no script and no other file."""
+
+from collections.abc import Iterable, Mapping
+from html import escape
+import math
+
+from .report import Diagnosis, Finding, Gain, Number
+from .style_sheet import STYLE_SHEET
+
+HEADLINES = {
+    'explained': 'Explained: the simulation misses what is named here, the rest is noise.',
+    'no_discrepancy': 'No discrepancy: the arm is as its model says, within the tolerances.',
+    'ambiguous': 'Ambiguous: more than one cause explains this recording equally well.',
+    'insufficient_excitation': 'Insufficient excitation: this motion cannot show what is asked.',
+    'unknown': 'Unknown: something is wrong that no effect of the catalogue explains.',
+}
+CAPTIONS = {
+    'residuals': 'What each balance misses over time. The arm as given leaves the wide band; the '
+                 'extended arm should stay between the dashed lines, which noise and encoder '
+                 'resolution alone would reach. Gaps are standstill, where friction is not known.',
+    'unexplained': 'What the extended arm still misses, against the coordinate that it follows '
+                   'most. A flat line within its quartiles would be noise.',
+    'prediction': 'Error of the simulation from measured states, by how far it looks ahead. The '
+                  'extended arm should lie on the noise; the gap between the two is what is '
+                  'still missed.',
+    'example': 'One window simulated from the measured state. The extended arm should cover the '
+               'measurement; the arm as given departs from it.',
+}
+_FINDING = ('What gives {} away: the line is the median of the residual, the band its middle '
+            'half. Without the cause it follows the coordinate; with it, it should be flat at '
+            'zero.')
+_OTHER = 'Figure {}.'
+_CERTAIN = 1e6                      # odds beyond which the number says nothing more
+
+
+def page(diagnosis: Diagnosis, figures: Mapping[str, str]) -> str:
+    """
+    Return a diagnosis as one HTML document.
+
+    `figures` are SVG elements by the names of `plots.figures`, in the order of the page. They go
+    in as they are; all other text is escaped.
+    """
+    headline = HEADLINES[diagnosis.verdict]
+    parts = [f'<h1>{escape(headline)}</h1>', _summary(diagnosis), _findings(diagnosis),
+             _ambiguous(diagnosis), _unexplained(diagnosis), _gain(diagnosis),
+             _figures(diagnosis, figures), _residuals(diagnosis), _detectable(diagnosis),
+             _recording(diagnosis)]
+    return ('<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+            '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+            f'<title>Diagnosis: {escape(diagnosis.verdict.replace("_", " "))}</title>\n'
+            f'<style>\n{STYLE_SHEET}</style>\n</head>\n'
+            f'<body class="{escape(diagnosis.verdict)}">\n<main>\n'
+            + '\n'.join(filter(None, parts)) + '\n</main>\n</body>\n</html>\n')
+
+
+def _summary(diagnosis: Diagnosis) -> str:
+    told = [f'{_code(found.effect)} at {escape(_place(found.joint))}'
+            for found in diagnosis.findings]
+    named = f'Named: {", ".join(told)}. ' if told else 'No cause is named. '
+    removed = f'On data that no fit has seen {_removed(diagnosis.gain)} of the excess error is ' \
+              'removed.' if told else ''
+    return f'<p class="lead">{named}{removed}</p>'
+
+
+def _findings(diagnosis: Diagnosis) -> str:
+    if not diagnosis.findings:
+        return ''
+    rows = [[_code(found.effect), escape(_place(found.joint)), escape(found.site),
+             escape(found.cause), _numbers(found.parameters), _evidence(found),
+             _removed(found.gain)] for found in diagnosis.findings]
+    return _section('Causes', _table(
+        ('effect', 'where', 'site', 'cause', 'parameters, 90 % interval', 'evidence',
+         'excess error removed, held out'), rows))
+
+
+def _numbers(parameters: Mapping[str, Number]) -> str:
+    return '<br>'.join(
+        f'<span class="number">{escape(name)} = {figure(number.value)} '
+        f'[{figure(number.low)}, {figure(number.high)}] {escape(unit(number.unit))}</span>'
+        for name, number in parameters.items())
+
+
+def _evidence(found: Finding) -> str:
+    evidence = found.evidence
+    score = f'score {figure(evidence.score)}, threshold {figure(evidence.threshold)}'
+    if evidence.runner_up is None:
+        return f'{score}<br>no runner-up'
+    odds = f'more than {_CERTAIN:,.0f}' if evidence.odds > _CERTAIN else figure(evidence.odds)
+    return f'{score}<br>{odds} to 1 against {_code(evidence.runner_up)}'
+
+
+def _ambiguous(diagnosis: Diagnosis) -> str:
+    rows = [[' or '.join(f'{_code(effect)} at {escape(_place(joint))}'
+                         for effect, joint in alike.effects), escape(alike.experiment)]
+            for alike in diagnosis.ambiguous]
+    return _section('What this recording cannot tell apart', _table(
+        ('explain it equally well', 'the experiment that decides'), rows)) if rows else ''
+
+
+def _unexplained(diagnosis: Diagnosis) -> str:
+    rest = diagnosis.unexplained
+    if rest is None:
+        return ''
+    line = '' if rest.line is None else f', with its strongest line at {figure(rest.line)}'
+    return _section('The unexplained rest', (
+        f'<p>{100.0 * rest.share:.0f} % of the excess sits in the {escape(rest.site)} balance of '
+        f'{escape(_place(rest.joint))} and follows the '
+        f'{escape(rest.depends_on.replace("_", " "))}{line}.</p>'))
+
+
+def _gain(diagnosis: Diagnosis) -> str:
+    gain = diagnosis.gain
+    rows = [[figure(gain.before), figure(gain.after), figure(gain.floor), _removed(gain)]]
+    scale = unit(gain.unit)
+    return _section('Gain on held-out data', f'<p>{escape(_capital(gain.metric))}.</p>' + _table(
+        tuple(_with_unit(name, scale) for name in ('arm as given', 'extended arm',
+                                                   'noise floor'))
+        + ('excess removed, 90 % interval',), rows))
+
+
+def _figures(diagnosis: Diagnosis, drawn: Mapping[str, str]) -> str:
+    return _section('Simulated against measured', ''.join(
+        f'<figure role="img" aria-label="{escape(_caption(diagnosis, name))}">\n{svg}\n'
+        f'<figcaption>{escape(_caption(diagnosis, name))}</figcaption></figure>\n'
+        for name, svg in drawn.items())) if drawn else ''
+
+
+def _caption(diagnosis: Diagnosis, name: str) -> str:
+    kind, _, number = name.partition('_')
+    if kind == 'finding' and number.isdigit() and 0 < int(number) <= len(diagnosis.findings):
+        found = diagnosis.findings[int(number) - 1]
+        return _FINDING.format(f'{found.effect} at {_place(found.joint)}')
+    return CAPTIONS.get(name, _OTHER.format(name.replace('_', ' ')))
+
+
+def _residuals(diagnosis: Diagnosis) -> str:
+    rows = [[escape(row.site), escape(_place(row.joint)), figure(row.before), figure(row.after),
+             figure(row.floor), escape(unit(row.unit))] for row in diagnosis.residuals]
+    return _section('Residuals of the balances, rms on held-out data', _table(
+        ('balance', 'where', 'arm as given', 'extended arm', 'noise floor', 'unit'),
+        rows)) if rows else ''
+
+
+def _detectable(diagnosis: Diagnosis) -> str:
+    rows = [[_code(row.effect), escape(_place(row.joint)),
+             'cannot be shown by this motion' if row.smallest_detectable is None
+             else f'{figure(row.smallest_detectable)} {escape(unit(row.unit))}']
+            for row in diagnosis.excitation]
+    return _section('Smallest size that this recording could have shown', _table(
+        ('effect', 'where', 'smallest detectable'), rows)) if rows else ''
+
+
+def _recording(diagnosis: Diagnosis) -> str:
+    facts = diagnosis.recording
+    rows = [('duration', f'{figure(facts.duration)} s'), ('samples', f'{facts.samples:,}'),
+            ('rate', f'{figure(facts.rate)} Hz'), ('fitted to', _spans(facts.training)),
+            ('held out', _spans(facts.held_out)), ('arm', _code(diagnosis.arm)),
+            ('version', escape(diagnosis.version)),
+            ('time taken', f'{figure(diagnosis.seconds)} s')]
+    return _section('Recording', '<table class="facts"><tbody>' + ''.join(
+        f'<tr><th scope="row">{name}</th><td>{value}</td></tr>\n' for name, value in rows)
+        + '</tbody></table>')
+
+
+def _spans(spans: Iterable[tuple[float, float]]) -> str:
+    """Return stretches of time, those that touch as one."""
+    joined: list[tuple[float, float]] = []
+    for begin, end in spans:
+        if joined and math.isclose(joined[-1][1], begin):
+            begin = joined.pop()[0]
+        joined.append((begin, end))
+    total = sum(end - begin for begin, end in joined)
+    listed = ', '.join(f'{figure(begin)} to {figure(end)}' for begin, end in joined)
+    return f'{figure(total)} s: {listed} s' if joined else 'nothing'
+
+
+def _section(title: str, content: str) -> str:
+    return f'<section>\n<h2>{escape(title)}</h2>\n{content}</section>'
+
+
+def _table(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """Return a table of plain heads and of cells that are HTML already."""
+    top = ''.join(f'<th scope="col">{escape(head)}</th>' for head in heads)
+    body = ''.join('<tr>' + ''.join(f'<td>{cell}</td>' for cell in row) + '</tr>\n'
+                   for row in rows)
+    return (f'<div class="wide"><table><thead><tr>{top}</tr></thead>\n'
+            f'<tbody>\n{body}</tbody></table></div>\n')
+
+
+def _removed(gain: Gain) -> str:
+    """Return the share of the excess error that is gone, with its interval."""
+    if not math.isfinite(gain.removed):
+        return 'nothing to remove'
+    return (f'{100.0 * gain.removed:.1f} % '
+            f'[{100.0 * gain.low:.1f}, {100.0 * gain.high:.1f}]')
+
+
+def figure(value: float) -> str:
+    """Return a number with four figures."""
+    return f'{value:.4g}' if math.isfinite(value) else 'unknown'
+
+
+def unit(name: str) -> str:
+    """Return a unit as people write it; a pure number has none."""
+    return '' if name == '1' else name.replace('*', '\N{MIDDLE DOT}')
+
+
+def _with_unit(name: str, scale: str) -> str:
+    return f'{name} [{scale}]' if scale else name
+
+
+def _capital(sentence: str) -> str:
+    return sentence[:1].upper() + sentence[1:]
+
+
+def _code(name: str) -> str:
+    return f'<code>{escape(name)}</code>'
+
+
+def _place(joint: str | None) -> str:
+    return joint or 'the arm'

@@ -1,0 +1,302 @@
+"""A page shows all that a diagnosis holds, and a residual tells the coordinate it follows."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from html.parser import HTMLParser
+import math
+import re
+from xml.etree import ElementTree
+
+from hda_torque_estimator.diagnosis.exhibits import (
+    binned, dependences, Example, Exhibits, strongest_line, telling_coordinate)
+from hda_torque_estimator.diagnosis.page import HEADLINES, page
+from hda_torque_estimator.diagnosis.plots import figures, inline_svg
+from hda_torque_estimator.diagnosis.report import (
+    Alike, Detectable, Diagnosis, Evidence, Finding, Gain, Number, RecordingFacts, Residual,
+    TotalGain, Unexplained)
+import numpy as np
+from numpy.typing import NDArray
+import pytest
+
+Array = NDArray[np.float64]
+RATE, RATIO, NOISE = 125.0, 100.0, 0.3
+FREE_TEXT = '<b>"R&D"</b> $5'
+
+
+def coordinates(seed: int) -> dict[str, Array]:
+    """Return the coordinates of a joint that moves in many ways for 60 s."""
+    random = np.random.default_rng(seed)
+    time = np.arange(7500) / RATE
+    angle = 0.2 * np.arcsin(np.sin(0.3 * time))
+    for frequency in random.uniform(0.1, 1.5, 8):
+        angle += random.uniform(0.05, 0.25) * np.sin(
+            2.0 * np.pi * (frequency * time + random.random()))
+    velocity = np.gradient(angle, time)
+    torque = 10.0 * np.cos(angle + 0.3) + 1.5 * np.gradient(velocity, time)
+    return {'motor_velocity': RATIO * velocity,
+            'link_velocity': velocity + 0.003 * random.normal(size=len(time)),
+            'link_angle': angle, 'motor_angle': RATIO * angle + 40.0,
+            'joint_torque': torque + 0.05 * random.normal(size=len(time)),
+            'motor_torque': torque / RATIO + 0.02 * np.sign(velocity)}
+
+
+def exhibits_of(residual: Array, moved: dict[str, Array], seed: int = 0) -> Exhibits:
+    """Return exhibits of one joint; the residual, made of unit size and noisy, is in B."""
+    random = np.random.default_rng(seed)
+    noise = NOISE * random.normal(size=(len(residual), 2))
+    before = noise + np.outer(residual / residual.std(), (0.0, 1.0))
+    valid = np.stack([np.abs(moved['motor_velocity']) > NOISE, np.ones(len(residual), bool)], 1)
+    horizons = np.array([0.01, 0.05, 0.2])
+    return Exhibits(np.arange(len(residual)) / RATE, ('joint1',), before, noise, valid,
+                    {name: values[:, None] for name, values in moved.items()}, horizons,
+                    1e-3 * horizons, 1e-4 * horizons, 9e-5 * horizons)
+
+
+Law = Callable[[dict[str, Array]], Array]
+LAWS: dict[str, tuple[Law, str, bool]] = {
+    'dry friction': (lambda c: np.sign(c['link_velocity']), 'link_velocity', False),
+    'boundary lubrication': (
+        lambda c: np.sign(c['link_velocity']) * np.exp(-(c['motor_velocity'] / 5.0) ** 2),
+        'link_velocity', False),
+    'friction along the turn': (
+        lambda c: np.sign(c['motor_velocity']) * np.cos(3.0 * c['link_angle'] + 1.0),
+        'link_angle', True),
+    'mesh loss': (lambda c: np.sign(c['motor_velocity']) * np.abs(c['joint_torque'] - 4.0),
+                  'joint_torque', True),
+    'cable': (lambda c: c['link_angle'], 'link_angle', False),
+    'stiffness': (lambda c: c['joint_torque'] ** 3, 'joint_torque', False),
+    'torque constant': (lambda c: c['motor_torque'], 'motor_torque', False),
+    'ripple': (lambda c: np.cos(2.0 * c['motor_angle'] + 1.0), 'motor_angle', False),
+    'cogging': (lambda c: np.cos(42.0 * c['motor_angle']), 'motor_angle', False),
+}
+
+
+@pytest.mark.parametrize('seed', range(4))
+@pytest.mark.parametrize('cause', LAWS)
+def test_residual_tells_the_coordinate_it_follows(cause, seed):
+    law, coordinate, by_direction = LAWS[cause]
+    moved = coordinates(seed)
+    best = dependences(exhibits_of(law(moved), moved, seed), 1)[0]
+    assert (best.coordinate, best.by_direction) == (coordinate, by_direction)
+    assert 0.5 < best.beyond_chance <= 1.0
+
+
+@pytest.mark.parametrize('disturbance', [
+    lambda time: np.sin(2.0 * np.pi * 7.51 * time),
+    lambda time: ((time > 25.0) & (time < 33.0)).astype(float)], ids=['line', 'push'])
+def test_what_nothing_that_moves_tells_follows_time(disturbance):
+    moved = coordinates(3)
+    shown = exhibits_of(disturbance(np.arange(7500) / RATE), moved)
+    name, eta2 = telling_coordinate(shown, 1)
+    assert name == 'time'
+    assert eta2 > 0.8
+
+
+@pytest.mark.parametrize('seed', range(4))
+def test_noise_follows_nothing(seed):
+    moved = coordinates(seed)
+    shown = exhibits_of(moved['link_angle'], moved, seed)
+    assert max(told.beyond_chance for told in dependences(shown, 0)) < 0.03
+
+
+def test_slow_noise_follows_nothing_that_moves():
+    moved = coordinates(1)
+    random = np.random.default_rng(2)
+    slow = np.convolve(random.normal(size=8499), np.hanning(1000), 'valid')
+    assert telling_coordinate(exhibits_of(slow, moved), 1)[0] == 'time'
+
+
+def test_eta_squared_is_the_share_that_is_not_noise():
+    moved = coordinates(0)
+    _, eta2 = telling_coordinate(exhibits_of(moved['link_angle'], moved), 1)
+    assert eta2 == pytest.approx(1.0 / (1.0 + NOISE ** 2), abs=0.02)
+
+
+def test_part_of_a_motor_turn_is_told_by_the_link():
+    moved = coordinates(0)
+    moved['motor_angle'] = 2.0 * moved['link_angle']
+    names = [told.coordinate for told in dependences(exhibits_of(moved['link_angle'], moved), 1)]
+    assert names[0] == 'link_angle'
+    assert 'motor_angle' not in names
+
+
+def test_standstill_tells_only_time():
+    still = dict.fromkeys(coordinates(0), np.zeros(1000))
+    shown = exhibits_of(np.random.default_rng(0).normal(size=1000), still)
+    assert telling_coordinate(shown, 0) == ('time', 0.0)      # nowhere valid
+    assert telling_coordinate(shown, 1)[0] == 'time'
+
+
+@pytest.mark.parametrize('frequency', [0.7, 7.51, 33.0])
+def test_strongest_line_is_found_beside_a_drift(frequency):
+    time = np.arange(7500) / RATE
+    line = strongest_line(time, np.sin(2.0 * np.pi * frequency * time) + 0.001 * time + 5.0)
+    assert line.frequency == pytest.approx(frequency, abs=1.0 / 60.0)
+    assert line.share > 0.99
+
+
+def test_nothing_has_no_line():
+    line = strongest_line(np.arange(100) / RATE, np.zeros(100))
+    assert math.isnan(line.frequency)
+    assert line.share == 0.0
+
+
+def test_bins_hold_quartiles_of_equally_many_values():
+    random = np.random.default_rng(0)
+    coordinate = random.random(20000) ** 2
+    told = binned(coordinate, 2.0 * coordinate + random.normal(size=20000), 10)
+    np.testing.assert_allclose(told.centre, (0.1 * np.arange(10) + 0.05) ** 2, atol=0.02)
+    np.testing.assert_allclose(told.median, 2.0 * told.centre, atol=0.1)
+    np.testing.assert_allclose(told.high - told.low, 2.0 * 0.6745, rtol=0.1)
+
+
+def test_column_is_where_the_most_goes_at_the_site_of_a_cause():
+    moved = coordinates(0)
+    one = exhibits_of(moved['link_angle'], moved)
+    two = replace(one, labels=('joint1', 'joint2'), before=np.tile(one.before, 2),
+                  after=np.tile(one.after, 2), valid=np.tile(one.valid, 2))
+    # Columns are now A1, A2, B1, B2, and the excess sits in A2 and B2.
+    assert two.column('motor', None) == 1
+    assert two.column('torsion', None) == 3
+    assert two.column('torsion', 'joint1') == 2
+    assert two.column('timing', 'joint2') in (1, 3)
+
+
+def test_one_cause_is_shown_without_the_others():
+    moved = coordinates(0)
+    shown = exhibits_of(moved['link_angle'], moved)
+    alone = shown.after + 1.0
+    both = replace(shown, lacking={('payload', None): alone})
+    assert both.of('payload', None).before is alone
+    assert both.of('payload', 'joint1').before is shown.before
+    assert both.rest().before is shown.after
+
+
+def diagnosis(verdict: str = 'explained') -> Diagnosis:
+    """Return a diagnosis that holds some of everything, and text that a page must not obey."""
+    gain = Gain(3.1, 1.02, 1.0, 0.987, 0.981, 0.992)
+    finding = Finding(
+        'kinematic_error', 'joint1', 'torsion', f'transmission error {FREE_TEXT}',
+        {'amplitude_2': Number(1.2345e-4, 'rad', 1.2e-4, 1.3e-4)},
+        Evidence(812.5, 60.0, 'link_encoder_eccentricity', math.inf), gain)
+    return Diagnosis(
+        verdict, (finding, replace(finding, effect='payload', joint=None, site='link')),
+        (Alike((('backlash', 'joint1'), ('clock_skew', 'joint1')), 'slow torque loops'),),
+        Unexplained('motor', 'joint1', 'link_angle', 7.53, 0.12),
+        (Detectable('payload', None, 0.0421, 'kg'), Detectable('backlash', 'joint1', None, 'rad')),
+        TotalGain(3.1, 1.02, 1.0, 0.987, 0.981, 0.992, 'mean squared error', '1'),
+        (Residual('motor', 'joint1', 1.04, 0.31, 0.3, 'N*m'),
+         Residual('torsion', 'joint1', 1.04, 0.31, math.nan, 'N*m')),
+        RecordingFacts(60.0, 60001, 1000.0, ((0.0, 2.0), (2.0, 4.0)), ((4.0, 6.0),)),
+        f'arm {FREE_TEXT}.yaml', '0.1.0', 7.25)
+
+
+class Reader(HTMLParser):
+    """Collects text, attributes and elements that are left open."""
+
+    VOID = ('meta', 'br')
+
+    def __init__(self, text: str) -> None:
+        """Read a whole page."""
+        super().__init__()
+        self.text, self.open, self.names = '', [], []
+        self.attributes: list[tuple[str, str | None]] = []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag, attrs):
+        """Note an element."""
+        self.names.append(tag)
+        self.attributes += attrs
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        """Note an element without content."""
+        self.names.append(tag)
+        self.attributes += attrs
+
+    def handle_endtag(self, tag):
+        """Check that what closes was opened last."""
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        """Note text."""
+        self.text += data
+
+
+@pytest.fixture(scope='module')
+def drawn() -> dict[str, str]:
+    """Return every figure of the diagnosis as SVG."""
+    moved = coordinates(0)
+    shown = exhibits_of(np.cos(2.0 * moved['motor_angle']), moved)
+    angle = np.outer(np.linspace(0.0, 1.0, 50), (1.0, 1.1))
+    window = Example(np.linspace(0.0, 0.2, 50), angle, 1.1 * angle, angle)
+    shown = replace(shown, labels=(FREE_TEXT,), example=window)
+    plain = diagnosis()
+    here = replace(plain, findings=tuple(
+        replace(found, joint=found.joint and FREE_TEXT) for found in plain.findings),
+        unexplained=replace(plain.unexplained, joint=FREE_TEXT))
+    return {name: inline_svg(figure, name) for name, figure in figures(here, shown).items()}
+
+
+def test_every_part_of_a_diagnosis_is_drawn(drawn):
+    assert list(drawn) == ['residuals', 'finding_1', 'finding_2', 'unexplained', 'prediction',
+                           'example']
+
+
+def test_figures_of_a_page_are_whole_and_share_no_names(drawn):
+    names = [element.get('id') for svg in drawn.values()
+             for element in ElementTree.fromstring(svg).iter() if element.get('id')]
+    assert len(names) == len(set(names))
+    for svg in drawn.values():
+        used = re.findall(r'(?:href="#|url\(#)([^")]+)', svg)
+        assert used
+        assert set(used) <= set(names)
+
+
+def test_figures_are_drawn_alike_every_time(drawn):
+    moved = coordinates(0)
+    shown = exhibits_of(moved['link_angle'], moved)
+    first, second = ({name: inline_svg(figure, name)
+                      for name, figure in figures(diagnosis(), shown).items()} for _ in range(2))
+    assert first == second
+
+
+@pytest.mark.parametrize('verdict', HEADLINES)
+def test_page_says_all_that_a_diagnosis_holds(verdict):
+    read = Reader(page(diagnosis(verdict), {}))
+    assert read.open == []
+    for said in (HEADLINES[verdict], 'kinematic_error', 'payload', 'the arm',
+                 f'transmission error {FREE_TEXT}', f'arm {FREE_TEXT}.yaml',
+                 'amplitude_2 = 0.0001234 [0.00012, 0.00013] rad', 'more than 1,000,000 to 1',
+                 'link_encoder_eccentricity', '98.7 % [98.1, 99.2]', 'slow torque loops',
+                 'clock_skew', 'follows the link angle', '7.53', '0.0421 kg',
+                 'cannot be shown by this motion', '60,001', '4 s: 0 to 4 s', '0.1.0', 'unknown'):
+        assert said in read.text, said
+
+
+def test_page_needs_nothing_but_itself(drawn):
+    text = page(diagnosis(), drawn)
+    read = Reader(text)
+    assert read.open == []
+    assert {'script', 'link', 'iframe', 'img', 'object'}.isdisjoint(read.names)
+    assert [value for name, value in read.attributes
+            if name in ('src', 'href', 'xlink:href') and not str(value).startswith('#')] == []
+    assert not re.search(r'@import|url\((?!#)', text)
+    assert read.names.count('svg') == read.names.count('figcaption') == len(drawn)
+
+
+def test_page_of_a_healthy_arm_names_nothing():
+    healthy = replace(diagnosis('no_discrepancy'), findings=(), ambiguous=(), unexplained=None)
+    text = Reader(page(healthy, {})).text
+    assert 'No cause is named' in text
+    assert 'Causes' not in text
+    assert 'cannot tell apart' not in text
+    assert 'unexplained rest' not in text
+
+
+def test_colours_of_ink_follow_the_page(drawn):
+    for svg in drawn.values():
+        assert 'currentColor' in svg
+        assert '#000000' not in svg
