@@ -55,6 +55,6 @@ $(READY): $(LOCK) setup.py setup.cfg
 	test -x $(BIN)/pip -a -d $(VENV)/lib/python$(VERSION) || $(PYTHON) -m venv --clear $(VENV)
 	$(BIN)/python -m pip install -qq --disable-pip-version-check -r $(LOCK)
 	$(BIN)/python -m pip install -qq --disable-pip-version-check --no-build-isolation --no-deps -e .
-	test ! -e hda_arm_sim/warm_up.py || $(BIN)/python -m hda_arm_sim.warm_up
+	$(BIN)/python -m hda_torque_estimator.warm_up
 	rm -f $(VENV)/.ready-*
 	touch $@

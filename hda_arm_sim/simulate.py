@@ -5,7 +5,6 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from .drive import NODES, pass_sample, send
 from .model.arm import Arm, ArmError, ArmRecord
@@ -110,6 +109,7 @@ def checked(arm: Arm, dt: float = 1e-3) -> Arm:
 
 def _nodes(values: Array, count: int, late: list[float]) -> Array:
     """Return a spline at start, middle and end of every step, its columns some samples late."""
+    from scipy.interpolate import CubicSpline       # a third of a second that few need to wait
     nodes = np.arange((len(values) - 1) * 2 * count + 1) / (2 * count)
     fine = np.stack([CubicSpline(np.arange(len(values)), column)(np.maximum(nodes - samples, 0.0))
                      for column, samples in zip(values.T, late)], axis=1)

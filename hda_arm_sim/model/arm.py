@@ -7,19 +7,17 @@ every effect of the catalogue has its place, neutral where the arm does not have
 
 from dataclasses import dataclass, replace
 import math
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .effects import (BaseTilt, BaseVibration, ClockSkew, CoarseQuantisation, CoulombFriction,
-                      Effect, effect_named, effects_of, InertialCoupling, LinkInertiaError,
-                      MotorInertiaError, Scope, Signals, Site, StiffeningError, StiffnessError,
-                      StructuralDamping, TorqueSaturation, ViscousFriction,
-                      WaveGeneratorCompliance)
+from .effects import (BaseTilt, BaseVibration, Effect, effect_named, effects_of, InertialCoupling,
+                      LinkInertiaError, MotorInertiaError, Scope, Signals, Site, StiffeningError,
+                      StiffnessError, WaveGeneratorCompliance)
 from .effects.catalogue import record_fields
 from .link_side import loaded_inertia, thrown_mass
-from .parameter import Declared, parameter
+from .parts import Base, Encoder, Joint, Links, Tolerances
 from .torsion import TorsionLaw
 
 
@@ -28,98 +26,6 @@ _SEGMENTS = ('knee_1', 'second_stiffness', 'knee_2', 'third_stiffness')
 
 class ArmError(ValueError):
     """An arm that cannot be: parts that do not fit each other, or a name it does not have."""
-
-
-@dataclass(frozen=True)
-class Encoder(Declared):
-    """One encoder; the angle is that of its own shaft."""
-
-    name: ClassVar[str] = 'encoder'
-    counts: float = parameter(0.0, '1/turn', 0.0, 1e10, 'counts per turn, 0 for a perfect encoder')
-    zero: float = parameter(0.0, 'rad', -1e4, 1e4, 'reading at angle zero')
-    noise: float = parameter(0.0, 'rad', 0.0, 0.1, 'standard deviation of the reading')
-    sampling_time: float = parameter(0.0, 's', -0.1, 0.1, 'time of reading after the stamp')
-
-    @property
-    def step(self) -> float:
-        """Return the angle of one count, 0 for a perfect encoder [rad]."""
-        return 2.0 * math.pi / self.counts if self.counts > 0.0 else 0.0
-
-
-@dataclass(frozen=True)
-class Joint(Declared):
-    """One joint: motor, gear, torsion and two encoders; friction is stated at the motor shaft."""
-
-    name: ClassVar[str] = 'joint'
-    label: str = 'joint1'
-    torsion: TorsionLaw = TorsionLaw()
-    motor_encoder: Encoder = Encoder()
-    link_encoder: Encoder = Encoder()
-    ratio: float = parameter(100.0, '', 1.0, 1e4, 'gear ratio N')
-    motor_inertia: float = parameter(
-        1.289e-4, 'kg*m^2', 1e-9, 10.0, 'J_m + J_w, rotor and wave generator, motor side')
-    dry_friction: float = parameter(0.0, 'N*m', 0.0, 5.0, 'Coulomb level, motor side')
-    viscous_friction: float = parameter(0.0, 'N*m*s/rad', 0.0, 1.0, 'slope, motor side')
-    torque_limit: float = parameter(1.0, 'N*m', 1e-6, 1e4, 'largest motor torque, shaft')
-    velocity_limit: float = parameter(700.0, 'rad/s', 1e-3, 1e5, 'largest motor speed, shaft')
-    angle_limit: float = parameter(1e3, 'rad', 1e-3, 1e6, 'largest link angle either way')
-
-    def nominal(self, effect: type[Effect]) -> Effect:
-        """Return an effect as this joint has it without any entry in the arm's list."""
-        return {
-            CoulombFriction: lambda: CoulombFriction(level=self.dry_friction),
-            ViscousFriction: lambda: ViscousFriction(slope=self.viscous_friction),
-            StructuralDamping: lambda: StructuralDamping(coefficient=self.torsion.damping),
-            ClockSkew: lambda: ClockSkew(
-                skew=self.link_encoder.sampling_time - self.motor_encoder.sampling_time),
-            CoarseQuantisation: lambda: CoarseQuantisation(
-                motor_step=self.motor_encoder.step, link_step=self.link_encoder.step),
-            TorqueSaturation: lambda: TorqueSaturation(limit=self.torque_limit),
-        }.get(effect, effect)()
-
-
-@dataclass(frozen=True)
-class Links(Declared):
-    """Two links (or one: length2, p2, p3 and second stay 0) that move in a plane."""
-
-    name: ClassVar[str] = 'links'
-    length1: float = parameter(0.15, 'm', 1e-3, 10.0, 'link 1, joint to joint')
-    length2: float = parameter(0.0, 'm', 0.0, 10.0, 'link 2, joint to tip')
-    p1: float = parameter(0.876, 'kg*m^2', 1e-9, 1e4, 'I1 + I2 + m1 c1^2 + m2 (l1^2 + c2^2)')
-    p2: float = parameter(0.0, 'kg*m^2', 0.0, 1e4, 'I2 + m2 c2^2')
-    p3: float = parameter(0.0, 'kg*m^2', -1e4, 1e4, 'm2 l1 c2')
-    first: float = parameter(0.0, 'kg*m', -1e4, 1e4, 'mass moment about joint 1 at q2 = 90 deg')
-    second: float = parameter(0.0, 'kg*m', -1e4, 1e4, 'mass moment about joint 2')
-    coupled: float = parameter(1.0, '', 0.0, 1.0, '1, or 0 for links that do not feel each other')
-
-
-@dataclass(frozen=True)
-class Base(Declared):
-    """How the base stands; a level base feels no gravity in its plane."""
-
-    name: ClassVar[str] = 'base'
-    tilt: float = parameter(0.0, 'rad', 0.0, math.pi / 2, 'angle between base and horizontal')
-    direction: float = parameter(0.0, 'rad', -7.0, 7.0, 'downhill direction in the base frame')
-    gravity: float = parameter(9.80665, 'm/s^2', 0.0, 30.0, 'acceleration of free fall')
-
-    def nominal(self, effect: type[Effect]) -> Effect:
-        """Return an effect as the base has it without any entry in the arm's list."""
-        if effect is BaseTilt:
-            return BaseTilt(tilt=self.tilt, direction=self.direction)
-        return effect()
-
-
-@dataclass(frozen=True)
-class Tolerances(Declared):
-    """How well the nominal parameters are known: one sigma, relative."""
-
-    name: ClassVar[str] = 'tolerances'
-    stiffness: float = parameter(0.01, '', 0.0, 1.0, 'flexspline stiffness')
-    link_inertia: float = parameter(0.01, '', 0.0, 1.0, 'inertia of a link')
-    torque_constant: float = parameter(0.005, '', 0.0, 1.0, 'motor torque per command')
-    dry_friction: float = parameter(0.03, '', 0.0, 1.0, 'Coulomb level')
-    viscous_friction: float = parameter(0.1, '', 0.0, 1.0, 'viscous slope')
-    damping: float = parameter(0.1, '', 0.0, 1.0, 'damping of the torsion')
 
 
 class Placed(NamedTuple):
@@ -231,12 +137,10 @@ class Arm:
         if len(self.joints) > 2:
             return links
         coupled = self._in_force(InertialCoupling)(Signals(nominal=links.coupled))
-        far = 0.0 if len(self.joints) == 1 else links.p2
-        near = links.p1 - coupled * far
-        change = [self._in_force(LinkInertiaError, joint.label)(Signals(nominal=own)) - own
-                  for joint, own in zip(self.joints, (near, far))]
-        change2 = change[1] if len(change) == 2 else 0.0
-        return replace(links, p1=links.p1 + change[0] + coupled * change2, p2=links.p2 + change2,
+        inertia = [self._in_force(LinkInertiaError, joint.label)(Signals(nominal=nominal))
+                   for joint, nominal in zip(self.joints, (links.p1, links.p2))]
+        p2 = inertia[1] if len(inertia) == 2 else links.p2
+        return replace(links, p1=inertia[0] + coupled * (p2 - links.p2), p2=p2,
                        coupled=float(coupled))
 
     def moving_torsion(self, joint: Joint) -> TorsionLaw:

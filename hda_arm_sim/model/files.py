@@ -6,9 +6,10 @@ from typing import Any
 
 import yaml
 
-from .arm import Arm, ArmError, Base, Encoder, Joint, Links, Placed, Tolerances
+from .arm import Arm, ArmError, Placed
 from .effects import effect_named
 from .parameter import Declared, ParameterError
+from .parts import Base, Encoder, Joint, Links, Tolerances
 from .torsion import TorsionLaw
 
 _PARTS = ('joints', 'links', 'base', 'effects', 'tolerances', 'provenance')

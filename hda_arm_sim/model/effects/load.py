@@ -23,14 +23,14 @@ def loaded(inertia, length1, length2, mass):                        # type: igno
 
 @compiled
 def heavier(nominal, error):                                        # type: ignore[no-untyped-def]
-    """Return the inertia of one link about its joint, by itself [kg*m^2]."""
+    """Return the inertia of the links about one joint [kg*m^2]."""
     return nominal * (1.0 + error)
 
 
 @compiled
 def coupling(nominal, share):                                       # type: ignore[no-untyped-def]
     """Return how far the links feel each other, 0 to 1."""
-    return np.maximum(nominal, share)
+    return np.minimum(np.maximum(nominal + share, 0.0), 1.0)
 
 
 @compiled
@@ -59,25 +59,27 @@ class Payload(Effect):
 
 @dataclass(frozen=True)
 class LinkInertiaError(Effect):
-    """One link's own inertia, about its joint, differs; its mass moments stay."""
+    """Inertia about one joint differs, p1 or p2; the mass moments and p3 stay."""
 
     name: ClassVar[str] = 'link_inertia_error'
-    cause: ClassVar[str] = 'the inertia of the link differs'
+    cause: ClassVar[str] = 'the inertia of the link about its joint differs'
     site: ClassVar[Site] = Site.LINK
     law = staticmethod(heavier)
-    error: float = parameter(0.0, '', -0.9, 5.0, 'relative error of the inertia of the link')
+    error: float = parameter(
+        0.0, '', -0.9, 5.0, 'relative error of p1 (first joint) or p2 (second joint)')
 
 
 @dataclass(frozen=True)
 class InertialCoupling(Effect):
-    """Links that feel each other, for an arm that is described by decoupled inertias."""
+    """Links that feel each other where the arm is described by decoupled inertias, or not."""
 
     name: ClassVar[str] = 'inertial_coupling'
     cause: ClassVar[str] = 'the links feel each other: M(q) and C(q, dq) instead of constants'
     site: ClassVar[Site] = Site.LINK
     scope: ClassVar[Scope] = Scope.ARM
     law = staticmethod(coupling)
-    share: float = parameter(0.0, '', 0.0, 1.0, '1 switches the coupling on')
+    share: float = parameter(
+        0.0, '', -1.0, 1.0, '1 couples links that are given decoupled, -1 the other way round')
 
 
 @dataclass(frozen=True)

@@ -51,9 +51,8 @@ def interpolation_wave(angle, amplitude, lines, phase):             # type: igno
 
 @compiled
 def tilting_moment(first, second, gravity, elbow):                  # type: ignore[no-untyped-def]
-    """Return the tilting moment of the weight on the bearings of joints 1 and 2 [N*m]."""
-    both = first * first + second * second + 2.0 * first * second * np.cos(elbow)
-    return gravity * np.sqrt(both), gravity * np.abs(second) + 0.0 * elbow
+    """Return the moment of the weight that tilts the bearings of joints 1 and 2 [N*m]."""
+    return gravity * (first + second * np.cos(elbow)), gravity * second + 0.0 * elbow
 
 
 @compiled

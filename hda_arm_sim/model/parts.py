@@ -1,0 +1,102 @@
+"""The parts of an arm, each a group of declared parameters: joints, encoders, links, base."""
+
+from dataclasses import dataclass
+import math
+from typing import ClassVar
+
+from .effects import (BaseTilt, ClockSkew, CoarseQuantisation, CoulombFriction, Effect,
+                      StructuralDamping, TorqueSaturation, ViscousFriction)
+from .parameter import Declared, parameter
+from .torsion import TorsionLaw
+
+
+@dataclass(frozen=True)
+class Encoder(Declared):
+    """One encoder; the angle is that of its own shaft."""
+
+    name: ClassVar[str] = 'encoder'
+    counts: float = parameter(0.0, '1/turn', 0.0, 1e10, 'counts per turn, 0 for a perfect encoder')
+    zero: float = parameter(0.0, 'rad', -1e4, 1e4, 'reading at angle zero')
+    noise: float = parameter(0.0, 'rad', 0.0, 0.1, 'standard deviation of the reading')
+    sampling_time: float = parameter(0.0, 's', -0.1, 0.1, 'time of reading after the stamp')
+
+    @property
+    def step(self) -> float:
+        """Return the angle of one count, 0 for a perfect encoder [rad]."""
+        return 2.0 * math.pi / self.counts if self.counts > 0.0 else 0.0
+
+
+@dataclass(frozen=True)
+class Joint(Declared):
+    """One joint: motor, gear, torsion and two encoders; friction is stated at the motor shaft."""
+
+    name: ClassVar[str] = 'joint'
+    label: str = 'joint1'
+    torsion: TorsionLaw = TorsionLaw()
+    motor_encoder: Encoder = Encoder()
+    link_encoder: Encoder = Encoder()
+    ratio: float = parameter(100.0, '', 1.0, 1e4, 'gear ratio N')
+    motor_inertia: float = parameter(
+        1.289e-4, 'kg*m^2', 1e-9, 10.0, 'J_m + J_w, rotor and wave generator, motor side')
+    dry_friction: float = parameter(0.0, 'N*m', 0.0, 5.0, 'Coulomb level, motor side')
+    viscous_friction: float = parameter(0.0, 'N*m*s/rad', 0.0, 1.0, 'slope, motor side')
+    torque_limit: float = parameter(1.0, 'N*m', 1e-6, 1e4, 'largest motor torque, shaft')
+    velocity_limit: float = parameter(700.0, 'rad/s', 1e-3, 1e5, 'largest motor speed, shaft')
+    angle_limit: float = parameter(1e3, 'rad', 1e-3, 1e6, 'largest link angle either way')
+
+    def nominal(self, effect: type[Effect]) -> Effect:
+        """Return an effect as this joint has it without any entry in the arm's list."""
+        return {
+            CoulombFriction: lambda: CoulombFriction(level=self.dry_friction),
+            ViscousFriction: lambda: ViscousFriction(slope=self.viscous_friction),
+            StructuralDamping: lambda: StructuralDamping(coefficient=self.torsion.damping),
+            ClockSkew: lambda: ClockSkew(
+                skew=self.link_encoder.sampling_time - self.motor_encoder.sampling_time),
+            CoarseQuantisation: lambda: CoarseQuantisation(
+                motor_step=self.motor_encoder.step, link_step=self.link_encoder.step),
+            TorqueSaturation: lambda: TorqueSaturation(limit=self.torque_limit),
+        }.get(effect, effect)()
+
+
+@dataclass(frozen=True)
+class Links(Declared):
+    """Two links (or one: length2, p2, p3 and second stay 0) that move in a plane."""
+
+    name: ClassVar[str] = 'links'
+    length1: float = parameter(0.15, 'm', 1e-3, 10.0, 'link 1, joint to joint')
+    length2: float = parameter(0.0, 'm', 0.0, 10.0, 'link 2, joint to tip')
+    p1: float = parameter(0.876, 'kg*m^2', 1e-9, 1e4, 'I1 + I2 + m1 c1^2 + m2 (l1^2 + c2^2)')
+    p2: float = parameter(0.0, 'kg*m^2', 0.0, 1e4, 'I2 + m2 c2^2')
+    p3: float = parameter(0.0, 'kg*m^2', -1e4, 1e4, 'm2 l1 c2')
+    first: float = parameter(0.0, 'kg*m', -1e4, 1e4, 'mass moment about joint 1 at q2 = 90 deg')
+    second: float = parameter(0.0, 'kg*m', -1e4, 1e4, 'mass moment about joint 2')
+    coupled: float = parameter(1.0, '', 0.0, 1.0, '1, or 0 for links that do not feel each other')
+
+
+@dataclass(frozen=True)
+class Base(Declared):
+    """How the base stands; a level base feels no gravity in its plane."""
+
+    name: ClassVar[str] = 'base'
+    tilt: float = parameter(0.0, 'rad', 0.0, math.pi / 2, 'angle between base and horizontal')
+    direction: float = parameter(0.0, 'rad', -7.0, 7.0, 'downhill direction in the base frame')
+    gravity: float = parameter(9.80665, 'm/s^2', 0.0, 30.0, 'acceleration of free fall')
+
+    def nominal(self, effect: type[Effect]) -> Effect:
+        """Return an effect as the base has it without any entry in the arm's list."""
+        if effect is BaseTilt:
+            return BaseTilt(tilt=self.tilt, direction=self.direction)
+        return effect()
+
+
+@dataclass(frozen=True)
+class Tolerances(Declared):
+    """How well the nominal parameters are known: one sigma, relative."""
+
+    name: ClassVar[str] = 'tolerances'
+    stiffness: float = parameter(0.01, '', 0.0, 1.0, 'flexspline stiffness')
+    link_inertia: float = parameter(0.01, '', 0.0, 1.0, 'inertia of a link')
+    torque_constant: float = parameter(0.005, '', 0.0, 1.0, 'motor torque per command')
+    dry_friction: float = parameter(0.03, '', 0.0, 1.0, 'Coulomb level')
+    viscous_friction: float = parameter(0.1, '', 0.0, 1.0, 'viscous slope')
+    damping: float = parameter(0.1, '', 0.0, 1.0, 'damping of the torsion')
