@@ -8,6 +8,7 @@ import sys
 import numpy as np
 from numpy.typing import NDArray
 import pytest
+from scipy.integrate import trapezoid
 from truth import layout, links
 from truth.drive import delayed, lagged
 from truth.free import swing
@@ -85,7 +86,7 @@ def energy(arm: Plant, row: Array, base: tuple[float, float] = (0.0, 0.0)) -> fl
     total = 0.5 * INERTIA * motor_rate @ motor_rate + 0.5 * dq @ mass @ dq
     for j, x in enumerate(motor / N - q):
         grid = np.linspace(0.0, x, 4001)
-        total += np.trapezoid([look_up(arm.law[j], one) for one in grid], grid)
+        total += trapezoid([look_up(arm.law[j], one) for one in grid], grid)
     moments, angles, rates = np.array([2.925, 1.2]), np.cumsum(q), np.cumsum(dq)
     if tilt := float(arm.arm['base_tilt_tilt'][0]):
         down = float(arm.arm['base_tilt_direction'][0])
@@ -247,10 +248,18 @@ def test_sliders_have_initial_slope_saturation_and_a_loop_of_any_speed():
             torque[i], was = drag_sliders(joint, one, was, sliders), one
         assert torque[1] / x[1] == pytest.approx(1.2 / 2e-4)
         assert torque.max() == pytest.approx(1.2)
-        areas.append(np.trapezoid(torque[count:], x[count:]))
+        areas.append(trapezoid(torque[count:], x[count:]))
     # A loop of full height, but for its corners: each branch loses level times width.
     assert areas[0] == pytest.approx(areas[1], rel=1e-2)
     assert 1.2 * (4e-3 - 4 * 2e-4 * 1.9) < areas[1] < 1.2 * 4e-3
+
+
+def test_nothing_dampens_within_the_play():
+    arm = built(backlash_half_width=1e-4)
+    for torsion_seen, damping in ((0.0, 0.0), (4e-4, 8.0), (-4e-4, 8.0)):
+        state = at_rest(np.array([torsion_seen * N, 0.0]), np.zeros(2))
+        coast(arm, state, 1e-9, h=1e-9, every=1)
+        assert state.held['damping'][0] == pytest.approx(damping, abs=0.02)
 
 
 def test_play_is_a_dead_zone_with_free_flanks():
@@ -311,3 +320,19 @@ def test_hidden_torsion_laws_differ_as_their_names_say():
         changed = torsion(joint, torque)
         assert (np.diff(changed) > 0.0).all(), name
         assert ((changed < usual)[1:] == stiffer).all(), name
+
+
+def test_hidden_torsion_laws_have_the_sizes_of_the_table():
+    knees, joint = np.array([3.9, 12.0, 24.0]), layout.nominal_joints()[0]
+    usual = torsion(joint, knees)
+    joint['stiffness_error_relative_error'] = 0.1
+    assert torsion(joint, knees) - usual == pytest.approx(
+        (1.0 / 1.1 - 1.0) * np.arctan(0.0831 * knees) / (0.0831 * 9743.939))
+    joint = layout.nominal_joints()[0]
+    joint['stiffening_error_curvature'] = 0.16
+    assert torsion(joint, knees) - usual == pytest.approx(
+        (np.arctan(0.16 * knees) / 0.16 - np.arctan(0.0831 * knees) / 0.0831) / 9743.939)
+    joint = layout.nominal_joints()[0]
+    far, joint['wave_generator_compliance_psi'] = np.array([5000.0]), 6e-4
+    assert torsion(joint, far) - torsion(layout.nominal_joints()[0], far) == pytest.approx(
+        0.5 * (6e-4 - 2.9e-4), rel=1e-4)

@@ -1,6 +1,5 @@
 """What the truth hides shows in its recordings, as its table says, and nothing else does."""
 
-from collections.abc import Iterable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -10,38 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 import pytest
 from truth import (
-    CATALOGUE, draw, EFFECTS, Hidden, OUTSIDE, record, TruthError, TruthRecord)
-from truth import layout
+    CATALOGUE, draw, EFFECTS, Hidden, layout, OUTSIDE, record, TruthError, TruthRecord)
+from truth.encoders import mount
+from truth_cases import DT, EXACT, exact, hide, motion, recorded, SECONDS, times
 
 Array = NDArray[np.float64]
 
 TABLES = Path(__file__).parent / 'truth' / 'README.md'
 LISTED = Path(__file__).parents[2] / 'shared' / 'design' / 'catalogue.md'
-DT, SECONDS = 1e-3, 2.5
-EXACT = (1e12, 1e13)            # counts of encoders that hide nothing
 MOTOR_STEP, LINK_STEP = 2.0 * np.pi / 16384, 2.0 * np.pi / 4e6
 ONLY_READ = {                   # what the link encoder shows and the arm does not do
     'bearing_crosstalk', 'clock_skew', 'encoder_drift', 'encoder_interpolation_error',
     'encoder_scale_error', 'link_encoder_eccentricity'}
 NAMES = pytest.mark.parametrize('name', EFFECTS)
-
-
-def motion(seconds: float) -> tuple[Array, Array]:
-    """Return link angles and rates of two sines about (0.3, 1.2) rad, from rest."""
-    t = DT * np.arange(round(seconds / DT))
-    w, size = 2.0 * np.pi * np.array([0.45, 0.7]), np.array([0.35, -0.3])
-    fade = np.minimum(t / 0.5, 1.0)[:, None]
-    angle = [0.3, 1.2] + size * (3.0 - 2.0 * fade) * fade ** 2 * np.sin(np.outer(t, w))
-    return angle, np.gradient(angle, DT, axis=0)
-
-
-def recorded(hidden: Iterable[Hidden] = (), seconds: float = SECONDS, seed: int = 3, *,
-             noise: float = 1.0, scatter: bool = True,
-             counts: tuple[float, float] = (16384, 4e6)) -> TruthRecord:
-    """Return a recording of the arm with these effects in the motion of these tests."""
-    angle, rate = motion(seconds)
-    return record(tuple(hidden), motion_angle=angle, motion_rate=rate, dt=DT, seed=seed,
-                  noise=noise, healthy_scatter=scatter, counts=counts)
 
 
 @cache
@@ -56,30 +36,12 @@ def hiding(name: str) -> TruthRecord:
     return recorded([drawn(name)])
 
 
-def times(seen: TruthRecord) -> Array:
-    """Return the time of every sample since the recording began (k,) [s]."""
-    return (seen.stamps - 1_000_000_000) * 1e-9
-
-
-def exact(*hidden: Hidden, seconds: float = 2.0) -> TruthRecord:
-    """Return a recording without noise, scatter and steps."""
-    return recorded(hidden, seconds, noise=0.0, scatter=False, counts=EXACT)
-
-
 def drawn(name: str, seed: int = 0) -> Hidden:
     """Draw an effect; what happens at some time happens within these recordings."""
     hidden = draw(name, np.random.default_rng(seed))
     if 'onset' in hidden.parameters:
         hidden.parameters.update(onset=1.0)
     return hidden
-
-
-def hide(name: str, joint: str | None = 'joint1', **parameters: float) -> Hidden:
-    """Return an effect of these sizes, other parameters neutral."""
-    effect = EFFECTS[name]
-    neutral = {parameter.name: parameter.neutral for parameter in effect.parameters}
-    assert parameters.keys() <= neutral.keys()
-    return Hidden(name, joint, neutral | parameters, effect.site, effect.coordinate)
 
 
 def without_size(hidden: Hidden) -> Hidden:
@@ -154,15 +116,30 @@ def test_steps_and_zeros_are_those_of_encoders():
     assert np.abs(seen.link_angle - seen.states[:, :, 2]).max() < 3e-5
 
 
-def test_command_answers_the_sample_before():
-    seen, (angle, rate) = exact(), motion(2.0)
-    speed = np.zeros(2)
-    for k in range(1, 1500):
-        speed += (seen.motor_angle[k] - seen.motor_angle[k - 1] - DT * speed) / 3.0 / DT
-        if k > 40:              # the filter has forgotten what was before the recording
-            wanted = 0.3 * (100.0 * angle[k] - seen.motor_angle[k]) + 0.012 * (
-                100.0 * rate[k] - speed)
-            assert seen.command[k + 1] == pytest.approx(np.clip(wanted, -0.3, 0.3), abs=1e-6)
+@pytest.mark.parametrize('rate', [0.0, 0.05])
+def test_command_answers_the_reading_before_it(rate):
+    seen = exact(hide('dropped_samples', None, rate=rate))
+    wanted, speed = motion(2.0), np.zeros(2)
+    row = np.rint(times(seen) / DT).astype(int)
+    for k in range(1, len(row) - 1):
+        moved = seen.motor_angle[k] - seen.motor_angle[k - 1]
+        speed += (moved / DT - speed) / 3.0
+        answer = (0.3 * (100.0 * wanted[0][row[k]] - seen.motor_angle[k])
+                  + 0.012 * (100.0 * wanted[1][row[k]] - speed))
+        if k > 60:              # the filter has forgotten what was before the recording
+            assert seen.command[k + 1] == pytest.approx(np.clip(answer, -0.3, 0.3), abs=1e-6)
+
+
+def test_every_encoder_has_its_own_zero_within_a_step():
+    zeros = []
+    for seed in range(200):
+        joints = layout.nominal_joints()
+        mount(joints, (1000, 2000), np.random.default_rng(seed))
+        zeros.append([*joints['motor_zero'] * 1000, *joints['link_zero'] * 2000])
+    turns = np.array(zeros) / (2.0 * np.pi)
+    assert turns.min() >= 0.0 and turns.max() < 1.0
+    assert turns.mean(axis=0) == pytest.approx(0.5, abs=0.08)
+    assert np.abs(np.corrcoef(turns.T) - np.eye(4)).max() < 0.25
 
 
 def test_healthy_numbers_lie_within_their_tolerances():
@@ -251,44 +228,6 @@ def test_a_tip_force_pushes_as_it_would_by_hand():
     second = 0.15 * (-3.0 * np.cos(seen.states[:, :, 2].sum(axis=1))
                      - 5.0 * np.sin(seen.states[:, :, 2].sum(axis=1)))
     assert seen.external[:, 1] == pytest.approx(second)
-
-
-def imbalance(seen: TruthRecord, joint: int) -> tuple[float, float]:
-    """Return how far motor and link are from the nominal balances (r.m.s. at speed) [N*m]."""
-    theta, v, q, dq = np.moveaxis(seen.states, 2, 0)
-    ddtheta, ddq = np.gradient(v, DT, axis=0), np.gradient(dq, DT, axis=0)
-    m12, s = 0.25 + 0.18 * np.cos(q[:, 1]), 0.18 * np.sin(q[:, 1])
-    rigid = np.stack([
-        (0.876 + 0.36 * np.cos(q[:, 1])) * ddq[:, 0] + m12 * ddq[:, 1]
-        - s * (2.0 * dq[:, 0] * dq[:, 1] + dq[:, 1] ** 2),
-        m12 * ddq[:, 0] + 0.25 * ddq[:, 1] + s * dq[:, 0] ** 2], axis=1)
-    # A central difference of rates at a sample feels the command before it and the one after.
-    motor = (0.5 * (seen.command + np.roll(seen.command, 1, axis=0)) - 1.289e-4 * ddtheta
-             - 5.96e-5 * v - 0.037 * np.sign(v) - seen.joint_torque / 100.0)
-    at_speed = np.abs(v[:, joint]) > 15.0
-    at_speed[:600] = at_speed[-5:] = False
-    return tuple(float(np.sqrt(np.mean(one[at_speed, joint] ** 2)))
-                 for one in (100.0 * motor, seen.joint_torque - rigid))
-
-
-@pytest.mark.parametrize(('hidden', 'joint'), [
-    (hide('torque_constant_error', relative_error=0.1), 0),
-    (hide('drive_offset', 'joint2', offset=0.01), 1),
-    (hide('motor_inertia_error', relative_error=0.2), 0),
-    (hide('coulomb_friction', level=0.02), 0),
-    (hide('viscous_friction', 'joint2', slope=3e-4), 1),
-    (hide('load_dependent_friction', coefficient=0.25), 0),
-    (hide('cable_spring', stiffness=1.0), 0),
-    (hide('tooth_torque', 'joint2', amplitude=1.0), 1),
-    (hide('link_bearing_friction', level=1.0), 0),
-    (hide('payload', None, mass=2.0), 0),
-    (hide('base_tilt', None, tilt=0.05), 0)],
-    ids=lambda value: value.effect if isinstance(value, Hidden) else str(value))
-def test_motor_effects_break_the_motor_balance_and_link_effects_the_link_balance(hidden, joint):
-    usual, changed = imbalance(exact(), joint), imbalance(exact(hidden), joint)
-    assert usual[0] < 0.1 and usual[1] < 0.02
-    assert (changed[0] > 3.0 * usual[0]) == (hidden.site == 'motor')
-    assert (changed[1] > 3.0 * usual[1]) == (hidden.site == 'link')
 
 
 def test_decoupled_axes_do_not_feel_each_other():

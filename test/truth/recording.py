@@ -104,7 +104,7 @@ def _plan(motion: tuple[Array, Array, Array], dt: float, lead: int, rng: np.rand
     """Return what is given for each sample, and the stamps that go with them."""
     angle, angle_rate, force = motion
     samples = len(angle)
-    instant = dt * (np.arange(samples + 1) - lead)
+    instant: Array = dt * (np.arange(samples + 1) - lead)
     instant += CLOCK_JITTER * noise * layout.truncated(rng, samples + 1)
     stamps = START + np.rint(1e9 * instant[:-1]).astype(np.int64)
     fate, late = _mishaps(rng, samples, lead, rate)
