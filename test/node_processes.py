@@ -1,0 +1,134 @@
+"""Start the nodes as processes of their own, watch them, and leave none behind."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import time
+
+from hda_arm_sim.ros.topics import publisher, subscribe
+from hda_msgs_json.topics import Topic
+import rclpy
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+
+MODULES = {
+    'arm_sim': 'hda_arm_sim.main',
+    'torque_estimator': 'hda_torque_estimator.estimator_node',
+    'jtf_controller': 'hda_torque_estimator.controller_node',
+    'bag_recorder': 'hda_torque_estimator.recorder_node',
+}
+PATIENCE = 120.0        # until something must have happened: nothing is measured by it [s]
+
+
+class Process:
+    """A node that runs as a process."""
+
+    def __init__(self, name: str, folder: Path, *parameters: str) -> None:
+        """Start it with parameters like `rate:=200`."""
+        words = [word for parameter in parameters for word in ('-p', parameter)]
+        self.name, self._log = name, folder / f'{name}.log'
+        with self._log.open('wb') as log:
+            self._process = subprocess.Popen(
+                [sys.executable, '-m', MODULES[name], '--ros-args', *words],
+                stdout=log, stderr=subprocess.STDOUT)
+
+    @property
+    def said(self) -> str:
+        """Return everything that it has said."""
+        return self._log.read_text(errors='replace')
+
+    def send(self, *numbers: int) -> None:
+        """Send signals, one right after the other."""
+        for number in numbers:
+            self._process.send_signal(number)
+
+    def wait(self) -> int:
+        """Wait for its end and return its exit code."""
+        return self._process.wait(PATIENCE)
+
+    def running(self) -> bool:
+        """Tell whether it runs."""
+        return self._process.poll() is None
+
+    def end(self) -> None:
+        """End it, however it takes it."""
+        if self.running():
+            self.send(signal.SIGCONT, signal.SIGINT)
+            try:
+                self._process.wait(10.0)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                self._process.wait()
+
+
+class Watcher:
+    """A node of the test: it hears topics, sends bytes, calls services."""
+
+    def __init__(self) -> None:
+        """Join the ROS domain of this run."""
+        rclpy.init(args=['watcher'])
+        self.node = Node('watcher')
+
+    def hear(self, topic: Topic) -> list[bytes]:
+        """Return a list to which the bytes of every message of a topic come."""
+        heard: list[bytes] = []
+        subscribe(self.node, topic, heard.append, depth=5000)
+        return heard
+
+    def send(self, topic: Topic, readers: int) -> Callable[[bytes], None]:
+        """Return what publishes bytes on a topic, when so many readers are connected."""
+        made = publisher(self.node, topic)
+        self.until(lambda: made.get_subscription_count() >= readers, f'readers of {topic.name}')
+        return made.publish
+
+    def call(self, kind: type, name: str, **request: object) -> object:
+        """Call a service and return its response."""
+        client = self.node.create_client(kind, name)
+        self.until(client.service_is_ready, f'the service {name}')
+        future = client.call_async(kind.Request(**request))
+        self.until(future.done, f'an answer of {name}')
+        return future.result()
+
+    def until(self, done: Callable[[], bool], what: str) -> None:
+        """Spin until something has happened, and fail if it never does."""
+        end = time.monotonic() + PATIENCE
+        while not done():
+            assert time.monotonic() < end, f'waited in vain for {what}'
+            rclpy.spin_once(self.node, timeout_sec=0.05)
+
+    def close(self) -> None:
+        """Leave the domain."""
+        self.node.destroy_node()
+        rclpy.try_shutdown()
+
+
+@contextmanager
+def watching() -> Iterator[Watcher]:
+    """Have a watcher for a while."""
+    watcher = Watcher()
+    try:
+        yield watcher
+    finally:
+        watcher.close()
+
+
+@contextmanager
+def running(folder: Path, **nodes: tuple[str, ...]) -> Iterator[dict[str, Process]]:
+    """Have nodes run for a while, each with its parameters."""
+    started: dict[str, Process] = {}
+    try:
+        for name, parameters in nodes.items():
+            started[name] = Process(name, folder, *parameters)
+        yield started
+    finally:
+        for process in started.values():
+            process.end()
+
+
+def diagnostics(heard: list[bytes], kind: type) -> dict[str, object]:
+    """Return the last status of every node that was heard on /diagnostics."""
+    return {status.name: status for message in heard
+            for status in deserialize_message(message, kind).status}
