@@ -97,6 +97,7 @@ class Dependence(NamedTuple):
     by_direction: bool              # another curve for each direction of the motor
     eta2: float                     # share of the variance, in [0, 1]
     chance: float                   # the same with the coordinate shifted in time, median
+    line: float | None = None       # strongest line: over time [Hz], over a motor turn [1/turn]
 
     @property
     def beyond_chance(self) -> float:
@@ -147,12 +148,15 @@ def strongest_line(time: Array, values: Array) -> Line:
     window = np.hanning(len(values))
     power = np.abs(np.fft.rfft((values - values.mean()) * window)) ** 2
     power[:_LINE] = 0.0             # a trend is no line
-    if not power.sum() > 0.0:
+    if len(power) <= 2 * _LINE or not power.sum() > 0.0:
         return Line(math.nan, 0.0)
-    peak = int(np.argmax(power))
-    near = power[max(peak - _LINE, 0):peak + _LINE + 1]
+    peak = int(np.clip(np.argmax(power), _LINE, len(power) - 2))
+    near = power[peak - _LINE:peak + _LINE + 1]
+    low, middle, high = np.log(np.maximum(power[peak - 1:peak + 2], 1e-300))
+    bend = 2.0 * middle - low - high
+    between = 0.5 * (high - low) / bend if bend > 0.0 else 0.0
     period = (time[-1] - time[0]) * len(time) / (len(time) - 1)
-    return Line(peak / period, float(near.sum() / power.sum()))
+    return Line((peak + float(between)) / period, float(near.sum() / power.sum()))
 
 
 def binned(coordinate: Array, values: Array, bins: int) -> Binned:
@@ -165,12 +169,12 @@ def binned(coordinate: Array, values: Array, bins: int) -> Binned:
     return Binned(middle, median, low, high)
 
 
-def along(exhibits: Exhibits, name: str, column: int) -> Array:
-    """Return a coordinate (m,) of the joint of a column, the motor angle within one turn."""
-    if name == 'time':
-        return exhibits.time
-    values = _coordinate(exhibits, name, column)
-    return np.mod(values, TURN) if name == WRAPPED else values
+def along(exhibits: Exhibits, told: Dependence, column: int) -> Array:
+    """Return the coordinate (m,) of a dependence, within its period if it has one."""
+    if told.coordinate == 'time':
+        return exhibits.time if told.line is None else np.mod(exhibits.time, 1.0 / told.line)
+    values = _coordinate(exhibits, told.coordinate, column)
+    return np.mod(values, TURN) if told.coordinate == WRAPPED else values
 
 
 def _coordinate(exhibits: Exhibits, name: str, column: int) -> Array:
@@ -192,7 +196,8 @@ def _moving(values: Array, valid: Mask, direction: Mask, name: str,
     bins, count = _bins(name, coordinate, len(values))
     chance = float(np.median([_eta2(values, shifted[valid], count)
                               for shifted in _shifted(bins)]))
-    plain = Dependence(name, False, _eta2(values, bins[valid], count), chance)
+    plain = Dependence(name, False, _eta2(values, bins[valid], count), chance,
+                       _order(values, bins[valid], count) if name == WRAPPED else None)
     if name in VELOCITIES:
         return plain
     split = _split(values, valid, direction, name, bins, count)
@@ -210,7 +215,9 @@ def _split(values: Array, valid: Mask, direction: Mask, name: str, bins: Bins,
         return None
     chance = float(np.median([_eta2(values, shifted[valid], 2 * count)
                               for shifted in _shifted(cells)]))
-    return Dependence(name, True, eta2, chance)
+    return Dependence(name, True, eta2, chance,
+                      _order(values * np.where(direction[valid], 1.0, -1.0), bins[valid], count)
+                      if name == WRAPPED else None)
 
 
 def _over_time(time: Array, values: Array, valid: Mask) -> Dependence:
@@ -219,7 +226,17 @@ def _over_time(time: Array, values: Array, valid: Mask) -> Dependence:
     spread = np.zeros(len(time))
     spread[valid] = values - values.mean() if len(values) else 0.0
     line = strongest_line(time, spread)
-    return Dependence('time', False, max(_eta2(values, bins[valid], count), line.share), 0.0)
+    when = _eta2(values, bins[valid], count)
+    if when >= line.share:
+        return Dependence('time', False, when, 0.0)
+    return Dependence('time', False, line.share, 0.0, line.frequency)
+
+
+def _order(values: Array, bins: Bins, count: int) -> float | None:
+    """Return how often the strongest wave in values (k,) repeats within all bins."""
+    means = np.bincount(bins, values, count) / np.maximum(np.bincount(bins, minlength=count), 1)
+    size = np.abs(np.fft.rfft(means))[1:]
+    return float(1 + np.argmax(size)) if size.any() else None
 
 
 def _rank(told: Dependence) -> float:

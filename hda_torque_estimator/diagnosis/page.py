@@ -16,8 +16,8 @@ HEADLINES = {
 }
 CAPTIONS = {
     'residuals': 'What each balance misses over time. The arm as given leaves the wide band; the '
-                 'extended arm should stay between the dashed lines, which noise and encoder '
-                 'resolution alone would reach. Gaps are standstill, where friction is not known.',
+                 'extended arm should stay mostly between the dashed lines, as noise and encoder '
+                 'resolution alone do. Gaps are standstill, where friction is not known.',
     'unexplained': 'What the extended arm still misses, against the coordinate that it follows '
                    'most. A flat line within its quartiles would be noise.',
     'prediction': 'Error of the simulation from measured states, by how far it looks ahead. The '
@@ -76,7 +76,8 @@ def _findings(diagnosis: Diagnosis) -> str:
 def _numbers(parameters: Mapping[str, Number]) -> str:
     return '<br>'.join(
         f'<span class="number">{escape(name)} = {figure(number.value)} '
-        f'[{figure(number.low)}, {figure(number.high)}] {escape(unit(number.unit))}</span>'
+        f'[{figure(number.low)}, {figure(number.high)}] {escape(unit(number.unit))}'.rstrip()
+        + '</span>'
         for name, number in parameters.items())
 
 
@@ -101,11 +102,13 @@ def _unexplained(diagnosis: Diagnosis) -> str:
     rest = diagnosis.unexplained
     if rest is None:
         return ''
-    line = '' if rest.line is None else f', with its strongest line at {figure(rest.line)}'
+    follows = rest.depends_on.replace('_', ' ')
+    scale = 'per motor turn' if follows.startswith('motor angle') else 'Hz'
+    line = '' if rest.line is None else f', strongest at {figure(rest.line)} {scale}'
     return _section('The unexplained rest', (
         f'<p>{100.0 * rest.share:.0f} % of the excess sits in the {escape(rest.site)} balance of '
-        f'{escape(_place(rest.joint))} and follows the '
-        f'{escape(rest.depends_on.replace("_", " "))}{line}.</p>'))
+        f'{escape(_place(rest.joint))} and follows '
+        f'{"" if follows == "time" else "the "}{escape(follows)}{line}.</p>'))
 
 
 def _gain(diagnosis: Diagnosis) -> str:
@@ -120,7 +123,7 @@ def _gain(diagnosis: Diagnosis) -> str:
 
 def _figures(diagnosis: Diagnosis, drawn: Mapping[str, str]) -> str:
     return _section('Simulated against measured', ''.join(
-        f'<figure role="img" aria-label="{escape(_caption(diagnosis, name))}">\n{svg}\n'
+        f'<figure>\n<div aria-hidden="true">{svg}</div>\n'
         f'<figcaption>{escape(_caption(diagnosis, name))}</figcaption></figure>\n'
         for name, svg in drawn.items())) if drawn else ''
 

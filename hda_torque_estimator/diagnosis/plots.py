@@ -9,11 +9,11 @@ from typing import Any
 import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
+from matplotlib.ticker import FixedLocator, FuncFormatter
 import numpy as np
 from numpy.typing import NDArray
 
-from .exhibits import along, binned, dependences, Example, Exhibits, TURN, WRAPPED
+from .exhibits import along, binned, Dependence, dependences, Example, Exhibits, TURN, WRAPPED
 from .report import Diagnosis, Finding
 
 Array = NDArray[np.float64]
@@ -25,15 +25,16 @@ COORDINATES = {
     'link_velocity': 'link velocity [rad/s]',
     'motor_angle': 'motor angle in its turn, shaft [rad]',
     'link_angle': 'link angle [rad]',
-    'joint_torque': 'joint torque, output [N m]',
-    'motor_torque': 'motor torque, shaft [N m]',
+    'joint_torque': 'joint torque, output [N·m]',
+    'motor_torque': 'motor torque, shaft [N·m]',
 }
 BALANCES = ('A, motor', 'B, torsion')
 _BUCKETS = 600                      # of a trace over time: as many as can be seen
 _BINS, _TURN_BINS = 30, 60
 _STYLE: dict[Any, Any] = {
     'font.size': 8.5, 'axes.titlesize': 9.0, 'axes.titlelocation': 'left',
-    'axes.spines.top': False, 'axes.spines.right': False, 'axes.grid': True, 'grid.alpha': 0.25,
+    'axes.spines.top': False, 'axes.spines.right': False, 'axes.grid': True,
+    'axes.axisbelow': True, 'grid.alpha': 0.25,
     'grid.color': FLOOR, 'grid.linewidth': 0.5, 'axes.linewidth': 0.6, 'axes.xmargin': 0.01,
     'legend.frameon': False, 'text.color': INK, 'axes.labelcolor': INK, 'axes.edgecolor': INK,
     'xtick.color': INK, 'ytick.color': INK, 'axes.formatter.useoffset': False,
@@ -65,7 +66,7 @@ def residual_figure(diagnosis: Diagnosis, exhibits: Exhibits) -> Figure:
         for column, axes in enumerate(rows):
             label, side = exhibits.labels[column % joints], column // joints
             axes.set_title(f'{_text(label)}: balance {BALANCES[side]}')
-            axes.set_ylabel('residual,\noutput [N m]')
+            axes.set_ylabel('residual,\noutput [N·m]')
             for residual, colour, name in ((exhibits.before, BEFORE, 'arm as given'),
                                            (exhibits.after, AFTER, 'extended arm')):
                 shown = np.where(exhibits.valid[:, column], residual[:, column], np.nan)
@@ -81,8 +82,7 @@ def finding_figure(finding: Finding, exhibits: Exhibits) -> Figure:
     """Draw the residual that one cause leaves against what gives it away, before and after."""
     own = exhibits.of(finding.effect, finding.joint)
     column = own.column(finding.site, finding.joint)
-    title = f'{finding.effect} at {finding.joint or "the arm"}'
-    return _against(own, column, title, ('without this cause', 'with it'))
+    return _against(own, column, finding.effect, ('without this cause', 'with it'))
 
 
 def rest_figure(exhibits: Exhibits, column: int) -> Figure:
@@ -93,33 +93,41 @@ def rest_figure(exhibits: Exhibits, column: int) -> Figure:
 def _against(exhibits: Exhibits, column: int, title: str, names: tuple[str, ...]) -> Figure:
     """Draw one panel for each name: the residual before, and after, over what it follows."""
     told, joints = dependences(exhibits, column)[0], len(exhibits.labels)
-    valid = exhibits.valid[:, column]
-    coordinate = along(exhibits, told.coordinate, column)[valid]
-    ahead = exhibits.coordinates['motor_velocity'][valid, column % joints] > 0.0
+    where = f'{exhibits.labels[column % joints]}, balance {BALANCES[column // joints]}'
     with matplotlib.rc_context(_STYLE):
-        figure = Figure(figsize=(7.6 if len(names) > 1 else 4.6, 3.0), layout='constrained')
+        figure = Figure(figsize=(7.6 if len(names) > 1 else 4.8, 3.3), layout='constrained')
         panels = figure.subplots(1, len(names), sharey=True, sharex=True, squeeze=False)[0]
         for axes, name, residual, colour in zip(
                 panels, names, (exhibits.before, exhibits.after), (BEFORE, AFTER)):
-            directions = {'forward': ahead, 'backward': ~ahead} if told.by_direction else \
-                {'median': np.ones(len(ahead), bool)}
-            for (direction, rows), line in zip(directions.items(), ('-', '--')):
-                _spread(axes, coordinate[rows], residual[valid, column][rows], colour, line,
-                        direction, _TURN_BINS if told.coordinate == WRAPPED else _BINS)
-            axes.set_title(_text(name))
-            axes.set_xlabel(COORDINATES[told.coordinate])
-            axes.axhline(0.0, color=INK, linewidth=0.6)
-            if told.coordinate == WRAPPED:
-                _turn_ticks(axes)
-        where = f'{exhibits.labels[column % joints]}, balance {BALANCES[column // joints]}'
+            _dependence(axes, exhibits, residual, column, told, colour)
+            axes.set_title(name)
+            axes.set_xlabel(_name_of(told))
         figure.suptitle(_text(f'{title}: {where}'), x=0.01, ha='left', fontsize=9.5)
-        panels[0].set_ylabel('residual, output [N m]')
-        panels[0].legend(loc='best')
+        panels[0].set_ylabel('residual, output [N·m]')
+        _legend(figure, panels[0], below=True)
     return figure
+
+
+def _dependence(axes: Axes, exhibits: Exhibits, residual: Array, column: int, told: Dependence,
+                colour: str) -> None:
+    """Draw a residual (m, 2 n) over what it follows, by direction where that matters."""
+    valid = exhibits.valid[:, column]
+    coordinate, values = along(exhibits, told, column)[valid], residual[valid, column]
+    shaft = exhibits.coordinates['motor_velocity'][valid, column % len(exhibits.labels)]
+    parts = [('median', np.ones(len(values), bool), '-')]
+    if told.by_direction:
+        parts = [('median, forward', shaft > 0.0, '-'), ('median, backward', shaft <= 0.0, '--')]
+    for name, rows, line in parts:
+        _spread(axes, coordinate[rows], values[rows], colour, line, name, _bins(told))
+    axes.axhline(0.0, color=INK, linewidth=0.6)
+    if told.coordinate == WRAPPED:
+        _turn_ticks(axes)
 
 
 def prediction_figure(exhibits: Exhibits) -> Figure:
     """Draw the error of predictions from measured states over how far ahead they look."""
+    count = len(exhibits.horizons)
+    marks = np.unique(np.geomspace(1, max(count, 1), min(count, 9)).astype(int) - 1).tolist()
     with matplotlib.rc_context(_STYLE):
         figure = Figure(figsize=(4.8, 3.4), layout='constrained')
         axes = figure.subplots()
@@ -128,35 +136,40 @@ def prediction_figure(exhibits: Exhibits) -> Figure:
                 ('extended arm', exhibits.predicted_after, AFTER, 's--'),
                 ('noise alone', exhibits.predicted_floor, FLOOR, '^:')):
             axes.loglog(exhibits.horizons, error, style, color=colour, label=name, markersize=4.5,
-                        markevery=max(1, len(error) // 8), linewidth=1.4)
+                        markevery=marks, linewidth=1.4)
         axes.set_xlabel('time ahead of the measured state [s]')
         axes.set_ylabel('rms prediction error, output [rad]')
-        axes.xaxis.set_minor_formatter(NullFormatter())
-        axes.legend(loc='upper left')
         axes.grid(which='minor', alpha=0.12)
+        _legend(figure, axes)
     return figure
 
 
 def example_figure(labels: tuple[str, ...], example: Example) -> Figure:
-    """Draw one window: the error of every simulated angle against the measured one."""
+    """Draw one window: every angle measured and simulated, and how far off it is simulated."""
     joints = len(labels)
     with matplotlib.rc_context(_STYLE):
-        figure = Figure(figsize=(7.6, 0.6 + 2.0 * joints), layout='constrained')
-        panels = figure.subplots(joints, 2, sharex=True, squeeze=False)
-        for column, axes in enumerate(panels.T.flat):
-            label, side = labels[column % joints], ('motor over ratio', 'link')[column // joints]
-            start = example.measured[0, column]
-            for name, angle, colour, line in (
-                    ('measured', example.measured, INK, '-'),
-                    ('arm as given', example.before, BEFORE, '--'),
-                    ('extended arm', example.after, AFTER, ':')):
-                axes.plot(example.time, 1e3 * (angle[:, column] - start), line, color=colour,
-                          linewidth=1.8 if line == ':' else 1.2, label=name)
-            axes.set_title(_text(f'{label}, {side}'))
-            axes.set_ylabel('angle moved,\noutput [mrad]')
+        figure = Figure(figsize=(7.6, 0.7 + 3.0 * joints), layout='constrained')
+        panels = figure.subplots(2 * joints, 2, sharex=True)
+        for column, (moved, missed) in enumerate(panels):
+            label, side = labels[column % joints], ('motor', 'link')[column // joints]
+            measured = example.measured[:, column]
+            moved.plot(example.time, measured - measured[0], color=INK, label='measured')
+            for name, angle, colour, line in (('arm as given', example.before, BEFORE, '--'),
+                                              ('extended arm', example.after, AFTER, ':')):
+                angle = angle[:, column]
+                moved.plot(example.time, angle - measured[0], line, color=colour, label=name,
+                           linewidth=2.0)
+                missed.plot(example.time, 1e3 * (angle - measured), line, color=colour,
+                            linewidth=2.0)
+            missed.axhline(0.0, color=INK)
+            moved.set_title(_text(f'{label}, {side}'))
+            missed.set_title('simulated minus measured')
+            moved.set_ylabel('angle moved,\noutput [rad]')
+            missed.set_ylabel('error, output\n[mrad]')
         for axes in panels[-1]:
             axes.set_xlabel(COORDINATES['time'])
         _legend(figure, panels[0, 0])
+        figure.align_ylabels()
     return figure
 
 
@@ -184,6 +197,17 @@ def _trace(axes: Axes, time: Array, values: Array, colour: str, name: str) -> No
                       alpha=0.55 if colour == BEFORE else 1.0, label=name)
 
 
+def _name_of(told: Dependence) -> str:
+    """Return what stands at the axis of a dependence."""
+    if told.coordinate == 'time' and told.line is not None:
+        return f'time in the period of {told.line:.4g} Hz [s]'
+    return COORDINATES[told.coordinate]
+
+
+def _bins(told: Dependence) -> int:
+    return _TURN_BINS if told.coordinate == WRAPPED else _BINS
+
+
 def _floor(axes: Axes, floor: float) -> None:
     """Draw twice the rms of noise on both sides of zero."""
     if math.isfinite(floor):
@@ -199,7 +223,7 @@ def _spread(axes: Axes, coordinate: Array, values: Array, colour: str, line: str
         return
     told = binned(coordinate, values, max(1, min(bins, len(values) // 20)))
     axes.fill_between(told.centre, told.low, told.high, color=colour, alpha=0.3, linewidth=0.0,
-                      label='quartiles' if line == '-' else None)
+                      label='middle half' if line == '-' else None)
     axes.plot(told.centre, told.median, line, color=colour, linewidth=1.6, label=name)
 
 
@@ -210,9 +234,10 @@ def _turn_ticks(axes: Axes) -> None:
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: names[round(4 * value / TURN)]))
 
 
-def _legend(figure: Figure, axes: Axes) -> None:
+def _legend(figure: Figure, axes: Axes, *, below: bool = False) -> None:
     handles, names = axes.get_legend_handles_labels()
-    figure.legend(handles, names, loc='outside upper left', ncols=len(names), borderpad=0.0)
+    figure.legend(handles, names, ncols=len(names), borderpad=0.0,
+                  loc='outside lower left' if below else 'outside upper left')
 
 
 def _text(plain: str) -> str:
