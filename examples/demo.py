@@ -8,6 +8,7 @@ one that the model file describes, with encoders that count in whole steps: what
 resolution and the filters of the estimator, not a wrong model.
 """
 
+import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager, ExitStack
 import json
@@ -24,9 +25,6 @@ from demo_figure import draw, Shown
 from demo_operator import operate, OperatorError
 
 ROOT = Path(__file__).resolve().parents[1]
-OUT = ROOT / 'out' / 'demo'
-ARM = 'hda_arm.yaml'
-DURATION = 10.0         # of the motion [s]
 MODULES = {
     'arm_sim': 'hda_arm_sim.main',
     'torque_estimator': 'hda_torque_estimator.estimator_node',
@@ -41,8 +39,9 @@ PARAMETERS = {
     'torque_estimator': [],
     'jtf_controller': ['torque_feedback:=0.5', 'position_gain:=0.1', 'velocity_gain:=0.008',
                        'sample_timeout:=0.2'],
-    'bag_recorder': [f'output:={OUT / "recording"}'],
+    'bag_recorder': [],
 }
+Running = tuple[str, subprocess.Popen[bytes]]
 PATIENCE = 10.0         # with a process that was told to end [s]
 
 
@@ -52,24 +51,35 @@ class DemoError(RuntimeError):
 
 def main() -> int:
     """Run the demo and return its exit code."""
+    options = _options()
+    out: Path = options.out
     signal.signal(signal.SIGTERM, _end)
     try:
-        shutil.rmtree(OUT, ignore_errors=True)
-        OUT.mkdir(parents=True)
-        with _domain(), ExitStack() as nodes:
-            running = [nodes.enter_context(_node(name)) for name in MODULES if name != 'hda']
-            operate(DURATION, lambda: _check(running))
-        report = _estimate()
-        shown = Shown.read(OUT / 'recording', OUT / 'estimates')
-        draw(shown, OUT / 'demo.png')
-    except (DemoError, OperatorError) as error:
+        shutil.rmtree(out, ignore_errors=True)
+        out.mkdir(parents=True)
+        with _domain(out), ExitStack() as nodes:
+            running = [nodes.enter_context(_node(name, options)) for name in PARAMETERS]
+            operate(options.duration, lambda: _check(running, out))
+        report = _estimate(options)
+        shown = Shown.read(out / 'recording', out / 'estimates')
+        draw(shown, out / 'demo.png')
+    except (DemoError, OperatorError, OSError) as error:
         sys.stderr.write(f'demo: {error}\n')
         return 1
     except KeyboardInterrupt:
         sys.stderr.write('demo: interrupted\n')
         return 130
-    print(_line(report, shown))
+    print(f'{_line(report, shown)}; figure {out / "demo.png"}')
     return 0
+
+
+def _options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description='The main job, end to end over real ROS 2.')
+    parser.add_argument('--arm', default='hda_arm.yaml', help='model file of all nodes')
+    parser.add_argument('--duration', type=float, default=10.0, help='of the motion [s]')
+    parser.add_argument('--out', type=Path, default=ROOT / 'out' / 'demo',
+                        help='directory that is made anew')
+    return parser.parse_args()
 
 
 def _end(number: int, frame: object) -> None:
@@ -78,7 +88,7 @@ def _end(number: int, frame: object) -> None:
 
 
 @contextmanager
-def _domain() -> Iterator[None]:
+def _domain(out: Path) -> Iterator[None]:
     """Use a ROS domain that no other run on this machine has, and stay on this machine."""
     with ExitStack() as claims:
         for domain in range(1, 102):
@@ -91,7 +101,7 @@ def _domain() -> Iterator[None]:
         else:
             raise DemoError('all ROS domains are in use by other runs on this machine')
         os.environ.update(ROS_DOMAIN_ID=str(domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST',
-                          ROS_LOG_DIR=str(OUT / 'log'))
+                          ROS_LOG_DIR=str(out / 'log'))
         os.environ.pop('ROS_LOCALHOST_ONLY', None)
         yield
 
@@ -103,10 +113,13 @@ def _command(name: str) -> list[str]:
 
 
 @contextmanager
-def _node(name: str) -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
+def _node(name: str, options: argparse.Namespace) -> Iterator[Running]:
     """Run a node; at the end it is told to stop, and must do so cleanly."""
-    words = [word for parameter in PARAMETERS[name] for word in ('-p', parameter)]
-    with (OUT / f'{name}.log').open('wb') as log:
+    parameters = [*PARAMETERS[name], f'arm:={options.arm}']
+    if name == 'bag_recorder':
+        parameters.append(f'output:={options.out / "recording"}')
+    words = [word for parameter in parameters for word in ('-p', parameter)]
+    with (options.out / f'{name}.log').open('wb') as log:
         process = subprocess.Popen([*_command(name), '--ros-args', *words], stdout=log, stderr=log)
         clean = False
         try:
@@ -120,26 +133,27 @@ def _node(name: str) -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
                 process.kill()
                 code = process.wait()
     if clean and code:
-        raise DemoError(f'{name} ended with {code} instead of 0: {_last_line(name)}')
+        raise DemoError(f'{name} ended with {code} instead of 0: {_said(name, options.out)}')
 
 
-def _check(running: list[tuple[str, subprocess.Popen[bytes]]]) -> None:
+def _check(running: list[Running], out: Path) -> None:
     """Raise DemoError if a node has ended too early."""
     for name, process in running:
         if process.poll() is not None:
-            raise DemoError(f'{name} ended early with {process.returncode}: {_last_line(name)}')
+            raise DemoError(f'{name} ended early with {process.returncode}: {_said(name, out)}')
 
 
-def _last_line(name: str) -> str:
-    lines = (OUT / f'{name}.log').read_text(errors='replace').split('\n')
+def _said(name: str, out: Path) -> str:
+    """Return the last line that a node said."""
+    lines = (out / f'{name}.log').read_text(errors='replace').split('\n')
     return next((line for line in reversed(lines) if line.strip()), 'it said nothing')
 
 
-def _estimate() -> dict[str, Any]:
+def _estimate(options: argparse.Namespace) -> dict[str, Any]:
     """Return the report of `hda estimate` on the recording."""
     made = subprocess.run(
-        [*_command('hda'), 'estimate', str(OUT / 'recording'), '--arm', ARM,
-         '--out', str(OUT / 'estimates'), '--json'], capture_output=True, text=True)
+        [*_command('hda'), 'estimate', str(options.out / 'recording'), '--arm', options.arm,
+         '--out', str(options.out / 'estimates'), '--json'], capture_output=True, text=True)
     if made.returncode:
         raise DemoError(f'hda estimate ended with {made.returncode}: {made.stderr.strip()}')
     return json.loads(made.stdout)
@@ -153,7 +167,7 @@ def _line(report: dict[str, Any], shown: Shown) -> str:
         f'{found[f"truth/{label}/torque"]["largest"]:.3f} max' for label in shown.labels)
     forces = ', '.join(f'{axis} {found[f"truth/tip/wrench.{axis}"]["rms"]:.2f}' for axis in 'xy')
     return (f'errors: torque [N*m] {torques}; tip force [N] {forces} rms; '
-            f'{len(shown.stamps)} samples, {shown.lost} lost; figure {OUT / "demo.png"}')
+            f'{len(shown.stamps)} samples, {shown.lost} lost')
 
 
 if __name__ == '__main__':

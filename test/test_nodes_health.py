@@ -75,7 +75,8 @@ def test_estimator_reports_silence_refusals_and_flags():
 def test_estimator_names_the_joint_beyond_its_range():
     live = LiveEstimator(ARM)
     live(encode_joint_state(10**9, '', reading_names(ARM.labels), [30.0, 0.2, 120.0, 1.2]))
-    assert estimator_report(live, NONE_YET, Refusals()).values['beyond the valid range'] == 'joint1'
+    report = estimator_report(live, NONE_YET, Refusals())
+    assert report.values['beyond the valid range'] == 'joint1'
 
 
 def test_controller_reports_why_it_stopped():

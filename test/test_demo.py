@@ -1,0 +1,45 @@
+"""The demo does the main job, says one line, and leaves no process behind."""
+
+import os
+from pathlib import Path
+import subprocess
+import sys
+
+from hda_msgs_json.bag import open_recording
+from project_files import ROOT
+import pytest
+
+pytestmark = pytest.mark.xdist_group('nodes')
+
+
+def demo(out: Path, *options: str) -> subprocess.CompletedProcess[str]:
+    """Run the demo, and fail if one of its processes outlives it."""
+    with subprocess.Popen(
+            [sys.executable, str(ROOT / 'examples' / 'demo.py'), '--out', str(out), *options],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+            start_new_session=True) as process:
+        said, complained = process.communicate()
+    with pytest.raises(ProcessLookupError):
+        os.killpg(process.pid, 0)
+    return subprocess.CompletedProcess([], process.returncode, said, complained)
+
+
+def test_demo_shows_small_errors(tmp_path):
+    done = demo(tmp_path / 'demo', '--duration', '4')
+    assert done.returncode == 0, done.stderr
+    assert len(done.stdout.splitlines()) == 1
+    assert done.stdout.startswith('errors: torque [N*m] joint1 0.0')
+    assert ' 0 lost; figure ' in done.stdout
+    assert (tmp_path / 'demo' / 'demo.png').stat().st_size > 50_000
+    recording = open_recording(tmp_path / 'demo' / 'recording')
+    pushed = recording.wrenches('/truth/tip/wrench').force[:, 0]
+    assert pushed.max() == pytest.approx(20.0)
+    assert recording.topics['/motor_command'].count > 3000
+
+
+def test_failure_is_one_line(tmp_path):
+    done = demo(tmp_path / 'demo', '--arm', 'none.yaml')
+    assert done.returncode == 1
+    assert done.stdout == ''
+    assert len(done.stderr.splitlines()) == 1
+    assert "ended early with 2: arm_sim: no arm file 'none.yaml'" in done.stderr
