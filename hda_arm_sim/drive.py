@@ -1,4 +1,4 @@
-"""Give the arm its inputs as a drive does: held from sample to sample, and some time late."""
+"""Give the arm its inputs as a drive does: held, and some time late (docs/model.md, 16)."""
 
 import numpy as np
 

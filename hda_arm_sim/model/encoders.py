@@ -1,4 +1,8 @@
-"""What both encoders of a joint show of an angle, and which angle is behind what they show."""
+"""
+What both encoders of a joint show of an angle, and which angle is behind what they show.
+
+See docs/model.md, 21-24.
+"""
 
 import numpy as np
 
@@ -35,7 +39,7 @@ def link_error(joint, angle, tilt_moment):                          # type: igno
 
 @compiled
 def motor_angle_behind(joint, shown):                               # type: ignore[no-untyped-def]
-    """Return the shaft's angle that the motor encoder shows as `shown` [rad]."""
+    """Return the shaft's angle that the motor encoder shows as `shown`, (24) [rad]."""
     angle = shown
     for _ in range(_ROUNDS):
         last, angle = angle, shown - motor_error(joint, angle)
@@ -46,7 +50,7 @@ def motor_angle_behind(joint, shown):                               # type: igno
 
 @compiled
 def link_angle_behind(joint, shown, tilt_moment):                   # type: ignore[no-untyped-def]
-    """Return the link's angle that the link encoder shows as `shown` [rad]."""
+    """Return the link's angle that the link encoder shows as `shown`, (24) [rad]."""
     angle = shown
     for _ in range(_ROUNDS):
         last, angle = angle, shown - link_error(joint, angle, tilt_moment)

@@ -1,5 +1,5 @@
 """
-The equation of motion, compiled; every effect acts here at its place (docs/model.md, 23-26).
+The equation of motion, compiled; every effect acts here at its place (docs/model.md, 12-19).
 
 All that moves stands in one array of registers (n, REGISTERS), a row per joint: its state, the
 stages and slopes of the integration, and the torques of the last slope taken. One array and not
@@ -63,7 +63,7 @@ def registers(state: Array) -> Array:
 
 @inlined
 def transmission(joint, motor_angle):                               # type: ignore[no-untyped-def]
-    """Return e(theta_m) [rad] and the effective ratio 1/N + e'(theta_m), (14-15)."""
+    """Return e(theta_m) [rad] and the effective ratio 1/N + e'(theta_m), (69-70)."""
     wave = joint.kinematic_error
     if wave.amplitude_1 == 0.0 and wave.amplitude_2 == 0.0 and wave.amplitude_4 == 0.0:
         return 0.0, 1.0 / joint.ratio
@@ -76,7 +76,7 @@ def transmission(joint, motor_angle):                               # type: igno
 
 @inlined
 def spring_torque(joint, torsion, w, j):                            # type: ignore[no-untyped-def]
-    """Return the torque of the spring alone, (23); renews the joint's guess [N*m]."""
+    """Return the torque of the spring alone, (14); renews the joint's guess [N*m]."""
     if joint.backlash.half_width > 0.0:
         torsion = played_torsion(torsion, joint.backlash.half_width)
     near, bend = 0.0, w[j, GUESS + 2]
@@ -89,14 +89,14 @@ def spring_torque(joint, torsion, w, j):                            # type: igno
 
 @inlined
 def gear_torque(joint, spring, torsion_rate, state):                # type: ignore[no-untyped-def]
-    """Return the torque through the gear, (24) [N*m at the output, drives the link]."""
+    """Return the torque through the gear, (14) [N*m at the output, drives the link]."""
     return (spring + hysteresis_torque(state, joint.torsional_hysteresis.level)
             + damping_torque(torsion_rate, joint.structural_damping.coefficient))
 
 
 @inlined
 def _motor_side(arm, w, j, at, to):                                 # type: ignore[no-untyped-def]
-    """Fill one joint's slopes but the link's, and its registers of torque."""
+    """Fill one joint's slopes but the link's, and its registers of torque, (12)-(18)."""
     joint = arm.joints[j]
     angle, velocity, mode = w[j, at + MOTOR_ANGLE], w[j, at + MOTOR_VELOCITY], w[j, MODE]
     error, ratio = transmission(joint, angle)
@@ -125,7 +125,7 @@ def _motor_side(arm, w, j, at, to):                                 # type: igno
 
 @inlined
 def _link_side(arm, inertia, w, at, to):                            # type: ignore[no-untyped-def]
-    """Fill the accelerations of one or two links, M ddq = tau + J^T F + gravity - C dq, (26)."""
+    """Fill the accelerations of one or two links, M ddq = tau + J^T F + gravity - C dq, (19)."""
     two = arm.joints.shape[0] == 2
     q1, dq1 = w[0, at + LINK_ANGLE], w[0, at + LINK_VELOCITY]
     q2, dq2 = (w[1, at + LINK_ANGLE], w[1, at + LINK_VELOCITY]) if two else (0.0, 0.0)
@@ -155,7 +155,7 @@ def _link_side(arm, inertia, w, at, to):                            # type: igno
 
 @inlined
 def _accelerate(arm, w, two, m11, m12, m22, net1, net2, to):        # type: ignore[no-untyped-def]
-    """Fill the links' accelerations, with bearings that hold or oppose them."""
+    """Fill the links' accelerations, with bearings that hold or oppose them, (80)."""
     level1 = arm.joints[0].link_bearing_friction.level
     level2 = arm.joints[1].link_bearing_friction.level if two else 0.0
     held1, held2 = level1 > 0.0 and w[0, MODE + 1] == 0.0, level2 > 0.0 and w[1, MODE + 1] == 0.0
@@ -175,7 +175,7 @@ def _accelerate(arm, w, two, m11, m12, m22, net1, net2, to):        # type: igno
 
 @compiled
 def slope(arm, inertia, w, at, to):                                 # type: ignore[no-untyped-def]
-    """Fill the slopes in block `to` of the state in block `at`, (23)-(26)."""
+    """Fill the slopes in block `to` of the state in block `at`, (12)-(19)."""
     for j in range(arm.joints.shape[0]):
         _motor_side(arm, w, j, at, to)
     _link_side(arm, inertia, w, at, to)

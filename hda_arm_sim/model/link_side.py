@@ -1,4 +1,4 @@
-"""What acts on the links: every effect of the links and the base at its place, by its law."""
+"""What acts on the links: every effect of the links and the base at its place, by its law (docs/model.md, 19)."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from .rigid import coriolis, gravity_torque, Inertia, mass_matrix, tip_torque
 
 @compiled
 def loaded_inertia(body):                                           # type: ignore[no-untyped-def]
-    """Return the inertia of the links with what they carry, (22)."""
+    """Return the inertia of the links with what they carry, (81)."""
     links = body.links
     bare = Inertia(links.p1, links.p2, links.p3, links.first, links.second, links.coupled)
     return loaded(bare, links.length1, links.length2, body.payload.mass)
@@ -50,7 +50,7 @@ def cable(joint, link_angle):                                       # type: igno
 
 @compiled
 def base_coupling(inertia, direction, q1, q2):                      # type: ignore[no-untyped-def]
-    """Return the torque on joints 1 and 2 per acceleration of the base [kg*m]."""
+    """Return the torque on joints 1 and 2 per acceleration of the base, (88) [kg*m]."""
     far = inertia.second * np.sin(direction - q1 - q2)
     return inertia.first * np.sin(direction - q1) + far, far
 
@@ -58,7 +58,7 @@ def base_coupling(inertia, direction, q1, q2):                      # type: igno
 @compiled
 def base_push(                                                      # type: ignore[no-untyped-def]
         inertia, direction, q1, q2, dq1, dq2, force_x, force_y):
-    """Return the push of turning links and of the tip force on the base, along `direction` [N]."""
+    """Return the push of turning links and of the tip force on the base, along `direction`, (87) [N]."""
     swing = (inertia.first * dq1 * dq1 * np.cos(direction - q1)
              + inertia.second * (dq1 + dq2) ** 2 * np.cos(direction - q1 - q2))
     return swing + force_x * np.cos(direction) + force_y * np.sin(direction)

@@ -1,4 +1,8 @@
-"""What acts on the shaft of one joint: every effect of the motor at its place, by its law."""
+"""
+What acts on the shaft of one joint: every effect of the motor at its place, by its law.
+
+See docs/model.md, 15-18.
+"""
 
 from .compiled import inlined
 from .effects.actuation import biased_torque, cogging_torque, ripple_torque, scaled_torque
@@ -41,7 +45,7 @@ def drag(joint, motor_velocity, time):                              # type: igno
 def friction_budget(                                                # type: ignore[no-untyped-def]
         joint, motor_velocity, sense, joint_torque, link_angle):
     """
-    Return the most torque that dry friction can oppose [N*m motor].
+    Return the most torque that dry friction can oppose, (18) [N*m motor].
 
     `sense` is the sign of sliding, or of the torque that would start it.
     """

@@ -1,4 +1,4 @@
-"""Between the commanded motor torque and the one that turns the shaft (docs/model.md, 14)."""
+"""Between the commanded motor torque and the one that turns the shaft (docs/model.md, 54-61)."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -13,32 +13,32 @@ from ..parameter import parameter
 @compiled
 def ripple_torque(                                                  # type: ignore[no-untyped-def]
         motor_angle, amplitude_2, phase_2, amplitude_4, phase_4):
-    """Return the torque of the ripple at the shaft [N*m motor]."""
+    """Return the torque of the ripple at the shaft, (54) [N*m motor]."""
     return (amplitude_2 * np.sin(2.0 * motor_angle + phase_2)
             + amplitude_4 * np.sin(4.0 * motor_angle + phase_4))
 
 
 @compiled
 def cogging_torque(motor_angle, amplitude, order, phase):           # type: ignore[no-untyped-def]
-    """Return the torque of the cogging at the shaft [N*m motor]."""
+    """Return the torque of the cogging at the shaft, (55) [N*m motor]."""
     return amplitude * np.sin(order * motor_angle + phase)
 
 
 @compiled
 def scaled_torque(command, error):                                  # type: ignore[no-untyped-def]
-    """Return the torque that a motor gives for a commanded one [N*m motor]."""
+    """Return the torque that a motor gives for a commanded one, (56) [N*m motor]."""
     return (1.0 + error) * command
 
 
 @compiled
 def biased_torque(command, offset):                                 # type: ignore[no-untyped-def]
-    """Return a torque with the bias of the drive [N*m motor]."""
+    """Return a torque with the bias of the drive, (57) [N*m motor]."""
     return command + offset
 
 
 @compiled
 def clipped_torque(command, limit):                                 # type: ignore[no-untyped-def]
-    """Return the torque that the drive's limit leaves [N*m motor]."""
+    """Return the torque that the drive's limit leaves, (60) [N*m motor]."""
     return np.minimum(np.maximum(command, -limit), limit)
 
 
@@ -46,7 +46,7 @@ def clipped_torque(command, limit):                                 # type: igno
 def lagging_torque(                                                 # type: ignore[no-untyped-def]
         command, last_command, state, elapsed, time_constant):
     """
-    Return the torque some time [s] after it was `state` [N*m motor].
+    Return the torque some time [s] after it was `state`, (58) [N*m motor].
 
     The command goes along a line from `last_command` to `command` in that time, or stands still.
     """
@@ -57,20 +57,20 @@ def lagging_torque(                                                 # type: igno
 
 @compiled
 def delayed_torque(command, last_command, elapsed, delay):          # type: ignore[no-untyped-def]
-    """Return which of two held commands acts some time [s] after the later one came."""
+    """Return which of two held commands acts some time [s] after the later one came, (59)."""
     late = 1.0 * (elapsed < delay)
     return late * last_command + (1.0 - late) * command
 
 
 @compiled
 def heavier_rotor(nominal, error):                                  # type: ignore[no-untyped-def]
-    """Return the inertia of rotor and wave generator [kg*m^2 motor]."""
+    """Return the inertia of rotor and wave generator, (61) [kg*m^2 motor]."""
     return nominal * (1.0 + error)
 
 
 @dataclass(frozen=True)
 class TorqueRipple(Effect):
-    """Torque that varies along the turn of the wave generator, orders 2 and 4."""
+    """Torque that varies along the turn of the wave generator, orders 2 and 4, (54)."""
 
     name: ClassVar[str] = 'torque_ripple'
     cause: ClassVar[str] = 'torque ripple of the wave generator, twice and four times per turn'
@@ -84,7 +84,7 @@ class TorqueRipple(Effect):
 
 @dataclass(frozen=True)
 class MotorCogging(Effect):
-    """Torque of the motor's magnets on its slots."""
+    """Torque of the motor's magnets on its slots, (55)."""
 
     name: ClassVar[str] = 'motor_cogging'
     cause: ClassVar[str] = 'cogging of the motor at a slot or pole order'
@@ -97,7 +97,7 @@ class MotorCogging(Effect):
 
 @dataclass(frozen=True)
 class TorqueConstantError(Effect):
-    """A motor that gives more or less torque than commanded."""
+    """A motor that gives more or less torque than commanded, (56)."""
 
     name: ClassVar[str] = 'torque_constant_error'
     cause: ClassVar[str] = 'the motor gives more or less torque than commanded'
@@ -108,7 +108,7 @@ class TorqueConstantError(Effect):
 
 @dataclass(frozen=True)
 class DriveOffset(Effect):
-    """A constant torque of the drive that nobody commanded."""
+    """A constant torque of the drive that nobody commanded, (57)."""
 
     name: ClassVar[str] = 'drive_offset'
     cause: ClassVar[str] = 'the drive adds a constant torque'
@@ -119,7 +119,7 @@ class DriveOffset(Effect):
 
 @dataclass(frozen=True)
 class CurrentLoopLag(Effect):
-    """First-order lag from the commanded to the delivered torque."""
+    """First-order lag from the commanded to the delivered torque, (58)."""
 
     name: ClassVar[str] = 'current_loop_lag'
     cause: ClassVar[str] = 'the current loop lags behind the commanded torque'
@@ -130,7 +130,7 @@ class CurrentLoopLag(Effect):
 
 @dataclass(frozen=True)
 class CommandDelay(Effect):
-    """Dead time between a command and its torque, whole samples or not."""
+    """Dead time between a command and its torque, whole samples or not, (59)."""
 
     name: ClassVar[str] = 'command_delay'
     cause: ClassVar[str] = 'a dead time passes before a commanded torque acts'
@@ -141,7 +141,7 @@ class CommandDelay(Effect):
 
 @dataclass(frozen=True)
 class TorqueSaturation(Effect):
-    """A drive that clips the torque below the commanded one."""
+    """A drive that clips the torque below the commanded one, (60)."""
 
     name: ClassVar[str] = 'torque_saturation'
     cause: ClassVar[str] = 'the drive clips the torque below the commanded one'
@@ -152,7 +152,7 @@ class TorqueSaturation(Effect):
 
 @dataclass(frozen=True)
 class MotorInertiaError(Effect):
-    """Rotor and wave generator heavier or lighter than stated."""
+    """Rotor and wave generator heavier or lighter than stated, (61)."""
 
     name: ClassVar[str] = 'motor_inertia_error'
     cause: ClassVar[str] = 'the inertia of rotor and wave generator differs'

@@ -1,4 +1,4 @@
-"""What acts on the arm from outside (docs/model.md)."""
+"""What acts on the arm from outside (docs/model.md, 85-88)."""
 
 from dataclasses import dataclass
 import math
@@ -15,13 +15,13 @@ EDGE = 0.1              # share of a contact in which its force rises, and in wh
 
 @compiled
 def downhill_pull(gravity, tilt, direction):                        # type: ignore[no-untyped-def]
-    """Return the part of gravity in the plane of a tilted base, x and y in base [m/s^2]."""
+    """Return the part of gravity in the plane of a tilted base, x and y in base, (85) [m/s^2]."""
     return gravity * np.sin(tilt) * np.cos(direction), gravity * np.sin(tilt) * np.sin(direction)
 
 
 @compiled
 def contact_force(time, force, direction, onset, duration):         # type: ignore[no-untyped-def]
-    """Return the force of a contact on the tip, x and y in the base frame [N]."""
+    """Return the force of a contact on the tip, x and y in the base frame, (86) [N]."""
     ramp = np.minimum(time - onset, onset + duration - time) / (EDGE * duration)
     edge = np.minimum(np.maximum(ramp, 0.0), 1.0)
     size = force * edge * edge * (3.0 - 2.0 * edge)
@@ -31,14 +31,14 @@ def contact_force(time, force, direction, onset, duration):         # type: igno
 @compiled
 def base_acceleration(                                              # type: ignore[no-untyped-def]
         push, offset, offset_rate, frequency, damping, amplitude):
-    """Return the acceleration of a base that joints at rest would leave to itself [m/s^2]."""
+    """Return the acceleration of a base that joints at rest leave to itself, (87) [m/s^2]."""
     pace = 2.0 * np.pi * frequency
     return amplitude * push - pace * (2.0 * damping * offset_rate + pace * offset)
 
 
 @dataclass(frozen=True)
 class BaseTilt(Effect):
-    """A base that is not level, so that gravity acts in the plane of motion."""
+    """A base that is not level, so that gravity acts in the plane of motion, (85)."""
 
     name: ClassVar[str] = 'base_tilt'
     cause: ClassVar[str] = 'the base is not level, so gravity moves the links'
@@ -51,7 +51,7 @@ class BaseTilt(Effect):
 
 @dataclass(frozen=True)
 class ExternalContact(Effect):
-    """A force on the tip for some time, with soft edges."""
+    """A force on the tip for some time, with soft edges, (86)."""
 
     name: ClassVar[str] = 'external_contact'
     cause: ClassVar[str] = 'something touches the tip for some time'
@@ -66,7 +66,7 @@ class ExternalContact(Effect):
 
 @dataclass(frozen=True)
 class BaseVibration(Effect):
-    """A structural mode of the base, driven by the reaction of the links."""
+    """A structural mode of the base, driven by the reaction of the links, (87-88)."""
 
     name: ClassVar[str] = 'base_vibration'
     cause: ClassVar[str] = 'a structural mode of the base swings with the arm'

@@ -1,5 +1,5 @@
 """
-Friction at the motor shaft (docs/model.md, 11-13).
+Friction at the motor shaft (docs/model.md, 44-53).
 
 Dry friction is a budget: the most torque that it can oppose. Who applies it resolves sign and
 sticking. Drag is a torque along the velocity.
@@ -19,31 +19,31 @@ FASTEST = 2000.0        # relaxation of the bristles [1/s]; they are at rest wit
 
 @compiled
 def dry_budget(level):                                              # type: ignore[no-untyped-def]
-    """Return the Coulomb budget, (11) [N*m motor]."""
+    """Return the Coulomb budget, (44) [N*m motor]."""
     return level
 
 
 @compiled
 def viscous_drag(motor_velocity, slope):                            # type: ignore[no-untyped-def]
-    """Return the viscous torque that opposes the motor, (12) [N*m motor]."""
+    """Return the viscous torque that opposes the motor, (45) [N*m motor]."""
     return slope * motor_velocity
 
 
 @compiled
 def nonlinear_drag(motor_velocity, coefficient, exponent):          # type: ignore[no-untyped-def]
-    """Return the drag that grows with a power of the speed, (13) [N*m motor]."""
+    """Return the drag that grows with a power of the speed, (46) [N*m motor]."""
     return coefficient * np.sign(motor_velocity) * np.abs(motor_velocity) ** exponent
 
 
 @compiled
 def stribeck_budget(motor_velocity, excess, speed):                 # type: ignore[no-untyped-def]
-    """Return the extra budget near standstill, (13) [N*m motor]."""
+    """Return the extra budget near standstill, (47) [N*m motor]."""
     return excess * np.exp(-(motor_velocity / speed) ** 2)
 
 
 @compiled
 def bristle_rate(motor_velocity, state, budget, stiffness):         # type: ignore[no-untyped-def]
-    """Return dz/dt of the bristles' deflection z, which settles at budget / stiffness [rad/s]."""
+    """Return dz/dt of bristles, whose deflection z settles at budget / stiffness, (48) [rad/s]."""
     reach = np.maximum(budget, 1e-12) / stiffness
     pace = np.minimum(np.abs(motor_velocity) / reach, FASTEST)
     return pace * (np.sign(motor_velocity) * reach - state)
@@ -51,37 +51,37 @@ def bristle_rate(motor_velocity, state, budget, stiffness):         # type: igno
 
 @compiled
 def bristle_torque(state, state_rate, stiffness, damping):          # type: ignore[no-untyped-def]
-    """Return the torque of the bristles that opposes the motor [N*m motor]."""
+    """Return the torque of the bristles that opposes the motor, (49) [N*m motor]."""
     return stiffness * state + damping * state_rate
 
 
 @compiled
 def asymmetric_budget(budget, sense, asymmetry):                    # type: ignore[no-untyped-def]
-    """Return the extra budget of one sense of motion (+1, -1; 0 at rest) [N*m motor]."""
+    """Return the extra budget of one sense of motion (+1, -1; 0 at rest), (50) [N*m motor]."""
     return budget * asymmetry * sense
 
 
 @compiled
 def load_budget(joint_torque, ratio, coefficient):                  # type: ignore[no-untyped-def]
-    """Return the extra budget of a loaded mesh [N*m motor]."""
+    """Return the extra budget of a loaded mesh, (51) [N*m motor]."""
     return coefficient * np.abs(joint_torque) / ratio
 
 
 @compiled
 def warming_drag(motor_velocity, time, amplitude, time_constant):   # type: ignore[no-untyped-def]
-    """Return the extra drag of cold grease, gone when the drive is warm [N*m motor]."""
+    """Return the extra drag of cold grease, gone when the drive is warm, (52) [N*m motor]."""
     return amplitude * np.exp(-time / time_constant) * motor_velocity
 
 
 @compiled
 def position_budget(budget, link_angle, amplitude, order, phase):   # type: ignore[no-untyped-def]
-    """Return the extra budget at a place of the turn [N*m motor]."""
+    """Return the extra budget at a place of the turn, (53) [N*m motor]."""
     return budget * amplitude * np.sin(order * link_angle + phase)
 
 
 @dataclass(frozen=True)
 class CoulombFriction(Effect):
-    """Dry friction of motor, wave generator and seals: a constant budget, (11)."""
+    """Dry friction of motor, wave generator and seals: a constant budget, (44)."""
 
     name: ClassVar[str] = 'coulomb_friction'
     cause: ClassVar[str] = 'dry friction level of motor and wave generator differs'
@@ -92,7 +92,7 @@ class CoulombFriction(Effect):
 
 @dataclass(frozen=True)
 class ViscousFriction(Effect):
-    """Drag proportional to speed: grease, iron losses, back EMF, (12)."""
+    """Drag proportional to speed: grease, iron losses, back EMF, (45)."""
 
     name: ClassVar[str] = 'viscous_friction'
     cause: ClassVar[str] = 'viscous friction of motor and grease differs'
@@ -103,7 +103,7 @@ class ViscousFriction(Effect):
 
 @dataclass(frozen=True)
 class NonlinearViscousFriction(Effect):
-    """Drag along a power of the speed, on top of the linear one, (13)."""
+    """Drag along a power of the speed, on top of the linear one, (46)."""
 
     name: ClassVar[str] = 'nonlinear_viscous_friction'
     cause: ClassVar[str] = 'viscous friction is not linear in speed (grease thins or churns)'
@@ -115,7 +115,7 @@ class NonlinearViscousFriction(Effect):
 
 @dataclass(frozen=True)
 class StribeckFriction(Effect):
-    """Breakaway excess that dies away with speed: excess * exp(-(v / speed)^2), (13)."""
+    """Breakaway excess that dies away with speed: excess * exp(-(v / speed)^2), (47)."""
 
     name: ClassVar[str] = 'stribeck_friction'
     cause: ClassVar[str] = 'breakaway friction at low speed (boundary lubrication)'
@@ -127,7 +127,7 @@ class StribeckFriction(Effect):
 
 @dataclass(frozen=True)
 class PreslidingFriction(Effect):
-    """Bristles that bend before they slide (LuGre) in the place of sticking."""
+    """Bristles that bend before they slide (LuGre) in the place of sticking, (48-49)."""
 
     name: ClassVar[str] = 'presliding_friction'
     cause: ClassVar[str] = 'friction builds up over a displacement after a reversal (bristles)'
@@ -141,7 +141,7 @@ class PreslidingFriction(Effect):
 
 @dataclass(frozen=True)
 class AsymmetricFriction(Effect):
-    """Dry friction that differs with the sense of motion."""
+    """Dry friction that differs with the sense of motion, (50)."""
 
     name: ClassVar[str] = 'asymmetric_friction'
     cause: ClassVar[str] = 'dry friction differs with the direction of motion'
@@ -153,7 +153,7 @@ class AsymmetricFriction(Effect):
 
 @dataclass(frozen=True)
 class LoadDependentFriction(Effect):
-    """Loss of the mesh, proportional to the torque through the gear."""
+    """Loss of the mesh, proportional to the torque through the gear, (51)."""
 
     name: ClassVar[str] = 'load_dependent_friction'
     cause: ClassVar[str] = 'mesh friction grows with the torque through the gear'
@@ -165,7 +165,7 @@ class LoadDependentFriction(Effect):
 
 @dataclass(frozen=True)
 class ThermalViscosity(Effect):
-    """Viscosity of a cold drive that dies away as it warms up, from the recording's start."""
+    """Viscosity of a cold drive that dies away as it warms up, from the start, (52)."""
 
     name: ClassVar[str] = 'thermal_viscosity'
     cause: ClassVar[str] = 'viscous friction falls as the drive warms up'
@@ -178,7 +178,7 @@ class ThermalViscosity(Effect):
 
 @dataclass(frozen=True)
 class PositionDependentFriction(Effect):
-    """Dry friction that varies along the turn of the link."""
+    """Dry friction that varies along the turn of the link, (53)."""
 
     name: ClassVar[str] = 'position_dependent_friction'
     cause: ClassVar[str] = 'dry friction varies along the turn of the joint'

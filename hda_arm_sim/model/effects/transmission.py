@@ -1,4 +1,4 @@
-"""Effects between motor and link: what the torsion is not (docs/model.md, 14-19)."""
+"""Effects between motor and link: what the torsion is not (docs/model.md, 62-70)."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -13,7 +13,7 @@ from ..parameter import parameter
 @compiled
 def transmission_error(                                           # type: ignore[no-untyped-def]
         motor_angle, amplitude_1, phase_1, amplitude_2, phase_2, amplitude_4, phase_4):
-    """Return e(theta_m), (14) [rad at the output]."""
+    """Return e(theta_m), (69) [rad at the output]."""
     return (amplitude_1 * np.sin(motor_angle + phase_1)
             + amplitude_2 * np.sin(2.0 * motor_angle + phase_2)
             + amplitude_4 * np.sin(4.0 * motor_angle + phase_4))
@@ -22,7 +22,7 @@ def transmission_error(                                           # type: ignore
 @compiled
 def transmission_slope(                                           # type: ignore[no-untyped-def]
         motor_angle, amplitude_1, phase_1, amplitude_2, phase_2, amplitude_4, phase_4):
-    """Return e'(theta_m), (15): how the error changes the gear ratio [rad/rad]."""
+    """Return e'(theta_m), (70): how the error changes the gear ratio [rad/rad]."""
     return (amplitude_1 * np.cos(motor_angle + phase_1)
             + 2.0 * amplitude_2 * np.cos(2.0 * motor_angle + phase_2)
             + 4.0 * amplitude_4 * np.cos(4.0 * motor_angle + phase_4))
@@ -30,51 +30,51 @@ def transmission_slope(                                           # type: ignore
 
 @compiled
 def played_torsion(torsion, half_width):                            # type: ignore[no-untyped-def]
-    """Return the torsion left to the spring after the play, (16) [rad]."""
+    """Return the torsion left to the spring after the play, (68) [rad]."""
     return torsion - np.minimum(np.maximum(torsion, -half_width), half_width)
 
 
 @compiled
 def hysteresis_rate(torsion_rate, state, width):                    # type: ignore[no-untyped-def]
-    """Return dz/dt of the Bouc-Wen state z in [-1, 1], (17) [1/s]."""
+    """Return dz/dt of the Bouc-Wen state z in [-1, 1], (65) [1/s]."""
     along = 0.5 * (np.abs(torsion_rate) * state + torsion_rate * np.abs(state))
     return (torsion_rate - along) / width
 
 
 @compiled
 def hysteresis_torque(state, level):                                # type: ignore[no-untyped-def]
-    """Return the torque of the hysteresis, (18) [N*m at the output]."""
+    """Return the torque of the hysteresis, (66) [N*m at the output]."""
     return level * state
 
 
 @compiled
 def damping_torque(torsion_rate, coefficient):                      # type: ignore[no-untyped-def]
-    """Return the torque of the torsion's damping, (19) [N*m at the output]."""
+    """Return the torque of the torsion's damping, (67) [N*m at the output]."""
     return coefficient * torsion_rate
 
 
 @compiled
 def stiffer(nominal, error):                                        # type: ignore[no-untyped-def]
-    """Return the stiffness of the flexspline at zero torque [N*m/rad at the output]."""
+    """Return the stiffness of the flexspline at zero torque, (62) [N*m/rad at the output]."""
     return nominal * (1.0 + error)
 
 
 @compiled
 def bent(                                                           # type: ignore[no-untyped-def]
         nominal, error, knee_1, second_stiffness, knee_2, third_stiffness):
-    """Return curvature, knees and stiffnesses of the flexspline's law in force."""
+    """Return curvature, knees and stiffnesses of the flexspline's law in force, (63)."""
     return nominal * (1.0 + error), knee_1, second_stiffness, knee_2, third_stiffness
 
 
 @compiled
 def softer(nominal, compliance):                                    # type: ignore[no-untyped-def]
-    """Return the compliance of the wave generator at zero torque [rad/(N*m) motor side]."""
+    """Return the compliance of the wave generator at zero torque, (64) [rad/(N*m) motor side]."""
     return np.maximum(nominal + compliance, 0.0)
 
 
 @dataclass(frozen=True)
 class KinematicError(Effect):
-    """Transmission error at wave-generator orders; it bends the torsion and the ratio, (14-15)."""
+    """Transmission error at wave-generator orders; it bends the torsion and the ratio, (69-70)."""
 
     name: ClassVar[str] = 'kinematic_error'
     cause: ClassVar[str] = 'transmission error of the gear at wave-generator orders'
@@ -91,7 +91,7 @@ class KinematicError(Effect):
 
 @dataclass(frozen=True)
 class Backlash(Effect):
-    """Play at the output flange: a dead zone of the torsion, (16)."""
+    """Play at the output flange: a dead zone of the torsion, (68)."""
 
     name: ClassVar[str] = 'backlash'
     cause: ClassVar[str] = 'play between gear and load at the output flange'
@@ -102,7 +102,7 @@ class Backlash(Effect):
 
 @dataclass(frozen=True)
 class TorsionalHysteresis(Effect):
-    """Rate-independent loop of torque over torsion (Bouc-Wen), (17-18)."""
+    """Rate-independent loop of torque over torsion (Bouc-Wen), (65-66)."""
 
     name: ClassVar[str] = 'torsional_hysteresis'
     cause: ClassVar[str] = 'rate-independent hysteresis of the flexspline'
@@ -115,7 +115,7 @@ class TorsionalHysteresis(Effect):
 
 @dataclass(frozen=True)
 class StructuralDamping(Effect):
-    """Damping of the torsion, proportional to its rate, (19)."""
+    """Damping of the torsion, proportional to its rate, (67)."""
 
     name: ClassVar[str] = 'structural_damping'
     cause: ClassVar[str] = 'damping of the torsion differs'
@@ -126,7 +126,7 @@ class StructuralDamping(Effect):
 
 @dataclass(frozen=True)
 class StiffnessError(Effect):
-    """Flexspline that is stiffer or softer than stated, at every torque alike."""
+    """Flexspline that is stiffer or softer than stated, at every torque alike, (62)."""
 
     name: ClassVar[str] = 'stiffness_error'
     cause: ClassVar[str] = 'the flexspline is stiffer or softer than stated'
@@ -137,7 +137,7 @@ class StiffnessError(Effect):
 
 @dataclass(frozen=True)
 class StiffeningError(Effect):
-    """Flexspline that stiffens otherwise: another curvature, or three straight segments."""
+    """Flexspline that stiffens otherwise: another curvature, or three straight segments, (63)."""
 
     name: ClassVar[str] = 'stiffening_error'
     cause: ClassVar[str] = 'the flexspline stiffens with torque otherwise than stated'
@@ -153,7 +153,7 @@ class StiffeningError(Effect):
 
 @dataclass(frozen=True)
 class WaveGeneratorCompliance(Effect):
-    """Wave generator whose soft wind-up near zero torque is larger or smaller than stated."""
+    """Wave generator whose soft wind-up near zero torque is larger or smaller than stated, (64)."""
 
     name: ClassVar[str] = 'wave_generator_compliance'
     cause: ClassVar[str] = 'the soft wind-up of the wave generator near zero torque differs'
