@@ -2,11 +2,13 @@
 
 import argparse
 from collections.abc import Sequence
-from importlib import import_module, metadata
+from importlib import import_module
 import json
 import os
 import sys
 from typing import NoReturn
+
+from .version import version
 
 # A command's module is imported only when it is asked for, so that `hda` starts at once.
 COMMANDS = {
@@ -14,6 +16,7 @@ COMMANDS = {
     'estimate': 'joint torques and tip force from a bag',
     'import': 'turn a table (CSV, Parquet, MAT, NPZ) into bags',
     'calibrate': 'a new model file from recordings',
+    'diagnose': 'what the simulation gets wrong, why, and the extended model',
     'info': 'what a bag holds, and what it can and cannot show',
 }
 DONE, MISUSED = 0, 2
@@ -44,7 +47,7 @@ def _parser(command: str | None) -> argparse.ArgumentParser:
     """Return the parser of all commands, with the arguments of the one that is asked for."""
     parser = _Parser(prog='hda', description='Torque estimation and diagnosis for robot arms '
                                              'with harmonic drives.')
-    parser.add_argument('--version', action='version', version=_version())
+    parser.add_argument('--version', action='version', version=version())
     commands = parser.add_subparsers(dest='command', metavar='COMMAND', parser_class=_Parser)
     for name, meaning in COMMANDS.items():
         one = commands.add_parser(name, help=meaning, description=meaning[0].upper()
@@ -75,13 +78,6 @@ def _run(options: argparse.Namespace) -> int:
         print(f'hda {options.command}: {error}', file=sys.stderr)
         return MISUSED
     return DONE
-
-
-def _version() -> str:
-    try:
-        return metadata.version('hda-torque-estimator')
-    except metadata.PackageNotFoundError:
-        return 'not installed'
 
 
 if __name__ == '__main__':

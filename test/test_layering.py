@@ -21,9 +21,11 @@ SHELLS = (
     'hda_torque_estimator.*_node',
     'hda_torque_estimator.cli',
     'hda_torque_estimator.commands*',
+    'hda_torque_estimator.diagnosis.plots',
     'hda_torque_estimator.importing.map_document',
     'hda_torque_estimator.importing.tables',
     'hda_torque_estimator.recorded',
+    'hda_torque_estimator.warm_up',
 )
 PURE_LIBRARIES = {'numba', 'numpy', 'scipy'}
 IMPURE_STANDARD = {'argparse', 'logging', 'subprocess', 'tempfile'}

@@ -3,9 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from hda_arm_sim.model.arm import Arm, Encoder
+from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import effect_named
 from hda_arm_sim.model.parameter import Declaration, Declared
+from hda_arm_sim.model.parts import Encoder
 from hda_arm_sim.model.torsion import TorsionLaw
 import numpy as np
 

@@ -18,9 +18,9 @@ from .fit import Fitter
 from .healthy import healthy_twin, noise_of, torque_noise_of
 from .hypotheses import HYPOTHESES
 from .measurement import Measurement
-from .report import Diagnosis, Finding, RecordingFacts
+from .report import Diagnosis, Finding, RecordingFacts, TotalGain
 from .search import Found, search
-from .verdict import alike, findings, gains, residuals, zeros_only
+from .verdict import alike, findings, gains, METRIC, residuals, zeros_only
 
 Array = NDArray[np.float64]
 Spans = tuple[tuple[float, float], ...]
@@ -32,19 +32,33 @@ _REST = 5.0             # rms left over noise from which something is unexplaine
 
 
 class Conclusion(NamedTuple):
-    """A diagnosis, the arm extended by it, and the search that led to it."""
+    """A diagnosis, the arm extended by it, and what it rests on."""
 
     diagnosis: Diagnosis
     extended: Arm
-    found: Found
+    evidence: 'Evidence | None'     # None where nothing moved
+
+
+class Evidence(NamedTuple):
+    """What a conclusion rests on, for those who show it."""
+
     fitter: Fitter
+    found: Found
+    twin: Balancer              # a healthy recording of the extended arm
+    before: Arm                 # as given, with the encoders' zeros of this recording
+    extended: Arm               # likewise
+    held_out: Spans
 
 
 def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None = None,
              arm_file: str = '', version: str = '', seconds: float = 0.0) -> Conclusion:
     """Return what the simulation of `arm` gets wrong about a measurement that passed the gate."""
-    balancer = Balancer(measurement)
     training, held_out = stretches(measurement.duration)
+    facts = RecordingFacts(measurement.duration, len(measurement.command), 1.0 / measurement.dt,
+                           training, held_out)
+    if (np.ptp(measurement.reading[:, :, 1], axis=0) < _STILL).all():
+        return Conclusion(_unmoved(facts, arm_file, version, seconds), arm, None)
+    balancer = Balancer(measurement)
     rows = _inside(balancer.time, training)
     fitter = Fitter(balancer, arm, noise_of(balancer, arm)[0], EFFECTIVE, rows)
     found = search(fitter, list(HYPOTHESES) if names is None else names)
@@ -57,12 +71,12 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     total = gains(balancer, twin, before, extended, held_out).total()
     pairs = alike(found)
     diagnosis = Diagnosis(
-        _verdict(measurement, fitter, found, told, bool(pairs)), told, pairs, None, (), total,
-        residuals(fitter, found, _inside(balancer.time, held_out), arm.labels),
-        RecordingFacts(measurement.duration, len(measurement.command), 1.0 / measurement.dt,
-                       training, held_out), arm_file, version, seconds)
+        _verdict(fitter, found, told, bool(pairs)), told, pairs, None, (), total,
+        residuals(fitter, found, _inside(balancer.time, held_out), arm.labels), facts, arm_file,
+        version, seconds)
     kept = [term for term in found.last.terms if term.name != 'encoder_zero']
-    return Conclusion(diagnosis, fitter.on(kept), found, fitter)
+    return Conclusion(diagnosis, fitter.on(kept),
+                      Evidence(fitter, found, twin, before, extended, held_out))
 
 
 def stretches(duration: float) -> tuple[Spans, Spans]:
@@ -85,12 +99,16 @@ def _inside(time: Array, spans: Spans) -> NDArray[np.bool_]:
     return inside
 
 
-def _verdict(measurement: Measurement, fitter: Fitter, found: Found,
-             told: tuple[Finding, ...], tied: bool) -> str:
+def _unmoved(facts: RecordingFacts, arm_file: str, version: str, seconds: float) -> Diagnosis:
+    """Return the diagnosis of a recording in which no link moved: it shows nothing."""
+    none = float('nan')
+    nothing = TotalGain(none, none, none, none, none, none, METRIC, '1')
+    return Diagnosis('insufficient_excitation', (), (), None, (), nothing, (), facts, arm_file,
+                     version, seconds)
+
+
+def _verdict(fitter: Fitter, found: Found, told: tuple[Finding, ...], tied: bool) -> str:
     """Return the verdict that the findings and the rest call for."""
-    travel = np.ptp(measurement.reading[:, :, 1], axis=0)
-    if (travel < _STILL).all():
-        return 'insufficient_excitation'
     rest = np.sqrt(found.last.variance) / fitter.noise
     excess = found.first.variance - fitter.noise ** 2
     left = found.last.variance - fitter.noise ** 2

@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.arm import Arm, ArmError
 from hda_arm_sim.model.effects import effect_named, Scope, Site
+from hda_arm_sim.model.parameter import ParameterError
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +16,7 @@ from .term import Term
 
 Array = NDArray[np.float64]
 AnyTerm = Term | Zero
+IMPOSSIBLE = (ArmError, ParameterError)     # no arm can have such numbers
 PASSES = 4
 CLOSE = 0.5             # improvement of the score that is not worth another pass
 
@@ -102,7 +104,10 @@ class Fitter:
         step = solve(condensed, self.noise, self.effective, self.away(fit.terms),
                      deviations(fit.terms)).step
         for share in (1.0, 0.4, 0.1):
-            trial = self.at(moved(fit.terms, share * step), accepted, fit.columns)
+            try:
+                trial = self.at(moved(fit.terms, share * step), accepted, fit.columns)
+            except IMPOSSIBLE:
+                continue
             if trial.score < fit.score:
                 return trial
         return fit
@@ -139,7 +144,10 @@ class Fitter:
             vector = terms[place].vector()
             vector[number] += terms[place].all_steps()[number]
             changed[id(terms[place])] = terms[place].at(vector)
-        shift = self.balancer(self.on(list(changed.values()))).residual - residual
+        try:
+            shift = self.balancer(self.on(list(changed.values()))).residual - residual
+        except IMPOSSIBLE:
+            return                                  # no way to go: the column stays zero
         for place, number, column in group:
             step = (changed[id(terms[place])].vector() - terms[place].vector())[number]
             own = slice(None) if len(group) == 1 else self.own_channels(terms[place].joint)

@@ -9,7 +9,8 @@ the predicted encoder readings, at the output side, over the window.
 from hda_arm_sim.drive import act
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.compiled import compiled
-from hda_arm_sim.model.kernel import registers, slope, SLOPE_1, STATE, STATES, TIME
+from hda_arm_sim.model.kernel import (CURRENT, HISTORY, registers, SENT, slope, SLOPE_1, STATE,
+                                      STATES, TIME)
 from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.sensors import DRAWS, read_encoders
 from hda_arm_sim.simulate import step_count
@@ -25,7 +26,8 @@ EVERY = 0.1             # from window to window [s]
 _EDGE = 0.05            # of the recording, where its motion is not known well [s]
 
 
-def prediction_errors(balancer: Balancer, arm: Arm, spans: Spans) -> Array:
+def prediction_errors(balancer: Balancer, arm: Arm, spans: Spans,
+                      horizon: float = HORIZON) -> Array:
     """
     Return the mean squared errors (w, 3 n) of windows within spans of time.
 
@@ -33,7 +35,7 @@ def prediction_errors(balancer: Balancer, arm: Arm, spans: Spans) -> Array:
     """
     measurement, dt = balancer.measurement, balancer.measurement.dt
     motion, memory = balancer.motion(arm), balancer.memory(arm)
-    steps, record = round(HORIZON / dt), arm.record()
+    steps, record = round(horizon / dt), arm.record()
     inertia = loaded_inertia(record.body)
     starts = _starts(spans, measurement.duration, dt)
     squared = np.zeros((len(starts), 3 * len(arm.joints)))
@@ -42,10 +44,19 @@ def prediction_errors(balancer: Balancer, arm: Arm, spans: Spans) -> Array:
         state[:, :MEASURED], state[:, MEASURED:] = motion.state[begin], memory[begin]
         w = registers(state)
         w[0, TIME] = begin * dt
+        _remember(w, measurement.command[:begin])
         reading = measurement.reading[begin:begin + steps + 1]
         _predict(record, inertia, w, measurement.command[begin:begin + steps], reading, dt,
                  step_count(dt), errors)
     return squared
+
+
+def _remember(w: Array, command: Array) -> None:
+    """Set what the drive remembers at the start of a window: the last commands [N*m]."""
+    joints = command.shape[1]
+    last = command[::-1][:HISTORY]
+    w[:joints, SENT:SENT + len(last)] = last.T
+    w[:joints, STATE + CURRENT] = last[0]
 
 
 def _starts(spans: Spans, duration: float, dt: float) -> list[int]:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .fit import acts_apart, deviations, Fit, Fitter
+from .fit import acts_apart, deviations, Fit, Fitter, IMPOSSIBLE
 from .hypotheses import terms_of
 from .solve import Columns, condense, condense_more, solve
 from .term import Term
@@ -27,11 +27,19 @@ def screen(fitter: Fitter, fit: Fit, names: Sequence[str]) -> list[Prospect]:
     best: dict[tuple[str, str | None], Prospect] = {}
     known = condense(fit.balance.residual, fit.columns, fitter.valid(fit.balance))
     for name in names:
-        for prospect in _prospects(fitter, fit, known, name):
+        for prospect in _possible(fitter, fit, known, name):
             key = (name, prospect.term.joint)
             if key not in best or prospect.score < best[key].score:
                 best[key] = prospect
     return sorted(best.values(), key=lambda prospect: prospect.score)
+
+
+def _possible(fitter: Fitter, fit: Fit, known: Columns, name: str) -> list[Prospect]:
+    """Return the prospects of one effect, none where the arm cannot have it."""
+    try:
+        return list(_prospects(fitter, fit, known, name))
+    except IMPOSSIBLE:
+        return []
 
 
 def _prospects(fitter: Fitter, fit: Fit, known: Columns, name: str) -> Iterator[Prospect]:

@@ -5,14 +5,14 @@ A cause must explain much more than its freedom buys (the score), be material (w
 healthy arm leaves), and its rivals must be clearly worse.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .fit import Fit, Fitter
+from .fit import Fit, Fitter, IMPOSSIBLE
 from .screen import Prospect, screen
 from .term import Term
 
@@ -67,8 +67,10 @@ def _next(fitter: Fitter, first: Fit, fit: Fit,
                  if fit.score - prospect.score > threshold(fitter, prospect.term)]
     if not promising:
         return None
-    exact = sorted((fitter.refit(fit, prospect.term) for prospect in promising),
+    exact = sorted(_refits(fitter, fit, promising),
                    key=lambda trial: trial.score + freedom(fitter, trial.accepted[-1]))
+    if not exact:
+        return None
     best = exact[0]
     if not accepted(fitter, first, fit, best):
         return None
@@ -76,6 +78,15 @@ def _next(fitter: Fitter, first: Fit, fit: Fit,
     settled = fitter.fit(best.accepted, best.nuisance)
     return settled, Evidence(fit.score - best.score, threshold(fitter, best.accepted[-1]), rival,
                              gap)
+
+
+def _refits(fitter: Fitter, fit: Fit, prospects: list[Prospect]) -> Iterator[Fit]:
+    """Return the exact fits of prospects, but for those that no arm can have."""
+    for prospect in prospects:
+        try:
+            yield fitter.refit(fit, prospect.term)
+        except IMPOSSIBLE:
+            continue
 
 
 def _rival(exact: list[Fit], prospects: list[Prospect]) -> tuple[Term | None, float]:

@@ -36,7 +36,8 @@ class Gains(NamedTuple):
     def removed(self, rows: NDArray[np.int64] | slice = slice(None)) -> float:
         """Return the share of the excess error that is gone."""
         excess = self.before[rows].mean() - self.floor[rows].mean()
-        return float((self.before[rows].mean() - self.after[rows].mean()) / max(excess, 1e-300))
+        gone = self.before[rows].mean() - self.after[rows].mean()
+        return float(gone / excess) if excess > 0.0 else float('nan')
 
     def interval(self) -> tuple[float, float]:
         """Return the 90 % interval of `removed`, by drawing windows again."""

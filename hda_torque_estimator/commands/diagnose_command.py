@@ -1,0 +1,87 @@
+"""`hda diagnose`: what the simulation gets wrong, why, the extended model and its gain."""
+
+import argparse
+from dataclasses import replace
+import json
+from pathlib import Path
+import shutil
+import tempfile
+import time
+
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.files import arm_to_text, read_arm
+from hda_arm_sim.simulate import checked
+from hda_msgs_json.bag import open_recording
+
+from .outcome import Outcome
+from ..diagnosis.diagnose import Conclusion, diagnose
+from ..diagnosis.gate import check, check_names, GateError, mended, Mending
+from ..diagnosis.measurement import Measurement, measurement_from
+from ..diagnosis.page import page
+from ..diagnosis.plots import figures, inline_svg
+from ..diagnosis.showing import exhibits_of
+from ..version import version
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument('bag', type=Path, metavar='BAG', help='recording of the arm, best 60 s')
+    parser.add_argument('--arm', required=True, help='model file, or the name of a shipped one')
+    parser.add_argument('--out', required=True, type=Path, metavar='DIR',
+                        help='directory to write: report.html, report.json, model.yaml')
+    parser.add_argument('--degrees', action='store_true', help='all angles are in degrees')
+    parser.add_argument('--motor-at-link', action='store_true',
+                        help='motor angles are divided by the gear ratio already')
+    parser.add_argument('--flip', action='append', default=[], metavar='NAME',
+                        help='this angle, and the torque with it, has the other sign')
+
+
+def execute(options: argparse.Namespace) -> Outcome:
+    """Diagnose and write; raises the project's errors."""
+    begin = time.monotonic()
+    if options.out.exists():
+        raise GateError(f'{options.out} exists; name another place for the diagnosis')
+    arm = checked(read_arm(options.arm))
+    measurement = _measurement(options, arm)
+    found = diagnose(measurement, arm, arm_file=options.arm, version=version())
+    spent = time.monotonic() - begin
+    found = found._replace(diagnosis=replace(found.diagnosis, seconds=spent))
+    _write(found, options.out)
+    return Outcome('\n'.join(found.diagnosis.sentences()), found.diagnosis.document())
+
+
+def _measurement(options: argparse.Namespace, arm: Arm) -> Measurement:
+    """Return what the recording holds, mended as the user says; raises GateError."""
+    samples, source = open_recording(options.bag).joint_states(), str(options.bag)
+    check_names(samples, arm, source)
+    mending = Mending(options.degrees, options.motor_at_link, tuple(options.flip))
+    measurement = mended(measurement_from(arm.labels, samples), arm, mending)
+    check(measurement, arm, source)
+    return measurement
+
+
+def _show(found: Conclusion, out: Path) -> None:
+    """Write the page and its figures."""
+    drawn = {} if found.evidence is None else figures(found.diagnosis,
+                                                      exhibits_of(found.evidence))
+    for name, figure in drawn.items():
+        figure.savefig(out / f'{name}.png', dpi=150)
+        figure.savefig(out / f'{name}.svg')
+    inline = {name: inline_svg(figure, name) for name, figure in drawn.items()}
+    (out / 'report.html').write_text(page(found.diagnosis, inline), encoding='utf-8')
+
+
+def _write(found: Conclusion, out: Path) -> None:
+    """Write the directory; it appears whole or not at all."""
+    out.parent.mkdir(parents=True, exist_ok=True)
+    partial = Path(tempfile.mkdtemp(prefix=f'.{out.name}.', dir=out.parent))
+    try:
+        report = json.dumps(found.diagnosis.document(), indent=1, allow_nan=False)
+        (partial / 'report.json').write_text(report + '\n', encoding='utf-8')
+        (partial / 'model.yaml').write_text(arm_to_text(found.extended), encoding='utf-8')
+        _show(found, partial)
+        partial.chmod(0o755)
+        partial.rename(out)
+    except OSError as error:
+        shutil.rmtree(partial, ignore_errors=True)
+        raise GateError(f'{out} cannot be written: {error.strerror}') from None

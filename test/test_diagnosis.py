@@ -1,0 +1,145 @@
+"""
+Hide an effect in data and require its name, joint and size; hide nothing and require silence.
+
+The hidden truth is `truth/`: other formulas, another integrator and step, its own scatter.
+"""
+
+import json
+
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.motions import motion
+from hda_msgs_json.bag import BagWriter
+from hda_msgs_json.samples import JointSamples
+from hda_msgs_json.topics import JOINT_STATES
+from hda_torque_estimator.cli import main
+from hda_torque_estimator.diagnosis.diagnose import diagnose
+from hda_torque_estimator.diagnosis.measurement import Measurement
+import numpy as np
+import pytest
+from truth import draw, record
+
+ARM = read_arm('hda_arm.yaml')
+NAMES = ('joint1', 'joint2', 'joint1_motor', 'joint2_motor')
+
+
+def recorded(hidden, seed, name='rich', duration=60.0, noise=1.0):
+    """Return what a driver would record of an arm with hidden effects."""
+    asked = motion(name, 2, duration, 1e-3, seed)
+    return record(hidden, motion_angle=asked.angle, motion_rate=asked.rate, dt=1e-3, seed=seed,
+                  noise=noise)
+
+
+def diagnosed(made):
+    """Return the diagnosis of a record."""
+    reading = np.stack([made.motor_angle, made.link_angle], axis=2)
+    return diagnose(Measurement(ARM.labels, 1e-3, reading, made.command), ARM).diagnosis
+
+
+def named(diagnosis):
+    """Return what a diagnosis names: effects and joints."""
+    return [(found.effect, found.joint) for found in diagnosis.findings]
+
+
+@pytest.mark.parametrize(('seed', 'noise'), [(900, 1.0), (901, 2.0)])
+def test_nothing_hidden_nothing_found(seed, noise):
+    found = diagnosed(recorded([], seed, noise=noise))
+    assert found.verdict == 'no_discrepancy'
+    assert named(found) == []
+
+
+# Number of the library, number of the truth, its value at the nominal arm, relative tolerance.
+HIDDEN = {
+    'coulomb_friction': ('level', 'level', 0.037, 0.07),
+    'stribeck_friction': ('excess', 'excess', 0.0, 0.07),
+    'load_dependent_friction': ('coefficient', 'coefficient', 0.0, 0.10),
+    'motor_cogging': ('amplitude', 'amplitude', 0.0, 0.03),
+    'command_delay': ('delay', 'delay', 0.0, 0.05),
+    'stiffness_error': ('error', 'relative_error', 0.0, 0.25),
+    'torsional_hysteresis': ('level', 'level', 0.0, 0.20),
+    'backlash': ('half_width', 'half_width', 0.0, 0.05),
+    'kinematic_error': ('amplitude_2', 'amplitude_2', 0.0, 0.03),
+    'clock_skew': ('skew', 'skew', 0.0, 0.05),
+    'payload': ('mass', 'mass', 0.0, 0.10),
+    'base_tilt': ('tilt', 'tilt', 0.0, 0.03),
+}
+
+
+@pytest.mark.parametrize('name', HIDDEN)
+def test_hidden_effect_is_named_and_sized(name):
+    ours, theirs, nominal, tolerance = HIDDEN[name]
+    hidden = draw(name, np.random.default_rng(sum(map(ord, name))))
+    found = diagnosed(recorded([hidden], 910))
+    assert named(found) == [(name, hidden.joint)]
+    size = hidden.parameters[theirs]
+    told = found.findings[0].parameters[ours].value - nominal
+    assert told == pytest.approx(size, rel=tolerance, abs=0.03 * nominal)
+    assert found.findings[0].gain.removed > 0.5
+    assert found.verdict in ('explained', 'unknown')
+
+
+def test_two_that_no_motion_can_tell_apart_are_ambiguous():
+    """A constant bias and a friction that differs with direction are one torque while moving."""
+    hidden = draw('drive_offset', np.random.default_rng(4))
+    found = diagnosed(recorded([hidden], 920))
+    assert found.verdict == 'ambiguous'
+    effects = {name for alike in found.ambiguous for name, _ in alike.effects}
+    assert effects == {'drive_offset', 'asymmetric_friction'}
+    assert 'dwell' in found.ambiguous[0].experiment
+
+
+def test_standstill_shows_nothing():
+    found = diagnosed(recorded([], 930, name='standstill', duration=10.0))
+    assert found.verdict == 'insufficient_excitation'
+    assert named(found) == []
+
+
+def bag_of(path, made, **changes):
+    """Write a record as a bag, with some of its columns changed."""
+    count = len(made.stamps)
+    angles = np.column_stack([made.link_angle, made.motor_angle]) * changes.get('scale', 1.0)
+    effort = np.column_stack([np.full((count, 2), np.nan), made.command])
+    rows = slice(0, changes.get('rows', count))
+    samples = JointSamples(made.stamps, NAMES, angles, np.full((count, 4), np.nan),
+                           effort * changes.get('effort', 1.0)).rows(rows)
+    with BagWriter(path, {}) as bag:
+        bag.write_joint_states(JOINT_STATES, samples.select(changes.get('names', NAMES)))
+    return str(path)
+
+
+@pytest.fixture(scope='module')
+def short():
+    """Return ten seconds of a healthy arm."""
+    return recorded([], 940, duration=10.0)
+
+
+@pytest.mark.parametrize(('changes', 'says'), [
+    ({'effort': np.nan}, 'no motor torque of joint1'),
+    ({'names': NAMES[:3]}, 'joint2_motor missing'),
+    ({'rows': 1000}, 'too short'),
+    ({'scale': 180.0 / np.pi}, '--degrees'),
+    ({'scale': np.array([1.0, 1.0, 0.01, 0.01])}, '--motor-at-link'),
+    ({'scale': np.array([1.0, 1.0, -1.0, 1.0])}, '--flip joint1_motor'),
+    ({'scale': np.array([1.0, 1.0, 1.5, 1.5])}, 'correct "ratio"'),
+])
+def test_unusable_recording_is_one_line(changes, says, short, tmp_path, capsys):
+    bag = bag_of(tmp_path / 'bag', short, **changes)
+    out = tmp_path / 'out'
+    assert main(['diagnose', bag, '--arm', 'hda_arm.yaml', '--out', str(out)]) == 2
+    said = capsys.readouterr()
+    assert len(said.err.splitlines()) == 1 and says in said.err
+    assert not out.exists()
+
+
+def test_report_and_extended_model_are_written(short, tmp_path, capsys):
+    bag = bag_of(tmp_path / 'bag', short, scale=180.0 / np.pi)
+    out = tmp_path / 'out'
+    assert main(['diagnose', bag, '--arm', 'hda_arm.yaml', '--out', str(out), '--degrees',
+                 '--json']) == 0
+    printed = json.loads(capsys.readouterr().out)
+    written = json.loads((out / 'report.json').read_text())
+    assert printed == written
+    assert written['schema'] == 'hda.diagnosis/1'
+    assert written['verdict'] == 'no_discrepancy'
+    assert read_arm(out / 'model.yaml').labels == ARM.labels
+    shown = (out / 'report.html').read_text()
+    assert 'nothing is wrong' in shown.lower() and '<svg' in shown
