@@ -122,31 +122,27 @@ class WrenchEncoder:
 
 
 class _Filler:
-    """Fill the stamp and the numbers of a message."""
+    """Fill the stamp and the numbers of a message, all in one step."""
 
     def __init__(self, message: bytes, layout: Layout) -> None:
-        self._message = message
-        self._parts = tuple(
-            (struct.Struct(f'<{part.count}d'), part.start) for part in layout.doubles)
+        self._counts = [part.count for part in layout.doubles]
+        self._head = message[:STAMP_AT]
+        begins = [STAMP_AT + STAMP.size, *(part.stop for part in layout.doubles)]
+        self._between = [message[begin:part.start]
+                         for begin, part in zip(begins, layout.doubles)]
+        self._struct = struct.Struct(f'<{STAMP_AT}siI' + ''.join(
+            f'{len(between)}s{count}d' for between, count in zip(self._between, self._counts)))
 
     def __call__(
             self, stamp_ns: int, *arrays: Sequence[float] | NDArray[np.float64]) -> bytes:
-        message = bytearray(self._message)
+        values = [self._head, *divmod(stamp_ns, 1_000_000_000)]
+        for between, array in zip(self._between, arrays):
+            values.append(between)
+            values.extend(array)
         try:
-            STAMP.pack_into(message, STAMP_AT, *divmod(stamp_ns, 1_000_000_000))
-            for (doubles, start), values in zip(self._parts, arrays):
-                doubles.pack_into(message, start, *values)
+            return self._struct.pack(*values)
         except struct.error:
-            raise _misfit(stamp_ns, self._parts, arrays) from None
-        return bytes(message)
-
-
-def _misfit(
-        stamp_ns: int, parts: Sequence[tuple[struct.Struct, int]],
-        arrays: Sequence[Sequence[float] | NDArray[np.float64]]) -> CdrError:
-    """Return the error that says why a message could not be filled."""
-    pack_stamp(stamp_ns)
-    expected = [doubles.size // 8 for doubles, _ in parts]
-    return CdrError(
-        f'the arrays of this message must hold {expected} numbers, '
-        f'got {[len(values) for values in arrays]}')
+            pack_stamp(stamp_ns)
+            raise CdrError(
+                f'the arrays of this message must hold {self._counts} numbers, '
+                f'got {[len(array) for array in arrays]}') from None
