@@ -34,10 +34,10 @@ class Gains(NamedTuple):
     floor: Array
 
     def removed(self, rows: NDArray[np.int64] | slice = slice(None)) -> float:
-        """Return the share of the excess error that is gone."""
+        """Return the share of the excess error that is gone: 1 at the floor or below it."""
         excess = self.before[rows].mean() - self.floor[rows].mean()
         gone = self.before[rows].mean() - self.after[rows].mean()
-        return float(gone / excess) if excess > 0.0 else float('nan')
+        return min(float(gone / excess), 1.0) if excess > 0.0 else float('nan')
 
     def interval(self) -> tuple[float, float]:
         """Return the 90 % interval of `removed`, by drawing windows again."""
