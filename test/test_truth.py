@@ -230,6 +230,15 @@ def test_sliding_bristles_push_back_at_their_level(rate, way):
                                                                                 rel=1e-4)
 
 
+@pytest.mark.parametrize('share', [-0.9, -0.3, 0.3, 0.9])
+@pytest.mark.parametrize('rate', [0.01, -0.2])
+def test_bristles_are_damped_by_the_rate_at_which_they_bend(share, rate):
+    bristle, h = share * 3e-4, 1e-9 / abs(rate)
+    bending = (bent(bristle, rate, 123.0, 0.037, h) - bristle) / h
+    damping = resistance(bristle, rate, 123.0, 0.08, 0.037) - 123.0 * bristle
+    assert damping * (1.0 + (0.16 * rate / 0.037) ** 2) == pytest.approx(0.08 * bending, rel=1e-4)
+
+
 def test_bristles_never_drive_what_slides_steadily():
     for rate in np.geomspace(1e-6, 100.0, 30):
         for share in np.linspace(-1.0, 1.0, 21):

@@ -87,7 +87,7 @@ DRIVE = (
     Effect('command_delay', 'motor', 'command', (
         size('delay', 's', 0.0, fractional_delay(0.002, 0.005)),)),
     Effect('torque_saturation', 'motor', 'command', (
-        size('limit', 'N*m', TORQUE_LIMIT, between((0.10, 0.14))),)),
+        size('limit', 'N*m', TORQUE_LIMIT, between((0.13, 0.165))),)),
     Effect('motor_inertia_error', 'motor', 'motor_acceleration', (relative_error(0.06, 0.20),)),
 )
 TORSION = (

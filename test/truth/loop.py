@@ -31,7 +31,6 @@ class Plan(NamedTuple):
     fate: NDArray[np.int64]     # (k,) FRESH, STALE or LOST
     noise: Array                # (k, 2) of the motor torque [N*m]
     jitter: Array               # (k, 2) of the motor encoder [rad]
-    period: float               # what the controller thinks lies between two samples [s]
 
 
 class Log(NamedTuple):
@@ -64,10 +63,13 @@ def shaft_reading(joint, angle, jitter):                            # type: igno
 
 
 @numba.njit(cache=True, error_model='numpy')
-def control(plan, k, j, shown, before, rate):                       # type: ignore[no-untyped-def]
-    """Return the command that answers a reading [N*m], and move the filtered rate `rate[j]`."""
-    blend = plan.period / (RATE_FILTER + plan.period)
-    rate[j] += blend * ((shown - before) / plan.period - rate[j])
+def control(plan, k, j, shown, moved, elapsed, rate):               # type: ignore[no-untyped-def]
+    """
+    Return the command that answers a reading [N*m], and move the filtered rate `rate[j]`.
+
+    `moved` and `elapsed` count from the last reading that was new.
+    """
+    rate[j] += (moved - elapsed * rate[j]) / (RATE_FILTER + elapsed)
     torque = (K_P * (RATIO * plan.angle[k, j] - shown)
               + K_D * (RATIO * plan.angle_rate[k, j] - rate[j]))
     return min(max(torque, -TORQUE_LIMIT), TORQUE_LIMIT)
@@ -133,20 +135,22 @@ def run(plant, state, plan, steps, log):                            # type: igno
     """Run all samples of a plan, `steps` integration steps each, and fill the log."""
     samples = plan.angle.shape[0]
     spare, rate, answer = np.zeros((2, 5)), np.zeros(2), np.zeros(2)
-    torque, active = np.zeros((samples, 2)), np.zeros(2, np.int64)
+    torque, active, last = np.zeros((samples, 2)), np.zeros(2, np.int64), 0
     locate(plant, state, plan.force[0, 0], plan.force[0, 1], plan.instant[0])
     for k in range(samples):
         locate(plant, state, plan.force[k, 0], plan.force[k, 1], plan.instant[k])
         remember(plant, state, plan, k, log, spare[0])
         for j in range(2):
-            joint, before = plant.joints[j], max(k - 1, 0)
-            log.command[k, j] = log.command[before, j] if plan.fate[k] == LOST else answer[j]
-            torque[k, j] = issued(joint, log.command[k, j], plan.noise[k, j])
-            log.motor[k, j] = shaft_reading(joint, state.position[j], plan.jitter[k, j])
-            if k == 0:
-                continue
+            joint = plant.joints[j]
             if plan.fate[k] != FRESH:
-                log.motor[k, j] = log.motor[before, j]
-            if plan.fate[k] != LOST:
-                answer[j] = control(plan, k, j, log.motor[k, j], log.motor[before, j], rate)
+                log.command[k, j], log.motor[k, j] = log.command[k - 1, j], log.motor[last, j]
+            else:
+                log.command[k, j] = answer[j]
+                log.motor[k, j] = shaft_reading(joint, state.position[j], plan.jitter[k, j])
+                answer[j] = control(plan, k, j, log.motor[k, j],
+                                    log.motor[k, j] - log.motor[last, j],
+                                    plan.instant[k] - plan.instant[last], rate)
+            torque[k, j] = issued(joint, log.command[k, j], plan.noise[k, j])
+        if plan.fate[k] == FRESH:
+            last = k
         advance(plant, state, plan, k, steps, torque, active, log, spare)

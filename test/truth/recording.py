@@ -104,13 +104,13 @@ def _plan(motion: tuple[Array, Array, Array], dt: float, lead: int, rng: np.rand
     """Return what is given for each sample, and the stamps that go with them."""
     angle, angle_rate, force = motion
     samples = len(angle)
-    instant: Array = dt * (np.arange(samples + 1) - lead)
+    instant = dt * np.arange(-lead, samples - lead + 1, dtype=np.float64)
     instant += CLOCK_JITTER * noise * layout.truncated(rng, samples + 1)
     stamps = START + np.rint(1e9 * instant[:-1]).astype(np.int64)
     fate, late = _mishaps(rng, samples, lead, rate)
     instant[:-1] += dt * late
     plan = Plan(np.ascontiguousarray(angle), np.ascontiguousarray(angle_rate), force, instant,
-                fate, np.zeros((samples, 2)), np.zeros((samples, 2)), dt)
+                fate, np.zeros((samples, 2)), np.zeros((samples, 2)))
     return plan, stamps
 
 
@@ -126,9 +126,10 @@ def _mishaps(rng: np.random.Generator, samples: int, lead: int,
 def _seen(plan: Plan, stamps: NDArray[np.int64], log: Log, shown: Array,
           lead: int) -> TruthRecord:
     """Return what reached the recorder: nothing of lost samples, old readings of stale ones."""
-    for k in np.flatnonzero(plan.fate == STALE):
-        shown[k] = shown[k - 1]
     kept = np.flatnonzero(plan.fate != LOST)
+    for last, k in zip(kept[:-1], kept[1:]):
+        if plan.fate[k] == STALE:
+            shown[k] = shown[last]
     kept = kept[kept >= lead]
     return TruthRecord(stamps[kept], log.motor[kept], shown[kept], log.command[kept],
                        log.torque[kept], log.external[kept], log.state[kept])
