@@ -274,6 +274,8 @@ def test_a_motion_that_cannot_be_followed_is_refused():
     angle, rate = motion(1.0)
     with pytest.raises(TruthError, match=r'two arrays \(k, 2\)'):
         record([], motion_angle=angle[:, :1], motion_rate=rate[:, :1], dt=DT, seed=0)
+    with pytest.raises(TruthError, match='a tip force has the shape of the motion'):
+        record([], motion_angle=angle, motion_rate=rate, dt=DT, seed=0, tip_force=angle[:-1])
     with pytest.raises(TruthError, match='dt must lie'):
         record([], motion_angle=angle, motion_rate=rate, dt=1.0, seed=0)
     with pytest.raises(TruthError, match='valid names: coulomb_friction'):

@@ -55,7 +55,7 @@ def record(hidden: Sequence[Hidden], *, motion_angle: Array, motion_rate: Array,
     frame [N]. `noise` multiplies the noise of motor torque, encoders and clock. Raises TruthError
     for effects that cannot be hidden or a motion that cannot be followed.
     """
-    _check(motion_angle, motion_rate, dt)
+    _check(motion_angle, motion_rate, tip_force, dt)
     chance = _Chance(*(np.random.default_rng([seed, stream]) for stream in range(5)))
     joints, arm = layout.nominal_joints(), layout.nominal_arm()
     if healthy_scatter:
@@ -84,9 +84,12 @@ def usual_loss(rate: Array, more: Array) -> Array:
     return np.maximum((DRY * motor + (VISCOUS + more) * motor ** 2).mean(axis=0), 0.05)
 
 
-def _check(angle: Array, rate: Array, dt: float) -> None:
+def _check(angle: Array, rate: Array, force: Array | None, dt: float) -> None:
     if angle.ndim != 2 or angle.shape[1] != 2 or angle.shape != rate.shape or len(angle) < 2:
         raise TruthError(f'a motion is two arrays (k, 2), got {angle.shape} and {rate.shape}')
+    if force is not None and force.shape != angle.shape:
+        raise TruthError(f'a tip force has the shape of the motion, {angle.shape}, '
+                         f'got {force.shape}')
     if not 1e-4 <= dt <= 0.01:
         raise TruthError(f'dt must lie in [0.0001, 0.01] s, got {dt:g}')
 
