@@ -17,6 +17,7 @@ def controller_report(live: LiveController, pace: Pace, refusals: Refusals) -> R
         **pace.values(),
         'enabled': live.enabled,
         'samples answered': live.answered,
+        'samples lost': live.gaps.lost,
         'commands at the torque limit': live.limited,
         'torque feedback K_J': live.controller.settings.torque_feedback,
         **refusals.values()})

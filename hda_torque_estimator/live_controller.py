@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from .controller import Controller, ControllerSettings
 from .estimate import MOTOR_READING
+from .gaps import Gaps
 from .pairing import Pair, Pairing
 from .readings import SIDES
 from .reference import hold, reference_from, TrajectoryError
@@ -58,6 +59,7 @@ class LiveController:
         self.controller = Controller(arm, settings)
         self.watchdog = Watchdog(watch.sample_timeout)
         self.stopped = ''
+        self.gaps = Gaps()
         self.answered = self.limited = 0
         self._limits = np.array([joint.torque_limit for joint in arm.joints])
         self._ratios = np.array([joint.ratio for joint in arm.joints])
@@ -160,11 +162,13 @@ class LiveController:
                               f'{JOINT_STATES.name}')
         command = self.controller.update(*pair)
         self.answered += 1
+        self.gaps.add(pair.stamp)
         self.limited += int((np.abs(command) >= self._limits).any())
         return self._encode(pair.stamp, effort=command.tolist())
 
     def _take_over(self, pair: Pair) -> None:
         self._enable_first, self.stopped = False, ''
+        self.gaps.restart()
         self.controller.enable()
         self.controller.follow(hold(pair.motor_angle / self._ratios), pair.stamp)
 

@@ -1,0 +1,160 @@
+"""
+Measure a joint state in, all wrenches out: the estimator node beside a bare echo.
+
+Each runs in a process of its own, gets the same 1 kHz stream and sends as many bytes on the same
+topics to a third process; the echo estimates nothing. What the estimator does itself, from the
+bytes of a sample to the bytes of its answers, is to take at most 100 us.
+"""
+
+import json
+import resource
+import sys
+import time
+
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.motions import HOME
+from hda_arm_sim.ros.arm_node import ArmNode
+from hda_arm_sim.ros.process import run
+from hda_arm_sim.ros.topics import publisher, subscribe
+from hda_msgs_json.cdr import encode_joint_state, JointStateEncoder
+from hda_msgs_json.topics import ESTIMATOR_STATE, JOINT_STATES
+from hda_torque_estimator.estimate_messages import estimate_topics
+from hda_torque_estimator.estimator_node import TorqueEstimator
+from hda_torque_estimator.live_estimator import Answer, LiveEstimator
+from hda_torque_estimator.readings import reading_names
+from nodes import Listener, own_domain, process
+import numpy as np
+
+LIMIT = 100.0           # [us]
+RATE, SECONDS, SKIPPED = 1000, 15, 1000
+ARM = read_arm('hda_arm.yaml')
+NAMES = reading_names(ARM.labels)
+ANGLES = np.array([100.0 * HOME[0], HOME[0], 100.0 * HOME[1], HOME[1]])
+MICROSECONDS = 1e6
+
+
+class Timed(LiveEstimator):
+    """The estimator with a stopwatch."""
+
+    def __init__(self) -> None:
+        """Begin without any time."""
+        super().__init__(ARM)
+        self.times: list[float] = []
+
+    def __call__(self, message: bytes) -> Answer:
+        """Answer one sample."""
+        began = time.perf_counter()
+        answer = super().__call__(message)
+        self.times.append(time.perf_counter() - began)
+        return answer
+
+
+class Echo(Timed):
+    """Every sample gets the same answer."""
+
+    def __init__(self) -> None:
+        """Make the answer."""
+        super().__init__()
+        self._always = super().__call__(encode_joint_state(1, '', NAMES, ANGLES))
+
+    def __call__(self, message: bytes) -> Answer:
+        """Give the answer."""
+        self.times.append(0.0)
+        return self._always._replace(state=None)
+
+
+class Measured(TorqueEstimator):
+    """The node with another way to answer, and a stopwatch around its callback."""
+
+    def __init__(self, answer: Timed) -> None:
+        """Answer as this does."""
+        super().__init__()
+        self._answer, self._callbacks, self._cpu = answer, [], 0.0
+
+    def _on_sample(self, message: bytes) -> None:
+        began = time.perf_counter()
+        super()._on_sample(message)
+        self._callbacks.append(time.perf_counter() - began)
+        if len(self._callbacks) == SKIPPED:
+            self._cpu = cpu()
+
+    def close(self) -> None:
+        """Tell median and ninth decile of work and callback, and CPU time per sample, in us."""
+        samples = len(self._callbacks) - SKIPPED
+        sys.stdout.write(json.dumps({
+            'samples': samples, 'cpu': (cpu() - self._cpu) / samples * MICROSECONDS,
+            'work': deciles(self._answer.times[-samples:]),
+            'callback': deciles(self._callbacks[-samples:])}))
+
+
+class Sink(ArmNode):
+    """Hear everything that the estimator says."""
+
+    def __init__(self) -> None:
+        """Subscribe."""
+        super().__init__('sink')
+        for topic in (*estimate_topics(ARM), ESTIMATOR_STATE):
+            subscribe(self, topic, len)
+
+
+def cpu() -> float:
+    """Return the processor time of this process [s]."""
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    return used.ru_utime + used.ru_stime
+
+
+def deciles(times: list[float]) -> list[float]:
+    """Return median and ninth decile [us]."""
+    return (np.percentile(times, [50, 90]) * MICROSECONDS).tolist()
+
+
+def measure(kind: str) -> dict[str, object]:
+    """Return what a kind of node tells after a stream of samples."""
+    listener = Listener()
+    with process(__file__, 'sink'), process(__file__, kind) as measured:
+        send = publisher(listener.node, JOINT_STATES)
+        topics = [topic.name for topic in estimate_topics(ARM)]
+        listener.until(lambda: send.get_subscription_count() == 1 and all(
+            listener.node.count_subscribers(name) == 1 for name in topics), 'the nodes')
+        listener.spin(1.0)
+        stream(send.publish)
+    listener.close()
+    said, _ = measured.communicate()
+    return json.loads(said)
+
+
+def stream(send) -> None:                                   # type: ignore[no-untyped-def]
+    """Send samples of an arm that moves a little, on an absolute schedule."""
+    encode = JointStateEncoder(NAMES, effort=False)
+    begin, count = time.monotonic(), RATE * SECONDS
+    offsets = 1e-3 * np.sin(np.arange(count) / RATE)
+    for k, offset in enumerate(offsets):
+        send(encode(10**9 + k * 10**9 // RATE, ANGLES + offset, np.zeros(len(ANGLES))))
+        time.sleep(max(begin + (k + 1) / RATE - time.monotonic(), 0.0))
+
+
+def main() -> int:
+    """Measure both and print a table."""
+    with own_domain():
+        echo, estimator = measure('echo'), measure('estimator')
+    print(f'{"us per sample":24}{"bare echo":>22}{"estimator":>22}{"ratio":>8}')
+    for name, key in (('own work', 'work'), ('whole callback', 'callback')):
+        bare, full = echo[key], estimator[key]
+        ratio = f'{full[0] / bare[0]:.2f}' if bare[0] else ''
+        print(f'{name + ", p50 / p90":24}{bare[0]:>13.1f} / {bare[1]:6.1f}'
+              f'{full[0]:>13.1f} / {full[1]:6.1f}{ratio:>8}')
+    print(f'{"processor time":24}{echo["cpu"]:>22.1f}{estimator["cpu"]:>22.1f}'
+          f'{estimator["cpu"] / echo["cpu"]:>8.2f}')
+    kept = estimator['work'][0] <= LIMIT
+    print(f'{estimator["samples"]} samples; own work {estimator["work"][0]:.1f} us, at most '
+          f'{LIMIT:g} us: {"yes" if kept else "NO"}')
+    return 0 if kept else 1
+
+
+CHILDREN = {'sink': Sink, 'echo': lambda: Measured(Echo()),
+            'estimator': lambda: Measured(Timed())}
+
+if __name__ == '__main__':
+    if len(sys.argv) > 1:
+        sys.exit(run(sys.argv[1], lambda: [CHILDREN[sys.argv[1]]()], sys.argv[:1]))
+    sys.exit(main())
