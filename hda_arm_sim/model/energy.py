@@ -1,4 +1,4 @@
-"""The energy of an arm at a state: what a motion without inputs must not increase (docs/model.md, 20)."""
+"""The energy of an arm: what no motion without inputs increases (docs/model.md, 20)."""
 
 from typing import Any
 
