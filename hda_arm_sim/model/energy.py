@@ -1,4 +1,4 @@
-"""The energy of an arm: what no motion without inputs increases (docs/model.md, 20)."""
+"""The energy of an arm, which no motion without inputs may increase (docs/model.md, 20)."""
 
 from typing import Any
 
@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 from .arm import Arm, ArmRecord
 from .kernel import (BASE_OFFSET, BASE_RATE, BRISTLE, HYSTERESIS, LINK_ANGLE, LINK_VELOCITY,
-                     MOTOR_ANGLE, MOTOR_VELOCITY, REGISTERS, spring_torque, transmission)
+                     MOTOR_ANGLE, MOTOR_VELOCITY, transmission)
 from .link_side import base_coupling, loaded_inertia
 from .rigid import Inertia, mass_matrix
+from .torsion import torque_of_torsion, torsion_of_torque
 
 Array = NDArray[np.float64]
 
@@ -47,12 +48,18 @@ def _elastic(record: ArmRecord, state: Array) -> float:
 
 
 def _integral(joint: Any, torsion: float) -> float:
-    """Return the integral of the spring's torque over its torsion [J]."""
-    nodes, weights = np.polynomial.legendre.leggauss(40)
-    w = np.zeros((1, REGISTERS))
-    return 0.5 * torsion * sum(
-        weight * spring_torque(joint, 0.5 * torsion * (1.0 + node), w, 0)
-        for node, weight in zip(nodes, weights))
+    """Return the integral of the spring's torque over its torsion, from corner to corner [J]."""
+    law, ratio = joint['torsion'], float(joint['ratio'])
+    reach = max(abs(torsion) - float(joint['backlash']['half_width']), 0.0)
+    corners = [float(torsion_of_torque(law, ratio, float(law[knee]))) if law[knee] else 0.0
+               for knee in ('knee_1', 'knee_2')]
+    edges = np.unique(np.minimum([0.0, *corners, law['valid_torsion'], reach], reach))
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    total = 0.0
+    for begin, half in zip(edges[:-1], 0.5 * np.diff(edges)):
+        total += half * sum(weight * torque_of_torsion(law, ratio, begin + half * (1.0 + node))
+                            for node, weight in zip(nodes, weights))
+    return total
 
 
 def _base(body: Any, inertia: Inertia, state: Array) -> float:

@@ -1,4 +1,8 @@
-"""What acts on the links: every effect of links and base, by its law (docs/model.md, 19)."""
+"""
+What acts on the links: every effect of the links and the base at its place, by its law.
+
+See docs/model.md, 19.
+"""
 
 import numpy as np
 
@@ -58,7 +62,7 @@ def base_coupling(inertia, direction, q1, q2):                      # type: igno
 @compiled
 def base_push(                                                      # type: ignore[no-untyped-def]
         inertia, direction, q1, q2, dq1, dq2, force_x, force_y):
-    """Return what turning links and the tip force push the base along `direction`, (87) [N]."""
+    """Return the push of turning links and tip force on the base, along `direction`, (87) [N]."""
     swing = (inertia.first * dq1 * dq1 * np.cos(direction - q1)
              + inertia.second * (dq1 + dq2) ** 2 * np.cos(direction - q1 - q2))
     return swing + force_x * np.cos(direction) + force_y * np.sin(direction)

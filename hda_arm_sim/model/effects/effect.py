@@ -82,13 +82,19 @@ class Effect(Declared):
 
     @classmethod
     @cache
+    def arguments(cls) -> tuple[str, ...]:
+        """Return the names of what the law takes, in order: signals and own parameters."""
+        return tuple(inspect.signature(cls.law.py_func).parameters)
+
+    @classmethod
+    @cache
     def signals(cls) -> tuple[str, ...]:
         """Return the names of the signals that the law reads, in order."""
         own = {rule.name for rule in cls.declarations()}
-        arguments = inspect.signature(cls.law.py_func).parameters
-        return tuple(name for name in arguments if name not in own)
+        return tuple(name for name in cls.arguments() if name not in own)
 
     def __call__(self, signals: Signals) -> Any:
         """Return the law's value for these signals, a number or an array as they are."""
-        return type(self).law(*(getattr(signals, name) for name in self.signals()),
-                              *self.values())
+        read = self.signals()
+        return type(self).law(*(getattr(signals if name in read else self, name)
+                                for name in self.arguments()))

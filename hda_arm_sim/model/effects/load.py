@@ -71,7 +71,7 @@ class LinkInertiaError(Effect):
 
 @dataclass(frozen=True)
 class InertialCoupling(Effect):
-    """Links that feel each other where the arm's description decouples them, (83)."""
+    """Links that feel each other where the arm is given decoupled, or the reverse, (83)."""
 
     name: ClassVar[str] = 'inertial_coupling'
     cause: ClassVar[str] = 'the links feel each other: M(q) and C(q, dq) instead of constants'

@@ -153,7 +153,7 @@ class StiffeningError(Effect):
 
 @dataclass(frozen=True)
 class WaveGeneratorCompliance(Effect):
-    """Wave generator whose wind-up near zero torque is not as stated, (64)."""
+    """Soft wind-up near zero torque that is larger or smaller than stated, (64)."""
 
     name: ClassVar[str] = 'wave_generator_compliance'
     cause: ClassVar[str] = 'the soft wind-up of the wave generator near zero torque differs'
