@@ -45,13 +45,14 @@ def process(*words: str) -> Iterator[subprocess.Popen[str]]:
 
 
 @contextmanager
-def nodes(*parts: tuple[str, ...]) -> Iterator[None]:
+def nodes(*parts: tuple[str, ...]) -> Iterator[list[subprocess.Popen[str]]]:
     """Run several modules as nodes, each with its parameters like `rate:=200`."""
     with ExitStack() as running:
+        started = []
         for module, *parameters in parts:
             words = [word for parameter in parameters for word in ('-p', parameter)]
-            running.enter_context(process('-m', module, '--ros-args', *words))
-        yield
+            started.append(running.enter_context(process('-m', module, '--ros-args', *words)))
+        yield started
 
 
 class Listener:

@@ -1,0 +1,58 @@
+"""
+Run the closed loop and the recorder for a long time; watch rate, losses, latency and memory.
+
+`soak.py [MINUTES]`, ten unless given. Memory may not grow by more than a tenth after the first
+minute, and no sample may get lost.
+"""
+
+from pathlib import Path
+import resource
+import sys
+import tempfile
+
+from bench_three_processes import CONTROL, lost
+from nodes import Listener, nodes, own_domain
+
+RATE = 500.0            # [Hz]
+GROWTH = 1.1            # of the memory after the first minute
+NAMES = ('arm_sim', 'torque_estimator', 'jtf_controller', 'bag_recorder')
+
+
+def memory(process_id: int) -> float:
+    """Return the resident memory of a process [MB]."""
+    pages = int(Path(f'/proc/{process_id}/statm').read_text().split()[1])
+    return pages * resource.getpagesize() / 1e6
+
+
+def main() -> int:
+    """Run, print a line every minute, and return 1 if something got lost or grew."""
+    minutes = int(sys.argv[1]) if len(sys.argv) > 1 else 10
+    with own_domain(), tempfile.TemporaryDirectory() as folder, nodes(
+            ('hda_arm_sim.main', f'rate:={RATE}'), ('hda_torque_estimator.estimator_node',),
+            ('hda_torque_estimator.controller_node', *CONTROL),
+            ('hda_torque_estimator.recorder_node', f'output:={folder}/bag')) as running:
+        listener = Listener()
+        listener.until(lambda: len(listener.last) == len(NAMES), 'the nodes')
+        listener.spin(2.0)
+        begin, used = lost(listener), []
+        print('minute  commands [Hz]  latency [ms]  lost  ' + '  '.join(
+            f'{name} [MB]' for name in NAMES))
+        for minute in range(1, minutes + 1):
+            listener.spin(60.0)
+            used.append([memory(process.pid) for process in running])
+            controller = listener.last['jtf_controller']
+            print(f'{minute:>6}{float(controller["rate [Hz]"]):>15.1f}'
+                  f'{float(controller["latency from the stamp [ms]"]):>14.2f}'
+                  f'{lost(listener) - begin:>6}  ' + '  '.join(
+                      f'{size:>{len(name) + 5}.1f}' for name, size in zip(NAMES, used[-1])))
+        missing = lost(listener) - begin
+        listener.close()
+    grown = max(last / first for first, last in zip(used[0], used[-1]))
+    kept = missing == 0 and grown <= GROWTH
+    print(f'{missing} lost; memory grew to {grown:.2f} times that after the first minute: '
+          f'{"well" if kept else "NOT WELL"}')
+    return 0 if kept else 1
+
+
+if __name__ == '__main__':
+    sys.exit(main())
