@@ -67,8 +67,12 @@ class Arm:
     def __post_init__(self) -> None:
         """Check that the parts fit each other; raises ArmError."""
         _check_labels([joint.label for joint in self.joints])
-        for placed in self.effects:
+        for index, placed in enumerate(self.effects):
             self._check_place(type(placed.effect), placed.joint)
+            if any((placed.effect.name, placed.joint) == (other.effect.name, other.joint)
+                   for other in self.effects[:index]):
+                raise ArmError(f'{placed.effect.name} of {placed.joint or "the arm"} is listed '
+                               'twice; an effect has one entry')
         if self.links is not None:
             _check_links(self.moving_links(), len(self.joints))
             _check_base(self)

@@ -64,7 +64,8 @@ def _document(text: str, source: str) -> Any:
     except yaml.YAMLError as error:
         where = getattr(error, 'problem_mark', None)
         line = f' at line {where.line + 1}' if where else ''
-        raise ArmError(f'{source} is not YAML{line}: {getattr(error, "problem", error)}') from None
+        problem = ' '.join(str(getattr(error, 'problem', error)).split())
+        raise ArmError(f'{source} is not YAML{line}: {problem}') from None
 
 
 def _text(path: Path) -> str:
@@ -100,6 +101,7 @@ def _arm(document: dict[str, Any]) -> Arm:
         raise ArmError('an arm needs "joints" and "links" (or "links: none" for torsion only)')
     joints = tuple(_joint(item, index) for index, item in
                    enumerate(_sequence(document['joints'], 'joints')))
+    Arm(joints)                                     # they must fit before links are counted
     return Arm(joints, _links(document['links'], len(joints)),
                _group(Base, document.get('base', {})),
                tuple(_placed(item) for item in _sequence(document.get('effects', []), 'effects')),

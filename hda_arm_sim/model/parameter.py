@@ -13,6 +13,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 
+_LARGEST = 10 ** 300    # whole numbers far beyond it do not become floats
+
+
 class ParameterError(ValueError):
     """A value that its declaration does not allow."""
 
@@ -34,11 +37,12 @@ class Declaration:
             raise ParameterError(
                 f'{owner}.{self.name} must be a number in {self.unit or "no unit"} '
                 f'({self.meaning}), got {value!r}')
-        if not self.low <= value <= self.high:                         # also refuses NaN
+        number = float(min(max(value, -_LARGEST), _LARGEST) if isinstance(value, int) else value)
+        if not self.low <= number <= self.high:                        # also refuses NaN
             raise ParameterError(
                 f'{owner}.{self.name} must lie in [{self.low:g}, {self.high:g}] '
-                f'{self.unit} ({self.meaning}), got {value:g}'.replace('  ', ' '))
-        return float(value)
+                f'{self.unit} ({self.meaning}), got {number:g}'.replace('  ', ' '))
+        return number
 
 
 def parameter(default: float, unit: str, low: float, high: float, meaning: str) -> Any:
