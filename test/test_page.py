@@ -9,11 +9,11 @@ from xml.etree import ElementTree
 
 from hda_torque_estimator.diagnosis.exhibits import (
     binned, dependences, Example, Exhibits, strongest_line, telling_coordinate)
-from hda_torque_estimator.diagnosis.page import HEADLINES, page
+from hda_torque_estimator.diagnosis.page import page
 from hda_torque_estimator.diagnosis.plots import figures, inline_svg
 from hda_torque_estimator.diagnosis.report import (
     Alike, Detectable, Diagnosis, Evidence, Finding, Gain, Number, RecordingFacts, Residual,
-    TotalGain, Unexplained)
+    TotalGain, Unexplained, VERDICTS)
 import numpy as np
 from numpy.typing import NDArray
 import pytest
@@ -273,11 +273,11 @@ def test_figures_are_drawn_alike_every_time(drawn):
     assert first == second
 
 
-@pytest.mark.parametrize('verdict', HEADLINES)
+@pytest.mark.parametrize('verdict', VERDICTS)
 def test_page_says_all_that_a_diagnosis_holds(verdict):
     read = Reader(page(diagnosis(verdict), {}))
     assert read.open == []
-    for said in (HEADLINES[verdict], 'kinematic_error', 'payload', 'the arm',
+    for said in (VERDICTS[verdict], 'kinematic_error', 'payload', 'the arm',
                  f'transmission error {FREE_TEXT}', f'arm {FREE_TEXT}.yaml',
                  'amplitude_2 = 0.0001234 [0.00012, 0.00013] rad', 'more than 1,000,000 to 1',
                  'link_encoder_eccentricity', '98.7 % [98.1, 99.2]', 'slow torque loops',

@@ -4,16 +4,9 @@ from collections.abc import Iterable, Mapping
 from html import escape
 import math
 
-from .report import Diagnosis, Finding, Gain, Number
+from .report import Diagnosis, Finding, Gain, Number, VERDICTS
 from .style_sheet import STYLE_SHEET
 
-HEADLINES = {
-    'explained': 'Explained: the simulation misses what is named here, the rest is noise.',
-    'no_discrepancy': 'No discrepancy: the arm is as its model says, within the tolerances.',
-    'ambiguous': 'Ambiguous: more than one cause explains this recording equally well.',
-    'insufficient_excitation': 'Insufficient excitation: this motion cannot show what is asked.',
-    'unknown': 'Unknown: something is wrong that no effect of the catalogue explains.',
-}
 CAPTIONS = {
     'residuals': 'What each balance misses over time. The arm as given leaves the wide band; the '
                  'extended arm should stay mostly between the dashed lines, as noise and encoder '
@@ -40,7 +33,7 @@ def page(diagnosis: Diagnosis, figures: Mapping[str, str]) -> str:
     `figures` are SVG elements by the names of `plots.figures`, in the order of the page. They go
     in as they are; all other text is escaped.
     """
-    headline = HEADLINES[diagnosis.verdict]
+    headline = VERDICTS[diagnosis.verdict]
     parts = [f'<h1>{escape(headline)}</h1>', _summary(diagnosis), _findings(diagnosis),
              _ambiguous(diagnosis), _unexplained(diagnosis), _gain(diagnosis),
              _figures(diagnosis, figures), _residuals(diagnosis), _detectable(diagnosis),

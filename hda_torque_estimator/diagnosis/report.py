@@ -6,6 +6,13 @@ import math
 from typing import Any
 
 SCHEMA = 'hda.diagnosis/1'
+VERDICTS = {
+    'explained': 'Explained: the simulation misses what is named here, the rest is noise.',
+    'no_discrepancy': 'Nothing is wrong: the arm is as its model says, within the tolerances.',
+    'ambiguous': 'Ambiguous: more than one cause explains this recording equally well.',
+    'insufficient_excitation': 'Insufficient excitation: this motion cannot show what is wrong.',
+    'unknown': 'Unknown: something is wrong that no effect of the catalogue explains.',
+}
 
 
 @dataclass(frozen=True)
@@ -135,19 +142,10 @@ class Diagnosis:
 
     def sentences(self) -> list[str]:
         """Return the diagnosis for people, best first."""
-        return [_VERDICTS[self.verdict], *(_finding_sentence(found) for found in self.findings),
+        return [VERDICTS[self.verdict], *(_finding_sentence(found) for found in self.findings),
                 *(f'  these look alike here: {_places(alike.effects)}; run {alike.experiment}'
                   for alike in self.ambiguous),
                 *_unexplained_sentences(self.unexplained)]
-
-
-_VERDICTS = {
-    'explained': 'explained: the simulation misses what is named here, the rest is noise',
-    'no_discrepancy': 'nothing is wrong: the arm is as its model says, within the tolerances',
-    'ambiguous': 'ambiguous: more than one cause explains this recording equally well',
-    'insufficient_excitation': 'insufficient excitation: this motion cannot show it',
-    'unknown': 'unknown: something is wrong that no effect of the catalogue explains',
-}
 
 
 def _plain(value: Any) -> Any:
