@@ -17,6 +17,7 @@ from trajectory_msgs.msg import JointTrajectory
 from .controller import ControllerSettings
 from .controller_report import controller_report
 from .live_controller import LiveController, Trajectory, WatchSettings
+from .pairing import MOST_WAITING
 
 WATCH_PERIOD = 0.004        # with the default timeout the motors are let go within 20 ms [s]
 
@@ -40,8 +41,9 @@ class JtfController(ArmNode):
         self.create_service(SetBool, 'jtf_controller/enable', self._on_enable)
         self.create_subscription(JointTrajectory, JOINT_REFERENCE.name, self._on_target,
                                  quality(JOINT_REFERENCE))
-        subscribe(self, JOINT_STATES, self._on_sample)
-        subscribe(self, JOINT_TORQUES, self._on_torque)
+        # Fresh before complete: what has waited longer could not be paired any more.
+        subscribe(self, JOINT_STATES, self._on_sample, depth=MOST_WAITING)
+        subscribe(self, JOINT_TORQUES, self._on_torque, depth=MOST_WAITING)
         # The first message of a type loads code for longer than the watchdog waits.
         deserialize_message(serialize_message(JointTrajectory()), JointTrajectory)
         self.begin()
