@@ -2,6 +2,7 @@
 
 import os
 from pathlib import Path
+import re
 import subprocess
 import sys
 
@@ -42,4 +43,8 @@ def test_failure_is_one_line(tmp_path):
     assert done.returncode == 1
     assert done.stdout == ''
     assert len(done.stderr.splitlines()) == 1
-    assert "ended early with 2: arm_sim: no arm file 'none.yaml'" in done.stderr
+    said = re.fullmatch(r"demo: (\w+) ended early with 2: (\w+): no arm file 'none.yaml'.*\n",
+                        done.stderr)
+    assert said, done.stderr
+    first = {'arm_sim', 'torque_estimator', 'jtf_controller'}       # all three get the file
+    assert said[1] == said[2] and said[1] in first
