@@ -46,5 +46,5 @@ def test_failure_is_one_line(tmp_path):
     said = re.fullmatch(r"demo: (\w+) ended early with 2: (\w+): no arm file 'none.yaml'.*\n",
                         done.stderr)
     assert said, done.stderr
-    first = {'arm_sim', 'torque_estimator', 'jtf_controller'}       # all three get the file
-    assert said[1] == said[2] and said[1] in first
+    nodes = {'arm_sim', 'torque_estimator', 'jtf_controller', 'bag_recorder'}   # all read it
+    assert said[1] == said[2] and said[1] in nodes
