@@ -45,6 +45,15 @@ SINGULAR, CONDITIONING = 12, 13
 TIP_RESULTS = 14
 
 
+@compiled
+def usable(reading):                                                # type: ignore[no-untyped-def]
+    """Tell whether all angles of a reading (n, READINGS) are finite."""
+    for j in range(reading.shape[0]):
+        if not (np.isfinite(reading[j, MOTOR_READING]) and np.isfinite(reading[j, LINK_READING])):
+            return False
+    return True
+
+
 @inlined
 def _rates(record, settings, memory, reading, j, dt):               # type: ignore[no-untyped-def]
     """Renew the low-passed velocities from given ones, or from angles and stamps."""

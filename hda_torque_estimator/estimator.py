@@ -9,9 +9,11 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import ClassVar, NamedTuple
 
-from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.arm import Arm, ArmRecord
+from hda_arm_sim.model.compiled import compiled
 from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.model.parameter import Declared, parameter
+from hda_arm_sim.model.rigid import Inertia
 import numpy as np
 from numpy.typing import NDArray
 
@@ -89,8 +91,9 @@ class Estimator:
         self.joints = np.zeros((joints, estimate.RESULTS))
         self.tip = np.full(estimate.TIP_RESULTS, np.nan)
         self._record = arm.record()
-        self._settings = compiled_settings(arm, settings)
+        self._body = np.array([self._record.body])
         self._inertia = loaded_inertia(self._record.body)
+        self.tune(settings)
         self._memory = np.zeros((joints, estimate.MEMORY))
         self._last: int | None = None
         self._tare_left = 0.0
@@ -100,6 +103,7 @@ class Estimator:
         """Use other settings from the next sample on; filters and zero stay as they are."""
         self.settings = settings
         self._settings = compiled_settings(self.arm, settings)
+        self._numbers = np.array([*self._settings, *self._inertia])
 
     def reset(self) -> None:
         """Forget every sample, filter and tare."""
@@ -130,8 +134,8 @@ class Estimator:
         refusal = self._refusal(stamp, reading)
         if refusal is Refusal.NONE:
             dt = self._seconds(stamp)
-            estimate.step(self._record, self._settings, self._inertia, self._memory, reading, dt,
-                          self.joints, self.tip)
+            _step(self._record.joints, self._body, self._numbers, self._memory, reading, dt,
+                  self.joints, self.tip)
             self._last = stamp
             if self._tare_left > 0.0:
                 self._go_on_taring(dt)
@@ -156,7 +160,7 @@ class Estimator:
         return Estimates(kept, joints, tip, np.flatnonzero(~used))
 
     def _refusal(self, stamp: int, reading: Array) -> Refusal:
-        if not np.isfinite(reading[:, :2]).all():
+        if not estimate.usable(reading):
             return Refusal.NOT_FINITE
         if self._last is not None and stamp <= self._last:
             return Refusal.NOT_LATER
@@ -192,3 +196,17 @@ def compiled_settings(arm: Arm, settings: EstimatorSettings) -> _CompiledSetting
     return _CompiledSettings(
         settings.velocity_bandwidth, settings.observer_bandwidth, settings.singular_sine,
         arm.tolerances.stiffness, arm.tolerances.link_inertia, float(arm.links is not None))
+
+
+@compiled
+def _step(joints, body, numbers, memory, reading, dt, result, tip):  # type: ignore[no-untyped-def]
+    """
+    Take one step from plain arrays.
+
+    numba tells the types of its arguments at every call: for records and tuples, of which
+    `numbers` holds the content, that takes four times as long as the step itself.
+    """
+    settings = _CompiledSettings(numbers[0], numbers[1], numbers[2], numbers[3], numbers[4],
+                                 numbers[5])
+    inertia = Inertia(numbers[6], numbers[7], numbers[8], numbers[9], numbers[10], numbers[11])
+    estimate.step(ArmRecord(joints, body[0]), settings, inertia, memory, reading, dt, result, tip)

@@ -3,30 +3,63 @@
 from hda_arm_sim.health import Refused
 from hda_arm_sim.inputs import refusal, UNREADABLE
 from hda_arm_sim.model.arm import Arm
-from hda_msgs_json.cdr import JointStateDecoder
+from hda_msgs_json.cdr import DOUBLE, JointStateDecoder, STAMP
+from hda_msgs_json.cdr_fields import NANOSECONDS
+from hda_msgs_json.cdr_layout import Layout, read_joint_state, STAMP_AT
+from hda_msgs_json.columns import columns_of
 import numpy as np
 from numpy.typing import NDArray
 
+from .estimate import READINGS
 from .readings import reading_names, ReadingFinder, SIDES
 
 Array = NDArray[np.float64]
 
 
 class SampleReader:
-    """Read one message after another."""
+    """
+    Read one message after another.
+
+    Where the numbers of the arm lie is found once for all messages of one layout.
+    """
 
     def __init__(self, arm: Arm) -> None:
         """Prepare for the joints of an arm."""
         self._names = np.array(reading_names(arm.labels))
         self._decode, self._find = JointStateDecoder(), ReadingFinder(arm.labels)
+        self._layout: Layout | None = None
+        self._start = self._count = 0                   # of a stretch with all numbers needed
+        self._places = np.zeros((0, SIDES), np.intp)    # in that stretch
+        self._filled = self._reading = np.zeros((0, READINGS))
 
     def __call__(self, message: bytes) -> tuple[int, Array]:
         """Return the stamp [ns] and the reading (n, READINGS), the same array always."""
+        layout = self._layout
+        if layout is None or not layout.fits(message):
+            return self._learn(message)
+        seconds, nanoseconds = STAMP.unpack_from(message, STAMP_AT)
+        numbers = np.frombuffer(message, DOUBLE, self._count, self._start)
+        self._filled[:] = numbers[self._places]
+        return seconds * NANOSECONDS + nanoseconds, self._reading
+
+    def _learn(self, message: bytes) -> tuple[int, Array]:
+        """Read a message with all checks, and take its layout for that of the next ones."""
         try:
             state = self._decode(message)
-            return state.stamp_ns, self._find(state)
+            self._reading = self._find(state)
         except UNREADABLE as error:
             raise refusal(error) from None
+        self._layout = read_joint_state(message)[1]
+        position, velocity, _ = self._layout.doubles
+        columns = columns_of(self._names.tolist(), state.names).reshape(-1, SIDES)
+        self._start, end = position.start, position.stop
+        self._places, self._filled = columns, self._reading[:, :SIDES]
+        if velocity.count:
+            further = (velocity.start - position.start) // DOUBLE.itemsize
+            self._places, end = np.hstack([columns, columns + further]), velocity.stop
+            self._filled = self._reading
+        self._count = (end - self._start) // DOUBLE.itemsize
+        return state.stamp_ns, self._reading
 
     def not_finite(self, stamp: int, reading: Array) -> Refused:
         """Return the refusal of a reading with angles that are not finite."""
