@@ -7,7 +7,7 @@ from .drive import act
 from .model.arm import Arm, ArmRecord
 from .model.compiled import borrowed, compiled
 from .model.kernel import registers, slope, SLOPE_1, STATE, STATES, TORQUE
-from .model.link_side import loaded_inertia
+from .model.plain import inertia_of, plain
 from .sensors import DRAWS, read_encoders, sample_lost, SIDES
 from .simulate import checked, step_count
 
@@ -38,13 +38,23 @@ def observe(arm, inertia, w, noise, dt, first, reading, torque):    # type: igno
             reading[j, side] = angles[j, side]
 
 
+@compiled
+def _observe(                                                       # type: ignore[no-untyped-def]
+        joints, body, inertia, w, noise, dt, first, reading, torque):
+    observe(ArmRecord(joints, body[0]), inertia_of(inertia), w, noise, dt, first, reading, torque)
+
+
+@compiled
+def _act(joints, body, inertia, w, torque, force, dt, count):       # type: ignore[no-untyped-def]
+    act(ArmRecord(joints, body[0]), inertia_of(inertia), w, torque, force, dt, count)
+
+
 class Plant:
     """The arm with its encoders, started from a state, seeded and deterministic."""
 
     def __init__(self, arm: Arm, initial: Array, dt: float, seed: int) -> None:
         """Start from a state (n, STATES) with samples every dt [s]; raises ArmError."""
-        self._record = checked(arm, dt).record()
-        self._inertia = loaded_inertia(self._record.body)
+        self._plain = plain(checked(arm, dt).record())
         self._registers = registers(initial)
         self._random = np.random.default_rng(seed)
         self._dt, self._count = dt, step_count(dt)
@@ -56,15 +66,14 @@ class Plant:
     def sample(self) -> Array:
         """Return the reading (n, 4) now: angles [rad] and velocities [rad/s], shaft and link."""
         noise = self._random.standard_normal((len(self.reading), DRAWS))
-        observe(self._record, self._inertia, self._registers, noise, self._dt, self._first,
-                self.reading, self.joint_torque)
+        _observe(*self._plain, self._registers, noise, self._dt, self._first, self.reading,
+                 self.joint_torque)
         self._first = False
         return self.reading
 
     def advance(self, motor_torque: Array, tip_force: Array) -> None:
         """Move on by one sample under motor torques (n,) [N*m] and a tip force (2,) [N, base]."""
-        act(self._record, self._inertia, self._registers, motor_torque, tip_force, self._dt,
-            self._count)
+        _act(*self._plain, self._registers, motor_torque, tip_force, self._dt, self._count)
 
     @property
     def state(self) -> Array:

@@ -183,11 +183,3 @@ def add_to_tare(record, settings, inertia, memory):                 # type: igno
             load += weight[min(j, 1)]
         expected = torsion_of_torque(joint.torsion, joint.ratio, -load)
         memory[j, TARE_SUM] += memory[j, LAST_TORSION] - expected
-
-
-@compiled
-def run(                                                            # type: ignore[no-untyped-def]
-        record, settings, inertia, memory, reading, seconds, result, tip):
-    """Estimate a whole recording (k, n, READINGS) with the times since the last sample (k,)."""
-    for i in range(reading.shape[0]):
-        step(record, settings, inertia, memory, reading[i], seconds[i], result[i], tip[i])

@@ -13,7 +13,7 @@ from hda_arm_sim.model.arm import Arm, ArmRecord
 from hda_arm_sim.model.compiled import compiled
 from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.model.parameter import Declared, parameter
-from hda_arm_sim.model.rigid import Inertia
+from hda_arm_sim.model.plain import inertia_of, plain
 import numpy as np
 from numpy.typing import NDArray
 
@@ -88,10 +88,11 @@ class Estimator:
         """Prepare for an arm; without links only the torsion's results will be numbers."""
         joints = len(arm.joints)
         self.arm, self.settings = arm, settings
-        self.joints = np.zeros((joints, estimate.RESULTS))
-        self.tip = np.full(estimate.TIP_RESULTS, np.nan)
+        self._result = np.zeros((1, joints, estimate.RESULTS))
+        self._tips = np.full((1, estimate.TIP_RESULTS), np.nan)
+        self.joints, self.tip = self._result[0], self._tips[0]
         self._record = arm.record()
-        self._body = np.array([self._record.body])
+        self._plain = plain(self._record)
         self._inertia = loaded_inertia(self._record.body)
         self.tune(settings)
         self._memory = np.zeros((joints, estimate.MEMORY))
@@ -103,7 +104,7 @@ class Estimator:
         """Use other settings from the next sample on; filters and zero stay as they are."""
         self.settings = settings
         self._settings = compiled_settings(self.arm, settings)
-        self._numbers = np.array([*self._settings, *self._inertia])
+        self._numbers = np.array(self._settings)
 
     def reset(self) -> None:
         """Forget every sample, filter and tare."""
@@ -134,8 +135,9 @@ class Estimator:
         refusal = self._refusal(stamp, reading)
         if refusal is Refusal.NONE:
             dt = self._seconds(stamp)
-            _step(self._record.joints, self._body, self._numbers, self._memory, reading, dt,
-                  self.joints, self.tip)
+            _run(*self._plain, self._numbers, self._memory,
+                 np.ascontiguousarray(reading)[np.newaxis], np.array([dt]), self._result,
+                 self._tips)
             self._last = stamp
             if self._tare_left > 0.0:
                 self._go_on_taring(dt)
@@ -154,8 +156,8 @@ class Estimator:
         seconds = np.array([self._seconds(int(kept[0]))] if count else [])
         gaps = np.diff(kept) * 1e-9
         seconds = np.append(seconds, np.where(gaps > self.settings.longest_gap, 0.0, gaps))
-        estimate.run(self._record, self._settings, self._inertia, self._memory,
-                     np.ascontiguousarray(reading[used]), seconds, joints, tip)
+        _run(*self._plain, self._numbers, self._memory, np.ascontiguousarray(reading[used]),
+             seconds, joints, tip)
         self._last = int(kept[-1]) if count else self._last
         return Estimates(kept, joints, tip, np.flatnonzero(~used))
 
@@ -199,14 +201,16 @@ def compiled_settings(arm: Arm, settings: EstimatorSettings) -> _CompiledSetting
 
 
 @compiled
-def _step(joints, body, numbers, memory, reading, dt, result, tip):  # type: ignore[no-untyped-def]
+def _run(                                                           # type: ignore[no-untyped-def]
+        joints, body, inertia, settings, memory, reading, seconds, result, tip):
     """
-    Take one step from plain arrays.
+    Estimate samples (k, n, READINGS) with the times since the last one (k,) from plain arrays.
 
-    numba tells the types of its arguments at every call: for records and tuples, of which
-    `numbers` holds the content, that takes four times as long as the step itself.
+    One sample and a recording take the same machine code, therefore the same bits: where a
+    compiler joins a step to two callers, it may round differently in each.
     """
-    settings = _CompiledSettings(numbers[0], numbers[1], numbers[2], numbers[3], numbers[4],
-                                 numbers[5])
-    inertia = Inertia(numbers[6], numbers[7], numbers[8], numbers[9], numbers[10], numbers[11])
-    estimate.step(ArmRecord(joints, body[0]), settings, inertia, memory, reading, dt, result, tip)
+    numbers = _CompiledSettings(settings[0], settings[1], settings[2], settings[3], settings[4],
+                                settings[5])
+    record, rigid = ArmRecord(joints, body[0]), inertia_of(inertia)
+    for i in range(reading.shape[0]):
+        estimate.step(record, numbers, rigid, memory, reading[i], seconds[i], result[i], tip[i])
