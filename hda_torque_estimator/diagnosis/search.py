@@ -46,7 +46,7 @@ def search(fitter: Fitter, names: Sequence[str]) -> Found:
     """Return the causes that explain a measurement, among the effects of these names."""
     first = fit = fitter.fit(())
     evidence: dict[tuple[str, str | None], Evidence] = {}
-    while len(fit.accepted) < MOST:
+    while len(fit.accepted) < MOST and material(fitter, first, fit.variance - fitter.noise ** 2):
         found = _next(fitter, first, fit, names)
         if found is None:
             break
@@ -123,7 +123,10 @@ def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit) -> bool:
     term = extended.accepted[-1]
     if without.score - extended.score < threshold(fitter, term):
         return False
-    explained = without.variance - extended.variance
+    return material(fitter, first, without.variance - extended.variance)
+
+
+def material(fitter: Fitter, first: Fit, power: Array) -> bool:
+    """Tell whether some channel's power (c,) [N^2*m^2] is far above noise, and worth a cause."""
     excess = np.maximum(first.variance - fitter.noise ** 2, 1e-30)
-    material = (explained > (MATERIAL * fitter.noise) ** 2) & (explained > SHARE * excess)
-    return bool(material.any())
+    return bool(((power > (MATERIAL * fitter.noise) ** 2) & (power > SHARE * excess)).any())
