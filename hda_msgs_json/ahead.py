@@ -1,12 +1,13 @@
-"""Work that a second thread does ahead of time: reading, compression, checksums."""
+"""Work that other threads do ahead of time: reading, compression, checksums, decoding."""
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+import os
 from typing import TypeVar
 
-AHEAD = 2
-"""Results that wait at most; each is about as large as a chunk."""
+MOST_THREADS = 4
+"""More threads than this wait for each other; every one of them holds about a chunk."""
 
 Item = TypeVar('Item')
 Result = TypeVar('Result')
@@ -18,11 +19,12 @@ def ahead(work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Res
 
     It pays where the work is done by libraries that let other threads run.
     """
+    threads = max(1, min(MOST_THREADS, os.cpu_count() or 1))
     waiting: deque[Future[Result]] = deque()
-    with ThreadPoolExecutor(1) as executor:
+    with ThreadPoolExecutor(threads) as executor:
         for item in items:
             waiting.append(executor.submit(work, item))
-            if len(waiting) > AHEAD:
+            if len(waiting) > threads:
                 yield waiting.popleft().result()
         while waiting:
             yield waiting.popleft().result()

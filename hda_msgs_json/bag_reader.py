@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
@@ -23,6 +24,7 @@ from mcap.records import Schema
 import numpy as np
 
 Samples = TypeVar('Samples', JointSamples, WrenchSamples)
+Result = TypeVar('Result')
 
 
 @dataclass(frozen=True)
@@ -107,10 +109,9 @@ class Recording:
 
     def raw(self, topic: str) -> tuple[Indices, list[bytes]]:
         """Return the log times [ns] (n,) and the bytes of all messages of a topic, in order."""
-        parts = list(self._messages(self._find(topic)))
-        times = np.concatenate([np.empty(0, np.int64), *(part.log_times for part in parts)])
-        messages = [part.batch.message(index) for part in parts
-                    for index in range(len(part.log_times))]
+        parts = list(self._each(self._find(topic), _singly))
+        times = np.concatenate([np.empty(0, np.int64), *(times for times, _ in parts)])
+        messages = [message for _, part in parts for message in part]
         order = _order(times)
         return (times, messages) if order is None else (
             times[order], [messages[at] for at in order])
@@ -121,9 +122,11 @@ class Recording:
         name = self._find(topic, message_type)
         times, parts = [np.empty(0, np.int64)], []
         try:
-            for messages in self._messages(name):
-                parts.append(decode(messages.batch, sum(map(len, times))))
-                times.append(messages.log_times)
+            for log_times, found in self._each(name, partial(_decoded, decode=decode)):
+                # What could not be decoded raises its error here, where its number is known.
+                parts.append(decode(found, sum(map(len, times))) if isinstance(found, Batch)
+                             else found)
+                times.append(log_times)
             samples = join(parts)
         except (CdrError, SamplesError) as error:
             raise BagError(f'{self.path}, topic {name}: {error}') from None
@@ -144,27 +147,27 @@ class Recording:
                 f'{self.path}, topic {name}: the type must be {message_type}, got {found}')
         return name
 
-    def _messages(self, name: str) -> Iterator[Messages]:
-        """Yield the messages of a topic chunk by chunk, in the order of the files."""
+    def _each(self, name: str, work: Callable[[Messages], Result]) -> Iterator[Result]:
+        """Yield what work makes of the messages of a topic, chunk by chunk in their order."""
         for file in self._files:
             channels = [number for number, channel in file.channels.items()
                         if channel.topic == name]
             # The indexes could tell which parts have none of them, but they may be damaged.
-            for content in ahead(self._read, file.parts if channels else []):
-                messages = Records(*content).messages(channels)
-                if len(messages.log_times):
-                    yield messages._replace(batch=expanded(messages.batch))
+            whole = partial(_worked, channels=channels, work=work)
+            for found, warning in ahead(whole, file.parts if channels else []):
+                self._warn(warning)
+                if found is not None:
+                    yield found
 
     def _read(self, part: _Part) -> Content:
         """Return the content of a part of a file; if it is damaged, none and a warning."""
-        try:
-            return read_stretch(part.path, part.stretch)
-        except BagError as error:
-            warning = (f'{part.path.name}: the chunk at byte {part.stretch.offset} is left out: '
-                       f'{error}')
-        if warning not in self.warnings:
+        content, warning = _content(part)
+        self._warn(warning)
+        return content
+
+    def _warn(self, warning: str) -> None:
+        if warning and warning not in self.warnings:
             self.warnings.append(warning)
-        return Content(b'', NO_HINTS)
 
     def _scan(self, path: Path) -> _File:
         """Find the messages of one file, and what its channels carry."""
@@ -207,6 +210,42 @@ class Recording:
                 summary = _summary(channel.message_type, times, found.get(channel.topic))
                 found[channel.topic] = summary
         return dict(sorted(found.items()))
+
+
+def _content(part: _Part) -> tuple[Content, str]:
+    """Return the content of a part of a file; if it is damaged, none and a warning."""
+    try:
+        return read_stretch(part.path, part.stretch), ''
+    except BagError as error:
+        return Content(b'', NO_HINTS), (
+            f'{part.path.name}: the chunk at byte {part.stretch.offset} is left out: {error}')
+
+
+def _worked(
+        part: _Part, channels: list[int],
+        work: Callable[[Messages], Result]) -> tuple[Result | None, str]:
+    """Return what work makes of some channels of a part, None without messages, and a warning."""
+    content, warning = _content(part)
+    messages = Records(*content).messages(channels)
+    if not len(messages.log_times):
+        return None, warning
+    return work(messages._replace(batch=expanded(messages.batch))), warning
+
+
+def _decoded(
+        messages: Messages,
+        decode: Callable[[Batch, int], Samples]) -> tuple[Indices, Samples | Batch]:
+    """Return log times and samples while the bytes are at hand; the bytes if one is broken."""
+    try:
+        return messages.log_times, decode(messages.batch, 0)
+    except CdrError:
+        return messages.log_times, messages.batch
+
+
+def _singly(messages: Messages) -> tuple[Indices, list[bytes]]:
+    """Return log times and messages one by one."""
+    return messages.log_times, [
+        messages.batch.message(index) for index in range(len(messages.log_times))]
 
 
 def _summary(

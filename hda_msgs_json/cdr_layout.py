@@ -1,7 +1,7 @@
 """Where the numbers of a JointState or a WrenchStamped lie: found once, checked ever after."""
 
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 from hda_msgs_json.cdr_fields import CdrError, Doubles, FieldReader, FieldWriter, LITTLE_ENDIAN
@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 STAMP_AT = 4
 """Where the eight bytes of the stamp of every message with a header start."""
+ALL_BITS = np.uint64(2 ** 64 - 1)
 
 
 class JointState(NamedTuple):
@@ -70,7 +71,8 @@ class Layout:
         """Return which of many messages of the same size have this layout (n,)."""
         fits = np.ones(len(records), bool)
         for word in self._words:
-            fits &= (records[word.name] & word.mask) == word.value
+            found = records[word.name]
+            fits &= (found if word.mask == ALL_BITS else found & word.mask) == word.value
         return fits
 
     @cached_property
@@ -99,18 +101,10 @@ class Layout:
         mask = int.from_bytes(self._mask.tobytes(), 'little')
         return mask, int.from_bytes(self._message, 'little') & mask
 
-    @cached_property
-    def _words(self) -> list['_Word']:
-        """Return words that together compare every byte that the mask keeps."""
-        words, covered = [], 0
-        masks, message = self._mask, np.frombuffer(self._message, np.uint8)
-        for at in np.flatnonzero(masks).tolist():
-            if at >= covered:
-                start = min(at, self.size - 8)
-                covered = start + 8
-                mask, value = (part[start:covered].view('<u8')[0] for part in (masks, message))
-                words.append(_Word(f'word{start}', start, mask, value & mask))
-        return words
+    @property
+    def _words(self) -> tuple['_Word', ...]:
+        mask, value = self._masked
+        return _words(*(number.to_bytes(self.size, 'little') for number in (mask, value)))
 
 
 class _Word(NamedTuple):
@@ -120,6 +114,20 @@ class _Word(NamedTuple):
     start: int
     mask: np.uint64
     value: np.uint64
+
+
+@lru_cache
+def _words(mask: bytes, message: bytes) -> tuple[_Word, ...]:
+    """Return words that together compare every byte that the mask keeps."""
+    words, covered = [], 0
+    masks, values = np.frombuffer(mask, np.uint8), np.frombuffer(message, np.uint8)
+    for at in np.flatnonzero(masks).tolist():
+        if at >= covered:
+            start = min(at, len(mask) - 8)
+            covered = start + 8
+            words.append(_Word(f'word{start}', start, *(
+                part[start:covered].view('<u8')[0] for part in (masks, values))))
+    return tuple(words)
 
 
 def read_joint_state(message: bytes) -> tuple[JointState, Layout]:
