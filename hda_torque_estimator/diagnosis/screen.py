@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 from typing import NamedTuple
 
+from hda_arm_sim.model.effects import effect_named, Site
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,6 +14,7 @@ from .solve import Columns, condense, condense_more, solve
 from .term import Term
 
 Array = NDArray[np.float64]
+LOUD = 4.0              # variance over that of noise from which something is left in a channel
 
 
 class Prospect(NamedTuple):
@@ -25,6 +27,7 @@ class Prospect(NamedTuple):
 def screen(fitter: Fitter, fit: Fit, names: Sequence[str]) -> list[Prospect]:
     """Return one prospect for every effect and place, from its most promising start."""
     best: dict[tuple[str, str | None], Prospect] = {}
+    names = [name for name in names if _may_show(fitter, fit, effect_named(name).site)]
     known = condense(fit.balance.residual, fit.columns, fitter.valid(fit.balance))
     for name in names:
         for prospect in _possible(fitter, fit, known, name):
@@ -32,6 +35,14 @@ def screen(fitter: Fitter, fit: Fit, names: Sequence[str]) -> list[Prospect]:
             if key not in best or prospect.score < best[key].score:
                 best[key] = prospect
     return sorted(best.values(), key=lambda prospect: prospect.score)
+
+
+def _may_show(fitter: Fitter, fit: Fit, site: Site) -> bool:
+    """Tell whether more than noise is left where effects of a site show most."""
+    joints = len(fitter.arm.labels)
+    loud = fit.variance > LOUD * fitter.noise ** 2
+    where = {Site.MOTOR: loud[:joints], Site.TORSION: loud[joints:]}
+    return bool(where.get(site, loud).any())
 
 
 def _possible(fitter: Fitter, fit: Fit, known: Columns, name: str) -> list[Prospect]:
