@@ -50,7 +50,7 @@ class BagWriter:
         self._topics: dict[Topic, int] = {}
         self._schemas: dict[str, Schema] = {}
         self._columns: list[Column] = []
-        self._described = False
+        self._described: list[int] = []
         self._directory = _new_directory(self.path, whole)
         try:
             self._stream = (self._directory / self._file_name).open('xb')
@@ -84,6 +84,14 @@ class BagWriter:
             raise BagError(
                 f'a log time must lie in 0 to 2^64 - 1 ns, got {log_time_ns}') from None
 
+    def define(self, topic: Topic, definition: Schema) -> None:
+        """Add a topic with the definition of its type, unless that is known."""
+        self._schemas.setdefault(topic.message_type, definition)
+        try:
+            self._channel(topic)
+        except OSError as error:
+            raise _cannot_write(self.path, error) from None
+
     def add_metadata(self, metadata: Mapping[str, str]) -> None:
         """Add to the metadata, or replace what has the same name."""
         try:
@@ -108,8 +116,9 @@ class BagWriter:
         try:
             self._merge()
             self._mcap.flush()
-            if not self._described:
+            if self._described != (counts := self._counts()):
                 self._describe()
+                self._described = counts
         except OSError as error:
             raise _cannot_write(self.path, error) from None
 
@@ -137,12 +146,12 @@ class BagWriter:
 
     def _add(self, topic: Topic) -> int:
         """Add a topic to the file, and return the number of its channel."""
-        found = schema(topic.message_type, self._share_directories)
+        found = self._schemas.get(topic.message_type) or schema(
+            topic.message_type, self._share_directories)
         self._schemas[topic.message_type] = found
         definition = topic.message_type, SCHEMA_ENCODING, found.text.encode()
         self._topics[topic] = self._mcap.add_channel(
             f'/{topic.name.lstrip("/")}', definition, ENCODING, channel_metadata(topic, found))
-        self._described = False
         return self._topics[topic]
 
     def _merge(self) -> None:
@@ -157,13 +166,15 @@ class BagWriter:
             [(topic, self._schemas[topic.message_type], self._mcap.counts[channel])
              for topic, channel in self._topics.items()])
 
+    def _counts(self) -> list[int]:
+        return [counted.count for counted in self._mcap.counts.values()]
+
     def _describe(self) -> None:
         """Write metadata.yaml in one step."""
         text = to_yaml({'rosbag2_bagfile_information': self._about()})
         temporary = self._directory / f'.{METADATA_FILE}'
         temporary.write_text(text)
         temporary.replace(self._directory / METADATA_FILE)
-        self._described = True
 
     def _abort(self) -> None:
         self._stream.close()

@@ -22,7 +22,7 @@ from .recorded_topics import named_topics
 from .version import version
 
 DEPTH = 5000            # of every queue: seconds of samples, should the disk take its time
-FLUSH_PERIOD = 0.2      # what a crash may cost [s]
+FLUSH_PERIOD = 0.05     # what a crash may cost [s]
 NODES = ('arm_sim', 'torque_estimator', 'jtf_controller')
 
 

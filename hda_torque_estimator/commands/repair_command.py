@@ -1,0 +1,27 @@
+"""`hda repair`: make a recording that was cut off whole."""
+
+import argparse
+from pathlib import Path
+
+from hda_msgs_json.bag_repair import repair
+
+from .outcome import Outcome
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument('bag', type=Path, metavar='BAG', help='bag directory or .mcap file')
+    parser.add_argument('--out', type=Path, metavar='BAG',
+                        help='bag to write; NAME_repaired beside the original unless given')
+
+
+def execute(options: argparse.Namespace) -> Outcome:
+    """Repair a bag; raises the project's errors."""
+    bag = options.bag.absolute()
+    out = options.out or bag.with_name(f'{bag.stem if bag.is_file() else bag.name}_repaired')
+    done = repair(bag, out)
+    lines = [f'{out}: {done.messages} messages of {done.topics} topics',
+             *(f'  warning: {sentence}' for sentence in done.warnings)]
+    return Outcome('\n'.join(lines), {
+        'bag': str(options.bag), 'out': str(out), 'messages': done.messages,
+        'topics': done.topics, 'warnings': done.warnings})
