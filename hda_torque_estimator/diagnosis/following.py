@@ -1,0 +1,158 @@
+"""
+How far a residual follows a coordinate, alone or as the size of something that it multiplies.
+
+A residual follows a coordinate x if r = w f(x) for some curve f, found by least squares in bins of
+x. The carrier w is 1, the direction of the shaft (friction that varies along x) or the torque
+(stiffness or mesh loss that varies along x). What the carrier alone tells is not the coordinate's:
+it is what x tells when it is shifted in time against the residual. Over time a residual follows
+a slow curve, or one line.
+"""
+
+from collections.abc import Iterator, Mapping
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+
+Array = NDArray[np.float64]
+Bins = NDArray[np.int64]
+TURN = 2.0 * math.pi
+TRAVEL = 2.0                        # least motor turns in which a period of one turn shows
+_ANGLES = ('link_angle', 'other_link_angle')
+_CARRYING = ('motor_velocity', 'link_velocity', 'joint_torque', 'motor_torque')
+_BINS, _TURN_BINS = 24, 60
+_PER_BIN = 15                       # least samples in a bin, on average
+_SHIFTS = 16
+_CARRIED = 0.05                     # by which a carrier must tell more than none
+_EVERYTHING = 0.05                  # by which time, which everything follows, must tell more
+_ORDERS = np.arange(0.5, 13.0, 0.25)        # of a link turn: higher ones move too fast to tell
+_FINER = 4                          # points of a spectrum in the width of a line
+_WAVE = 0.7                         # least share of a curve that makes it a wave
+
+
+class Following(NamedTuple):
+    """How far a residual follows a coordinate."""
+
+    coordinate: str
+    carrier: str                    # '', 'direction' or 'torque': what the curve multiplies
+    share: float                    # of the power beyond chance, in [0, 1]
+    line: float | None = None       # of a wave: over time [Hz], over an angle [1/turn]
+
+
+class Wave(NamedTuple):
+    """The strongest wave in a residual."""
+
+    frequency: float
+    share: float                    # of the power, in [0, 1]
+
+
+def follow(time: Array, values: Array, valid: NDArray[np.bool_],
+           coordinates: Mapping[str, Array]) -> list[Following]:
+    """
+    Return how far values (m,) follow time [s] and each coordinate (m,), the most first.
+
+    `coordinates` holds `motor_velocity` and `joint_torque` for the carriers.
+    """
+    rest = np.where(valid, values - values[valid].mean(), 0.0)
+    carriers = {'': valid.astype(float),
+                'direction': np.where(valid, np.sign(coordinates['motor_velocity']), 0.0),
+                'torque': np.where(valid, coordinates['joint_torque'], 0.0)}
+    found = [over_time(time, rest, valid)]
+    for name, along in coordinates.items():
+        if name == 'motor_angle' and np.ptp(along[valid]) < TRAVEL * TURN:
+            continue                # a part of a turn looks like the link angle
+        found.append(max((_carried(name, along, carrier, weight, rest, valid)
+                          for carrier, weight in carriers.items()
+                          if not (carrier and name in _CARRYING)), key=_rank))
+    return sorted(found, key=_rank, reverse=True)
+
+
+def _rank(told: Following) -> float:
+    """Return what dependences are ordered by: the simpler one wins where two tell the same."""
+    return (told.share - _CARRIED * bool(told.carrier)
+            - _EVERYTHING * (told.coordinate == 'time'))
+
+
+def over_time(time: Array, rest: Array, valid: NDArray[np.bool_]) -> Following:
+    """Return how far a residual (m,), 0 where invalid, follows time: a slow curve or a line."""
+    bins, count = _bins('time', time, valid)
+    slow = _told(bins, count, valid.astype(float), rest)
+    line = strongest_wave(time, rest, valid)
+    if line.share > slow:
+        return Following('time', '', line.share, line.frequency)
+    return Following('time', '', slow)
+
+
+def strongest_wave(time: Array, rest: Array, valid: NDArray[np.bool_]) -> Wave:
+    """Return the sine over time [Hz] that tells most of a residual (m,), 0 where invalid."""
+    count = _FINER * len(time)
+    step = float(time[1] - time[0])
+    power = np.abs(np.fft.rfft(rest, count)) ** 2
+    power[:2 * _FINER] = 0.0        # a trend is no line
+    peak, width = np.argmax(power) / (count * step), 1.0 / (count * step)
+    moments, chosen = time[valid], rest[valid]
+    found = minimize_scalar(lambda place: -_wave_share(TURN * place * moments, chosen),
+                            bounds=(peak - width, peak + width), method='bounded')
+    return Wave(float(found.x), -float(found.fun))
+
+
+def _wave_share(phase: Array, rest: Array, weight: Array | float = 1.0) -> float:
+    """Return the share of a residual (k,) that a wave of this phase tells, with a level."""
+    columns = np.stack([np.ones_like(phase), np.cos(phase), np.sin(phase)], axis=1)
+    columns *= np.reshape(weight, (-1, 1))
+    against = columns.T @ rest
+    told = against @ np.linalg.lstsq(columns.T @ columns, against, rcond=1e-9)[0]
+    return float(told / max(float(rest @ rest), 1e-300))
+
+
+def _carried(name: str, along: Array, carrier: str, weight: Array, rest: Array,
+             valid: NDArray[np.bool_]) -> Following:
+    """Return how far a residual (m,), 0 where invalid, follows a coordinate with a carrier."""
+    bins, count = _bins(name, along, valid)
+    told = _told(bins, count, weight, rest)
+    chance = float(np.median([_told(shifted, count, weight, rest) for shifted in _shifted(bins)]))
+    share = (told - chance) / max(1.0 - chance, 1e-12)
+    return Following(name, carrier, max(share, 0.0),
+                     _line(name, along[valid], weight[valid], rest[valid], told, count))
+
+
+def _line(name: str, along: Array, weight: Array, rest: Array, told: float,
+          count: int) -> float | None:
+    """Return the order [1/turn] of the wave that a dependence on an angle is, if it is one."""
+    if name == 'motor_angle':
+        orders = np.arange(1.0, count // 2)
+    elif name in _ANGLES:
+        orders = _ORDERS
+    else:
+        return None
+    shares = [_wave_share(order * along, rest, weight) for order in orders]
+    best = float(orders[int(np.argmax(shares))])
+    whole = best * float(np.ptp(along)) >= TURN     # a part of a wave could be any curve
+    return best if whole and max(shares) > _WAVE * told else None
+
+
+def _bins(name: str, along: Array, valid: NDArray[np.bool_]) -> tuple[Bins, int]:
+    """Return the bin (m,) of each sample, and how many bins there are."""
+    most = _TURN_BINS if name == 'motor_angle' else _BINS
+    count = int(np.clip(valid.sum() // _PER_BIN, 2, most))
+    if name == 'motor_angle':
+        place = (np.mod(along, TURN) / TURN * count).astype(np.int64)
+        return np.minimum(place, count - 1), count
+    edges = np.quantile(along[valid], np.arange(1, count) / count)
+    return np.searchsorted(edges, along, side='right').astype(np.int64), count
+
+
+def _told(bins: Bins, count: int, weight: Array, rest: Array) -> float:
+    """Return the share of a residual (m,) that a curve over bins (m,) times a weight tells."""
+    against = np.bincount(bins, weight * rest, count)
+    own = np.bincount(bins, weight * weight, count)
+    return float(np.sum(against ** 2 / np.maximum(own, 1e-12)) / max(float(rest @ rest), 1e-300))
+
+
+def _shifted(bins: Bins) -> Iterator[Bins]:
+    """Yield bins (m,) shifted around in time, by steps that no periodic motion repeats."""
+    golden = 0.5 * (math.sqrt(5.0) - 1.0)
+    for place in range(1, _SHIFTS + 1):
+        yield np.roll(bins, round((0.05 + 0.9 * (place * golden % 1.0)) * len(bins)))

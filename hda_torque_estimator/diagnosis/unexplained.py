@@ -1,0 +1,122 @@
+"""
+What no effect of the catalogue explains: where it sits, and what it follows.
+
+The pattern of the two balances of a joint tells the site. What acts on the motor shows in A alone,
+what acts on the torsion in B alone, what acts on the link in both alike. Each of the three says
+that something must vanish (B, A, or A - B); the one of which the least is left is right.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .coordinates import coordinates_of
+from .fit import Fit, Fitter
+from .following import follow, Following
+from .report import Unexplained
+from .search import Found
+from .term import Term
+
+Array = NDArray[np.float64]
+LEAST = 3.0             # rms left over noise from which there is a rest
+NOTHING = 'nothing'     # what a rest follows that no coordinate tells
+_TELLS = 0.1            # least share of the power that a coordinate must tell
+_TIMING = 0.5           # least share that follows the velocity if angles are sampled apart
+_ARM = 0.1              # least power at each joint, over the largest, of what loads the whole arm
+
+
+class Rest(NamedTuple):
+    """What a fit leaves: columns (m, 2 n) A of every joint, then B [N*m at the output]."""
+
+    time: Array                         # (m,) [s]
+    labels: tuple[str, ...]
+    residual: Array
+    valid: NDArray[np.bool_]            # (m, 2 n)
+    noise: Array                        # (2 n,) standard deviation
+    coordinates: Mapping[str, Array]    # (m, n) each
+
+    def column(self, place: int, site: str) -> int:
+        """Return the column in which a rest at a site shows best."""
+        return place if site == 'motor' else len(self.labels) + place
+
+    def along(self, place: int) -> dict[str, Array]:
+        """Return the coordinates (m,) of a joint."""
+        return {name: values[:, place] for name, values in self.coordinates.items()}
+
+    def excess(self) -> Array:
+        """Return the power (2 n,) of each column beyond that of noise, 0 where at the noise."""
+        power = np.array([_power(column[valid]) for column, valid in
+                          zip(self.residual.T, self.valid.T)])
+        return np.where(power > (LEAST * self.noise) ** 2, power - self.noise ** 2, 0.0)
+
+
+def unexplained(fitter: Fitter, found: Found,
+                backed: Sequence[Term] | None = None) -> Unexplained | None:
+    """
+    Return where the rest of a search sits and what it follows, None if it is at the noise.
+
+    `backed` are the accepted terms that stand, by default all. A cause that does not stand has
+    bent the others to fit, so they are fitted again without it.
+    """
+    return told_of(rest_of(fitter, _standing(fitter, found, backed)))
+
+
+def rest_of(fitter: Fitter, fit: Fit) -> Rest:
+    """Return what a fit leaves, with the coordinates of the arm that it found."""
+    balancer = fitter.balancer
+    return Rest(balancer.time, fitter.arm.labels, fit.balance.residual, fit.balance.valid,
+                fitter.noise, coordinates_of(balancer, fitter.on(fit.terms)))
+
+
+def _standing(fitter: Fitter, found: Found, backed: Sequence[Term] | None) -> Fit:
+    """Return the fit of the terms that stand."""
+    if backed is None or len(backed) == len(found.last.accepted):
+        return found.last
+    return fitter.fit(backed, found.first.nuisance) if backed else found.first
+
+
+def told_of(rest: Rest) -> Unexplained | None:
+    """Return where a rest sits and what it follows, None if it is at the noise."""
+    joints, excess = len(rest.labels), rest.excess()
+    powers = np.maximum(excess[:joints], excess[joints:])
+    if not powers.any():
+        return None
+    place = int(np.argmax(powers))
+    site, told = site_of(rest, place), followed(rest, place)[0]
+    whole = site == 'link' and joints > 1 and all(
+        power > _ARM * powers[place] and site_of(rest, other) == 'link'
+        for other, power in enumerate(powers))
+    return Unexplained(
+        _timed(site, told), None if whole else rest.labels[place],
+        told.coordinate if told.share > _TELLS else NOTHING,
+        told.line if told.share > _TELLS else None,
+        min(told.share, 1.0) * (1.0 if whole else float(powers[place] / powers.sum())))
+
+
+def site_of(rest: Rest, place: int) -> str:
+    """Return the site of a rest at a joint: the one whose own pattern it breaks least."""
+    motor, torsion = place, len(rest.labels) + place
+    both = rest.valid[:, motor] & rest.valid[:, torsion]
+    a, b = rest.residual[both, motor], rest.residual[both, torsion]
+    var_a, var_b = rest.noise[motor] ** 2, rest.noise[torsion] ** 2
+    left = {'motor': _power(b) - var_b, 'torsion': _power(a) - var_a,
+            'link': _power(a - b) - var_a - var_b}
+    return min(left, key=lambda site: left[site])
+
+
+def followed(rest: Rest, place: int) -> list[Following]:
+    """Return what a rest at a joint follows, the most first."""
+    column = rest.column(place, site_of(rest, place))
+    return follow(rest.time, rest.residual[:, column], rest.valid[:, column], rest.along(place))
+
+
+def _timed(site: str, told: Following) -> str:
+    """Return `timing` for a torsion that is off as the speed is: the angles are of two times."""
+    late = told.coordinate in ('motor_velocity', 'link_velocity') and told.share > _TIMING
+    return 'timing' if site == 'torsion' and late else site
+
+
+def _power(values: Array) -> float:
+    return float(np.mean(values ** 2)) if len(values) else 0.0

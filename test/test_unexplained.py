@@ -1,0 +1,132 @@
+"""
+What no effect of the catalogue explains is placed: where it sits, and what it follows.
+
+Rests are made along a motion of two joints, on every site and along every coordinate; nothing may
+be placed where there is nothing but noise, or where what is left follows nothing measured.
+"""
+
+from hda_torque_estimator.diagnosis.following import follow
+from hda_torque_estimator.diagnosis.unexplained import NOTHING, Rest, site_of, told_of
+import numpy as np
+import pytest
+
+RATE, RATIO = 125.0, 100.0
+LABELS = ('joint1', 'joint2')
+NOISE = np.array([0.03, 0.03, 0.006, 0.006])
+TIME = np.arange(0.0, 60.0, 1.0 / RATE)
+
+
+def moved() -> dict[str, np.ndarray]:
+    """Return the coordinates of two joints that move by waves of unrelated periods."""
+    speeds = np.array([[0.31, 0.83, 1.97], [0.43, 1.13, 2.31]])
+    sizes = np.array([[0.6, 0.2, 0.05], [0.7, 0.15, 0.04]])
+    phase = speeds[..., None] * 2.0 * TIME + np.arange(3)[:, None]
+    angle = (sizes[..., None] * np.sin(phase)).sum(axis=1).T
+    rate = (2.0 * sizes * speeds)[..., None] * np.cos(phase)
+    torque = -((2.0 * speeds) ** 2 * sizes)[..., None] * np.sin(phase)
+    velocity, effort = rate.sum(axis=1).T, torque.sum(axis=1).T
+    return {'motor_velocity': RATIO * velocity, 'link_velocity': velocity,
+            'motor_angle': RATIO * angle, 'link_angle': angle, 'joint_torque': effort,
+            'motor_torque': effort / RATIO + 0.04 * np.sign(velocity),
+            'other_link_angle': angle[:, ::-1]}
+
+
+MOTION = moved()
+CURVES = {
+    ('time', 4.3): lambda at: np.sin(2.0 * np.pi * 4.3 * TIME + 1.0),
+    ('time', None): lambda at: TIME / 30.0 - 1.0,
+    ('link_angle', None): lambda at: np.abs(at['link_angle']) - 0.4,
+    ('link_angle', 7.0): lambda at: np.sin(7.0 * at['link_angle'] + 0.4),
+    ('other_link_angle', None):
+        lambda at: np.sin(2.0 * at['other_link_angle']) * np.sign(at['motor_velocity']),
+    ('motor_angle', 3.0): lambda at: np.cos(3.0 * at['motor_angle']),
+    ('joint_torque', None): lambda at: at['joint_torque'] ** 2 - 2.0,
+}
+SITES = {'motor': (1.0, 0.0), 'torsion': (0.0, 1.0), 'link': (1.0, 1.0)}
+
+
+def left_by(site: str, place: int, values: np.ndarray, seed: int = 0) -> Rest:
+    """Return the rest that values [N*m] at a site and joint leave, with the noise of sensors."""
+    residual = NOISE * np.random.default_rng(seed).standard_normal((len(TIME), 4))
+    residual[:, [place, 2 + place]] += np.outer(values, SITES[site])
+    valid = np.ones(residual.shape, bool)
+    valid[:, :2] = np.abs(MOTION['motor_velocity']) > 5.0     # friction is not known at rest
+    return Rest(TIME, LABELS, residual, valid, NOISE, MOTION)
+
+
+def at(place: int) -> dict[str, np.ndarray]:
+    """Return the coordinates of one joint."""
+    return {name: values[:, place] for name, values in MOTION.items()}
+
+
+@pytest.mark.parametrize('place', [0, 1])
+@pytest.mark.parametrize('site', SITES)
+@pytest.mark.parametrize(('coordinate', 'line'), CURVES)
+def test_every_site_and_coordinate_is_told(coordinate, line, site, place):
+    found = told_of(left_by(site, place, 0.5 * CURVES[coordinate, line](at(place))))
+    assert found is not None
+    assert (found.site, found.joint, found.depends_on) == (site, LABELS[place], coordinate)
+    assert found.line == (None if line is None else pytest.approx(line, abs=0.02))
+    assert 0.7 < found.share <= 1.0
+
+
+@pytest.mark.parametrize('site', SITES)
+@pytest.mark.parametrize('size', [0.15, 0.5, 5.0])
+def test_the_site_does_not_hang_on_the_size(site, size):
+    rest = left_by(site, 1, size * CURVES['link_angle', 7.0](at(1)))
+    assert site_of(rest, 1) == site
+
+
+def test_a_stiffness_along_the_angle_is_told_by_the_angle_that_it_follows():
+    values = 0.2 * at(0)['joint_torque'] * np.sin(4.0 * at(0)['link_angle'])
+    found = told_of(left_by('torsion', 0, values))
+    assert (found.site, found.depends_on) == ('torsion', 'link_angle')
+    first = follow(TIME, values, np.ones(len(TIME), bool), at(0))[0]
+    assert first.carrier == 'torque'
+
+
+def test_a_torsion_that_follows_the_speed_is_a_matter_of_timing():
+    values = 0.3 * MOTION['link_velocity'][:, 0]
+    assert told_of(left_by('torsion', 0, values)).site == 'timing'
+    assert told_of(left_by('link', 0, values)).site == 'link'
+    assert told_of(left_by('motor', 0, values)).site == 'motor'
+
+
+def test_what_loads_every_joint_belongs_to_the_arm():
+    wave = CURVES['time', 4.3](None)
+    one = left_by('link', 0, wave)
+    assert told_of(one).joint == 'joint1'
+    both = one.residual.copy()
+    both[:, [1, 3]] += 0.6 * wave[:, None]
+    assert told_of(one._replace(residual=both)).joint is None
+
+
+@pytest.mark.parametrize('seed', range(5))
+def test_noise_is_no_rest(seed):
+    assert told_of(left_by('link', 0, np.zeros(len(TIME)), seed)) is None
+
+
+@pytest.mark.parametrize('seed', range(5))
+def test_a_rest_that_follows_nothing_measured_is_said_to(seed):
+    wild = np.random.default_rng(seed + 50).standard_normal(len(TIME))
+    found = told_of(left_by('torsion', 0, wild, seed))
+    assert (found.site, found.joint, found.depends_on) == ('torsion', 'joint1', NOTHING)
+    assert found.line is None
+    assert found.share < 0.1
+
+
+def test_the_share_counts_what_is_left_elsewhere():
+    one = left_by('motor', 0, CURVES['time', 4.3](None))
+    two = one.residual.copy()
+    two[:, 1] += 0.5 * CURVES['link_angle', 7.0](at(1))
+    alone, among = told_of(one), told_of(one._replace(residual=two))
+    assert (among.joint, among.depends_on) == ('joint1', 'time')
+    assert among.share == pytest.approx(0.8 * alone.share, abs=0.03)
+
+
+@pytest.mark.parametrize('columns', [(0,), (2,), (0, 1)])
+def test_columns_that_hold_nowhere_are_left_out(columns):
+    rest = left_by('link', 1, CURVES['time', 4.3](None))
+    rest.valid[:, list(columns)] = False
+    found = told_of(rest)
+    assert (found.joint, found.depends_on) == ('joint2', 'time')
