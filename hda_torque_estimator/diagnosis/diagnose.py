@@ -18,6 +18,7 @@ from .fit import Fitter
 from .healthy import healthy_twin, noise_of, torque_noise_of
 from .hypotheses import HYPOTHESES
 from .measurement import Measurement
+from .raw_readings import extended_by, RAW_EFFECTS, raw_findings, raw_readings, raw_total
 from .report import Diagnosis, Finding, RecordingFacts, TotalGain
 from .search import Found, search
 from .verdict import alike, findings, gains, METRIC, residuals, zeros_only
@@ -58,24 +59,30 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
                            training, held_out)
     if (np.ptp(measurement.reading[:, :, 1], axis=0) < _STILL).all():
         return Conclusion(_unmoved(facts, arm_file, version, seconds), arm, None)
-    balancer = Balancer(measurement)
+    names = sought_effects() if names is None else names
+    raw = raw_readings(measurement, arm, names)
+    balancer = Balancer(raw.measurement)
     rows = _inside(balancer.time, training)
-    fitter = Fitter(balancer, arm, noise_of(balancer, arm)[0], EFFECTIVE, rows)
-    found = search(fitter, list(HYPOTHESES) if names is None else names)
+    fitter = Fitter(balancer, raw.arm, noise_of(balancer, raw.arm)[0], EFFECTIVE, rows)
+    found = search(fitter, [name for name in names if name in HYPOTHESES])
     extended = fitter.on(found.last.terms)
     fitter.noise, plain = noise_of(balancer, extended)
     twin = Balancer(healthy_twin(balancer, extended, 1,
                                  torque_noise_of(fitter.noise, plain, balancer, arm)))
-    told = findings(fitter, found, twin, held_out)
-    before = fitter.on(zeros_only(found.last))
-    total = gains(balancer, twin, before, extended, held_out).total()
+    shown = raw_findings(raw.causes, measurement, balancer, arm, extended, held_out)
+    told = (*shown, *findings(fitter, found, twin, held_out))
+    before = arm
+    for zero in zeros_only(found.last):
+        before = zero.on(before)
+    total = (raw_total(shown) if told and told == shown else
+             gains(balancer, twin, before, extended, held_out).total())
     pairs = alike(found)
     diagnosis = Diagnosis(
         _verdict(fitter, found, told, bool(pairs)), told, pairs, None, (), total,
         residuals(fitter, found, _inside(balancer.time, held_out), arm.labels), facts, arm_file,
         version, seconds)
     kept = [term for term in found.last.terms if term.name != 'encoder_zero']
-    return Conclusion(diagnosis, fitter.on(kept),
+    return Conclusion(diagnosis, extended_by(raw.causes, fitter.on(kept)),
                       Evidence(fitter, found, twin, before, extended, held_out))
 
 
@@ -88,8 +95,9 @@ def stretches(duration: float) -> tuple[Spans, Spans]:
 
 
 def sought_effects() -> tuple[str, ...]:
-    """Return the names of the effects that the balances can show."""
-    return tuple(effect.name for effect in EFFECTS if effect.name in HYPOTHESES)
+    """Return the names of the effects that the raw readings or the balances can show."""
+    return tuple(effect.name for effect in EFFECTS
+                 if effect.name in HYPOTHESES or effect.name in RAW_EFFECTS)
 
 
 def _inside(time: Array, spans: Spans) -> NDArray[np.bool_]:

@@ -18,13 +18,15 @@ class Measurement:
     Evenly sampled readings of n joints.
 
     `reading` (k, n, 2) are the angles of shaft and link as the encoders show them [rad],
-    `command` (k, n) the motor torque in force from a sample until the next [N*m, shaft].
+    `command` (k, n) the motor torque in force from a sample until the next [N*m, shaft]. Samples
+    that never came, and were put in to keep the grid, are listed in `absent`.
     """
 
     labels: tuple[str, ...]
     dt: float
     reading: Array
     command: Array
+    absent: tuple[int, ...] = ()
 
     @property
     def time(self) -> Array:
@@ -35,6 +37,13 @@ class Measurement:
     def duration(self) -> float:
         """Return the time from the first to the last sample [s]."""
         return self.dt * (len(self.command) - 1)
+
+    @property
+    def put_in(self) -> NDArray[np.bool_]:
+        """Return which samples never came (k,)."""
+        mask = np.zeros(len(self.command), bool)
+        mask[list(self.absent)] = True
+        return mask
 
 
 def measurement_from(labels: tuple[str, ...], samples: JointSamples) -> Measurement:
@@ -58,5 +67,6 @@ def measurement_from(labels: tuple[str, ...], samples: JointSamples) -> Measurem
     flat = reading[keep].reshape(len(ticks), -1)
     full = np.stack([np.interp(grid, ticks, column) for column in flat.T], axis=1)
     held = np.searchsorted(ticks, grid, side='right') - 1
+    absent = np.setdiff1d(grid, ticks)
     return Measurement(labels, dt, full.reshape(len(grid), *reading.shape[1:]),
-                       command[keep][held])
+                       command[keep][held], tuple(absent.tolist()))

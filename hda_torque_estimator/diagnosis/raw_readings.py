@@ -1,0 +1,115 @@
+"""
+What only raw readings show: causes that a filter would hide, found before any balance.
+
+The balances then work with an arm that senses as the recorded one does. What a cause explains is
+how much the readings scatter from sample to sample: their second differences, in stretches that
+were held out, of simulated recordings with the cause and without it, against the measured ones.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY
+from hda_arm_sim.motions import Motion
+import numpy as np
+from numpy.typing import NDArray
+
+from .balance import Balancer
+from .encoder_steps import coarse_encoders
+from .measurement import Measurement
+from .predict import Spans
+from .raw_cause import RawCause, THRESHOLD
+from .report import Evidence, Finding, TotalGain
+from .verdict import Gains
+from ..closed_loop import run
+
+Array = NDArray[np.float64]
+_ASIDE = 1e-4           # moves a motion so that its counts fall elsewhere [rad]
+RAW_EFFECTS = ('coarse_quantisation',)
+METRIC = ('squared logarithm of the power of simulated over measured second differences of the '
+          'raw readings, on held-out stretches')
+
+
+class RawReadings(NamedTuple):
+    """Readings as far as they can be mended, the arm that gives such, and why."""
+
+    measurement: Measurement
+    arm: Arm
+    causes: tuple[RawCause, ...]
+
+
+def raw_readings(measurement: Measurement, arm: Arm,
+                 names: Sequence[str] = RAW_EFFECTS) -> RawReadings:
+    """Return what the raw readings of an arm show, among the effects of these names."""
+    causes = tuple(cause for cause in coarse_encoders(measurement, arm)
+                   if cause.effect.name in names)
+    return RawReadings(measurement, extended_by(causes, arm), causes)
+
+
+def extended_by(causes: Sequence[RawCause], arm: Arm) -> Arm:
+    """Return the arm with these causes."""
+    for cause in causes:
+        arm = cause.on(arm)
+    return arm
+
+
+def raw_findings(causes: Sequence[RawCause], measured: Measurement, balancer: Balancer,
+                 given: Arm, extended: Arm, held_out: Spans) -> tuple[Finding, ...]:
+    """
+    Return the causes as findings, each with its own gain.
+
+    `measured` are the readings as recorded, `balancer` holds them mended, `given` is the arm
+    without all causes, `extended` with all that was found.
+    """
+    if not causes:
+        return ()
+    motion = _motion(balancer, extended)
+    aside = motion._replace(angle=motion.angle + _ASIDE)
+    scatter = [_scatter(reading, held_out, measured.dt) for reading in
+               (measured.reading, _readings(extended, motion, 1), _readings(extended, aside, 2))]
+    told = []
+    for cause in causes:
+        name, joint = cause.effect.name, cause.joint
+        lacking = extended.without(name, joint).with_effect(given.effect(name, joint), joint)
+        lack = _scatter(_readings(lacking, motion, 1), held_out, measured.dt)
+        gain = _gains(cause, *scatter, lack).gain()
+        told.append(Finding(name, joint, cause.effect.site.value, cause.effect.cause,
+                            cause.numbers, Evidence(
+                                cause.score, THRESHOLD, None,
+                                float(np.exp(min(0.5 * cause.score, 700.0)))), gain))
+    return tuple(told)
+
+
+def raw_total(findings: Sequence[Finding]) -> TotalGain:
+    """Return the gain of all raw causes together, the mean of theirs."""
+    rows = np.array([[gain.before, gain.after, gain.floor, gain.removed, gain.low, gain.high]
+                     for gain in (finding.gain for finding in findings)])
+    return TotalGain(*rows.mean(axis=0).tolist(), METRIC, '1')
+
+
+def _motion(balancer: Balancer, arm: Arm) -> Motion:
+    """Return the links' measured motion as a reference for simulations."""
+    state = balancer.motion(arm).state
+    angle, rate = state[:, :, LINK_ANGLE].copy(), state[:, :, LINK_VELOCITY].copy()
+    return Motion(balancer.measurement.time, angle, rate, np.zeros((len(angle), 2)))
+
+
+def _readings(arm: Arm, motion: Motion, seed: int) -> Array:
+    """Return the angles (k, n, 2) that a simulated arm shows along a motion."""
+    return run(arm, arm, motion, seed).reading[:, :, :2]
+
+
+def _scatter(reading: Array, spans: Spans, dt: float) -> Array:
+    """Return the logarithm of the power of second differences (w, n, 2), one row for a span."""
+    fast = np.diff(reading, 2, axis=0) ** 2
+    rows = [fast[round(begin / dt):round(end / dt)] for begin, end in spans]
+    return np.log(np.array([row.mean(axis=0) for row in rows if len(row)]) + 1e-30)
+
+
+def _gains(cause: RawCause, measured: Array, extended: Array, again: Array,
+           lacking: Array) -> Gains:
+    """Return how far the scatter of simulations is from the measured, and by chance alone."""
+    columns, sides = np.array(cause.channels).T
+    return Gains(*(np.mean((one - other)[:, columns, sides] ** 2, axis=1) for one, other in
+                   ((lacking, measured), (extended, measured), (again, extended))))

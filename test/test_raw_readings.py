@@ -1,0 +1,87 @@
+"""What raw readings show: found where it is hidden, silent where only noise or counts differ."""
+
+from dataclasses import replace
+
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.motions import motion
+from hda_msgs_json.samples import JointSamples
+from hda_torque_estimator.diagnosis.encoder_steps import true_step
+from hda_torque_estimator.diagnosis.measurement import measurement_from
+from hda_torque_estimator.diagnosis.raw_readings import raw_readings
+import numpy as np
+import pytest
+from truth import draw, record
+
+ARM = read_arm('hda_arm.yaml')
+NAMES = ('joint1', 'joint2', 'joint1_motor', 'joint2_motor')
+
+
+def measured(hidden, seed, duration=12.0, **how):
+    """Return the measurement that a recording of an arm with hidden effects holds."""
+    asked = motion('rich', 2, duration, 1e-3, seed)
+    made = record(hidden, motion_angle=asked.angle, motion_rate=asked.rate, dt=1e-3, seed=seed,
+                  **how)
+    absent = np.full((len(made.stamps), 2), np.nan)
+    return measurement_from(ARM.labels, JointSamples(
+        made.stamps, NAMES, np.column_stack([made.link_angle, made.motor_angle]),
+        np.full((len(made.stamps), 4), np.nan), np.column_stack([absent, made.command])))
+
+
+def counting(motor, link):
+    """Return the arm with other counts of its encoders."""
+    return replace(ARM, joints=tuple(
+        replace(joint, motor_encoder=replace(joint.motor_encoder, counts=motor),
+                link_encoder=replace(joint.link_encoder, counts=link)) for joint in ARM.joints))
+
+
+def hide(name, seed):
+    """Return a drawn effect."""
+    return draw(name, np.random.default_rng([seed, sum(map(ord, name))]))
+
+
+@pytest.mark.parametrize(('seed', 'noise'), [(900, 1.0), (901, 2.0)])
+def test_healthy_readings_show_nothing(seed, noise):
+    healthy = measured([], seed, noise=noise)
+    raw = raw_readings(healthy, ARM)
+    assert raw.causes == ()
+    assert raw.arm == ARM
+    assert raw.measurement == healthy
+
+
+@pytest.mark.parametrize('counts', [(4096, 1e6), (1024, 2e5)])
+def test_coarser_encoders_show_nothing_where_they_are_stated(counts):
+    assert raw_readings(measured([], 902, counts=counts), counting(*counts)).causes == ()
+
+
+def test_finer_encoders_show_nothing():
+    assert raw_readings(measured([], 903, counts=(65536, 1.6e7)), ARM).causes == ()
+
+
+@pytest.mark.parametrize('seed', [100, 102])       # a motor encoder, and a link encoder
+def test_true_step_is_found_and_counts_from_then_on(seed):
+    hidden = hide('coarse_quantisation', seed)
+    cause, = raw_readings(measured([hidden], seed), ARM).causes
+    side = 'motor_step' if hidden.parameters['motor_side'] else 'link_step'
+    assert (cause.effect.name, cause.joint) == ('coarse_quantisation', hidden.joint)
+    told = cause.numbers[side]
+    assert told.low <= hidden.parameters['step'] <= told.high
+    assert told.value == pytest.approx(hidden.parameters['step'], rel=1e-9)
+    assert set(cause.numbers) == {side}
+    assert getattr(cause.on(ARM).effect(cause.effect.name, cause.joint), side) == told.value
+
+
+@pytest.mark.parametrize('least', [1, 2, 3])
+def test_step_is_found_where_a_fast_encoder_skips_counts(least):
+    counts = np.cumsum(np.random.default_rng(3).integers(least, 40, 500))
+    step = true_step(0.01 * counts, np.zeros(500, bool))
+    assert step is not None and step.size == pytest.approx(0.01)
+
+
+def test_readings_without_steps_have_none():
+    angle = np.sin(np.linspace(0.0, 1.0, 500) ** 2)
+    assert true_step(angle, np.zeros(500, bool)) is None
+
+
+def test_only_what_is_asked_for_is_looked_for():
+    coarse = measured([hide('coarse_quantisation', 100)], 100)
+    assert raw_readings(coarse, ARM, names=['clock_skew']).causes == ()
