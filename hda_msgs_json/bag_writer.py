@@ -56,6 +56,7 @@ class BagWriter:
             self._stream = (self._directory / self._file_name).open('xb')
             self._mcap = McapWriter(self._stream, COMPRESSIONS[compression])
             self._mcap.add_metadata(METADATA_NAME, metadata)
+            self._mcap.flush()      # a file without its head would be no recording
             self._describe()
         except OSError as error:
             self._remove()

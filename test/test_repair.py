@@ -1,9 +1,10 @@
 """A repaired bag holds every complete message, opens everywhere, and leaves the original alone."""
 
 from pathlib import Path
+import shutil
 
 from bag_content import contents, some_messages, START, write_mcap, write_ours
-from hda_msgs_json.bag import BagError, open_recording
+from hda_msgs_json.bag import BagError, BagWriter, open_recording
 from hda_msgs_json.bag_repair import repair
 from hda_torque_estimator.cli import main
 from mcap.writer import CompressionType
@@ -77,3 +78,12 @@ def test_bad_input_is_one_line_and_leaves_nothing(tmp_path: Path, content: bytes
         repair(tmp_path / 'a.mcap', tmp_path / 'new')
     assert '\n' not in str(caught.value)
     assert [path.name for path in tmp_path.iterdir()] == ['a.mcap']
+
+
+def test_a_bag_killed_at_its_first_moment_becomes_an_empty_one(tmp_path: Path) -> None:
+    """The head of the file is on the disk before anything comes."""
+    bag = BagWriter(tmp_path / 'bag', {'seed': '7'}, whole=False)
+    shutil.copytree(tmp_path / 'bag', tmp_path / 'killed')
+    bag.close()
+    assert repair(tmp_path / 'killed', tmp_path / 'new').messages == 0
+    assert open_recording(tmp_path / 'new').metadata == {'seed': '7'}

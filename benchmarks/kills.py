@@ -1,0 +1,100 @@
+"""
+Kill recorders at random moments, repair what they leave, and count what is missing.
+
+`kills.py [KILLS]`, 200 unless given. Each recorder hears joint states at 500 Hz and gets SIGKILL
+within a second and a half. At most 0.1 s of messages may be missing from any of the repaired bags,
+none from their midst, and `rosbags` must open every one.
+"""
+
+from pathlib import Path
+import random
+import subprocess
+import sys
+import tempfile
+import time
+
+from hda_arm_sim.ros.topics import publisher
+from hda_msgs_json.bag import open_recording
+from hda_msgs_json.bag_repair import repair
+from hda_msgs_json.cdr import JointStateEncoder
+from hda_msgs_json.topics import JOINT_STATES
+from nodes import Listener, own_domain
+import numpy as np
+from rosbags.rosbag2 import Reader
+
+RATE, TOGETHER = 500, 20
+LATEST = 1.5            # moment of a kill after all recorders listen [s]
+LIMIT = 0.1             # [s]
+ENCODE = JointStateEncoder(('joint1', 'joint1_motor'), effort=False)
+MODULE = 'hda_torque_estimator.recorder_node'
+
+
+def start(folder: Path, number: int) -> subprocess.Popen[bytes]:
+    """Start a recorder that writes a bag of this number."""
+    return subprocess.Popen(
+        [sys.executable, '-m', MODULE, '--ros-args', '-r', f'__node:=recorder{number}',
+         '-p', f'output:={folder}/bag{number}', '-p', 'topics:=[joint_states]'],
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
+def kill_some(folder: Path, numbers: range) -> list[tuple[Path, int, int]]:
+    """Return the bags of killed recorders, with the first stamp and the last before the kill."""
+    listener = Listener()       # a new one, which has not heard of those killed before
+    send = publisher(listener.node, JOINT_STATES)
+    running = {number: start(folder, number) for number in numbers}
+    listener.until(lambda: send.get_subscription_count() == len(running), 'the recorders')
+    begin = time.monotonic()
+    due = sorted((begin + random.uniform(0.0, LATEST), number) for number in running)
+    killed, sent, stamp = [], 0, time.time_ns()
+    first = stamp
+    while due:
+        while due and time.monotonic() >= due[0][0]:
+            number = due.pop(0)[1]
+            running[number].kill()
+            killed.append((folder / f'bag{number}', first, stamp))
+        stamp = time.time_ns()
+        send.publish(ENCODE(stamp, np.zeros(2), np.full(2, float(sent))))
+        sent += 1
+        time.sleep(max(begin + sent / RATE - time.monotonic(), 0.0))
+    for process in running.values():
+        process.wait()
+    listener.close()
+    return killed
+
+
+def missing(bag: Path, first: int, last: int) -> tuple[float, int]:
+    """Return the time [s] that lacks at the end of a killed bag, and messages in its midst."""
+    whole = bag.with_name(f'{bag.name}_repaired')
+    repair(bag, whole)
+    with Reader(whole) as reader:
+        opened = sum(1 for _ in reader.messages())
+    recording = open_recording(whole)
+    if not opened:
+        return (last - first) * 1e-9, 0
+    samples = recording.joint_states()
+    lost = int((np.diff(samples.velocity[:, 0]) != 1.0).sum())
+    return max(last - int(samples.stamps[-1]), 0) * 1e-9, lost
+
+
+def main() -> int:
+    """Kill, repair, count; return 1 if too much is missing."""
+    kills = int(sys.argv[1]) if len(sys.argv) > 1 else 200
+    random.seed(1)
+    ends: list[float] = []
+    gaps = 0
+    with own_domain(), tempfile.TemporaryDirectory() as folder:
+        for first in range(0, kills, TOGETHER):
+            numbers = range(first, min(first + TOGETHER, kills))
+            for bag, first_stamp, last in kill_some(Path(folder), numbers):
+                end, lost = missing(bag, first_stamp, last)
+                ends.append(end)
+                gaps += lost
+    kept = gaps == 0 and all(end <= LIMIT for end in ends)
+    print(f'{len(ends)} kills: missing at the end {np.median(ends):.3f} s in the median, '
+          f'{max(ends):.3f} s at most (limit {LIMIT:g} s), {gaps} gaps before; all bags open: '
+          f'{"yes" if kept else "NO"}')
+    return 0 if kept else 1
+
+
+if __name__ == '__main__':
+    sys.exit(main())
