@@ -281,8 +281,9 @@ def test_page_says_all_that_a_diagnosis_holds(verdict):
                  f'transmission error {FREE_TEXT}', f'arm {FREE_TEXT}.yaml',
                  'amplitude_2 = 0.0001234 [0.00012, 0.00013] rad', 'more than 1,000,000 to 1',
                  'link_encoder_eccentricity', '98.7 % [98.1, 99.2]', 'slow torque loops',
-                 'clock_skew', 'follows the link angle, strongest at 7.53 Hz', '0.0421 kg',
-                 'cannot be shown by this motion', '60,001', '4 s: 0 to 4 s', '0.1.0', 'unknown'):
+                 'clock_skew', 'follows the link angle, strongest at 7.53 per link turn',
+                 '0.0421 kg', 'cannot be shown by this motion', '60,001', '4 s: 0 to 4 s', '0.1.0',
+                 'unknown'):
         assert said in read.text, said
 
 

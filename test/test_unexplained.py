@@ -6,7 +6,8 @@ be placed where there is nothing but noise, or where what is left follows nothin
 """
 
 from hda_torque_estimator.diagnosis.following import follow
-from hda_torque_estimator.diagnosis.unexplained import NOTHING, Rest, site_of, told_of
+from hda_torque_estimator.diagnosis.report import NOTHING, Unexplained
+from hda_torque_estimator.diagnosis.unexplained import Rest, site_of, told_of
 import numpy as np
 import pytest
 
@@ -130,3 +131,14 @@ def test_columns_that_hold_nowhere_are_left_out(columns):
     rest.valid[:, list(columns)] = False
     found = told_of(rest)
     assert (found.joint, found.depends_on) == ('joint2', 'time')
+
+
+@pytest.mark.parametrize(('rest', 'said'), [
+    (Unexplained('torsion', 'joint1', 'link_angle', 7.0, 0.9), '90 % of the rest sits in the '
+     'torsion of joint1 and follows the link angle, strongest at 7 per link turn'),
+    (Unexplained('motor', 'joint2', 'motor_angle', 3.0, 0.5), '3 per motor turn'),
+    (Unexplained('link', None, 'time', 4.25, 1.0), 'the link of the arm and follows time, '
+     'strongest at 4.25 Hz'),
+    (Unexplained('torsion', 'joint1', NOTHING, None, 0.02), 'follows nothing that was measured')])
+def test_the_sentence_says_all_with_its_unit(rest, said):
+    assert said in rest.sentence()

@@ -11,8 +11,9 @@ CAPTIONS = {
     'residuals': 'What each balance misses over time. The arm as given leaves the wide band; the '
                  'extended arm should stay mostly between the dashed lines, as noise and encoder '
                  'resolution alone do. Gaps are standstill, where friction is not known.',
-    'unexplained': 'What the extended arm still misses, against the coordinate that it follows '
-                   'most. A flat line within its quartiles would be noise.',
+    'unexplained': 'What the extended arm still misses. Left: how much of its power each '
+                   'coordinate tells beyond chance. Middle: along the one that tells most; a flat '
+                   'line within its quartiles would be noise. Right: its spectrum.',
     'prediction': 'Error of the simulation from measured states, by how far it looks ahead. The '
                   'extended arm should lie on the noise; the gap between the two is what is '
                   'still missed.',
@@ -95,13 +96,7 @@ def _unexplained(diagnosis: Diagnosis) -> str:
     rest = diagnosis.unexplained
     if rest is None:
         return ''
-    follows = rest.depends_on.replace('_', ' ')
-    scale = 'per motor turn' if follows.startswith('motor angle') else 'Hz'
-    line = '' if rest.line is None else f', strongest at {figure(rest.line)} {scale}'
-    return _section('The unexplained rest', (
-        f'<p>{100.0 * rest.share:.0f} % of the excess sits in the {escape(rest.site)} balance of '
-        f'{escape(_place(rest.joint))} and follows '
-        f'{"" if follows == "time" else "the "}{escape(follows)}{line}.</p>'))
+    return _section('The unexplained rest', f'<p>{escape(_capital(rest.sentence()))}.</p>')
 
 
 def _gain(diagnosis: Diagnosis) -> str:

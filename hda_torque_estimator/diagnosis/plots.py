@@ -13,8 +13,10 @@ from matplotlib.ticker import FixedLocator, FuncFormatter
 import numpy as np
 from numpy.typing import NDArray
 
+from .balance import BANDWIDTH
 from .exhibits import along, binned, Dependence, dependences, Example, Exhibits, TURN, WRAPPED
-from .report import Diagnosis, Finding
+from .following import follow, Following
+from .report import Diagnosis, Finding, Unexplained
 
 Array = NDArray[np.float64]
 INK = '#1a1a1e'                     # becomes the colour of the text around an inline figure
@@ -25,6 +27,7 @@ COORDINATES = {
     'link_velocity': 'link velocity [rad/s]',
     'motor_angle': 'motor angle in its turn, shaft [rad]',
     'link_angle': 'link angle [rad]',
+    'other_link_angle': 'link angle of the other joint [rad]',
     'joint_torque': 'joint torque, output [N·m]',
     'motor_torque': 'motor torque, shaft [N·m]',
 }
@@ -49,7 +52,7 @@ def figures(diagnosis: Diagnosis, exhibits: Exhibits) -> dict[str, Figure]:
         drawn[f'finding_{number}'] = finding_figure(finding, exhibits)
     if diagnosis.unexplained is not None:
         rest = diagnosis.unexplained
-        drawn['unexplained'] = rest_figure(exhibits, exhibits.column(rest.site, rest.joint))
+        drawn['unexplained'] = rest_figure(rest, exhibits)
     drawn['prediction'] = prediction_figure(exhibits)
     if exhibits.example is not None:
         drawn['example'] = example_figure(exhibits.labels, exhibits.example)
@@ -85,9 +88,77 @@ def finding_figure(finding: Finding, exhibits: Exhibits) -> Figure:
     return _against(own, column, finding.effect, ('without this cause', 'with it'))
 
 
-def rest_figure(exhibits: Exhibits, column: int) -> Figure:
-    """Draw what the extended arm leaves in a column against what it follows."""
-    return _against(exhibits.rest(), column, 'unexplained', ('extended arm',))
+def rest_figure(rest: Unexplained, exhibits: Exhibits) -> Figure:
+    """Draw the map of what the extended arm leaves: what it follows, how, and its spectrum."""
+    column = _column_of(rest, exhibits)
+    place, side = column % len(exhibits.labels), column // len(exhibits.labels)
+    valid, values = exhibits.valid[:, column], exhibits.after[:, column]
+    found = follow(exhibits.time, values, valid, {
+        name: along[:, place] for name, along in exhibits.coordinates.items()})
+    best = next((told for told in found if told.coordinate == rest.depends_on), found[0])
+    with matplotlib.rc_context(_STYLE):
+        figure = Figure(figsize=(7.6, 3.3))
+        bars, curve, spectrum = figure.subplots(1, 3, width_ratios=(0.8, 1.2, 1.0))
+        figure.subplots_adjust(0.16, 0.25, 0.99, 0.88, 0.45)
+        _bars(bars, found)
+        _curve(curve, exhibits, column, best)
+        _spectrum(spectrum, exhibits.time, np.where(valid, values, 0.0))
+        figure.suptitle(_text(f'unexplained: {exhibits.labels[place]}, balance {BALANCES[side]}'),
+                        x=0.01, ha='left', fontsize=9.5)
+        handles, names = curve.get_legend_handles_labels()
+        figure.legend(handles, names, ncols=len(names), loc='lower left')
+    return figure
+
+
+def _column_of(rest: Unexplained, exhibits: Exhibits) -> int:
+    """Return the column in which a rest shows: A for the motor, B for all else."""
+    joints = len(exhibits.labels)
+    first = 0 if rest.site == 'motor' else joints
+    power = np.where(exhibits.valid, exhibits.after ** 2, 0.0).sum(axis=0)
+    return max((first + place for place, label in enumerate(exhibits.labels)
+                if rest.joint in (None, label)), key=lambda column: float(power[column]))
+
+
+def _bars(axes: Axes, found: list[Following]) -> None:
+    """Draw what each coordinate tells, the most on top."""
+    names = [told.coordinate.replace('_', ' ') + (f'\nby {told.carrier}' if told.carrier else '')
+             for told in found]
+    axes.barh(names, [100.0 * told.share for told in found], color=AFTER)
+    axes.invert_yaxis()
+    axes.set_xlim(0.0, 100.0)
+    axes.grid(visible=False, axis='y')
+    axes.set_xlabel('power told [%]')
+
+
+def _curve(axes: Axes, exhibits: Exhibits, column: int, told: Following) -> None:
+    """Draw the rest along a coordinate, apart for both signs of what the curve multiplies."""
+    valid = exhibits.valid[:, column]
+    like = Dependence(told.coordinate, bool(told.carrier), told.share, 0.0, told.line)
+    along_it, values = along(exhibits, like, column)[valid], exhibits.after[valid, column]
+    parts = [('median', np.ones(len(values), bool), '-')]
+    if told.carrier:
+        name = {'direction': 'motor_velocity', 'torque': 'joint_torque'}[told.carrier]
+        sign = exhibits.coordinates[name][valid, column % len(exhibits.labels)] > 0.0
+        parts = [(f'median, {told.carrier} positive', sign, '-'),
+                 (f'median, {told.carrier} negative', ~sign, '--')]
+    for name, rows, line in parts:
+        _spread(axes, along_it[rows], values[rows], AFTER, line, name, _bins(like))
+    axes.axhline(0.0, color=INK, linewidth=0.6)
+    if told.coordinate == WRAPPED:
+        _turn_ticks(axes)
+    axes.set_xlabel(_name_of(like))
+    axes.set_ylabel('residual, output [N·m]')
+
+
+def _spectrum(axes: Axes, time: Array, values: Array) -> None:
+    """Draw the amplitude of each line of a residual, as far as the balances reach."""
+    size = np.abs(np.fft.rfft(values * np.hanning(len(values)))) * 4.0 / len(values)
+    frequency = np.fft.rfftfreq(len(values), float(time[1] - time[0]))
+    shown = (frequency > 0.0) & (frequency <= BANDWIDTH)
+    axes.semilogx(frequency[shown], size[shown], color=AFTER, linewidth=0.8)
+    axes.set_ylim(bottom=0.0)
+    axes.set_xlabel('frequency [Hz]')
+    axes.set_ylabel('amplitude [N·m]')
 
 
 def _against(exhibits: Exhibits, column: int, title: str, names: tuple[str, ...]) -> Figure:

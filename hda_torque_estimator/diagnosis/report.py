@@ -13,6 +13,13 @@ VERDICTS = {
     'insufficient_excitation': 'Insufficient excitation: this motion cannot show what is wrong.',
     'unknown': 'Unknown: something is wrong that no effect of the catalogue explains.',
 }
+NOTHING = 'nothing'     # what a rest follows that no coordinate tells
+_COORDINATES = {
+    'time': 'time', 'motor_velocity': 'the speed of the motor',
+    'link_velocity': 'the speed of the link', 'motor_angle': 'the motor angle',
+    'link_angle': 'the link angle', 'other_link_angle': 'the link angle of the other joint',
+    'joint_torque': 'the joint torque', 'motor_torque': 'the motor torque',
+}
 
 
 @dataclass(frozen=True)
@@ -75,8 +82,21 @@ class Unexplained:
     site: str
     joint: str | None
     depends_on: str
-    line: float | None          # strongest spectral line, Hz or 1/turn, None if there is none
-    share: float
+    line: float | None          # of a wave: over time [Hz], over an angle [1/turn]; or None
+    share: float                # of the unexplained power that is told by this, in [0, 1]
+
+    def sentence(self) -> str:
+        """Return where the rest is and what it follows."""
+        place = f'the {self.site} of {self.joint or "the arm"}'
+        if self.depends_on == NOTHING:
+            return f'the rest sits in {place} and follows nothing that was measured'
+        line = '' if self.line is None else f', strongest at {self.line:.4g} {self._scale()}'
+        return (f'{100.0 * self.share:.0f} % of the rest sits in {place} and follows '
+                f'{_COORDINATES.get(self.depends_on, self.depends_on)}{line}')
+
+    def _scale(self) -> str:
+        return {'time': 'Hz', 'motor_angle': 'per motor turn'}.get(self.depends_on,
+                                                                   'per link turn')
 
 
 @dataclass(frozen=True)
@@ -170,8 +190,4 @@ def _places(effects: tuple[tuple[str, str | None], ...]) -> str:
 
 
 def _unexplained_sentences(rest: Unexplained | None) -> list[str]:
-    if rest is None:
-        return []
-    line = '' if rest.line is None else f', with a line at {rest.line:.3g}'
-    return [f'  unexplained: {100.0 * rest.share:.0f} % of the excess sits in the {rest.site} of '
-            f'{rest.joint or "the arm"} and follows the {rest.depends_on}{line}']
+    return [] if rest is None else [f'  unexplained: {rest.sentence()}']

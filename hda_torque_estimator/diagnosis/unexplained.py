@@ -15,13 +15,12 @@ from numpy.typing import NDArray
 from .coordinates import coordinates_of
 from .fit import Fit, Fitter
 from .following import follow, Following
-from .report import Unexplained
+from .report import NOTHING, Unexplained
 from .search import Found
 from .term import Term
 
 Array = NDArray[np.float64]
 LEAST = 3.0             # rms left over noise from which there is a rest
-NOTHING = 'nothing'     # what a rest follows that no coordinate tells
 _TELLS = 0.1            # least share of the power that a coordinate must tell
 _TIMING = 0.5           # least share that follows the velocity if angles are sampled apart
 _ARM = 0.1              # least power at each joint, over the largest, of what loads the whole arm
