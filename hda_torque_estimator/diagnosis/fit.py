@@ -141,9 +141,7 @@ class Fitter:
         """Fill the columns of a group, one simulation for all of its members."""
         changed = {id(term): term for term in among}
         for place, number, _ in group:
-            vector = terms[place].vector()
-            vector[number] += terms[place].all_steps()[number]
-            changed[id(terms[place])] = terms[place].at(vector)
+            changed[id(terms[place])] = _stepped(terms[place], number)
         try:
             shift = self.balancer(self.on(list(changed.values()))).residual - residual
         except IMPOSSIBLE:
@@ -179,6 +177,17 @@ def moved(terms: Sequence[AnyTerm], step: Array) -> list[AnyTerm]:
     """Return terms with their free numbers moved."""
     ends = np.cumsum([term.size for term in terms])
     return [term.at(term.vector() + step[end - term.size:end]) for term, end in zip(terms, ends)]
+
+
+def _stepped(term: AnyTerm, number: int) -> AnyTerm:
+    """Return a term with one number a step on, or a step back from its bound."""
+    for step in (1.0, -1.0):
+        vector = term.vector()
+        vector[number] += step * term.all_steps()[number]
+        moved_on = term.at(vector)
+        if (moved_on.vector() != term.vector()).any():
+            break
+    return moved_on
 
 
 def _rows_of(terms: Sequence[AnyTerm], chosen: Sequence[AnyTerm]) -> list[int]:
