@@ -1,7 +1,8 @@
 """Two bags laid over each other: clocks are found again, and so is what was hidden in one."""
 
-from hda_msgs_json.samples import JointSamples
+from hda_msgs_json.samples import JointSamples, WrenchSamples
 from hda_torque_estimator.comparison.align import align, Alignment
+from hda_torque_estimator.comparison.compare import compare, Comparison, Difference
 from hda_torque_estimator.comparison.signals import Bag, bag_of, CompareError
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,9 @@ EPOCH = 1_700_000_000_000_000_000
 NOISE = 2e-4
 RATE = 500.0
 SEEDS = range(20)
+OFFSET = 1.3
+TIME = np.arange(round(20.0 * RATE)) / RATE
+POSITION, OTHER = 'joint_states/joint1/position', 'joint_states/joint2/'
 
 
 def motion(seed: int, time: Array) -> Array:
@@ -106,3 +110,100 @@ def test_bags_that_stand_still_are_not_aligned():
             np.random.default_rng(seed).normal(size=(3, 2000, 1))))}) for seed in (1, 2)]
     with pytest.raises(CompareError, match='none of the 3 common signals moves'):
         aligned(*still)
+
+
+def compared(seed: int, added: Array | None = None, mode: str = 'drift') -> Comparison:
+    """Return two recordings of one motion, something added to `POSITION` of the second."""
+    return compare(bag(seed, noise_seed=1),
+                   bag(seed, noise_seed=2, offset=OFFSET, drift=1e-4, added=added), mode)
+
+
+def position_of(found: Comparison) -> Difference:
+    """Return the difference of the angle that something was added to."""
+    return next(each for each in found.differences if each.name == POSITION)
+
+
+@pytest.mark.parametrize('seed', SEEDS)
+def test_nothing_is_told_between_two_noisy_copies(seed):
+    found = compared(seed)
+    assert len(found.differences) == 4
+    assert [each.name for each in found.differences if each.is_told] == []
+    assert position_of(found).rms == pytest.approx(np.sqrt(2.0) * NOISE, rel=0.1)
+
+
+@pytest.mark.parametrize('size', [4.0, 50.0])
+@pytest.mark.parametrize('seed', SEEDS[:6])
+def test_a_step_is_found_where_it_was_hidden(seed, size):
+    found = compared(seed, np.where(TIME > 7.0, size * NOISE, 0.0))
+    assert found.differences[0].name == POSITION
+    assert position_of(found).start == pytest.approx(OFFSET + 7.0, abs=0.02)
+    assert [each.start for each in found.differences if each.name.startswith(OTHER)] == [None] * 2
+
+
+def test_a_slow_departure_is_found_once_it_leaves_the_noise():
+    ramp = np.maximum(TIME - 7.0, 0.0) * 10.0 * NOISE
+    start = position_of(compared(2, ramp)).start
+    assert start is not None
+    assert OFFSET + 7.05 < start < OFFSET + 7.6
+
+
+def test_what_comes_and_goes_within_noise_has_no_start():
+    spike = np.where(np.abs(TIME - 9.0) < 0.01, 100.0 * NOISE, 0.0)
+    found = position_of(compared(2, spike))
+    assert found.start is None
+    assert found.largest > 90.0 * NOISE
+
+
+def test_another_start_is_told_from_the_first_common_moment():
+    found = position_of(compared(4, np.full(len(TIME), 0.5), 'offset'))
+    assert found.start == pytest.approx(OFFSET, abs=2.0 / RATE)
+    assert found.mean == pytest.approx(0.5, rel=1e-3)
+
+
+@pytest.mark.parametrize('frequency', [11.7, 37.3, 120.0])
+def test_a_line_is_found(frequency):
+    line = 2.0 * NOISE * np.sin(2.0 * np.pi * frequency * TIME)
+    found, = position_of(compared(1, line)).spectrum.lines
+    assert found.frequency == pytest.approx(frequency, abs=0.03)
+    assert found.amplitude == pytest.approx(2.0 * NOISE, rel=0.1)
+
+
+def test_gaps_and_nan_leave_common_times_out_and_nothing_else():
+    position = motion(1, TIME)
+    position[1000:1500, 0] = np.nan
+    kept = np.r_[0:4000, 4250:len(TIME)]
+    broken = bag_of('broken', {'joint_states': JointSamples(
+        EPOCH + np.round(1e9 * TIME[kept]).astype(np.int64), ('joint1', 'joint2'),
+        position[kept], *np.full((2, len(kept), 2), np.nan))})
+    whole = bag(1, noise=0.0)
+    found = compare(whole, broken, 'none')
+    lengths = {each.name: len(each.laid.time) for each in found.differences}
+    assert lengths == {POSITION: len(TIME) - 750, OTHER + 'position': len(TIME) - 250}
+    assert all(each.largest < 1e-9 for each in found.differences)
+    assert broken.sampling['joint_states'].lost == 250
+    assert set(found.only_first) == {'joint_states/joint1/velocity', OTHER + 'velocity'}
+
+
+def test_wrenches_are_compared_in_their_units():
+    stamps = EPOCH + np.arange(1000) * 10_000_000
+    values = np.full((1000, 3), np.nan)
+    values[:, 0] = np.sin(np.arange(1000) / 50.0)
+    bags = [bag_of(name, {'tip': WrenchSamples(stamps, 'base', scale * values, values)})
+            for name, scale in (('one', 1.0), ('two', 1.2))]
+    found = {each.name: each for each in compare(*bags, 'none').differences}
+    assert {name: each.unit for name, each in found.items()} == {
+        'tip/force.x': 'N', 'tip/torque.x': 'N*m'}
+    assert found['tip/force.x'].relative == pytest.approx(0.2, rel=0.01)
+    assert found['tip/torque.x'].start is None
+
+
+def test_bags_without_a_common_signal_or_time_are_refused():
+    one, two = bag(1), bag_of('two', {'tip': WrenchSamples(
+        EPOCH + np.arange(100) * 10_000_000, 'base', *np.zeros((2, 100, 3)))})
+    with pytest.raises(CompareError, match='no signal in common: .* and 1 more.*tip/force.x'):
+        compare(one, two, 'none')
+    late = Bag('late', EPOCH + 10**12, one.signals, one.sampling)
+    with pytest.raises(CompareError, match='do not overlap in time.* 1000.000 s'):
+        compare(one, late, 'none')
+    with pytest.raises(CompareError, match='empty has no signal to compare'):
+        bag_of('empty', {})
