@@ -6,7 +6,7 @@ from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_msgs_json.samples import JointSamples
 from hda_torque_estimator.diagnosis.encoder_steps import true_step
-from hda_torque_estimator.diagnosis.measurement import measurement_from
+from hda_torque_estimator.diagnosis.measurement import Measurement, measurement_from
 from hda_torque_estimator.diagnosis.raw_readings import raw_readings
 import numpy as np
 import pytest
@@ -85,3 +85,58 @@ def test_readings_without_steps_have_none():
 def test_only_what_is_asked_for_is_looked_for():
     coarse = measured([hide('coarse_quantisation', 100)], 100)
     assert raw_readings(coarse, ARM, names=['clock_skew']).causes == ()
+
+
+@pytest.mark.parametrize('seed', [100, 101])
+def test_slipped_samples_are_counted_and_mended(seed):
+    hidden = hide('dropped_samples', seed)
+    whole, found = measured([], seed, duration=20.0), measured([hidden], seed, duration=20.0)
+    raw = raw_readings(found, ARM)
+    cause, = raw.causes
+    assert (cause.effect.name, cause.joint) == ('dropped_samples', None)
+    told, rate = cause.numbers['rate'], hidden.parameters['rate']
+    hits = rate * len(found.command)
+    assert told.low < told.value < told.high
+    assert told.value == pytest.approx(rate, rel=3.0 / np.sqrt(hits))
+    joint = ARM.joints[0]
+    for side, step in enumerate((joint.motor_encoder.step, joint.link_encoder.step)):
+        rough, mended, usual = (
+            np.square(np.diff(reading[:, :, side], 2, axis=0)).mean()
+            for reading in (found.reading, raw.measurement.reading, whole.reading))
+        assert rough > usual + step ** 2
+        assert mended == pytest.approx(usual, rel=0.2)
+
+
+def test_slips_are_found_behind_coarse_counts():
+    hidden = [hide('dropped_samples', 100), hide('coarse_quantisation', 100)]
+    raw = raw_readings(measured(hidden, 100, duration=20.0), ARM)
+    assert [cause.effect.name for cause in raw.causes] == ['coarse_quantisation',
+                                                           'dropped_samples']
+    assert raw.arm.effect('dropped_samples').is_neutral()      # the readings are mended
+
+
+def test_repeated_readings_at_standstill_are_no_slips():
+    still = motion('standstill', 2, 12.0, 1e-3, 0)
+    made = record([], motion_angle=still.angle, motion_rate=still.rate, dt=1e-3, seed=904)
+    reading = np.stack([made.motor_angle, made.link_angle], axis=2)
+    assert (np.diff(reading[:, :, 0], axis=0) == 0.0).mean() > 0.1
+    assert raw_readings(Measurement(ARM.labels, 1e-3, reading, made.command), ARM).causes == ()
+
+
+def test_a_pause_of_the_recording_is_no_lost_sample():
+    healthy = measured([], 905)
+    paused = replace(healthy, absent=tuple(range(5000, 5400)))
+    assert raw_readings(paused, ARM).causes == ()
+
+
+def test_jittering_stamps_stay_on_the_grid():
+    """A period that is off by a hundred millionth is off by a sample after an hour or two."""
+    jitter = 4e3 * np.random.default_rng(1).standard_normal(60_000)
+    stamps = (1_000_000 * np.arange(60_000) + jitter).astype(np.int64)
+    keep = np.random.default_rng(2).random(60_000) > 0.01
+    keep[[0, -1]] = True
+    count = int(keep.sum())
+    made = measurement_from(ARM.labels, JointSamples(
+        stamps[keep], NAMES, np.zeros((count, 4)), np.zeros((count, 4)), np.zeros((count, 4))))
+    assert len(made.command) == 60_000
+    assert made.absent == tuple(np.flatnonzero(~keep).tolist())

@@ -58,8 +58,9 @@ def measurement_from(labels: tuple[str, ...], samples: JointSamples) -> Measurem
     keep = np.isfinite(reading).all(axis=(1, 2)) & np.isfinite(command).all(axis=1)
     keep &= np.diff(samples.stamps, prepend=samples.stamps[:1] - 1) > 0
     stamps = samples.stamps[keep]
-    dt = float(np.median(np.diff(stamps))) * 1e-9
-    ticks = np.round((stamps - stamps[0]) * 1e-9 / dt).astype(np.int64)
+    since = (stamps - stamps[0]) * 1e-9
+    dt = _period(since)
+    ticks = np.round(since / dt).astype(np.int64)
     ticks = np.maximum(ticks, np.arange(len(ticks)))
     if ticks[-1] == len(ticks) - 1:
         return Measurement(labels, dt, np.ascontiguousarray(reading[keep]), command[keep])
@@ -70,3 +71,17 @@ def measurement_from(labels: tuple[str, ...], samples: JointSamples) -> Measurem
     absent = np.setdiff1d(grid, ticks)
     return Measurement(labels, dt, full.reshape(len(grid), *reading.shape[1:]),
                        command[keep][held], tuple(absent.tolist()))
+
+
+def _period(since: Array) -> float:
+    """
+    Return the even period of stamps that jitter about it, some of them missing [s].
+
+    The usual interval would be wrong by whole samples in the end, so it counts the samples in a
+    stretch of twice the length each time, and is set by their number.
+    """
+    period, reach = float(np.median(np.diff(since))), 1
+    while reach < len(since) - 1:
+        reach = min(2 * reach, len(since) - 1)
+        period = float(since[reach]) / max(round(float(since[reach]) / period), 1)
+    return period

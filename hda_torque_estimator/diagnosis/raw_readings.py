@@ -7,9 +7,11 @@ were held out, of simulated recordings with the cause and without it, against th
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects import CoarseQuantisation, DroppedSamples
 from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY
 from hda_arm_sim.motions import Motion
 import numpy as np
@@ -17,6 +19,7 @@ from numpy.typing import NDArray
 
 from .balance import Balancer
 from .encoder_steps import coarse_encoders
+from .lost_samples import lost_samples, slips_of
 from .measurement import Measurement
 from .predict import Spans
 from .raw_cause import RawCause, THRESHOLD
@@ -26,13 +29,13 @@ from ..closed_loop import run
 
 Array = NDArray[np.float64]
 _ASIDE = 1e-4           # moves a motion so that its counts fall elsewhere [rad]
-RAW_EFFECTS = ('coarse_quantisation',)
+RAW_EFFECTS = (CoarseQuantisation.name, DroppedSamples.name)
 METRIC = ('squared logarithm of the power of simulated over measured second differences of the '
           'raw readings, on held-out stretches')
 
 
 class RawReadings(NamedTuple):
-    """Readings as far as they can be mended, the arm that gives such, and why."""
+    """Readings as far as they can be mended, the arm that gives such mended ones, and why."""
 
     measurement: Measurement
     arm: Arm
@@ -42,9 +45,17 @@ class RawReadings(NamedTuple):
 def raw_readings(measurement: Measurement, arm: Arm,
                  names: Sequence[str] = RAW_EFFECTS) -> RawReadings:
     """Return what the raw readings of an arm show, among the effects of these names."""
-    causes = tuple(cause for cause in coarse_encoders(measurement, arm)
-                   if cause.effect.name in names)
-    return RawReadings(measurement, extended_by(causes, arm), causes)
+    causes: list[RawCause] = []
+    if CoarseQuantisation.name in names:
+        causes += coarse_encoders(measurement, arm)
+    known = extended_by(causes, arm)
+    if DroppedSamples.name in names:
+        slips = slips_of(measurement, known)
+        lost = lost_samples(slips)
+        if lost is not None:
+            causes.append(lost)
+            measurement = replace(measurement, reading=slips.reading)
+    return RawReadings(measurement, known, tuple(causes))
 
 
 def extended_by(causes: Sequence[RawCause], arm: Arm) -> Arm:
@@ -60,20 +71,22 @@ def raw_findings(causes: Sequence[RawCause], measured: Measurement, balancer: Ba
     Return the causes as findings, each with its own gain.
 
     `measured` are the readings as recorded, `balancer` holds them mended, `given` is the arm
-    without all causes, `extended` with all that was found.
+    without all causes, `extended` the one that gives the mended readings.
     """
     if not causes:
         return ()
+    extended = extended_by(causes, extended)
     motion = _motion(balancer, extended)
     aside = motion._replace(angle=motion.angle + _ASIDE)
-    scatter = [_scatter(reading, held_out, measured.dt) for reading in
-               (measured.reading, _readings(extended, motion, 1), _readings(extended, aside, 2))]
+    shown, after, again = (
+        _scatter(reading, held_out, measured.dt) for reading in
+        (measured.reading, _readings(extended, motion, 1), _readings(extended, aside, 2)))
     told = []
     for cause in causes:
         name, joint = cause.effect.name, cause.joint
         lacking = extended.without(name, joint).with_effect(given.effect(name, joint), joint)
         lack = _scatter(_readings(lacking, motion, 1), held_out, measured.dt)
-        gain = _gains(cause, *scatter, lack).gain()
+        gain = _gains(cause, shown, lack, after, again).gain()
         told.append(Finding(name, joint, cause.effect.site.value, cause.effect.cause,
                             cause.numbers, Evidence(
                                 cause.score, THRESHOLD, None,
@@ -83,9 +96,10 @@ def raw_findings(causes: Sequence[RawCause], measured: Measurement, balancer: Ba
 
 def raw_total(findings: Sequence[Finding]) -> TotalGain:
     """Return the gain of all raw causes together, the mean of theirs."""
-    rows = np.array([[gain.before, gain.after, gain.floor, gain.removed, gain.low, gain.high]
-                     for gain in (finding.gain for finding in findings)])
-    return TotalGain(*rows.mean(axis=0).tolist(), METRIC, '1')
+    before, after, floor, removed, low, high = np.mean([
+        [gain.before, gain.after, gain.floor, gain.removed, gain.low, gain.high]
+        for gain in (finding.gain for finding in findings)], axis=0).tolist()
+    return TotalGain(before, after, floor, removed, low, high, METRIC, '1')
 
 
 def _motion(balancer: Balancer, arm: Arm) -> Motion:
@@ -107,8 +121,8 @@ def _scatter(reading: Array, spans: Spans, dt: float) -> Array:
     return np.log(np.array([row.mean(axis=0) for row in rows if len(row)]) + 1e-30)
 
 
-def _gains(cause: RawCause, measured: Array, extended: Array, again: Array,
-           lacking: Array) -> Gains:
+def _gains(cause: RawCause, measured: Array, lacking: Array, extended: Array,
+           again: Array) -> Gains:
     """Return how far the scatter of simulations is from the measured, and by chance alone."""
     columns, sides = np.array(cause.channels).T
     return Gains(*(np.mean((one - other)[:, columns, sides] ** 2, axis=1) for one, other in
