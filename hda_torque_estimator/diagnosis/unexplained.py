@@ -1,9 +1,8 @@
 """
 What no effect of the catalogue explains: where it sits, and what it follows.
 
-The pattern of the two balances of a joint tells the site. What acts on the motor shows in A alone,
-what acts on the torsion in B alone, what acts on the link in both alike. Each of the three says
-that something must vanish (B, A, or A - B); the one of which the least is left is right.
+The site is told by the pattern of both balances (`pattern`), the coordinate by how much of the
+power a curve along it tells (`following`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from .coordinates import coordinates_of
 from .fit import Fit, Fitter
 from .following import follow, Following
+from .pattern import pair_of, power
 from .report import NOTHING, Unexplained
 from .search import Found
 from .term import Term
@@ -46,9 +46,9 @@ class Rest(NamedTuple):
 
     def excess(self) -> Array:
         """Return the power (2 n,) of each column beyond that of noise, 0 where at the noise."""
-        power = np.array([_power(column[valid]) for column, valid in
-                          zip(self.residual.T, self.valid.T)])
-        return np.where(power > (LEAST * self.noise) ** 2, power - self.noise ** 2, 0.0)
+        powers = np.array([power(column[valid]) for column, valid in
+                           zip(self.residual.T, self.valid.T)])
+        return np.where(powers > (LEAST * self.noise) ** 2, powers - self.noise ** 2, 0.0)
 
 
 def unexplained(fitter: Fitter, found: Found,
@@ -85,8 +85,8 @@ def told_of(rest: Rest) -> Unexplained | None:
     place = int(np.argmax(powers))
     site, told = site_of(rest, place), followed(rest, place)[0]
     whole = site == 'link' and joints > 1 and all(
-        power > _ARM * powers[place] and site_of(rest, other) == 'link'
-        for other, power in enumerate(powers))
+        found > _ARM * powers[place] and site_of(rest, other) == 'link'
+        for other, found in enumerate(powers))
     return Unexplained(
         _timed(site, told), None if whole else rest.labels[place],
         told.coordinate if told.share > _TELLS else NOTHING,
@@ -96,13 +96,7 @@ def told_of(rest: Rest) -> Unexplained | None:
 
 def site_of(rest: Rest, place: int) -> str:
     """Return the site of a rest at a joint: the one whose own pattern it breaks least."""
-    motor, torsion = place, len(rest.labels) + place
-    both = rest.valid[:, motor] & rest.valid[:, torsion]
-    a, b = rest.residual[both, motor], rest.residual[both, torsion]
-    var_a, var_b = rest.noise[motor] ** 2, rest.noise[torsion] ** 2
-    left = {'motor': _power(b) - var_b, 'torsion': _power(a) - var_a,
-            'link': _power(a - b) - var_a - var_b}
-    return min(left, key=lambda site: left[site])
+    return pair_of(rest.residual, rest.valid, rest.noise, place).site()
 
 
 def followed(rest: Rest, place: int) -> list[Following]:
@@ -115,7 +109,3 @@ def _timed(site: str, told: Following) -> str:
     """Return `timing` for a torsion that is off as the speed is: the angles are of two times."""
     late = told.coordinate in ('motor_velocity', 'link_velocity') and told.share > _TIMING
     return 'timing' if site == 'torsion' and late else site
-
-
-def _power(values: Array) -> float:
-    return float(np.mean(values ** 2)) if len(values) else 0.0
