@@ -1,0 +1,125 @@
+"""Find the motion that separates two effects best: weigh candidates, then refine the best one."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from hda_arm_sim.motions import Motion
+from hda_arm_sim.simulate import checked
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from .paths import candidates, Path
+from .question import PlanError, Question
+from .strength import Load, load_of, SEED, separation, Strength, USED
+from ..closed_loop import Run, run
+from ..diagnosis.verdict import TIED
+
+Array = NDArray[np.float64]
+USUAL = 'rich'          # motion of the project that plans are compared to
+SHORTEST, LONGEST = 10.0, 120.0         # [s]
+_STEP = 2e-3            # of the samples while planning [s]
+_TRIALS = 8             # of the refinement
+_SHRINK = 0.9           # of what exceeds a limit, on top of the excess
+_ATTEMPTS = 8           # to bring a path within the limits
+
+
+class Weighed(NamedTuple):
+    """A path within the limits, and how strongly it separates the suspects."""
+
+    path: Path
+    strength: Strength
+
+
+class Plan(NamedTuple):
+    """
+    The best path, the usual motion, all candidates, and what the best one takes of the limits.
+
+    The usual motion is as it is, even where it asks for more than the limits.
+    """
+
+    best: Weighed
+    usual: Weighed
+    candidates: tuple[Weighed, ...]
+    load: Load
+
+    @property
+    def separates(self) -> bool:
+        """Tell whether a diagnosis along the best path would name one effect."""
+        return self.best.strength.least >= TIED
+
+
+Progress = Callable[[int, int], None]       # steps done, and steps in all
+
+
+def plan(asked: Question, duration: float, tell: Progress = lambda done, total: None) -> Plan:
+    """Return the best motion of some duration [s]; raises PlanError, ArmError."""
+    checked(asked.arm, _STEP)
+    if not SHORTEST <= duration <= LONGEST:
+        raise PlanError(f'a motion is planned for {SHORTEST:g} to {LONGEST:g} s, '
+                        f'got {duration:g} s')
+    paths = candidates(len(asked.arm.joints))
+    total = 1 + len(paths) + _TRIALS
+    usual = _as_it_is(asked, Path(USUAL, (1.0,) * len(asked.arm.joints)), duration)
+    found: list[Weighed] = []
+    for count, path in enumerate(paths, 1):
+        tell(count, total)
+        found.append(_weigh(asked, path, duration, max(map(_least, found), default=-1.0)))
+    best = max(found, key=_least)
+    if _least(best) > 0.0:
+        best = _refined(asked, best, duration,
+                        lambda trial: tell(min(len(paths) + trial, total), total))
+    tell(total, total)
+    return Plan(best, usual, tuple(found),
+                load_of(asked.arm, _healthy(asked, best.path, duration)[1]))
+
+
+def _least(weighed: Weighed) -> float:
+    return weighed.strength.least
+
+
+def planned_motion(asked: Question, path: Path, duration: float, dt: float) -> Motion:
+    """Return a path as the motion of an arm, sampled every dt [s]."""
+    limits = [USED * joint.angle_limit for joint in asked.arm.joints]
+    return path.motion(len(limits), duration, dt, limits)
+
+
+def _healthy(asked: Question, path: Path, duration: float) -> tuple[Motion, Run]:
+    motion = planned_motion(asked, path, duration, _STEP)
+    return motion, run(asked.arm, asked.arm, motion, SEED)
+
+
+def _as_it_is(asked: Question, path: Path, duration: float) -> Weighed:
+    return Weighed(path, separation(asked, *_healthy(asked, path, duration)))
+
+
+def _weigh(asked: Question, path: Path, duration: float, least: float) -> Weighed:
+    """Return a path, made smaller until it is within the limits, with its strength."""
+    for attempt in range(_ATTEMPTS):
+        motion, healthy = _healthy(asked, path, duration)
+        load = load_of(asked.arm, healthy)
+        if load.largest <= USED:
+            return Weighed(path, separation(asked, motion, healthy, least))
+        factor = _SHRINK * max(USED / load.largest, 0.5)
+        shaken = path.wave > 0.0 and attempt < _ATTEMPTS // 2 and load.torque.max() > USED
+        path = path.scaled(amplitude=1.0 if shaken else factor, wave=factor)
+    return Weighed(path, Strength(0.0, 0.0))
+
+
+def _refined(asked: Question, start: Weighed, duration: float,
+             tell: Callable[[int], None]) -> Weighed:
+    """Return the best of a few trials around a path: other excursions, another wave."""
+    tried = [start]
+
+    def cost(logarithms: Array) -> float:
+        factors = np.exp(logarithms)
+        tell(len(tried))
+        path = start.path.scaled(amplitude=factors[:-1].tolist(), wave=float(factors[-1]))
+        tried.append(_weigh(asked, path, duration, max(map(_least, tried))))
+        return -_least(tried[-1])
+
+    size = len(start.path.amplitude)
+    simplex = np.vstack([np.diag([-0.4] * size + [0.5]), np.zeros(size + 1)])
+    minimize(cost, np.zeros(size + 1), method='Nelder-Mead',
+             options={'maxfev': _TRIALS, 'initial_simplex': simplex})
+    return max(tried, key=_least)

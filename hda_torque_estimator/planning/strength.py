@@ -1,0 +1,123 @@
+"""
+How strongly a motion separates two effects: what is left when the wrong one explains it.
+
+An arm with one effect is simulated along the motion and diagnosed twice: with the effect that it
+has, and with the other one, each with all that may differ within tolerances. The difference of
+the scores is twice the logarithm of the odds. Either arm is asked; the weaker answer counts.
+"""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.kernel import LINK_ANGLE, MOTOR_VELOCITY
+from hda_arm_sim.motions import Motion
+import numpy as np
+from numpy.typing import NDArray
+
+from .question import Question, Suspect
+from ..closed_loop import Run, run
+from ..diagnosis.balance import Balancer
+from ..diagnosis.diagnose import EFFECTIVE, stretches
+from ..diagnosis.fit import Fit, Fitter, IMPOSSIBLE
+from ..diagnosis.hypotheses import terms_of
+from ..diagnosis.measurement import Measurement
+from ..diagnosis.screen import screen
+
+Array = NDArray[np.float64]
+SEED = 7                # of the encoders' noise in simulations
+USED = 0.95             # of each limit, at most: an arm with an effect may need more
+
+
+class Load(NamedTuple):
+    """The largest share (n,) of each limit that a motion takes from a healthy arm."""
+
+    angle: Array
+    velocity: Array
+    torque: Array
+
+    @property
+    def largest(self) -> float:
+        """Return the largest share of all."""
+        return float(np.max(self))
+
+
+class Strength(NamedTuple):
+    """
+    Scores by which the wrong effect is worse: on the arm with the first, with the second.
+
+    The second is infinite where it was not asked for: the first was too weak already.
+    """
+
+    first: float
+    second: float
+
+    @property
+    def least(self) -> float:
+        """Return the one that counts."""
+        return min(self)
+
+
+def load_of(arm: Arm, made: Run) -> Load:
+    """Return what a run takes of an arm's limits."""
+    limits = np.array([[joint.angle_limit, joint.velocity_limit, joint.torque_limit]
+                       for joint in arm.joints]).T
+    used = (made.state[:, :, LINK_ANGLE], made.state[:, :, MOTOR_VELOCITY], made.command)
+    return Load(*(np.abs(part).max(axis=0) / limit for part, limit in zip(used, limits)))
+
+
+def separation(asked: Question, motion: Motion, healthy: Run, least: float = -1.0) -> Strength:
+    """
+    Return how strongly a motion separates two suspects; `healthy` is a run without either.
+
+    The second suspect is not tried where the first is separated by no more than `least`.
+    """
+    plain = Balancer(_measured(asked.arm, healthy))(asked.arm)
+    noise = np.array([column[valid].std() if valid.any() else 1.0
+                      for column, valid in zip(plain.residual.T, plain.valid.T)])
+    one, other = asked.suspects
+    first = _gap(asked.arm, motion, noise, one, other)
+    weak = first <= least
+    return Strength(first, np.inf if weak else _gap(asked.arm, motion, noise, other, one))
+
+
+def _gap(arm: Arm, motion: Motion, noise: Array, has: Suspect, blamed: Suspect) -> float:
+    """Return by how much blaming the wrong suspect is worse, 0 where it is no worse."""
+    measurement = _measured(arm, run(has.on(arm), arm, motion, SEED))
+    balancer = Balancer(measurement)
+    fitter = Fitter(balancer, arm, noise, EFFECTIVE,
+                    _training(balancer.time, measurement.duration))
+    neither = fitter.fit(())
+    return max(_wrong(fitter, neither, blamed) - _right(fitter, neither, has), 0.0)
+
+
+def _right(fitter: Fitter, neither: Fit, has: Suspect) -> float:
+    """Return the score of the effect that the arm has, fitted from the truth."""
+    start = next(term for term in terms_of(fitter.arm, has.effect.name)
+                 if term.joint == has.joint)
+    return fitter.refit(neither, replace(start, effect=has.effect)).score
+
+
+def _wrong(fitter: Fitter, neither: Fit, blamed: Suspect) -> float:
+    """Return the best score of the effect that the arm does not have, of any size."""
+    scores = [neither.score]
+    for prospect in screen(fitter, neither, [blamed.effect.name]):
+        if prospect.term.joint == blamed.joint:
+            try:
+                scores.append(fitter.refit(neither, prospect.term).score)
+            except IMPOSSIBLE:
+                continue
+    return min(scores)
+
+
+def _measured(arm: Arm, made: Run) -> Measurement:
+    return Measurement(arm.labels, float(made.time[1] - made.time[0]),
+                       np.ascontiguousarray(made.reading[:, :, :2]), made.command)
+
+
+def _training(time: Array, duration: float) -> NDArray[np.bool_]:
+    """Return the rows that the fits of a diagnosis would see (m,)."""
+    inside = np.zeros(len(time), bool)
+    for begin, end in stretches(duration)[0]:
+        inside |= (time >= begin) & (time < end)
+    return inside
