@@ -1,6 +1,12 @@
 """Two bags laid over each other: clocks are found again, and so is what was hidden in one."""
 
+import json
+from pathlib import Path
+
+from hda_msgs_json.bag import BagWriter
 from hda_msgs_json.samples import JointSamples, WrenchSamples
+from hda_msgs_json.topics import JOINT_STATES, TIP_WRENCH
+from hda_torque_estimator.cli import main
 from hda_torque_estimator.comparison.align import align, Alignment
 from hda_torque_estimator.comparison.compare import compare, Comparison, Difference
 from hda_torque_estimator.comparison.signals import Bag, bag_of, CompareError
@@ -207,3 +213,74 @@ def test_bags_without_a_common_signal_or_time_are_refused():
         compare(one, late, 'none')
     with pytest.raises(CompareError, match='empty has no signal to compare'):
         bag_of('empty', {})
+
+
+def written(path: Path, *, noise_seed: int, offset: float = 0.0, wrench: bool = False) -> str:
+    """Write a recording, its stamps a day apart from those of others, and return its path."""
+    position = motion(6, offset + TIME)
+    position += NOISE * np.random.default_rng(noise_seed).normal(size=position.shape)
+    position[TIME > 8.0, 0] += 20.0 * NOISE if offset else 0.0
+    stamps = EPOCH + noise_seed * 86_400_000_000_000 + np.round(1e9 * TIME).astype(np.int64)
+    with BagWriter(path, {}) as bag:
+        bag.write_joint_states(JOINT_STATES, JointSamples(
+            stamps, ('joint1', 'joint2'), position, *np.full((2, *position.shape), np.nan)))
+        if wrench:
+            bag.write_wrenches(TIP_WRENCH, WrenchSamples(
+                stamps, 'base', *np.zeros((2, len(stamps), 3))))
+    return str(path)
+
+
+@pytest.fixture(scope='module')
+def pair(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, str]:
+    """Return two bags of one motion; the second begins later and steps."""
+    place = tmp_path_factory.mktemp('bags')
+    return (written(place / 'one', noise_seed=1, wrench=True),
+            written(place / 'two', noise_seed=2, offset=OFFSET))
+
+
+def test_command_writes_what_it_says(pair, tmp_path, capsys):
+    out = tmp_path / 'deep' / 'out'
+    assert main(['compare', *pair, '--out', str(out), '--json']) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report == json.loads((out / 'compare.json').read_text())
+    assert report['schema'] == 'hda.compare/1'
+    offset = report['alignment']['offset']
+    assert offset['low'] < OFFSET < offset['high']
+    assert [each['name'] for each in report['signals']] == [POSITION, OTHER + 'position']
+    assert report['signals'][0]['start'] == pytest.approx(OFFSET + 8.0, abs=0.01)
+    assert report['signals'][1]['start'] is None
+    assert len(report['only_in_first']) == 6
+    assert report['first']['topics']['joint_states'] == {
+        'samples': len(TIME), 'rate': RATE, 'lost': 0, 'longest_gap': 1.0 / RATE}
+
+
+def test_table_lists_what_differs_first(pair, tmp_path, capsys):
+    assert main(['compare', *pair, '--out', str(tmp_path / 'out')]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == '1 of 2 common signals differs beyond noise, from 9.302 s on.'
+    rows = [line.split()[0] for line in lines if line.startswith('  joint_states')]
+    assert rows == [POSITION, OTHER + 'position']
+    assert any('only in the first:' in line for line in lines)
+
+
+def complaint(capsys: pytest.CaptureFixture[str], *words: str) -> str:
+    """Return the one line of a comparison that cannot be made."""
+    assert main(['compare', *words]) == 2
+    said = capsys.readouterr()
+    assert said.out == ''
+    assert len(said.err.splitlines()) == 1
+    return said.err
+
+
+def test_bad_input_is_one_line_and_leaves_nothing(pair, tmp_path, capsys):
+    out = tmp_path / 'out'
+    torn = tmp_path / 'torn.mcap'
+    torn.write_bytes(b'no bag')
+    for bags, says in (((pair[0], str(tmp_path / 'nowhere')), 'nowhere'),
+                       ((str(torn), pair[1]), 'torn.mcap'),
+                       ((*pair, '--align', 'none'), 'do not overlap')):
+        assert says in complaint(capsys, *bags, '--out', str(out))
+    assert list(tmp_path.iterdir()) == [torn]
+    assert 'exists' in complaint(capsys, *pair, '--out', str(torn))
+    assert 'cannot be written' in complaint(capsys, *pair, '--out', str(torn / 'out'))
+    assert torn.read_bytes() == b'no bag'

@@ -28,7 +28,7 @@ def noise_of(laid: Overlay) -> float:
     usual = float(np.sqrt(np.median(_mean(fast ** 2, _window(laid)))))
     rounding = np.hypot(_step(laid.first), _step(laid.second)) / np.sqrt(12.0)
     least = _EXACT * max(np.abs(laid.first).max(), np.abs(laid.second).max())
-    return float(max(usual, rounding, least, np.finfo(float).tiny))
+    return float(max(usual, rounding, least))
 
 
 def onset(laid: Overlay, noise: float) -> float | None:
@@ -46,10 +46,10 @@ def onset(laid: Overlay, noise: float) -> float | None:
     if not stays.any():
         return None
     first = int(stays.argmax())
-    begin = max(0, first - window)
+    begin, least = max(0, first - window), 1e-6 * noise ** 2 + np.finfo(float).tiny
     if first <= window // 2:
         return float(laid.time[0])
-    return float(laid.time[begin + _change(square[begin:first + window] + 1e-6 * noise ** 2)])
+    return float(laid.time[begin + _change(square[begin:first + window] + least)])
 
 
 def _change(square: Array) -> int:

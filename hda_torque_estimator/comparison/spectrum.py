@@ -18,6 +18,7 @@ _FALSE = 1e-4                       # chance of a line in noise
 _MARGIN = 1.5                       # for a floor that is not flat
 _LOBE = 2                           # bins on both sides that belong to a line
 _MOST = 3                           # lines worth telling
+_EXACT = 1e-9                       # of a signal: differences below it are those of arithmetic
 
 
 class Line(NamedTuple):
@@ -42,12 +43,12 @@ def spectrum(laid: Overlay) -> Spectrum:
     length = min(len(even), max(_LEAST, len(even) // _SEGMENTS))
     frequency, power = welch(even, 1.0 / laid.period, nperseg=length)
     segments = max(1, 2 * len(even) // length - 1)
-    return Spectrum(frequency, np.sqrt(power), _lines(frequency, power, segments))
+    exact = np.abs(even).max() <= _EXACT * np.abs(laid.first).max()
+    lines = () if exact else _lines(frequency, power, segments)
+    return Spectrum(frequency, np.sqrt(power), lines)
 
 
 def _lines(frequency: Array, power: Array, segments: int) -> tuple[Line, ...]:
-    if not power.any():
-        return ()
     floor = median_filter(power, _AROUND, mode='mirror')
     freedom = 2.0 * segments
     least = _MARGIN * chi2.isf(_FALSE / len(power), freedom) / chi2.median(freedom)

@@ -1,0 +1,76 @@
+"""`hda compare`: two bags laid over each other, and how they differ."""
+
+import argparse
+import json
+from pathlib import Path
+import shutil
+import tempfile
+from typing import Any
+
+from hda_msgs_json.bag import open_recording, Recording
+from hda_msgs_json.samples import JointSamples, WrenchSamples
+from hda_msgs_json.topics import JOINT_STATE, WRENCH_STAMPED
+
+from .outcome import Outcome
+from ..comparison.align import MODES
+from ..comparison.compare import compare, Comparison
+from ..comparison.report import document, sentences
+from ..comparison.signals import Bag, bag_of, CompareError
+from ..version import version
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument('first', type=Path, metavar='BAG1', help='what the other is held against')
+    parser.add_argument('second', type=Path, metavar='BAG2', help='what may differ')
+    parser.add_argument('--out', required=True, type=Path, metavar='DIR',
+                        help='directory to write: compare.html, compare.json, figures')
+    parser.add_argument('--align', choices=MODES, default='drift',
+                        help='what to find from the signals: offset and drift of the second '
+                             'clock, its offset, or none to believe the stamps')
+
+
+def execute(options: argparse.Namespace) -> Outcome:
+    """Compare and write; raises the project's errors."""
+    if options.out.exists():
+        raise CompareError(f'{options.out} exists; name another place for the comparison')
+    first, second = (open_recording(path) for path in (options.first, options.second))
+    found = compare(_bag(first), _bag(second), options.align)
+    warnings = [f'{bag.path}: {warning}' for bag in (first, second) for warning in bag.warnings]
+    report = {**document(found, version()), 'warnings': warnings}
+    _write(found, report, options.out)
+    lines = [*sentences(found), *(f'  warning: {warning}' for warning in warnings)]
+    return Outcome('\n'.join(lines), report)
+
+
+def _bag(recording: Recording) -> Bag:
+    """Return the joint states and wrenches of a recording as signals."""
+    topics: dict[str, JointSamples | WrenchSamples] = {}
+    for name, topic in sorted(recording.topics.items()):
+        if topic.message_type == JOINT_STATE:
+            topics[name] = recording.joint_states(name)
+        elif topic.message_type == WRENCH_STAMPED:
+            topics[name] = recording.wrenches(name)
+    return bag_of(str(recording.path), topics)
+
+
+def _write(found: Comparison, report: dict[str, Any], out: Path) -> None:
+    """Write the directory; it appears whole or not at all."""
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        partial = Path(tempfile.mkdtemp(prefix=f'.{out.name}.', dir=out.parent))
+    except OSError as error:
+        raise _cannot_write(out, error) from None
+    try:
+        text = json.dumps(report, indent=1, allow_nan=False)
+        (partial / 'compare.json').write_text(text + '\n', encoding='utf-8')
+        partial.chmod(0o755)
+        partial.rename(out)
+    except OSError as error:
+        raise _cannot_write(out, error) from None
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+
+
+def _cannot_write(out: Path, error: OSError) -> CompareError:
+    return CompareError(f'{out} cannot be written: {error.strerror}')

@@ -1,0 +1,141 @@
+"""What a comparison says: as a JSON document, and as lines for people."""
+
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from .align import Alignment
+from .compare import Comparison, Difference
+from .signals import Bag
+
+SCHEMA = 'hda.compare/1'
+_HEADS = ('signal', 'unit', 'rms', 'max', 'mean', 'of motion', 'noise', 'starts', 'lines')
+
+
+def document(found: Comparison, version: str) -> dict[str, Any]:
+    """Return all of a comparison as plain JSON values; times count from the start of the first."""
+    return {
+        'schema': SCHEMA, 'version': version,
+        'first': _bag(found.first), 'second': _bag(found.second),
+        'alignment': _alignment(found.alignment), 'overlap': found.overlap,
+        'signals': [_signal(each) for each in found.differences],
+        'only_in_first': list(found.only_first), 'only_in_second': list(found.only_second),
+        'never_at_the_same_time': list(found.apart)}
+
+
+def sentences(found: Comparison) -> list[str]:
+    """Return the lines that a terminal shows."""
+    return [headline(found), '', clock_sentence(found), *rival_sentences(found.alignment), '',
+            *_table([_HEADS, *map(_row, found.differences)]), *_lists(found), '',
+            *_samplings(found)]
+
+
+def headline(found: Comparison) -> str:
+    """Return the result in one sentence."""
+    told = [each for each in found.differences if each.is_told]
+    count = len(found.differences)
+    if not told:
+        return f'None of {count} common signals differs beyond noise.'
+    starts = [each.start for each in told if each.start is not None]
+    since = f', from {min(starts):.3f} s on' if starts else ''
+    return f'{len(told)} of {count} common signals {"differ" if len(told) > 1 else "differs"} ' \
+           f'beyond noise{since}.'
+
+
+def clock_sentence(found: Comparison) -> str:
+    """Return how the clocks of both bags go, with 90 % intervals."""
+    clock = found.alignment
+    common = f'both hold {found.overlap:.3f} s'
+    if clock.mode == 'none':
+        return f'By its stamps the second starts {clock.offset:.7f} s after the first; {common}.'
+    drift = '' if clock.mode == 'offset' else \
+        f', drift {1e6 * clock.drift:.3f} +- {1e6 * drift_half(clock):.3f} ppm'
+    return f'The second starts {clock.offset:.7f} +- {offset_half(clock):.1e} s after the ' \
+           f'first{drift}; {common}; the motions correlate by {clock.correlation:.4f}.'
+
+
+def rival_sentences(clock: Alignment) -> list[str]:
+    """Return a warning if the motion repeats itself."""
+    if not clock.rivals:
+        return []
+    return ['The motion repeats itself: offsets of '
+            + ', '.join(f'{rival:.3f}' for rival in clock.rivals[:5])
+            + ' s fit as well; the one of most overlap is taken.']
+
+
+def offset_half(clock: Alignment) -> float:
+    """Return half the 90 % interval of the offset [s]."""
+    return float(clock.quantile * clock.deviation(np.zeros(1))[0])
+
+
+def drift_half(clock: Alignment) -> float:
+    """Return half the 90 % interval of the drift."""
+    return float(clock.quantile * np.sqrt(clock.covariance[1, 1]))
+
+
+def lines_text(found: Difference) -> str:
+    """Return the strongest lines of a difference, frequency and amplitude."""
+    return ', '.join(f'{line.frequency:.2f} Hz ({line.amplitude:.2g})'
+                     for line in found.spectrum.lines)
+
+
+def share_text(found: Difference) -> str:
+    """Return a difference as a share of the motion."""
+    return '' if found.relative is None else f'{100.0 * found.relative:.3g} %'
+
+
+def start_text(found: Difference) -> str:
+    """Return when a difference starts."""
+    return '' if found.start is None else f'{found.start:.3f} s'
+
+
+def _bag(bag: Bag) -> dict[str, Any]:
+    return {'bag': bag.source, 'first_stamp': bag.start,
+            'topics': {name: asdict(sampling) for name, sampling in bag.sampling.items()}}
+
+
+def _alignment(clock: Alignment) -> dict[str, Any]:
+    return {'mode': clock.mode, 'offset': _interval(clock.offset, offset_half(clock)),
+            'drift': _interval(clock.drift, drift_half(clock)),
+            'correlation': clock.correlation, 'other_offsets': list(clock.rivals)}
+
+
+def _interval(value: float, half: float) -> dict[str, float]:
+    return {'value': value, 'low': value - half, 'high': value + half}
+
+
+def _signal(found: Difference) -> dict[str, Any]:
+    return {'name': found.name, 'unit': found.unit, 'samples': len(found.laid.time),
+            'rms': found.rms, 'max': found.largest, 'mean': found.mean,
+            'relative': found.relative, 'noise': found.noise, 'start': found.start,
+            'lines': [line._asdict() for line in found.spectrum.lines]}
+
+
+def _row(found: Difference) -> tuple[str, ...]:
+    return (found.name, found.unit, f'{found.rms:.3g}', f'{found.largest:.3g}',
+            f'{found.mean:.3g}', share_text(found), f'{found.noise:.3g}', start_text(found),
+            lines_text(found))
+
+
+def _table(rows: list[tuple[str, ...]]) -> list[str]:
+    """Return rows as lines, the first two columns and the last to the left."""
+    wide = [max(map(len, column)) for column in zip(*rows)]
+    left = (0, 1, len(wide) - 1)
+    return ['  ' + '  '.join(
+        cell.ljust(width) if place in left else cell.rjust(width)
+        for place, (cell, width) in enumerate(zip(row, wide))).rstrip() for row in rows]
+
+
+def _lists(found: Comparison) -> list[str]:
+    """Return the signals that could not be compared."""
+    named = (('only in the first', found.only_first), ('only in the second', found.only_second),
+             ('in both, but never at the same time', found.apart))
+    lines = [f'  {where}: {", ".join(names)}' for where, names in named if names]
+    return ['', *lines] if lines else []
+
+
+def _samplings(found: Comparison) -> list[str]:
+    return [f'  {bag.source}: {topic} at {sampling.rate:.1f} Hz, {sampling.samples} samples, '
+            f'{sampling.lost} lost, longest gap {1e3 * sampling.longest_gap:.2f} ms'
+            for bag in (found.first, found.second) for topic, sampling in bag.sampling.items()]
