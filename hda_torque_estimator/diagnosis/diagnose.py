@@ -13,11 +13,13 @@ from hda_arm_sim.model.effects import EFFECTS
 import numpy as np
 from numpy.typing import NDArray
 
+from .backing import Backing, backing
 from .balance import Balancer
 from .fit import Fitter
 from .healthy import healthy_twin, noise_of, torque_noise_of
 from .hypotheses import HYPOTHESES
 from .measurement import Measurement
+from .nuisance import Zero
 from .raw_readings import extended_by, RAW_EFFECTS, raw_findings, raw_readings, raw_total
 from .report import Diagnosis, Finding, RecordingFacts, TotalGain
 from .search import Found, search
@@ -29,7 +31,6 @@ EFFECTIVE = 0.5         # share of the balances' samples that are independent
 _BLOCK = 2.0            # stretches that are trained on, and held out in turn [s]
 _HELD = 3               # of so many stretches one is held out
 _STILL = 0.02           # link travel below which nothing was moved [rad]
-_REST = 5.0             # rms left over noise from which something is unexplained
 
 
 class Conclusion(NamedTuple):
@@ -70,18 +71,22 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     twin = Balancer(healthy_twin(balancer, extended, 1,
                                  torque_noise_of(fitter.noise, plain, balancer, arm)))
     shown = raw_findings(raw.causes, measurement, balancer, arm, extended, held_out)
-    told = (*shown, *findings(fitter, found, twin, held_out))
+    judged = backing(fitter, found.last)
+    pairs = alike(found, judged.backed)
+    tied = {place for pair in pairs for place in pair.effects}
+    nameable = [term for term in judged.backed if (term.name, term.joint) not in tied]
+    told = (*shown, *findings(fitter, found, nameable, twin, held_out))
     before = arm
     for zero in zeros_only(found.last):
         before = zero.on(before)
     total = (raw_total(shown) if told and told == shown else
              gains(balancer, twin, before, extended, held_out).total())
-    pairs = alike(found)
     diagnosis = Diagnosis(
-        _verdict(fitter, found, told, bool(pairs)), told, pairs, None, (), total,
+        _verdict(judged, told, bool(pairs)), told, pairs, None, (), total,
         residuals(fitter, found, _inside(balancer.time, held_out), arm.labels), facts, arm_file,
         version, seconds)
-    kept = [term for term in found.last.terms if term.name != 'encoder_zero']
+    kept = [*judged.backed, *(term for term in found.last.nuisance
+                              if not isinstance(term, Zero))]
     return Conclusion(diagnosis, extended_by(raw.causes, fitter.on(kept)),
                       Evidence(fitter, found, twin, before, extended, held_out))
 
@@ -115,13 +120,9 @@ def _unmoved(facts: RecordingFacts, arm_file: str, version: str, seconds: float)
                      version, seconds)
 
 
-def _verdict(fitter: Fitter, found: Found, told: tuple[Finding, ...], tied: bool) -> str:
+def _verdict(judged: Backing, told: tuple[Finding, ...], tied: bool) -> str:
     """Return the verdict that the findings and the rest call for."""
-    rest = np.sqrt(found.last.variance) / fitter.noise
-    excess = found.first.variance - fitter.noise ** 2
-    left = found.last.variance - fitter.noise ** 2
-    unexplained = bool(((rest > _REST) & (left > 0.1 * excess)).any())
-    if unexplained:
+    if judged.unexplained.any():
         return 'unknown'
     if tied:
         return 'ambiguous'

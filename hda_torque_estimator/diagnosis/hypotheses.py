@@ -21,7 +21,8 @@ class Hypothesis:
     How one effect is looked for.
 
     `free` and `waves` name the numbers to fit with a typical size; `grid` lists starting values
-    of those numbers that the residual does not depend on linearly.
+    of those numbers that the residual does not depend on linearly. `form_error` is the share of
+    the effect's power that its law may leave, where the literature has laws of several forms.
     """
 
     free: dict[str, float] = field(default_factory=dict)
@@ -29,6 +30,7 @@ class Hypothesis:
     grid: dict[str, tuple[float, ...]] = field(default_factory=dict)
     alike: tuple[str, ...] = ()
     experiment: str = ''
+    form_error: float = 0.01
 
 
 def _wave(order: int, size: float) -> dict[tuple[str, str], float]:
@@ -51,7 +53,8 @@ HYPOTHESES: dict[str, Hypothesis] = {
         alike=('viscous_friction', 'stribeck_friction'), experiment='at least three speeds'),
     'stribeck_friction': Hypothesis(
         {'excess': 0.01, 'speed': 1.0}, grid={'speed': (3.0, 10.0, 25.0)},
-        alike=('coulomb_friction', 'presliding_friction', 'motor_cogging'), experiment=_SLOW),
+        alike=('coulomb_friction', 'presliding_friction', 'motor_cogging'), form_error=0.02,
+        experiment=_SLOW),
     'presliding_friction': Hypothesis(
         {'stiffness': 1.0}, grid={'stiffness': (3.0, 10.0)},
         alike=('stribeck_friction', 'current_loop_lag'), experiment=_SLOW),
@@ -94,16 +97,17 @@ HYPOTHESES: dict[str, Hypothesis] = {
     'stiffness_error': Hypothesis({'error': 0.05}, alike=('link_inertia_error',
                                                           'stiffening_error'),
                                   experiment=_SCALE),
-    'stiffening_error': Hypothesis({'error': 0.3}, alike=('stiffness_error',
-                                                          'wave_generator_compliance'),
+    'stiffening_error': Hypothesis({'error': 0.3}, grid={'error': (-0.8, 0.5)},
+                                   alike=('stiffness_error', 'wave_generator_compliance'),
+                                   form_error=0.12,
                                    experiment='slow torques up to 60 % of the peak'),
     'wave_generator_compliance': Hypothesis({'compliance': 0.1}, alike=('backlash',
                                                                         'stiffening_error'),
-                                            experiment=_LOOP),
+                                            form_error=0.03, experiment=_LOOP),
     'torsional_hysteresis': Hypothesis({'level': 0.3, 'width': 2e-5},
                                        grid={'width': (3e-5, 1e-4, 3e-4)},
                                        alike=('backlash', 'clock_skew', 'structural_damping'),
-                                       experiment=_LOOP),
+                                       form_error=0.12, experiment=_LOOP),
     'structural_damping': Hypothesis({'coefficient': 2.0}, alike=('torsional_hysteresis',
                                                                   'clock_skew'),
                                      experiment='excite the resonance, 15 to 50 Hz'),
@@ -125,7 +129,7 @@ HYPOTHESES: dict[str, Hypothesis] = {
     'clock_skew': Hypothesis({'skew': 5e-5}, alike=('torsional_hysteresis',),
                              experiment='two constant speeds both ways'),
     'link_bearing_friction': Hypothesis({'level': 0.3}, alike=('cable_spring',),
-                                        experiment='reversals at two loads'),
+                                        form_error=0.03, experiment='reversals at two loads'),
     'payload': Hypothesis({'mass': 0.5}, alike=('link_inertia_error',), experiment=_SCALE),
     'link_inertia_error': Hypothesis({'error': 0.05}, alike=('payload', 'stiffness_error'),
                                      experiment='accelerate at several elbow angles'),

@@ -73,17 +73,26 @@ def zeros_only(fit: Fit) -> list[Zero]:
     return [term for term in fit.nuisance if isinstance(term, Zero)]
 
 
-def findings(fitter: Fitter, found: Found, twin: Balancer, spans: Spans) -> tuple[Finding, ...]:
-    """Return every accepted cause with its numbers, evidence and own gain, the largest first."""
+def findings(fitter: Fitter, found: Found, nameable: Sequence[Term], twin: Balancer,
+             spans: Spans) -> tuple[Finding, ...]:
+    """
+    Return the accepted causes that may be named, with numbers, evidence and own gain.
+
+    A cause that does not gain on the held-out stretches is not told; the largest comes first.
+    """
     fit, covariance = found.last, fitter.covariance(found.last)
     told = []
     first = 0
     for term, reason in zip(fit.accepted, found.evidence):
         part = covariance[first:first + term.size, first:first + term.size]
         first += term.size
+        if term not in nameable:
+            continue
         others = [other for other in fit.terms if other is not term]
         own = gains(fitter.balancer, twin, fitter.on(others), fitter.on(fit.terms), spans)
-        told.append(_finding(term, part, reason, own.gain()))
+        gain = own.gain()
+        if not gain.low <= 0.0:
+            told.append(_finding(term, part, reason, gain))
     return tuple(sorted(told, key=lambda finding: -finding.evidence.score))
 
 
@@ -115,12 +124,12 @@ def _number(term: Term, name: str, deviation: float) -> Number:
     return Number(value, type(term.effect).declaration(name).unit, value - reach, value + reach)
 
 
-def alike(found: Found) -> tuple[Alike, ...]:
-    """Return the causes whose rivals explain the recording as well as they do."""
+def alike(found: Found, backed: Sequence[Term]) -> tuple[Alike, ...]:
+    """Return the backed causes whose rivals explain the recording as well as they do."""
     pairs = []
     for term, reason in zip(found.last.accepted, found.evidence):
         rival = reason.runner_up
-        if rival is not None and reason.runner_up_gap < TIED:
+        if term in backed and rival is not None and reason.runner_up_gap < TIED:
             pairs.append(Alike(((term.name, term.joint), (rival.name, rival.joint)),
                                HYPOTHESES[term.name].experiment))
     return tuple(pairs)
