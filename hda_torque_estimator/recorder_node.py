@@ -42,8 +42,8 @@ class BagRecorder(ArmNode):
         self._counts = dict.fromkeys((topic.name for topic in topics), 0)
         self._parameters_of: dict[str, Any] = {self.get_name(): self.parameters.values()}
         self._bag = BagWriter(output, self._about(), whole=False)
-        for topic in topics:
-            subscribe(self, topic, partial(self._on_message, topic), depth=DEPTH)
+        self._queues = [(topic, subscribe(self, topic, partial(self._on_message, topic),
+                                          depth=DEPTH)) for topic in topics]
         self._remote = RemoteParameters(self, NODES, self._on_parameters)
         self.begin()
         self._timer = self.create_timer(FLUSH_PERIOD, partial(self._try, self._bag.flush),
@@ -80,7 +80,14 @@ class BagRecorder(ArmNode):
             'bag': self._bag.path, **self._counts})
 
     def close(self) -> None:
-        """Write index and summary."""
+        """Write what still waits in the queues, index and summary."""
+        for topic, queue in self._queues:
+            for _ in range(DEPTH):
+                with queue.handle:
+                    taken = queue.handle.take_message(queue.msg_type, True)
+                if taken is None:
+                    break
+                self._on_message(topic, taken[0])
         self._bag.close()
 
 
