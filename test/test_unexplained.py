@@ -5,12 +5,26 @@ Rests are made along a motion of two joints, on every site and along every coord
 be placed where there is nothing but noise, or where what is left follows nothing measured.
 """
 
+from dataclasses import replace
+
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.motions import motion
+from hda_torque_estimator.diagnosis.balance import Balancer
+from hda_torque_estimator.diagnosis.diagnose import EFFECTIVE
+from hda_torque_estimator.diagnosis.fit import Fitter
 from hda_torque_estimator.diagnosis.following import follow
+from hda_torque_estimator.diagnosis.hypotheses import terms_of
+from hda_torque_estimator.diagnosis.measurement import Measurement
+from hda_torque_estimator.diagnosis.pattern import misplaced
 from hda_torque_estimator.diagnosis.report import NOTHING, Unexplained
-from hda_torque_estimator.diagnosis.unexplained import Rest, site_of, told_of
+from hda_torque_estimator.diagnosis.search import Found
+from hda_torque_estimator.diagnosis.unexplained import Rest, site_of, told_of, unexplained
 import numpy as np
 import pytest
+from truth import draw, record
+from truth.effect import Hidden
 
+ARM = read_arm('hda_arm.yaml')
 RATE, RATIO = 125.0, 100.0
 LABELS = ('joint1', 'joint2')
 NOISE = np.array([0.03, 0.03, 0.006, 0.006])
@@ -142,3 +156,44 @@ def test_columns_that_hold_nowhere_are_left_out(columns):
     (Unexplained('torsion', 'joint1', NOTHING, None, 0.02), 'follows nothing that was measured')])
 def test_the_sentence_says_all_with_its_unit(rest, said):
     assert said in rest.sentence()
+
+
+@pytest.fixture(scope='module')
+def sprung() -> Fitter:
+    """Return the fitter of a record with a cubic spring at joint 1, which no catalogue lists."""
+    hidden = draw('cubic_spring', np.random.default_rng(5))
+    return fitter_of(replace(hidden, parameters={'coefficient': 6.0, 'centre': 0.25}))
+
+
+def fitter_of(hidden: Hidden) -> Fitter:
+    """Return what fits 30 s of an arm with one hidden effect."""
+    asked = motion('rich', 2, 30.0, 1e-3, 120)
+    made = record([hidden], motion_angle=asked.angle, motion_rate=asked.rate, dt=1e-3, seed=120,
+                  noise=1.0)
+    balancer = Balancer(Measurement(
+        LABELS, 1e-3, np.stack([made.motor_angle, made.link_angle], axis=2), made.command))
+    return Fitter(balancer, ARM, NOISE, EFFECTIVE, np.ones(len(balancer.time), bool))
+
+
+def test_an_unknown_spring_is_placed_with_or_without_a_wrong_cause(sprung):
+    first = sprung.fit(())
+    wrong = sprung.fit([next(terms_of(ARM, 'link_encoder_eccentricity'))], first.nuisance)
+    found = Found(first, wrong, ())
+    for rest in (unexplained(sprung, Found(first, first, ())), unexplained(sprung, found, ())):
+        assert (rest.site, rest.joint, rest.depends_on) == ('link', 'joint1', 'link_angle')
+        assert rest.share > 0.7
+    assert misplaced(sprung, found) == wrong.accepted
+
+
+def test_a_right_cause_leaves_nothing_and_stands():
+    hidden = draw('link_encoder_eccentricity', np.random.default_rng(5))
+    fitter = fitter_of(hidden)
+    start = next(term for term in terms_of(ARM, hidden.effect) if term.joint == hidden.joint)
+    first = fitter.fit(())
+    right = fitter.fit([start], first.nuisance)
+    before = unexplained(fitter, Found(first, first, ()))
+    assert (before.site, before.joint) == ('torsion', hidden.joint)
+    assert unexplained(fitter, Found(first, right, ())) is None
+    assert misplaced(fitter, Found(first, right, ())) == ()
+    skew = next(term for term in terms_of(ARM, 'clock_skew') if term.joint == hidden.joint)
+    assert misplaced(fitter, Found(first, fitter.fit([skew], first.nuisance), ())) == ()

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .fit import Fit, Fitter
+from .search import Found
 from .term import Term
 
 Array = NDArray[np.float64]
@@ -50,7 +51,7 @@ def pair_of(residual: Array, valid: NDArray[np.bool_], noise: Array, place: int)
                 float(noise[torsion]))
 
 
-def misplaced(fitter: Fitter, fit: Fit) -> tuple[Term, ...]:
+def misplaced(fitter: Fitter, found: Found) -> tuple[Term, ...]:
     """
     Return the accepted causes that take one link torque for something else.
 
@@ -59,14 +60,28 @@ def misplaced(fitter: Fitter, fit: Fit) -> tuple[Term, ...]:
     """
     wrong: list[Term] = []
     for place, label in enumerate(fitter.arm.labels):
-        here = [term for term in fit.accepted if term.joint == label
+        here = [term for term in found.last.accepted if term.joint == label
                 and effect_named(term.name).site is not Site.LINK]
-        if here:
-            arm = fitter.on([term for term in fit.terms if term not in here])
-            without = fitter.balancer(arm)
-            if pair_of(without.residual, without.valid, fitter.noise, place).is_one_link_torque():
+        if _doubtful(fitter, found.last, here):
+            balance = _without(fitter, found, here).balance
+            if pair_of(balance.residual, balance.valid, fitter.noise, place).is_one_link_torque():
                 wrong += here
     return tuple(wrong)
+
+
+def _doubtful(fitter: Fitter, fit: Fit, here: list[Term]) -> bool:
+    """Tell whether causes at one joint leave much there, or sit at both of its sides."""
+    if not here:
+        return False
+    own = fitter.own_channels(here[0].joint)
+    loud = fit.variance[own] > (_LOUD * fitter.noise[own]) ** 2
+    return bool(loud.any()) or len({effect_named(term.name).site for term in here}) > 1
+
+
+def _without(fitter: Fitter, found: Found, terms: list[Term]) -> Fit:
+    """Return the fit without some terms, to which all others have moved."""
+    kept = [term for term in found.last.accepted if term not in terms]
+    return fitter.fit(kept, found.first.nuisance) if kept else found.first
 
 
 def power(values: Array) -> float:

@@ -20,7 +20,7 @@ from .search import Found
 from .term import Term
 
 Array = NDArray[np.float64]
-LEAST = 3.0             # rms left over noise from which there is a rest
+LEAST = 2.0             # rms left over noise from which there is a rest
 _TELLS = 0.1            # least share of the power that a coordinate must tell
 _TIMING = 0.5           # least share that follows the velocity if angles are sampled apart
 _ARM = 0.1              # least power at each joint, over the largest, of what loads the whole arm
