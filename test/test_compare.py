@@ -1,5 +1,6 @@
 """Two bags laid over each other: clocks are found again, and so is what was hidden in one."""
 
+from html.parser import HTMLParser
 import json
 from pathlib import Path
 
@@ -9,7 +10,10 @@ from hda_msgs_json.topics import JOINT_STATES, TIP_WRENCH
 from hda_torque_estimator.cli import main
 from hda_torque_estimator.comparison.align import align, Alignment
 from hda_torque_estimator.comparison.compare import compare, Comparison, Difference
+from hda_torque_estimator.comparison.page import page
+from hda_torque_estimator.comparison.plots import figures
 from hda_torque_estimator.comparison.signals import Bag, bag_of, CompareError
+from hda_torque_estimator.diagnosis.plots import inline_svg
 import numpy as np
 from numpy.typing import NDArray
 import pytest
@@ -257,7 +261,7 @@ def test_command_writes_what_it_says(pair, tmp_path, capsys):
 def test_table_lists_what_differs_first(pair, tmp_path, capsys):
     assert main(['compare', *pair, '--out', str(tmp_path / 'out')]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == '1 of 2 common signals differs beyond noise, from 9.302 s on.'
+    assert lines[0] == '1 of 2 common signals differs beyond noise, first at 9.302 s.'
     rows = [line.split()[0] for line in lines if line.startswith('  joint_states')]
     assert rows == [POSITION, OTHER + 'position']
     assert any('only in the first:' in line for line in lines)
@@ -284,3 +288,54 @@ def test_bad_input_is_one_line_and_leaves_nothing(pair, tmp_path, capsys):
     assert 'exists' in complaint(capsys, *pair, '--out', str(torn))
     assert 'cannot be written' in complaint(capsys, *pair, '--out', str(torn / 'out'))
     assert torn.read_bytes() == b'no bag'
+
+
+class Outline(HTMLParser):
+    """Collect the text of a page, its tags, and what it would load."""
+
+    def __init__(self, text: str) -> None:
+        """Read a page."""
+        super().__init__()
+        self.texts: list[str] = []
+        self.tags: list[str] = []
+        self.loads: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        """Keep a tag and its links that leave the page."""
+        self.tags.append(tag)
+        self.loads += [value or '' for name, value in attrs
+                       if name in ('src', 'href', 'xlink:href') and value[:1] != '#']
+
+    def handle_data(self, data: str) -> None:
+        """Keep a text."""
+        self.texts.append(data)
+
+
+def test_page_shows_every_signal_and_loads_nothing(pair, tmp_path, capsys):
+    out = tmp_path / 'out'
+    assert main(['compare', *pair, '--out', str(out)]) == 0
+    shown = Outline((out / 'compare.html').read_text(encoding='utf-8'))
+    assert {POSITION, OTHER + 'position', 'tip/wrench/force.x'} <= set(shown.texts)
+    assert shown.tags.count('svg') == shown.tags.count('figure') == 1
+    assert shown.loads == []
+    assert 'script' not in shown.tags
+    assert sorted(path.name for path in out.iterdir()) == [
+        'compare.html', 'compare.json', 'signal_1.png']
+
+
+def test_names_on_the_page_are_text():
+    position = motion(1, TIME)
+    name = '<b>"R&D"</b> $5'
+    bags = [bag_of(name, {'joint_states': JointSamples(
+        EPOCH + np.round(1e9 * TIME).astype(np.int64), (name,), scale * position[:, :1],
+        *np.full((2, len(TIME), 1), np.nan))}) for scale in (1.0, 1.1)]
+    found = compare(*bags, 'none')
+    shown = Outline(page(found, '<0>', {
+        place: inline_svg(figure, place) for place, figure in figures(found).items()}))
+    assert f'joint_states/{name}/position' in shown.texts
+    assert 'b' not in shown.tags
+
+
+def test_alike_signals_are_drawn_too():
+    assert len(figures(compared(1))) == 2

@@ -12,6 +12,7 @@ import pytest
 SHELLS = (
     'hda_arm_sim.main',
     'hda_arm_sim.model.files',
+    'hda_arm_sim.motion_file',
     'hda_arm_sim.node',
     'hda_arm_sim.ros*',
     'hda_msgs_json.bag*',
@@ -21,6 +22,7 @@ SHELLS = (
     'hda_torque_estimator.*_node',
     'hda_torque_estimator.cli',
     'hda_torque_estimator.commands*',
+    'hda_torque_estimator.comparison.plots',
     'hda_torque_estimator.diagnosis.plots',
     'hda_torque_estimator.importing.map_document',
     'hda_torque_estimator.importing.tables',

@@ -14,8 +14,11 @@ from hda_msgs_json.topics import JOINT_STATE, WRENCH_STAMPED
 from .outcome import Outcome
 from ..comparison.align import MODES
 from ..comparison.compare import compare, Comparison
+from ..comparison.page import page
+from ..comparison.plots import figures
 from ..comparison.report import document, sentences
 from ..comparison.signals import Bag, bag_of, CompareError
+from ..diagnosis.plots import inline_svg
 from ..version import version
 
 
@@ -54,6 +57,15 @@ def _bag(recording: Recording) -> Bag:
     return bag_of(str(recording.path), topics)
 
 
+def _show(found: Comparison, out: Path) -> None:
+    """Write the page and its figures."""
+    inline = {}
+    for name, figure in figures(found).items():
+        figure.savefig(out / f'{name}.png', dpi=150)
+        inline[name] = inline_svg(figure, name)
+    (out / 'compare.html').write_text(page(found, version(), inline), encoding='utf-8')
+
+
 def _write(found: Comparison, report: dict[str, Any], out: Path) -> None:
     """Write the directory; it appears whole or not at all."""
     try:
@@ -64,6 +76,7 @@ def _write(found: Comparison, report: dict[str, Any], out: Path) -> None:
     try:
         text = json.dumps(report, indent=1, allow_nan=False)
         (partial / 'compare.json').write_text(text + '\n', encoding='utf-8')
+        _show(found, partial)
         partial.chmod(0o755)
         partial.rename(out)
     except OSError as error:

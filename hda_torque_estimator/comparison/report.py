@@ -10,6 +10,7 @@ from .compare import Comparison, Difference
 from .signals import Bag
 
 SCHEMA = 'hda.compare/1'
+_DRAWN, _DRAWN_ALIKE = 6, 2         # signals worth a figure, and those if none differs
 _HEADS = ('signal', 'unit', 'rms', 'max', 'mean', 'of motion', 'noise', 'starts', 'lines')
 
 
@@ -38,9 +39,15 @@ def headline(found: Comparison) -> str:
     if not told:
         return f'None of {count} common signals differs beyond noise.'
     starts = [each.start for each in told if each.start is not None]
-    since = f', from {min(starts):.3f} s on' if starts else ''
+    since = f', first at {min(starts):.3f} s' if starts else ''
     return f'{len(told)} of {count} common signals {"differ" if len(told) > 1 else "differs"} ' \
            f'beyond noise{since}.'
+
+
+def drawn(found: Comparison) -> tuple[Difference, ...]:
+    """Return the differences that are worth a figure."""
+    told = sum(each.is_told for each in found.differences)
+    return found.differences[:min(told, _DRAWN) or _DRAWN_ALIKE]
 
 
 def clock_sentence(found: Comparison) -> str:

@@ -12,7 +12,7 @@ from .overlay import Overlay
 
 Array = NDArray[np.float64]
 _SEGMENTS = 4                       # lengths of a segment in a recording; they overlap by half
-_LEAST = 256                        # samples in a segment
+_LEAST, _MOST_SAMPLES = 256, 1 << 14        # samples in a segment
 _AROUND = 41                        # bins whose median is the floor of the one in their middle
 _FALSE = 1e-4                       # chance of a line in noise
 _MARGIN = 1.5                       # for a floor that is not flat
@@ -40,7 +40,7 @@ def spectrum(laid: Overlay) -> Spectrum:
     """Return the spectrum of a difference, by Welch's method, with its strongest lines."""
     time = np.arange(laid.time[0], laid.time[-1], laid.period)
     even = np.interp(time, laid.time, laid.difference)
-    length = min(len(even), max(_LEAST, len(even) // _SEGMENTS))
+    length = min(len(even), max(_LEAST, len(even) // _SEGMENTS), _MOST_SAMPLES)
     frequency, power = welch(even, 1.0 / laid.period, nperseg=length)
     segments = max(1, 2 * len(even) // length - 1)
     exact = np.abs(even).max() <= _EXACT * np.abs(laid.first).max()
