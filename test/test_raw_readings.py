@@ -140,3 +140,38 @@ def test_jittering_stamps_stay_on_the_grid():
         stamps[keep], NAMES, np.zeros((count, 4)), np.zeros((count, 4)), np.zeros((count, 4))))
     assert len(made.command) == 60_000
     assert made.absent == tuple(np.flatnonzero(~keep).tolist())
+
+
+@pytest.mark.parametrize('seed', [100, 101, 102])
+def test_uneven_lines_are_found_and_taken_out(seed):
+    hidden = hide('encoder_interpolation_error', seed)
+    whole, found = measured([], seed), measured([hidden], seed)
+    raw = raw_readings(found, ARM)
+    cause, = raw.causes
+    assert (cause.effect.name, cause.joint) == ('encoder_interpolation_error', hidden.joint)
+    told, true = cause.numbers, hidden.parameters
+    assert told['amplitude'].value == pytest.approx(true['amplitude'], rel=0.03)
+    assert told['lines'].value == true['lines']
+    assert told['lines'].low < true['lines'] < told['lines'].high
+    zero = 30e-6 * true['lines']                # phases are at readings, not at angles, of zero
+    assert np.sin(0.5 * (told['phase'].value - true['phase'])) == pytest.approx(0.0, abs=zero)
+    column = ARM.labels.index(hidden.joint)
+    rough, mended, usual = (
+        np.square(np.diff(reading[:, column, 1], 2)).mean()
+        for reading in (found.reading, raw.measurement.reading, whole.reading))
+    assert rough > 2.0 * usual
+    assert mended == pytest.approx(usual, rel=0.2)
+
+
+@pytest.mark.parametrize('name', ['kinematic_error', 'motor_cogging', 'torque_ripple'])
+def test_what_the_arm_itself_does_along_a_turn_is_no_error_of_lines(name):
+    assert raw_readings(measured([hide(name, 102)], 102, duration=20.0), ARM).causes == ()
+
+
+def test_numbers_come_from_the_training_stretches_alone():
+    hidden = measured([hide('encoder_interpolation_error', 100)], 100)
+    healthy = measured([], 100)
+    late = hidden.time[:, None, None] >= 6.0
+    mixed = replace(healthy, reading=np.where(late, hidden.reading, healthy.reading))
+    assert raw_readings(mixed, ARM, training=((0.0, 5.9),)).causes == ()
+    assert raw_readings(mixed, ARM, training=((6.1, 12.0),)).causes != ()

@@ -61,7 +61,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     if (np.ptp(measurement.reading[:, :, 1], axis=0) < _STILL).all():
         return Conclusion(_unmoved(facts, arm_file, version, seconds), arm, None)
     names = sought_effects() if names is None else names
-    raw = raw_readings(measurement, arm, names)
+    raw = raw_readings(measurement, arm, names, training)
     balancer = Balancer(raw.measurement)
     rows = _inside(balancer.time, training)
     fitter = Fitter(balancer, raw.arm, noise_of(balancer, raw.arm)[0], EFFECTIVE, rows)

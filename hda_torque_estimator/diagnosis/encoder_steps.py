@@ -34,14 +34,15 @@ class Step(NamedTuple):
     changes: int
 
 
-def coarse_encoders(measurement: Measurement, arm: Arm) -> Iterator[RawCause]:
-    """Return the joints whose encoders count in larger steps than the arm states."""
+def coarse_encoders(measurement: Measurement, arm: Arm,
+                    seen: NDArray[np.bool_]) -> Iterator[RawCause]:
+    """Return the joints whose encoders count in larger steps than stated, by rows `seen`."""
     for column, label in enumerate(arm.labels):
         stated = arm.effect(CoarseQuantisation.name, label)
         effect, steps, score = stated, {}, 0.0
         for side, name in enumerate(SIDES):
             angle = measurement.reading[:, column, side]
-            step = true_step(angle, measurement.put_in)
+            step = true_step(angle, measurement.put_in | ~seen)
             evidence = _coarser(step, getattr(stated, name), angle)
             if step is not None and evidence > THRESHOLD:
                 effect, score = replace(effect, **{name: step.size}), score + evidence
@@ -52,13 +53,13 @@ def coarse_encoders(measurement: Measurement, arm: Arm) -> Iterator[RawCause]:
                            tuple((column, SIDES.index(name)) for name in steps))
 
 
-def true_step(angle: Array, put_in: NDArray[np.bool_]) -> Step | None:
+def true_step(angle: Array, left_out: NDArray[np.bool_]) -> Step | None:
     """
     Return the step in which readings (k,) count [rad], or None if they do not.
 
-    Readings that are `put_in` (k,) never came from the encoder and do not count.
+    Readings that are `left_out` (k,) do not count.
     """
-    changes = np.abs(np.diff(angle))[~(put_in[1:] | put_in[:-1])]
+    changes = np.abs(np.diff(angle))[~(left_out[1:] | left_out[:-1])]
     changes = changes[changes > _SAME]
     if not len(changes):
         return None

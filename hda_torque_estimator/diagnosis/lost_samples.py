@@ -40,16 +40,16 @@ class Slips(NamedTuple):
     lost: Mask              # told by the stamps
 
 
-def lost_samples(slips: Slips) -> RawCause | None:
-    """Return the cause that slipped samples make, None if they are tolerably few."""
-    seen = int((slips.slipped & slips.watched).sum())
-    watched, samples = max(int(slips.watched.sum()), 1), len(slips.lost)
-    lost = int(slips.lost.sum())
-    rate = seen / watched + lost / samples
-    score = _evidence(seen + lost, rate)
+def lost_samples(slips: Slips, seen: Mask) -> RawCause | None:
+    """Return the cause that slipped samples in rows `seen` make, None if tolerably few."""
+    watched = slips.watched & seen
+    slipped, lost = int((slips.slipped & watched).sum()), int((slips.lost & seen).sum())
+    rate = slipped / max(int(watched.sum()), 1) + lost / max(int(seen.sum()), 1)
+    hits = slipped + lost
+    score = _evidence(hits, rate)
     if score < THRESHOLD:
         return None
-    low, high = (rate * float(0.5 * chi2.ppf(share, 2 * (seen + lost) + more) / (seen + lost))
+    low, high = (rate * float(0.5 * chi2.ppf(share, 2 * hits + more) / hits)
                  for share, more in ((0.05, 0), (0.95, 2)))
     joints, sides = slips.reading.shape[1:]
     return RawCause(DroppedSamples(rate=rate), None, {'rate': Number(rate, '', low, high)}, score,

@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import CoarseQuantisation, DroppedSamples
+from hda_arm_sim.model.effects import CoarseQuantisation, DroppedSamples, EncoderInterpolationError
 from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY
 from hda_arm_sim.motions import Motion
 import numpy as np
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from .balance import Balancer
 from .encoder_steps import coarse_encoders
+from .line_error import uneven_lines, without_waves
 from .lost_samples import lost_samples, slips_of
 from .measurement import Measurement
 from .predict import Spans
@@ -29,7 +30,7 @@ from ..closed_loop import run
 
 Array = NDArray[np.float64]
 _ASIDE = 1e-4           # moves a motion so that its counts fall elsewhere [rad]
-RAW_EFFECTS = (CoarseQuantisation.name, DroppedSamples.name)
+RAW_EFFECTS = (CoarseQuantisation.name, DroppedSamples.name, EncoderInterpolationError.name)
 METRIC = ('squared logarithm of the power of simulated over measured second differences of the '
           'raw readings, on held-out stretches')
 
@@ -43,18 +44,30 @@ class RawReadings(NamedTuple):
 
 
 def raw_readings(measurement: Measurement, arm: Arm,
-                 names: Sequence[str] = RAW_EFFECTS) -> RawReadings:
-    """Return what the raw readings of an arm show, among the effects of these names."""
+                 names: Sequence[str] = RAW_EFFECTS,
+                 training: Spans = ((0.0, float('inf')),)) -> RawReadings:
+    """
+    Return what the raw readings of an arm show, among the effects of these names.
+
+    Numbers are fitted to the training stretches alone; all readings are mended.
+    """
     causes: list[RawCause] = []
+    seen = np.zeros(len(measurement.command), bool)
+    for begin, end in training:
+        seen |= (measurement.time >= begin) & (measurement.time < end)
     if CoarseQuantisation.name in names:
-        causes += coarse_encoders(measurement, arm)
+        causes += coarse_encoders(measurement, arm, seen)
     known = extended_by(causes, arm)
     if DroppedSamples.name in names:
         slips = slips_of(measurement, known)
-        lost = lost_samples(slips)
+        lost = lost_samples(slips, seen)
         if lost is not None:
             causes.append(lost)
             measurement = replace(measurement, reading=slips.reading)
+    if EncoderInterpolationError.name in names:
+        waves = list(uneven_lines(measurement, known, seen))
+        causes += waves
+        measurement = without_waves(measurement, waves, arm.labels)
     return RawReadings(measurement, known, tuple(causes))
 
 

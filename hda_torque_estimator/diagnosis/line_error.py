@@ -1,0 +1,135 @@
+"""
+Find the error of a link encoder that repeats with every line of its scale, and take it out.
+
+What a local polynomial leaves of the readings is folded over the angle for every number of lines
+at once; the strongest wave is then fitted by least squares through the same filter, so that slow
+stretches, where the polynomial follows the wave, neither help nor mislead.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+import math
+from typing import NamedTuple
+
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects import CoarseQuantisation, Effect, EncoderInterpolationError
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import savgol_filter
+
+from .measurement import Measurement
+from .raw_cause import number, RawCause, THRESHOLD
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+LINK = 1                # side of a reading
+_WINDOW, _DEGREE = 0.021, 5     # of the polynomials [s]
+_BINS = 2 ** 18         # of one turn
+_FEWEST, _MOST = 1000, 2 ** 16  # lines per turn that are looked for; fewer, the arm may follow
+_SHARE = 0.05           # of the rest's power, below which a wave is immaterial
+_HINT = 0.01            # of it, by folding alone, from which a wave is fitted
+_WHOLE_STEPS = 4.0      # least counts of the encoder in a line
+_NEAR = 2               # lines about the strongest that are fitted exactly
+_ROUNDS = 3             # the angle behind a reading is known better each time
+_INVERSE = 12           # rounds to the angle behind a reading
+_NORMAL_90 = 1.645
+
+
+class Wave(NamedTuple):
+    """A wave over the angle behind the readings, as fitted: what it leaves, how sure it is."""
+
+    effect: EncoderInterpolationError
+    before: float           # power of the rest without the wave [rad^2]
+    after: float            # and with it
+    samples: int
+    spread: Array           # (2,) deviations of amplitude [rad] and lines
+
+
+def uneven_lines(measurement: Measurement, arm: Arm, seen: Mask) -> Iterator[RawCause]:
+    """
+    Return the joints whose link encoders err with their lines, from rows `seen` (k,).
+
+    Phases are those at readings of zero.
+    """
+    for column, label in enumerate(arm.labels):
+        step = arm.effect(CoarseQuantisation.name, label).values()[LINK]
+        wave = wave_of(measurement.reading[:, column, LINK], measurement.dt, seen, step)
+        if wave is None or wave.before - wave.after < _SHARE * wave.before:
+            continue
+        score = wave.samples * math.log(wave.before / wave.after)
+        if score > THRESHOLD:
+            size, slope = (_NORMAL_90 * wave.spread).tolist()
+            yield RawCause(wave.effect, label, {
+                'amplitude': number(wave.effect, 'amplitude', size),
+                'lines': number(wave.effect, 'lines', slope),
+                'phase': number(wave.effect, 'phase', size / wave.effect.amplitude),
+            }, score, ((column, LINK),))
+
+
+def without_waves(measurement: Measurement, causes: list[RawCause],
+                  labels: tuple[str, ...]) -> Measurement:
+    """Return the measurement as link encoders without these waves would have shown it."""
+    if not causes:
+        return measurement
+    reading = measurement.reading.copy()
+    for cause in causes:
+        column = labels.index(str(cause.joint))
+        reading[:, column, LINK] = _behind(reading[:, column, LINK], cause.effect)
+    return replace(measurement, reading=reading)
+
+
+def wave_of(angle: Array, dt: float, seen: Mask, step: float) -> Wave | None:
+    """Return the strongest wave in readings (k,) of an encoder with this step [rad]."""
+    window = max(_DEGREE + 2, 2 * round(0.5 * _WINDOW / dt) + 1)
+    most = _MOST if step <= 0.0 else min(_MOST, int(2.0 * math.pi / step / _WHOLE_STEPS))
+    rest = _fast(angle, window)
+    good = seen.copy()
+    good[:window], good[-window:] = False, False
+    lines, behind = _strongest(angle[good], rest[good], most), angle
+    if lines is None:
+        return None
+    near = range(max(lines - _NEAR, 2), lines + _NEAR + 1)
+    best = min((_fitted(behind, rest, window, good, trial) for trial in near),
+               key=lambda wave: wave.after)
+    for _ in range(_ROUNDS):
+        behind = _behind(angle, best.effect)
+        best = _fitted(behind, rest, window, good, round(best.effect.lines))
+    return best
+
+
+def _strongest(angle: Array, rest: Array, most: int) -> int | None:
+    """Return the lines per turn over which the rest adds up to the largest wave, if to one."""
+    if most <= _FEWEST or not rest.any():
+        return None
+    place = np.floor(angle * (_BINS / (2.0 * math.pi))).astype(np.int64) % _BINS
+    folded = np.abs(np.fft.rfft(np.bincount(place, rest, _BINS))[_FEWEST:most])
+    share = 2.0 * float(folded.max()) ** 2 / (len(rest) * float(rest @ rest))
+    return int(np.argmax(folded)) + _FEWEST if share > _HINT else None
+
+
+def _fitted(behind: Array, rest: Array, window: int, good: Mask, lines: int) -> Wave:
+    """Return the wave of so many lines over the angle behind the readings."""
+    turn = lines * behind
+    columns = np.stack([_fast(np.sin(turn), window)[good], _fast(np.cos(turn), window)[good]])
+    normal, power = columns @ columns.T, float(rest[good] @ rest[good])
+    along, across = np.linalg.solve(normal, columns @ rest[good])
+    left, count = rest[good] - along * columns[0] - across * columns[1], int(good.sum())
+    highest = EncoderInterpolationError.declaration('amplitude').high
+    effect = EncoderInterpolationError(min(math.hypot(along, across), highest), float(lines),
+                                       math.atan2(across, along))
+    size = math.sqrt(float(left @ left) / count * np.linalg.inv(normal).trace() / 2.0)
+    slope = size / max(effect.amplitude, 1e-30) / max(float(behind[good].std()), 1e-12)
+    return Wave(effect, power, float(left @ left), count, np.array([size, slope]))
+
+
+def _fast(signal: Array, window: int) -> Array:
+    """Return what local polynomials leave of a signal (k,)."""
+    return signal - savgol_filter(signal, window, _DEGREE)
+
+
+def _behind(angle: Array, wave: Effect) -> Array:
+    """Return the angle behind readings (k,) that carry a wave [rad]."""
+    behind = angle
+    for _ in range(_INVERSE):
+        behind = angle - wave.law(behind, *wave.values())
+    return behind
