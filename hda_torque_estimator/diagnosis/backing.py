@@ -6,6 +6,7 @@ channel in which much more is left than noise, and more than the accepted laws m
 form of several (`Hypothesis.form_error`), takes back every cause that rests on it.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -26,8 +27,12 @@ class Backing(NamedTuple):
     unexplained: NDArray[np.bool_]      # (c,) channels in which something has no name
 
 
-def backing(fitter: Fitter, fit: Fit) -> Backing:
-    """Return which accepted causes of a fit are backed, and where something is unexplained."""
+def backing(fitter: Fitter, fit: Fit, misplaced: Sequence[Term] = ()) -> Backing:
+    """
+    Return which accepted causes of a fit are backed, and where something is unexplained.
+
+    Causes that are `misplaced` are not: what they explain has another site.
+    """
     fitter = Fitter(fitter.balancer, fitter.arm, fitter.noise, fitter.effective,
                     np.ones_like(fitter.rows))                      # held-out stretches as well
     noise = fitter.noise ** 2
@@ -36,6 +41,8 @@ def backing(fitter: Fitter, fit: Fit) -> Backing:
     allowed = sum((HYPOTHESES[term.name].form_error * power
                    for term, power in zip(fit.accepted, powers)), np.zeros_like(noise))
     unexplained = fit.variance - noise > REST ** 2 * noise + allowed
+    for term in misplaced:
+        unexplained[fitter.own_channels(term.joint)] = True
     backed = tuple(term for term, power in zip(fit.accepted, powers)
                    if not (unexplained & (power > REST ** 2 * noise)).any())
     return Backing(backed, unexplained)

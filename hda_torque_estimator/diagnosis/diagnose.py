@@ -20,9 +20,11 @@ from .healthy import healthy_twin, noise_of, torque_noise_of
 from .hypotheses import HYPOTHESES
 from .measurement import Measurement
 from .nuisance import Zero
+from .pattern import misplaced
 from .raw_readings import extended_by, RAW_EFFECTS, raw_findings, raw_readings, raw_total
 from .report import Diagnosis, Finding, RecordingFacts, TotalGain
 from .search import Found, search
+from .unexplained import unexplained
 from .verdict import alike, findings, gains, METRIC, residuals, zeros_only
 
 Array = NDArray[np.float64]
@@ -71,7 +73,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     twin = Balancer(healthy_twin(balancer, extended, 1,
                                  torque_noise_of(fitter.noise, plain, balancer, arm)))
     shown = raw_findings(raw.causes, measurement, balancer, arm, extended, held_out)
-    judged = backing(fitter, found.last)
+    judged = backing(fitter, found.last, misplaced(fitter, found))
     pairs = alike(found, judged.backed)
     tied = {place for pair in pairs for place in pair.effects}
     nameable = [term for term in judged.backed if (term.name, term.joint) not in tied]
@@ -81,8 +83,9 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
         before = zero.on(before)
     total = (raw_total(shown) if told and told == shown else
              gains(balancer, twin, before, extended, held_out).total())
+    rest = unexplained(fitter, found, judged.backed) if judged.unexplained.any() else None
     diagnosis = Diagnosis(
-        _verdict(judged, told, bool(pairs)), told, pairs, None, (), total,
+        _verdict(judged, told, bool(pairs)), told, pairs, rest, (), total,
         residuals(fitter, found, _inside(balancer.time, held_out), arm.labels), facts, arm_file,
         version, seconds)
     kept = [*judged.backed, *(term for term in found.last.nuisance
