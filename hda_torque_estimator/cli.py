@@ -17,6 +17,7 @@ COMMANDS = {
     'import': 'turn a table (CSV, Parquet, MAT, NPZ) into bags',
     'calibrate': 'a new model file from recordings',
     'diagnose': 'what the simulation gets wrong, why, and the extended model',
+    'plan': 'a motion that separates two effects',
     'compare': 'two bags laid over each other, and how they differ',
     'repair': 'make a bag that was cut off whole',
     'info': 'what a bag holds, and what it can and cannot show',

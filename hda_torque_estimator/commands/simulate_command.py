@@ -7,6 +7,7 @@ from pathlib import Path
 from hda_arm_sim.live import SimulationSettings
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import arm_to_text, read_arm, read_effects
+from hda_arm_sim.motion_file import read_motion
 from hda_arm_sim.motions import Motion, motion, MOTIONS
 from hda_arm_sim.simulate import checked
 from hda_msgs_json.bag import BagWriter
@@ -17,6 +18,8 @@ from ..closed_loop import Run, run
 from ..controller import ControllerSettings
 from ..recorded import write_run
 
+_USUAL = 60.0           # duration of a motion by its name [s]
+
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
@@ -24,8 +27,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--arm', required=True, help='model file, or the name of a shipped one')
     parser.add_argument('--effects', metavar='FILE',
                         help='effects that the arm has and its controller does not know')
-    parser.add_argument('--motion', required=True, metavar='NAME', help=motions)
-    parser.add_argument('--duration', type=float, default=60.0, metavar='S', help='seconds')
+    parser.add_argument('--motion', required=True, metavar='NAME',
+                        help=f'{motions}; or a file that hda plan has written')
+    parser.add_argument('--duration', type=float, metavar='S',
+                        help='seconds; 60 unless given, or all of the file')
     parser.add_argument('--rate', type=float, default=1000.0, metavar='HZ', help='samples')
     parser.add_argument('--seed', type=int, default=0, metavar='N', help='of motion and noise')
     parser.add_argument('--torque-feedback', type=float, default=0.0, metavar='K_J',
@@ -39,8 +44,7 @@ def execute(options: argparse.Namespace) -> Outcome:
     true = _with_effects(known, options.effects)
     settings = ControllerSettings(torque_feedback=options.torque_feedback)
     sampled = SimulationSettings(rate=options.rate, seed=options.seed)
-    asked = motion(options.motion, len(known.joints), options.duration, 1.0 / sampled.rate,
-                   options.seed)
+    asked = _motion(options, known, 1.0 / sampled.rate)
     about = {'arm': arm_to_text(known), 'seed': str(options.seed),
              'parameters': json.dumps({'motion': options.motion, 'rate': options.rate,
                                        'torque_feedback': options.torque_feedback}),
@@ -51,6 +55,15 @@ def execute(options: argparse.Namespace) -> Outcome:
         made = run(true, known, asked, options.seed, controller=settings)
         write_run(bag, known, made)
     return _outcome(options.out, asked, made)
+
+
+def _motion(options: argparse.Namespace, arm: Arm, dt: float) -> Motion:
+    """Return the motion of a name or a file; raises MotionError."""
+    file = Path(options.motion)
+    if options.motion not in MOTIONS and (file.suffix == '.csv' or file.is_file()):
+        return read_motion(file, arm.labels, dt, options.duration)
+    duration = _USUAL if options.duration is None else options.duration
+    return motion(options.motion, len(arm.joints), duration, dt, options.seed)
 
 
 def _with_effects(arm: Arm, path: str | None) -> Arm:

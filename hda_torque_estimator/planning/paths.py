@@ -19,7 +19,7 @@ _CORNER = 0.1           # over which a corner is rounded, standard deviation [s]
 _EDGE = 0.5             # at rest at both ends, so that corners are complete [s]
 _EASE = 1.5             # over which a wave is faded in and out [s]
 _LOWEST = 0.1           # frequency of a Fourier series, about [Hz]
-_TURN = 3.0             # each way: all but a full turn [rad]
+_TURN = 2.9             # each way: nearly a full turn [rad]
 
 LEGS: dict[str, Legs] = {
     'full turn': ((1.0, 1.0), (-2.0, 2.0), (1.0, 1.0)),
@@ -40,16 +40,17 @@ class Path:
     shape: str                                  # of LEGS, of the project's motions, or 'wave'
     amplitude: tuple[float, ...]                # of each joint [rad], or factors of a motion
     cycles: tuple[int, ...] = (1, 1)            # how often legs are run through
-    wave: float = 0.0                           # largest excursion of the Fourier series [rad]
+    wave: float = 0.0                           # excursion of a series on top of a shape [rad]
     harmonics: tuple[int, int] = (1, 12)        # the lowest and the highest of the series
     seed: int = 0                               # of its coefficients
 
     @property
     def label(self) -> str:
         """Return what the path is made of, for people."""
-        base = [] if self.shape == 'wave' else [self.shape]
-        top = self.harmonics[1] * _LOWEST
-        return ' with '.join(base + ([f'Fourier series up to {top:g} Hz'] if self.wave else []))
+        series = f'Fourier series up to {self.harmonics[1] * _LOWEST:g} Hz'
+        if self.shape == 'wave':
+            return series
+        return f'{self.shape} with {series}' if self.wave else self.shape
 
     def scaled(self, *, amplitude: Sequence[float] | float = 1.0, wave: float = 1.0) -> 'Path':
         """Return the path with other excursions."""
@@ -74,9 +75,10 @@ class Path:
     def _away(self, time: Array, joint: int, joints: int) -> Array:
         """Return how far one joint is from its centre (k,) [rad]."""
         size = self.amplitude[joint]
-        series = self.wave * _series(time, self.harmonics, self.seed + 1000 * joint)
+        series = _series(time, self.harmonics, self.seed + 1000 * joint)
         if self.shape == 'wave':
-            return series
+            return size * series
+        series *= self.wave
         if self.shape in LEGS:
             mirrored = -1.0 if joint else 1.0
             return series + mirrored * size * _along(time, LEGS[self.shape], self.cycles[joint])
@@ -114,8 +116,8 @@ def candidates(joints: int) -> tuple[Path, ...]:
     one, turn = (0.6,) * joints, (_TURN,) * joints
     return (
         Path('rich', (0.65,) * joints),
-        Path('full turn', turn, wave=0.05, harmonics=(15, 60)),
-        Path('wave', one, wave=0.3, harmonics=(1, 25), seed=2),
+        Path('full turn', turn, wave=0.02, harmonics=(15, 60)),
+        Path('wave', (0.3,) * joints, harmonics=(1, 25), seed=2),
         Path('two speeds', one, (1, 2), wave=0.2),
         Path('two speeds', one),
         Path('full turn', turn),
@@ -123,6 +125,5 @@ def candidates(joints: int) -> tuple[Path, ...]:
         Path('reversals', (0.2,) * joints, (3, 2), wave=0.02, harmonics=(10, 40)),
         Path('dwells', one, (2, 1), wave=0.05, harmonics=(5, 20)),
         Path('dwells', one, (1, 2)),
-        Path('wave', one, wave=0.8, harmonics=(1, 8), seed=1),
-        Path('sine', (1.0,) * joints),
+        Path('wave', (0.8,) * joints, harmonics=(1, 8), seed=1),
     )

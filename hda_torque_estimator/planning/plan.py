@@ -19,8 +19,9 @@ Array = NDArray[np.float64]
 USUAL = 'rich'          # motion of the project that plans are compared to
 SHORTEST, LONGEST = 10.0, 120.0         # [s]
 _STEP = 2e-3            # of the samples while planning [s]
-_TRIALS = 8             # of the refinement
-_SHRINK = 0.9           # of what exceeds a limit, on top of the excess
+_TRIALS = 6             # of the refinement
+_SHRINK = 0.8           # of excursions that exceed a limit
+_ROOM = 0.93            # of the angles: the links overshoot
 _ATTEMPTS = 8           # to bring a path within the limits
 
 
@@ -80,7 +81,7 @@ def _least(weighed: Weighed) -> float:
 
 def planned_motion(asked: Question, path: Path, duration: float, dt: float) -> Motion:
     """Return a path as the motion of an arm, sampled every dt [s]."""
-    limits = [USED * joint.angle_limit for joint in asked.arm.joints]
+    limits = [_ROOM * joint.angle_limit for joint in asked.arm.joints]
     return path.motion(len(limits), duration, dt, limits)
 
 
@@ -100,9 +101,8 @@ def _weigh(asked: Question, path: Path, duration: float, least: float) -> Weighe
         load = load_of(asked.arm, healthy)
         if load.largest <= USED:
             return Weighed(path, separation(asked, motion, healthy, least))
-        factor = _SHRINK * max(USED / load.largest, 0.5)
         shaken = path.wave > 0.0 and attempt < _ATTEMPTS // 2 and load.torque.max() > USED
-        path = path.scaled(amplitude=1.0 if shaken else factor, wave=factor)
+        path = path.scaled(amplitude=1.0 if shaken else _SHRINK, wave=_SHRINK)
     return Weighed(path, Strength(0.0, 0.0))
 
 
@@ -111,15 +111,17 @@ def _refined(asked: Question, start: Weighed, duration: float,
     """Return the best of a few trials around a path: other excursions, another wave."""
     tried = [start]
 
+    joints = len(start.path.amplitude)
+
     def cost(logarithms: Array) -> float:
-        factors = np.exp(logarithms)
+        factors = np.exp(logarithms).tolist()
         tell(len(tried))
-        path = start.path.scaled(amplitude=factors[:-1].tolist(), wave=float(factors[-1]))
+        path = start.path.scaled(amplitude=factors[:joints], wave=sum(factors[joints:]))
         tried.append(_weigh(asked, path, duration, max(map(_least, tried))))
         return -_least(tried[-1])
 
-    size = len(start.path.amplitude)
-    simplex = np.vstack([np.diag([-0.4] * size + [0.5]), np.zeros(size + 1)])
-    minimize(cost, np.zeros(size + 1), method='Nelder-Mead',
+    steps = [-0.4] * joints + [0.5] * (start.path.wave > 0.0)
+    simplex = np.vstack([np.diag(steps), np.zeros(len(steps))])
+    minimize(cost, np.zeros(len(steps)), method='Nelder-Mead',
              options={'maxfev': _TRIALS, 'initial_simplex': simplex})
     return max(tried, key=_least)

@@ -1,0 +1,89 @@
+"""`hda plan`: a motion within the arm's limits that separates two effects."""
+
+import argparse
+from pathlib import Path
+import sys
+import time
+from typing import Any
+
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.motion_file import write_motion
+import numpy as np
+
+from .outcome import Outcome
+from ..diagnosis.verdict import TIED
+from ..planning.plan import Plan, plan, planned_motion, Progress
+from ..planning.question import PlanError, Question, question
+
+_STEP = 1e-3            # of the motion before it is thinned to a table [s]
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument('--arm', required=True, help='model file, or the name of a shipped one')
+    parser.add_argument('--between', required=True, nargs=2, metavar='EFFECT',
+                        help='two effects of the catalogue; EFFECT@JOINT names the joint')
+    parser.add_argument('--duration', type=float, default=24.0, metavar='S',
+                        help='seconds of the motion, 24 unless given')
+    parser.add_argument('--out', required=True, type=Path, metavar='FILE',
+                        help='CSV to write: time, link angles and rates')
+
+
+def execute(options: argparse.Namespace) -> Outcome:
+    """Plan and write; raises the project's errors."""
+    begin = time.monotonic()
+    asked = question(read_arm(options.arm), *options.between)
+    if options.out.is_dir() or not options.out.absolute().parent.is_dir():
+        raise PlanError(f'{options.out} cannot be written: name a file in a folder that exists')
+    found = plan(asked, options.duration, _progress(options.json))
+    if found.separates:
+        write_motion(options.out, planned_motion(asked, found.best.path, options.duration, _STEP),
+                     asked.arm.labels)
+    report = _report(options, asked, found, time.monotonic() - begin)
+    return Outcome(_told(options, asked, found), report)
+
+
+def _progress(quiet: bool) -> Progress:
+    """Return what shows progress: a line on a terminal, nothing elsewhere."""
+    if quiet or not sys.stderr.isatty():
+        return lambda done, total: None
+
+    def show(done: int, total: int) -> None:
+        sys.stderr.write('\r\033[K' if done == total else
+                         f'\r\033[Kweighing motion {done + 1} of {total}')
+        sys.stderr.flush()
+    return show
+
+
+def _told(options: argparse.Namespace, asked: Question, found: Plan) -> str:
+    """Return what people read."""
+    first, second = (suspect.label for suspect in asked.suspects)
+    best, usual = found.best.strength.least, found.usual.strength.least
+    if not found.separates:
+        return (f'no motion separates {first} from {second}: the best of them, '
+                f'{found.best.path.label}, leaves a gap of {best:.3g} where {TIED:g} is needed; '
+                'nothing written')
+    shares = ', '.join(f'{name} {100.0 * float(np.max(part)):.0f} %'
+                       for name, part in found.load._asdict().items())
+    return (f'{options.out}: {found.best.path.label}, {options.duration:g} s\n'
+            f'separates {first} from {second} with a gap of {best:.4g}; the motion rich '
+            f'reaches {usual:.4g}, {TIED:g} is needed\n'
+            f'takes of the limits: {shares}')
+
+
+def _report(options: argparse.Namespace, asked: Question, found: Plan,
+            seconds: float) -> dict[str, Any]:
+    """Return what machines read."""
+    return {
+        'schema': 'hda.plan/1', 'arm': options.arm, 'separates': found.separates,
+        'between': [[suspect.effect.name, suspect.joint] for suspect in asked.suspects],
+        'sizes': [{rule.name: {'value': getattr(suspect.effect, rule.name), 'unit': rule.unit}
+                   for rule in suspect.effect.declarations()} for suspect in asked.suspects],
+        'out': str(options.out) if found.separates else None,
+        'motion': found.best.path.label, 'duration': options.duration,
+        'strength': found.best.strength.least, 'needed': TIED,
+        'strength_of_rich': found.usual.strength.least,
+        'share_of_limits': {name: part.tolist() for name, part in found.load._asdict().items()},
+        'candidates': [{'motion': one.path.label, 'strength': one.strength.least}
+                       for one in found.candidates],
+        'seconds': seconds}
