@@ -18,7 +18,8 @@ from hda_torque_estimator.diagnosis.measurement import Measurement
 from hda_torque_estimator.diagnosis.pattern import misplaced
 from hda_torque_estimator.diagnosis.report import NOTHING, Unexplained
 from hda_torque_estimator.diagnosis.search import Found
-from hda_torque_estimator.diagnosis.unexplained import Rest, site_of, told_of, unexplained
+from hda_torque_estimator.diagnosis.unexplained import (Rest, site_of, standing, told_of,
+                                                         unexplained)
 import numpy as np
 import pytest
 from truth import draw, record
@@ -179,7 +180,8 @@ def test_an_unknown_spring_is_placed_with_or_without_a_wrong_cause(sprung):
     first = sprung.fit(())
     wrong = sprung.fit([next(terms_of(ARM, 'link_encoder_eccentricity'))], first.nuisance)
     found = Found(first, wrong, ())
-    for rest in (unexplained(sprung, Found(first, first, ())), unexplained(sprung, found, ())):
+    for fit in (first, standing(sprung, found, ())):
+        rest = unexplained(sprung, fit)
         assert (rest.site, rest.joint, rest.depends_on) == ('link', 'joint1', 'link_angle')
         assert rest.share > 0.7
     assert misplaced(sprung, found) == wrong.accepted
@@ -191,9 +193,9 @@ def test_a_right_cause_leaves_nothing_and_stands():
     start = next(term for term in terms_of(ARM, hidden.effect) if term.joint == hidden.joint)
     first = fitter.fit(())
     right = fitter.fit([start], first.nuisance)
-    before = unexplained(fitter, Found(first, first, ()))
+    before = unexplained(fitter, first)
     assert (before.site, before.joint) == ('torsion', hidden.joint)
-    assert unexplained(fitter, Found(first, right, ())) is None
+    assert unexplained(fitter, right) is None
     assert misplaced(fitter, Found(first, right, ())) == ()
     skew = next(term for term in terms_of(ARM, 'clock_skew') if term.joint == hidden.joint)
     assert misplaced(fitter, Found(first, fitter.fit([skew], first.nuisance), ())) == ()

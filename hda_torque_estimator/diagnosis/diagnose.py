@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .backing import Backing, backing
 from .balance import Balancer
-from .fit import Fitter
+from .fit import Fit, Fitter
 from .healthy import healthy_twin, noise_of, torque_noise_of
 from .hypotheses import HYPOTHESES
 from .measurement import Measurement
@@ -24,7 +24,7 @@ from .pattern import misplaced
 from .raw_readings import extended_by, RAW_EFFECTS, raw_findings, raw_readings, raw_total
 from .report import Diagnosis, Finding, RecordingFacts, TotalGain
 from .search import Found, search
-from .unexplained import unexplained
+from .unexplained import standing, unexplained
 from .verdict import alike, findings, gains, METRIC, residuals, zeros_only
 
 Array = NDArray[np.float64]
@@ -48,6 +48,7 @@ class Evidence(NamedTuple):
 
     fitter: Fitter
     found: Found
+    standing: Fit               # of the backed causes alone
     twin: Balancer              # a healthy recording of the extended arm
     before: Arm                 # as given, with the encoders' zeros of this recording
     extended: Arm               # likewise
@@ -83,7 +84,8 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
         before = zero.on(before)
     total = (raw_total(shown) if told and told == shown else
              gains(balancer, twin, before, extended, held_out).total())
-    rest = unexplained(fitter, found, judged.backed) if judged.unexplained.any() else None
+    stands = standing(fitter, found, judged.backed)
+    rest = unexplained(fitter, stands) if judged.unexplained.any() else None
     diagnosis = Diagnosis(
         _verdict(judged, told, bool(pairs)), told, pairs, rest, (), total,
         residuals(fitter, found, _inside(balancer.time, held_out), arm.labels), facts, arm_file,
@@ -91,7 +93,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     kept = [*judged.backed, *(term for term in found.last.nuisance
                               if not isinstance(term, Zero))]
     return Conclusion(diagnosis, extended_by(raw.causes, fitter.on(kept)),
-                      Evidence(fitter, found, twin, before, extended, held_out))
+                      Evidence(fitter, found, stands, twin, before, extended, held_out))
 
 
 def stretches(duration: float) -> tuple[Spans, Spans]:

@@ -11,7 +11,7 @@ CAPTIONS = {
     'residuals': 'What each balance misses over time. The arm as given leaves the wide band; the '
                  'extended arm should stay mostly between the dashed lines, as noise and encoder '
                  'resolution alone do. Gaps are standstill, where friction is not known.',
-    'unexplained': 'What the extended arm still misses. Left: how much of its power each '
+    'unexplained': 'What no backed cause explains. Left: how much of its power each '
                    'coordinate tells beyond chance. Middle: along the one that tells most; a flat '
                    'line within its quartiles would be noise. Right: its spectrum.',
     'prediction': 'Error of the simulation from measured states, by how far it looks ahead. The '

@@ -52,7 +52,7 @@ def figures(diagnosis: Diagnosis, exhibits: Exhibits) -> dict[str, Figure]:
         drawn[f'finding_{number}'] = finding_figure(finding, exhibits)
     if diagnosis.unexplained is not None:
         rest = diagnosis.unexplained
-        drawn['unexplained'] = rest_figure(rest, exhibits)
+        drawn['unexplained'] = rest_figure(rest, exhibits.rest())
     drawn['prediction'] = prediction_figure(exhibits)
     if exhibits.example is not None:
         drawn['example'] = example_figure(exhibits.labels, exhibits.example)
@@ -89,7 +89,7 @@ def finding_figure(finding: Finding, exhibits: Exhibits) -> Figure:
 
 
 def rest_figure(rest: Unexplained, exhibits: Exhibits) -> Figure:
-    """Draw the map of what the extended arm leaves: what it follows, how, and its spectrum."""
+    """Draw the map of a rest, the exhibits' `after`: what it follows, how, and its spectrum."""
     column = _column_of(rest, exhibits)
     place, side = column % len(exhibits.labels), column // len(exhibits.labels)
     valid, values = exhibits.valid[:, column], exhibits.after[:, column]

@@ -25,7 +25,8 @@ def exhibits_of(evidence: Evidence) -> Exhibits:
         last.balance.residual, last.balance.valid, coordinates_of(balancer, evidence.extended),
         np.array(HORIZONS), _predicted(balancer, evidence.before, evidence),
         _predicted(balancer, evidence.extended, evidence),
-        _predicted(evidence.twin, evidence.extended, evidence), lacking=lacking)
+        _predicted(evidence.twin, evidence.extended, evidence), lacking=lacking,
+        standing=evidence.standing.balance.residual)
 
 
 def _predicted(balancer: Balancer, arm: Arm, evidence: Evidence) -> Array:

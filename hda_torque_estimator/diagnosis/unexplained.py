@@ -51,15 +51,20 @@ class Rest(NamedTuple):
         return np.where(powers > (LEAST * self.noise) ** 2, powers - self.noise ** 2, 0.0)
 
 
-def unexplained(fitter: Fitter, found: Found,
-                backed: Sequence[Term] | None = None) -> Unexplained | None:
-    """
-    Return where the rest of a search sits and what it follows, None if it is at the noise.
+def unexplained(fitter: Fitter, fit: Fit) -> Unexplained | None:
+    """Return where the rest of a fit sits and what it follows, None if it is at the noise."""
+    return told_of(rest_of(fitter, fit))
 
-    `backed` are the accepted terms that stand, by default all. A cause that does not stand has
-    bent the others to fit, so they are fitted again without it.
+
+def standing(fitter: Fitter, found: Found, backed: Sequence[Term]) -> Fit:
     """
-    return told_of(rest_of(fitter, _standing(fitter, found, backed)))
+    Return the fit of the accepted terms that are backed.
+
+    A cause that is not has bent the others to fit, so they are fitted again without it.
+    """
+    if len(backed) == len(found.last.accepted):
+        return found.last
+    return fitter.fit(backed, found.first.nuisance) if backed else found.first
 
 
 def rest_of(fitter: Fitter, fit: Fit) -> Rest:
@@ -67,13 +72,6 @@ def rest_of(fitter: Fitter, fit: Fit) -> Rest:
     balancer = fitter.balancer
     return Rest(balancer.time, fitter.arm.labels, fit.balance.residual, fit.balance.valid,
                 fitter.noise, coordinates_of(balancer, fitter.on(fit.terms)))
-
-
-def _standing(fitter: Fitter, found: Found, backed: Sequence[Term] | None) -> Fit:
-    """Return the fit of the terms that stand."""
-    if backed is None or len(backed) == len(found.last.accepted):
-        return found.last
-    return fitter.fit(backed, found.first.nuisance) if backed else found.first
 
 
 def told_of(rest: Rest) -> Unexplained | None:
