@@ -104,6 +104,31 @@ def test_times_go_to_the_other_bag_and_back():
     assert found.to_first(np.zeros(1))[0] == pytest.approx(found.offset)
 
 
+def still_but_once(seed: int) -> Bag:
+    """Return a recording of a single short move, 6 s after its start or 7 s."""
+    move = 0.5 * np.tanh((TIME - 6.0 - seed) / 0.1)
+    move += 1e-4 * np.random.default_rng(seed).normal(size=len(TIME))
+    stamps = EPOCH + np.round(1e9 * TIME).astype(np.int64)
+    return bag_of('once', {'js': JointSamples(
+        stamps, ('joint1',), move[:, None], *np.full((2, len(TIME), 1), np.nan))})
+
+
+def test_a_single_move_tells_an_offset():
+    found = aligned(still_but_once(0), still_but_once(1), 'offset')
+    assert found.offset == pytest.approx(-1.0, abs=1e-4)
+
+
+def test_a_periodic_motion_is_laid_with_the_most_overlap_and_says_so():
+    position = np.sin(np.pi * TIME)[:, None]
+    stamps = EPOCH + np.round(1e9 * TIME).astype(np.int64)
+    bags = [bag_of('sine', {'js': JointSamples(stamps[::step], ('joint1',), position[::step],
+                                               *np.full((2, len(TIME[::step]), 1), np.nan))})
+            for step in (1, 10)]
+    found = aligned(*bags)
+    assert found.offset == pytest.approx(0.0, abs=1e-4)
+    assert {round(rival) for rival in found.rivals} >= {-4, -2, 2, 4}
+
+
 def test_stamps_are_believed_when_told_so():
     found = aligned(bag(1), bag(2), 'none')
     assert (found.offset, found.drift) == (0.0, 0.0)
@@ -205,6 +230,19 @@ def test_wrenches_are_compared_in_their_units():
         'tip/force.x': 'N', 'tip/torque.x': 'N*m'}
     assert found['tip/force.x'].relative == pytest.approx(0.2, rel=0.01)
     assert found['tip/torque.x'].start is None
+
+
+def test_numbers_beyond_sense_are_left_out_and_stamps_beyond_sense_refused():
+    position, stamps = motion(1, TIME), EPOCH + np.round(1e9 * TIME).astype(np.int64)
+    position[500, 0], position[600, 0] = 1e300, np.inf
+    rest = np.full((2, *position.shape), np.nan)
+    found = compare(bag_of('wild', {'joint_states': JointSamples(
+        stamps, ('joint1', 'joint2'), position, *rest)}), bag(1), 'drift')
+    assert position_of(found).largest < 10.0 * NOISE
+    stamps[5000:] += 2**61
+    with pytest.raises(CompareError, match='stamps span 2.306e.09 s at 500 Hz'):
+        bag_of('wild', {'joint_states': JointSamples(
+            stamps, ('joint1', 'joint2'), position, *rest)})
 
 
 def test_bags_without_a_common_signal_or_time_are_refused():

@@ -24,10 +24,13 @@ from .tracks import Tracks, tracks
 Array = NDArray[np.float64]
 MODES = ('none', 'offset', 'drift')
 LEAST_ALIKE = 0.6                   # correlation below which the motions are not the same
+_SOUGHT = {'offset': 'an offset; use --align none to compare by stamps',
+           'drift': 'a drift; use --align offset or none'}
 _STRETCHES = 40
 _ROUNDS = 30
 _SETTLED = 1e-3                     # of a standard deviation: no further step is worth it
 _COARSE_RATE = 50.0                 # [Hz]
+_EDGE = 10                          # samples that a filter spoils at the ends of a track
 _EXACT = 1e-9                       # of a signal: residuals below it are those of arithmetic
 _LEVEL = 0.95                       # one-sided: intervals of 90 %
 
@@ -87,7 +90,8 @@ def align(first: Bag, second: Bag, names: Sequence[str], mode: str) -> Alignment
         return by_stamps(first, second)
     one, two = tracks(first, second, names)
     every = max(1, round(one.rate / _COARSE_RATE))
-    rough = coarse(one.values[::every], two.values[::every])
+    inner = slice(_EDGE, -_EDGE, every)
+    rough = coarse(one.values[inner], two.values[inner])
     _check_alike(rough, first, second)
     start = rough.lag * every / one.rate
     rivals = tuple(lag * every / one.rate for lag in rough.rivals)
@@ -149,11 +153,12 @@ class _Fine:
         """Return the step (2,) and its covariance (2, 2); what is not free stays."""
         matrix, side = normal.matrix[:, :self._free, :self._free], normal.side[:, :self._free]
         total, pull, count = matrix.sum(axis=0), side.sum(axis=0), len(side)
-        if not np.linalg.eigvalsh(total).min() > 0.0:
-            raise CompareError('the bags cannot be aligned: no common signal moves in what '
-                               'both hold; use --align none to compare by stamps')
+        rests = total - matrix
+        if not np.linalg.eigvalsh(rests).min() > 0.0:
+            raise CompareError('the bags cannot be aligned: common signals move too little, or '
+                               f'too shortly, in what both hold, to find {_SOUGHT[self._mode]}')
         step = np.linalg.solve(total, pull)
-        left = np.linalg.solve(total - matrix, (pull - side)[:, :, None])[:, :, 0] - step
+        left = np.linalg.solve(rests, (pull - side)[:, :, None])[:, :, 0] - step
         full_step, covariance = np.zeros(2), np.zeros((2, 2))
         full_step[:self._free] = step
         covariance[:self._free, :self._free] = (count - 1) / count * left.T @ left

@@ -13,6 +13,8 @@ Array = NDArray[np.float64]
 JOINT_UNITS = {'position': 'rad', 'velocity': 'rad/s', 'effort': 'N*m'}
 WRENCH_UNITS = {'force': 'N', 'torque': 'N*m'}
 LEAST = 8                           # samples without which a column is no signal
+_MOST_PERIODS = 20_000_000          # in a bag: five hours at 1 kHz
+_INFINITE = 1e100                   # numbers whose squares would overflow are none
 
 
 class CompareError(ValueError):
@@ -64,15 +66,27 @@ def bag_of(source: str, topics: Mapping[str, JointSamples | WrenchSamples]) -> B
         time = (samples.stamps[kept] - start).astype(np.float64) * 1e-9
         for name, unit, column in _columns(samples):
             values, label = column[kept], f'{topic.strip("/")}/{name}'
-            seen = np.isfinite(values)
+            seen = np.abs(values) < _INFINITE
             if seen.sum() >= LEAST:
                 signals[label] = Signal(label, unit, time[seen], values[seen])
     if not signals:
         raise CompareError(
             f'{source} has no signal to compare: it needs at least {LEAST} finite samples of a '
             'JointState or WrenchStamped at stamps that grow')
+    _check_span(source, signals)
     return Bag(source, start, signals, {topic.strip('/'): _sampling(samples.stamps)
                                         for topic, samples in filled.items()})
+
+
+def _check_span(source: str, signals: Mapping[str, Signal]) -> None:
+    """Raise CompareError if even times would not fit in memory: stamps were damaged."""
+    span = max(float(signal.time[-1]) for signal in signals.values())
+    period = min(signal.period for signal in signals.values())
+    if span > _MOST_PERIODS * period:
+        raise CompareError(
+            f'{source} cannot be compared: its stamps span {span:.4g} s at {1.0 / period:.4g} Hz, '
+            f'more than {_MOST_PERIODS:,} samples; one is wrong, or topics have clocks of their '
+            'own')
 
 
 def _columns(samples: JointSamples | WrenchSamples) -> list[tuple[str, str, Array]]:
