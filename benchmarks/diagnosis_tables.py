@@ -1,0 +1,143 @@
+"""The tables of the accuracy study: from the outcomes of all records to `docs/accuracy.md`."""
+
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+Outcome = dict[str, Any]
+# numbers of the truth that are those of the library: (effect, number there) -> number here
+SAME = {'relative_error': 'error'}
+NOMINAL = {                                             # to what the truth adds, (arm file)
+    ('coulomb_friction', 'level'): 0.037,               # [N*m]
+    ('viscous_friction', 'slope'): 5.96e-5,             # [N*m*s/rad]
+    ('structural_damping', 'coefficient'): 8.0}         # [N*m*s/rad]
+_HEAD = """# Accuracy of the diagnosis
+
+Written by `benchmarks/diagnosis.py`. Every record is 60 s at 1 kHz of the independent truth in
+`test/truth/` (other formulas, integrator and step), with its own scatter within the tolerances;
+its seeds were used nowhere else. {done} of {planned} planned records were run.
+"""
+
+
+def pairs_of(items: Iterable[Sequence[Any]]) -> list[tuple[str, str | None]]:
+    """Return effects and joints, sorted."""
+    return sorted(((item[0], item[1]) for item in items), key=str)
+
+
+def exact(result: Outcome) -> bool:
+    """Tell whether what is hidden is named with its joint, and nothing else."""
+    return pairs_of(result['hidden']) == pairs_of(result['said'])
+
+
+def all_named(result: Outcome) -> bool:
+    """Tell whether everything hidden is named."""
+    return set(pairs_of(result['hidden'])) <= set(pairs_of(result['said']))
+
+
+def extras(result: Outcome) -> int:
+    """Return how many causes are named that were not hidden."""
+    return len(set(pairs_of(result['said'])) - set(pairs_of(result['hidden'])))
+
+
+def located(result: Outcome) -> bool:
+    """Tell whether an effect outside the catalogue is unknown, where it is and what it follows."""
+    site, follows = result['hidden'][0][3:5]
+    rest = result['rest']
+    return (result['verdict'] == 'unknown' and not result['said'] and rest is not None
+            and (rest[0], rest[2]) == (site, follows))
+
+
+def _share(results: list[Outcome], test: Callable[[Outcome], bool]) -> str:
+    passed = sum(test(result) for result in results)
+    return f'{100.0 * passed / len(results):.1f} % ({passed} of {len(results)})' if results else '-'
+
+
+def page(results: list[Outcome], planned: int) -> str:
+    """Return the whole page."""
+    good = [result for result in results if 'error' not in result]
+    by_group: dict[str, list[Outcome]] = defaultdict(list)
+    for result in good:
+        by_group[result['group']].append(result)
+    return '\n'.join([_HEAD.format(done=len(results), planned=planned), *_bars(by_group), '',
+                      '## What was called what', '', *_confusion(by_group['one']), '',
+                      '## Numbers of the effects named right', '', *_numbers(by_group['one']),
+                      '', *_failures(results), ''])
+
+
+def _bars(by_group: dict[str, list[Outcome]]) -> list[str]:
+    one, two = by_group['one'], by_group['two']
+    named = [result for result in one if exact(result)]
+    removed = [result['removed'] for result in named if np.isfinite(result['removed'])]
+    seconds = [result['seconds'] for results in by_group.values() for result in results]
+    extra = sum(extras(result) for result in two)
+    rows = [
+        ('one effect: named with its joint, nothing else', '97 %', _share(one, exact)),
+        ('one effect: another cause named', '-', _share(one, lambda r: extras(r) > 0)),
+        ('healthy, doubled noise: `no_discrepancy`', '99.7 %',
+         _share(by_group['healthy'], lambda r: r['verdict'] == 'no_discrepancy')),
+        ('two effects: both named', '93 %', _share(two, all_named)),
+        ('two effects: extras per record', '0.05', f'{extra / len(two):.2f}' if two else '-'),
+        ('three effects: all named', '80 %', _share(by_group['three'], all_named)),
+        ('outside the catalogue: `unknown`, site and coordinate', '95 %',
+         _share(by_group['outside'], located)),
+        ('outside the catalogue: `unknown`', '-',
+         _share(by_group['outside'], lambda r: r['verdict'] == 'unknown' and not r['said'])),
+        ('true effect taken out: a wrong cause named', 'at most 3 %',
+         _share(by_group['left out'], lambda r: extras(r) > 0)),
+        ('one slow sine: no wrong name', '97 %',
+         _share(by_group['poor'], lambda r: extras(r) == 0)),
+        ('excess removed on held-out data, median', '98 %',
+         f'{100.0 * np.median(removed):.2f} %' if removed else '-'),
+        ('processor time, median and largest', '10 s',
+         f'{np.median(seconds):.1f} s, {max(seconds):.1f} s')]
+    return ['| | asked | reached |', '|---|---|---|',
+            *(f'| {what} | {asked} | {reached} |' for what, asked, reached in rows)]
+
+
+def _confusion(one: list[Outcome]) -> list[str]:
+    counts: dict[str, Counter[str]] = defaultdict(Counter)
+    for result in one:
+        said = ' + '.join(name for name, *_ in result['said']) or f'({result["verdict"]})'
+        if pairs_of(result['said']) == pairs_of(result['hidden']):
+            said = 'right'
+        elif said == result['hidden'][0][0]:
+            said += ', other joint'
+        counts[result['hidden'][0][0]][said] += 1
+    return ['| hidden | right | otherwise |', '|---|---|---|', *(
+        f'| `{name}` | {count["right"]} of {count.total()} | '
+        + ', '.join(f'{said} {times}' for said, times in count.items() if said != 'right') + ' |'
+        for name, count in sorted(counts.items()))]
+
+
+def _numbers(one: list[Outcome]) -> list[str]:
+    errors: dict[tuple[str, str], list[float]] = defaultdict(list)
+    held: list[bool] = []
+    for result in one:
+        if exact(result):
+            _compare(result, errors, held)
+    rows = [f'| `{effect}` | {number} | {100.0 * np.median(values):.2f} % | {len(values)} |'
+            for (effect, number), values in sorted(errors.items())]
+    return ['| effect | number | error, median | records |', '|---|---|---|---|', *rows, '',
+            f'90 % intervals that hold the truth: {sum(held)} of {len(held)}.']
+
+
+def _compare(result: Outcome, errors: dict[tuple[str, str], list[float]],
+             held: list[bool]) -> None:
+    """Add the errors of the numbers that mean the same in the truth and in the library."""
+    (effect, _, true, *_), (_, _, found) = result['hidden'][0], result['said'][0]
+    for name, value in true.items():
+        number = SAME.get(name, name)
+        if number not in found or 'phase' in number or 'direction' in number or not value:
+            continue
+        estimate, low, high = found[number]
+        nominal = NOMINAL.get((effect, number), 0.0)
+        errors[effect, number].append(abs(estimate - nominal - value) / abs(value))
+        held.append(low <= value + nominal <= high)
+
+
+def _failures(results: list[Outcome]) -> list[str]:
+    failed = [result for result in results if 'error' in result]
+    return [] if not failed else ['## Records that could not be made or diagnosed', '', *(
+        f'- {result["group"]}, seed {result["seed"]}: {result["error"]}' for result in failed)]
