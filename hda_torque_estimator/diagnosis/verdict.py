@@ -21,7 +21,8 @@ from .term import Term
 Array = NDArray[np.float64]
 _NORMAL_90 = 1.645
 _RESAMPLES = 400
-TIED = 20.0             # difference of scores below which two causes explain equally well
+TIED = 20.0             # difference of scores below which two causes explain equally well,
+TIED_SHARE = 0.005      # and likewise in shares of what the cause improves: no law is exact
 METRIC = (f'mean squared error of motor angles, link angles and torsions predicted over '
           f'{HORIZON:g} s from measured states on held-out stretches, each over its noise floor')
 
@@ -129,7 +130,8 @@ def alike(found: Found, backed: Sequence[Term]) -> tuple[Alike, ...]:
     pairs = []
     for term, reason in zip(found.last.accepted, found.evidence):
         rival = reason.runner_up
-        if term in backed and rival is not None and reason.runner_up_gap < TIED:
+        if term in backed and rival is not None and reason.runner_up_gap < max(
+                TIED, TIED_SHARE * reason.improvement):
             pairs.append(Alike(((term.name, term.joint), (rival.name, rival.joint)),
                                HYPOTHESES[term.name].experiment))
     return tuple(pairs)
