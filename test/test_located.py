@@ -4,7 +4,9 @@ from dataclasses import replace
 
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
+from hda_torque_estimator.diagnosis.balance import Balancer
 from hda_torque_estimator.diagnosis.diagnose import diagnose
+from hda_torque_estimator.diagnosis.located import contact_in
 from hda_torque_estimator.diagnosis.measurement import Measurement
 import numpy as np
 import pytest
@@ -35,3 +37,42 @@ def test_coupling_is_found_both_ways(hides, arm, share):
     assert named(found) == [('inertial_coupling', None)]
     assert found.findings[0].parameters['share'].value == pytest.approx(share, abs=0.03)
     assert found.gain.removed > 0.98
+
+
+@pytest.fixture(scope='module')
+def touched():
+    """Return a contact and what is told of an arm that it hides in."""
+    hidden = draw('external_contact', np.random.default_rng(102))
+    hidden.parameters.update(onset=12.3)
+    return hidden, diagnose(measured([hidden], 102), ARM).diagnosis
+
+
+def test_contact_is_found_in_time(touched):
+    hidden, found = touched
+    assert named(found) == [('external_contact', None)]
+    told = found.findings[0].parameters
+    assert told['force'].value == pytest.approx(hidden.parameters['force'], rel=0.07)
+    for name, near in (('direction', 0.03), ('onset', 0.06), ('duration', 0.12)):
+        assert told[name].value == pytest.approx(hidden.parameters[name], abs=near)
+
+
+def test_contact_gains_where_no_fit_has_seen_it(touched):
+    """The middle of the contact is held out; its begin and its end are not."""
+    hidden, found = touched
+    middle = hidden.parameters['onset'] + 0.5 * hidden.parameters['duration']
+    held = [span for span in found.recording.held_out if span[0] <= middle < span[1]]
+    assert len(held) == 1
+    assert not any(first < held[0][1] and last > held[0][0]
+                   for first, last in found.recording.training)
+    assert found.gain.before > 10.0 * found.gain.floor and found.gain.removed > 0.98
+
+
+@pytest.mark.parametrize('name', ['base_tilt', 'payload', 'cubic_spring'])
+def test_rest_of_another_cause_is_no_contact(name):
+    """A smooth rest has a best time as well; it must not stand out enough to be a contact."""
+    hidden = draw(name, np.random.default_rng(3))
+    balancer = Balancer(measured([hidden], 103))
+    balance = balancer(ARM)
+    noise = np.array([0.04, 0.04, 0.007, 0.006])
+    assert np.sqrt((balance.residual[balance.valid[:, 2], 2] ** 2).mean()) > 10.0 * noise[2]
+    assert contact_in(balancer, ARM, balance.residual, balance.valid, noise) is None

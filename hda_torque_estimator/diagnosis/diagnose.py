@@ -6,6 +6,7 @@ stretches; a cause that does not gain there is not told.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
@@ -18,6 +19,7 @@ from .balance import Balancer
 from .fit import Fit, Fitter
 from .healthy import healthy_twin, noise_of, torque_noise_of
 from .hypotheses import HYPOTHESES
+from .located import split_at_contact
 from .measurement import Measurement
 from .nuisance import Zero
 from .pattern import misplaced
@@ -66,8 +68,12 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     names = sought_effects() if names is None else names
     raw = raw_readings(measurement, arm, names, training)
     balancer = Balancer(raw.measurement)
+    noise = noise_of(balancer, raw.arm)[0]
+    if 'external_contact' in names:
+        training, held_out = split_at_contact(balancer, raw.arm, noise, training, held_out)
+        facts = replace(facts, training=training, held_out=held_out)
     rows = _inside(balancer.time, training)
-    fitter = Fitter(balancer, raw.arm, noise_of(balancer, raw.arm)[0], EFFECTIVE, rows)
+    fitter = Fitter(balancer, raw.arm, noise, EFFECTIVE, rows)
     found = search(fitter, [name for name in names if name in HYPOTHESES])
     extended = fitter.on(found.last.terms)
     fitter.noise, plain = noise_of(balancer, extended)

@@ -141,6 +141,9 @@ HYPOTHESES: dict[str, Hypothesis] = {
     'cable_spring': Hypothesis({'stiffness': 0.3, 'rest_angle': 0.3},
                                grid={'rest_angle': (-1.5, 1.5)}, alike=('base_tilt',),
                                experiment='a slow sweep of the whole range'),
+    'external_contact': Hypothesis(
+        {'force': 1.0, 'direction': 0.02, 'onset': 0.01, 'duration': 0.01},
+        alike=('payload',), experiment='the same motion again, with nothing near the arm'),
     'bearing_crosstalk': Hypothesis({'coefficient': 1e-6}, alike=('link_encoder_eccentricity',),
                                     experiment='the same posture with and without a payload'),
 }

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from .fit import acts_apart, deviations, Fit, Fitter, IMPOSSIBLE
 from .hypotheses import terms_of
+from .located import LOCATED, located
 from .solve import Columns, condense, condense_more, solve
 from .term import Term
 
@@ -55,7 +56,7 @@ def _possible(fitter: Fitter, fit: Fit, known: Columns, name: str) -> list[Prosp
 
 def _prospects(fitter: Fitter, fit: Fit, known: Columns, name: str) -> Iterator[Prospect]:
     arm = fitter.on(fit.terms)
-    starts = list(terms_of(arm, name))
+    starts = located(fitter, fit, name) if name in LOCATED else list(terms_of(arm, name))
     if not starts or not acts_apart(starts[0]):
         for start in starts:
             yield _weighed(fitter, fit, known, start, _shifts(fitter, fit, [start])[0])
