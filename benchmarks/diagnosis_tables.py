@@ -50,8 +50,10 @@ def located(result: Outcome) -> bool:
 
 
 def _share(results: list[Outcome], test: Callable[[Outcome], bool]) -> str:
+    if not results:
+        return '-'
     passed = sum(test(result) for result in results)
-    return f'{100.0 * passed / len(results):.1f} % ({passed} of {len(results)})' if results else '-'
+    return f'{100.0 * passed / len(results):.1f} % ({passed} of {len(results)})'
 
 
 def page(results: list[Outcome], planned: int) -> str:
