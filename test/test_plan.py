@@ -6,6 +6,7 @@ That it separates is tried with the hidden truth of `truth/`, other seeds and ot
 
 import json
 
+from hda_arm_sim.model.effects import effect_named, Scope
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.kernel import LINK_ANGLE, MOTOR_VELOCITY
 from hda_arm_sim.motion_file import read_motion, write_motion
@@ -109,7 +110,7 @@ def test_place_or_arm_that_cannot_be_used_is_one_line(words, says, tmp_path, cap
 def test_every_effect_that_balances_show_has_a_typical_size_that_an_arm_can_have():
     assert set(HYPOTHESES) <= set(SIZED)
     for name in SIZED:
-        joint = None if name in ('payload', 'inertial_coupling', 'base_tilt') else 'joint2'
+        joint = None if effect_named(name).scope is Scope.ARM else 'joint2'
         arm = ARM.with_effect(typical(ARM, name, joint), joint)
         assert repr(arm.record()) != repr(ARM.record()), name
 

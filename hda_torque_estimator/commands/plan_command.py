@@ -68,7 +68,7 @@ def _told(options: argparse.Namespace, asked: Question, found: Plan) -> str:
     return (f'{options.out}: {found.best.path.label}, {options.duration:g} s\n'
             f'separates {first} from {second} with a gap of {best:.4g}; the motion rich '
             f'reaches {usual:.4g}, {TIED:g} is needed\n'
-            f'takes of the limits: {shares}')
+            f'takes of the limits of the arm: {shares}')
 
 
 def _report(options: argparse.Namespace, asked: Question, found: Plan,
