@@ -12,6 +12,7 @@ from hda_torque_estimator.comparison.align import align, Alignment
 from hda_torque_estimator.comparison.compare import compare, Comparison, Difference
 from hda_torque_estimator.comparison.page import page
 from hda_torque_estimator.comparison.plots import figures
+from hda_torque_estimator.comparison.report import sentences
 from hda_torque_estimator.comparison.signals import Bag, bag_of, CompareError
 from hda_torque_estimator.diagnosis.plots import inline_svg
 import numpy as np
@@ -137,6 +138,21 @@ def test_stamps_are_believed_when_told_so():
 def test_other_motions_are_not_aligned():
     with pytest.raises(CompareError, match='cannot be aligned.*--align none'):
         aligned(bag(1), bag(2))
+
+
+def test_a_drift_that_no_clock_has_is_not_believed():
+    move = np.tanh((TIME - 10.0) / 0.3), np.tanh((TIME - 10.0) / 0.4)
+    bags = [bag_of('once', {'js': JointSamples(
+        EPOCH + np.round(1e9 * TIME).astype(np.int64), ('joint1',), angle[:, None],
+        *np.full((2, len(TIME), 1), np.nan))}) for angle in move]
+    with pytest.raises(CompareError, match='with a drift of .* %'):
+        aligned(*bags)
+
+
+@pytest.mark.parametrize(('drift', 'doubted'), [(1e-4, False), (2e-3, True)])
+def test_a_drift_that_clocks_seldom_have_is_doubted(drift, doubted):
+    found = compare(bag(1, noise_seed=1), bag(1, noise_seed=2, drift=drift), 'drift')
+    assert any('seldom drift' in line for line in sentences(found)) == doubted
 
 
 def test_bags_that_stand_still_are_not_aligned():

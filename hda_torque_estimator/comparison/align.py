@@ -23,9 +23,11 @@ from .tracks import Tracks, tracks
 
 Array = NDArray[np.float64]
 MODES = ('none', 'offset', 'drift')
+MOST_DRIFT = 0.01                   # no clock is worse
 LEAST_ALIKE = 0.6                   # correlation below which the motions are not the same
 _SOUGHT = {'offset': 'an offset; use --align none to compare by stamps',
            'drift': 'a drift; use --align offset or none'}
+_FARTHEST = 0.1                     # of what both hold: how far a fit goes from its start
 _STRETCHES = 40
 _ROUNDS = 30
 _SETTLED = 1e-3                     # of a standard deviation: no further step is worth it
@@ -126,11 +128,21 @@ class _Fine:
             normal = self._normal(found, middle)
             step, covariance = self._solved(normal)
             found = found + step
+            self._check_near(found - (start, 0.0), float(inside[-1] - inside[0]))
             if (np.abs(step) <= _SETTLED * np.sqrt(np.diag(covariance)) + 1e-15).all():
                 break
         quantile = float(student.ppf(_LEVEL, len(normal.side) - self._free))
         return Alignment(self._mode, float(found[0]), float(found[1]), middle, covariance,
                          quantile, correlation, rivals)
+
+    def _check_near(self, moved: Array, overlap: float) -> None:
+        """Raise CompareError if a fit went where no clock goes: the motions are not the same."""
+        if abs(moved[0]) > _FARTHEST * overlap or abs(moved[1]) > MOST_DRIFT:
+            raise CompareError(
+                f'the bags cannot be aligned: their signals fit best {abs(moved[0]):.3g} s from '
+                f'where the motions are alike, with a drift of {100.0 * moved[1]:.2g} % (at most '
+                f'{_FARTHEST * overlap:.3g} s and {100.0 * MOST_DRIFT:.0f} % are believed); use '
+                '--align none to compare by stamps')
 
     def _normal(self, found: Array, middle: float) -> _Normal:
         """Return the normal equations of every stretch at an alignment."""

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from html import escape
 
 from .compare import Comparison, Difference
-from .report import (clock_sentence, drawn, headline, lines_text, rival_sentences, share_text,
+from .report import (clock_sentence, doubts, drawn, headline, lines_text, share_text,
                      start_text)
 from ..diagnosis.page import figure, unit
 from ..diagnosis.style_sheet import STYLE_SHEET
@@ -31,7 +31,7 @@ def page(found: Comparison, version: str, figures: Mapping[str, str]) -> str:
 
 def _lead(found: Comparison) -> list[str]:
     said = [f'First: {found.first.source}. Second: {found.second.source}.',
-            clock_sentence(found).replace('+-', '±'), *rival_sentences(found.alignment)]
+            clock_sentence(found).replace('+-', '±'), *doubts(found.alignment)]
     return [f'<p class="lead">{escape(sentence)}</p>' for sentence in said]
 
 

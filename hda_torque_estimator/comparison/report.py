@@ -10,6 +10,7 @@ from .compare import Comparison, Difference
 from .signals import Bag
 
 SCHEMA = 'hda.compare/1'
+_USUAL_DRIFT = 3e-4                 # crystals stay below
 _DRAWN, _DRAWN_ALIKE = 6, 2         # signals worth a figure, and those if none differs
 _HEADS = ('signal', 'unit', 'rms', 'max', 'mean', 'of motion', 'noise', 'starts', 'lines')
 
@@ -27,7 +28,7 @@ def document(found: Comparison, version: str) -> dict[str, Any]:
 
 def sentences(found: Comparison) -> list[str]:
     """Return the lines that a terminal shows."""
-    return [headline(found), '', clock_sentence(found), *rival_sentences(found.alignment), '',
+    return [headline(found), '', clock_sentence(found), *doubts(found.alignment), '',
             *_table([_HEADS, *map(_row, found.differences)]), *_lists(found), '',
             *_samplings(found)]
 
@@ -62,13 +63,18 @@ def clock_sentence(found: Comparison) -> str:
            f'first{drift}; {common}; the motions correlate by {clock.correlation:.4f}.'
 
 
-def rival_sentences(clock: Alignment) -> list[str]:
-    """Return a warning if the motion repeats itself."""
-    if not clock.rivals:
-        return []
-    return ['The motion repeats itself: offsets of '
+def doubts(clock: Alignment) -> list[str]:
+    """Return what speaks against an alignment, a sentence each."""
+    found = []
+    if abs(clock.drift) - drift_half(clock) > _USUAL_DRIFT:
+        found.append('Clocks seldom drift that much: one run may be slower than the other, which '
+                     '--align offset shows as a difference.')
+    if clock.rivals:
+        found.append(
+            'The motion repeats itself: offsets of '
             + ', '.join(f'{rival:.3f}' for rival in clock.rivals[:5])
-            + ' s fit as well; the one of most overlap is taken.']
+            + ' s fit as well; the one of most overlap is taken.')
+    return found
 
 
 def offset_half(clock: Alignment) -> float:
@@ -105,7 +111,8 @@ def _bag(bag: Bag) -> dict[str, Any]:
 def _alignment(clock: Alignment) -> dict[str, Any]:
     return {'mode': clock.mode, 'offset': _interval(clock.offset, offset_half(clock)),
             'drift': _interval(clock.drift, drift_half(clock)),
-            'correlation': clock.correlation, 'other_offsets': list(clock.rivals)}
+            'correlation': clock.correlation, 'other_offsets': list(clock.rivals),
+            'doubts': doubts(clock)}
 
 
 def _interval(value: float, half: float) -> dict[str, float]:
