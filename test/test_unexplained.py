@@ -18,8 +18,8 @@ from hda_torque_estimator.diagnosis.measurement import Measurement
 from hda_torque_estimator.diagnosis.pattern import misplaced
 from hda_torque_estimator.diagnosis.report import NOTHING, Unexplained
 from hda_torque_estimator.diagnosis.search import Found
-from hda_torque_estimator.diagnosis.unexplained import (Rest, site_of, standing, told_of,
-                                                         unexplained)
+from hda_torque_estimator.diagnosis.unexplained import (
+    Rest, site_of, standing, told_of, unexplained)
 import numpy as np
 import pytest
 from truth import draw, record
