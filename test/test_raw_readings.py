@@ -5,9 +5,10 @@ from dataclasses import replace
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_msgs_json.samples import JointSamples
+from hda_torque_estimator.diagnosis.balance import Balancer
 from hda_torque_estimator.diagnosis.encoder_steps import true_step
 from hda_torque_estimator.diagnosis.measurement import Measurement, measurement_from
-from hda_torque_estimator.diagnosis.raw_readings import raw_readings
+from hda_torque_estimator.diagnosis.raw_readings import raw_findings, raw_readings
 import numpy as np
 import pytest
 from truth import draw, record
@@ -175,3 +176,18 @@ def test_numbers_come_from_the_training_stretches_alone():
     mixed = replace(healthy, reading=np.where(late, hidden.reading, healthy.reading))
     assert raw_readings(mixed, ARM, training=((0.0, 5.9),)).causes == ()
     assert raw_readings(mixed, ARM, training=((6.1, 12.0),)).causes != ()
+
+
+def test_each_cause_gains_on_held_out_stretches_beside_the_others():
+    hidden = [hide(name, 104) for name in ('dropped_samples', 'coarse_quantisation',
+                                           'encoder_interpolation_error')]
+    found = measured(hidden, 104, duration=18.0)
+    raw = raw_readings(found, ARM, training=((0.0, 4.0), (6.0, 10.0), (12.0, 16.0)))
+    told = raw_findings(raw, found, Balancer(raw.measurement), ARM, raw.arm,
+                        ((4.0, 6.0), (10.0, 12.0), (16.0, 18.0)))
+    assert {(one.effect, one.joint) for one in told} == {(one.effect, one.joint) for one in hidden}
+    for one in told:
+        assert one.site in ('sensing', 'timing')
+        assert one.evidence.score > one.evidence.threshold
+        assert one.gain.removed > 0.9
+        assert one.gain.after < 0.1 * one.gain.before

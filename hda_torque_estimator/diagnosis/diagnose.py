@@ -79,7 +79,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     fitter.noise, plain = noise_of(balancer, extended)
     twin = Balancer(healthy_twin(balancer, extended, 1,
                                  torque_noise_of(fitter.noise, plain, balancer, arm)))
-    shown = raw_findings(raw.causes, measurement, balancer, arm, extended, held_out)
+    shown = raw_findings(raw, measurement, balancer, arm, extended, held_out)
     judged = backing(fitter, found.last, misplaced(fitter, found))
     pairs = alike(found, judged.backed)
     tied = {place for pair in pairs for place in pair.effects}

@@ -41,6 +41,7 @@ class RawReadings(NamedTuple):
     measurement: Measurement
     arm: Arm
     causes: tuple[RawCause, ...]
+    on_time: Measurement        # lost samples put in, all else as recorded
 
 
 def raw_readings(measurement: Measurement, arm: Arm,
@@ -64,11 +65,12 @@ def raw_readings(measurement: Measurement, arm: Arm,
         if lost is not None:
             causes.append(lost)
             measurement = replace(measurement, reading=slips.reading)
+    on_time = measurement
     if EncoderInterpolationError.name in names:
         waves = list(uneven_lines(measurement, known, seen))
         causes += waves
         measurement = without_waves(measurement, waves, arm.labels)
-    return RawReadings(measurement, known, tuple(causes))
+    return RawReadings(measurement, known, tuple(causes), on_time)
 
 
 def extended_by(causes: Sequence[RawCause], arm: Arm) -> Arm:
@@ -78,32 +80,25 @@ def extended_by(causes: Sequence[RawCause], arm: Arm) -> Arm:
     return arm
 
 
-def raw_findings(causes: Sequence[RawCause], measured: Measurement, balancer: Balancer,
-                 given: Arm, extended: Arm, held_out: Spans) -> tuple[Finding, ...]:
+def raw_findings(raw: RawReadings, measured: Measurement, balancer: Balancer, given: Arm,
+                 extended: Arm, held_out: Spans) -> tuple[Finding, ...]:
     """
     Return the causes as findings, each with its own gain.
 
     `measured` are the readings as recorded, `balancer` holds them mended, `given` is the arm
     without all causes, `extended` the one that gives the mended readings.
     """
-    if not causes:
-        return ()
-    extended = extended_by(causes, extended)
-    motion = _motion(balancer, extended)
-    aside = motion._replace(angle=motion.angle + _ASIDE)
-    shown, after, again = (
-        _scatter(reading, held_out, measured.dt) for reading in
-        (measured.reading, _readings(extended, motion, 1), _readings(extended, aside, 2)))
     told = []
-    for cause in causes:
-        name, joint = cause.effect.name, cause.joint
-        lacking = extended.without(name, joint).with_effect(given.effect(name, joint), joint)
-        lack = _scatter(_readings(lacking, motion, 1), held_out, measured.dt)
-        gain = _gains(cause, shown, lack, after, again).gain()
-        told.append(Finding(name, joint, cause.effect.site.value, cause.effect.cause,
-                            cause.numbers, Evidence(
-                                cause.score, THRESHOLD, None,
-                                float(np.exp(min(0.5 * cause.score, 700.0)))), gain))
+    for cause in raw.causes:
+        late = cause.effect.name == DroppedSamples.name
+        whole = extended_by([other for other in raw.causes
+                             if late or other.effect.name != DroppedSamples.name], extended)
+        gain = _gains(cause, measured if late else raw.on_time, _motion(balancer, extended),
+                      given, whole, held_out).gain()
+        odds = float(np.exp(min(0.5 * cause.score, 700.0)))
+        told.append(Finding(cause.effect.name, cause.joint, cause.effect.site.value,
+                            cause.effect.cause, cause.numbers,
+                            Evidence(cause.score, THRESHOLD, None, odds), gain))
     return tuple(told)
 
 
@@ -127,16 +122,24 @@ def _readings(arm: Arm, motion: Motion, seed: int) -> Array:
     return run(arm, arm, motion, seed).reading[:, :, :2]
 
 
-def _scatter(reading: Array, spans: Spans, dt: float) -> Array:
-    """Return the logarithm of the power of second differences (w, n, 2), one row for a span."""
-    fast = np.diff(reading, 2, axis=0) ** 2
+def _scatter(reading: Array, spans: Spans, dt: float,
+             channels: Sequence[tuple[int, int]]) -> Array:
+    """Return the logarithm of the power of second differences (w, c), one row for a span."""
+    columns, sides = np.array(channels).T
+    fast = np.diff(reading[:, columns, sides], 2, axis=0) ** 2
     rows = [fast[round(begin / dt):round(end / dt)] for begin, end in spans]
     return np.log(np.array([row.mean(axis=0) for row in rows if len(row)]) + 1e-30)
 
 
-def _gains(cause: RawCause, measured: Array, lacking: Array, extended: Array,
-           again: Array) -> Gains:
+def _gains(cause: RawCause, measured: Measurement, motion: Motion, given: Arm, extended: Arm,
+           spans: Spans) -> Gains:
     """Return how far the scatter of simulations is from the measured, and by chance alone."""
-    columns, sides = np.array(cause.channels).T
-    return Gains(*(np.mean((one - other)[:, columns, sides] ** 2, axis=1) for one, other in
-                   ((lacking, measured), (extended, measured), (again, extended))))
+    place = cause.effect.name, cause.joint
+    lacking = extended.without(*place).with_effect(given.effect(*place), cause.joint)
+    aside = motion._replace(angle=motion.angle + _ASIDE)
+    shown, before, after, again = (
+        _scatter(reading, spans, measured.dt, cause.channels) for reading in
+        (measured.reading, _readings(lacking, motion, 1), _readings(extended, motion, 1),
+         _readings(extended, aside, 2)))
+    return Gains(*(np.mean((one - other) ** 2, axis=1) for one, other in
+                   ((before, shown), (after, shown), (again, after))))
