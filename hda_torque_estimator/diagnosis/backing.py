@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from .fit import Fit, Fitter
 from .hypotheses import HYPOTHESES
+from .search import Found
 from .term import Term
 
 Array = NDArray[np.float64]
@@ -27,18 +28,20 @@ class Backing(NamedTuple):
     unexplained: NDArray[np.bool_]      # (c,) channels in which something has no name
 
 
-def backing(fitter: Fitter, fit: Fit, misplaced: Sequence[Term] = ()) -> Backing:
+def backing(fitter: Fitter, found: Found, misplaced: Sequence[Term] = ()) -> Backing:
     """
-    Return which accepted causes of a fit are backed, and where something is unexplained.
+    Return which accepted causes are backed, and where something is unexplained.
 
+    No cause explains more than was wrong at first: of those that cancel each other only that
+    counts.
     Causes that are `misplaced` are not: what they explain has another site.
     """
     fitter = Fitter(fitter.balancer, fitter.arm, fitter.noise, fitter.effective,
                     np.ones_like(fitter.rows))                      # held-out stretches as well
     noise = fitter.noise ** 2
-    fit = fitter.at(fit.terms, len(fit.accepted), fit.columns)
+    fit = fitter.at(found.last.terms, len(found.last.accepted), found.last.columns)
     powers = [_explained(fitter, fit, term) for term in fit.accepted]
-    allowed = sum((HYPOTHESES[term.name].form_error * power
+    allowed = sum((HYPOTHESES[term.name].form_error * np.minimum(power, found.first.variance)
                    for term, power in zip(fit.accepted, powers)), np.zeros_like(noise))
     unexplained = fit.variance - noise > REST ** 2 * noise + allowed
     for term in misplaced:

@@ -76,11 +76,12 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     fitter = Fitter(balancer, raw.arm, noise, EFFECTIVE, rows)
     found = search(fitter, [name for name in names if name in HYPOTHESES])
     extended = fitter.on(found.last.terms)
-    fitter.noise, plain = noise_of(balancer, extended)
+    noise, plain = noise_of(balancer, extended)
+    fitter.noise = np.minimum(fitter.noise, noise)      # a wrong extension makes noise of its own
     twin = Balancer(healthy_twin(balancer, extended, 1,
                                  torque_noise_of(fitter.noise, plain, balancer, arm)))
     shown = raw_findings(raw, measurement, balancer, arm, extended, held_out)
-    judged = backing(fitter, found.last, misplaced(fitter, found))
+    judged = backing(fitter, found, misplaced(fitter, found))
     pairs = alike(found, judged.backed)
     tied = {place for pair in pairs for place in pair.effects}
     nameable = [term for term in judged.backed if (term.name, term.joint) not in tied]

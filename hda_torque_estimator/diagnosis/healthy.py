@@ -46,14 +46,26 @@ def noise_of(balancer: Balancer, arm: Arm, seed: int = 0) -> tuple[Array, Array]
     Return the standard deviation (c,) of each balance that noise leaves, and resolution alone.
 
     The second is that of a healthy twin [N*m]; the first is scaled by how much noisier the
-    quieter stretches of the measurement are at high frequency, where effects seldom show.
+    quieter stretches of the measurement are at high frequency, where effects seldom show. Torsion
+    balances have no noise but that of the readings, which are sharper than anything that moves.
     """
-    twin = Balancer(healthy_twin(balancer, arm, seed))
-    theirs, ours = twin(arm), balancer(arm)
+    made = healthy_twin(balancer, arm, seed)
+    theirs, ours = Balancer(made)(arm), balancer(arm)
     plain = np.array([column[valid].std() for column, valid in
                       zip(theirs.residual.T, theirs.valid.T)])
     rough = _roughness(ours.residual, ours.valid) / _roughness(theirs.residual, theirs.valid)
+    sharp = _sharpness(balancer.measurement) / _sharpness(made)
+    joints = len(arm.joints)
+    rough[joints:] = np.fmin(rough[joints:], np.maximum(sharp[:, 0], sharp[:, 1].max()))
     return plain * np.clip(np.nan_to_num(rough, nan=1.0), 1.0, 30.0), plain
+
+
+def _sharpness(measurement: Measurement) -> Array:
+    """Return the level of fourth differences of readings (n, 2) in the quieter segments [rad]."""
+    sharp = np.diff(measurement.reading, 4, axis=0)
+    length = max(1, round(_SEGMENT / measurement.dt))
+    parts = sharp[:len(sharp) // length * length].reshape(-1, length, *sharp.shape[1:])
+    return np.maximum(np.quantile(parts.std(axis=1), _QUIET, axis=0), 1e-12)
 
 
 def _roughness(residual: Array, valid: NDArray[np.bool_]) -> Array:

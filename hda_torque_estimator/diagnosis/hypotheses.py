@@ -30,7 +30,7 @@ class Hypothesis:
     grid: dict[str, tuple[float, ...]] = field(default_factory=dict)
     alike: tuple[str, ...] = ()
     experiment: str = ''
-    form_error: float = 0.01
+    form_error: float = 0.003
 
 
 def _wave(order: int, size: float) -> dict[tuple[str, str], float]:
