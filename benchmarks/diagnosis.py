@@ -16,18 +16,16 @@ from pathlib import Path
 import sys
 import time
 
+from diagnosis_tables import page
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.motions import motion
+from hda_torque_estimator.diagnosis.diagnose import diagnose, sought_effects
+from hda_torque_estimator.diagnosis.measurement import measurement_from
+from hda_torque_estimator.recorded import joint_samples
+from hidden_truth import CATALOGUE, draw, OUTSIDE, record
+import numpy as np
+
 ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / 'test'))
-
-from diagnosis_tables import page                                           # noqa: E402
-from hda_arm_sim.model.files import read_arm                                # noqa: E402
-from hda_arm_sim.motions import motion                                      # noqa: E402
-from hda_torque_estimator.diagnosis.diagnose import diagnose, sought_effects  # noqa: E402
-from hda_torque_estimator.diagnosis.measurement import measurement_from     # noqa: E402
-from hda_torque_estimator.recorded import joint_samples                     # noqa: E402
-import numpy as np                                                          # noqa: E402
-from truth import CATALOGUE, draw, OUTSIDE, record                          # noqa: E402
-
 ARM = read_arm('hda_arm.yaml')
 SECONDS, PERIOD = 60.0, 1e-3
 
