@@ -92,7 +92,7 @@ def findings(fitter: Fitter, found: Found, nameable: Sequence[Term], twin: Balan
         others = [other for other in fit.terms if other is not term]
         own = gains(fitter.balancer, twin, fitter.on(others), fitter.on(fit.terms), spans)
         gain = own.gain()
-        if not gain.low <= 0.0:
+        if not gain.low < 0.0:      # zero: a draw without any window in which an event lies
             told.append(_finding(term, part, reason, gain))
     return tuple(sorted(told, key=lambda finding: -finding.evidence.score))
 
