@@ -14,7 +14,7 @@ from hda_torque_estimator.comparison.page import page
 from hda_torque_estimator.comparison.plots import figures
 from hda_torque_estimator.comparison.report import sentences
 from hda_torque_estimator.comparison.signals import Bag, bag_of, CompareError
-from hda_torque_estimator.diagnosis.plots import inline_svg
+from hda_torque_estimator.pages.drawing import inline_svg
 import numpy as np
 from numpy.typing import NDArray
 import pytest

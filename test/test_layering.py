@@ -26,6 +26,7 @@ SHELLS = (
     'hda_torque_estimator.diagnosis.plots',
     'hda_torque_estimator.importing.map_document',
     'hda_torque_estimator.importing.tables',
+    'hda_torque_estimator.pages.drawing',
     'hda_torque_estimator.recorded',
     'hda_torque_estimator.warm_up',
 )

@@ -10,10 +10,11 @@ from xml.etree import ElementTree
 from hda_torque_estimator.diagnosis.exhibits import (
     binned, dependences, Example, Exhibits, strongest_line, telling_coordinate)
 from hda_torque_estimator.diagnosis.page import page
-from hda_torque_estimator.diagnosis.plots import figures, inline_svg
+from hda_torque_estimator.diagnosis.plots import figures
 from hda_torque_estimator.diagnosis.report import (
     Alike, Detectable, Diagnosis, Evidence, Finding, Gain, Number, RecordingFacts, Residual,
     TotalGain, Unexplained, VERDICTS)
+from hda_torque_estimator.pages.drawing import inline_svg
 import numpy as np
 from numpy.typing import NDArray
 import pytest

@@ -18,7 +18,7 @@ from ..comparison.page import page
 from ..comparison.plots import figures
 from ..comparison.report import document, sentences
 from ..comparison.signals import Bag, bag_of, CompareError
-from ..diagnosis.plots import inline_svg
+from ..pages.drawing import inline_svg
 from ..version import version
 
 

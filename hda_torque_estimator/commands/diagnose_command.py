@@ -18,8 +18,9 @@ from ..diagnosis.diagnose import Conclusion, diagnose
 from ..diagnosis.gate import check, check_names, GateError, mended, Mending
 from ..diagnosis.measurement import Measurement, measurement_from
 from ..diagnosis.page import page
-from ..diagnosis.plots import figures, inline_svg
+from ..diagnosis.plots import figures
 from ..diagnosis.showing import exhibits_of
+from ..pages.drawing import inline_svg
 from ..version import version
 
 

@@ -1,13 +1,12 @@
 """The page of a comparison: one HTML file that needs no network, no script and no other file."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from html import escape
 
 from .compare import Comparison, Difference
 from .report import (clock_sentence, doubts, drawn, headline, lines_text, share_text,
                      start_text)
-from ..diagnosis.page import figure, unit
-from ..diagnosis.style_sheet import STYLE_SHEET
+from ..pages.document import captioned, code, document, figure, section, table, unit
 
 _CAPTION = ('{}: both bags on common times, what the second has more than the first, and the '
             'spectrum of that. {} Dashed: twice the noise, which is what changes within 40 ms.')
@@ -22,11 +21,7 @@ def page(found: Comparison, version: str, figures: Mapping[str, str]) -> str:
     """
     parts = [f'<h1>{escape(headline(found))}</h1>', *_lead(found), _signals(found),
              _figures(found, figures), _lists(found), _sampling(found), _made(found, version)]
-    return ('<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-            '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-            f'<title>Comparison: {escape(headline(found))}</title>\n'
-            f'<style>\n{STYLE_SHEET}</style>\n</head>\n<body>\n<main>\n'
-            + '\n'.join(filter(None, parts)) + '\n</main>\n</body>\n</html>\n')
+    return document(f'Comparison: {headline(found)}', parts)
 
 
 def _lead(found: Comparison) -> list[str]:
@@ -36,7 +31,7 @@ def _lead(found: Comparison) -> list[str]:
 
 
 def _signals(found: Comparison) -> str:
-    return _section('Signals, those that differ beyond noise first', _table(
+    return section('Signals, those that differ beyond noise first', table(
         ('signal', 'unit', 'rms', 'largest', 'mean', 'rms of motion', 'noise', 'starts',
          'lines'), map(_row, found.differences)))
 
@@ -44,15 +39,13 @@ def _signals(found: Comparison) -> str:
 def _row(found: Difference) -> list[str]:
     numbers = [f'{value:.3g}' for value in (found.rms, found.largest, found.mean)]
     texts = [*numbers, share_text(found), f'{found.noise:.3g}', start_text(found)]
-    return [f'<code>{escape(found.name)}</code>', escape(unit(found.unit)),
+    return [code(found.name), escape(unit(found.unit)),
             *(f'<span class="number">{text}</span>' for text in texts), lines_text(found)]
 
 
 def _figures(found: Comparison, inline: Mapping[str, str]) -> str:
-    return _section('What differs', ''.join(
-        f'<figure>\n<div aria-hidden="true">{svg}</div>\n'
-        f'<figcaption>{escape(_caption(each))}</figcaption></figure>\n'
-        for each, svg in zip(drawn(found), inline.values())))
+    return section('What differs', ''.join(
+        captioned(svg, _caption(each)) for each, svg in zip(drawn(found), inline.values())))
 
 
 def _caption(found: Difference) -> str:
@@ -62,34 +55,21 @@ def _caption(found: Difference) -> str:
 
 
 def _lists(found: Comparison) -> str:
-    rows = [[f'<code>{escape(name)}</code>', where] for where, names in (
+    rows = [[code(name), where] for where, names in (
         ('only in the first', found.only_first), ('only in the second', found.only_second),
         ('in both, but never at the same time', found.apart)) for name in names]
-    return _section('Not compared', _table(('signal', 'where'), rows)) if rows else ''
+    return section('Not compared', table(('signal', 'where'), rows)) if rows else ''
 
 
 def _sampling(found: Comparison) -> str:
-    rows = [[which, f'<code>{escape(topic)}</code>', figure(facts.rate), f'{facts.samples:,}',
+    rows = [[which, code(topic), figure(facts.rate), f'{facts.samples:,}',
              f'{facts.lost:,}', figure(1e3 * facts.longest_gap)]
             for which, bag in (('first', found.first), ('second', found.second))
             for topic, facts in bag.sampling.items()]
-    return _section('Sampling', _table(
+    return section('Sampling', table(
         ('bag', 'topic', 'rate [Hz]', 'samples', 'lost', 'longest gap [ms]'), rows))
 
 
 def _made(found: Comparison, version: str) -> str:
     return (f'<p>Aligned by <code>--align {escape(found.alignment.mode)}</code>, version '
             f'{escape(version)}. Times count from the start of the first bag.</p>')
-
-
-def _section(title: str, content: str) -> str:
-    return f'<section>\n<h2>{escape(title)}</h2>\n{content}</section>'
-
-
-def _table(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """Return a table of plain heads and of cells that are HTML already."""
-    top = ''.join(f'<th scope="col">{escape(head)}</th>' for head in heads)
-    body = ''.join('<tr>' + ''.join(f'<td>{cell}</td>' for cell in row) + '</tr>\n'
-                   for row in rows)
-    return (f'<div class="wide"><table><thead><tr>{top}</tr></thead>\n'
-            f'<tbody>\n{body}</tbody></table></div>\n')

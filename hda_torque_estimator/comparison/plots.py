@@ -1,7 +1,5 @@
 """The figures of a comparison: a signal of both bags, what differs, and its spectrum."""
 
-from typing import Any
-
 import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -11,20 +9,12 @@ from numpy.typing import NDArray
 
 from .compare import Comparison, Difference
 from .report import drawn
-from ..diagnosis.page import unit
-from ..diagnosis.plots import AFTER, BEFORE, FLOOR, INK
+from ..pages.document import unit
+from ..pages.drawing import AFTER, band, BEFORE, INK, plain, STYLE
 
 Array = NDArray[np.float64]
-_BUCKETS = 600                      # of a trace over time: as many as can be seen
 _DEEPEST = 1e-5                     # of the highest: below it a spectrum shows arithmetic
-_STYLE: dict[Any, Any] = {
-    'font.size': 8.5, 'axes.titlesize': 9.0, 'axes.titlelocation': 'left',
-    'axes.spines.top': False, 'axes.spines.right': False, 'axes.grid': True,
-    'axes.axisbelow': True, 'grid.alpha': 0.25, 'grid.color': FLOOR, 'grid.linewidth': 0.5,
-    'axes.linewidth': 0.6, 'axes.xmargin': 0.01, 'legend.frameon': False, 'text.color': INK,
-    'axes.labelcolor': INK, 'axes.edgecolor': INK, 'xtick.color': INK, 'ytick.color': INK,
-    'axes.formatter.useoffset': False,
-}
+_BINS = 600                         # of a spectrum: as many as can be seen
 
 
 def figures(found: Comparison) -> dict[str, Figure]:
@@ -35,13 +25,13 @@ def figures(found: Comparison) -> dict[str, Figure]:
 
 def signal_figure(found: Difference) -> Figure:
     """Draw a signal of both bags, their difference over time, and its spectrum."""
-    with matplotlib.rc_context(_STYLE):
+    with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(7.6, 4.4), layout='constrained')
         panels = figure.subplot_mosaic([['both', 'both', 'both'],
                                         ['difference', 'difference', 'spectrum']])
         scale = f' [{unit(found.unit)}]'
         _both(panels['both'], found)
-        panels['both'].set_title(found.name.replace('$', r'\$'))
+        panels['both'].set_title(plain(found.name))
         panels['both'].set_ylabel('value' + scale)
         _difference(panels['difference'], found)
         panels['difference'].set_ylabel('difference' + scale)
@@ -54,14 +44,14 @@ def signal_figure(found: Difference) -> Figure:
 
 
 def _both(axes: Axes, found: Difference) -> None:
-    _trace(axes, found.laid.time, found.laid.first, BEFORE, 'first', 2.5)
-    _trace(axes, found.laid.time, found.laid.second, AFTER, 'second', 0.7)
+    band(axes, found.laid.time, found.laid.first, BEFORE, 'first', width=2.5)
+    band(axes, found.laid.time, found.laid.second, AFTER, 'second', width=0.7)
     axes.set_xlabel('time since the start of the first [s]')
 
 
 def _difference(axes: Axes, found: Difference) -> None:
     """Draw what the second has more, the level of noise, and where it is left."""
-    _trace(axes, found.laid.time, found.laid.difference, AFTER, '', 0.7)
+    band(axes, found.laid.time, found.laid.difference, AFTER, None, width=0.7)
     for level in (-2.0 * found.noise, 2.0 * found.noise):
         axes.axhline(level, color=INK, linestyle=(0, (4, 3)), linewidth=0.8,
                      label='twice the noise' if level > 0.0 else None)
@@ -90,15 +80,8 @@ def _spectrum(axes: Axes, found: Difference) -> None:
 
 def _thinned(frequency: Array, density: Array) -> tuple[Array, Array]:
     """Return the highest of each few bins, for they lie dense at the fast end."""
-    cuts = np.unique(np.geomspace(1, len(density), _BUCKETS).astype(int)) - 1
+    cuts = np.unique(np.geomspace(1, len(density), _BINS).astype(int)) - 1
     highest = np.maximum.reduceat(density, cuts)
     bins = np.searchsorted(cuts, np.arange(len(density)), 'right') - 1
     chosen = np.flatnonzero(density == highest[bins])
     return frequency[chosen], density[chosen]
-
-
-def _trace(axes: Axes, time: Array, values: Array, colour: str, name: str, wide: float) -> None:
-    """Draw the band in which dense values lie: vector graphics stay small."""
-    cuts = np.unique(np.linspace(0, len(time), min(_BUCKETS, len(time)) + 1).astype(int))[:-1]
-    low, high = np.minimum.reduceat(values, cuts), np.maximum.reduceat(values, cuts)
-    axes.fill_between(time[cuts], low, high, color=colour, linewidth=wide, label=name or None)

@@ -5,7 +5,7 @@ from html import escape
 import math
 
 from .report import Diagnosis, Finding, Gain, Number, VERDICTS
-from .style_sheet import STYLE_SHEET
+from ..pages.document import captioned, code, document, figure, section, table, unit
 
 CAPTIONS = {
     'residuals': 'What each balance misses over time. The arm as given leaves the wide band; the '
@@ -39,16 +39,12 @@ def page(diagnosis: Diagnosis, figures: Mapping[str, str]) -> str:
              _ambiguous(diagnosis), _unexplained(diagnosis), _gain(diagnosis),
              _figures(diagnosis, figures), _residuals(diagnosis), _detectable(diagnosis),
              _recording(diagnosis)]
-    return ('<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-            '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-            f'<title>Diagnosis: {escape(diagnosis.verdict.replace("_", " "))}</title>\n'
-            f'<style>\n{STYLE_SHEET}</style>\n</head>\n'
-            f'<body class="{escape(diagnosis.verdict)}">\n<main>\n'
-            + '\n'.join(filter(None, parts)) + '\n</main>\n</body>\n</html>\n')
+    return document(f'Diagnosis: {diagnosis.verdict.replace("_", " ")}', parts,
+                    diagnosis.verdict)
 
 
 def _summary(diagnosis: Diagnosis) -> str:
-    told = [f'{_code(found.effect)} at {escape(_place(found.joint))}'
+    told = [f'{code(found.effect)} at {escape(_place(found.joint))}'
             for found in diagnosis.findings]
     named = f'Named: {", ".join(told)}. ' if told else 'No cause is named. '
     removed = f'On data that no fit has seen {_removed(diagnosis.gain)} of the excess error is ' \
@@ -59,10 +55,10 @@ def _summary(diagnosis: Diagnosis) -> str:
 def _findings(diagnosis: Diagnosis) -> str:
     if not diagnosis.findings:
         return ''
-    rows = [[_code(found.effect), escape(_place(found.joint)), escape(found.site),
+    rows = [[code(found.effect), escape(_place(found.joint)), escape(found.site),
              escape(found.cause), _numbers(found.parameters), _evidence(found),
              _removed(found.gain)] for found in diagnosis.findings]
-    return _section('Causes', _table(
+    return section('Causes', table(
         ('effect', 'where', 'site', 'cause', 'parameters, 90 % interval', 'evidence',
          'excess error removed, held out'), rows))
 
@@ -81,14 +77,14 @@ def _evidence(found: Finding) -> str:
     if evidence.runner_up is None:
         return f'{score}<br>no runner-up'
     odds = f'more than {_CERTAIN:,.0f}' if evidence.odds > _CERTAIN else figure(evidence.odds)
-    return f'{score}<br>{odds} to 1 against {_code(evidence.runner_up)}'
+    return f'{score}<br>{odds} to 1 against {code(evidence.runner_up)}'
 
 
 def _ambiguous(diagnosis: Diagnosis) -> str:
-    rows = [[' or '.join(f'{_code(effect)} at {escape(_place(joint))}'
+    rows = [[' or '.join(f'{code(effect)} at {escape(_place(joint))}'
                          for effect, joint in alike.effects), escape(alike.experiment)]
             for alike in diagnosis.ambiguous]
-    return _section('What this recording cannot tell apart', _table(
+    return section('What this recording cannot tell apart', table(
         ('explain it equally well', 'the experiment that decides'), rows)) if rows else ''
 
 
@@ -96,24 +92,22 @@ def _unexplained(diagnosis: Diagnosis) -> str:
     rest = diagnosis.unexplained
     if rest is None:
         return ''
-    return _section('The unexplained rest', f'<p>{escape(_capital(rest.sentence()))}.</p>')
+    return section('The unexplained rest', f'<p>{escape(_capital(rest.sentence()))}.</p>')
 
 
 def _gain(diagnosis: Diagnosis) -> str:
     gain = diagnosis.gain
     rows = [[figure(gain.before), figure(gain.after), figure(gain.floor), _removed(gain)]]
     scale = unit(gain.unit)
-    return _section('Gain on held-out data', f'<p>{escape(_capital(gain.metric))}.</p>' + _table(
+    return section('Gain on held-out data', f'<p>{escape(_capital(gain.metric))}.</p>' + table(
         tuple(_with_unit(name, scale) for name in ('arm as given', 'extended arm',
                                                    'noise floor'))
         + ('excess removed, 90 % interval',), rows))
 
 
 def _figures(diagnosis: Diagnosis, drawn: Mapping[str, str]) -> str:
-    return _section('Simulated against measured', ''.join(
-        f'<figure>\n<div aria-hidden="true">{svg}</div>\n'
-        f'<figcaption>{escape(_caption(diagnosis, name))}</figcaption></figure>\n'
-        for name, svg in drawn.items())) if drawn else ''
+    return section('Simulated against measured', ''.join(
+        captioned(svg, _caption(diagnosis, name)) for name, svg in drawn.items())) if drawn else ''
 
 
 def _caption(diagnosis: Diagnosis, name: str) -> str:
@@ -127,17 +121,17 @@ def _caption(diagnosis: Diagnosis, name: str) -> str:
 def _residuals(diagnosis: Diagnosis) -> str:
     rows = [[escape(row.site), escape(_place(row.joint)), figure(row.before), figure(row.after),
              figure(row.floor), escape(unit(row.unit))] for row in diagnosis.residuals]
-    return _section('Residuals of the balances, rms on held-out data', _table(
+    return section('Residuals of the balances, rms on held-out data', table(
         ('balance', 'where', 'arm as given', 'extended arm', 'noise floor', 'unit'),
         rows)) if rows else ''
 
 
 def _detectable(diagnosis: Diagnosis) -> str:
-    rows = [[_code(row.effect), escape(_place(row.joint)),
+    rows = [[code(row.effect), escape(_place(row.joint)),
              'cannot be shown by this motion' if row.smallest_detectable is None
              else f'{figure(row.smallest_detectable)} {escape(unit(row.unit))}']
             for row in diagnosis.excitation]
-    return _section('Smallest size that this recording could have shown', _table(
+    return section('Smallest size that this recording could have shown', table(
         ('effect', 'where', 'smallest detectable'), rows)) if rows else ''
 
 
@@ -145,10 +139,10 @@ def _recording(diagnosis: Diagnosis) -> str:
     facts = diagnosis.recording
     rows = [('duration', f'{figure(facts.duration)} s'), ('samples', f'{facts.samples:,}'),
             ('rate', f'{figure(facts.rate)} Hz'), ('fitted to', _spans(facts.training)),
-            ('held out', _spans(facts.held_out)), ('arm', _code(diagnosis.arm)),
+            ('held out', _spans(facts.held_out)), ('arm', code(diagnosis.arm)),
             ('version', escape(diagnosis.version)),
             ('time taken', f'{figure(diagnosis.seconds)} s')]
-    return _section('Recording', '<table class="facts"><tbody>' + ''.join(
+    return section('Recording', '<table class="facts"><tbody>' + ''.join(
         f'<tr><th scope="row">{name}</th><td>{value}</td></tr>\n' for name, value in rows)
         + '</tbody></table>')
 
@@ -165,19 +159,6 @@ def _spans(spans: Iterable[tuple[float, float]]) -> str:
     return f'{figure(total)} s: {listed} s' if joined else 'nothing'
 
 
-def _section(title: str, content: str) -> str:
-    return f'<section>\n<h2>{escape(title)}</h2>\n{content}</section>'
-
-
-def _table(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """Return a table of plain heads and of cells that are HTML already."""
-    top = ''.join(f'<th scope="col">{escape(head)}</th>' for head in heads)
-    body = ''.join('<tr>' + ''.join(f'<td>{cell}</td>' for cell in row) + '</tr>\n'
-                   for row in rows)
-    return (f'<div class="wide"><table><thead><tr>{top}</tr></thead>\n'
-            f'<tbody>\n{body}</tbody></table></div>\n')
-
-
 def _removed(gain: Gain) -> str:
     """Return the share of the excess error that is gone, with its interval."""
     if not math.isfinite(gain.removed):
@@ -186,26 +167,12 @@ def _removed(gain: Gain) -> str:
             f'[{100.0 * gain.low:.1f}, {100.0 * gain.high:.1f}]')
 
 
-def figure(value: float) -> str:
-    """Return a number with four figures."""
-    return f'{value:.4g}' if math.isfinite(value) else 'unknown'
-
-
-def unit(name: str) -> str:
-    """Return a unit as people write it; a pure number has none."""
-    return '' if name == '1' else name.replace('*', '\N{MIDDLE DOT}')
-
-
 def _with_unit(name: str, scale: str) -> str:
     return f'{name} [{scale}]' if scale else name
 
 
 def _capital(sentence: str) -> str:
     return sentence[:1].upper() + sentence[1:]
-
-
-def _code(name: str) -> str:
-    return f'<code>{escape(name)}</code>'
 
 
 def _place(joint: str | None) -> str:

@@ -1,10 +1,7 @@
 """The figures of a diagnosis: what the simulation misses, what it follows, and what is gained."""
 
 from collections.abc import Mapping
-import io
 import math
-import re
-from typing import Any
 
 import matplotlib
 from matplotlib.axes import Axes
@@ -17,10 +14,9 @@ from .balance import BANDWIDTH
 from .exhibits import along, binned, Dependence, dependences, Example, Exhibits, TURN, WRAPPED
 from .following import follow, Following
 from .report import Diagnosis, Finding, Unexplained
+from ..pages.drawing import AFTER, band, BEFORE, FLOOR, INK, plain, STYLE
 
 Array = NDArray[np.float64]
-INK = '#1a1a1e'                     # becomes the colour of the text around an inline figure
-BEFORE, AFTER, FLOOR = '#e08214', '#2b6cb0', '#7f7f85'
 COORDINATES = {
     'time': 'time [s]',
     'motor_velocity': 'motor velocity, shaft [rad/s]',
@@ -32,17 +28,7 @@ COORDINATES = {
     'motor_torque': 'motor torque, shaft [N·m]',
 }
 BALANCES = ('A, motor', 'B, torsion')
-_BUCKETS = 600                      # of a trace over time: as many as can be seen
 _BINS, _TURN_BINS = 30, 60
-_STYLE: dict[Any, Any] = {
-    'font.size': 8.5, 'axes.titlesize': 9.0, 'axes.titlelocation': 'left',
-    'axes.spines.top': False, 'axes.spines.right': False, 'axes.grid': True,
-    'axes.axisbelow': True, 'grid.alpha': 0.25,
-    'grid.color': FLOOR, 'grid.linewidth': 0.5, 'axes.linewidth': 0.6, 'axes.xmargin': 0.01,
-    'legend.frameon': False, 'text.color': INK, 'axes.labelcolor': INK, 'axes.edgecolor': INK,
-    'xtick.color': INK, 'ytick.color': INK, 'axes.formatter.useoffset': False,
-    'svg.hashsalt': 'hda', 'svg.fonttype': 'path',
-}
 
 
 def figures(diagnosis: Diagnosis, exhibits: Exhibits) -> dict[str, Figure]:
@@ -63,17 +49,18 @@ def residual_figure(diagnosis: Diagnosis, exhibits: Exhibits) -> Figure:
     """Draw the residual of every balance over time, before and after, and its noise floor."""
     joints = len(exhibits.labels)
     floors = {(row.site, row.joint): row.floor for row in diagnosis.residuals}
-    with matplotlib.rc_context(_STYLE):
+    with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(7.6, 1.0 + 1.45 * 2 * joints), layout='constrained')
         rows = figure.subplots(2 * joints, 1, sharex=True, squeeze=False)[:, 0]
         for column, axes in enumerate(rows):
             label, side = exhibits.labels[column % joints], column // joints
-            axes.set_title(f'{_text(label)}: balance {BALANCES[side]}')
+            axes.set_title(f'{plain(label)}: balance {BALANCES[side]}')
             axes.set_ylabel('residual,\noutput [N·m]')
             for residual, colour, name in ((exhibits.before, BEFORE, 'arm as given'),
                                            (exhibits.after, AFTER, 'extended arm')):
                 shown = np.where(exhibits.valid[:, column], residual[:, column], np.nan)
-                _trace(axes, exhibits.time, shown, colour, name)
+                band(axes, exhibits.time, shown, colour, name,
+                     alpha=0.55 if colour == BEFORE else 1.0)
             _floor(axes, floors.get((('motor', 'torsion')[side], label), math.nan))
         rows[-1].set_xlabel(COORDINATES['time'])
         _legend(figure, rows[0])
@@ -96,14 +83,14 @@ def rest_figure(rest: Unexplained, exhibits: Exhibits) -> Figure:
     found = follow(exhibits.time, values, valid, {
         name: along[:, place] for name, along in exhibits.coordinates.items()})
     best = next((told for told in found if told.coordinate == rest.depends_on), found[0])
-    with matplotlib.rc_context(_STYLE):
+    with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(7.6, 3.3))
         bars, curve, spectrum = figure.subplots(1, 3, width_ratios=(0.8, 1.2, 1.0))
         figure.subplots_adjust(0.16, 0.25, 0.99, 0.88, 0.45)
         _bars(bars, found)
         _curve(curve, exhibits, column, best)
         _spectrum(spectrum, exhibits.time, np.where(valid, values, 0.0))
-        figure.suptitle(_text(f'unexplained: {exhibits.labels[place]}, balance {BALANCES[side]}'),
+        figure.suptitle(plain(f'unexplained: {exhibits.labels[place]}, balance {BALANCES[side]}'),
                         x=0.01, ha='left', fontsize=9.5)
         handles, names = curve.get_legend_handles_labels()
         figure.legend(handles, names, ncols=len(names), loc='lower left')
@@ -165,7 +152,7 @@ def _against(exhibits: Exhibits, column: int, title: str, names: tuple[str, ...]
     """Draw one panel for each name: the residual before, and after, over what it follows."""
     told, joints = dependences(exhibits, column)[0], len(exhibits.labels)
     where = f'{exhibits.labels[column % joints]}, balance {BALANCES[column // joints]}'
-    with matplotlib.rc_context(_STYLE):
+    with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(7.6 if len(names) > 1 else 4.8, 3.3), layout='constrained')
         panels = figure.subplots(1, len(names), sharey=True, sharex=True, squeeze=False)[0]
         for axes, name, residual, colour in zip(
@@ -173,7 +160,7 @@ def _against(exhibits: Exhibits, column: int, title: str, names: tuple[str, ...]
             _dependence(axes, exhibits, residual, column, told, colour)
             axes.set_title(name)
             axes.set_xlabel(_name_of(told))
-        figure.suptitle(_text(f'{title}: {where}'), x=0.01, ha='left', fontsize=9.5)
+        figure.suptitle(plain(f'{title}: {where}'), x=0.01, ha='left', fontsize=9.5)
         panels[0].set_ylabel('residual, output [N·m]')
         _legend(figure, panels[0], below=True)
     return figure
@@ -199,7 +186,7 @@ def prediction_figure(exhibits: Exhibits) -> Figure:
     """Draw the error of predictions from measured states over how far ahead they look."""
     count = len(exhibits.horizons)
     marks = np.unique(np.geomspace(1, max(count, 1), min(count, 9)).astype(int) - 1).tolist()
-    with matplotlib.rc_context(_STYLE):
+    with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(4.8, 3.4), layout='constrained')
         axes = figure.subplots()
         for name, error, colour, style in (
@@ -218,7 +205,7 @@ def prediction_figure(exhibits: Exhibits) -> Figure:
 def example_figure(labels: tuple[str, ...], example: Example) -> Figure:
     """Draw one window: every angle measured and simulated, and how far off it is simulated."""
     joints = len(labels)
-    with matplotlib.rc_context(_STYLE):
+    with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(7.6, 0.7 + 3.0 * joints), layout='constrained')
         panels = figure.subplots(2 * joints, 2, sharex=True)
         for column, (moved, missed) in enumerate(panels):
@@ -233,7 +220,7 @@ def example_figure(labels: tuple[str, ...], example: Example) -> Figure:
                 missed.plot(example.time, 1e3 * (angle - measured), line, color=colour,
                             linewidth=2.0)
             missed.axhline(0.0, color=INK)
-            moved.set_title(_text(f'{label}, {side}'))
+            moved.set_title(plain(f'{label}, {side}'))
             missed.set_title('simulated minus measured')
             moved.set_ylabel('angle moved,\noutput [rad]')
             missed.set_ylabel('error, output\n[mrad]')
@@ -242,30 +229,6 @@ def example_figure(labels: tuple[str, ...], example: Example) -> Figure:
         _legend(figure, panels[0, 0])
         figure.align_ylabels()
     return figure
-
-
-def inline_svg(figure: Figure, name: str) -> str:
-    """
-    Return a figure as an SVG element to stand in a page with others.
-
-    Its names are made its own by `name`, its ink is the colour of the text around it.
-    """
-    stream = io.StringIO()
-    with matplotlib.rc_context(_STYLE):
-        figure.savefig(stream, format='svg', transparent=True, metadata={'Date': None})
-    text = stream.getvalue()
-    text = text[text.index('<svg'):].replace(INK, 'currentColor')
-    text = re.sub(r'<metadata>.*?</metadata>', '', text, flags=re.DOTALL)
-    return re.sub(r'(\bid="|xlink:href="#|url\(#)', rf'\g<1>{name}-', text)
-
-
-def _trace(axes: Axes, time: Array, values: Array, colour: str, name: str) -> None:
-    """Draw the band in which dense values lie: vector graphics stay small."""
-    cuts = np.unique(np.linspace(0, len(time), min(_BUCKETS, len(time)) + 1).astype(int))[:-1]
-    low = np.fmin.reduceat(values, cuts)
-    high = np.fmax.reduceat(values, cuts)
-    axes.fill_between(time[cuts], low, high, color=colour, linewidth=0.7,
-                      alpha=0.55 if colour == BEFORE else 1.0, label=name)
 
 
 def _name_of(told: Dependence) -> str:
@@ -309,8 +272,3 @@ def _legend(figure: Figure, axes: Axes, *, below: bool = False) -> None:
     handles, names = axes.get_legend_handles_labels()
     figure.legend(handles, names, ncols=len(names), borderpad=0.0,
                   loc='outside lower left' if below else 'outside upper left')
-
-
-def _text(plain: str) -> str:
-    """Return text in which a dollar sign starts no formula."""
-    return plain.replace('$', r'\$')
