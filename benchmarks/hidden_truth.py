@@ -6,5 +6,6 @@ import sys
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'test'))
 _truth = importlib.import_module('truth')
-CATALOGUE, OUTSIDE, draw, record = (
-    _truth.CATALOGUE, _truth.OUTSIDE, _truth.draw, _truth.record)
+CATALOGUE, OUTSIDE, EFFECTS, draw, record = (
+    _truth.CATALOGUE, _truth.OUTSIDE, _truth.EFFECTS, _truth.draw, _truth.record)
+Hidden, TruthRecord = _truth.Hidden, _truth.TruthRecord

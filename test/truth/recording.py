@@ -20,6 +20,7 @@ START = 1_000_000_000           # first stamp, nominally [ns]
 TORQUE_NOISE = 1e-3             # one sigma, at the motor, each sample [N*m]
 CLOCK_JITTER = 2e-6             # one sigma of the sampling times; the stamps know it [s]
 LATE = (0.3, 0.9)               # how late a late sample is, in samples
+OF_THE_ARM = 2                  # streams of chance that belong to the arm: scatter and mounting
 
 
 class TruthRecord(NamedTuple):
@@ -47,16 +48,20 @@ class _Chance(NamedTuple):
 def record(hidden: Sequence[Hidden], *, motion_angle: Array, motion_rate: Array, dt: float,
            seed: int, noise: float = 1.0, healthy_scatter: bool = True,
            counts: tuple[float, float] = (16384, 4e6),
-           tip_force: Array | None = None) -> TruthRecord:
+           tip_force: Array | None = None, arm_seed: int | None = None) -> TruthRecord:
     """
     Let an arm with hidden effects follow a motion, and record it.
 
     Link angles (k, 2) and rates of the motion every dt [s]; the tip force (k, 2) is in the base
-    frame [N]. `noise` multiplies the noise of motor torque, encoders and clock. Raises TruthError
-    for effects that cannot be hidden or a motion that cannot be followed.
+    frame [N]. `noise` multiplies the noise of motor torque, encoders and clock. Recordings with
+    one `arm_seed` are of one arm, its scatter and its encoders' zeros; without it, the seed is
+    that of the arm too. Raises TruthError for effects that cannot be hidden or a motion that
+    cannot be followed.
     """
     _check(motion_angle, motion_rate, tip_force, dt)
-    chance = _Chance(*(np.random.default_rng([seed, stream]) for stream in range(5)))
+    body = seed if arm_seed is None else arm_seed
+    chance = _Chance(*(np.random.default_rng([body if stream < OF_THE_ARM else seed, stream])
+                       for stream in range(5)))
     joints, arm = layout.nominal_joints(), layout.nominal_arm()
     if healthy_scatter:
         layout.scatter(joints, arm, chance.scatter)
