@@ -32,9 +32,8 @@ def backing(fitter: Fitter, found: Found, misplaced: Sequence[Term] = ()) -> Bac
     """
     Return which accepted causes are backed, and where something is unexplained.
 
-    No cause explains more than was wrong at first: of those that cancel each other only that
-    counts.
-    Causes that are `misplaced` are not: what they explain has another site.
+    Causes that are `misplaced` are not: what they explain has another site. Causes may cancel
+    each other, so each counts with no more power than was wrong at first.
     """
     fitter = Fitter(fitter.balancer, fitter.arm, fitter.noise, fitter.effective,
                     np.ones_like(fitter.rows))                      # held-out stretches as well

@@ -23,11 +23,12 @@ from .located import split_at_contact
 from .measurement import Measurement
 from .nuisance import Zero
 from .pattern import misplaced
-from .raw_readings import extended_by, RAW_EFFECTS, raw_findings, raw_readings, raw_total
-from .report import Diagnosis, Finding, RecordingFacts, TotalGain
+from .raw_readings import (extended_by, RAW_EFFECTS, raw_findings, raw_readings, RawReadings,
+                           raw_total)
+from .report import Alike, Diagnosis, Finding, RecordingFacts, TotalGain
 from .search import Found, search
 from .unexplained import standing, unexplained
-from .verdict import alike, findings, gains, METRIC, residuals, zeros_only
+from .verdict import alike, findings, gains, METRIC, residuals
 
 Array = NDArray[np.float64]
 Spans = tuple[tuple[float, float], ...]
@@ -49,8 +50,7 @@ class Evidence(NamedTuple):
     """What a conclusion rests on, for those who show it."""
 
     fitter: Fitter
-    found: Found
-    standing: Fit               # of the backed causes alone
+    fit: Fit                    # of the backed causes alone
     twin: Balancer              # a healthy recording of the extended arm
     before: Arm                 # as given, with the encoders' zeros of this recording
     extended: Arm               # likewise
@@ -67,40 +67,57 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
         return Conclusion(_unmoved(facts, arm_file, version, seconds), arm, None)
     names = sought_effects() if names is None else names
     raw = raw_readings(measurement, arm, names, training)
+    fitter, training, held_out = _fitter(raw, names, training, held_out)
+    found = search(fitter, [name for name in names if name in HYPOTHESES])
+    last = fitter.on(found.last.terms)
+    noise, plain = noise_of(fitter.balancer, last)
+    fitter.noise = np.minimum(fitter.noise, noise)      # a wrong extension makes noise of its own
+    judged = backing(fitter, found, misplaced(fitter, found))
+    stands = standing(fitter, found, judged.backed)
+    evidence = Evidence(
+        fitter, stands, Balancer(healthy_twin(fitter.balancer, last, 1, torque_noise_of(
+            fitter.noise, plain, fitter.balancer, arm))),
+        _with_zeros(arm, stands), fitter.on(stands.terms), held_out)
+    pairs = alike(found, judged.backed)
+    shown = raw_findings(raw, measurement, fitter.balancer, arm, evidence.extended, held_out)
+    told = (*shown, *_findings(evidence, found, pairs))
+    total = (raw_total(shown) if told and told == shown else
+             gains(fitter.balancer, evidence.twin, evidence.before, evidence.extended,
+                   held_out).total())
+    rest = unexplained(fitter, stands) if judged.unexplained.any() else None
+    diagnosis = Diagnosis(
+        _verdict(judged, told, bool(pairs)), told, pairs, rest, (), total,
+        residuals(fitter, found.first, stands, _inside(fitter.balancer.time, held_out)),
+        replace(facts, training=training, held_out=held_out), arm_file, version, seconds)
+    kept = [term for term in stands.terms if not isinstance(term, Zero)]
+    return Conclusion(diagnosis, extended_by(raw.causes, fitter.on(kept)), evidence)
+
+
+def _fitter(raw: RawReadings, names: Sequence[str], training: Spans,
+            held_out: Spans) -> tuple[Fitter, Spans, Spans]:
+    """Return what fits the training stretches; where a contact shows, it is split over both."""
     balancer = Balancer(raw.measurement)
     noise = noise_of(balancer, raw.arm)[0]
     if 'external_contact' in names:
         training, held_out = split_at_contact(balancer, raw.arm, noise, training, held_out)
-        facts = replace(facts, training=training, held_out=held_out)
     rows = _inside(balancer.time, training)
-    fitter = Fitter(balancer, raw.arm, noise, EFFECTIVE, rows)
-    found = search(fitter, [name for name in names if name in HYPOTHESES])
-    extended = fitter.on(found.last.terms)
-    noise, plain = noise_of(balancer, extended)
-    fitter.noise = np.minimum(fitter.noise, noise)      # a wrong extension makes noise of its own
-    twin = Balancer(healthy_twin(balancer, extended, 1,
-                                 torque_noise_of(fitter.noise, plain, balancer, arm)))
-    shown = raw_findings(raw, measurement, balancer, arm, extended, held_out)
-    judged = backing(fitter, found, misplaced(fitter, found))
-    pairs = alike(found, judged.backed)
+    return Fitter(balancer, raw.arm, noise, EFFECTIVE, rows), training, held_out
+
+
+def _findings(evidence: Evidence, found: Found, pairs: Sequence[Alike]) -> tuple[Finding, ...]:
+    """Return the backed causes that no rival ties with, as findings."""
     tied = {place for pair in pairs for place in pair.effects}
-    nameable = [term for term in judged.backed if (term.name, term.joint) not in tied]
-    told = (*shown, *findings(fitter, found, nameable, twin, held_out))
-    before = arm
-    for zero in zeros_only(found.last):
-        before = zero.on(before)
-    total = (raw_total(shown) if told and told == shown else
-             gains(balancer, twin, before, extended, held_out).total())
-    stands = standing(fitter, found, judged.backed)
-    rest = unexplained(fitter, stands) if judged.unexplained.any() else None
-    diagnosis = Diagnosis(
-        _verdict(judged, told, bool(pairs)), told, pairs, rest, (), total,
-        residuals(fitter, found, _inside(balancer.time, held_out), arm.labels), facts, arm_file,
-        version, seconds)
-    kept = [*judged.backed, *(term for term in found.last.nuisance
-                              if not isinstance(term, Zero))]
-    return Conclusion(diagnosis, extended_by(raw.causes, fitter.on(kept)),
-                      Evidence(fitter, found, stands, twin, before, extended, held_out))
+    nameable = [term for term in evidence.fit.accepted if (term.name, term.joint) not in tied]
+    return findings(evidence.fitter, evidence.fit, found.reasons(), nameable, evidence.twin,
+                    evidence.held_out)
+
+
+def _with_zeros(arm: Arm, fit: Fit) -> Arm:
+    """Return the arm as given with the encoders' zeros of a recording: no property of it."""
+    for zero in fit.nuisance:
+        if isinstance(zero, Zero):
+            arm = zero.on(arm)
+    return arm
 
 
 def stretches(duration: float) -> tuple[Spans, Spans]:

@@ -66,7 +66,6 @@ class Exhibits:
     example: Example | None = None
     # Residuals (m, 2 n) of the extended arm without one cause (effect, joint).
     lacking: Mapping[tuple[str, str | None], Array] = field(default_factory=dict)
-    standing: Array | None = None   # residuals (m, 2 n) that backed causes leave, if not `after`
 
     def of(self, effect: str, joint: str | None) -> 'Exhibits':
         """Return the exhibits of one cause: before is then the extended arm without it."""
@@ -74,8 +73,7 @@ class Exhibits:
 
     def rest(self) -> 'Exhibits':
         """Return the exhibits of what backed causes leave: before and after are then that."""
-        left = self.after if self.standing is None else self.standing
-        return replace(self, before=left, after=left)
+        return replace(self, before=self.after)
 
     def column(self, site: str, joint: str | None) -> int:
         """Return the column at a site and joint in which the extension removes the most."""

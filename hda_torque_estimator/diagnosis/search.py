@@ -17,6 +17,7 @@ from .screen import Prospect, screen
 from .term import Term
 
 Array = NDArray[np.float64]
+Place = tuple[str, str | None]        # an effect and its joint
 THRESHOLD = 60.0        # improvement of the score beyond what its freedom costs
 MATERIAL = 3.0          # least explained rms, in rms that a healthy arm leaves
 SHARE = 0.02            # least explained share of what was wrong at first, in some channel
@@ -41,11 +42,16 @@ class Found:
     last: Fit
     evidence: tuple[Evidence, ...]      # one for each accepted term
 
+    def reasons(self) -> dict[Place, Evidence]:
+        """Return the evidence by the places of the accepted terms."""
+        return {(term.name, term.joint): reason
+                for term, reason in zip(self.last.accepted, self.evidence)}
+
 
 def search(fitter: Fitter, names: Sequence[str]) -> Found:
     """Return the causes that explain a measurement, among the effects of these names."""
     first = fit = fitter.fit(())
-    evidence: dict[tuple[str, str | None], Evidence] = {}
+    evidence: dict[Place, Evidence] = {}
     while len(fit.accepted) < MOST and material(fitter, first, fit.variance - fitter.noise ** 2):
         found = _next(fitter, first, fit, names)
         if found is None:

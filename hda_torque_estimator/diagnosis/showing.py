@@ -16,17 +16,16 @@ HORIZONS = (0.01, 0.02, 0.05, 0.1, 0.2)     # over which predictions are shown [
 
 def exhibits_of(evidence: Evidence) -> Exhibits:
     """Return the exhibits of a conclusion."""
-    fitter, last = evidence.fitter, evidence.found.last
+    fitter, fit = evidence.fitter, evidence.fit
     balancer = fitter.balancer
     lacking = {(term.name, term.joint): balancer(fitter.on(
-        [other for other in last.terms if other is not term])).residual for term in last.accepted}
+        [other for other in fit.terms if other is not term])).residual for term in fit.accepted}
     return Exhibits(
         balancer.time, fitter.arm.labels, balancer(evidence.before).residual,
-        last.balance.residual, last.balance.valid, coordinates_of(balancer, evidence.extended),
+        fit.balance.residual, fit.balance.valid, coordinates_of(balancer, evidence.extended),
         np.array(HORIZONS), _predicted(balancer, evidence.before, evidence),
         _predicted(balancer, evidence.extended, evidence),
-        _predicted(evidence.twin, evidence.extended, evidence), lacking=lacking,
-        standing=evidence.standing.balance.residual)
+        _predicted(evidence.twin, evidence.extended, evidence), lacking=lacking)
 
 
 def _predicted(balancer: Balancer, arm: Arm, evidence: Evidence) -> Array:

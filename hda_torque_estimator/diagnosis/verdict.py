@@ -1,6 +1,6 @@
 """From fits to findings: causes with intervals, rivals, gains, and what is left unexplained."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from .balance import Balancer
 from .fit import Fit, Fitter
 from .hypotheses import HYPOTHESES
-from .nuisance import Zero
 from .predict import HORIZON, prediction_errors, Spans
 from .report import Alike, Evidence, Finding, Gain, Number, Residual, TotalGain
 from .search import Evidence as Reason
-from .search import Found
+from .search import Found, Place
 from .term import Term
 
 Array = NDArray[np.float64]
@@ -69,31 +68,23 @@ def gains(balancer: Balancer, twin: Balancer, before: Arm, after: Arm, spans: Sp
     return Gains(*((part / floor).mean(axis=1) for part in parts))
 
 
-def zeros_only(fit: Fit) -> list[Zero]:
-    """Return the encoder zeros of a fit: they are no property of the arm."""
-    return [term for term in fit.nuisance if isinstance(term, Zero)]
-
-
-def findings(fitter: Fitter, found: Found, nameable: Sequence[Term], twin: Balancer,
-             spans: Spans) -> tuple[Finding, ...]:
+def findings(fitter: Fitter, fit: Fit, reasons: Mapping[Place, Reason], nameable: Sequence[Term],
+             twin: Balancer, spans: Spans) -> tuple[Finding, ...]:
     """
-    Return the accepted causes that may be named, with numbers, evidence and own gain.
+    Return the causes of a fit that may be named, with numbers, evidence and own gain.
 
     A cause that does not gain on the held-out stretches is not told; the largest comes first.
     """
-    fit, covariance = found.last, fitter.covariance(found.last)
-    told = []
-    first = 0
-    for term, reason in zip(fit.accepted, found.evidence):
+    covariance, first, told = fitter.covariance(fit), 0, []
+    for term in fit.accepted:
         part = covariance[first:first + term.size, first:first + term.size]
         first += term.size
         if term not in nameable:
             continue
         others = [other for other in fit.terms if other is not term]
-        own = gains(fitter.balancer, twin, fitter.on(others), fitter.on(fit.terms), spans)
-        gain = own.gain()
+        gain = gains(fitter.balancer, twin, fitter.on(others), fitter.on(fit.terms), spans).gain()
         if not gain.low < 0.0:      # zero: a draw without any window in which an event lies
-            told.append(_finding(term, part, reason, gain))
+            told.append(_finding(term, part, reasons[term.name, term.joint], gain))
     return tuple(sorted(told, key=lambda finding: -finding.evidence.score))
 
 
@@ -137,14 +128,14 @@ def alike(found: Found, backed: Sequence[Term]) -> tuple[Alike, ...]:
     return tuple(pairs)
 
 
-def residuals(fitter: Fitter, found: Found, held_out: NDArray[np.bool_],
-              labels: Sequence[str]) -> tuple[Residual, ...]:
+def residuals(fitter: Fitter, first: Fit, last: Fit,
+              held_out: NDArray[np.bool_]) -> tuple[Residual, ...]:
     """Return what each balance misses on held-out rows, rms [N*m at the output]."""
     rows = []
     for place, (site, label) in enumerate([(site, label) for site in ('motor', 'torsion')
-                                           for label in labels]):
+                                           for label in fitter.arm.labels]):
         left = []
-        for fit in (found.first, found.last):
+        for fit in (first, last):
             valid = fit.balance.valid[:, place] & held_out
             left.append(float(np.sqrt(np.mean(fit.balance.residual[valid, place] ** 2)))
                         if valid.any() else np.nan)
