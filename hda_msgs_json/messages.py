@@ -6,7 +6,7 @@ A message class names its schema in the class variable `SCHEMA`; the text carrie
 no infinity: a number that may be unknown is a `MaybeNan`, NaN in Python and null in the text.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 import dataclasses
 from functools import lru_cache
 import json
@@ -75,6 +75,20 @@ def to_json(message: object) -> str:
     for name, (write, _) in _fields(kind).items():
         content[name] = write(getattr(message, name), f'{kind.__name__}.{name}')
     return json.dumps(content, allow_nan=False, separators=(',', ':'))
+
+
+def assembled(kind: type, texts: Mapping[str, str]) -> str:
+    """
+    Return the text of a message from the JSON of each of its fields, as `to_json` orders them.
+
+    It is for messages that are written by the thousand. Raise MessageError if a field is missing
+    or unknown.
+    """
+    names = list(_fields(kind))
+    if wrong := set(names) ^ texts.keys():
+        raise MessageError(f'{kind.__name__} is made of other fields: {_listed(wrong)}')
+    parts = [f'"{SCHEMA_FIELD}":"{_schema(kind)}"', *(f'"{name}":{texts[name]}' for name in names)]
+    return '{' + ','.join(parts) + '}'
 
 
 def from_json(kind: type[Message], text: str | bytes) -> Message:

@@ -17,7 +17,7 @@ from .estimate_messages import EstimateEncoder
 from .estimator import Estimator, EstimatorSettings, Refusal
 from .gaps import Gaps
 from .sample_reader import not_later, SampleReader
-from .state_messages import Pacer, STATE_RATE, state_text
+from .state_messages import Pacer, STATE_RATE, StateWriter
 
 
 @dataclass(frozen=True)
@@ -49,6 +49,7 @@ class LiveEstimator:
         self._last = 0
         self._read = SampleReader(arm)
         self._encode = EstimateEncoder(arm)
+        self._write_state = StateWriter(arm)
         self._pacer = Pacer(state.state_rate)
 
     def __call__(self, message: bytes) -> Answer:
@@ -77,8 +78,8 @@ class LiveEstimator:
 
     def _state(self, stamp: int) -> bytes:
         estimator = self.estimator
-        return encode_string(state_text(estimator.arm, stamp, estimator.joints, estimator.tip,
-                                        taring=estimator.taring))
+        return encode_string(self._write_state(stamp, estimator.joints, estimator.tip,
+                                               taring=estimator.taring))
 
 
 def _warm_up(arm: Arm) -> None:

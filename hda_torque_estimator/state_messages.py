@@ -4,10 +4,13 @@ The estimator's state as messages, at a steady rate that the stamps of the sampl
 The node and the offline command choose the same samples and write the same texts.
 """
 
-import math
+from collections.abc import Sequence
+from functools import lru_cache
+import json
+from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
-from hda_msgs_json.messages import EstimatorState, to_json
+from hda_msgs_json.messages import assembled, EstimatorState
 from hda_msgs_json.samples import TextSamples
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +20,15 @@ from .estimator import Estimates
 
 Array = NDArray[np.float64]
 STATE_RATE = 50.0               # default [Hz]
+
+JOINT_NUMBERS = {
+    'torsion': estimate.TORSION, 'kinematic_torsion': estimate.KINEMATIC_TORSION,
+    'torque': estimate.TORQUE, 'torque_std': estimate.TORQUE_DEVIATION,
+    'external_torque': estimate.EXTERNAL_TORQUE,
+    'external_torque_std': estimate.EXTERNAL_DEVIATION}
+"""Which result of a joint each field of the message holds, in the order of the message."""
+TIP_NUMBERS = (estimate.BASE_X, estimate.BASE_Y,
+               *range(estimate.BASE_COVARIANCE, estimate.BASE_COVARIANCE + 4))
 
 
 class Pacer:
@@ -39,49 +51,84 @@ def due_rows(stamps: NDArray[np.int64], rate: float) -> NDArray[np.intp]:
     return np.flatnonzero(np.diff(periods, prepend=periods[:1] - 1))
 
 
-def estimator_state(arm: Arm, stamp: int, joints: Array, tip: Array, *,
-                    taring: bool = False) -> EstimatorState:
-    """Return the state after one sample from its results (n, RESULTS) and (TIP_RESULTS,)."""
-    beyond = joints[:, estimate.BEYOND_RANGE] > 0.0
-    singular = bool(tip[estimate.SINGULAR] > 0.0)
+class StateWriter:
+    """
+    Write the states of an arm as the texts of their messages.
 
-    def column(index: int) -> tuple[float, ...]:
-        return _numbers(joints[:, index])
+    One sample and a recording take the same way, so that they give the same texts.
+    """
 
-    return EstimatorState(
-        stamp, arm.labels, column(estimate.TORSION), column(estimate.KINEMATIC_TORSION),
-        column(estimate.TORQUE), column(estimate.TORQUE_DEVIATION),
-        column(estimate.EXTERNAL_TORQUE), column(estimate.EXTERNAL_DEVIATION),
-        tuple((~beyond).tolist()), _flags(arm, beyond, singular, taring),
-        _numbers(tip[estimate.BASE_X:estimate.BASE_X + 2]),
-        _numbers(tip[estimate.BASE_COVARIANCE:estimate.BASE_COVARIANCE + 4]),
-        singular, *_numbers(tip[estimate.CONDITIONING:estimate.CONDITIONING + 1]))
+    def __init__(self, arm: Arm) -> None:
+        """Prepare the text around the numbers."""
+        each = _list_of(len(arm.joints))
+        texts = dict.fromkeys(JOINT_NUMBERS, each) | {
+            'stamp': '%d', 'names': json.dumps(arm.labels, separators=(',', ':')).replace(
+                '%', '%%'),
+            'valid': '%s', 'flags': '%s', 'tip_force': _list_of(2),
+            'tip_force_covariance': _list_of(4), 'singular': '%s', 'conditioning': '%s'}
+        self._form = assembled(EstimatorState, texts)
+        self._labels = arm.labels
 
+    def __call__(self, stamp: int, joints: Array, tip: Array, *, taring: bool = False) -> str:
+        """Return the state after one sample from its results (n, RESULTS) and (TIP_RESULTS,)."""
+        return self.texts([stamp], joints[np.newaxis], tip[np.newaxis], taring=taring)[0]
 
-def state_text(arm: Arm, stamp: int, joints: Array, tip: Array, *, taring: bool = False) -> str:
-    """Return the state after one sample as the text of its message."""
-    return to_json(estimator_state(arm, stamp, joints, tip, taring=taring))
+    def texts(self, stamps: Sequence[int], joints: Array, tip: Array, *,
+              taring: bool = False) -> list[str]:
+        """Return the states after samples: stamps (k,), (k, n, RESULTS) and (k, TIP_RESULTS)."""
+        beyond = (joints[:, :, estimate.BEYOND_RANGE] > 0.0).tolist()
+        singular = (tip[:, estimate.SINGULAR] > 0.0).tolist()
+        verdicts = [_verdict(self._labels, tuple(too_far), hidden, taring)
+                    for too_far, hidden in zip(beyond, singular)]
+        of_joints = (joints[:, j, index] for index in JOINT_NUMBERS.values()
+                     for j in range(len(self._labels)))
+        columns = (stamps, *map(_words, of_joints), [verdict.valid for verdict in verdicts],
+                   [verdict.flags for verdict in verdicts],
+                   *(_words(tip[:, index]) for index in TIP_NUMBERS),
+                   [_truth(hidden) for hidden in singular],
+                   _words(tip[:, estimate.CONDITIONING]))
+        return [self._form % row for row in zip(*columns)]
 
 
 def state_samples(arm: Arm, estimates: Estimates, rate: float = STATE_RATE) -> TextSamples:
     """Return the states of a recording at a rate [Hz]."""
     rows = due_rows(estimates.stamps, rate)
     stamps = estimates.stamps[rows]
-    texts = (state_text(arm, stamp, estimates.joints[row], estimates.tip[row])
-             for stamp, row in zip(stamps.tolist(), rows))
+    texts = StateWriter(arm).texts(stamps.tolist(), estimates.joints[rows], estimates.tip[rows])
     return TextSamples(stamps, tuple(texts))
 
 
-def _numbers(values: Array) -> tuple[float, ...]:
-    """Return floats, NaN for what overflowed: a message has no infinity."""
-    return tuple(value if math.isfinite(value) else math.nan for value in values.tolist())
+def _list_of(count: int) -> str:
+    return f'[{",".join(["%s"] * count)}]'
 
 
-def _flags(arm: Arm, beyond: NDArray[np.bool_], singular: bool, taring: bool) -> tuple[str, ...]:
+def _words(values: Array) -> list[str]:
+    """Return numbers as JSON has them, null for those that are unknown or overflowed."""
+    words = list(map(repr, values.tolist()))
+    for at in np.flatnonzero(~np.isfinite(values)).tolist():
+        words[at] = 'null'
+    return words
+
+
+def _truth(value: bool) -> str:
+    return 'true' if value else 'false'
+
+
+class _Verdict(NamedTuple):
+    """Say as JSON which joints are valid, and what is remarkable."""
+
+    valid: str
+    flags: str
+
+
+@lru_cache
+def _verdict(labels: tuple[str, ...], beyond: tuple[bool, ...], singular: bool,
+             taring: bool) -> _Verdict:
     flags = [f'{label}: the torque exceeds the valid range of the torsion law'
-             for label, too_far in zip(arm.labels, beyond) if too_far]
+             for label, too_far in zip(labels, beyond) if too_far]
     if singular:
         flags.append('tip: the force along the last link cannot be observed in this posture')
     if taring:
         flags.append('a tare is under way')
-    return tuple(flags)
+    valid = ','.join(_truth(not too_far) for too_far in beyond)
+    return _Verdict(f'[{valid}]', json.dumps(flags, separators=(',', ':')))
