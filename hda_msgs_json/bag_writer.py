@@ -187,7 +187,7 @@ class BagWriter:
 
 
 def _packed(chunk: Chunk, compression: str) -> Packed:
-    return pack(chunk.content.tobytes(), chunk.indexes, compression)
+    return pack(chunk.content.data, chunk.indexes, compression)
 
 
 def _new_directory(path: Path, whole: bool) -> Path:

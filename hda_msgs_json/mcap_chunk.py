@@ -24,7 +24,7 @@ ZSTD_MAGIC = b'\x28\xb5\x2f\xfd'
 """No CDR message starts like this."""
 
 
-def compress(content: bytes, compression: str, level: int) -> bytes:
+def compress(content: bytes | memoryview, compression: str, level: int) -> bytes:
     """Return the content of a chunk as it is stored; zstd takes the level."""
     if compression == 'zstd':
         return zstandard.ZstdCompressor(level).compress(content)

@@ -57,18 +57,27 @@ class _Summary:
 
 
 class Packed(NamedTuple):
-    """Hold a chunk as it is stored, and the (log time, offset) entries of its channels."""
+    """
+    Hold a chunk as it is stored.
+
+    The indexes are (log time, offset) entries by channel, the spans the first and the last log
+    time of each.
+    """
 
     stored: bytes
     size: int
     crc: int
     indexes: Mapping[int, NDArray[np.void]]
+    spans: Mapping[int, tuple[int, int]]
 
 
-def pack(content: bytes, indexes: Mapping[int, NDArray[np.void]], compression: str) -> Packed:
+def pack(
+        content: bytes | memoryview, indexes: Mapping[int, NDArray[np.void]],
+        compression: str) -> Packed:
     """Return message records as a chunk."""
-    return Packed(
-        compress(content, compression, ZSTD_LEVEL), len(content), zlib.crc32(content), indexes)
+    spans = {channel: _span(entries) for channel, entries in indexes.items()}
+    stored = compress(content, compression, ZSTD_LEVEL)
+    return Packed(stored, len(content), zlib.crc32(content), indexes, spans)
 
 
 class McapWriter:
@@ -131,8 +140,7 @@ class McapWriter:
         """Write a chunk that is packed already, and count its messages."""
         self.close_chunk()
         for channel, entries in chunk.indexes.items():
-            times = entries['log_time']
-            self.counts[channel].add(len(times), int(times.min()), int(times.max()))
+            self.counts[channel].add(len(entries), *chunk.spans[channel])
         self._write_chunk(chunk)
 
     def close_chunk(self) -> None:
@@ -169,8 +177,8 @@ class McapWriter:
 
     def _write_chunk(self, chunk: Packed) -> None:
         """Write a chunk, its message indexes, and remember both for the summary."""
-        times = np.concatenate([entries['log_time'] for entries in chunk.indexes.values()])
-        first, last = int(times.min()), int(times.max())
+        first = min(first for first, _ in chunk.spans.values())
+        last = max(last for _, last in chunk.spans.values())
         name = self.compression.encode()
         body = (CHUNK.pack(first, last, chunk.size, chunk.crc)
                 + struct.pack('<I', len(name)) + name + struct.pack('<Q', len(chunk.stored)))
@@ -199,6 +207,11 @@ class McapWriter:
             message_end_time=max((counted.last for counted in filled), default=0),
             channel_message_counts={
                 channel: counted.count for channel, counted in self.counts.items()})
+
+
+def _span(entries: NDArray[np.void]) -> tuple[int, int]:
+    times = np.ascontiguousarray(entries['log_time'])
+    return int(times.min()), int(times.max())
 
 
 def _encoded(record: McapRecord) -> bytes:
