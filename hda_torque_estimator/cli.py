@@ -19,6 +19,7 @@ COMMANDS = {
     'diagnose': 'what the simulation gets wrong, why, and the extended model',
     'plan': 'a motion that separates two effects',
     'compare': 'two bags laid over each other, and how they differ',
+    'reproduce': 'the figures and tables of the paper, with the numbers beside its own',
     'repair': 'make a bag that was cut off whole',
     'info': 'what a bag holds, and what it can and cannot show',
 }

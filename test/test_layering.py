@@ -28,6 +28,8 @@ SHELLS = (
     'hda_torque_estimator.importing.tables',
     'hda_torque_estimator.pages.drawing',
     'hda_torque_estimator.recorded',
+    'hda_torque_estimator.reproduction.diagram_plots',
+    'hda_torque_estimator.reproduction.plots',
     'hda_torque_estimator.warm_up',
 )
 PURE_LIBRARIES = {'numba', 'numpy', 'scipy'}

@@ -1,0 +1,102 @@
+"""`hda reproduce`: the figures and tables of the paper, with the numbers next to the paper's."""
+
+import argparse
+from collections.abc import Mapping
+import json
+from pathlib import Path
+import shutil
+import sys
+import tempfile
+import time
+from typing import Any
+
+from hda_arm_sim.model.files import read_arm
+
+from .outcome import Outcome
+from ..pages.drawing import inline_svg
+from ..reproduction.catalogue import chosen, Entry, FIGURES
+from ..reproduction.exhibit import Arms, Exhibit, ReproductionError
+from ..reproduction.page import page
+from ..reproduction.plots import draw
+from ..reproduction.report import document, file_name
+from ..version import version
+
+_ARMS = ('paper_single_axis.yaml', 'hda_arm.yaml', 'paper_table1.yaml')
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument('figures', nargs='*', metavar='FIGURE',
+                        help=f'{", ".join(FIGURES)}; all unless given')
+    parser.add_argument('--out', required=True, type=Path, metavar='DIR',
+                        help='directory to write: paper.html, paper.json, figures')
+
+
+def execute(options: argparse.Namespace) -> Outcome:
+    """Make the figures and write them; raises the project's errors."""
+    begin = time.monotonic()
+    entries = chosen(options.figures)
+    if options.out.exists():
+        raise ReproductionError(f'{options.out} exists; name another place for the figures')
+    partial = _opened(options.out)
+    try:
+        made = _made(entries, quiet=options.json)
+        report = document(made, version(), time.monotonic() - begin)
+        _write(made, report, partial)
+        partial.chmod(0o755)
+        partial.rename(options.out)
+    except OSError as error:
+        raise _cannot_write(options.out, error) from None
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+    return Outcome(_told(options.out, made), report)
+
+
+def _opened(out: Path) -> Path:
+    """Return a fresh directory beside the one that is to appear."""
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        return Path(tempfile.mkdtemp(prefix=f'.{out.name}.', dir=out.parent))
+    except OSError as error:
+        raise _cannot_write(out, error) from None
+
+
+def _made(entries: Mapping[str, Entry], *, quiet: bool) -> dict[str, Exhibit]:
+    """Return the exhibits; a terminal sees which one is being made."""
+    arms = Arms(*(read_arm(name) for name in _ARMS))
+    made = {}
+    for number, (name, entry) in enumerate(entries.items(), 1):
+        if sys.stderr.isatty() and not quiet:
+            sys.stderr.write(f'\r\033[K{number} of {len(entries)}: {name}')
+            sys.stderr.flush()
+        made[name] = entry.build(arms)
+    if sys.stderr.isatty() and not quiet:
+        sys.stderr.write('\r\033[K')
+    return made
+
+
+def _write(made: Mapping[str, Exhibit], report: dict[str, Any], out: Path) -> None:
+    """Write the numbers, every figure twice, and the page."""
+    text = json.dumps(report, indent=1, allow_nan=False)
+    (out / 'paper.json').write_text(text + '\n', encoding='utf-8')
+    inline = {}
+    for figure, exhibit in made.items():
+        for drawing in exhibit.drawings:
+            name, drawn = file_name(figure, drawing.name), draw(drawing)
+            drawn.savefig(out / f'{name}.png', dpi=150)
+            drawn.savefig(out / f'{name}.svg')
+            inline[name] = inline_svg(drawn, name)
+    (out / 'paper.html').write_text(page(made, inline, version()), encoding='utf-8')
+
+
+def _told(out: Path, made: Mapping[str, Exhibit]) -> str:
+    drawings = sum(len(exhibit.drawings) for exhibit in made.values())
+    lines = [f'{out}: {len(made)} figures and tables of the paper, {drawings} pictures, '
+             'paper.html, paper.json']
+    for name, exhibit in made.items():
+        lines += [f'  {name}: {finding}' for finding in exhibit.findings[:1]]
+    return '\n'.join(lines)
+
+
+def _cannot_write(out: Path, error: OSError) -> ReproductionError:
+    return ReproductionError(f'{out} cannot be written: {error.strerror}')

@@ -1,0 +1,1 @@
+"""The paper's figures and tables, made again by the simulator, estimator and controller."""

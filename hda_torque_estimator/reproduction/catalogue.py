@@ -1,0 +1,36 @@
+"""The table of figures: what the paper shows, and who makes it again."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from .exhibit import Arms, Exhibit, ReproductionError
+from .motor_friction import motor_friction
+from .responses import responses
+from .table_one import table_one
+
+
+class Entry(NamedTuple):
+    """A figure, table or equation of the paper."""
+
+    title: str
+    said: str               # what the paper shows or says
+    build: Callable[[Arms], Exhibit]
+
+
+FIGURES: dict[str, Entry] = {
+    'table1': Entry('Table I: parameters', 'The parameters of the arm, eleven numbers.',
+                    table_one),
+    'equation_a1': Entry('(A.1): friction of the motor',
+                         "Viscous friction from the motor's data sheet.", motor_friction),
+    'fig5': Entry('Fig. 5: responses of both joints', 'A unit step of current makes the angles '
+                  'grow; a sine makes them grow and fluctuate.', responses),
+}
+
+
+def chosen(names: list[str]) -> dict[str, Entry]:
+    """Return the figures of these names in the paper's order, all for none; may raise."""
+    for name in names:
+        if name not in FIGURES:
+            raise ReproductionError(f'the paper has no figure {name!r} that can be made again; '
+                                    f'valid names: {", ".join(FIGURES)}')
+    return {name: entry for name, entry in FIGURES.items() if not names or name in names}

@@ -1,0 +1,105 @@
+"""The paper's numbers come out again, printed ones as printed and consistent ones as derived."""
+
+from functools import cache
+import json
+import math
+from pathlib import Path
+
+from hda_arm_sim.model.files import read_arm
+from hda_torque_estimator.cli import main
+from hda_torque_estimator.reproduction.catalogue import chosen, FIGURES
+from hda_torque_estimator.reproduction.exhibit import Arms, ReproductionError
+from hda_torque_estimator.reproduction.report import document
+import pytest
+
+ARMS = Arms(read_arm('paper_single_axis.yaml'), read_arm('hda_arm.yaml'),
+            read_arm('paper_table1.yaml'))
+
+
+@cache
+def made(figure):
+    """Return the exhibit of a figure, made once."""
+    return FIGURES[figure].build(ARMS)
+
+
+def number(figure, name):
+    """Return the one number of this name."""
+    found, = (each for each in made(figure).numbers if each.name == name)
+    return found
+
+
+@pytest.mark.parametrize(('figure', 'name', 'column', 'expected'), [
+    ('table1', 'c_w from K_w0 and psi', 'printed', 1.0 / 0.037),
+    ('table1', 'psi from K_w0 and T_fs', 'printed', 0.997),
+    ('table1', 'K_w0 from psi = 1 arcmin', 'printed', 2.5439),
+    ('table1', 'the same at the output', 'printed', 1.450e-4),
+    ('table1', 'share of it reached at N T_fs', 'consistent', 100.0 * (1.0 - math.exp(-1.0))),
+    ('table1', 'tangent law at the second knee', 'printed', 12.007),
+    ('table1', 'pole of the tangent law', 'printed', 1.940),
+    ('table1', 'torque at which the gear gets there', 'consistent', 27.54),
+    ('table1', 'stiffness at small torque, with the wave generator', 'printed', 7051.0),
+    ('table1', 'torsion at 12 N*m, with the wave generator', 'printed', 1108.0),
+    ('equation_a1', 'r_m of the arm files', 'consistent', 5.96e-5),
+    ('fig5', 'acceleration of an idle motor by (1)', 'printed', 306.0),
+    ('fig5', 'real pole by (3) and (4) as printed', 'printed', 106.8),
+    ('fig5', 'resonance, motor held, one axis', 'printed', 17.0),
+])
+def test_numbers_are_those_derived_by_hand(figure, name, column, expected):
+    assert getattr(number(figure, name), column) == pytest.approx(expected, rel=1.5e-3)
+
+
+def test_only_a_driving_starting_torque_moves_an_arm_without_current():
+    idle = number('fig5', 'link angle of joint 1 after 4 s without current')
+    assert idle.printed > 5.0
+    assert idle.consistent == 0.0
+
+
+@pytest.mark.parametrize('figure', FIGURES)
+def test_every_figure_has_numbers_sentences_and_strict_json(figure):
+    exhibit = made(figure)
+    assert exhibit.numbers
+    assert exhibit.findings
+    names = [each.name for each in exhibit.numbers]
+    assert len(names) == len(set(names))
+    assert all(any(value is not None for value in each[2:5]) for each in exhibit.numbers)
+    json.dumps(document({figure: exhibit}, '0', 0.0), allow_nan=False)
+
+
+def test_names_are_taken_in_the_order_of_the_paper():
+    assert list(chosen([])) == list(FIGURES)
+    assert list(chosen(['fig5', 'table1'])) == ['table1', 'fig5']
+    with pytest.raises(ReproductionError, match='valid names: table1'):
+        chosen(['fig99'])
+
+
+def test_the_command_writes_a_page_numbers_and_figures(tmp_path, capsys):
+    out = tmp_path / 'paper'
+    assert main(['reproduce', 'table1', 'equation_a1', '--out', str(out), '--json']) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert json.loads((out / 'paper.json').read_text()) == told
+    assert set(told['figures']) == {'table1', 'equation_a1'}
+    for figure in told['figures'].values():
+        for name in figure['drawings']:
+            assert (out / f'{name}.png').read_bytes().startswith(b'\x89PNG')
+            assert '<svg' in (out / f'{name}.svg').read_text()
+    page = (out / 'paper.html').read_text()
+    assert page.count('<svg') == sum(len(f['drawings']) for f in told['figures'].values())
+    assert 'src="http' not in page
+    assert [path.name for path in tmp_path.iterdir()] == ['paper']
+
+
+@pytest.mark.parametrize(('words', 'says'), [
+    (['fig99', '--out', 'new'], "no figure 'fig99'"),
+    (['table1', '--out', 'there'], 'there exists'),
+    (['table1', '--out', 'file/new'], 'cannot be written'),
+])
+def test_bad_use_is_one_line_and_leaves_nothing(words, says, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path('there').mkdir()
+    Path('file').write_text('')
+    assert main(['reproduce', *words]) == 2
+    said = capsys.readouterr()
+    assert said.out == ''
+    assert len(said.err.splitlines()) == 1
+    assert says in said.err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ['file', 'there']
