@@ -10,6 +10,7 @@ from hda_torque_estimator.cli import main
 from hda_torque_estimator.reproduction.catalogue import chosen, FIGURES
 from hda_torque_estimator.reproduction.exhibit import Arms, ReproductionError
 from hda_torque_estimator.reproduction.report import document
+from hda_torque_estimator.reproduction.table_two import quintic_share
 import pytest
 
 ARMS = Arms(read_arm('paper_single_axis.yaml'), read_arm('hda_arm.yaml'),
@@ -40,12 +41,29 @@ def number(figure, name):
     ('table1', 'stiffness at small torque, with the wave generator', 'printed', 7051.0),
     ('table1', 'torsion at 12 N*m, with the wave generator', 'printed', 1108.0),
     ('equation_a1', 'r_m of the arm files', 'consistent', 5.96e-5),
+    ('table2', 'the same as a disc off its axis', 'printed', 45.0),
+    ('table2', 'the term 0.0018 alone, as rad per rad of the link', 'printed', 113.1),
+    ('fig2', 'link 1 from gear torque 1', 'printed', 1.0 / 0.876),
+    ('fig2', 'link 1 from gear torque 2', 'consistent', -0.25 / (0.876 * 0.25 - 0.25 ** 2)),
+    ('fig2', 'shaft from gear torque', 'consistent', -0.01 / 1.289e-4),
+    ('fig3', 'K_P at the shaft', 'consistent', 0.003),
+    ('fig3', 'K_D at the shaft', 'consistent', 0.01),
+    ('fig3', 'feedback of the estimated torque, K_J = 0.1', 'consistent', 0.001),
     ('fig5', 'acceleration of an idle motor by (1)', 'printed', 306.0),
     ('fig5', 'real pole by (3) and (4) as printed', 'printed', 106.8),
     ('fig5', 'resonance, motor held, one axis', 'printed', 17.0),
 ])
 def test_numbers_are_those_derived_by_hand(figure, name, column, expected):
     assert getattr(number(figure, name), column) == pytest.approx(expected, rel=1.5e-3)
+
+
+def test_a_quintic_holds_one_wave_per_turn_and_not_two_hundred():
+    assert quintic_share(1.0) > 0.99
+    assert quintic_share(200.0) < 1e-3
+
+
+def test_printed_links_do_not_feel_each_other():
+    assert number('fig2', 'link 1 from gear torque 2').printed == 0.0
 
 
 def test_only_a_driving_starting_torque_moves_an_arm_without_current():

@@ -3,10 +3,12 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
+from .block_diagrams import arm_diagram, control_diagram
 from .exhibit import Arms, Exhibit, ReproductionError
 from .motor_friction import motor_friction
 from .responses import responses
 from .table_one import table_one
+from .table_two import table_two
 
 
 class Entry(NamedTuple):
@@ -22,6 +24,12 @@ FIGURES: dict[str, Entry] = {
                     table_one),
     'equation_a1': Entry('(A.1): friction of the motor',
                          "Viscous friction from the motor's data sheet.", motor_friction),
+    'table2': Entry('Table II: kinematic torsion', 'Coefficients of a polynomial of degree 5.',
+                    table_two),
+    'fig2': Entry('Fig. 2: block diagram of the arm', 'The two-axis arm as a block diagram.',
+                  arm_diagram),
+    'fig3': Entry('Fig. 3: control with torque feedback', 'The PD loop with joint torque '
+                  'feedback.', control_diagram),
     'fig5': Entry('Fig. 5: responses of both joints', 'A unit step of current makes the angles '
                   'grow; a sine makes them grow and fluctuate.', responses),
 }

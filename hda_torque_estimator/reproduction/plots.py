@@ -20,7 +20,7 @@ _STYLES: dict[Look, dict[str, Any]] = {
     Look.MARK: {'color': FLOOR, 'linewidth': 1.0, 'linestyle': (0, (4, 3))},
 }
 _WIDTH = 7.6                        # [inch]
-_HEIGHTS: dict[type, float] = {Panel: 2.6, Bars: 3.4, Map: 3.2, Diagram: 3.0}
+_HEIGHTS: dict[type, float] = {Panel: 2.6, Bars: 3.4, Map: 3.2, Diagram: 3.1}
 
 
 def draw(drawing: Drawing) -> Figure:
