@@ -14,6 +14,7 @@ EXECUTABLES = {
     'torque_estimator': 'hda_torque_estimator.estimator_node:main',
     'jtf_controller': 'hda_torque_estimator.controller_node:main',
     'bag_recorder': 'hda_torque_estimator.recorder_node:main',
+    'bag_player': 'hda_torque_estimator.player_node:main',
     'hda': 'hda_torque_estimator.cli:main',
 }
 

@@ -3,6 +3,7 @@
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from itertools import islice
 import os
 from typing import TypeVar
 
@@ -28,3 +29,15 @@ def ahead(work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Res
                 yield waiting.popleft().result()
         while waiting:
             yield waiting.popleft().result()
+
+
+def drawn_ahead(items: Iterator[Item], page: int, pages: int = 4) -> Iterator[Item]:
+    """Yield items that one other thread draws, up to some pages of them ahead of time."""
+    def draw() -> list[Item]:
+        return list(islice(items, page))
+
+    with ThreadPoolExecutor(1) as executor:
+        waiting = deque(executor.submit(draw) for _ in range(pages))
+        while drawn := waiting.popleft().result():
+            waiting.append(executor.submit(draw))
+            yield from drawn

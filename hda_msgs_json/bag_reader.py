@@ -1,6 +1,6 @@
 """Recordings: rosbag2 directories and loose MCAP files, whole or cut off, as arrays."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -8,6 +8,7 @@ from typing import NamedTuple, TypeVar
 
 from hda_msgs_json.ahead import ahead
 from hda_msgs_json.bag_files import BagFiles, find_files
+from hda_msgs_json.bag_order import in_order, Message, part_messages, Source
 from hda_msgs_json.cdr import CdrError, decode_string
 from hda_msgs_json.cdr_arrays import Batch, decode_joint_batch, decode_wrench_batch
 from hda_msgs_json.mcap_chunk import expanded
@@ -42,6 +43,7 @@ class _Channel(NamedTuple):
 
     topic: str
     message_type: str
+    quality: str = ''
 
 
 class _Part(NamedTuple):
@@ -115,6 +117,34 @@ class Recording:
         order = _order(times)
         return (times, messages) if order is None else (
             times[order], [messages[at] for at in order])
+
+    def messages(self, topics: Collection[str], start: int = 0) -> Iterator[Message]:
+        """
+        Yield the messages of topics from a log time [ns] on, in its order, bit by bit.
+
+        Messages of equal time come as they are stored. Raise BagError at a broken one.
+        """
+        parts = [(file, part) for file in self._files for part in file.parts]
+        sources = []
+        for number, (file, part) in enumerate(parts):
+            filled = [times for times in part.times.values() if times.count]
+            if filled and max(times.last for times in filled) >= start:
+                chosen = {channel: carried.topic for channel, carried in file.channels.items()
+                          if carried.topic in topics}
+                sources.append(Source(
+                    min(times.first for times in filled),
+                    partial(self._part_messages, number, part, chosen, start)))
+        return in_order(sources)
+
+    def qualities(self, topic: str) -> list[str]:
+        """Return what rosbag2 keeps of the quality of service of a topic, as YAML texts."""
+        found = [channel.quality for file in self._files for channel in file.channels.values()
+                 if channel.topic == topic and channel.quality]
+        return list(dict.fromkeys(found))
+
+    def _part_messages(self, number: int, part: _Part, topics: dict[int, str],
+                       start: int) -> Iterator[Message]:
+        return part_messages(number, Records(*self._read(part)), topics, start)
 
     def _samples(
             self, topic: str, message_type: str, decode: Callable[[Batch, int], Samples],
@@ -195,7 +225,8 @@ class Recording:
                     schemas[record.id] = _full_type(record.name)
                 else:
                     channels.setdefault(record.id, _Channel(
-                        _printable(record.topic), schemas.get(record.schema_id, 'no type')))
+                        _printable(record.topic), schemas.get(record.schema_id, 'no type'),
+                        record.metadata.get('offered_qos_profiles', '')))
         except BagError as error:
             self.warnings.append(f'{part.path.name}: {error}')
         return {number: summarise(times) for number, times in records.log_times().items()

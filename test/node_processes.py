@@ -19,6 +19,7 @@ MODULES = {
     'torque_estimator': 'hda_torque_estimator.estimator_node',
     'jtf_controller': 'hda_torque_estimator.controller_node',
     'bag_recorder': 'hda_torque_estimator.recorder_node',
+    'bag_player': 'hda_torque_estimator.player_node',
 }
 PATIENCE = 120.0        # until something must have happened: nothing is measured by it [s]
 
@@ -27,8 +28,9 @@ class Process:
     """A node that runs as a process."""
 
     def __init__(self, name: str, folder: Path, *parameters: str) -> None:
-        """Start it with parameters like `rate:=200`."""
-        words = [word for parameter in parameters for word in ('-p', parameter)]
+        """Start it with parameters like `rate:=200`, and topics renamed like `/from:=/to`."""
+        words = [word for each in parameters
+                 for word in ('-r' if each.startswith('/') else '-p', each)]
         self.name, self._log = name, folder / f'{name}.log'
         with self._log.open('wb') as log:
             self._process = subprocess.Popen(

@@ -4,6 +4,7 @@ from functools import partial
 import json
 import signal
 
+from bag_content import some_messages, write_ours
 from diagnostic_msgs.msg import DiagnosticArray
 from hda_arm_sim.model.files import arm_from_text, read_arm
 from hda_arm_sim.motions import motion
@@ -42,7 +43,9 @@ def sent():
 @pytest.mark.parametrize('numbers', [(signal.SIGINT, signal.SIGINT), (signal.SIGTERM,)])
 def test_nodes_end_cleanly_when_told(numbers, tmp_path):
     """The terminal and `ros2 launch` both send SIGINT: every node takes it twice."""
-    parameters = {'bag_recorder': (f'output:={tmp_path / "bag"}',)}
+    write_ours(tmp_path / 'played', some_messages(3))
+    parameters = {'bag_recorder': (f'output:={tmp_path / "bag"}',),
+                  'bag_player': (f'bag:={tmp_path / "played"}', 'paused:=true')}
     with watching() as watcher, running(
             tmp_path, **{name: parameters.get(name, ()) for name in MODULES}) as nodes:
         heard = watcher.hear(DIAGNOSTICS)

@@ -18,14 +18,15 @@ class StartError(ValueError):
     """What ROS was given to start with cannot be used."""
 
 
-class ArmNode(Node):
-    """A node that knows an arm; `report` and `close` are for the nodes to fill in."""
+class ReportingNode(Node):
+    """A node of this project; `report` and `close` are for the nodes to fill in."""
 
     LINGER = 0.0            # time to go on after the process is told to end [s]
     failure = ''            # why the node cannot go on, once it cannot
+    finished = False        # whether the node has done all that it had to do
 
     def __init__(self, name: str) -> None:
-        """Read the arm; raises StartError, ParameterError, ArmError."""
+        """Take the values that are given to the node; raises StartError."""
         try:
             super().__init__(name, automatically_declare_parameters_from_overrides=True)
         except ValueError:                                      # the only one, and it names none
@@ -33,8 +34,6 @@ class ArmNode(Node):
                              'give it a value or leave it out') from None
         self.parameters = Parameters(self)
         self.refusals = Refusals()
-        self.arm: Arm = read_arm(self.parameters.text(
-            'arm', NOMINAL_ARM, 'model file, or the name of a shipped one'))
 
     def begin(self) -> None:
         """Start to report, when all parameters are declared and everything is ready."""
@@ -57,3 +56,13 @@ class ArmNode(Node):
 
     def close(self) -> None:
         """Finish what must not be cut off; topics still work."""
+
+
+class ArmNode(ReportingNode):
+    """A node that knows an arm."""
+
+    def __init__(self, name: str) -> None:
+        """Read the arm; raises StartError, ParameterError, ArmError."""
+        super().__init__(name)
+        self.arm: Arm = read_arm(self.parameters.text(
+            'arm', NOMINAL_ARM, 'model file, or the name of a shipped one'))

@@ -17,7 +17,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from rclpy.utilities import ok, remove_ros_args, try_shutdown
 
-from .arm_node import ArmNode, StartError
+from .arm_node import ReportingNode, StartError
 
 LONGEST_WAIT = 0.1      # of a spin: without an end, some releases of EventsExecutor hang [s]
 DONE, FAILED, MISUSED = 0, 1, 2
@@ -34,10 +34,10 @@ class _Stop:
         self.told = True        # no more: the signal may have interrupted anything
 
 
-def run(name: str, make_nodes: Callable[[], Sequence[ArmNode]],
+def run(name: str, make_nodes: Callable[[], Sequence[ReportingNode]],
         arguments: Sequence[str] | None = None) -> int:
     """
-    Make nodes, spin them until SIGINT or SIGTERM, and return the exit code of the process.
+    Make nodes, spin them until SIGINT, SIGTERM or the end of their work; returns the exit code.
 
     It is 0 then, and 2 after one line on standard error for arguments, parameters or files that
     cannot be used.
@@ -45,7 +45,7 @@ def run(name: str, make_nodes: Callable[[], Sequence[ArmNode]],
     stop = _Stop()
     for number in _SIGNALS:
         signal.signal(number, stop)
-    nodes: Sequence[ArmNode] = ()
+    nodes: Sequence[ReportingNode] = ()
     code = MISUSED
     try:
         _initialise(list(sys.argv if arguments is None else arguments))
@@ -90,13 +90,13 @@ def _executor() -> Executor:
     return EventsExecutor()
 
 
-def _spin(name: str, nodes: Sequence[ArmNode], stop: _Stop) -> int:
-    """Spin until told to end, or until a node cannot go on; returns the exit code."""
+def _spin(name: str, nodes: Sequence[ReportingNode], stop: _Stop) -> int:
+    """Spin until told to end, or until a node is done or cannot go on; returns the exit code."""
     executor = _executor()
     for node in nodes:
         executor.add_node(node)
     gc.freeze()             # what is there stays: later collections need not look at it
-    while ok() and not stop.told and not any(node.failure for node in nodes):
+    while ok() and not stop.told and not any(node.failure or node.finished for node in nodes):
         executor.spin_until_future_complete(Future(), timeout_sec=LONGEST_WAIT)
     if linger := max(node.LINGER for node in nodes):
         executor.spin_until_future_complete(Future(), timeout_sec=linger)
@@ -108,7 +108,7 @@ def _spin(name: str, nodes: Sequence[ArmNode], stop: _Stop) -> int:
     return FAILED if failures else DONE
 
 
-def _end(nodes: Sequence[ArmNode]) -> None:
+def _end(nodes: Sequence[ReportingNode]) -> None:
     for number in _SIGNALS:
         signal.signal(number, signal.SIG_IGN)
     for node in nodes:
