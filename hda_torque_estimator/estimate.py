@@ -7,6 +7,7 @@ simulation all run this function, so they give the same bits.
 """
 
 from hda_arm_sim.model.compiled import compiled, inlined
+from hda_arm_sim.model.effects.transmission import played_torsion
 from hda_arm_sim.model.encoders import tilt_moments
 from hda_arm_sim.model.link_side import cable
 from hda_arm_sim.model.rigid import gravity_torque
@@ -16,7 +17,9 @@ import numpy as np
 from .momentum import expected_rate, hold, momentum
 from .tip_force import base_force, tool_force
 from .torsion_torque import (advance_hysteresis, link, shaft, torque_deviation,
-                             torque_through_gear, torsions)
+                             torque_through_gear, torsion_deviation, torsions)
+
+FLICKER = 2.0           # deviations of the torsion's noise that are no movement
 
 # A reading, per joint: angles [rad] and velocities [rad/s] of shaft and link, NaN if not given.
 MOTOR_READING, LINK_READING, MOTOR_RATE, LINK_RATE = range(4)
@@ -28,8 +31,10 @@ READINGS = 4
  LAST_TORSION, HYSTERESIS,              # elastic torsion [rad], hysteresis state
  LAST_MOMENTUM, LAST_RATE, EXTERNAL,    # of the momentum observer
  ZERO, TARE_SUM,                        # torsion taken for zero [rad], its running sum
- ) = range(11)
-MEMORY = 11
+ QUICK_MOTOR, QUICK_LINK,               # velocities, less low-passed, for the torsion [rad/s]
+ SMOOTH_TORSION, TURNED_TORSION,        # what the hysteresis follows, without flicker [rad]
+ ) = range(15)
+MEMORY = 15
 
 # Results, per joint.
 (TORSION, KINEMATIC_TORSION,            # total and kinematic torsion, output side [rad]
@@ -55,14 +60,22 @@ def usable(reading):                                                # type: igno
 
 
 @inlined
+def _share(bandwidth, dt):                                          # type: ignore[no-untyped-def]
+    """Return the share of a new value in a low-pass of this bandwidth [Hz], (27)."""
+    return 1.0 - np.exp(-2.0 * np.pi * bandwidth * dt)
+
+
+@inlined
 def _rates(record, settings, memory, reading, j, dt):               # type: ignore[no-untyped-def]
     """Renew the low-passed velocities from given ones, or from angles and stamps."""
-    share = 1.0 - np.exp(-2.0 * np.pi * settings.velocity_bandwidth * dt)
+    share = _share(settings.velocity_bandwidth, dt)
+    quick = _share(settings.torsion_bandwidth, dt)
     for side in range(2):
         rate = reading[j, MOTOR_RATE + side]
         if not np.isfinite(rate):
             rate = (reading[j, side] - memory[j, LAST_MOTOR + side]) / dt
         memory[j, MOTOR_VELOCITY + side] += share * (rate - memory[j, MOTOR_VELOCITY + side])
+        memory[j, QUICK_MOTOR + side] += quick * (rate - memory[j, QUICK_MOTOR + side])
         memory[j, LAST_MOTOR + side] = reading[j, side]
 
 
@@ -71,23 +84,39 @@ def _joint(                                                         # type: igno
         record, settings, tilt_moment, memory, reading, j, dt, result):
     """Fill one joint's torsions, torque and deviation; returns its link angle [rad]."""
     joint = record.joints[j]
-    motor_angle, motor_velocity = shaft(joint, reading[j, MOTOR_READING],
-                                        memory[j, MOTOR_VELOCITY])
+    motor_angle, motor_velocity = shaft(joint, reading[j, MOTOR_READING], memory[j, QUICK_MOTOR])
     link_angle, link_velocity = link(joint, tilt_moment, reading[j, LINK_READING],
-                                     memory[j, LINK_VELOCITY])
+                                     memory[j, QUICK_LINK])
     total, kinematic, rate = torsions(joint, motor_angle, motor_velocity, link_angle,
                                       link_velocity)
     elastic = total - kinematic - memory[j, ZERO]
     if joint.torsional_hysteresis.level > 0.0:
-        memory[j, HYSTERESIS] = advance_hysteresis(joint, rate * dt, memory[j, HYSTERESIS])
+        _follow(joint, settings, memory, j, elastic, dt)
     memory[j, LAST_TORSION] = elastic
     torque = torque_through_gear(joint, elastic, rate, memory[j, HYSTERESIS])
-    random, systematic = torque_deviation(joint, torque, settings.stiffness_tolerance)
+    gain = _share(settings.torsion_bandwidth, dt) / dt if dt > 0.0 else 0.0
+    random, systematic = torque_deviation(joint, torque, gain, settings.stiffness_tolerance)
     result[j, TORSION], result[j, KINEMATIC_TORSION] = total, kinematic
     result[j, TORQUE] = torque
     result[j, TORQUE_DEVIATION] = np.sqrt(random ** 2 + systematic ** 2)
     result[j, BEYOND_RANGE] = 1.0 if abs(elastic) > joint.torsion.valid_torsion else 0.0
     return link_angle
+
+
+@inlined
+def _follow(joint, settings, memory, j, elastic, dt):               # type: ignore[no-untyped-def]
+    """
+    Let the hysteresis follow the elastic torsion, (29).
+
+    What begins under load is taken for loaded from rest. Counts that flicker would wear the state
+    down, so it follows only what goes beyond them.
+    """
+    share = _share(settings.torsion_bandwidth, dt) if dt > 0.0 else 1.0
+    memory[j, SMOOTH_TORSION] += share * (elastic - memory[j, SMOOTH_TORSION])
+    moved = played_torsion(memory[j, SMOOTH_TORSION] - memory[j, TURNED_TORSION],
+                           FLICKER * torsion_deviation(joint))
+    memory[j, HYSTERESIS] = advance_hysteresis(joint, moved, memory[j, HYSTERESIS])
+    memory[j, TURNED_TORSION] += moved
 
 
 @inlined
@@ -103,7 +132,7 @@ def _external(                                                      # type: igno
     pull2, doubt2 = hold(record.joints[last], q2, dq2)
     rate = expected_rate(inertia, record.body, joints, q1, q2, dq1, dq2,
                          result[0, TORQUE] + pull1, result[last, TORQUE] + pull2)
-    share = 1.0 - np.exp(-2.0 * np.pi * settings.observer_bandwidth * dt) if dt > 0.0 else 0.0
+    share = _share(settings.observer_bandwidth, dt)
     for j in range(joints):
         if dt > 0.0:
             change = (now[j] - memory[j, LAST_MOMENTUM]) / dt
@@ -167,7 +196,8 @@ def restart(memory, reading, j):                                    # type: igno
     for side in range(2):
         memory[j, LAST_MOTOR + side] = reading[j, side]
         rate = reading[j, MOTOR_RATE + side]
-        memory[j, MOTOR_VELOCITY + side] = rate if np.isfinite(rate) else 0.0
+        rate = rate if np.isfinite(rate) else 0.0
+        memory[j, MOTOR_VELOCITY + side] = memory[j, QUICK_MOTOR + side] = rate
 
 
 @compiled

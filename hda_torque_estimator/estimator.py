@@ -37,6 +37,8 @@ class EstimatorSettings(Declared):
     name: ClassVar[str] = 'estimator'
     velocity_bandwidth: float = parameter(
         40.0, 'Hz', 0.1, 1e4, 'low-pass of the velocities')
+    torsion_bandwidth: float = parameter(
+        80.0, 'Hz', 0.1, 1e4, 'low-pass of the rate of the torsion, for damping and lateness')
     observer_bandwidth: float = parameter(
         10.0, 'Hz', 0.01, 1e3, 'momentum observer of the external torque')
     singular_sine: float = parameter(
@@ -191,13 +193,15 @@ class _CompiledSettings(NamedTuple):
     stiffness_tolerance: float
     inertia_tolerance: float
     links: float
+    torsion_bandwidth: float
 
 
 def compiled_settings(arm: Arm, settings: EstimatorSettings) -> _CompiledSettings:
     """Return what the compiled step reads of the settings and of the arm's tolerances."""
     return _CompiledSettings(
         settings.velocity_bandwidth, settings.observer_bandwidth, settings.singular_sine,
-        arm.tolerances.stiffness, arm.tolerances.link_inertia, float(arm.links is not None))
+        arm.tolerances.stiffness, arm.tolerances.link_inertia, float(arm.links is not None),
+        settings.torsion_bandwidth)
 
 
 @compiled
@@ -210,7 +214,7 @@ def _run(                                                           # type: igno
     compiler joins a step to two callers, it may round differently in each.
     """
     numbers = _CompiledSettings(settings[0], settings[1], settings[2], settings[3], settings[4],
-                                settings[5])
+                                settings[5], settings[6])
     record, rigid = ArmRecord(joints, body[0]), inertia_of(inertia)
     for i in range(reading.shape[0]):
         estimate.step(record, numbers, rigid, memory, reading[i], seconds[i], result[i], tip[i])

@@ -64,14 +64,21 @@ def torque_through_gear(joint, torsion, torsion_rate, state):       # type: igno
 
 
 @compiled
-def torque_deviation(joint, torque, stiffness_tolerance):           # type: ignore[no-untyped-def]
+def torsion_deviation(joint):                                       # type: ignore[no-untyped-def]
+    """Return what counts and noise of both encoders make of a torsion, one sigma [rad]."""
+    motor = (joint.coarse_quantisation.motor_step ** 2 / 12.0 + joint.motor_encoder.noise ** 2)
+    link = (joint.coarse_quantisation.link_step ** 2 / 12.0 + joint.link_encoder.noise ** 2)
+    return np.sqrt(motor / joint.ratio ** 2 + link)
+
+
+@compiled
+def torque_deviation(joint, torque, rate_gain, stiffness_tolerance):    # type: ignore[no-untyped-def]
     """
     Return the standard deviation of the torque, (31), its random and its systematic part [N*m].
 
-    Random: quantisation and noise of both encoders. Systematic: how well the stiffness is known.
+    Random: quantisation and noise of both encoders, in the torsion and by `rate_gain` [1/s] in its
+    rate. Systematic: how well the stiffness is known.
     """
-    motor = (joint.coarse_quantisation.motor_step ** 2 / 12.0 + joint.motor_encoder.noise ** 2)
-    link = (joint.coarse_quantisation.link_step ** 2 / 12.0 + joint.link_encoder.noise ** 2)
     stiffness = stiffness_at(joint.torsion, joint.ratio, torque)
-    return (stiffness * np.sqrt(motor / joint.ratio ** 2 + link),
-            stiffness_tolerance * abs(torque))
+    noise = stiffness + joint.structural_damping.coefficient * rate_gain
+    return noise * torsion_deviation(joint), stiffness_tolerance * abs(torque)

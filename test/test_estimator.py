@@ -69,7 +69,7 @@ def test_torque_is_exact_when_model_is_truth(arm):
     made = run(fine, fine, motion('sine', 2, 6.0, 1e-3, 1), 1)
     reading = made.reading.copy()
     reading[:, :, 2], reading[:, :, 3] = made.state[:, :, 1], made.state[:, :, 3]
-    found = Estimator(fine, EstimatorSettings(velocity_bandwidth=1e4)).run(
+    found = Estimator(fine, EstimatorSettings(velocity_bandwidth=1e4, torsion_bandwidth=1e4)).run(
         stamps_of(made), reading)
     np.testing.assert_allclose(found.torque, made.joint_torque, atol=1e-8)
 

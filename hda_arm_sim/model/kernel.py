@@ -65,13 +65,21 @@ def registers(state: Array) -> Array:
 def transmission(joint, motor_angle):                               # type: ignore[no-untyped-def]
     """Return e(theta_m) [rad] and the effective ratio 1/N + e'(theta_m), (69-70)."""
     wave = joint.kinematic_error
-    if wave.amplitude_1 == 0.0 and wave.amplitude_2 == 0.0 and wave.amplitude_4 == 0.0:
+    if (wave.amplitude_1 == 0.0 and wave.amplitude_2 == 0.0 and wave.amplitude_4 == 0.0
+            and wave.amplitude_a == 0.0 and wave.amplitude_b == 0.0 and wave.amplitude_c == 0.0
+            and wave.amplitude_d == 0.0):
         return 0.0, 1.0 / joint.ratio
-    return (transmission_error(motor_angle, wave.amplitude_1, wave.phase_1, wave.amplitude_2,
-                               wave.phase_2, wave.amplitude_4, wave.phase_4),
-            1.0 / joint.ratio
-            + transmission_slope(motor_angle, wave.amplitude_1, wave.phase_1, wave.amplitude_2,
-                                 wave.phase_2, wave.amplitude_4, wave.phase_4))
+    return (_of_wave(transmission_error, wave, motor_angle),
+            1.0 / joint.ratio + _of_wave(transmission_slope, wave, motor_angle))
+
+
+@inlined
+def _of_wave(law, wave, motor_angle):                               # type: ignore[no-untyped-def]
+    """Return a law of the transmission error with all of its parameters."""
+    return law(motor_angle, wave.amplitude_1, wave.phase_1, wave.amplitude_2, wave.phase_2,
+               wave.amplitude_4, wave.phase_4, wave.order_a, wave.amplitude_a, wave.phase_a,
+               wave.order_b, wave.amplitude_b, wave.phase_b, wave.order_c, wave.amplitude_c,
+               wave.phase_c, wave.order_d, wave.amplitude_d, wave.phase_d)
 
 
 @inlined

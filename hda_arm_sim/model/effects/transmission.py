@@ -12,20 +12,36 @@ from ..parameter import parameter
 
 @compiled
 def transmission_error(                                           # type: ignore[no-untyped-def]
-        motor_angle, amplitude_1, phase_1, amplitude_2, phase_2, amplitude_4, phase_4):
+        motor_angle, amplitude_1, phase_1, amplitude_2, phase_2, amplitude_4, phase_4,
+        order_a, amplitude_a, phase_a, order_b, amplitude_b, phase_b,
+        order_c, amplitude_c, phase_c, order_d, amplitude_d, phase_d):
     """Return e(theta_m), (69) [rad at the output]."""
-    return (amplitude_1 * np.sin(motor_angle + phase_1)
-            + amplitude_2 * np.sin(2.0 * motor_angle + phase_2)
-            + amplitude_4 * np.sin(4.0 * motor_angle + phase_4))
+    error = (amplitude_1 * np.sin(motor_angle + phase_1)
+             + amplitude_2 * np.sin(2.0 * motor_angle + phase_2)
+             + amplitude_4 * np.sin(4.0 * motor_angle + phase_4))
+    if amplitude_a != 0.0:
+        error = error + amplitude_a * np.sin(order_a * motor_angle + phase_a)
+    if amplitude_b != 0.0:
+        error = error + amplitude_b * np.sin(order_b * motor_angle + phase_b)
+    if amplitude_c != 0.0:
+        error = error + amplitude_c * np.sin(order_c * motor_angle + phase_c)
+    if amplitude_d != 0.0:
+        error = error + amplitude_d * np.sin(order_d * motor_angle + phase_d)
+    return error
 
 
 @compiled
 def transmission_slope(                                           # type: ignore[no-untyped-def]
-        motor_angle, amplitude_1, phase_1, amplitude_2, phase_2, amplitude_4, phase_4):
+        motor_angle, amplitude_1, phase_1, amplitude_2, phase_2, amplitude_4, phase_4,
+        order_a, amplitude_a, phase_a, order_b, amplitude_b, phase_b,
+        order_c, amplitude_c, phase_c, order_d, amplitude_d, phase_d):
     """Return e'(theta_m), (70): how the error changes the gear ratio [rad/rad]."""
-    return (amplitude_1 * np.cos(motor_angle + phase_1)
-            + 2.0 * amplitude_2 * np.cos(2.0 * motor_angle + phase_2)
-            + 4.0 * amplitude_4 * np.cos(4.0 * motor_angle + phase_4))
+    turn = 0.5 * np.pi                  # a quarter of a wave: cosines in the place of sines
+    return transmission_error(
+        motor_angle, amplitude_1, phase_1 + turn, 2.0 * amplitude_2, phase_2 + turn,
+        4.0 * amplitude_4, phase_4 + turn, order_a, order_a * amplitude_a, phase_a + turn,
+        order_b, order_b * amplitude_b, phase_b + turn, order_c, order_c * amplitude_c,
+        phase_c + turn, order_d, order_d * amplitude_d, phase_d + turn)
 
 
 @compiled
@@ -74,7 +90,12 @@ def softer(nominal, compliance):                                    # type: igno
 
 @dataclass(frozen=True)
 class KinematicError(Effect):
-    """Transmission error at wave-generator orders; it bends the torsion and the ratio, (69-70)."""
+    """
+    Transmission error at wave-generator orders; it bends the torsion and the ratio, (69-70).
+
+    Four more waves have orders of their own, whole ones and others: that of the teeth is
+    2 (N + 1) / N per motor turn, one per turn of the link is 1 / N.
+    """
 
     name: ClassVar[str] = 'kinematic_error'
     cause: ClassVar[str] = 'transmission error of the gear at wave-generator orders'
@@ -87,6 +108,18 @@ class KinematicError(Effect):
     phase_2: float = parameter(0.0, 'rad', -7.0, 7.0, 'its phase')
     amplitude_4: float = parameter(0.0, 'rad', 0.0, 0.05, 'four per motor turn, output side')
     phase_4: float = parameter(0.0, 'rad', -7.0, 7.0, 'its phase')
+    order_a: float = parameter(3.0, '1/turn', 0.0, 100.0, 'of one more wave, per motor turn')
+    amplitude_a: float = parameter(0.0, 'rad', 0.0, 0.05, 'of that wave, output side')
+    phase_a: float = parameter(0.0, 'rad', -7.0, 7.0, 'its phase')
+    order_b: float = parameter(6.0, '1/turn', 0.0, 100.0, 'of another wave, per motor turn')
+    amplitude_b: float = parameter(0.0, 'rad', 0.0, 0.05, 'of that wave, output side')
+    phase_b: float = parameter(0.0, 'rad', -7.0, 7.0, 'its phase')
+    order_c: float = parameter(8.0, '1/turn', 0.0, 100.0, 'of another wave, per motor turn')
+    amplitude_c: float = parameter(0.0, 'rad', 0.0, 0.05, 'of that wave, output side')
+    phase_c: float = parameter(0.0, 'rad', -7.0, 7.0, 'its phase')
+    order_d: float = parameter(2.02, '1/turn', 0.0, 100.0, 'of another wave, per motor turn')
+    amplitude_d: float = parameter(0.0, 'rad', 0.0, 0.05, 'of that wave, output side')
+    phase_d: float = parameter(0.0, 'rad', -7.0, 7.0, 'its phase')
 
 
 @dataclass(frozen=True)
