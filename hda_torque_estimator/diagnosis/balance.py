@@ -28,6 +28,7 @@ from scipy.signal import firwin, upfirdn
 
 from .measurement import Measurement
 from .motion import Motion, motion_of
+from .running_clock import arm_during
 
 Array = NDArray[np.float64]
 BANDWIDTH = 40.0        # of the balances [Hz]
@@ -70,7 +71,8 @@ class Balancer:
         if key not in self._motions:
             if len(self._motions) > _KEPT:
                 self._motions.pop(next(iter(self._motions)))
-            motion = motion_of(self.measurement, arm)
+            parts = [motion_of(one, arm) for one in self.measurement.recordings()]
+            motion = Motion(*map(np.concatenate, zip(*parts))) if len(parts) > 1 else parts[0]
             self._motions[key] = motion, self._valid(motion)
         return self._motions[key]
 
@@ -84,32 +86,39 @@ class Balancer:
         return self._along(arm)[1]
 
     def _along(self, arm: Arm) -> tuple[Array, Array]:
-        motion, record = self.motion(arm), arm.record()
+        motion, dt = self.motion(arm), self.measurement.dt
         samples, joints = self.measurement.command.shape
         residual = np.empty((samples, 2 * joints))
         memory = np.zeros((samples, joints, STATES - MEASURED))
         delivered = np.empty((samples, joints))
-        _deliver(record, self.measurement.command, self.measurement.dt, delivered)
-        bristles = bool((record.joints['presliding_friction']['stiffness'] > 0.0).any())
-        _along(record, loaded_inertia(record.body), motion.state, motion.acceleration,
-               _centred(delivered), self.measurement.dt, _BRISTLE_STEPS if bristles else 1,
-               residual, memory)
+        for piece in self.measurement.pieces():
+            record = arm_during(arm, piece, dt).record()
+            _deliver(record, self.measurement.command[piece], dt, delivered[piece])
+            bristles = bool((record.joints['presliding_friction']['stiffness'] > 0.0).any())
+            _along(record, loaded_inertia(record.body), motion.state[piece],
+                   motion.acceleration[piece], _centred(delivered[piece]), dt,
+                   _BRISTLE_STEPS if bristles else 1, residual[piece], memory[piece])
         return residual, memory
 
     def filtered(self, raw: Array) -> Array:
         """Return columns (k, m) low-passed without delay and thinned to the balances' rate."""
+        return np.concatenate([self._filtered(raw[piece]) for piece in self.measurement.pieces()])
+
+    def _filtered(self, raw: Array) -> Array:
+        """Return the filtered columns of one recording."""
         half = len(self._low_pass) // 2
         early = -half % self.every                  # so that an output falls on the first sample
         padded = np.concatenate([np.zeros((early, raw.shape[1])), raw])
         thin = upfirdn(self._low_pass, padded, down=self.every, axis=0)
         first = (half + early) // self.every
-        return np.ascontiguousarray(thin[first:first + len(self.time)])
+        return np.asarray(thin[first:first + -(-len(raw) // self.every)])
 
     def _valid(self, motion: Motion) -> NDArray[np.bool_]:
         """Return where balances hold: their filter has seen neither an end nor standstill."""
         reach = len(self._low_pass) // 2 + 12
         ends = np.zeros(len(motion.state), bool)
-        ends[reach:-reach] = True
+        for piece in self.measurement.pieces():
+            ends[piece.start + reach:piece.stop - reach] = True
         slow = np.abs(motion.state[:, :, MOTOR_VELOCITY]) < _SLOW
         spread = np.ones(2 * reach + 1)
         near = np.stack([np.convolve(column, spread, 'same') > 0.5 for column in slow.T], axis=1)

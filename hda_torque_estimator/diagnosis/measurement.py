@@ -1,5 +1,6 @@
 """A recording as the diagnosis sees it: both angles and the commanded torque on a time grid."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from hda_msgs_json.samples import JointSamples
@@ -20,6 +21,9 @@ class Measurement:
     `reading` (k, n, 2) are the angles of shaft and link as the encoders show them [rad],
     `command` (k, n) the motor torque in force from a sample until the next [N*m, shaft]. Samples
     that never came, and were put in to keep the grid, are listed in `absent`.
+
+    A measurement may hold several recordings of an arm, one after another on one running clock;
+    `begins` are their first samples.
     """
 
     labels: tuple[str, ...]
@@ -27,6 +31,7 @@ class Measurement:
     reading: Array
     command: Array
     absent: tuple[int, ...] = ()
+    begins: tuple[int, ...] = (0,)
 
     @property
     def time(self) -> Array:
@@ -44,6 +49,36 @@ class Measurement:
         mask = np.zeros(len(self.command), bool)
         mask[list(self.absent)] = True
         return mask
+
+    def pieces(self) -> list[slice]:
+        """Return the samples of each recording."""
+        ends = (*self.begins[1:], len(self.command))
+        return [slice(begin, end) for begin, end in zip(self.begins, ends)]
+
+    def recordings(self) -> list['Measurement']:
+        """Return each recording on its own, its time from zero."""
+        return [Measurement(self.labels, self.dt, self.reading[piece], self.command[piece],
+                            tuple(place - piece.start for place in self.absent
+                                  if piece.start <= place < piece.stop))
+                for piece in self.pieces()]
+
+
+def joined(recordings: Sequence[Measurement], grain: int = 1) -> Measurement:
+    """
+    Return recordings of one arm and one rate as one measurement.
+
+    If there are several, each is cut to a multiple of `grain` samples.
+    """
+    if len(recordings) == 1:
+        return recordings[0]
+    lengths = [len(one.command) // grain * grain for one in recordings]
+    begins = np.cumsum([0, *lengths[:-1]]).tolist()
+    return Measurement(
+        recordings[0].labels, recordings[0].dt,
+        np.concatenate([one.reading[:length] for one, length in zip(recordings, lengths)]),
+        np.concatenate([one.command[:length] for one, length in zip(recordings, lengths)]),
+        tuple(begin + place for one, length, begin in zip(recordings, lengths, begins)
+              for place in one.absent if place < length), tuple(begins))
 
 
 def measurement_from(labels: tuple[str, ...], samples: JointSamples) -> Measurement:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .balance import Balancer, MEASURED
+from .running_clock import arm_during
 
 Array = NDArray[np.float64]
 Spans = tuple[tuple[float, float], ...]
@@ -33,18 +34,24 @@ def prediction_errors(balancer: Balancer, arm: Arm, spans: Spans,
 
     Columns are motors (over their ratio), links and torsions [rad^2 at the output].
     """
+    return np.concatenate([_errors(balancer, arm, spans, piece, horizon)
+                           for piece in balancer.measurement.pieces()])
+
+
+def _errors(balancer: Balancer, arm: Arm, spans: Spans, piece: slice, horizon: float) -> Array:
+    """Return the mean squared errors of the windows within one recording."""
     measurement, dt = balancer.measurement, balancer.measurement.dt
     motion, memory = balancer.motion(arm), balancer.memory(arm)
-    steps, record = round(horizon / dt), arm.record()
+    steps, record = round(horizon / dt), arm_during(arm, piece, dt).record()
     inertia = loaded_inertia(record.body)
-    starts = _starts(spans, measurement.duration, dt)
+    starts = _starts(spans, piece.start * dt, (piece.stop - 1) * dt, dt)
     squared = np.zeros((len(starts), 3 * len(arm.joints)))
     for errors, begin in zip(squared, starts):
         state = np.zeros((motion.state.shape[1], STATES))
         state[:, :MEASURED], state[:, MEASURED:] = motion.state[begin], memory[begin]
         w = registers(state)
-        w[0, TIME] = begin * dt
-        _remember(w, measurement.command[:begin])
+        w[0, TIME] = (begin - piece.start) * dt
+        _remember(w, measurement.command[piece.start:begin])
         reading = measurement.reading[begin:begin + steps + 1]
         _predict(record, inertia, w, measurement.command[begin:begin + steps], reading, dt,
                  step_count(dt), errors)
@@ -59,12 +66,13 @@ def _remember(w: Array, command: Array) -> None:
     w[:joints, STATE + CURRENT] = last[0]
 
 
-def _starts(spans: Spans, duration: float, dt: float) -> list[int]:
-    """Return the first samples of all windows that lie within spans."""
+def _starts(spans: Spans, first: float, last: float, dt: float) -> list[int]:
+    """Return the first samples of all windows within spans, from a first to a last time."""
     starts: list[int] = []
     for begin, end in spans:
-        last = min(end, duration - _EDGE) - HORIZON
-        starts += [round(time / dt) for time in np.arange(max(begin, _EDGE), last, EVERY)]
+        final = min(end, last - _EDGE) - HORIZON
+        starts += [round(time / dt) for time in np.arange(max(begin, first + _EDGE), final,
+                                                          EVERY)]
     return starts
 
 
