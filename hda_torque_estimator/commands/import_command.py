@@ -4,19 +4,30 @@ import argparse
 from pathlib import Path
 
 from .outcome import Outcome
-from ..importing.run import run_import, shipped_maps
+from ..importing.run import guess_map, run_import, shipped_maps
+
+
+class ImportUseError(ValueError):
+    """Raised when the options do not say what to do."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument('table', type=Path, metavar='TABLE', help='CSV, Parquet, MAT or NPZ')
-    parser.add_argument('--map', required=True, type=Path, metavar='FILE',
+    parser.add_argument('--guess', action='store_true',
+                        help='print a map guessed from names and numbers, to be edited')
+    parser.add_argument('--map', type=Path, metavar='FILE',
                         help=f'column map, or a shipped one: {", ".join(shipped_maps())}')
-    parser.add_argument('--out', required=True, type=Path, metavar='BAG',
+    parser.add_argument('--out', type=Path, metavar='BAG',
                         help='bag to write; a map that splits the table adds _VALUE to it')
 
 
 def execute(options: argparse.Namespace) -> Outcome:
-    """Import and write; raises the project's errors."""
+    """Import and write, or guess a map; raises the project's errors."""
+    if options.guess:
+        text = guess_map(options.table)
+        return Outcome(text.rstrip(), {'map': text})
+    if options.map is None or options.out is None:
+        raise ImportUseError('give --map FILE and --out BAG, or --guess for a map to edit')
     bags = [str(path) for path in run_import(options.table, options.map, options.out)]
     return Outcome('\n'.join(bags), {'bags': bags})

@@ -1,4 +1,4 @@
-"""Import a table into bags: `hda import TABLE --map FILE --out BAG`."""
+"""Import a table into bags: `hda import TABLE --map FILE --out BAG`, or guess its map."""
 
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -14,6 +14,8 @@ import yaml
 
 from .column_map import ColumnMap, ColumnMapError
 from .convert import convert, Imported
+from .guess import guess
+from .guess_text import map_text
 from .map_document import read_column_map
 from .tables import read_table
 
@@ -41,6 +43,14 @@ def run_import(table: Path, map_file: Path, out: Path) -> list[Path]:
             undo.callback(shutil.rmtree, path, ignore_errors=True)
         undo.pop_all()
     return list(bags)
+
+
+def guess_map(table: Path) -> str:
+    """Return a column map guessed from a table, as text to edit; raises TableError."""
+    try:
+        return map_text(guess(read_table(table)), table)
+    except ColumnMapError as error:
+        raise ColumnMapError(f'{table}: {error}') from None
 
 
 def shipped_maps() -> tuple[str, ...]:

@@ -1,0 +1,91 @@
+"""Guess a column map from the names and the numbers of a table."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from .column_map import ColumnMapError
+from .headings import Heading, read_heading
+from .places import entries_by_name, Entry, patterns_of
+from .settle import Settling
+from .sightings import Columns, Floats, numbers, splits, time_step, time_unit
+from .units import TIME
+
+SPLITTERS = ('run', 'sample', 'trial', 'episode', 'experiment', 'recording', 'segment', 'seq',
+             'test', 'id', 'index')
+"""Words of columns that tell recordings apart, the likeliest first."""
+
+
+@dataclass(frozen=True)
+class TimeEntry:
+    """The column of the time, or none where no column grows like a time."""
+
+    column: str | None = None
+    unit: str = 's'
+    reason: str = 'no column grows like a time'
+    from_first: bool = False
+    split: str | None = None
+
+    def seconds(self, columns: Columns) -> Floats:
+        """Return the time of every row [s], nothing where no column tells it."""
+        if self.column is None:
+            return np.empty(0)
+        return numbers(columns, self.column) * TIME.units[self.unit].factor
+
+
+@dataclass(frozen=True)
+class Guess:
+    """A guessed map: entries by their place, the gear ratio if it shows, columns without use."""
+
+    time: TimeEntry
+    entries: Mapping[str, Entry]
+    ratio: float | None
+    unused: tuple[str, ...]
+
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """Return the numbers of the joints in the names, 0 where names have none."""
+        return tuple(sorted({number for entry in self.entries.values()
+                             for pattern in entry.patterns for number in pattern.columns}))
+
+
+def guess(columns: Columns) -> Guess:
+    """Return what the columns of a table most likely mean; raises ColumnMapError for nothing."""
+    headings = [read_heading(name) for name in columns]
+    entries = entries_by_name(patterns_of(headings))
+    if not entries:
+        some = ', '.join(repr(name) for name in list(columns)[:4])
+        raise ColumnMapError(f'no column looks like an angle, a speed or a torque of a joint, '
+                             f'got {some or "no columns"}; write the map by hand')
+    time = _time(headings, columns)
+    settling = Settling(columns, time.seconds(columns), entries)
+    ratio = settling.settle()
+    used = {time.column, time.split} | {
+        column for entry in settling.entries.values() for pattern in entry.patterns
+        for column in pattern.columns.values()}
+    return Guess(time, settling.entries, ratio,
+                 tuple(name for name in columns if name not in used))
+
+
+def _time(headings: Iterable[Heading], columns: Columns) -> TimeEntry:
+    """Return the column that grows like a time, by its name."""
+    for heading in headings:
+        values = numbers(columns, heading.column)
+        if heading.kind != 'time' or heading.number is not None or (
+                step := time_step(values)) is None:
+            continue
+        unit = heading.unit or time_unit(step)
+        rate = 1.0 / (step * TIME.units[unit].factor)
+        how = 'unit by its name' if heading.unit else 'unit by its steps'
+        return TimeEntry(heading.column, unit, f'{rate:.4g} Hz, {how}', bool(values.min() < 0.0),
+                         _split(values, columns))
+    return TimeEntry()
+
+
+def _split(times: Floats, columns: Columns) -> str | None:
+    """Return the column that tells recordings apart, where the time starts again."""
+    if (np.diff(times) > 0.0).all():
+        return None
+    named = [name for word in SPLITTERS for name in columns if word in read_heading(name).words]
+    return next((name for name in named if splits(times, columns[name])), None)

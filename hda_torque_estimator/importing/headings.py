@@ -1,0 +1,93 @@
+"""Read the names of columns: which quantity of which joint they state, where, and in what unit."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+import re
+from typing import Literal
+
+Kind = Literal['position', 'velocity', 'torque', 'current', 'time']
+
+WORD = re.compile(r'[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|\d+')
+BRACKETED = re.compile(r'^(.*?)\s*[\[(]\s*([^\])]+?)\s*[\])]\s*$')
+
+KINDS: dict[str, Kind] = {
+    **dict.fromkeys(('torque', 'tau', 'trq', 'effort', 'moment'), 'torque'),
+    **dict.fromkeys(('current', 'cur', 'curr', 'iq', 'amps', 'i'), 'current'),
+    **dict.fromkeys(('velocity', 'vel', 'speed', 'omega', 'rate', 'dq', 'qd', 'qdot', 'dtheta',
+                     'thetad', 'thetadot'), 'velocity'),
+    **dict.fromkeys(('position', 'pos', 'angle', 'ang', 'theta', 'phi', 'q', 'enc', 'encoder'),
+                    'position'),
+    **dict.fromkeys(('time', 't', 'timestamp', 'stamp', 'clock'), 'time')}
+"""What a word says of its column; of several words the first kind in this order counts."""
+
+UNITS: dict[Kind, dict[str, tuple[str, ...]]] = {
+    'position': {'rad': ('rad', 'radian', 'radians'), 'deg': ('deg', 'degree', 'degrees'),
+                 'turn': ('turn', 'turns', 'rev', 'revs'),
+                 'count': ('count', 'counts', 'cnt', 'cnts', 'tick', 'ticks', 'inc', 'incs')},
+    'velocity': {'rad/s': ('rad s', 'rad per s', 'rads', 'radps', 'rad sec'),
+                 'deg/s': ('deg s', 'deg per s', 'degs', 'degps', 'deg sec'), 'rpm': ('rpm',),
+                 'turn/s': ('turn s', 'rev s', 'turns s', 'rps'),
+                 'count/s': ('count s', 'counts s', 'ticks s', 'cnt s')},
+    'torque': {'mN*m': ('m nm', 'mnm', 'm n m'), 'N*m': ('nm', 'n m')},
+    'current': {'mA': ('m a', 'ma', 'milliamps'), 'A': ('a', 'amp', 'amps', 'ampere')},
+    'time': {'ms': ('ms', 'msec', 'milliseconds'), 'us': ('us', 'usec', 'microseconds'),
+             'ns': ('ns', 'nsec', 'nanoseconds'), 's': ('s', 'sec', 'secs', 'seconds')}}
+"""How each unit of a column map is spelled at the end of a name, in words."""
+
+
+@dataclass(frozen=True)
+class Heading:
+    """
+    What a name says of its column.
+
+    `pattern` has '{n}' where the name has the number of the joint; names without number have none.
+    """
+
+    column: str
+    pattern: str
+    words: frozenset[str]
+    number: int | None
+    kind: Kind | None
+    unit: str | None
+
+
+def read_heading(column: str) -> Heading:
+    """Return what the name of a column says."""
+    found = BRACKETED.match(column)
+    name, bracketed = (found[1], found[2]) if found else (column, '')
+    words = [word.lower() for word in WORD.findall(name)]
+    words = [word for word in words if not word.isdigit()]
+    ending = [word.lower() for word in WORD.findall(bracketed)] or words
+    kind = _kind(words)
+    unit, length = _unit(ending, kind)
+    if unit and kind is None:
+        kind = next(kind for kind, units in UNITS.items() if unit in units)
+    if ending is words:
+        words = words[:len(words) - length]
+    number, pattern = _numbered(column, name)
+    return Heading(column, pattern, frozenset(words), number, kind, unit)
+
+
+def _kind(words: Sequence[str]) -> Kind | None:
+    return next((kind for word, kind in KINDS.items() if word in words), None)
+
+
+def _unit(words: Sequence[str], kind: Kind | None) -> tuple[str | None, int]:
+    """Return the unit that the last words spell, of the kind if that is known, and how many."""
+    for units in [UNITS[kind]] if kind else UNITS.values():
+        for unit, spellings in units.items():
+            for spelling in spellings:
+                parts = spelling.split()
+                # A letter alone is a unit beside a word that says what it is a unit of.
+                if list(words[-len(parts):]) == parts and (kind or len(spelling) > 1):
+                    return unit, len(parts)
+    return None, 0
+
+
+def _numbered(column: str, name: str) -> tuple[int | None, str]:
+    """Return the number of the joint, the last one in the name, and the name with a gap for it."""
+    numbers = list(re.finditer(r'\d+', name))
+    if not numbers or '{' in column:
+        return None, column
+    last = numbers[-1]
+    return int(last[0]), column[:last.start()] + '{n}' + column[last.end():]

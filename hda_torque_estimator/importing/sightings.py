@@ -1,0 +1,101 @@
+"""What the numbers in columns say where their names say nothing: units, sides, rates, splits."""
+
+from collections.abc import Mapping
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .units import ANGLE, SPEED, TIME
+
+Floats = NDArray[np.float64]
+Columns = Mapping[str, NDArray[Any]]
+
+FEWEST = 8                      # rows that say anything
+WIDEST_LINK = 4.0 * math.pi     # [rad], more than a link turns
+MANY_COUNTS = 1000
+LIKELY_RATE = 1000.0            # [Hz]
+SAME = 0.1                      # relative difference of two slopes that mean the same
+
+
+def numbers(columns: Columns, name: str) -> Floats:
+    """Return what a column holds as floats (n,), NaN where it holds something else."""
+    values = columns[name]
+    if values.dtype.kind not in 'iufb':
+        return np.full(len(values), np.nan)
+    return values.astype(np.float64)
+
+
+def angle_unit(values: Floats) -> str:
+    """Return the unit in which angles of a joint most likely are, by their size."""
+    known = values[np.isfinite(values)]
+    if known.size < FEWEST:
+        return 'rad'
+    if np.ptp(known) > MANY_COUNTS and (known == np.rint(known)).all():
+        return 'count'
+    return 'deg' if np.abs(known).max() > WIDEST_LINK else 'rad'
+
+
+def speed_unit(speed: Floats, angle: Floats, seconds: Floats) -> str | None:
+    """Return the unit in which a speed is the rate of an angle [rad], or None if it is not."""
+    if len(seconds) < FEWEST:
+        return None
+    with np.errstate(all='ignore'):
+        rate = (angle[2:] - angle[:-2]) / (seconds[2:] - seconds[:-2])
+    if (slope := through_zero(rate, speed[1:-1])) is None:
+        return None
+    for name, unit in SPEED.units.items():
+        if unit.over is None and abs(slope * unit.factor - 1.0) < SAME:
+            return name
+    return None
+
+
+def through_zero(x: Floats, y: Floats) -> float | None:
+    """Return the slope of y over x without offset, or None where y does not follow x."""
+    both = np.isfinite(x) & np.isfinite(y)
+    x, y = x[both], y[both]
+    if len(x) < FEWEST or not x.any() or not y.any():
+        return None
+    slope = float(x @ y / (x @ x))
+    left = y - slope * x
+    return slope if left @ left < 0.1 * (y @ y) else None
+
+
+def motor_over_link(motor: Floats, link: Floats) -> float | None:
+    """Return how far the motor's angle moves for one of the link, or None if it does not."""
+    if not (np.isfinite(motor).any() and np.isfinite(link).any()):
+        return None
+    return through_zero(link - np.nanmean(link), motor - np.nanmean(motor))
+
+
+def time_step(values: Floats) -> float | None:
+    """Return the usual step of a column that grows like a time, or None if it does not."""
+    steps = np.diff(values)
+    if len(steps) < 1 or not np.isfinite(values).all():
+        return None
+    step = float(np.median(steps))
+    # It may start again a few times, where several recordings share a table.
+    return step if step > 0.0 and np.mean(steps <= 0.0) < 0.1 else None
+
+
+def time_unit(step: float) -> str:
+    """Return the unit that makes such a step the likeliest rate."""
+    def unlikely(name: str) -> float:
+        return abs(math.log(step * TIME.units[name].factor * LIKELY_RATE))
+
+    return min(TIME.units, key=unlikely)
+
+
+def splits(times: Floats, values: NDArray[Any]) -> bool:
+    """Tell whether the times grow within each run of equal values, and every value has one run."""
+    changes = values[1:] != values[:-1]
+    backwards = np.diff(times) <= 0.0
+    runs = 1 + int(changes.sum())
+    return bool(changes[backwards].all()) and len(np.unique(values)) == runs
+
+
+def radians(values: Floats, unit: str) -> Floats:
+    """Return angles [rad]; counts stay counts."""
+    known = ANGLE.units[unit]
+    return values * (known.factor if known.over is None else 1.0)
