@@ -1,6 +1,6 @@
 """One package: pip, colcon and a link to the checkout install the same things, ready to run."""
 
-import importlib.util
+import importlib
 import os
 from pathlib import Path
 import re
@@ -28,8 +28,6 @@ MODULES = {
     'bag_player': 'hda_torque_estimator.player_node',
     'hda': 'hda_torque_estimator.cli',
 }
-# What comes with a later version: declared as soon as its module exists, and not before.
-AWAITED = {'bag_player'}
 
 # Packages whose modules have another name.
 IMPORTED_AS = {'pyyaml': 'yaml'}
@@ -40,8 +38,7 @@ FIND_CONFIG = "from importlib.resources import files; print(files('hda_arm_sim')
 
 def expected_executables() -> dict[str, str]:
     """Return the entry points that this version must have."""
-    return {name: f'{module}:main' for name, module in MODULES.items()
-            if name not in AWAITED or importlib.util.find_spec(module)}
+    return {name: f'{module}:main' for name, module in MODULES.items()}
 
 
 def run(*command: object, cwd: Path, **environment: str) -> str:
