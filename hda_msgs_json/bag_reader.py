@@ -8,19 +8,17 @@ from typing import NamedTuple, TypeVar
 
 from hda_msgs_json.ahead import ahead
 from hda_msgs_json.bag_files import BagFiles, find_files
+from hda_msgs_json.bag_gather import Gathering, JOINT_MESSAGES, Kind, WRENCH_MESSAGES
 from hda_msgs_json.bag_order import in_order, Message, part_messages, Source
 from hda_msgs_json.cdr import CdrError, decode_string
-from hda_msgs_json.cdr_arrays import Batch, decode_joint_batch, decode_wrench_batch
 from hda_msgs_json.mcap_chunk import expanded
 from hda_msgs_json.mcap_file import (
     Content, NO_HINTS, read_stretch, scan, Stretch, summarise, Times)
 from hda_msgs_json.mcap_records import BagError, Messages, Records
-from hda_msgs_json.samples import (
-    join_joint_samples, join_wrench_samples, JointSamples, SamplesError, TextSamples,
-    WrenchSamples)
+from hda_msgs_json.samples import JointSamples, SamplesError, TextSamples, WrenchSamples
 from hda_msgs_json.schemas import SchemaError, short_name
 from hda_msgs_json.strided import Indices
-from hda_msgs_json.topics import JOINT_STATE, JOINT_STATES, STRING, WRENCH_STAMPED
+from hda_msgs_json.topics import JOINT_STATES, STRING
 from mcap.records import Schema
 import numpy as np
 
@@ -52,6 +50,14 @@ class _Part(NamedTuple):
     path: Path
     stretch: Stretch
     times: dict[int, Times]
+
+
+class _Slot(NamedTuple):
+    """Name channels of a part, and which of all messages of the topic they have."""
+
+    part: _Part
+    channels: list[int]
+    rows: slice
 
 
 @dataclass
@@ -94,11 +100,11 @@ class Recording:
 
     def joint_states(self, topic: str = JOINT_STATES.name) -> JointSamples:
         """Return the JointStates of a topic in log time order; raise BagError."""
-        return self._samples(topic, JOINT_STATE, decode_joint_batch, join_joint_samples)
+        return self._samples(topic, JOINT_MESSAGES)
 
     def wrenches(self, topic: str) -> WrenchSamples:
         """Return the WrenchStampeds of a topic in log time order; raise BagError."""
-        return self._samples(topic, WRENCH_STAMPED, decode_wrench_batch, join_wrench_samples)
+        return self._samples(topic, WRENCH_MESSAGES)
 
     def texts(self, topic: str) -> TextSamples:
         """Return the Strings of a topic at their log times; raise BagError."""
@@ -146,18 +152,16 @@ class Recording:
                        start: int) -> Iterator[Message]:
         return part_messages(number, Records(*self._read(part)), topics, start)
 
-    def _samples(
-            self, topic: str, message_type: str, decode: Callable[[Batch, int], Samples],
-            join: Callable[[list[Samples]], Samples]) -> Samples:
-        name = self._find(topic, message_type)
-        times, parts = [np.empty(0, np.int64)], []
+    def _samples(self, topic: str, kind: Kind[Samples]) -> Samples:
+        name = self._find(topic, kind.message_type)
+        stored = sum(part.stretch.stored for file in self._files for part in file.parts)
+        gathering = Gathering(kind, self.topics[name].count, stored)
+        times = [np.empty(0, np.int64)]
         try:
-            for log_times, found in self._each(name, partial(_decoded, decode=decode)):
-                # What could not be decoded raises its error here, where its number is known.
-                parts.append(decode(found, sum(map(len, times))) if isinstance(found, Batch)
-                             else found)
+            for log_times, found in self._each(name, gathering.decode):
+                gathering.add(found, len(log_times))
                 times.append(log_times)
-            samples = join(parts)
+            samples = gathering.joined()
         except (CdrError, SamplesError) as error:
             raise BagError(f'{self.path}, topic {name}: {error}') from None
         order = _order(np.concatenate(times))
@@ -177,17 +181,32 @@ class Recording:
                 f'{self.path}, topic {name}: the type must be {message_type}, got {found}')
         return name
 
-    def _each(self, name: str, work: Callable[[Messages], Result]) -> Iterator[Result]:
-        """Yield what work makes of the messages of a topic, chunk by chunk in their order."""
-        for file in self._files:
-            channels = [number for number, channel in file.channels.items()
-                        if channel.topic == name]
+    def _each(self, name: str, work: Callable[[Messages, slice], Result]) -> Iterator[Result]:
+        """
+        Yield what work makes of the messages of a topic, chunk by chunk in their order.
+
+        The slice says which of all messages they are, if the indexes are right.
+        """
+        for slots in self._slots(name):
             # The indexes could tell which parts have none of them, but they may be damaged.
-            whole = partial(_worked, channels=channels, work=work)
-            for found, warning in ahead(whole, file.parts if channels else []):
+            for found, warning in ahead(partial(_worked, work=work), slots):
                 self._warn(warning)
                 if found is not None:
                     yield found
+
+    def _slots(self, name: str) -> Iterator[list[_Slot]]:
+        """Yield the parts of each file that has a topic, and where they stand."""
+        first = 0
+        for file in self._files:
+            channels = [number for number, channel in file.channels.items()
+                        if channel.topic == name]
+            slots = []
+            for part in file.parts if channels else []:
+                last = first + sum(
+                    part.times[number].count for number in channels if number in part.times)
+                slots.append(_Slot(part, channels, slice(first, last)))
+                first = last
+            yield slots
 
     def _read(self, part: _Part) -> Content:
         """Return the content of a part of a file; if it is damaged, none and a warning."""
@@ -253,27 +272,16 @@ def _content(part: _Part) -> tuple[Content, str]:
 
 
 def _worked(
-        part: _Part, channels: list[int],
-        work: Callable[[Messages], Result]) -> tuple[Result | None, str]:
+        slot: _Slot, work: Callable[[Messages, slice], Result]) -> tuple[Result | None, str]:
     """Return what work makes of some channels of a part, None without messages, and a warning."""
-    content, warning = _content(part)
-    messages = Records(*content).messages(channels)
+    content, warning = _content(slot.part)
+    messages = Records(*content).messages(slot.channels)
     if not len(messages.log_times):
         return None, warning
-    return work(messages._replace(batch=expanded(messages.batch))), warning
+    return work(messages._replace(batch=expanded(messages.batch)), slot.rows), warning
 
 
-def _decoded(
-        messages: Messages,
-        decode: Callable[[Batch, int], Samples]) -> tuple[Indices, Samples | Batch]:
-    """Return log times and samples while the bytes are at hand; the bytes if one is broken."""
-    try:
-        return messages.log_times, decode(messages.batch, 0)
-    except CdrError:
-        return messages.log_times, messages.batch
-
-
-def _singly(messages: Messages) -> tuple[Indices, list[bytes]]:
+def _singly(messages: Messages, _: slice) -> tuple[Indices, list[bytes]]:
     """Return log times and messages one by one."""
     return messages.log_times, [
         messages.batch.message(index) for index in range(len(messages.log_times))]

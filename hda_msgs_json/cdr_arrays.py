@@ -24,6 +24,7 @@ MOST_LAYOUTS = 16
 """More layouts than this in one batch are read field by field."""
 
 Message = TypeVar('Message', JointState, Wrench)
+Samples = TypeVar('Samples', JointSamples, WrenchSamples)
 
 
 class Batch(NamedTuple):
@@ -51,6 +52,15 @@ class _Block(Generic[Message]):
     first: Message
     stamps: Stamps
     numbers: tuple[Floats, ...]
+
+
+@dataclass(frozen=True)
+class Form(Generic[Samples]):
+    """Know the layout of messages, and how to make arrays for many of them."""
+
+    layout: Layout
+    row_size: int
+    room: Callable[[int], Samples]
 
 
 def batch_of(messages: Sequence[bytes | memoryview]) -> Batch:
@@ -105,6 +115,44 @@ def decode_wrench_batch(batch: Batch, number: int = 0) -> WrenchSamples:
         stamps[block.chosen] = block.stamps
         force[block.chosen], torque[block.chosen] = block.numbers
     return WrenchSamples(stamps, frame_id or '', force, torque)
+
+
+def joint_form(message: bytes) -> Form[JointSamples]:
+    """Return what a JointState tells of others like it; raise CdrError if it is not sound."""
+    state, layout = read_joint_state(message)
+    _check_joint_state(state)
+
+    def room(count: int) -> JointSamples:
+        position, velocity, effort = np.empty((3, count, len(state.names)))
+        return JointSamples(np.empty(count, np.int64), state.names, position, velocity, effort,
+                            state.frame_id)
+
+    return Form(layout, 8 + 24 * len(state.names), room)
+
+
+def wrench_form(message: bytes) -> Form[WrenchSamples]:
+    """Return what a WrenchStamped tells of others like it; raise CdrError if it is none."""
+    wrench, layout = read_wrench(message)
+
+    def room(count: int) -> WrenchSamples:
+        force, torque = np.empty((2, count, 3))
+        return WrenchSamples(np.empty(count, np.int64), wrench.frame_id, force, torque)
+
+    return Form(layout, 56, room)
+
+
+def fill(layout: Layout, batch: Batch, samples: JointSamples | WrenchSamples) -> bool:
+    """Put messages into samples if there are as many and all have the layout, and say so."""
+    if (len(batch.starts) != len(samples) or not layout.little_endian
+            or not (batch.sizes == layout.size).all()):
+        return False
+    records = structures(batch.buffer, batch.starts, layout.record)
+    if not layout.fit(records).all():
+        return False
+    samples.stamps[:] = _stamps(records)
+    for index, values in enumerate(samples.numbers):
+        values[:] = records[f'numbers{index}'] if layout.doubles[index].count else np.nan
+    return True
 
 
 def encode_joint_rows(samples: JointSamples) -> Bytes:
@@ -162,9 +210,13 @@ def _same_layout(
     if not fits.all():
         records = records[fits]
         same[same] = fits
-    stamps = records['seconds'].astype(np.int64) * NANOSECONDS + records['nanoseconds']
     numbers = tuple(records[f'numbers{index}'] for index in range(len(layout.doubles)))
-    return _Block(left[same], first, stamps, numbers), left[~same]
+    return _Block(left[same], first, _stamps(records), numbers), left[~same]
+
+
+def _stamps(records: NDArray[np.void]) -> Stamps:
+    return np.asarray(
+        records['seconds'].astype(np.int64) * NANOSECONDS + records['nanoseconds'], np.int64)
 
 
 def _single(first: Message, chosen: Indices) -> _Block[Message]:

@@ -50,6 +50,11 @@ class JointSamples:
         """Return the number of messages."""
         return len(self.stamps)
 
+    @property
+    def numbers(self) -> tuple[Floats, ...]:
+        """Return the arrays in the order of the message."""
+        return self.position, self.velocity, self.effort
+
     def rows(self, chosen: slice | Stamps) -> 'JointSamples':
         """Return some of the messages, a view of them for a slice."""
         return JointSamples(
@@ -89,6 +94,11 @@ class WrenchSamples:
     def __len__(self) -> int:
         """Return the number of messages."""
         return len(self.stamps)
+
+    @property
+    def numbers(self) -> tuple[Floats, ...]:
+        """Return the arrays in the order of the message."""
+        return self.force, self.torque
 
     def rows(self, chosen: slice | Stamps) -> 'WrenchSamples':
         """Return some of the messages, a view of them for a slice."""
