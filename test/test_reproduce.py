@@ -52,6 +52,14 @@ def number(figure, name):
     ('fig5', 'acceleration of an idle motor by (1)', 'printed', 306.0),
     ('fig5', 'real pole by (3) and (4) as printed', 'printed', 106.8),
     ('fig5', 'resonance, motor held, one axis', 'printed', 17.0),
+    ('fig6', 'estimate of 5 N*m', 'printed', 5.157),
+    ('fig6', 'estimate of 8 N*m', 'printed', 9.106),
+    ('fig6', 'estimate of 12 N*m', 'printed', 17.62),
+    ('fig6', '(13) with tau_w = +tau/N at 5 N*m', 'printed', 7.68),
+    ('fig6', '(13) with tau_w = +tau/N at 12 N*m', 'printed', 19.15),
+    ('fig7', 'stick band T_fs/K_P, at the link', 'consistent', 7.066),
+    ('fig7', 'largest push that the motor does not feel at all, K_J = 0.1', 'consistent', 4.111),
+    ('fig7', 'largest K_J, link held', 'consistent', 1.0),
 ])
 def test_numbers_are_those_derived_by_hand(figure, name, column, expected):
     assert getattr(number(figure, name), column) == pytest.approx(expected, rel=1.5e-3)
@@ -81,6 +89,33 @@ def test_every_figure_has_numbers_sentences_and_strict_json(figure):
     assert len(names) == len(set(names))
     assert all(any(value is not None for value in each[2:5]) for each in exhibit.numbers)
     json.dumps(document({figure: exhibit}, '0', 0.0), allow_nan=False)
+
+
+def test_estimate_changes_its_sign_beyond_the_pole():
+    assert number('fig6', 'estimate of 20 N*m').printed < 0.0
+
+
+@pytest.mark.parametrize('shape', ['step', 'sine'])
+@pytest.mark.parametrize('arm', [1, 2])
+def test_one_law_for_arm_and_estimator_leaves_the_counts_alone(arm, shape):
+    mean = number('fig6', f'mean error, arm {arm}, {shape} of 8 N*m')
+    assert mean.consistent < 0.03 < 0.2 < mean.printed
+
+
+def test_feedback_follows_with_minus_one_and_rejects_between_zero_and_one():
+    without = number('fig7', 'link during the push: 3 A, push of 12 N*m, without feedback')
+    follows = number('fig7', 'link during the push: 3 A, push of 12 N*m, K_J = -1')
+    assert without.consistent > 1.0
+    assert follows.consistent < -1.0
+    yielded = [number('fig7', f'position mode, link pushed off by 6 N*m, K_J = {gain}').consistent
+               for gain in ('0.9', '0.1', '0', '-1')]
+    assert yielded == sorted(yielded)
+    assert yielded[0] < 0.1 * yielded[2]
+
+
+def test_feedback_gain_may_be_larger_with_a_free_link_than_with_a_held_one():
+    free, held = (number('fig7', f'largest K_J, link {link}') for link in ('free', 'held'))
+    assert free.consistent > 2.0 * held.consistent
 
 
 def test_names_are_taken_in_the_order_of_the_paper():

@@ -5,10 +5,12 @@ from typing import NamedTuple
 
 from .block_diagrams import arm_diagram, control_diagram
 from .exhibit import Arms, Exhibit, ReproductionError
+from .feedback import feedback
 from .motor_friction import motor_friction
 from .responses import responses
 from .table_one import table_one
 from .table_two import table_two
+from .torque_check import torque_check
 
 
 class Entry(NamedTuple):
@@ -32,6 +34,10 @@ FIGURES: dict[str, Entry] = {
                   'feedback.', control_diagram),
     'fig5': Entry('Fig. 5: responses of both joints', 'A unit step of current makes the angles '
                   'grow; a sine makes them grow and fluctuate.', responses),
+    'fig6': Entry('Fig. 6: estimated torque', 'Close agreement of real and estimated link-side '
+                  'torque, step and sine, both arms.', torque_check),
+    'fig7': Entry('Fig. 7: joint torque feedback', 'With feedback the arm follows an external '
+                  'torque (torque mode) or rejects it (position mode).', feedback),
 }
 
 

@@ -35,6 +35,7 @@ class Look(Enum):
     CONSISTENT = 'consistent'
     THIRD = 'third'
     FOURTH = 'fourth'
+    PLAIN = 'plain'
     MARK = 'mark'
 
 

@@ -12,11 +12,12 @@ from .exhibit import Bars, Content, Diagram, Drawing, Look, Map, Panel, Trace
 from ..pages.drawing import AFTER, BEFORE, FLOOR, INK, plain, STYLE
 
 _STYLES: dict[Look, dict[str, Any]] = {
-    Look.TRUTH: {'color': INK, 'linewidth': 1.2},
+    Look.TRUTH: {'color': INK, 'linewidth': 2.2, 'alpha': 0.8},
     Look.PRINTED: {'color': BEFORE, 'linewidth': 1.4},
-    Look.CONSISTENT: {'color': AFTER, 'linewidth': 1.4},
+    Look.CONSISTENT: {'color': AFTER, 'linewidth': 1.2},
     Look.THIRD: {'color': '#2f855a', 'linewidth': 1.2},
     Look.FOURTH: {'color': '#97266d', 'linewidth': 1.2},
+    Look.PLAIN: {'color': INK, 'linewidth': 1.2},
     Look.MARK: {'color': FLOOR, 'linewidth': 1.0, 'linestyle': (0, (4, 3))},
 }
 _WIDTH = 7.6                        # [inch]
