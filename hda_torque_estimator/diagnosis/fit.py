@@ -10,12 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .balance import Balance, Balancer
-from .nuisance import nuisances, Zero
+from .nuisance import AnyTerm, CouplingInertia, nuisances, Zero
 from .solve import condense, covariance, score, solve
 from .term import Term
 
 Array = NDArray[np.float64]
-AnyTerm = Term | Zero
 IMPOSSIBLE = (ArmError, ParameterError)     # no arm can have such numbers
 PASSES = 4
 CLOSE = 0.5             # improvement of the score that is not worth another pass
@@ -226,5 +225,7 @@ def acts_apart(term: AnyTerm) -> bool:
     """Tell whether a term shows in its own joint only."""
     if isinstance(term, Zero):
         return True
+    if isinstance(term, CouplingInertia):
+        return False
     kind = effect_named(term.name)
     return kind.scope is Scope.JOINT and kind.site is not Site.LINK

@@ -51,7 +51,42 @@ class Zero:
             for joint in arm.joints))
 
 
-def nuisances(arm: Arm) -> tuple[Term | Zero, ...]:
+@dataclass(frozen=True)
+class CouplingInertia:
+    """The relative error of p3, by which the links feel each other; it has the shape of a term."""
+
+    tolerance: float
+    value: float = 0.0
+    name: str = 'coupling_inertia'
+    joint: None = None
+    size: int = 1
+
+    def all_steps(self) -> Array:
+        """Return the step for finite differences."""
+        return np.array([self.tolerance])
+
+    def deviations(self) -> Array:
+        """Return the tolerance."""
+        return np.array([self.tolerance])
+
+    def vector(self) -> Array:
+        """Return the relative error."""
+        return np.array([self.value])
+
+    def at(self, vector: Array) -> 'CouplingInertia':
+        """Return another error."""
+        return replace(self, value=float(vector[0]))
+
+    def on(self, arm: Arm) -> Arm:
+        """Return the arm with p3 so much larger than it has it."""
+        assert arm.links is not None
+        return replace(arm, links=replace(arm.links, p3=arm.links.p3 * (1.0 + self.value)))
+
+
+AnyTerm = Term | Zero | CouplingInertia
+
+
+def nuisances(arm: Arm) -> tuple[AnyTerm, ...]:
     """Return the tolerances of an arm as terms about its nominal numbers."""
     known = arm.tolerances
     relative = {'torque_constant_error': known.torque_constant,
@@ -60,7 +95,7 @@ def nuisances(arm: Arm) -> tuple[Term | Zero, ...]:
     scaled = {'coulomb_friction': ('level', known.dry_friction),
               'viscous_friction': ('slope', known.viscous_friction),
               'structural_damping': ('coefficient', known.damping)}
-    terms: list[Term | Zero] = []
+    terms: list[AnyTerm] = []
     for label in arm.labels:
         for name, tolerance in relative.items():
             if arm.links is not None or name != 'link_inertia_error':
@@ -70,6 +105,8 @@ def nuisances(arm: Arm) -> tuple[Term | Zero, ...]:
             if value > 0.0:
                 terms.append(_term(arm, name, label, number, value * max(tolerance, _FLOOR)))
         terms.append(Zero(label))
+    if arm.links is not None and arm.links.p3:
+        terms.append(CouplingInertia(max(known.link_inertia, _FLOOR)))
     return tuple(terms)
 
 
