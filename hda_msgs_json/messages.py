@@ -36,7 +36,7 @@ class EstimatorState:
     be used, `flags` why not, or what else is remarkable about a joint or the arm.
     """
 
-    SCHEMA: ClassVar[str] = 'hda.estimator_state/1'
+    SCHEMA: ClassVar[str] = 'hda.estimator_state/2'
 
     stamp: int
     """Time of the sample that was answered [ns]."""
@@ -54,6 +54,8 @@ class EstimatorState:
     """Torque of the environment on the joint [N*m]."""
     external_torque_std: tuple[MaybeNan, ...]
     """Its standard deviation [N*m]."""
+    motor_share: tuple[MaybeNan, ...]
+    """Share of the motor's torque in what is known of the torque; the rest is the torsion's."""
     valid: tuple[bool, ...]
     """Whether the torque of a joint may be used."""
     flags: tuple[str, ...]

@@ -72,7 +72,8 @@ def _run(                                                           # type: igno
         torques[0, k] = command
         observe(plant, inertia, w, noise[k], dt, k == 0, now, torques[1, k])
         reading[k], states[k] = now, w[:joints, STATE:STATE + STATES]
-        estimate.step(belief, estimating, believed, memory, now, since, result, tip)
+        estimate.step(belief, estimating, believed, memory, now, command, since, result,
+                      tip)
         torques[2, k] = result[:, estimate.TORQUE]
         act(plant, inertia, w, command, force[k], dt, count)
         control.step(belief, controlling, control_memory, reference[k], now[:, 0],

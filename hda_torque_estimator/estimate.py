@@ -14,9 +14,12 @@ from hda_arm_sim.model.rigid import gravity_torque
 from hda_arm_sim.model.torsion import torsion_of_torque
 import numpy as np
 
+from . import fusion
 from .momentum import expected_rate, hold, momentum
+from .route_errors import (ERRORS, motor_effects, motor_torque, STIFFNESS, torque_effects,
+                           torsion_effects, TORSION_ERRORS)
 from .tip_force import base_force, tool_force
-from .torsion_torque import (advance_hysteresis, link, shaft, torque_deviation,
+from .torsion_torque import (advance_hysteresis, link, reading_deviation, shaft,
                              torque_through_gear, torsion_deviation, torsions)
 
 FLICKER = 2.0           # deviations of the torsion's noise that are no movement
@@ -33,16 +36,18 @@ READINGS = 4
  ZERO, TARE_SUM,                        # torsion taken for zero [rad], its running sum
  QUICK_MOTOR, QUICK_LINK,               # velocities, less low-passed, for the torsion [rad/s]
  SMOOTH_TORSION, TURNED_TORSION,        # what the hysteresis follows, without flicker [rad]
- ) = range(15)
-MEMORY = 15
+ FUSION,                                # from here on the memory of the fusion
+ ) = range(16)
+MEMORY = FUSION + fusion.MEMORY
 
 # Results, per joint.
 (TORSION, KINEMATIC_TORSION,            # total and kinematic torsion, output side [rad]
  TORQUE, TORQUE_DEVIATION,              # through the gear [N*m]
  EXTERNAL_TORQUE, EXTERNAL_DEVIATION,   # by the environment [N*m], NaN without links
  BEYOND_RANGE,                          # 1 where the torque exceeds the law's valid range
- ) = range(7)
-RESULTS = 7
+ MOTOR_SHARE,                           # of the motor's torque in what is known of the torque
+ ) = range(8)
+RESULTS = 8
 
 # Results of the tip: force ON the tip [N], covariances [N^2] by rows.
 TOOL_X, TOOL_Y, BASE_X, BASE_Y, TOOL_COVARIANCE, BASE_COVARIANCE = 0, 1, 2, 3, 4, 8
@@ -81,24 +86,35 @@ def _rates(record, settings, memory, reading, j, dt):               # type: igno
 
 @inlined
 def _joint(                                                         # type: ignore[no-untyped-def]
-        record, settings, tilt_moment, memory, reading, j, dt, result):
+        record, settings, tilt_moment, memory, reading, command, j, dt, result):
     """Fill one joint's torsions, torque and deviation; returns its link angle [rad]."""
-    joint = record.joints[j]
+    joint, learning = record.joints[j], memory[j, FUSION:]
     motor_angle, motor_velocity = shaft(joint, reading[j, MOTOR_READING], memory[j, QUICK_MOTOR])
     link_angle, link_velocity = link(joint, tilt_moment, reading[j, LINK_READING],
                                      memory[j, QUICK_LINK])
     total, kinematic, rate = torsions(joint, motor_angle, motor_velocity, link_angle,
                                       link_velocity)
-    elastic = total - kinematic - memory[j, ZERO]
+    effect, known = np.zeros(ERRORS), settings.known
+    torsion_effects(known, motor_angle, link_angle, link_velocity, effect)
+    learnt = fusion.errors_learnt(learning)
+    wrong = effect[:STIFFNESS] @ learnt[:STIFFNESS]
+    elastic = total - kinematic - memory[j, ZERO] - wrong
     if joint.torsional_hysteresis.level > 0.0:
         _follow(joint, settings, memory, j, elastic, dt)
     memory[j, LAST_TORSION] = elastic
     torque = torque_through_gear(joint, elastic, rate, memory[j, HYSTERESIS])
+    torque *= 1.0 + known.stiffness * learnt[STIFFNESS]
     gain = _share(settings.torsion_bandwidth, dt) / dt if dt > 0.0 else 0.0
-    random, systematic = torque_deviation(joint, torque, gain, settings.stiffness_tolerance)
+    stiffness, random = reading_deviation(joint, torque, gain)
+    torque_effects(known, torque, stiffness, effect)
+    now, before = fusion.effect_variance(learning, effect, TORSION_ERRORS)
+    if settings.fusion > 0.0 and joint.coulomb_friction.level > 0.0:
+        _compare(joint, settings, learning, motor_angle, memory[j, MOTOR_VELOCITY], link_angle,
+                 command[j], torque, stiffness, effect, dt)
     result[j, TORSION], result[j, KINEMATIC_TORSION] = total, kinematic
     result[j, TORQUE] = torque
-    result[j, TORQUE_DEVIATION] = np.sqrt(random ** 2 + systematic ** 2)
+    result[j, TORQUE_DEVIATION] = np.sqrt(random ** 2 + now)
+    result[j, MOTOR_SHARE] = 1.0 - (random ** 2 + now) / max(random ** 2 + before, 1e-300)
     result[j, BEYOND_RANGE] = 1.0 if abs(elastic) > joint.torsion.valid_torsion else 0.0
     return link_angle
 
@@ -117,6 +133,24 @@ def _follow(joint, settings, memory, j, elastic, dt):               # type: igno
                            FLICKER * torsion_deviation(joint))
     memory[j, HYSTERESIS] = advance_hysteresis(joint, moved, memory[j, HYSTERESIS])
     memory[j, TURNED_TORSION] += moved
+
+
+@inlined
+def _compare(                                                       # type: ignore[no-untyped-def]
+        joint, settings, learning, motor_angle, velocity, link_angle, command, torque, stiffness,
+        effect, dt):
+    """Hold the torque of the torsion against that of the motor."""
+    mean = 0.5 * (learning[fusion.LAST_COMMAND] + command)
+    if dt == 0.0 or not np.isfinite(mean):
+        fusion.restart(learning, motor_angle, command)
+        return
+    learning[fusion.LAST_COMMAND] = command
+    learnt, sense = fusion.errors_learnt(learning), np.sign(velocity)
+    motor_effects(joint, settings.known, mean, velocity, sense, motor_angle, effect)
+    told = motor_torque(joint, mean, motor_angle, velocity, torque, link_angle,
+                        learning[fusion.TIME]) + effect[TORSION_ERRORS:] @ learnt[TORSION_ERRORS:]
+    fusion.gather(learning, torque - told, effect, dt)
+    fusion.close_half(joint, learning, motor_angle, settings.window, stiffness, settings.span)
 
 
 @inlined
@@ -161,12 +195,13 @@ def _tip(record, settings, q1, q2, result, tip):                    # type: igno
 
 @compiled
 def step(                                                           # type: ignore[no-untyped-def]
-        record, settings, inertia, memory, reading, dt, result, tip):
+        record, settings, inertia, memory, reading, command, dt, result, tip):
     """
     Estimate from one sample; dt [s] is the time since the last one, 0 starts afresh.
 
-    `reading` (n, READINGS), `result` (n, RESULTS) and `tip` (TIP_RESULTS,) are filled; an arm
-    without links (`settings.links == 0`) leaves external torques and tip NaN.
+    `reading` is (n, READINGS), `command` (n,) the motor torque in force from now on [N*m], NaN
+    where none is given; `result` (n, RESULTS) and `tip` (TIP_RESULTS,) are filled. An arm without
+    links (`settings.links == 0`) leaves external torques and tip NaN.
     """
     joints = record.joints.shape[0]
     q1 = q2 = 0.0
@@ -176,7 +211,8 @@ def step(                                                           # type: igno
             _rates(record, settings, memory, reading, j, dt)
         else:
             restart(memory, reading, j)
-        angle = _joint(record, settings, moments[min(j, 1)], memory, reading, j, dt, result)
+        angle = _joint(record, settings, moments[min(j, 1)], memory, reading, command, j,
+                       dt, result)
         q1, q2 = (angle, q2) if j == 0 else (q1, angle)
     if settings.links == 0.0:
         result[:, EXTERNAL_TORQUE] = np.nan
@@ -191,7 +227,7 @@ def step(                                                           # type: igno
 def restart(memory, reading, j):                                    # type: ignore[no-untyped-def]
     """Begin afresh at a reading: known velocities or none, no external torque, the old zero."""
     zero, tare = memory[j, ZERO], memory[j, TARE_SUM]
-    memory[j, :] = 0.0
+    memory[j, :FUSION] = 0.0
     memory[j, ZERO], memory[j, TARE_SUM] = zero, tare
     for side in range(2):
         memory[j, LAST_MOTOR + side] = reading[j, side]

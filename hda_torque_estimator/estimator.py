@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import estimate
+from .route_errors import Known, known
 
 Array = NDArray[np.float64]
 
@@ -47,6 +48,12 @@ class EstimatorSettings(Declared):
         0.1, 's', 1e-4, 10.0, 'time between samples after which filters start afresh')
     tare_time: float = parameter(
         0.5, 's', 0.0, 60.0, 'time over which a tare takes the mean torsion')
+    fusion: float = parameter(
+        1.0, '', 0.0, 1.0, '1: torsion and motor torque correct each other, 0: torsion alone')
+    fusion_window: float = parameter(
+        0.01, 's', 1e-3, 1.0, 'half the time over which both torques are compared')
+    fusion_memory: float = parameter(
+        600.0, 's', 1.0, 1e6, 'time after which what the comparison taught has faded')
 
 
 class Estimates(NamedTuple):
@@ -92,6 +99,7 @@ class Estimator:
         self.arm, self.settings = arm, settings
         self._result = np.zeros((1, joints, estimate.RESULTS))
         self._tips = np.full((1, estimate.TIP_RESULTS), np.nan)
+        self._unknown = np.full((1, joints), np.nan)
         self.joints, self.tip = self._result[0], self._tips[0]
         self._record = arm.record()
         self._plain = plain(self._record)
@@ -106,7 +114,7 @@ class Estimator:
         """Use other settings from the next sample on; filters and zero stay as they are."""
         self.settings = settings
         self._settings = compiled_settings(self.arm, settings)
-        self._numbers = np.array(self._settings)
+        self._numbers = np.array([*self._settings[:-1], *self._settings.known])
 
     def reset(self) -> None:
         """Forget every sample, filter and tare."""
@@ -124,29 +132,48 @@ class Estimator:
         return self._tare_left > 0.0
 
     @property
+    def known(self) -> Known:
+        """Return how well the arm's numbers are known."""
+        return self._settings.known
+
+    @property
+    def memory(self) -> Array:
+        """Return what was learnt and filtered so far (n, MEMORY), to be read only."""
+        view = self._memory.view()
+        view.flags.writeable = False
+        return view
+
+    @property
     def zero(self) -> Array:
         """Return what a tare took for no torsion, by joint [rad]."""
         return self._memory[:, estimate.ZERO].copy()
 
-    def update(self, stamp: int, reading: Array) -> Refusal:
+    def update(self, stamp: int, reading: Array, command: Array | None = None) -> Refusal:
         """
         Estimate from one sample (n, READINGS) with its stamp [ns]; fills `joints` and `tip`.
 
-        A refused sample changes nothing.
+        `command` (n,) is the motor torque in force from this sample on [N*m at the shaft]; without
+        it the torsion stands alone. A refused sample changes nothing.
         """
         refusal = self._refusal(stamp, reading)
         if refusal is Refusal.NONE:
             dt = self._seconds(stamp)
             _run(*self._plain, self._numbers, self._memory,
-                 np.ascontiguousarray(reading)[np.newaxis], np.array([dt]), self._result,
-                 self._tips)
+                 np.ascontiguousarray(reading)[np.newaxis],
+                 self._unknown if command is None else command[np.newaxis],
+                 np.array([dt]), self._result, self._tips)
             self._last = stamp
             if self._tare_left > 0.0:
                 self._go_on_taring(dt)
         return refusal
 
-    def run(self, stamps: NDArray[np.int64], reading: Array) -> Estimates:
-        """Estimate a recording: stamps (k,) ns, reading (k, n, READINGS); goes on from before."""
+    def run(self, stamps: NDArray[np.int64], reading: Array,
+            command: Array | None = None) -> Estimates:
+        """
+        Estimate a recording: stamps (k,) ns, reading (k, n, READINGS); goes on from before.
+
+        `command` (k, n) is the motor torque in force from each sample on [N*m at the shaft].
+        """
         finite = np.isfinite(reading[:, :, :2]).all(axis=(1, 2))
         latest = np.maximum.accumulate(np.where(finite, stamps, np.iinfo(np.int64).min))
         before = np.concatenate([[np.iinfo(np.int64).min if self._last is None else self._last],
@@ -158,8 +185,9 @@ class Estimator:
         seconds = np.array([self._seconds(int(kept[0]))] if count else [])
         gaps = np.diff(kept) * 1e-9
         seconds = np.append(seconds, np.where(gaps > self.settings.longest_gap, 0.0, gaps))
+        given = np.full(reading.shape[:2], np.nan) if command is None else command
         _run(*self._plain, self._numbers, self._memory, np.ascontiguousarray(reading[used]),
-             seconds, joints, tip)
+             np.ascontiguousarray(given[used]), seconds, joints, tip)
         self._last = int(kept[-1]) if count else self._last
         return Estimates(kept, joints, tip, np.flatnonzero(~used))
 
@@ -190,31 +218,36 @@ class _CompiledSettings(NamedTuple):
     velocity_bandwidth: float
     observer_bandwidth: float
     singular_sine: float
-    stiffness_tolerance: float
     inertia_tolerance: float
     links: float
     torsion_bandwidth: float
+    fusion: float
+    window: float
+    span: float
+    known: Known
 
 
 def compiled_settings(arm: Arm, settings: EstimatorSettings) -> _CompiledSettings:
     """Return what the compiled step reads of the settings and of the arm's tolerances."""
     return _CompiledSettings(
         settings.velocity_bandwidth, settings.observer_bandwidth, settings.singular_sine,
-        arm.tolerances.stiffness, arm.tolerances.link_inertia, float(arm.links is not None),
-        settings.torsion_bandwidth)
+        arm.tolerances.link_inertia, float(arm.links is not None), settings.torsion_bandwidth,
+        settings.fusion, settings.fusion_window, settings.fusion_memory, known(arm))
 
 
 @compiled
 def _run(                                                           # type: ignore[no-untyped-def]
-        joints, body, inertia, settings, memory, reading, seconds, result, tip):
+        joints, body, inertia, settings, memory, reading, command, seconds, result, tip):
     """
-    Estimate samples (k, n, READINGS) with the times since the last one (k,) from plain arrays.
+    Estimate samples (k, n, READINGS) and commands (k, n), with the times since the last ones (k,).
 
     One sample and a recording take the same machine code, therefore the same bits: where a
     compiler joins a step to two callers, it may round differently in each.
     """
-    numbers = _CompiledSettings(settings[0], settings[1], settings[2], settings[3], settings[4],
-                                settings[5], settings[6])
+    n = settings
+    numbers = _CompiledSettings(n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8], Known(
+        n[9], n[10], n[11], n[12], n[13], n[14], n[15], n[16], n[17], n[18]))
     record, rigid = ArmRecord(joints, body[0]), inertia_of(inertia)
     for i in range(reading.shape[0]):
-        estimate.step(record, numbers, rigid, memory, reading[i], seconds[i], result[i], tip[i])
+        estimate.step(record, numbers, rigid, memory, reading[i], command[i],
+                      seconds[i], result[i], tip[i])

@@ -56,7 +56,7 @@ class LiveEstimator:
         """Return the estimates from a joint state; raises Refused and goes on as before it."""
         stamp, reading = self._read(message)
         estimator = self.estimator
-        fault = estimator.update(stamp, reading)
+        fault = estimator.update(stamp, reading, self._read.command)
         if fault is Refusal.NOT_FINITE:
             raise self._read.not_finite(stamp, reading)
         if fault is Refusal.NOT_LATER:
@@ -87,4 +87,4 @@ def _warm_up(arm: Arm) -> None:
     scratch = Estimator(arm)
     scratch.tare()
     for stamp in (1, 2):
-        scratch.update(stamp, np.zeros((len(arm.joints), READINGS)))
+        scratch.update(stamp, np.zeros((len(arm.joints), READINGS)), np.zeros(len(arm.joints)))

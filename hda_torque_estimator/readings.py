@@ -20,6 +20,12 @@ Array = NDArray[np.float64]
 SIDES = 2
 
 
+def motor_commands(labels: Sequence[str], samples: JointSamples) -> Array:
+    """Return the motor torque in force from every recorded joint state on (k, n) [N*m]."""
+    columns = columns_of([motor_name(label) for label in labels], samples.names)
+    return samples.effort[:, columns]
+
+
 def reading_names(labels: Sequence[str]) -> tuple[str, ...]:
     """Return the names that a joint state must have for these joints: shaft and link of each."""
     return tuple(name for label in labels for name in (motor_name(label), label))

@@ -31,15 +31,23 @@ class SampleReader:
         self._start = self._count = 0                   # of a stretch with all numbers needed
         self._places = np.zeros((0, SIDES), np.intp)    # in that stretch
         self._filled = self._reading = np.zeros((0, READINGS))
+        self.command = np.full(len(arm.joints), np.nan)         # of the last message [N*m]
+        self._efforts = np.zeros(0, np.intp)                    # where they lie in the stretch
 
     def __call__(self, message: bytes) -> tuple[int, Array]:
-        """Return the stamp [ns] and the reading (n, READINGS), the same array always."""
+        """
+        Return the stamp [ns] and the reading (n, READINGS), the same array always.
+
+        The torques of the motors stand in `command` then, NaN where there are none.
+        """
         layout = self._layout
         if layout is None or not layout.fits(message):
             return self._learn(message)
         seconds, nanoseconds = STAMP.unpack_from(message, STAMP_AT)
         numbers = np.frombuffer(message, DOUBLE, self._count, self._start)
         self._filled[:] = numbers[self._places]
+        if len(self._efforts):
+            self.command[:] = numbers[self._efforts]
         return seconds * NANOSECONDS + nanoseconds, self._reading
 
     def _learn(self, message: bytes) -> tuple[int, Array]:
@@ -50,7 +58,7 @@ class SampleReader:
         except UNREADABLE as error:
             raise refusal(error) from None
         self._layout = read_joint_state(message)[1]
-        position, velocity, _ = self._layout.doubles
+        position, velocity, effort = self._layout.doubles
         columns = columns_of(self._names.tolist(), state.names).reshape(-1, SIDES)
         self._start, end = position.start, position.stop
         self._places, self._filled = columns, self._reading[:, :SIDES]
@@ -58,6 +66,11 @@ class SampleReader:
             further = (velocity.start - position.start) // DOUBLE.itemsize
             self._places, end = np.hstack([columns, columns + further]), velocity.stop
             self._filled = self._reading
+        self._efforts, self.command[:] = columns[:0, 0], np.nan
+        if effort.count:
+            further = (effort.start - position.start) // DOUBLE.itemsize
+            self._efforts, end = columns[:, 0] + further, effort.stop
+            self.command[:] = state.effort[columns[:, 0]]
         self._count = (end - self._start) // DOUBLE.itemsize
         return state.stamp_ns, self._reading
 

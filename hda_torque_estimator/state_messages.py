@@ -25,7 +25,8 @@ JOINT_NUMBERS = {
     'torsion': estimate.TORSION, 'kinematic_torsion': estimate.KINEMATIC_TORSION,
     'torque': estimate.TORQUE, 'torque_std': estimate.TORQUE_DEVIATION,
     'external_torque': estimate.EXTERNAL_TORQUE,
-    'external_torque_std': estimate.EXTERNAL_DEVIATION}
+    'external_torque_std': estimate.EXTERNAL_DEVIATION,
+    'motor_share': estimate.MOTOR_SHARE}
 """Which result of a joint each field of the message holds, in the order of the message."""
 TIP_NUMBERS = (estimate.BASE_X, estimate.BASE_Y,
                *range(estimate.BASE_COVARIANCE, estimate.BASE_COVARIANCE + 4))

@@ -72,13 +72,13 @@ def torsion_deviation(joint):                                       # type: igno
 
 
 @compiled
-def torque_deviation(joint, torque, rate_gain, stiffness_tolerance):    # type: ignore[no-untyped-def]
+def reading_deviation(joint, torque, rate_gain):                    # type: ignore[no-untyped-def]
     """
-    Return the standard deviation of the torque, (31), its random and its systematic part [N*m].
+    Return the stiffness at a torque [N*m/rad], and the deviation from readings alone [N*m], (31).
 
-    Random: quantisation and noise of both encoders, in the torsion and by `rate_gain` [1/s] in its
-    rate. Systematic: how well the stiffness is known.
+    It holds quantisation and noise of both encoders, which differ from sample to sample, in the
+    torsion and by `rate_gain` [1/s] in its rate.
     """
     stiffness = stiffness_at(joint.torsion, joint.ratio, torque)
     noise = stiffness + joint.structural_damping.coefficient * rate_gain
-    return noise * torsion_deviation(joint), stiffness_tolerance * abs(torque)
+    return stiffness, noise * torsion_deviation(joint)

@@ -31,10 +31,10 @@ def warm_up(arm: Arm) -> None:
     estimator.tare()
     for k in range(3):
         reading = plant.sample()
-        estimator.update(k, reading)
+        estimator.update(k, reading, np.zeros(len(arm.joints)))
         command = controller.update(k, reading[:, 0].copy(), estimator.joints[:, TORQUE].copy())
         plant.advance(command, np.zeros(2))
-    estimator.run(np.arange(3, 6), loop.reading[:3])
+    estimator.run(np.arange(3, 6), loop.reading[:3], loop.command[:3])
 
 
 if __name__ == '__main__':

@@ -13,7 +13,8 @@ NUMBERS = st.floats(allow_infinity=False)
 STATE = EstimatorState(
     stamp=5, names=('joint1', 'joint2'), torsion=(1e-4, math.nan), kinematic_torsion=(0.0, 0.0),
     torque=(1.5, math.nan), torque_std=(0.1, math.nan), external_torque=(0.0, 0.25),
-    external_torque_std=(0.1, 0.1), valid=(True, False), flags=('joint2: no position',),
+    external_torque_std=(0.1, 0.1), motor_share=(0.0, 0.6), valid=(True, False),
+    flags=('joint2: no position',),
     tip_force=(1.0, -2.0), tip_force_covariance=(1.0, 0.0, 0.0, 1.0), singular=False,
     conditioning=0.3)
 
@@ -44,7 +45,7 @@ def plain(message: EstimatorState) -> dict[str, object]:
     EstimatorState,
     **{name: st.lists(NUMBERS, max_size=3).map(tuple) for name in (
         'torsion', 'kinematic_torsion', 'torque', 'torque_std', 'external_torque',
-        'external_torque_std', 'tip_force', 'tip_force_covariance')},
+        'external_torque_std', 'motor_share', 'tip_force', 'tip_force_covariance')},
     conditioning=NUMBERS))
 def test_estimator_state_round_trip(state: EstimatorState) -> None:
     """A state comes back as it was, to the last bit of every number."""
@@ -55,7 +56,7 @@ def test_text_is_plain_json() -> None:
     """Readers in other languages find the schema first, null for NaN, and no NaN anywhere."""
     content = json.loads(to_json(STATE))
     assert list(content)[0] == 'schema'
-    assert content['schema'] == 'hda.estimator_state/1'
+    assert content['schema'] == 'hda.estimator_state/2'
     assert content['torque'] == [1.5, None]
     assert 'NaN' not in to_json(STATE)
 

@@ -9,6 +9,7 @@ from hda_msgs_json.cdr_arrays import encode_joint_rows, encode_wrench_rows
 from hda_msgs_json.messages import EstimatorState, from_json
 from hda_msgs_json.samples import JointSamples
 from hda_torque_estimator.closed_loop import run
+from hda_torque_estimator.estimate import RESULTS
 from hda_torque_estimator.estimate_messages import (
     estimate_samples, estimate_topics, EstimateEncoder)
 from hda_torque_estimator.estimator import Estimator
@@ -52,10 +53,10 @@ def test_live_messages_are_the_offline_ones(arm):
     readings[:, :, 0] *= [joint.ratio for joint in arm.joints]
     readings[100:200, -1, 1] += 0.5                             # in and out of the singular pose
     stamps = np.cumsum(random.integers(1, 3 * PERIOD, len(readings))) + 10**9
-    effort = np.zeros(readings.shape[:2])
+    effort = random.normal(size=readings.shape[:2]) * 0.1
     live = LiveEstimator(arm)
     answers = [live(sent) for sent in messages_of(joint_samples(arm, stamps, readings, effort))]
-    estimates = Estimator(arm).run(stamps, readings)
+    estimates = Estimator(arm).run(stamps, readings, effort)
     parts = estimate_samples(arm, estimates)
     assert tuple(parts) == estimate_topics(arm)
     for place, part in enumerate(parts.values()):
@@ -177,7 +178,7 @@ def test_rate_of_states_can_change(pushed):
 
 def test_encoder_keeps_every_bit_of_a_nan():
     """A NaN of the other sign is told as it is, by both encoders."""
-    joints, tip = np.zeros((2, 7)), np.full(14, -np.nan)
+    joints, tip = np.zeros((2, RESULTS)), np.full(14, -np.nan)
     live = EstimateEncoder(ARM)(5, joints, tip)
     estimates = Estimator(ARM).run(np.zeros(0, np.int64), np.zeros((0, 2, 4)))._replace(
         stamps=np.array([5]), joints=joints[None], tip=tip[None])

@@ -17,7 +17,7 @@ from hda_msgs_json.topics import (
 from hda_torque_estimator.closed_loop import run
 from hda_torque_estimator.estimate_messages import estimate_samples
 from hda_torque_estimator.estimator import Estimator
-from hda_torque_estimator.readings import readings
+from hda_torque_estimator.readings import motor_commands, readings
 from hda_torque_estimator.recorded import joint_samples
 from hda_torque_estimator.state_messages import state_samples
 from node_processes import diagnostics, MODULES, running, watching
@@ -82,7 +82,8 @@ def test_estimates_of_a_recording_are_those_of_the_live_run(sent, tmp_path):
     recording = open_recording(bag)
     assert recording.raw('/joint_states')[1] == sent
     samples = recording.joint_states()
-    estimates = Estimator(ARM).run(samples.stamps, readings(ARM.labels, samples))
+    estimates = Estimator(ARM).run(samples.stamps, readings(ARM.labels, samples),
+                                   motor_commands(ARM.labels, samples))
     for topic, part in estimate_samples(ARM, estimates).items():
         encode = encode_joint_rows if isinstance(part, JointSamples) else encode_wrench_rows
         assert recording.raw(topic.name)[1] == [row.tobytes() for row in encode(part)]

@@ -100,3 +100,12 @@ class Tolerances(Declared):
     dry_friction: float = parameter(0.03, '', 0.0, 1.0, 'Coulomb level')
     viscous_friction: float = parameter(0.1, '', 0.0, 1.0, 'viscous slope')
     damping: float = parameter(0.1, '', 0.0, 1.0, 'damping of the torsion')
+    torsion_zero: float = parameter(1e-5, 'rad', 0.0, 0.1, 'zero of the torsion, output side')
+    kinematic_error: float = parameter(
+        2e-6, 'rad', 0.0, 0.1, 'each wave of the torsion over the shaft')
+    eccentricity: float = parameter(
+        2e-6, 'rad', 0.0, 0.1, 'each wave of the torsion over the link')
+    clock_skew: float = parameter(2e-6, 's', 0.0, 0.1, 'link encoder after motor encoder')
+    torque_ripple: float = parameter(
+        2e-4, 'N*m', 0.0, 1.0, 'each wave of the torque over the shaft')
+    drive_offset: float = parameter(6e-4, 'N*m', 0.0, 1.0, 'constant torque of the drive, shaft')
