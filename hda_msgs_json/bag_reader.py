@@ -25,6 +25,9 @@ import numpy as np
 Samples = TypeVar('Samples', JointSamples, WrenchSamples)
 Result = TypeVar('Result')
 
+MOST_LISTED = 20
+"""Topics that an error names."""
+
 
 @dataclass(frozen=True)
 class TopicSummary:
@@ -171,9 +174,9 @@ class Recording:
         """Return the name that a topic has in this recording, and check its type."""
         alike = [name for name in self.topics if name.strip('/') == topic.strip('/')]
         if not alike:
-            raise BagError(
-                f'{self.path} has no topic {topic}; it has '
-                f'{", ".join(sorted(self.topics)) or "none at all"}')
+            some = ', '.join(list(self.topics)[:MOST_LISTED]) or 'none at all'
+            more = ', ...' * (len(self.topics) > MOST_LISTED)
+            raise BagError(f'{self.path} has no topic {topic}; it has {some}{more}')
         name = topic if topic in alike else alike[0]
         found = self.topics[name].message_type
         if message_type is not None and found != message_type:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from hda_msgs_json.bag_files import find_files
 from hda_msgs_json.bag_writer import BagWriter
-from hda_msgs_json.mcap_file import Contents, read_stretch, scan
+from hda_msgs_json.mcap_file import Contents, LOOSE, read_stretch, scan
 from hda_msgs_json.mcap_records import BagError, parse
 from hda_msgs_json.mcap_walk import RECORD_HEAD, record_starts
 from hda_msgs_json.mcap_writer import MESSAGE
@@ -15,6 +15,7 @@ from hda_msgs_json.schemas import Schema as Definition
 from hda_msgs_json.topics import SAMPLED_DEPTH, Topic
 from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
+import numpy as np
 import yaml
 
 POLICIES = {'reliability': ('reliable', 'best_effort'),
@@ -96,17 +97,18 @@ def _records(
         content: bytes, channels: _Channels, bag: BagWriter, place: str, warnings: list[str]
         ) -> Iterator[tuple[Topic, int, bytes]]:
     """Yield the messages of a stretch, and take note of the channels that it defines."""
-    starts, end = record_starts(content)
-    stops = [*starts[1:].tolist(), end]
-    for start, stop in zip(starts.tolist(), stops):
-        opcode = content[start]
+    starts, _ = record_starts(content)
+    opcodes = np.frombuffer(content, np.uint8)[starts]
+    for start in starts[np.isin(opcodes, LOOSE)]:
+        opcode, length = RECORD_HEAD.unpack_from(content, start)
+        stop = int(start) + RECORD_HEAD.size + length
         if opcode == Opcode.MESSAGE and stop - start >= MESSAGE.size:
             _, _, number, _, time, _ = MESSAGE.unpack_from(content, start)
             if number in channels.topics:
                 yield channels.topics[number], time, content[start + MESSAGE.size:stop]
             else:
                 channels.unknown += 1
-        elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+        elif opcode != Opcode.MESSAGE:
             try:
                 _define(opcode, content[start + RECORD_HEAD.size:stop], channels, bag)
             except BagError as error:

@@ -25,7 +25,6 @@ MAGIC = b'\x89MCAP0\r\n'
 MESSAGE_HEAD = np.dtype([
     ('opcode', 'u1'), ('length', '<u8'), ('channel', '<u2'), ('sequence', '<u4'),
     ('log_time', '<u8'), ('publish_time', '<u8')])
-CHANNEL_HEAD = np.dtype([('opcode', 'u1'), ('length', '<u8'), ('channel', '<u2')])
 INDEX_ENTRY = np.dtype([('log_time', '<u8'), ('offset', '<u8')])
 
 Record = TypeVar('Record', Channel, Metadata, Schema)
@@ -42,6 +41,13 @@ class Messages(NamedTuple):
     batch: Batch
 
 
+class _Heads(NamedTuple):
+    """Hold the heads of message records and where they start (n,)."""
+
+    starts: Indices
+    heads: NDArray[np.void]
+
+
 class Records:
     """Give access to the records of one stretch of an MCAP file."""
 
@@ -53,40 +59,44 @@ class Records:
         self._opcodes = self._buffer[self._starts]
 
     def definitions(self) -> Iterator[Schema | Channel]:
-        """Yield the schemas and channels; raise BagError if one is broken."""
+        """Yield the schemas and channels, each once; raise BagError if one is broken."""
         stops = np.append(self._starts[1:], self._end)
+        seen = set()
         for at in np.flatnonzero(
                 (self._opcodes == Opcode.SCHEMA) | (self._opcodes == Opcode.CHANNEL)):
-            body = self._content[self._starts[at] + RECORD_HEAD.size:stops[at]]
-            yield (parse(Schema, body) if self._opcodes[at] == Opcode.SCHEMA
-                   else parse(Channel, body))
+            record = self._content[self._starts[at]:stops[at]]
+            if record not in seen:
+                seen.add(record)
+                body = record[RECORD_HEAD.size:]
+                yield (parse(Schema, body) if record[0] == Opcode.SCHEMA
+                       else parse(Channel, body))
 
     def log_times(self) -> dict[int, Indices]:
         """Return when the messages of each channel were recorded [ns]."""
-        starts, channels = self._messages
-        times = structures(self._buffer, starts, MESSAGE_HEAD)['log_time'].astype(np.int64)
+        heads = self._messages.heads
+        channels, times = heads['channel'].copy(), heads['log_time'].astype(np.int64)
         return {int(channel): times[channels == channel] for channel in np.unique(channels)}
 
     def messages(self, chosen: Sequence[int]) -> Messages:
         """Return the messages of some channels, in the order of the file."""
-        starts, channels = self._messages
+        starts, heads = self._messages
         mine = np.zeros(len(starts), bool)
         for channel in chosen:
-            mine |= channels == channel
+            mine |= heads['channel'] == channel
         if not mine.all():
             starts = starts[mine]
-        heads = structures(self._buffer, starts, MESSAGE_HEAD)
+            heads = structures(self._buffer, starts, MESSAGE_HEAD)
         sizes = heads['length'].astype(np.int64) + (RECORD_HEAD.size - MESSAGE_HEAD.itemsize)
         batch = Batch(self._buffer, starts + MESSAGE_HEAD.itemsize, sizes)
         return Messages(heads['log_time'].astype(np.int64), batch)
 
     @cached_property
-    def _messages(self) -> tuple[Indices, NDArray[np.uint16]]:
-        """Return where complete message records start, and their channels."""
+    def _messages(self) -> _Heads:
+        """Return where complete message records start, and what precedes the messages."""
         sizes = np.diff(self._starts, append=self._end)
         sound = (self._opcodes == Opcode.MESSAGE) & (sizes >= MESSAGE_HEAD.itemsize)
         starts = self._starts if sound.all() else self._starts[sound]
-        return starts, structures(self._buffer, starts, CHANNEL_HEAD)['channel'].copy()
+        return _Heads(starts, structures(self._buffer, starts, MESSAGE_HEAD))
 
 
 def parse(kind: type[Record], body: bytes) -> Record:

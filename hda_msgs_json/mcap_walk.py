@@ -19,6 +19,7 @@ def record_starts(content: bytes, hints: Indices | None = None) -> tuple[Indices
 
     Records must be followed one by one, but much can be checked at once: hints, in ascending
     order, of where records start, and periods in the sizes of the records. Wrong hints cost time.
+    No record has the opcode 0: where one seems to, there are none any more.
     """
     if hints is not None and len(hints) and (hinted := _hinted(content, hints)) is not None:
         found, at = hinted
@@ -41,8 +42,9 @@ def _hinted(content: bytes, hints: Indices) -> tuple[list[Indices], int] | None:
     """Return the starts up to the last hint and where its record ends, or None if one is wrong."""
     if hints[0] < 0 or hints[-1] > len(content) - RECORD_HEAD.size:
         return None
-    lengths = structures(np.frombuffer(content, np.uint8), hints, HEAD)['length']
-    if (lengths > len(content)).any():
+    heads = structures(np.frombuffer(content, np.uint8), hints, HEAD)
+    lengths = heads['length']
+    if (lengths > len(content)).any() or not heads['opcode'].all():
         return None
     stops = hints + RECORD_HEAD.size + lengths.astype(np.int64)
     runs = np.append(np.flatnonzero(stops[:-1] != hints[1:]), len(hints) - 1)
@@ -68,8 +70,9 @@ def _follow(content: bytes, at: int, most: int) -> tuple[list[int], int]:
     starts: list[int] = []
     last = len(content) - RECORD_HEAD.size
     while at <= last and len(starts) < most:
-        stop = at + RECORD_HEAD.size + RECORD_HEAD.unpack_from(content, at)[1]
-        if stop > len(content):
+        opcode, length = RECORD_HEAD.unpack_from(content, at)
+        stop = at + RECORD_HEAD.size + length
+        if stop > len(content) or not opcode:
             break
         starts.append(at)
         at = stop
@@ -93,8 +96,7 @@ def _repeat(content: bytes, at: int, cycle: Indices) -> Indices:
     offsets = np.cumsum(cycle) - cycle
     same = np.ones(count, bool)
     for offset, size in zip(offsets.tolist(), cycle.tolist()):
-        lengths: NDArray[np.uint64] = np.ndarray(
-            count, '<u8', content, at + offset + 1, (stride,))
-        same &= lengths == size - RECORD_HEAD.size
+        heads: NDArray[np.void] = np.ndarray(count, HEAD, content, at + offset, (stride,))
+        same &= (heads['length'] == size - RECORD_HEAD.size) & (heads['opcode'] != 0)
     count = count if same.all() else int(same.argmin())
     return np.asarray((at + stride * np.arange(count)[:, np.newaxis] + offsets).ravel(), np.int64)

@@ -26,7 +26,7 @@ KINDS: dict[str, dict[str, Any]] = {
 }
 HOSTILE = (0, 1, 8, 255, 2 ** 16, 2 ** 24, 2 ** 31 - 1, 2 ** 32 - 1, 2 ** 40, 2 ** 63, 2 ** 64 - 1)
 TYPE_NAMES = (b'sensor_msgs/msg/JointState', b'geometry_msgs/msg/WrenchStamped')
-BOMB_SIZE = 64 << 20
+BOMB_SIZE, SWARM_SIZE = 64 << 20, 2 << 20
 
 Mutation = Callable[[bytearray, random.Random], None]
 
@@ -105,8 +105,8 @@ def rename(content: bytearray, rng: random.Random) -> None:
 def bomb(content: bytearray, rng: random.Random) -> None:
     """Add a chunk of a few bytes that becomes very large, whatever its head claims."""
     name = rng.choice((b'zstd', b'lz4'))
-    stored = _bombs()[name]
-    claimed = rng.choice((BOMB_SIZE, 1000 * len(stored), 1 << 20, 100, 2 ** 40))
+    size, stored = rng.choice(_bombs()[name])
+    claimed = rng.choice((size, size, 1000 * len(stored), 1 << 20, 100, 2 ** 40))
     body = (struct.pack('<QQQII', START, START, claimed, rng.choice((0, 1)), len(name)) + name
             + struct.pack('<Q', len(stored)) + stored)
     at = rng.choice([start for start, _ in _records(content)] or [MAGIC_SIZE])
@@ -117,10 +117,17 @@ MUTATIONS: tuple[Mutation, ...] = (flip, flip, cut, lie, lie, double, swap, rena
 
 
 @cache
-def _bombs() -> dict[bytes, bytes]:
-    zeros = bytes(BOMB_SIZE)
-    return {b'zstd': zstandard.ZstdCompressor().compress(zeros),
-            b'lz4': bytes(lz4.frame.compress(zeros))}
+def _bombs() -> dict[bytes, list[tuple[int, bytes]]]:
+    """Return sizes and compressed contents: zeros, or one small record over and over."""
+    records = [struct.pack('<BQ', opcode, len(body)) + body for opcode, body in (
+        (1, b''), (Opcode.SCHEMA, b''), (Opcode.MESSAGE, b''),
+        (Opcode.MESSAGE, struct.pack('<HIQQ', 1, 0, START, START)),
+        (Opcode.SCHEMA, struct.pack('<HI1sI1sI', 1, 1, b'a', 1, b'b', 0)),
+        (Opcode.CHANNEL, struct.pack('<HHI1sI1sI', 1, 1, 1, b'a', 1, b'b', 0)))]
+    contents = [bytes(BOMB_SIZE), *(record * (SWARM_SIZE // len(record)) for record in records)]
+    return {b'zstd': [(len(content), zstandard.ZstdCompressor().compress(content))
+                      for content in contents],
+            b'lz4': [(len(content), bytes(lz4.frame.compress(content))) for content in contents]}
 
 
 def _records(content: bytearray) -> list[tuple[int, int]]:

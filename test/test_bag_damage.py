@@ -8,9 +8,11 @@ from bag_content import (
     contents, Message, NAMES, some_messages, START, TYPES, write_mcap, write_ours)
 from hda_msgs_json.bag import BagError, BagWriter, open_recording
 from hda_msgs_json.cdr import encode_joint_state
+from hda_msgs_json.mcap_walk import record_starts
 from hda_msgs_json.topics import Topic
 from mcap.writer import CompressionType, Writer
 import pytest
+import zstandard
 
 
 def complete(messages: list[Message], found: list[Message]) -> bool:
@@ -151,3 +153,33 @@ def test_bombs_are_refused(tmp_path: Path, compression: CompressionType) -> None
     recording = open_recording(tmp_path / 'a.mcap')
     assert recording.topics == {}
     assert 'which is more than is read' in recording.warnings[0]
+
+
+def test_no_record_follows_a_zero(tmp_path: Path) -> None:
+    """A chunk that becomes millions of zeros is no swarm of records: 0 begins none."""
+    messages = some_messages(30)
+    write_mcap(tmp_path / 'a.mcap', messages, compression=CompressionType.NONE, chunk_size=10 ** 6)
+    sound = (tmp_path / 'a.mcap').read_bytes()
+    stored = zstandard.ZstdCompressor().compress(bytes(1 << 20))
+    body = (struct.pack('<QQQII', 0, 0, 1 << 20, 0, 4) + b'zstd'
+            + struct.pack('<Q', len(stored)) + stored)
+    bomb = struct.pack('<BQ', 6, len(body)) + body
+    (tmp_path / 'a.mcap').write_bytes(sound[:8] + bomb + sound[8:])
+    assert contents(open_recording(tmp_path / 'a.mcap')) == messages
+    assert record_starts(b'\1' + bytes(8) + bytes(900))[0].tolist() == [0]
+    assert record_starts((b'\1' + bytes(8)) * 900 + bytes(900))[1] == 9 * 900
+
+
+def test_an_error_names_some_topics_only(tmp_path: Path) -> None:
+    """A bag with hundreds of topics gives one line that can be read."""
+    with (tmp_path / 'a.mcap').open('wb') as stream:
+        writer = Writer(stream)
+        writer.start('ros2', 'test')
+        schema = writer.register_schema('std_msgs/msg/String', 'ros2msg', b'')
+        for number in range(300):
+            channel = writer.register_channel(f'/topic{number}', 'cdr', schema)
+            writer.add_message(channel, 1, b'', 1)
+        writer.finish()
+    with pytest.raises(BagError, match=r'it has /topic0, .*, \.\.\.$') as caught:
+        open_recording(tmp_path / 'a.mcap').joint_states()
+    assert len(str(caught.value)) < 1000
