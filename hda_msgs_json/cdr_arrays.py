@@ -20,6 +20,7 @@ from hda_msgs_json.strided import Bytes, Indices, structures
 import numpy as np
 from numpy.typing import NDArray
 
+LITTLE_ENDIAN = np.dtype('<f8')
 MOST_LAYOUTS = 16
 """More layouts than this in one batch are read field by field."""
 
@@ -151,7 +152,12 @@ def fill(layout: Layout, batch: Batch, samples: JointSamples | WrenchSamples) ->
         return False
     samples.stamps[:] = _stamps(records)
     for index, values in enumerate(samples.numbers):
-        values[:] = records[f'numbers{index}'] if layout.doubles[index].count else np.nan
+        if not layout.doubles[index].count:
+            values[:] = np.nan
+        elif values.dtype == LITTLE_ENDIAN and values.flags.c_contiguous:
+            values.view(f'V{8 * values.shape[1]}')[:, 0] = records[f'bytes{index}']
+        else:
+            values[:] = records[f'numbers{index}']
     return True
 
 

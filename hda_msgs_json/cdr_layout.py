@@ -82,6 +82,7 @@ class Layout:
             'seconds': ('<i4', STAMP_AT), 'nanoseconds': ('<u4', STAMP_AT + 4)}
         for index, part in enumerate(self.doubles):
             fields[f'numbers{index}'] = (('<f8', (part.count,)), part.start)
+            fields[f'bytes{index}'] = (f'V{8 * part.count}', part.start)
         for word in self._words:
             fields[word.name] = ('<u8', word.start)
         return np.dtype({
