@@ -9,7 +9,9 @@ from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.cli import main
 from hda_torque_estimator.reproduction.catalogue import chosen, FIGURES
 from hda_torque_estimator.reproduction.exhibit import Arms, ReproductionError
+from hda_torque_estimator.reproduction.imperfections import imperfect, TOGETHER
 from hda_torque_estimator.reproduction.report import document
+from hda_torque_estimator.reproduction.rig_calibration import calibrated
 from hda_torque_estimator.reproduction.table_two import quintic_share
 import pytest
 
@@ -116,6 +118,38 @@ def test_feedback_follows_with_minus_one_and_rejects_between_zero_and_one():
 def test_feedback_gain_may_be_larger_with_a_free_link_than_with_a_held_one():
     free, held = (number('fig7', f'largest K_J, link {link}') for link in ('free', 'held'))
     assert free.consistent > 2.0 * held.consistent
+
+
+@pytest.mark.parametrize(('load', 'mean', 'largest'), [
+    ('step', 1.27, 5.89), ('periodic', 1.33, 4.5)])
+def test_named_causes_of_usual_size_explain_the_errors_of_the_paper(load, mean, largest):
+    found = number('fig11', f'{load}: mean error, together')
+    worst = number('fig11', f'{load}: largest error, together')
+    assert (found.paper, worst.paper) == (mean, largest)
+    assert found.printed == pytest.approx(mean, rel=0.35)
+    assert worst.printed == pytest.approx(largest, rel=0.35)
+
+
+@pytest.mark.parametrize('load', ['step', 'periodic'])
+@pytest.mark.parametrize('figure', ['fig9', 'fig11'])
+def test_calibration_leaves_two_counts_of_the_motor_encoder(figure, load):
+    count = 2.0 * math.pi / 4096.0 / 100.0 * 1e4
+    against_gear = number(figure, f'{load}: mean error against the gear')
+    assert against_gear.consistent < 2.0 * count < 0.5 * against_gear.printed
+
+
+def test_kinematic_error_costs_more_than_backlash_where_the_rig_turns():
+    by = {name: number('fig11', f'step: mean error by {name}').printed
+          for name in ('kinematic error', 'backlash', 'counts of the encoders alone')}
+    assert by['kinematic error'] > 3.0 * by['backlash'] > 6.0 * by['counts of the encoders alone']
+
+
+def test_calibration_finds_what_was_put_into_the_rig():
+    found = calibrated(imperfect(ARMS.rig, TOGETHER), ARMS.rig)
+    assert found.effect('clock_skew', 'joint1').skew == pytest.approx(1e-4, rel=0.1)
+    assert found.effect('kinematic_error', 'joint1').amplitude_2 == pytest.approx(1.1e-4, rel=0.15)
+    scale = found.effect('link_encoder_eccentricity', 'joint1')
+    assert scale.amplitude_1 == pytest.approx(8e-5, rel=0.1)
 
 
 def test_names_are_taken_in_the_order_of_the_paper():

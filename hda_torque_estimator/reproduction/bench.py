@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..controller import Controller, ControllerSettings
 from ..estimate import KINEMATIC_TORSION, TORQUE, TORSION
 from ..estimator import Estimator
-from ..reference import hold
+from ..reference import hold, Reference
 
 Array = NDArray[np.float64]
 STEP = 1e-3                         # between samples [s]
@@ -67,19 +67,22 @@ def quiet(joints: int, seconds: float) -> Inputs:
 
 
 def run(true: Arm, known: Arm, inputs: Inputs, start: tuple[float, ...], *,
-        controller: ControllerSettings | None = None, target: tuple[float, ...] | None = None,
-        seed: int = 0) -> Run:
+        controller: ControllerSettings | None = None, target: Reference | None = None,
+        tare: bool = False, seed: int = 0) -> Run:
     """
     Run an arm from rest at link angles `start` [rad] under its inputs.
 
-    A controller holds `target`, or where the arm starts. Estimator and controller believe in
-    `known`. A command answers the sample before it, as over a bus.
+    A controller follows `target`, or holds where the arm starts. Estimator and controller believe
+    in `known`. A command answers the sample before it, as over a bus. `tare` takes the torsion of
+    the first half second for zero.
     """
     plant, estimator = Plant(true, rest(true, start), STEP, seed), Estimator(known)
     law = Controller(known, controller or ControllerSettings())
     if controller is not None:
         law.enable()
-        law.follow(hold(np.array(target or start)), 0)
+        law.follow(target or hold(np.array(start)), 0)
+    if tare:
+        estimator.tare()
     made = _empty(len(inputs.current), len(start))
     command = np.zeros(len(start))
     for k, stamp in enumerate(made.stamps.tolist()):

@@ -10,6 +10,7 @@ from .motor_friction import motor_friction
 from .responses import responses
 from .table_one import table_one
 from .table_two import table_two
+from .torque_budget import resting, turning
 from .torque_check import torque_check
 
 
@@ -38,6 +39,11 @@ FIGURES: dict[str, Entry] = {
                   'torque, step and sine, both arms.', torque_check),
     'fig7': Entry('Fig. 7: joint torque feedback', 'With feedback the arm follows an external '
                   'torque (torque mode) or rejects it (position mode).', feedback),
+    'fig9': Entry('Fig. 9: torque at a held angle', 'Step and periodic torque on the rig at '
+                  'rest; differences are "due to the backlash".', resting),
+    'fig11': Entry('Fig. 11: torque while turning', 'Mean and largest errors (1.27, 5.89) and '
+                   '(1.33, 4.5) N*m; the encoder, vibration or acquisition may be the cause.',
+                   turning),
 }
 
 

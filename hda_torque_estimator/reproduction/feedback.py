@@ -84,7 +84,7 @@ def _run(case: Case) -> bench.Run:
     inputs.current[inputs.time >= _SWITCHED_ON] = case.current * AMPERE
     during = (inputs.time >= PUSH[0]) & (inputs.time < PUSH[1])
     inputs.load[during] = -case.push
-    return bench.run(case.arm, case.arm, inputs, (0.0,), controller=case.settings, target=(0.0,))
+    return bench.run(case.arm, case.arm, inputs, (0.0,), controller=case.settings)
 
 
 def moved(made: bench.Run) -> float:
