@@ -15,6 +15,7 @@ from hda_msgs_json.bag import open_recording
 
 from .outcome import Outcome
 from ..diagnosis.diagnose import Conclusion, diagnose
+from ..diagnosis.excitation import asked
 from ..diagnosis.gate import check, check_names, GateError, mended, Mending
 from ..diagnosis.measurement import Measurement, measurement_from
 from ..diagnosis.page import page
@@ -30,6 +31,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--arm', required=True, help='model file, or the name of a shipped one')
     parser.add_argument('--out', required=True, type=Path, metavar='DIR',
                         help='directory to write: report.html, report.json, model.yaml')
+    parser.add_argument('--about', action='append', default=[], metavar='EFFECT',
+                        help='say whether silence rules this effect out; EFFECT@JOINT for a joint')
     parser.add_argument('--degrees', action='store_true', help='all angles are in degrees')
     parser.add_argument('--motor-at-link', action='store_true',
                         help='motor angles are divided by the gear ratio already')
@@ -43,8 +46,10 @@ def execute(options: argparse.Namespace) -> Outcome:
     if options.out.exists():
         raise GateError(f'{options.out} exists; name another place for the diagnosis')
     arm = checked(read_arm(options.arm))
+    about = asked(arm, options.about)
     measurement = _measurement(options, arm)
-    found = diagnose(measurement, arm, arm_file=options.arm, version=version())
+    found = diagnose(measurement, arm, about=about,
+                     arm_file=options.arm, version=version())
     spent = time.monotonic() - begin
     found = found._replace(diagnosis=replace(found.diagnosis, seconds=spent))
     _write(found, options.out)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from .backing import Backing, backing
 from .balance import Balancer
+from .excitation import cannot_tell, nothing_seen, remarks, smallest_sizes
 from .fit import Fit, Fitter
 from .healthy import healthy_twin, noise_of, torque_noise_of
 from .hypotheses import HYPOTHESES
@@ -26,7 +27,7 @@ from .pattern import misplaced
 from .raw_readings import (extended_by, RAW_EFFECTS, raw_findings, raw_readings, RawReadings,
                            raw_total)
 from .report import Alike, Diagnosis, Finding, RecordingFacts, TotalGain
-from .search import Found, search
+from .search import Found, Place, search
 from .unexplained import standing, unexplained
 from .verdict import alike, findings, gains, METRIC, residuals
 
@@ -58,13 +59,14 @@ class Evidence(NamedTuple):
 
 
 def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None = None,
+             about: Sequence[Place] = (),
              arm_file: str = '', version: str = '', seconds: float = 0.0) -> Conclusion:
     """Return what the simulation of `arm` gets wrong about a measurement that passed the gate."""
     training, held_out = stretches(measurement.duration)
     facts = RecordingFacts(measurement.duration, len(measurement.command), 1.0 / measurement.dt,
                            training, held_out)
     if (np.ptp(measurement.reading[:, :, 1], axis=0) < _STILL).all():
-        return Conclusion(_unmoved(facts, arm_file, version, seconds), arm, None)
+        return Conclusion(_unmoved(facts, arm, arm_file, version, seconds), arm, None)
     names = sought_effects() if names is None else names
     raw = raw_readings(measurement, arm, names, training)
     fitter, training, held_out = _fitter(raw, names, training, held_out)
@@ -85,10 +87,15 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
              gains(fitter.balancer, evidence.twin, evidence.before, evidence.extended,
                    held_out).total())
     rest = unexplained(fitter, stands) if judged.unexplained.any() else None
+    sizes = smallest_sizes(fitter, found, stands, raw, training, names)
+    verdict = _verdict(judged, told, bool(pairs))
+    if verdict == 'no_discrepancy' and cannot_tell(sizes, arm, about):
+        verdict = 'insufficient_excitation'
     diagnosis = Diagnosis(
-        _verdict(judged, told, bool(pairs)), told, pairs, rest, (), total,
+        verdict, told, pairs, rest, tuple(one.row() for one in sizes), total,
         residuals(fitter, found.first, stands, _inside(fitter.balancer.time, held_out)),
-        replace(facts, training=training, held_out=held_out), arm_file, version, seconds)
+        replace(facts, training=training, held_out=held_out), arm_file, version, seconds,
+        remarks(sizes, arm, about))
     kept = [term for term in stands.terms if not isinstance(term, Zero)]
     return Conclusion(diagnosis, extended_by(raw.causes, fitter.on(kept)), evidence)
 
@@ -141,12 +148,13 @@ def _inside(time: Array, spans: Spans) -> NDArray[np.bool_]:
     return inside
 
 
-def _unmoved(facts: RecordingFacts, arm_file: str, version: str, seconds: float) -> Diagnosis:
+def _unmoved(facts: RecordingFacts, arm: Arm, arm_file: str, version: str,
+             seconds: float) -> Diagnosis:
     """Return the diagnosis of a recording in which no link moved: it shows nothing."""
-    none = float('nan')
+    none, sizes = float('nan'), nothing_seen(arm, sought_effects())
     nothing = TotalGain(none, none, none, none, none, none, METRIC, '1')
-    return Diagnosis('insufficient_excitation', (), (), None, (), nothing, (), facts, arm_file,
-                     version, seconds)
+    return Diagnosis('insufficient_excitation', (), (), None, tuple(one.row() for one in sizes),
+                     nothing, (), facts, arm_file, version, seconds, remarks(sizes, arm, ()))
 
 
 def _verdict(judged: Backing, told: tuple[Finding, ...], tied: bool) -> str:

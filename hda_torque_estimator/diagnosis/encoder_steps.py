@@ -7,6 +7,7 @@ encoder that skips counts, moves fast or has noise of its own still shows its st
 
 from collections.abc import Iterator
 from dataclasses import replace
+import math
 from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
@@ -53,6 +54,13 @@ def coarse_encoders(measurement: Measurement, arm: Arm,
                            tuple((column, SIDES.index(name)) for name in steps))
 
 
+def smallest_step(angle: Array, stated: float, seen: NDArray[np.bool_]) -> float | None:
+    """Return the smallest step that rows `seen` of readings (k,) would show, None if none."""
+    size = max(_COARSER * stated, math.sqrt(12.0 * SHARE) * _noise(angle))
+    counts = float(np.abs(np.diff(angle))[seen[1:]].sum()) / max(size, _SAME)
+    return size if _evidence(size, stated, int(counts)) > THRESHOLD else None
+
+
 def true_step(angle: Array, left_out: NDArray[np.bool_]) -> Step | None:
     """
     Return the step in which readings (k,) count [rad], or None if they do not.
@@ -83,7 +91,15 @@ def _coarser(step: Step | None, stated: float, angle: Array) -> float:
     """Return the evidence that a step is larger than stated, and matters; else 0."""
     if step is None or step.size < _COARSER * stated:
         return 0.0
-    noise = np.median(np.abs(np.diff(angle, 2))) / (0.6745 * np.sqrt(6.0))
-    if step.size ** 2 / 12.0 < SHARE * noise ** 2:
+    if step.size ** 2 / 12.0 < SHARE * _noise(angle) ** 2:
         return 0.0
-    return 2.0 * step.changes * float(np.log(step.size / max(stated, 1e-3 * step.size)))
+    return _evidence(step.size, stated, step.changes)
+
+
+def _noise(angle: Array) -> float:
+    """Return how much readings scatter from sample to sample [rad]."""
+    return float(np.median(np.abs(np.diff(angle, 2))) / (0.6745 * np.sqrt(6.0)))
+
+
+def _evidence(size: float, stated: float, changes: int) -> float:
+    return 2.0 * changes * math.log(size / max(stated, 1e-3 * size))

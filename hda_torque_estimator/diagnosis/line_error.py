@@ -31,6 +31,8 @@ _HINT = 0.01            # of it, by folding alone, from which a wave is fitted
 _WHOLE_STEPS = 4.0      # least counts of the encoder in a line
 _NEAR = 2               # lines about the strongest that are fitted exactly
 _ROUNDS = 3             # the angle behind a reading is known better each time
+_TRIED = (2500.0, 6000.0, 20000.0)          # lines for which the smallest wave is sought
+_PASSED = 0.01          # least power of a wave of 1 that the polynomials must leave
 _INVERSE = 12           # rounds to the angle behind a reading
 _NORMAL_90 = 1.645
 
@@ -66,6 +68,20 @@ def uneven_lines(measurement: Measurement, arm: Arm, seen: Mask) -> Iterator[Raw
             }, score, ((column, LINK),))
 
 
+def smallest_wave(angle: Array, dt: float, seen: Mask, step: float) -> float | None:
+    """Return the smallest amplitude of a wave that readings (k,) would show [rad], or None."""
+    window, good = _window(dt), _inner(seen, _window(dt))
+    rest = _fast(angle, window)[good]
+    power = float(rest @ rest) / max(len(rest), 1)
+    passed = [float(np.mean(_fast(np.sin(lines * angle), window)[good] ** 2))
+              for lines in _TRIED if lines < _most(step)] if good.any() else []
+    needed = max(_SHARE, -math.expm1(-THRESHOLD / max(len(rest), 1)))
+    if not passed or max(passed) < _PASSED:
+        return None
+    size = math.sqrt(needed / (1.0 - needed) * power / max(passed))
+    return size if size <= EncoderInterpolationError.declaration('amplitude').high else None
+
+
 def without_waves(measurement: Measurement, causes: list[RawCause],
                   labels: tuple[str, ...]) -> Measurement:
     """Return the measurement as link encoders without these waves would have shown it."""
@@ -80,12 +96,9 @@ def without_waves(measurement: Measurement, causes: list[RawCause],
 
 def wave_of(angle: Array, dt: float, seen: Mask, step: float) -> Wave | None:
     """Return the strongest wave in readings (k,) of an encoder with this step [rad]."""
-    window = max(_DEGREE + 2, 2 * round(0.5 * _WINDOW / dt) + 1)
-    most = _MOST if step <= 0.0 else min(_MOST, int(2.0 * math.pi / step / _WHOLE_STEPS))
-    rest = _fast(angle, window)
-    good = seen.copy()
-    good[:window], good[-window:] = False, False
-    lines, behind = _strongest(angle[good], rest[good], most), angle
+    window = _window(dt)
+    rest, good = _fast(angle, window), _inner(seen, window)
+    lines, behind = _strongest(angle[good], rest[good], _most(step)), angle
     if lines is None:
         return None
     near = range(max(lines - _NEAR, 2), lines + _NEAR + 1)
@@ -95,6 +108,23 @@ def wave_of(angle: Array, dt: float, seen: Mask, step: float) -> Wave | None:
         behind = _behind(angle, best.effect)
         best = _fitted(behind, rest, window, good, round(best.effect.lines))
     return best
+
+
+def _window(dt: float) -> int:
+    """Return the samples of a polynomial."""
+    return max(_DEGREE + 2, 2 * round(0.5 * _WINDOW / dt) + 1)
+
+
+def _inner(seen: Mask, window: int) -> Mask:
+    """Return rows of `seen` (k,) that are not near the ends."""
+    good = seen.copy()
+    good[:window], good[-window:] = False, False
+    return good
+
+
+def _most(step: float) -> int:
+    """Return the most lines per turn of an encoder with this step [rad] that can be told."""
+    return _MOST if step <= 0.0 else min(_MOST, int(2.0 * math.pi / step / _WHOLE_STEPS))
 
 
 def _strongest(angle: Array, rest: Array, most: int) -> int | None:

@@ -28,6 +28,7 @@ _SURE = 8.0             # standard deviations of the slip that it must be away f
 _COMMON = 0.8           # least share of a sample's deviation that one slip must explain
 _REACH = 4              # neighbours on each side through which a curve is laid
 _PASSES = 12            # slipped samples next to each other come to light one by one
+_RATES = 200            # that are tried
 _GAP = 10               # samples absent in a row that are lost samples, not a pause
 
 
@@ -54,6 +55,14 @@ def lost_samples(slips: Slips, seen: Mask) -> RawCause | None:
     joints, sides = slips.reading.shape[1:]
     return RawCause(DroppedSamples(rate=rate), None, {'rate': Number(rate, '', low, high)}, score,
                     tuple((column, side) for column in range(joints) for side in range(sides)))
+
+
+def smallest_rate(slips: Slips, seen: Mask) -> float | None:
+    """Return the smallest share of slipped samples that rows `seen` would show, or None."""
+    watched = int((slips.watched & seen).sum())
+    rates = np.geomspace(TOLERABLE, DroppedSamples.declaration('rate').high, _RATES).tolist()
+    return next((rate for rate in rates if rate * watched >= 1.0
+                 and _evidence(round(rate * watched), rate) > THRESHOLD), None)
 
 
 def slips_of(measurement: Measurement, arm: Arm) -> Slips:

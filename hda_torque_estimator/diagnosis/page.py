@@ -131,7 +131,8 @@ def _detectable(diagnosis: Diagnosis) -> str:
              'cannot be shown by this motion' if row.smallest_detectable is None
              else f'{figure(row.smallest_detectable)} {escape(unit(row.unit))}']
             for row in diagnosis.excitation]
-    return section('Smallest size that this recording could have shown', table(
+    said = ''.join(f'<p>{escape(_capital(remark))}.</p>' for remark in diagnosis.remarks)
+    return section('Smallest size that this recording could have shown', said + table(
         ('effect', 'where', 'smallest detectable'), rows)) if rows else ''
 
 

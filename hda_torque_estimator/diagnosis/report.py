@@ -155,6 +155,7 @@ class Diagnosis:
     arm: str
     version: str
     seconds: float
+    remarks: tuple[str, ...] = ()   # on what the recording could not have shown
 
     def document(self) -> dict[str, Any]:
         """Return the JSON document; numbers that do not exist are null."""
@@ -165,7 +166,8 @@ class Diagnosis:
         return [VERDICTS[self.verdict], *(_finding_sentence(found) for found in self.findings),
                 *(f'  these look alike here: {_places(alike.effects)}; run {alike.experiment}'
                   for alike in self.ambiguous),
-                *_unexplained_sentences(self.unexplained)]
+                *_unexplained_sentences(self.unexplained),
+                *(f'  {remark}' for remark in self.remarks)]
 
 
 def _plain(value: Any) -> Any:

@@ -55,28 +55,33 @@ def _possible(fitter: Fitter, fit: Fit, known: Columns, name: str) -> list[Prosp
 
 
 def _prospects(fitter: Fitter, fit: Fit, known: Columns, name: str) -> Iterator[Prospect]:
-    arm = fitter.on(fit.terms)
-    starts = located(fitter, fit, name) if name in LOCATED else list(terms_of(arm, name))
+    starts = (located(fitter, fit, name) if name in LOCATED else
+              list(terms_of(fitter.on(fit.terms), name)))
+    for start, shift in shifts(fitter, fit, starts):
+        yield _weighed(fitter, fit, known, start, shift)
+
+
+def shifts(fitter: Fitter, fit: Fit, starts: Sequence[Term]) -> Iterator[tuple[Term, Array]]:
+    """Yield starts of one effect with what each of their directions changes (m, c, d)."""
     if not starts or not acts_apart(starts[0]):
         for start in starts:
-            yield _weighed(fitter, fit, known, start, _shifts(fitter, fit, [start])[0])
+            yield start, _shifts(fitter, fit, [start])[0]
         return
     per_joint = [list(group) for _, group in groupby(starts, key=lambda term: term.joint)]
     for together in zip(*per_joint):                # one simulation for all joints
-        for start, shift in zip(together, _shifts(fitter, fit, together)):
-            yield _weighed(fitter, fit, known, start, shift)
+        yield from zip(together, _shifts(fitter, fit, together))
 
 
 def _shifts(fitter: Fitter, fit: Fit, starts: Sequence[Term]) -> list[Array]:
-    """Return what the directions of each start change in the residual (m, c, d)."""
+    """Return what the directions of each start change in the residual, starts all at once."""
     arm = fitter.on(fit.terms)
-    shifts = []
+    changes = []
     for trials in zip(*(directions(start) for start in starts)):
         changed = arm
         for trial in trials:
             changed = trial.on(changed)
-        shifts.append(fitter.balancer(changed).residual - fit.balance.residual)
-    together = np.stack(shifts, axis=2)
+        changes.append(fitter.balancer(changed).residual - fit.balance.residual)
+    together = np.stack(changes, axis=2)
     if len(starts) == 1:
         return [together]
     parts = [np.zeros_like(together) for _ in starts]
