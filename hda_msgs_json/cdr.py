@@ -28,6 +28,7 @@ LARGEST_JOINT_STATE = 1 << 20
 STAMP = struct.Struct('<iI')
 """The stamp of a little-endian message with a header, at `STAMP_AT`."""
 DOUBLE = np.dtype('<f8')
+WORD = 4
 
 
 def decode_joint_state(message: bytes) -> JointState:
@@ -49,10 +50,15 @@ def decode_string(message: bytes) -> str:
 
 
 def encode_string(text: str) -> bytes:
-    """Return the bytes of a String; raise CdrError if ROS could not carry the text."""
+    """
+    Return the bytes of a String; raise CdrError if ROS could not carry the text.
+
+    They are filled up with zeros to whole words, as DDS does on the way to who hears them.
+    """
     fields = FieldWriter()
     fields.string(text, 'data')
-    return bytes(fields)
+    message = bytes(fields)
+    return message + bytes(-len(message) % WORD)
 
 
 class JointStateDecoder:

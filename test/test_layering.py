@@ -28,6 +28,7 @@ SHELLS = (
     'hda_torque_estimator.importing.tables',
     'hda_torque_estimator.pages.drawing',
     'hda_torque_estimator.recorded',
+    'hda_torque_estimator.recorded_readings',
     'hda_torque_estimator.reproduction.diagram_plots',
     'hda_torque_estimator.reproduction.plots',
     'hda_torque_estimator.warm_up',

@@ -16,7 +16,8 @@ from .outcome import Outcome
 from ..accuracy import Errors, errors
 from ..estimate_messages import estimate_samples
 from ..estimator import Estimates, Estimator
-from ..readings import readings
+from ..recorded_readings import recorded_readings
+from ..recorded_settings import recorded_settings, RecordedSettings
 from ..state_messages import state_samples
 
 
@@ -29,23 +30,30 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('bag', type=Path, metavar='BAG', help='bag with joint_states')
     parser.add_argument('--arm', required=True, help='model file, or the name of a shipped one')
     parser.add_argument('--out', required=True, type=Path, metavar='BAG2', help='bag to write')
+    parser.add_argument('--default-settings', action='store_true',
+                        help='ignore the settings of the estimator that the bag tells')
 
 
 def execute(options: argparse.Namespace) -> Outcome:
     """Estimate and write; raises the project's errors."""
     arm = read_arm(options.arm)
     recording = open_recording(options.bag)
-    samples = recording.joint_states()
-    estimates = Estimator(arm).run(samples.stamps, readings(arm.labels, samples))
+    settings = (RecordedSettings() if options.default_settings
+                else recorded_settings(recording.metadata))
+    found = recorded_readings(arm, recording)
+    estimates = Estimator(arm, settings.estimator).run(
+        found.stamps, found.reading, found.command)
     if not len(estimates.stamps):
-        raise EstimateError(f'{options.bag}: none of {len(samples)} joint states has finite '
+        raise EstimateError(f'{options.bag}: none of {len(found.stamps)} joint states has finite '
                             'angles and a stamp later than the one before')
-    with BagWriter(options.out, {'arm': arm_to_text(arm), 'source': str(options.bag.name)}) as bag:
+    about = {'arm': arm_to_text(arm), 'source': str(options.bag.name), **settings.to_metadata()}
+    with BagWriter(options.out, about) as bag:
         for topic, part in estimate_samples(arm, estimates).items():
             (bag.write_joint_states if isinstance(part, JointSamples)
              else bag.write_wrenches)(topic, part)                  # type: ignore[arg-type]
-        bag.write_texts(ESTIMATOR_STATE, state_samples(arm, estimates))
-    return _outcome(options, arm, estimates, _all_errors(recording, arm, estimates))
+        bag.write_texts(ESTIMATOR_STATE, state_samples(arm, estimates, settings.state.state_rate))
+    return _outcome(options, arm, estimates, _all_errors(recording, arm, estimates),
+                    len(estimates.refused) + found.unreadable)
 
 
 def _all_errors(recording: Recording, arm: Arm, estimates: Estimates) -> dict[str, Errors]:
@@ -73,16 +81,16 @@ def _held(recording: Recording, topic: str) -> str | None:
 
 
 def _outcome(options: argparse.Namespace, arm: Arm, estimates: Estimates,
-             found: dict[str, Errors]) -> Outcome:
+             found: dict[str, Errors], refused: int) -> Outcome:
     report: dict[str, Any] = {
         'bag': str(options.out), 'samples': len(estimates.stamps),
-        'refused': len(estimates.refused), 'joints': list(arm.labels),
+        'refused': refused, 'joints': list(arm.labels),
         'largest_torque': np.abs(estimates.torque).max(axis=0).tolist(),
         'errors': {name: {key: None if np.isnan(value) else value
                           for key, value in error._asdict().items()}
                    for name, error in found.items()}}
     torques = ', '.join(f'{value:.2f}' for value in report['largest_torque'])
-    lines = [f'{options.out}: {len(estimates.stamps)} samples, {len(estimates.refused)} refused, '
+    lines = [f'{options.out}: {len(estimates.stamps)} samples, {refused} refused, '
              f'joint torques up to {torques} N*m']
     if arm.links is None:
         lines.append('  no external torque and no tip force: the arm file says "links: none"')

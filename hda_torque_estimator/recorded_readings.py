@@ -1,0 +1,60 @@
+"""
+The readings of a recording: all at once, or as the live estimator reads them, one by one.
+
+Where a message is broken, recordings are refused as a whole by their bulk reader. The estimator of
+a live arm refuses that message only, and so does this.
+"""
+
+from typing import NamedTuple
+
+from hda_arm_sim.health import Refused
+from hda_arm_sim.model.arm import Arm
+from hda_msgs_json.bag import BagError, Recording
+from hda_msgs_json.columns import NamesError
+from hda_msgs_json.topics import JOINT_STATES
+import numpy as np
+from numpy.typing import NDArray
+
+from .readings import motor_commands, readings
+from .sample_reader import SampleReader
+
+
+class RecordedReadings(NamedTuple):
+    """
+    Stamps [ns] (k,), readings (k, n, READINGS), motor torques in force since (k, n) [N*m].
+
+    Beside them how many messages could not be read.
+    """
+
+    stamps: NDArray[np.int64]
+    reading: NDArray[np.float64]
+    command: NDArray[np.float64]
+    unreadable: int = 0
+
+
+def recorded_readings(arm: Arm, recording: Recording) -> RecordedReadings:
+    """Return what the joint states hold; raise BagError or NamesError if that is nothing."""
+    try:
+        samples = recording.joint_states()
+        return RecordedReadings(samples.stamps, readings(arm.labels, samples),
+                                motor_commands(arm.labels, samples))
+    except (BagError, NamesError):
+        found = _one_by_one(arm, recording.raw(JOINT_STATES.name)[1])
+        if not len(found.stamps):
+            raise
+        return found
+
+
+def _one_by_one(arm: Arm, messages: list[bytes]) -> RecordedReadings:
+    read = SampleReader(arm)
+    stamps, found, commands = [], [], []
+    for message in messages:
+        try:
+            stamp, reading = read(message)
+        except Refused:
+            continue
+        stamps.append(stamp)
+        found.append(reading.copy())
+        commands.append(read.command.copy())
+    return RecordedReadings(np.array(stamps, np.int64), np.array(found), np.array(commands),
+                            len(messages) - len(stamps))
