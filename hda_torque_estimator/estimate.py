@@ -7,7 +7,7 @@ simulation all run this function, so they give the same bits.
 """
 
 from hda_arm_sim.model.compiled import compiled, inlined
-from hda_arm_sim.model.effects.transmission import played_torsion
+from hda_arm_sim.model.effects.transmission import SLIDERS
 from hda_arm_sim.model.encoders import tilt_moments
 from hda_arm_sim.model.link_side import cable
 from hda_arm_sim.model.rigid import gravity_torque
@@ -19,10 +19,8 @@ from .momentum import expected_rate, hold, momentum
 from .route_errors import (ERRORS, motor_effects, motor_torque, STIFFNESS, torque_effects,
                            torsion_effects, TORSION_ERRORS)
 from .tip_force import base_force, tool_force
-from .torsion_torque import (advance_hysteresis, link, reading_deviation, shaft,
-                             torque_through_gear, torsion_deviation, torsions)
-
-FLICKER = 2.0           # deviations of the torsion's noise that are no movement
+from .torsion_torque import (link, reading_deviation, shaft, slide, torque_through_gear,
+                             torsions)
 
 # A reading, per joint: angles [rad] and velocities [rad/s] of shaft and link, NaN if not given.
 MOTOR_READING, LINK_READING, MOTOR_RATE, LINK_RATE = range(4)
@@ -31,13 +29,13 @@ READINGS = 4
 # Memory, per joint.
 (LAST_MOTOR, LAST_LINK,                 # last readings [rad]
  MOTOR_VELOCITY, LINK_VELOCITY,         # low-passed [rad/s]
- LAST_TORSION, HYSTERESIS,              # elastic torsion [rad], hysteresis state
+ LAST_TORSION, TURNED_TORSION,          # elastic torsion, and where the hysteresis stands [rad]
  LAST_MOMENTUM, LAST_RATE, EXTERNAL,    # of the momentum observer
  ZERO, TARE_SUM,                        # torsion taken for zero [rad], its running sum
  QUICK_MOTOR, QUICK_LINK,               # velocities, less low-passed, for the torsion [rad/s]
- SMOOTH_TORSION, TURNED_TORSION,        # what the hysteresis follows, without flicker [rad]
- FUSION,                                # from here on the memory of the fusion
- ) = range(16)
+ STRETCH,                               # of the elements of the hysteresis, the first [rad]
+ ) = range(14)
+FUSION = STRETCH + SLIDERS              # from here on the memory of the fusion
 MEMORY = FUSION + fusion.MEMORY
 
 # Results, per joint.
@@ -99,10 +97,13 @@ def _joint(                                                         # type: igno
     learnt = fusion.errors_learnt(learning)
     wrong = effect[:STIFFNESS] @ learnt[:STIFFNESS]
     elastic = total - kinematic - memory[j, ZERO] - wrong
+    loop = 0.0
     if joint.torsional_hysteresis.level > 0.0:
-        _follow(joint, settings, memory, j, elastic, dt)
+        loop = slide(joint, elastic - memory[j, TURNED_TORSION],
+                     memory[j, STRETCH:STRETCH + SLIDERS])
+        memory[j, TURNED_TORSION] = elastic
     memory[j, LAST_TORSION] = elastic
-    torque = torque_through_gear(joint, elastic, rate, memory[j, HYSTERESIS])
+    torque = torque_through_gear(joint, elastic, rate, loop)
     torque *= 1.0 + known.stiffness * learnt[STIFFNESS]
     gain = _share(settings.torsion_bandwidth, dt) / dt if dt > 0.0 else 0.0
     stiffness, random = reading_deviation(joint, torque, gain)
@@ -117,22 +118,6 @@ def _joint(                                                         # type: igno
     result[j, MOTOR_SHARE] = 1.0 - (random ** 2 + now) / max(random ** 2 + before, 1e-300)
     result[j, BEYOND_RANGE] = 1.0 if abs(elastic) > joint.torsion.valid_torsion else 0.0
     return link_angle
-
-
-@inlined
-def _follow(joint, settings, memory, j, elastic, dt):               # type: ignore[no-untyped-def]
-    """
-    Let the hysteresis follow the elastic torsion, (29).
-
-    What begins under load is taken for loaded from rest. Counts that flicker would wear the state
-    down, so it follows only what goes beyond them.
-    """
-    share = _share(settings.torsion_bandwidth, dt) if dt > 0.0 else 1.0
-    memory[j, SMOOTH_TORSION] += share * (elastic - memory[j, SMOOTH_TORSION])
-    moved = played_torsion(memory[j, SMOOTH_TORSION] - memory[j, TURNED_TORSION],
-                           FLICKER * torsion_deviation(joint))
-    memory[j, HYSTERESIS] = advance_hysteresis(joint, moved, memory[j, HYSTERESIS])
-    memory[j, TURNED_TORSION] += moved
 
 
 @inlined

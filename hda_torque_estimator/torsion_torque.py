@@ -7,7 +7,7 @@ torsion, through the inverse of the torsion law; hysteresis and damping on top.
 
 from hda_arm_sim.model.compiled import compiled
 from hda_arm_sim.model.effects.timing import sampled_late
-from hda_arm_sim.model.effects.transmission import hysteresis_rate, played_torsion
+from hda_arm_sim.model.effects.transmission import played_torsion, slid, SLIDERS
 from hda_arm_sim.model.encoders import (link_angle_behind, link_gain, motor_angle_behind,
                                         motor_gain)
 from hda_arm_sim.model.kernel import gear_torque, transmission
@@ -42,17 +42,17 @@ def torsions(                                                       # type: igno
 
 
 @compiled
-def advance_hysteresis(joint, change, state):                       # type: ignore[no-untyped-def]
+def slide(joint, change, stretch):                                  # type: ignore[no-untyped-def]
     """
-    Return the hysteresis state after the torsion changed, (29); it knows no time.
+    Let the elements of the hysteresis (SLIDERS,) follow a change of the torsion, (29).
 
-    The change must be that of a smoothed torsion: counts that flicker would wear the state down.
+    Returns the hysteresis z in [-1, 1].
     """
-    width = joint.torsional_hysteresis.width
-    steps = int(np.ceil(10.0 * abs(change) / width)) + 1
-    for _ in range(min(steps, 1000)):
-        state += hysteresis_rate(change / steps, state, width)
-    return state
+    width, total = joint.torsional_hysteresis.width, 0.0
+    for place in range(SLIDERS):
+        stretch[place] = slid(stretch[place], change, width, place)
+        total += stretch[place]
+    return total / (SLIDERS * width)
 
 
 @compiled

@@ -10,8 +10,8 @@ from hda_arm_sim.model.effects import (AsymmetricFriction, Backlash, BaseVibrati
                                        LoadDependentFriction, PreslidingFriction,
                                        TorqueSaturation, TorsionalHysteresis)
 from hda_arm_sim.model.energy import energy
-from hda_arm_sim.model.kernel import (CURRENT, LINK_ANGLE, LINK_VELOCITY, MOTOR_ANGLE,
-                                      MOTOR_VELOCITY, registers, STATE)
+from hda_arm_sim.model.kernel import (BASE_OFFSET, CURRENT, LINK_ANGLE, LINK_VELOCITY,
+                                      MOTOR_ANGLE, MOTOR_VELOCITY, registers, STATE)
 from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.model.parts import Base, Joint, Links
 from hda_arm_sim.model.torsion import TorsionLaw
@@ -199,9 +199,9 @@ def test_a_base_mode_rings_at_its_frequency_with_the_joints_locked():
         arm = arm.with_effect(LinkBearingFriction(level=50.0), joint)
     arm = arm.with_effect(BaseVibration(amplitude=0.02, frequency=12.0, damping=0.05))
     start = rest(arm, (0.3, 0.8))
-    start[0, -2] = 1e-3
+    start[0, BASE_OFFSET] = 1e-3
     time = DT * np.arange(400)
-    offset = rollout(arm, start, *idle(400), DT).state[:, 0, -2]
+    offset = rollout(arm, start, *idle(400), DT).state[:, 0, BASE_OFFSET]
     pace = 2.0 * np.pi * 12.0
     swing = pace * np.sqrt(1.0 - 0.05 ** 2)
     expected = 1e-3 * np.exp(-0.05 * pace * time) * (

@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arm import Arm, ArmRecord
-from .kernel import (BASE_OFFSET, BASE_RATE, BRISTLE, HYSTERESIS, LINK_ANGLE, LINK_VELOCITY,
-                     MOTOR_ANGLE, MOTOR_VELOCITY, transmission)
+from .effects.transmission import SLIDERS
+from .kernel import (BASE_OFFSET, BASE_RATE, BRISTLE, LINK_ANGLE, LINK_VELOCITY, MOTOR_ANGLE,
+                     MOTOR_VELOCITY, STRETCH, transmission)
 from .link_side import base_coupling, loaded_inertia
 from .rigid import Inertia, mass_matrix
 from .torsion import torque_of_torsion, torsion_of_torque
@@ -42,7 +43,7 @@ def _elastic(record: ArmRecord, state: Array) -> float:
         loop, cable = joint['torsional_hysteresis'], joint['cable_spring']
         total += _integral(joint, torsion) + 0.5 * (
             joint['presliding_friction']['stiffness'] * row[BRISTLE] ** 2
-            + loop['level'] * loop['width'] * row[HYSTERESIS] ** 2
+            + loop['level'] / loop['width'] * np.mean(row[STRETCH:STRETCH + SLIDERS] ** 2)
             + cable['stiffness'] * (row[LINK_ANGLE] - cable['rest_angle']) ** 2)
     return total
 

@@ -12,8 +12,8 @@ import numpy as np
 from .compiled import compiled, inlined
 from .effects.actuation import clipped_torque, lagging_torque
 from .kernel import (BUDGET, COMMAND, COMMANDS, CURRENT, DRIVE, FORCE, FORCES, MODE,
-                     MOTOR_VELOCITY, NOW, slope, SLOPE_1, SLOPE_2, SLOPE_3, SLOPE_4, STAGE, STATE,
-                     STATES, TIME, TRIAL)
+                     MOTOR_VELOCITY, NOW, settle, slope, SLOPE_1, SLOPE_2, SLOPE_3, SLOPE_4, STAGE,
+                     STATE, STATES, TIME, TRIAL)
 from .motor_side import shaft_torque
 
 SIDES = 2               # contacts of a joint; their speeds are SIDES columns of the state apart
@@ -88,6 +88,7 @@ def _accept(arm, w):                                                # type: igno
     for j in range(arm.joints.shape[0]):
         for i in range(STATES):
             w[j, STATE + i] = w[j, TRIAL + i]
+    settle(arm, w)
 
 
 @inlined

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from .compiled import compiled, inlined
 from .effects.environment import base_acceleration
 from .effects.friction import bristle_rate, bristle_torque
-from .effects.transmission import (damping_torque, hysteresis_rate, hysteresis_torque,
-                                   played_torsion, transmission_error, transmission_slope)
+from .effects.transmission import (damping_torque, hysteresis_torque, played_torsion, slid,
+                                   SLIDERS, transmission_error, transmission_slope)
 from .link_side import base_coupling, base_push, cable, free_torque, tip_force
 from .motor_side import drag, friction_budget, ripple
 from .rigid import mass_matrix
@@ -22,11 +22,11 @@ from .torsion import torque_from_guess
 Array = NDArray[np.float64]
 
 # The state of one joint: shaft [rad, rad/s], link [rad, rad/s]; then what effects remember:
-# hysteresis in [-1, 1], bristles [rad], torque of the current loop [N*m motor], and in row 0 the
-# base along its swing [m, m/s].
+# torsion at which the elements of the hysteresis stand [rad], bristles [rad], torque of the current
+# loop [N*m motor], in row 0 the base along its swing [m, m/s], and the elements' stretches [rad].
 MOTOR_ANGLE, MOTOR_VELOCITY, LINK_ANGLE, LINK_VELOCITY = range(4)
-HYSTERESIS, BRISTLE, CURRENT, BASE_OFFSET, BASE_RATE = range(4, 9)
-STATES = 9
+HYSTERESIS, BRISTLE, CURRENT, BASE_OFFSET, BASE_RATE, STRETCH = range(4, 10)
+STATES = STRETCH + SLIDERS
 
 # Registers: blocks of STATES first, then single ones.
 STATE, STAGE, TRIAL, SLOPE_1, SLOPE_2, SLOPE_3, SLOPE_4 = range(0, 7 * STATES, STATES)
@@ -103,6 +103,31 @@ def gear_torque(joint, spring, torsion_rate, state):                # type: igno
 
 
 @inlined
+def loop_state(joint, w, j, at, torsion):                           # type: ignore[no-untyped-def]
+    """Return the hysteresis z in [-1, 1] at a torsion, from where its elements stand, (66)."""
+    width, total = joint.torsional_hysteresis.width, 0.0
+    for place in range(SLIDERS):
+        total += slid(w[j, at + STRETCH + place], torsion - w[j, at + HYSTERESIS], width, place)
+    return total / (SLIDERS * width)
+
+
+@compiled
+def settle(arm, w):                                                 # type: ignore[no-untyped-def]
+    """Let the elements of every hysteresis slide to where the state stands, (65)."""
+    for j in range(arm.joints.shape[0]):
+        joint = arm.joints[j]
+        if joint.torsional_hysteresis.level > 0.0:
+            angle = w[j, STATE + MOTOR_ANGLE]
+            torsion = (angle / joint.ratio + transmission(joint, angle)[0]
+                       - w[j, STATE + LINK_ANGLE])
+            change = torsion - w[j, STATE + HYSTERESIS]
+            for place in range(SLIDERS):
+                w[j, STATE + STRETCH + place] = slid(
+                    w[j, STATE + STRETCH + place], change, joint.torsional_hysteresis.width, place)
+            w[j, STATE + HYSTERESIS] = torsion
+
+
+@inlined
 def _motor_side(arm, w, j, at, to):                                 # type: ignore[no-untyped-def]
     """Fill one joint's slopes but the link's, and its registers of torque, (12)-(18)."""
     joint = arm.joints[j]
@@ -110,7 +135,10 @@ def _motor_side(arm, w, j, at, to):                                 # type: igno
     error, ratio = transmission(joint, angle)
     torsion = angle / joint.ratio + error - w[j, at + LINK_ANGLE]
     rate = ratio * velocity - w[j, at + LINK_VELOCITY]
-    torque = gear_torque(joint, spring_torque(joint, torsion, w, j), rate, w[j, at + HYSTERESIS])
+    loop = 0.0
+    if joint.torsional_hysteresis.level > 0.0:
+        loop = loop_state(joint, w, j, at, torsion)
+    torque = gear_torque(joint, spring_torque(joint, torsion, w, j), rate, loop)
     drive = (w[j, COMMAND] + ripple(joint, angle) - drag(joint, velocity, w[0, NOW])
              - ratio * torque)
     sense = mode if mode != 0.0 else np.sign(drive)
@@ -125,9 +153,6 @@ def _motor_side(arm, w, j, at, to):                                 # type: igno
     w[j, to + MOTOR_ANGLE] = velocity
     w[j, to + MOTOR_VELOCITY] = net / joint.motor_inertia
     w[j, to + LINK_ANGLE] = w[j, at + LINK_VELOCITY]
-    if joint.torsional_hysteresis.level > 0.0:
-        w[j, to + HYSTERESIS] = hysteresis_rate(rate, w[j, at + HYSTERESIS],
-                                                joint.torsional_hysteresis.width)
     w[j, TORQUE], w[j, DRIVE], w[j, BUDGET] = torque, drive, budget
 
 

@@ -18,7 +18,7 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.compiled import compiled
 from hda_arm_sim.model.effects.actuation import clipped_torque, lagging_torque
 from hda_arm_sim.model.kernel import (COMMAND, LINK_ANGLE, LINK_VELOCITY, MODE, MOTOR_VELOCITY,
-                                      NOW, REGISTERS, slope, SLOPE_1, STATE, STATES)
+                                      NOW, REGISTERS, settle, slope, SLOPE_1, STATE, STATES)
 from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.model.motor_side import shaft_torque
 from hda_arm_sim.model.rigid import mass_matrix
@@ -175,6 +175,7 @@ def _along(                                                         # type: igno
                 w[j, STATE + i] = state[k, j, i]
         for _ in range(steps):
             slope(arm, inertia, w, STATE, SLOPE_1)
+            settle(arm, w)
             for j in range(joints):
                 for i in range(MEASURED, STATES):
                     w[j, STATE + i] += dt / steps * w[j, SLOPE_1 + i]

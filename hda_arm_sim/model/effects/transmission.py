@@ -9,6 +9,8 @@ from .effect import Effect, Site
 from ..compiled import compiled
 from ..parameter import parameter
 
+SLIDERS = 4             # friction elements of a hysteresis
+
 
 @compiled
 def transmission_error(                                           # type: ignore[no-untyped-def]
@@ -51,10 +53,10 @@ def played_torsion(torsion, half_width):                            # type: igno
 
 
 @compiled
-def hysteresis_rate(torsion_rate, state, width):                    # type: ignore[no-untyped-def]
-    """Return dz/dt of the Bouc-Wen state z in [-1, 1], (65) [1/s]."""
-    along = 0.5 * (np.abs(torsion_rate) * state + torsion_rate * np.abs(state))
-    return (torsion_rate - along) / width
+def slid(stretch, change, width, place):                            # type: ignore[no-untyped-def]
+    """Return the stretch of one friction element after the torsion changed, (65) [rad]."""
+    reach = width * (2.0 * place + 1.0) / SLIDERS
+    return np.minimum(np.maximum(stretch + change, -reach), reach)
 
 
 @compiled
@@ -135,15 +137,16 @@ class Backlash(Effect):
 
 @dataclass(frozen=True)
 class TorsionalHysteresis(Effect):
-    """Rate-independent loop of torque over torsion (Bouc-Wen), (65-66)."""
+    """Rate-independent loop of torque over torsion (Maxwell slip), (65-66)."""
 
     name: ClassVar[str] = 'torsional_hysteresis'
     cause: ClassVar[str] = 'rate-independent hysteresis of the flexspline'
     site: ClassVar[Site] = Site.TORSION
     law = staticmethod(hysteresis_torque)
-    rate = staticmethod(hysteresis_rate)
+    slide = staticmethod(slid)
     level: float = parameter(0.0, 'N*m', 0.0, 50.0, 'saturated torque of the loop, output side')
-    width: float = parameter(1e-4, 'rad', 1e-6, 0.01, 'torsion over which the loop closes')
+    width: float = parameter(
+        1e-4, 'rad', 1e-6, 0.01, 'torsion at which half of the friction elements slide')
 
 
 @dataclass(frozen=True)
