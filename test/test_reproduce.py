@@ -62,6 +62,12 @@ def number(figure, name):
     ('fig7', 'stick band T_fs/K_P, at the link', 'consistent', 7.066),
     ('fig7', 'largest push that the motor does not feel at all, K_J = 0.1', 'consistent', 4.111),
     ('fig7', 'largest K_J, link held', 'consistent', 1.0),
+    ('fig14', 'one count of the motor encoder', 'consistent', 0.1534),
+    ('fig14', 'torque of 2.66e-2 N*m at joint 2', 'consistent', 2.66),
+    ('equation_14', 'direction of the example, elbow at 69 deg', 'consistent', 30.67),
+    ('equation_14', 'the same by (15) with 1 + cos', 'printed', -30.67),
+    ('equation_14', 'noise of the axial force, elbow at 90 deg', 'consistent', 9.43),
+    ('equation_14', 'noise of the axial force, elbow at 1 deg', 'consistent', 854.0),
 ])
 def test_numbers_are_those_derived_by_hand(figure, name, column, expected):
     assert getattr(number(figure, name), column) == pytest.approx(expected, rel=1.5e-3)
@@ -150,6 +156,37 @@ def test_calibration_finds_what_was_put_into_the_rig():
     assert found.effect('kinematic_error', 'joint1').amplitude_2 == pytest.approx(1.1e-4, rel=0.15)
     scale = found.effect('link_encoder_eccentricity', 'joint1')
     assert scale.amplitude_1 == pytest.approx(8e-5, rel=0.1)
+
+
+def test_a_fourier_series_of_both_angles_holds_what_a_quintic_cannot():
+    quintic = number('fig10', 'quintic (10), left held out').printed
+    series = number('fig10', 'Fourier, link and shaft orders, left held out').consistent
+    assert series < 0.15 < 0.8 < quintic
+
+
+def test_kinematic_torsion_is_unique_to_the_angles():
+    for what in ('both directions', 'two torques'):
+        assert number('fig10', f'difference of {what}, same angle').consistent < 0.1
+
+
+def test_pushes_below_friction_move_the_arm_with_feedback_only():
+    travel = [number('fig12', f'first experiment, travel of the link, K_J = {gain}').consistent
+              for gain in ('0', '-1')]
+    assert travel[0] < 0.1 < 90.0 < travel[1]
+
+
+def test_every_slip_of_a_pushed_motor_has_a_peak_of_its_own_sign():
+    for motor in (1, 2):
+        assert number('fig14', f'slips of motor {motor}').consistent >= 5
+        assert number('fig14', f'slips of motor {motor} with a peak of the sign of the motion'
+                      ).consistent == 100.0
+        gives_way = number('fig14', f'torque at which motor {motor} gives way, median')
+        assert 3.7 < gives_way.consistent < 5.0
+
+
+def test_corrected_tip_force_is_exact_where_the_printed_one_is_not():
+    error = number('equation_14', 'median error of the size over the workspace')
+    assert error.consistent < 1e-9 < 10.0 < error.printed
 
 
 def test_names_are_taken_in_the_order_of_the_paper():

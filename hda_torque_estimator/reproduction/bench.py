@@ -1,7 +1,8 @@
 """
-Run an arm sample by sample as its nodes do: plant, estimator and controller of the product.
+Run an arm as its nodes do: plant, estimator and controller of the product.
 
 What is pushed is given as torques at the joints, which the tip force follows as the arm turns.
+`run` goes sample by sample, `follow` takes the compiled loop along a known path.
 """
 
 from typing import NamedTuple
@@ -10,15 +11,17 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.kernel import LINK_ANGLE, MOTOR_ANGLE
 from hda_arm_sim.model.parts import Links
 from hda_arm_sim.model.rigid import tool_jacobian
+from hda_arm_sim.motions import Motion
 from hda_arm_sim.plant import Plant
 from hda_arm_sim.simulate import rest
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import closed_loop
 from ..controller import Controller, ControllerSettings
 from ..estimate import KINEMATIC_TORSION, TORQUE, TORSION
 from ..estimator import Estimator
-from ..reference import hold, Reference
+from ..reference import hold
 
 Array = NDArray[np.float64]
 STEP = 1e-3                         # between samples [s]
@@ -67,22 +70,18 @@ def quiet(joints: int, seconds: float) -> Inputs:
 
 
 def run(true: Arm, known: Arm, inputs: Inputs, start: tuple[float, ...], *,
-        controller: ControllerSettings | None = None, target: Reference | None = None,
-        tare: bool = False, seed: int = 0) -> Run:
+        controller: ControllerSettings | None = None, seed: int = 0) -> Run:
     """
     Run an arm from rest at link angles `start` [rad] under its inputs.
 
-    A controller follows `target`, or holds where the arm starts. Estimator and controller believe
-    in `known`. A command answers the sample before it, as over a bus. `tare` takes the torsion of
-    the first half second for zero.
+    A controller holds where the arm starts. Estimator and controller believe in `known`. A
+    command answers the sample before it, as over a bus.
     """
     plant, estimator = Plant(true, rest(true, start), STEP, seed), Estimator(known)
     law = Controller(known, controller or ControllerSettings())
     if controller is not None:
         law.enable()
-        law.follow(target or hold(np.array(start)), 0)
-    if tare:
-        estimator.tare()
+        law.follow(hold(np.array(start)), 0)
     made = _empty(len(inputs.current), len(start))
     command = np.zeros(len(start))
     for k, stamp in enumerate(made.stamps.tolist()):
@@ -97,6 +96,37 @@ def run(true: Arm, known: Arm, inputs: Inputs, start: tuple[float, ...], *,
                       tip_force(true.links or Links(), made.link_angle[k], inputs.load[k]))
         command = law.update(stamp, reading[:, 0], torques[:, TORQUE]).copy()
     return made
+
+
+def follow(true: Arm, known: Arm, rate: Array, load: Array, *,
+           controller: ControllerSettings = ControllerSettings(), seed: int = 0) -> Run:
+    """
+    Let a single axis follow a rate (k,) [rad/s] from angle 0 under a load (k,) [N*m].
+
+    Both must begin with zero: the estimator takes the first half second for its tare.
+    """
+    time = STEP * np.arange(float(len(rate)))
+    angle = STEP * (np.cumsum(rate) - 0.5 * (rate + rate[0]))
+    across = load / (true.links or Links()).length1
+    force = np.stack([-across * np.sin(angle), across * np.cos(angle)], axis=1)
+    made = closed_loop.run(true, known, Motion(time, angle[:, None], rate[:, None], force), seed,
+                           controller=controller)
+    told = _tared(known, made.reading)
+    return Run(time, made.state[:, :, MOTOR_ANGLE], made.state[:, :, LINK_ANGLE],
+               made.joint_torque, made.reading, told[:, :, TORQUE], told[:, :, TORSION],
+               told[:, :, KINEMATIC_TORSION], made.command)
+
+
+def _tared(known: Arm, reading: Array) -> Array:
+    """Return the estimates (k, n, RESULTS) of readings (k, n, READINGS) that begin with a tare."""
+    estimator, when = Estimator(known), stamps(len(reading))
+    estimator.tare()
+    first: list[Array] = []
+    while estimator.taring:
+        estimator.update(int(when[len(first)]), reading[len(first)])
+        first.append(estimator.joints.copy())
+    later = estimator.run(when[len(first):], reading[len(first):])
+    return np.concatenate([np.array(first), later.joints])
 
 
 def _empty(samples: int, joints: int) -> Run:

@@ -3,13 +3,17 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
+from .back_driving import back_driving
 from .block_diagrams import arm_diagram, control_diagram
 from .exhibit import Arms, Exhibit, ReproductionError
 from .feedback import feedback
+from .feedback_experiments import feedback_experiments
+from .kinematic_torsion import kinematic_torsion
 from .motor_friction import motor_friction
 from .responses import responses
 from .table_one import table_one
 from .table_two import table_two
+from .tip_forces import tip_forces
 from .torque_budget import resting, turning
 from .torque_check import torque_check
 
@@ -41,9 +45,19 @@ FIGURES: dict[str, Entry] = {
                   'torque (torque mode) or rejects it (position mode).', feedback),
     'fig9': Entry('Fig. 9: torque at a held angle', 'Step and periodic torque on the rig at '
                   'rest; differences are "due to the backlash".', resting),
+    'fig10': Entry('Fig. 10: kinematic torsion', 'Kinematic torsion for several torques and both '
+                   'directions, fitted by a quintic.', kinematic_torsion),
     'fig11': Entry('Fig. 11: torque while turning', 'Mean and largest errors (1.27, 5.89) and '
                    '(1.33, 4.5) N*m; the encoder, vibration or acquisition may be the cause.',
                    turning),
+    'fig12': Entry('Fig. 12: experiments with torque feedback', 'With feedback the arm follows a '
+                   'push under constant motor torque, and departs less from 90 deg.',
+                   feedback_experiments),
+    'fig14': Entry('Fig. 14: the arm moved by hand', 'Torque and displacement go together; peaks '
+                   'are one-sided where the curve is flat, by the resolution of the encoder.',
+                   back_driving),
+    'equation_14': Entry('(14), (15): force at the tip', 'Size and direction of the external '
+                         'force from two joint torques.', tip_forces),
 }
 
 

@@ -18,10 +18,8 @@ import numpy as np
 from . import bench
 from .exhibit import Array
 from .printed import CATALOGUE
-from .shapes import sine
-from ..controller import ControllerSettings
+from .shapes import sine, step
 from ..estimate import LINK_RATE, LINK_READING, MOTOR_READING
-from ..reference import Reference
 from ..torsion_torque import advance_hysteresis
 
 SHAFT_ORDERS, LINK_ORDERS = (1, 2, 4), (1, 2)
@@ -30,13 +28,6 @@ _SPEED, _SECONDS = 0.2, 36.0        # of the slow turns [rad/s], [s]
 _SETTLED = 2500                     # samples at the start that are not used
 _SMOOTH = 25                        # samples over which rates and torsion are averaged
 _ELASTIC = 3                        # columns of the gear's segments
-
-
-def ramp(speed: float, seconds: float, begin: float = 0.0) -> Reference:
-    """Return a reference that stands for a second and then turns at a speed [rad/s]."""
-    times = np.array([0.0, 1.0, 2.0, seconds])
-    angles = begin + speed * np.array([[0.0], [0.0], [0.5], [seconds - 1.5]])
-    return Reference(times, angles, speed * np.array([[0.0], [0.0], [1.0], [1.0]]))
 
 
 @cache
@@ -57,16 +48,10 @@ def calibrated(true: Arm, known: Arm) -> Arm:
 
 def _recorded(true: Arm, known: Arm) -> tuple[bench.Run, Array]:
     """Return a slow turn forth and back under a slowly changing load, and the measured torque."""
-    inputs = bench.quiet(1, 2.0 * _SECONDS)
-    inputs.load[:, 0] = -10.0 * sine(inputs.time, 0.07, 2.0) - 3.0 * sine(inputs.time, 0.31, 2.0)
-    reach = _SECONDS - 1.5
-    there_and_back = Reference(
-        np.array([0.0, 1.0, 2.0, _SECONDS, _SECONDS + 1.0, 2.0 * _SECONDS]),
-        _SPEED * np.array([0.0, 0.0, 0.5, reach, reach, reach + 1.0 - _SECONDS])[:, None],
-        _SPEED * np.array([0.0, 0.0, 1.0, 1.0, -1.0, -1.0])[:, None])
-    made = bench.run(true, known, inputs, (0.0,), controller=ControllerSettings(),
-                     target=there_and_back)
-    return made, -inputs.load[:, 0]
+    time = bench.quiet(1, 2.0 * _SECONDS).time
+    rate = _SPEED * (step(time, 1.0, _SECONDS, 1.0) - step(time, _SECONDS, 2.0 * _SECONDS, 1.0))
+    torque = 10.0 * sine(time, 0.07, 2.0) + 3.0 * sine(time, 0.31, 2.0)
+    return bench.follow(true, known, rate, -torque), torque
 
 
 def _fit(columns: Array, torsion: Array) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 from . import bench
 from .exhibit import Arms, Array, Bars, Drawing, Exhibit, Look, Number, Panel, Trace
 from .imperfections import CAUSES, imperfect, SUSPECTED, TOGETHER
-from .rig_calibration import calibrated, ramp
+from .rig_calibration import calibrated
 from .shapes import sine, step
 from ..controller import ControllerSettings
 
@@ -97,11 +97,10 @@ def _budget(rig: Arm, speed: float) -> dict[tuple[str, str], _Measured]:
 
 def _measured(true: Arm, known: Arm, load: Callable[[Array], Array], speed: float,
               controller: ControllerSettings = ControllerSettings()) -> _Measured:
-    inputs = bench.quiet(1, _SECONDS)
-    sensor = load(inputs.time)
-    inputs.load[:, 0] = -sensor
-    made = bench.run(true, known, inputs, (0.0,), controller=controller, tare=True,
-                     target=ramp(speed, _SECONDS) if speed else None)
+    time = bench.quiet(1, _SECONDS).time
+    sensor = load(time)
+    made = bench.follow(true, known, speed * step(time, 1.0, 2.0 * _SECONDS, 1.0), -sensor,
+                        controller=controller)
     used = made.time > _SETTLED
     error = np.abs(made.torque[:, 0] - sensor)[used]
     inner = np.abs(made.torque - made.joint_torque)[used, 0]
