@@ -1,6 +1,6 @@
 """What rosbag2 says about a bag beside the messages: metadata.yaml and quality of service."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from hda_msgs_json.mcap_writer import ChannelCount
 from hda_msgs_json.schemas import Schema
@@ -43,32 +43,38 @@ def quality_of_service(topic: Topic) -> dict[str, object]:
 
 
 def rosbag2_metadata(
-        file_name: str,
+        files: Sequence[tuple[str, ChannelCount]],
         topics: Sequence[tuple[Topic, Schema, ChannelCount]]) -> dict[str, object]:
-    """Return the content of metadata.yaml for a bag of one file."""
-    filled = [counted for _, _, counted in topics if counted.count]
-    start = min((counted.first for counted in filled), default=0)
-    end = max((counted.last for counted in filled), default=0)
-    count = sum(counted.count for counted in filled)
+    """Return the content of metadata.yaml for the files of a bag, by name, and its topics."""
+    whole = total(counted for _, counted in files)
     return {
         'version': VERSION,
         'storage_identifier': 'mcap',
-        'duration': {'nanoseconds': end - start},
-        'starting_time': {'nanoseconds_since_epoch': start},
-        'message_count': count,
+        **_span(whole),
+        'message_count': whole.count,
         'topics_with_message_count': [_topic_metadata(*topic) for topic in topics],
         'compression_format': '',
         'compression_mode': '',
-        'relative_file_paths': [file_name],
-        'files': [{
-            'path': file_name,
-            'starting_time': {'nanoseconds_since_epoch': start},
-            'duration': {'nanoseconds': end - start},
-            'message_count': count,
-        }],
+        'relative_file_paths': [name for name, _ in files],
+        'files': [{'path': name, **_span(counted), 'message_count': counted.count}
+                  for name, counted in files],
         'custom_data': {'made_by': MADE_BY},
         'ros_distro': ROS_DISTRO,
     }
+
+
+def total(counts: Iterable[ChannelCount]) -> ChannelCount:
+    """Return the count of all together."""
+    found = ChannelCount()
+    for counted in counts:
+        found.add(counted.count, counted.first, counted.last)
+    return found
+
+
+def _span(counted: ChannelCount) -> dict[str, object]:
+    start = counted.first if counted.count else 0
+    return {'duration': {'nanoseconds': max(counted.last - start, 0)},
+            'starting_time': {'nanoseconds_since_epoch': start}}
 
 
 def _topic_metadata(topic: Topic, schema: Schema, counted: ChannelCount) -> dict[str, object]:

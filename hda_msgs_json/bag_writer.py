@@ -1,25 +1,32 @@
 """Bags: rosbag2 directories that appear whole or not at all, or grow safely while one records."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from functools import partial
 import os
 from pathlib import Path
 import shutil
 from types import TracebackType
+from typing import NamedTuple
 
 from hda_msgs_json.ahead import ahead
+from hda_msgs_json.bag_file import BagFile
 from hda_msgs_json.bag_merge import Chunk, Column, joint_column, merged, text_column, wrench_column
-from hda_msgs_json.bag_metadata import channel_metadata, METADATA_FILE, rosbag2_metadata, to_yaml
+from hda_msgs_json.bag_metadata import METADATA_FILE, rosbag2_metadata, to_yaml, total
 from hda_msgs_json.mcap_chunk import COMPRESSIONS
 from hda_msgs_json.mcap_file import METADATA_NAME
 from hda_msgs_json.mcap_records import BagError
-from hda_msgs_json.mcap_writer import McapWriter, pack, Packed
+from hda_msgs_json.mcap_writer import ChannelCount, pack, Packed
 from hda_msgs_json.samples import JointSamples, TextSamples, WrenchSamples
 from hda_msgs_json.schemas import Schema, schema
 from hda_msgs_json.topics import Topic
 
-SCHEMA_ENCODING = 'ros2msg'
-ENCODING = 'cdr'
+
+class Split(NamedTuple):
+    """Say when a bag goes on in another file: size [bytes] and time [ns] of one, 0 for never."""
+
+    size: int = 0
+    time: int = 0
 
 
 class BagWriter:
@@ -34,7 +41,8 @@ class BagWriter:
 
     def __init__(
             self, path: Path | str, metadata: Mapping[str, str], *, compression: str = 'zstd',
-            whole: bool = True, share_directories: Sequence[Path] | None = None) -> None:
+            whole: bool = True, split: Split = Split(),
+            share_directories: Sequence[Path] | None = None) -> None:
         """
         Open the bag.
 
@@ -46,17 +54,18 @@ class BagWriter:
             raise BagError(
                 f'the compression must be one of {", ".join(COMPRESSIONS)}, got {compression!r}')
         self.path = Path(os.path.abspath(path))
+        self._compression, self._split = COMPRESSIONS[compression], split
         self._share_directories = share_directories
-        self._topics: dict[Topic, int] = {}
+        self._metadata = dict(metadata)
         self._schemas: dict[str, Schema] = {}
         self._columns: list[Column] = []
-        self._described: list[int] = []
+        self._written: dict[str, ChannelCount] = {}         # files that are finished
+        self._totals: dict[Topic, ChannelCount] = {}        # and what is in them
+        self._described: ChannelCount | None = None
+        self._failed = False
         self._directory = _new_directory(self.path, whole)
         try:
-            self._stream = (self._directory / self._file_name).open('xb')
-            self._mcap = McapWriter(self._stream, COMPRESSIONS[compression])
-            self._mcap.add_metadata(METADATA_NAME, metadata)
-            self._mcap.flush()      # a file without its head would be no recording
+            self._file = self._open()
             self._describe()
         except OSError as error:
             self._remove()
@@ -77,60 +86,62 @@ class BagWriter:
 
     def write(self, topic: Topic, log_time_ns: int, message: bytes) -> None:
         """Write one message; raise SchemaError if its type is not known."""
-        try:
-            self._mcap.write(self._channel(topic), log_time_ns, message)
-        except OSError as error:
-            raise _cannot_write(self.path, error) from None
-        except OverflowError:
-            raise BagError(
-                f'a log time must lie in 0 to 2^64 - 1 ns, got {log_time_ns}') from None
+        with self._writing():
+            if self._is_full(log_time_ns):
+                self._go_on()
+            try:
+                self._file.mcap.write(self._channel(topic), log_time_ns, message)
+            except OverflowError:
+                raise BagError(
+                    f'a log time must lie in 0 to 2^64 - 1 ns, got {log_time_ns}') from None
 
     def define(self, topic: Topic, definition: Schema) -> None:
         """Add a topic with the definition of its type, unless that is known."""
         self._schemas.setdefault(topic.message_type, definition)
-        try:
+        with self._writing():
             self._channel(topic)
-        except OSError as error:
-            raise _cannot_write(self.path, error) from None
 
     def add_metadata(self, metadata: Mapping[str, str]) -> None:
         """Add to the metadata, or replace what has the same name."""
-        try:
-            self._mcap.add_metadata(METADATA_NAME, metadata)
-        except OSError as error:
-            raise _cannot_write(self.path, error) from None
+        self._metadata.update(metadata)
+        with self._writing():
+            self._file.mcap.add_metadata(METADATA_NAME, metadata)
 
     def write_joint_states(self, topic: Topic, samples: JointSamples) -> None:
         """Write JointStates, their stamps as log times."""
-        self._columns.append(joint_column(self._channel(topic), samples))
+        with self._writing():
+            self._columns.append(joint_column(self._channel(topic), samples))
 
     def write_wrenches(self, topic: Topic, samples: WrenchSamples) -> None:
         """Write WrenchStampeds, their stamps as log times."""
-        self._columns.append(wrench_column(self._channel(topic), samples))
+        with self._writing():
+            self._columns.append(wrench_column(self._channel(topic), samples))
 
     def write_texts(self, topic: Topic, samples: TextSamples) -> None:
         """Write Strings at their log times."""
-        self._columns.append(text_column(self._channel(topic), samples))
+        with self._writing():
+            self._columns.append(text_column(self._channel(topic), samples))
 
     def flush(self) -> None:
         """Write all messages so far, and wait until the disk has them."""
-        try:
+        with self._writing():
             self._merge()
-            self._mcap.flush()
-            if self._described != (counts := self._counts()):
+            self._file.mcap.flush()
+            if self._described != total([*self._totals.values(), self._file.count()]):
                 self._describe()
-                self._described = counts
-        except OSError as error:
-            raise _cannot_write(self.path, error) from None
 
     def close(self) -> None:
-        """Write what is left, index and summary; a whole bag appears now."""
+        """
+        Write what is left, index and summary; a whole bag appears now.
+
+        A bag that grows ends with what the disk has taken, if that is not all.
+        """
+        if self._failed:
+            self._end_early()
+            return
         try:
             self._merge()
-            self._mcap.close_chunk()
-            self._mcap.add_metadata('rosbag2', {'serialized_metadata': to_yaml(self._about())})
-            self._mcap.finish()
-            self._stream.close()
+            self._file.finish(to_yaml(self._about()))
             self._describe()
             if self._directory != self.path:
                 self._directory.rename(self.path)
@@ -139,47 +150,101 @@ class BagWriter:
             raise _cannot_write(self.path, error) from None
 
     @property
-    def _file_name(self) -> str:
-        return f'{self.path.name}_0.mcap'
+    def messages(self) -> int:
+        """Return how many messages are in the files, without those on their way."""
+        return total([*self._totals.values(), self._file.count()]).count
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        """Turn what the disk says into BagError, and remember it."""
+        try:
+            yield
+        except OSError as error:
+            self._failed = True
+            raise _cannot_write(self.path, error) from None
+
+    def _open(self, number: int = 0) -> BagFile:
+        name = f'{self.path.name}_{number}.mcap'
+        return BagFile(self._directory / name, self._metadata, self._compression)
+
+    def _is_full(self, log_time: int) -> bool:
+        """Tell whether the next message goes to another file."""
+        size, time = self._split
+        if not (size or time) or (first := self._file.mcap.first) is None:
+            return False
+        return 0 < size <= self._file.mcap.size or 0 < time <= log_time - first
+
+    def _go_on(self) -> None:
+        """Finish the file and go on in another one."""
+        self._merge()
+        following = self._open(len(self._written) + 1)
+        try:
+            self._file.finish(to_yaml(self._about()))
+        except OSError:
+            following.remove()
+            raise
+        for topic, counted in self._file.counts().items():
+            self._totals[topic] = total([self._totals.get(topic, ChannelCount()), counted])
+        self._written[self._file.name] = self._file.count()
+        self._file = following
+        self._describe()
 
     def _channel(self, topic: Topic) -> int:
-        return self._topics.get(topic) or self._add(topic)
-
-    def _add(self, topic: Topic) -> int:
-        """Add a topic to the file, and return the number of its channel."""
-        found = self._schemas.get(topic.message_type) or schema(
-            topic.message_type, self._share_directories)
-        self._schemas[topic.message_type] = found
-        definition = topic.message_type, SCHEMA_ENCODING, found.text.encode()
-        self._topics[topic] = self._mcap.add_channel(
-            f'/{topic.name.lstrip("/")}', definition, ENCODING, channel_metadata(topic, found))
-        return self._topics[topic]
+        """Return the number of the channel of a topic, which is added if it is new."""
+        if not self._file.holds(topic):
+            found = self._schemas.get(topic.message_type) or schema(
+                topic.message_type, self._share_directories)
+            self._schemas[topic.message_type] = found
+            self._file.add(topic, found)
+        return self._file.channel(topic)
 
     def _merge(self) -> None:
+        self._file.mcap.close_chunk()
         columns, self._columns = self._columns, []
-        chunks = merged(columns, self._mcap.counts)
-        for chunk in ahead(partial(_packed, compression=self._mcap.compression), chunks):
-            self._mcap.write_packed(chunk)
+        chunks = merged(columns, self._file.mcap.counts)
+        for chunk in ahead(partial(_packed, compression=self._compression), chunks):
+            self._file.mcap.write_packed(chunk)
 
     def _about(self) -> dict[str, object]:
+        now = self._file.counts()
+        topics = dict.fromkeys([*self._totals, *now])
+        nothing = ChannelCount()
         return rosbag2_metadata(
-            self._file_name,
-            [(topic, self._schemas[topic.message_type], self._mcap.counts[channel])
-             for topic, channel in self._topics.items()])
-
-    def _counts(self) -> list[int]:
-        return [counted.count for counted in self._mcap.counts.values()]
+            [*self._written.items(), (self._file.name, self._file.count())],
+            [(topic, self._schemas[topic.message_type], total(
+                [self._totals.get(topic, nothing), now.get(topic, nothing)]))
+             for topic in topics])
 
     def _describe(self) -> None:
         """Write metadata.yaml in one step."""
         text = to_yaml({'rosbag2_bagfile_information': self._about()})
         temporary = self._directory / f'.{METADATA_FILE}'
-        temporary.write_text(text)
-        temporary.replace(self._directory / METADATA_FILE)
+        try:
+            temporary.write_text(text)
+            temporary.replace(self._directory / METADATA_FILE)
+        except OSError:
+            temporary.unlink(missing_ok=True)
+            raise
+        self._described = total([*self._totals.values(), self._file.count()])
 
     def _abort(self) -> None:
-        self._stream.close()
+        """End after an error: leave nothing of a bag that should be whole."""
+        if self._directory == self.path:
+            self._end_early()
+        self._file.close()
         self._remove()
+
+    def _end_early(self) -> None:
+        """Finish with what the disk has; what it does not take now is left out."""
+        self._columns.clear()
+        with suppress(OSError):
+            self._file.mcap.close_chunk()
+        self._file.mcap.drop_chunk()
+        with suppress(OSError):
+            self._file.finish(to_yaml(self._about()))
+        with suppress(OSError):
+            self._describe()
+        self._file.close()
 
     def _remove(self) -> None:
         if self._directory != self.path:

@@ -3,9 +3,10 @@
 from array import array
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from io import FileIO
 import os
 import struct
-from typing import BinaryIO, NamedTuple
+from typing import NamedTuple
 import zlib
 
 from hda_msgs_json.mcap_chunk import compress
@@ -81,19 +82,29 @@ def pack(
 
 
 class McapWriter:
-    """Write one MCAP file to a stream, chunk by chunk; every flush leaves a readable file."""
+    """
+    Write one MCAP file to a stream without a buffer, chunk by chunk.
 
-    def __init__(self, stream: BinaryIO, compression: str) -> None:
+    The file always ends with a complete record: what the disk does not take whole is taken back
+    before OSError is raised. `counts` are the messages in the file, by channel.
+    """
+
+    def __init__(self, stream: FileIO, compression: str) -> None:
         """Write the head of the file; the compression is '', 'lz4' or 'zstd'."""
         self.counts: dict[int, ChannelCount] = {}
         self._stream = stream
         self.compression = compression
         self._at = 0
         self._summary = _Summary()
+        self.first: int | None = None           # log time that was written first [ns]
         self._chunk = bytearray()
         self._indexes: dict[int, array[int]] = {}
-        self._write(MAGIC)
-        self._write(_encoded(Header(PROFILE, LIBRARY)))
+        self._write(MAGIC + _encoded(Header(PROFILE, LIBRARY)))
+
+    @property
+    def size(self) -> int:
+        """Return the size of the file and of the chunk that is being filled [bytes]."""
+        return self._at + len(self._chunk)
 
     def add_channel(
             self, topic: str, schema: tuple[str, str, bytes], encoding: str,
@@ -105,42 +116,39 @@ class McapWriter:
             known[name] = len(known) + 1
             record = Schema(
                 id=known[name], name=name, encoding=schema_encoding, data=content)
-            self._summary.schemas.append(record)
             self._write(_encoded(record))
+            self._summary.schemas.append(record)
         channel = Channel(
             id=len(self._summary.channels) + 1, topic=topic, message_encoding=encoding,
             schema_id=known[name], metadata=dict(metadata))
+        self._write(_encoded(channel))
         self._summary.channels.append(channel)
         self.counts[channel.id] = ChannelCount()
-        self._write(_encoded(channel))
         return channel.id
 
     def add_metadata(self, name: str, content: Mapping[str, str]) -> None:
         """Write a metadata record."""
-        record = _encoded(Metadata(name=name, metadata=dict(content)))
-        self._summary.metadata.append(
-            MetadataIndex(offset=self._at, length=len(record), name=name))
+        record, start = _encoded(Metadata(name=name, metadata=dict(content))), self._at
         self._write(record)
+        self._summary.metadata.append(MetadataIndex(offset=start, length=len(record), name=name))
 
     def write(self, channel: int, log_time: int, message: bytes) -> None:
         """Add a message to the chunk, and close the chunk if it is full."""
-        counted = self.counts[channel]
         entries = self._indexes.setdefault(channel, array('Q'))
         entries.append(log_time)
         entries.append(len(self._chunk))
         self._chunk += MESSAGE.pack(
             Opcode.MESSAGE, MESSAGE.size - RECORD_HEAD.size + len(message), channel,
-            counted.count & 0xFFFFFFFF, log_time, log_time)
+            (self.counts[channel].count + len(entries) // 2 - 1) & 0xFFFFFFFF, log_time, log_time)
         self._chunk += message
-        counted.add(1, log_time, log_time)
+        if self.first is None:
+            self.first = log_time
         if len(self._chunk) >= CHUNK_SIZE:
             self.close_chunk()
 
     def write_packed(self, chunk: Packed) -> None:
-        """Write a chunk that is packed already, and count its messages."""
+        """Write a chunk that is packed already."""
         self.close_chunk()
-        for channel, entries in chunk.indexes.items():
-            self.counts[channel].add(len(entries), *chunk.spans[channel])
         self._write_chunk(chunk)
 
     def close_chunk(self) -> None:
@@ -149,50 +157,63 @@ class McapWriter:
             indexes = {channel: np.frombuffer(entries.tobytes(), INDEX_ENTRY)
                        for channel, entries in self._indexes.items()}
             self._write_chunk(pack(bytes(self._chunk), indexes, self.compression))
-            self._chunk.clear()
-            self._indexes.clear()
+            self.drop_chunk()
+
+    def drop_chunk(self) -> None:
+        """Forget the messages that are not in the file yet."""
+        self._chunk.clear()
+        self._indexes.clear()
 
     def flush(self) -> None:
         """Write what has come so far, and wait until the disk has it."""
         self.close_chunk()
-        self._stream.flush()
         os.fsync(self._stream.fileno())
 
     def finish(self) -> None:
         """Write the summary and the end of the file."""
         self.close_chunk()
-        self._write(_encoded(DataEnd(0)))
-        start = self._at
+        end = _encoded(DataEnd(0))
+        start = self._at + len(end)
         summary = b''.join(_encoded(record) for record in (
             *self._summary.schemas, *self._summary.channels, self._statistics(),
             *self._summary.chunks, *self._summary.metadata))
         footer = _encoded(Footer(summary_start=start, summary_offset_start=0, summary_crc=0))
         crc = zlib.crc32(footer[:-4], zlib.crc32(summary))
-        self._write(summary + footer[:-4] + struct.pack('<I', crc) + MAGIC)
+        self._write(end + summary + footer[:-4] + struct.pack('<I', crc) + MAGIC)
         self.flush()
 
     def _write(self, content: bytes) -> None:
-        self._stream.write(content)
+        """Write all bytes, or none of them and raise OSError."""
+        left = memoryview(content)
+        try:
+            while left:
+                left = left[self._stream.write(left):]
+        except OSError:
+            self._stream.truncate(self._at)
+            self._stream.seek(self._at)
+            raise
         self._at += len(content)
 
     def _write_chunk(self, chunk: Packed) -> None:
-        """Write a chunk, its message indexes, and remember both for the summary."""
+        """Write a chunk, its message indexes, count both and remember them for the summary."""
         first = min(first for first, _ in chunk.spans.values())
         last = max(last for _, last in chunk.spans.values())
-        name = self.compression.encode()
+        name, start = self.compression.encode(), self._at
         body = (CHUNK.pack(first, last, chunk.size, chunk.crc)
                 + struct.pack('<I', len(name)) + name + struct.pack('<Q', len(chunk.stored)))
-        start = self._at
-        self._write(RECORD_HEAD.pack(Opcode.CHUNK, len(body) + len(chunk.stored)) + body)
-        self._write(chunk.stored)
-        end, offsets = self._at, {}
+        parts = [RECORD_HEAD.pack(Opcode.CHUNK, len(body) + len(chunk.stored)), body, chunk.stored]
+        length = sum(map(len, parts))
+        end, offsets = start + length, {}
         for channel, entries in chunk.indexes.items():
-            offsets[channel] = self._at
-            self._write(RECORD_HEAD.pack(Opcode.MESSAGE_INDEX, INDEX.size + entries.nbytes)
-                        + INDEX.pack(channel, entries.nbytes) + entries.tobytes())
+            offsets[channel] = start + sum(map(len, parts))
+            parts.append(RECORD_HEAD.pack(Opcode.MESSAGE_INDEX, INDEX.size + entries.nbytes)
+                         + INDEX.pack(channel, entries.nbytes) + entries.tobytes())
+        self._write(b''.join(parts))
+        for channel, entries in chunk.indexes.items():
+            self.counts[channel].add(len(entries), *chunk.spans[channel])
         self._summary.chunks.append(ChunkIndex(
             message_start_time=first, message_end_time=last, chunk_start_offset=start,
-            chunk_length=end - start, message_index_offsets=offsets,
+            chunk_length=length, message_index_offsets=offsets,
             message_index_length=self._at - end, compression=self.compression,
             compressed_size=len(chunk.stored), uncompressed_size=chunk.size))
 
