@@ -68,6 +68,10 @@ class EstimatorState:
     """Whether the arm stands so that a component of the force cannot be observed."""
     conditioning: MaybeNan
     """Smallest over largest singular value of the Jacobian."""
+    contact_deviations: MaybeNan
+    """External torques over their standard deviations, all joints together."""
+    contact: str
+    """'free', 'contact' while something pushes, 'collision' from a hard push to the reset."""
 
 
 def to_json(message: object) -> str:

@@ -14,8 +14,8 @@ from hda_arm_sim.model.rigid import gravity_torque
 from hda_arm_sim.model.torsion import torsion_of_torque
 import numpy as np
 
-from . import fusion
-from .momentum import expected_rate, hold, momentum
+from . import contact, fusion
+from .momentum import expected_rate, hold, inertia_doubt, momentum
 from .route_errors import (ERRORS, motor_effects, motor_torque, STIFFNESS, torque_effects,
                            torsion_effects, TORSION_ERRORS)
 from .tip_force import base_force, tool_force
@@ -30,13 +30,15 @@ READINGS = 4
 (LAST_MOTOR, LAST_LINK,                 # last readings [rad]
  MOTOR_VELOCITY, LINK_VELOCITY,         # low-passed [rad/s]
  LAST_TORSION, TURNED_TORSION,          # elastic torsion, and where the hysteresis stands [rad]
- LAST_MOMENTUM, LAST_RATE, EXTERNAL,    # of the momentum observer
+ LAST_MOMENTUM, LATE_RATE, EXTERNAL,    # of the momentum observer
+ LATE, LAST_SPEED, ACCELERATION,        # what it lags behind [N*m]; of the link, low-passed
  ZERO, TARE_SUM,                        # torsion taken for zero [rad], its running sum
  QUICK_MOTOR, QUICK_LINK,               # velocities, less low-passed, for the torsion [rad/s]
  STRETCH,                               # of the elements of the hysteresis, the first [rad]
- ) = range(14)
+ ) = range(17)
 FUSION = STRETCH + SLIDERS              # from here on the memory of the fusion
-MEMORY = FUSION + fusion.MEMORY
+CONTACT = FUSION + fusion.MEMORY        # in row 0: the memory of contacts
+MEMORY = CONTACT + contact.MEMORY
 
 # Results, per joint.
 (TORSION, KINEMATIC_TORSION,            # total and kinematic torsion, output side [rad]
@@ -50,7 +52,8 @@ RESULTS = 8
 # Results of the tip: force ON the tip [N], covariances [N^2] by rows.
 TOOL_X, TOOL_Y, BASE_X, BASE_Y, TOOL_COVARIANCE, BASE_COVARIANCE = 0, 1, 2, 3, 4, 8
 SINGULAR, CONDITIONING = 12, 13
-TIP_RESULTS = 14
+CONTACT_DEVIATIONS, CONTACT_LEVEL = 14, 15      # external torques over their deviations
+TIP_RESULTS = 16
 
 
 @compiled
@@ -144,25 +147,40 @@ def _external(                                                      # type: igno
     """Renew the momentum observer and fill the external torques, (33)."""
     joints = record.joints.shape[0]
     last = joints - 1
-    dq1 = memory[0, LINK_VELOCITY]
-    dq2 = memory[last, LINK_VELOCITY] if joints == 2 else 0.0
+    dq1 = memory[0, QUICK_LINK]
+    dq2 = memory[last, QUICK_LINK] if joints == 2 else 0.0
     now = momentum(inertia, joints, q2, dq1, dq2)
     pull1, doubt1 = hold(record.joints[0], q1, dq1)
     pull2, doubt2 = hold(record.joints[last], q2, dq2)
     rate = expected_rate(inertia, record.body, joints, q1, q2, dq1, dq2,
                          result[0, TORQUE] + pull1, result[last, TORQUE] + pull2)
-    share = _share(settings.observer_bandwidth, dt)
+    share = _share(settings.observer_bandwidth, dt) if dt > 0.0 else 0.0
+    quick = _share(settings.torsion_bandwidth, dt) if dt > 0.0 else 1.0
     for j in range(joints):
         if dt > 0.0:
             change = (now[j] - memory[j, LAST_MOMENTUM]) / dt
-            drift = 0.5 * (rate[j] + memory[j, LAST_RATE])
-            memory[j, EXTERNAL] += share * (change - drift - memory[j, EXTERNAL])
-        memory[j, LAST_MOMENTUM], memory[j, LAST_RATE] = now[j], rate[j]
-        moved = settings.inertia_tolerance * (memory[j, EXTERNAL] + rate[j])
+            ahead = change - memory[j, LATE_RATE] - memory[j, EXTERNAL]
+            memory[j, EXTERNAL] += share * ahead
+            memory[j, LATE] += share * (ahead - memory[j, LATE])
+            speeding = (memory[j, QUICK_LINK] - memory[j, LAST_SPEED]) / dt
+            memory[j, ACCELERATION] += share * (speeding - memory[j, ACCELERATION])
+        memory[j, LAST_MOMENTUM] = now[j]
+        memory[j, LATE_RATE] += quick * (rate[j] - memory[j, LATE_RATE])
+        memory[j, LAST_SPEED] = memory[j, QUICK_LINK]
         result[j, EXTERNAL_TORQUE] = memory[j, EXTERNAL]
-        doubt = doubt1 if j == 0 else doubt2
-        result[j, EXTERNAL_DEVIATION] = np.sqrt(result[j, TORQUE_DEVIATION] ** 2 + moved ** 2
-                                                + doubt ** 2)
+    moved1, moved2 = inertia_doubt(inertia, q2, dq1, dq2, memory[0, ACCELERATION],
+                                   memory[last, ACCELERATION] if joints == 2 else 0.0)
+    _external_deviation(settings, memory, 0, moved1, doubt1, result)
+    if joints == 2:
+        _external_deviation(settings, memory, 1, moved2, doubt2, result)
+
+
+@inlined
+def _external_deviation(settings, memory, j, moved, doubt, result):  # type: ignore[no-untyped-def]
+    """Fill how sure the external torque is: gear, inertia, lateness, a bearing at rest, (F8)."""
+    result[j, EXTERNAL_DEVIATION] = np.sqrt(
+        result[j, TORQUE_DEVIATION] ** 2 + settings.inertia_tolerance ** 2 * moved
+        + memory[j, LATE] ** 2 + doubt ** 2)
 
 
 @inlined
@@ -206,6 +224,10 @@ def step(                                                           # type: igno
         return
     _external(record, settings, inertia, memory, q1, q2, dt, result)
     _tip(record, settings, q1, q2, result, tip)
+    torque = result[:, EXTERNAL_TORQUE]
+    tip[CONTACT_DEVIATIONS] = contact.deviations(torque, result[:, EXTERNAL_DEVIATION])
+    tip[CONTACT_LEVEL] = contact.feel(memory[0, CONTACT:], tip[CONTACT_DEVIATIONS], torque,
+                                      settings.contact_deviations, settings.collision_torque, dt)
 
 
 @compiled

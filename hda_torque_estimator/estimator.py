@@ -41,11 +41,15 @@ class EstimatorSettings(Declared):
     torsion_bandwidth: float = parameter(
         80.0, 'Hz', 0.1, 1e4, 'low-pass of the rate of the torsion, for damping and lateness')
     observer_bandwidth: float = parameter(
-        10.0, 'Hz', 0.01, 1e3, 'momentum observer of the external torque')
+        20.0, 'Hz', 0.01, 1e3, 'momentum observer of the external torque')
     singular_sine: float = parameter(
         0.1, '', 1e-6, 1.0, '|sin(theta2)| below which the axial tip force is not observed')
     longest_gap: float = parameter(
         0.1, 's', 1e-4, 10.0, 'time between samples after which filters start afresh')
+    contact_deviations: float = parameter(
+        4.0, '', 1.0, 1e3, 'external torque over its deviation that is a contact')
+    collision_torque: float = parameter(
+        2.0, 'N*m', 0.0, 1e4, 'external torque of a contact that stays until the reset')
     tare_time: float = parameter(
         0.5, 's', 0.0, 60.0, 'time over which a tare takes the mean torsion')
     fusion: float = parameter(
@@ -224,6 +228,8 @@ class _CompiledSettings(NamedTuple):
     fusion: float
     window: float
     span: float
+    contact_deviations: float
+    collision_torque: float
     known: Known
 
 
@@ -232,7 +238,8 @@ def compiled_settings(arm: Arm, settings: EstimatorSettings) -> _CompiledSetting
     return _CompiledSettings(
         settings.velocity_bandwidth, settings.observer_bandwidth, settings.singular_sine,
         arm.tolerances.link_inertia, float(arm.links is not None), settings.torsion_bandwidth,
-        settings.fusion, settings.fusion_window, settings.fusion_memory, known(arm))
+        settings.fusion, settings.fusion_window, settings.fusion_memory,
+        settings.contact_deviations, settings.collision_torque, known(arm))
 
 
 @compiled
@@ -245,8 +252,9 @@ def _run(                                                           # type: igno
     compiler joins a step to two callers, it may round differently in each.
     """
     n = settings
-    numbers = _CompiledSettings(n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8], Known(
-        n[9], n[10], n[11], n[12], n[13], n[14], n[15], n[16], n[17], n[18]))
+    numbers = _CompiledSettings(
+        n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8], n[9], n[10],
+        Known(n[11], n[12], n[13], n[14], n[15], n[16], n[17], n[18], n[19], n[20]))
     record, rigid = ArmRecord(joints, body[0]), inertia_of(inertia)
     for i in range(reading.shape[0]):
         estimate.step(record, numbers, rigid, memory, reading[i], command[i],

@@ -2,9 +2,12 @@
 
 from hda_arm_sim.health import Level, Pace, Refusals, Report
 import numpy as np
+from numpy.typing import NDArray
 
-from . import estimate
+from . import contact, estimate
 from .live_estimator import LiveEstimator
+
+Array = NDArray[np.float64]
 
 
 def estimator_report(live: LiveEstimator, pace: Pace, refusals: Refusals) -> Report:
@@ -15,15 +18,33 @@ def estimator_report(live: LiveEstimator, pace: Pace, refusals: Refusals) -> Rep
         level, message = Level.WARN, 'no joint_states that can be used'
     elif refused:
         level, message = Level.WARN, f'{refused} joint_states refused, {message}'
+    if live.estimator.tip[estimate.CONTACT_LEVEL] == contact.COLLISION:
+        level, message = max(level, Level.WARN), f'collision, {message}'
     return Report(level, message, {
         **pace.values(),
         'samples answered': live.answered,
         'samples lost': live.gaps.lost,
         'longest gap [ms]': live.gaps.longest * 1e-6,
         'beyond the valid range': _beyond(live),
+        'contact': _touch(live),
+        'contacts so far': int(_contact_memory(live)[contact.CONTACTS]),
         'tip force partly hidden': bool(live.estimator.tip[estimate.SINGULAR] > 0.0),
         'tare under way': live.estimator.taring,
         **refusals.values()})
+
+
+def _touch(live: LiveEstimator) -> str:
+    level, felt = live.estimator.tip[[estimate.CONTACT_LEVEL, estimate.CONTACT_DEVIATIONS]]
+    if live.estimator.arm.links is None:
+        return 'unknown: the arm has no links'
+    pushed = 'something pushes the arm now' if _contact_memory(live)[contact.TOUCHING] else 'none'
+    if level == contact.COLLISION:
+        return f'{pushed}; a hard push was felt, until torque_estimator/reset'
+    return f'{pushed} ({felt:.1f} deviations)'
+
+
+def _contact_memory(live: LiveEstimator) -> Array:
+    return live.estimator.memory[0, estimate.CONTACT:]
 
 
 def _beyond(live: LiveEstimator) -> str:

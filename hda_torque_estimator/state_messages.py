@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import estimate
+from .contact import contact_name
 from .estimator import Estimates
 
 Array = NDArray[np.float64]
@@ -66,7 +67,8 @@ class StateWriter:
             'stamp': '%d', 'names': json.dumps(arm.labels, separators=(',', ':')).replace(
                 '%', '%%'),
             'valid': '%s', 'flags': '%s', 'tip_force': _list_of(2),
-            'tip_force_covariance': _list_of(4), 'singular': '%s', 'conditioning': '%s'}
+            'tip_force_covariance': _list_of(4), 'singular': '%s', 'conditioning': '%s',
+            'contact_deviations': '%s', 'contact': '%s'}
         self._form = assembled(EstimatorState, texts)
         self._labels = arm.labels
 
@@ -79,6 +81,7 @@ class StateWriter:
         """Return the states after samples: stamps (k,), (k, n, RESULTS) and (k, TIP_RESULTS)."""
         beyond = (joints[:, :, estimate.BEYOND_RANGE] > 0.0).tolist()
         singular = (tip[:, estimate.SINGULAR] > 0.0).tolist()
+        level = [contact_name(value) for value in tip[:, estimate.CONTACT_LEVEL].tolist()]
         verdicts = [_verdict(self._labels, tuple(too_far), hidden, taring)
                     for too_far, hidden in zip(beyond, singular)]
         of_joints = (joints[:, j, index] for index in JOINT_NUMBERS.values()
@@ -87,7 +90,8 @@ class StateWriter:
                    [verdict.flags for verdict in verdicts],
                    *(_words(tip[:, index]) for index in TIP_NUMBERS),
                    [_truth(hidden) for hidden in singular],
-                   _words(tip[:, estimate.CONDITIONING]))
+                   _words(tip[:, estimate.CONDITIONING]),
+                   _words(tip[:, estimate.CONTACT_DEVIATIONS]), map(json.dumps, level))
         return [self._form % row for row in zip(*columns)]
 
 

@@ -9,7 +9,7 @@ from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import JOINT_STATES, JOINT_TORQUES, TIP_WRENCH
 from hda_torque_estimator.cli import COMMANDS, main
 from hda_torque_estimator.estimator import Estimator
-from hda_torque_estimator.readings import readings
+from hda_torque_estimator.readings import motor_commands, readings
 import numpy as np
 import pytest
 
@@ -79,7 +79,8 @@ def test_estimate_is_near_the_truth_and_equals_the_estimator(bag, tmp_path, caps
     recording = open_recording(bag)
     arm = read_arm('hda_arm.yaml')
     samples = recording.joint_states()
-    found = Estimator(arm).run(samples.stamps, readings(arm.labels, samples))
+    found = Estimator(arm).run(samples.stamps, readings(arm.labels, samples),
+                               motor_commands(arm.labels, samples))
     written = open_recording(out)
     np.testing.assert_array_equal(written.joint_states(JOINT_TORQUES.name).effort, found.torque)
     np.testing.assert_array_equal(written.wrenches(TIP_WRENCH.name).force[:, :2],

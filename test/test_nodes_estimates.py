@@ -9,7 +9,7 @@ from hda_msgs_json.cdr_arrays import encode_joint_rows, encode_wrench_rows
 from hda_msgs_json.messages import EstimatorState, from_json
 from hda_msgs_json.samples import JointSamples
 from hda_torque_estimator.closed_loop import run
-from hda_torque_estimator.estimate import RESULTS
+from hda_torque_estimator.estimate import RESULTS, TIP_RESULTS
 from hda_torque_estimator.estimate_messages import (
     estimate_samples, estimate_topics, EstimateEncoder)
 from hda_torque_estimator.estimator import Estimator
@@ -178,7 +178,7 @@ def test_rate_of_states_can_change(pushed):
 
 def test_encoder_keeps_every_bit_of_a_nan():
     """A NaN of the other sign is told as it is, by both encoders."""
-    joints, tip = np.zeros((2, RESULTS)), np.full(14, -np.nan)
+    joints, tip = np.zeros((2, RESULTS)), np.full(TIP_RESULTS, -np.nan)
     live = EstimateEncoder(ARM)(5, joints, tip)
     estimates = Estimator(ARM).run(np.zeros(0, np.int64), np.zeros((0, 2, 4)))._replace(
         stamps=np.array([5]), joints=joints[None], tip=tip[None])
