@@ -6,6 +6,7 @@ every effect of the catalogue has its place, neutral where the arm does not have
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 import math
 from typing import Any, NamedTuple
 
@@ -18,9 +19,10 @@ from .effects import (BaseTilt, BaseVibration, Effect, effect_named, effects_of,
 from .effects.catalogue import record_fields
 from .link_side import loaded_inertia, thrown_mass
 from .parts import Base, Encoder, Joint, Links, Tolerances
-from .torsion import TorsionLaw
+from .torsion import chords, TorsionLaw
 
 
+_STIFFNESSES = ('flexspline_stiffness', 'second_stiffness', 'third_stiffness')
 _SEGMENTS = ('knee_1', 'second_stiffness', 'knee_2', 'third_stiffness')
 
 
@@ -123,6 +125,10 @@ class Arm:
 
     def record(self) -> ArmRecord:
         """Return the arm as compiled code reads it."""
+        return self._record
+
+    @cached_property
+    def _record(self) -> ArmRecord:
         joints = np.array([self._joint_record(joint) for joint in self.joints], JOINT_RECORD)
         body = np.zeros((), BODY_RECORD)[()]
         tilt = self._in_force(BaseTilt)
@@ -149,18 +155,29 @@ class Arm:
 
     def moving_torsion(self, joint: Joint) -> TorsionLaw:
         """Return the torsion law of a joint with the effects that change it."""
-        law = joint.torsion
-        bent = self._in_force(StiffeningError, joint.label)
-        curvature, *segments = bent(Signals(nominal=law.flexspline_curvature))
+        law = self._bent_torsion(joint)
         softer = self._in_force(WaveGeneratorCompliance, joint.label)
-        if segments[0] > 0.0:
-            law = replace(law, **dict(zip(_SEGMENTS, segments)))
         if not softer.is_neutral():
             rest = softer(Signals(nominal=1.0 / law.wave_generator_stiffness))
             law = replace(law, wave_generator_stiffness=1.0 / rest if rest > 0.0 else math.inf)
-        stiffness = self._in_force(StiffnessError, joint.label)(
-            Signals(nominal=law.flexspline_stiffness))
-        return replace(law, flexspline_stiffness=stiffness, flexspline_curvature=curvature)
+        stiffer = self._in_force(StiffnessError, joint.label)
+        return replace(law, **{name: stiffer(Signals(nominal=getattr(law, name)))
+                               for name in _STIFFNESSES})
+
+    def _bent_torsion(self, joint: Joint) -> TorsionLaw:
+        """Return the torsion law of a joint that stiffens as its effect says."""
+        law = joint.torsion
+        curvature, *segments = self._in_force(StiffeningError, joint.label)(
+            Signals(nominal=law.flexspline_curvature))
+        law = replace(law, flexspline_curvature=curvature)
+        named = dict(zip(_SEGMENTS, segments))
+        if named['knee_1'] <= 0.0:
+            return law
+        if named['second_stiffness'] > 0.0:
+            return replace(law, **named)
+        stiffnesses = chords(law.flexspline_stiffness, curvature, named['knee_1'],
+                             named['knee_2'])
+        return replace(law, **{**named, **dict(zip(_STIFFNESSES, stiffnesses))})
 
     def _in_force(self, kind: type[Effect], joint: str | None = None) -> Any:
         return self.effect(kind.name, joint)

@@ -38,6 +38,15 @@ def segmented_torsion(                                              # type: igno
 
 
 @compiled
+def chords(stiffness, curvature, knee_1, knee_2):                   # type: ignore[no-untyped-def]
+    """Return K1, K2, K3 of segments that meet on the tangent law at T1, T2, 2 T2, (63)."""
+    ends = [flexspline_torsion(torque, stiffness, curvature)
+            for torque in (knee_1, knee_2, 2.0 * knee_2)]
+    return (knee_1 / ends[0], (knee_2 - knee_1) / (ends[1] - ends[0]),
+            knee_2 / (ends[2] - ends[1]))
+
+
+@compiled
 def wave_generator_torsion(torque, ratio, stiffness, curvature):    # type: ignore[no-untyped-def]
     """Return the wave generator's wind-up seen at the output, (3) [rad]."""
     c = np.maximum(curvature, _LINEAR)

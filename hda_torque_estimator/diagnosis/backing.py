@@ -2,8 +2,9 @@
 Whether the causes that were found are backed: nothing is named on a rest that none explains.
 
 A wrong cause takes the place of the right one and leaves a part of what it cannot describe. So a
-channel in which much more is left than noise, and more than the accepted laws may leave as one
-form of several (`Hypothesis.form_error`), takes back every cause that rests on it.
+joint in which much more is left than noise, and more than the accepted laws may leave as one form
+of several (`Hypothesis.form_error`), takes back every cause that rests on it; and so does a rest
+of any size that a simple curve tells (`nameless`).
 """
 
 from collections.abc import Sequence
@@ -14,11 +15,19 @@ from numpy.typing import NDArray
 
 from .fit import Fit, Fitter
 from .hypotheses import HYPOTHESES
+from .nameless import best_curves, plain_score
 from .search import Found
 from .term import Term
 
 Array = NDArray[np.float64]
-REST = 2.5              # rms left beside noise, in rms of noise, that asks for an explanation
+REST = 0.8              # rms left beside noise, in rms of noise, that asks for an explanation
+
+
+FORM = 300.0            # improvement of the score by one curve from which a rest has a form,
+_FORM_SHARE = 0.02      # beside this share of what the cause improved,
+_LOOSE_SHARE = 0.08     # or this where its law has several forms
+_LOOSE = 0.01           # `form_error` from which it has
+_SHAPE = 60.0           # by which several numbers must tell more than one curve
 
 
 class Backing(NamedTuple):
@@ -35,6 +44,7 @@ def backing(fitter: Fitter, found: Found, misplaced: Sequence[Term] = ()) -> Bac
     Causes that are `misplaced` are not: what they explain has another site. Causes may cancel
     each other, so each counts with no more power than was wrong at first.
     """
+    trained = fitter.rows.mean()
     fitter = Fitter(fitter.balancer, fitter.arm, fitter.noise, fitter.effective,
                     np.ones_like(fitter.rows))                      # held-out stretches as well
     noise = fitter.noise ** 2
@@ -43,15 +53,59 @@ def backing(fitter: Fitter, found: Found, misplaced: Sequence[Term] = ()) -> Bac
     allowed = sum((HYPOTHESES[term.name].form_error * np.minimum(power, found.first.variance)
                    for term, power in zip(fit.accepted, powers)), np.zeros_like(noise))
     unexplained = fit.variance - noise > REST ** 2 * noise + allowed
-    for term in misplaced:
-        unexplained[fitter.own_channels(term.joint)] = True
+    for term in [*misplaced, *_formed(fitter, fit, found, trained), *_shapeless(fitter, fit)]:
+        for label in _joints(fitter, term):
+            unexplained[fitter.own_channels(label)] = True
+    for label in fitter.arm.labels:                 # what is wrong at a joint may be any of it
+        own = fitter.own_channels(label)
+        unexplained[own] = unexplained[own].any()
     backed = tuple(term for term, power in zip(fit.accepted, powers)
                    if not (unexplained & (power > REST ** 2 * noise)).any())
     return Backing(backed, unexplained)
 
 
+def _joints(fitter: Fitter, term: Term) -> tuple[str, ...]:
+    """Return the joints in which a term shows."""
+    return fitter.arm.labels if term.joint is None else (term.joint,)
+
+
+def _formed(fitter: Fitter, fit: Fit, found: Found, trained: float) -> list[Term]:
+    """
+    Return the causes beside which a simple curve tells what they leave.
+
+    They were found on the share `trained` of the rows that are looked at here.
+    """
+    if not fit.accepted:
+        return []
+    plain = plain_score(fitter, fit)
+    gains = {label: plain - curve.score for label, curve in best_curves(fitter, fit).items()}
+    formed = []
+    for term, reason in zip(fit.accepted, found.evidence):
+        loose = HYPOTHESES[term.name].form_error >= _LOOSE
+        limit = FORM + (_LOOSE_SHARE if loose else _FORM_SHARE) * reason.improvement / trained
+        if term.joint is not None and gains[term.joint] > limit:
+            formed.append(term)
+    return formed
+
+
+def _shapeless(fitter: Fitter, fit: Fit) -> list[Term]:
+    """Return the causes of several numbers that tell no more than one curve does."""
+    shapeless = []
+    for term in fit.accepted:
+        if len(term.free) > 1 and term.joint is not None:
+            curve = best_curves(fitter, _lacking(fitter, fit, term))[term.joint]
+            if curve.score - fit.score < _SHAPE:
+                shapeless.append(term)
+    return shapeless
+
+
+def _lacking(fitter: Fitter, fit: Fit, term: Term) -> Fit:
+    """Return a fit as it is without one of its accepted terms."""
+    keep = np.concatenate([np.full(other.size, other is not term) for other in fit.terms])
+    return fitter.at([other for other in fit.terms if other is not term],
+                     len(fit.accepted) - 1, fit.columns[:, :, keep])
+
+
 def _explained(fitter: Fitter, fit: Fit, term: Term) -> Array:
     """Return the power (c,) that is in the channels when one cause is taken away [N^2*m^2]."""
-    without = fitter.at([other for other in fit.terms if other is not term],
-                        len(fit.accepted) - 1, fit.columns)
-    return np.maximum(without.variance - fit.variance, 0.0)
+    return np.maximum(_lacking(fitter, fit, term).variance - fit.variance, 0.0)

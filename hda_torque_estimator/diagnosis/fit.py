@@ -17,7 +17,9 @@ from .term import Term
 Array = NDArray[np.float64]
 IMPOSSIBLE = (ArmError, ParameterError)     # no arm can have such numbers
 PASSES = 4
+_REFINEMENTS = 6
 CLOSE = 0.5             # improvement of the score that is not worth another pass
+FAR = 100.0             # improvement by a step after which no derivative is as it was
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,27 +77,36 @@ class Fitter:
         return best
 
     def refit(self, fit: Fit, term: Term) -> Fit:
-        """Return a fit with one more term; the columns of all others are taken as they were."""
+        """Return a fit with one more term, after two steps with the others' columns as given."""
         kept = [other for other in fit.nuisance
                 if (other.name, other.joint) != (term.name, term.joint)]
         terms: list[AnyTerm] = [*fit.accepted, term, *kept]
-        keep = _rows_of(fit.terms, [*fit.accepted, *kept])
-        size = sum(other.size for other in fit.accepted)
-        before = fit.columns[:, :, keep]
-        best: Fit | None = None
-        for _ in range(PASSES):
-            here = best.terms if best else terms
-            residual = best.balance.residual if best else self.balancer(self.on(terms)).residual
-            fresh = self.derivatives([here[len(fit.accepted)]], here, residual)
-            columns = np.concatenate([before[:, :, :size], fresh, before[:, :, size:]], axis=2)
-            best = best or self.at(terms, len(fit.accepted) + 1, columns)
-            best = replace(best, columns=columns)
-            better = self._descend(best, len(fit.accepted) + 1)
-            if best.score - better.score < CLOSE:
-                return better
-            best = better
-        assert best is not None
+        first, count = sum(other.size for other in fit.accepted), len(fit.accepted) + 1
+        known = fit.columns[:, :, _rows_of(fit.terms, [*fit.accepted, *kept])]
+        own = self.derivatives([term], terms, self.balancer(self.on(terms)).residual)
+        start = self._descend(self.at(terms, count, np.concatenate(
+            [known[:, :, :first], own, known[:, :, first:]], axis=2)), count)
+        return self._descend(self._renewed(start, start.accepted[-1:], first), count)
+
+    def refined(self, fit: Fit) -> Fit:
+        """Return a fit to the end; after far steps no derivative is as it was."""
+        best, gained = fit, FAR
+        first = sum(other.size for other in fit.accepted[:-1])
+        for _ in range(_REFINEMENTS):
+            best = (self._renewed(best, best.terms, 0) if gained >= FAR else
+                    self._renewed(best, best.accepted[-1:], first))
+            better = self._descend(best, len(fit.accepted))
+            gained, best = best.score - better.score, better
+            if gained < CLOSE:
+                break
         return best
+
+    def _renewed(self, fit: Fit, terms: Sequence[AnyTerm], place: int) -> Fit:
+        """Return a fit with the columns of some neighbouring terms made again."""
+        columns = fit.columns.copy()
+        fresh = self.derivatives(terms, fit.terms, fit.balance.residual)
+        columns[:, :, place:place + fresh.shape[2]] = fresh
+        return replace(fit, columns=columns)
 
     def _descend(self, fit: Fit, accepted: int) -> Fit:
         """Return the fit after one step that improves it, shortened if need be, or itself."""

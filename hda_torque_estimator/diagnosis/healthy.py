@@ -14,6 +14,7 @@ from ..closed_loop import run
 Array = NDArray[np.float64]
 _SEGMENT = 0.5          # of the estimate of noise [s]
 _QUIET = 0.25           # share of segments that an effect surely leaves quiet
+_MOST = 30.0            # times as noisy as resolution alone that is still believed
 
 
 def healthy_twin(balancer: Balancer, arm: Arm, seed: int, torque_noise: float = 0.0,
@@ -45,19 +46,32 @@ def noise_of(balancer: Balancer, arm: Arm, seed: int = 0) -> tuple[Array, Array]
     """
     Return the standard deviation (c,) of each balance that noise leaves, and resolution alone.
 
-    The second is that of a healthy twin [N*m]; the first is scaled by how much noisier the
-    quieter stretches of the measurement are at high frequency, where effects seldom show. Torsion
-    balances have no noise but that of the readings, which are sharper than anything that moves.
+    The second is that of a healthy twin [N*m]. Readings that are sharper than the twin's raise
+    it in proportion; what motor balances then have more at high frequency, where effects seldom
+    show, is white noise of the torque, which is added.
     """
     made = healthy_twin(balancer, arm, seed)
     theirs, ours = Balancer(made)(arm), balancer(arm)
     plain = np.array([column[valid].std() for column, valid in
                       zip(theirs.residual.T, theirs.valid.T)])
-    rough = _roughness(ours.residual, ours.valid) / _roughness(theirs.residual, theirs.valid)
-    sharp = _sharpness(balancer.measurement) / _sharpness(made)
+    sharp = np.clip(_sharpness(balancer.measurement) / _sharpness(made), 1.0, _MOST)
     joints = len(arm.joints)
-    rough[joints:] = np.fmin(rough[joints:], np.maximum(sharp[:, 0], sharp[:, 1].max()))
-    return plain * np.clip(np.nan_to_num(rough, nan=1.0), 1.0, 30.0), plain
+    motor, torsion = plain[:joints] * sharp[:, 0], plain[joints:] * np.maximum(
+        sharp[:, 0], sharp[:, 1].max())
+    rough = _roughness(ours.residual, ours.valid), _roughness(theirs.residual, theirs.valid)
+    white = (rough[0][:joints] ** 2 - (sharp[:, 0] * rough[1][:joints]) ** 2) / _white_roughness(
+        balancer, seed) ** 2
+    ratio = np.clip(np.nan_to_num(rough[0] / rough[1], nan=1.0), 1.0, _MOST)[joints:]
+    return np.concatenate([
+        np.sqrt(motor ** 2 + np.maximum(np.nan_to_num(white), 0.0)),
+        np.fmin(torsion, plain[joints:] * ratio)]), plain
+
+
+def _white_roughness(balancer: Balancer, seed: int) -> float:
+    """Return the roughness that white noise has when a balance of it has the deviation 1."""
+    noise = np.random.default_rng(seed).standard_normal((len(balancer.measurement.command), 1))
+    balance = balancer.filtered(noise)
+    return float(_roughness(balance / balance.std(), np.ones(balance.shape, bool))[0])
 
 
 def _sharpness(measurement: Measurement) -> Array:

@@ -15,7 +15,7 @@ from .solve import Columns, condense, condense_more, solve
 from .term import Term
 
 Array = NDArray[np.float64]
-LOUD = 4.0              # variance over that of noise from which something is left in a channel
+LOUD = 1.4              # variance over that of noise from which something is left in a channel
 
 
 class Prospect(NamedTuple):

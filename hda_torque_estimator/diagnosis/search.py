@@ -19,10 +19,11 @@ from .term import Term
 Array = NDArray[np.float64]
 Place = tuple[str, str | None]        # an effect and its joint
 THRESHOLD = 60.0        # improvement of the score beyond what its freedom costs
-MATERIAL = 3.0          # least explained rms, in rms that a healthy arm leaves
+MATERIAL = 0.7          # least explained rms, in rms that a healthy arm leaves
 SHARE = 0.02            # least explained share of what was wrong at first, in some channel
 MOST = 5                # causes in one recording
-_CANDIDATES = 6         # fitted exactly in every round
+_CANDIDATES = 6         # fitted in every round, with two steps,
+_FINALISTS = 3          # and the best of them to the end
 
 
 class Evidence(NamedTuple):
@@ -73,8 +74,9 @@ def _next(fitter: Fitter, first: Fit, fit: Fit,
                  if fit.score - prospect.score > threshold(fitter, prospect.term)]
     if not promising:
         return None
-    exact = sorted(_refits(fitter, fit, promising),
-                   key=lambda trial: trial.score + freedom(fitter, trial.accepted[-1]))
+    tried = sorted(_refits(fitter, fit, promising), key=lambda trial: _cost(fitter, trial))
+    exact = sorted((fitter.refined(trial) for trial in tried[:_FINALISTS]),
+                   key=lambda trial: _cost(fitter, trial))
     if not exact:
         return None
     best = exact[0]
@@ -86,8 +88,13 @@ def _next(fitter: Fitter, first: Fit, fit: Fit,
                              gap)
 
 
+def _cost(fitter: Fitter, trial: Fit) -> float:
+    """Return the score of a fit with what the freedom of its last cause costs."""
+    return trial.score + freedom(fitter, trial.accepted[-1])
+
+
 def _refits(fitter: Fitter, fit: Fit, prospects: list[Prospect]) -> Iterator[Fit]:
-    """Return the exact fits of prospects, but for those that no arm can have."""
+    """Return the fits of prospects, but for those that no arm can have."""
     for prospect in prospects:
         try:
             yield fitter.refit(fit, prospect.term)

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 _NORMAL_90 = 1.645
 _RESAMPLES = 400
 TIED = 20.0             # difference of scores below which two causes explain equally well,
-TIED_SHARE = 0.005      # and likewise in shares of what the cause improves: no law is exact
+TIED_SHARE = 0.002      # and likewise in shares of what the cause improves: no law is exact
 METRIC = (f'mean squared error of motor angles, link angles and torsions predicted over '
           f'{HORIZON:g} s from measured states on held-out stretches, each over its noise floor')
 
@@ -117,13 +117,22 @@ def _number(term: Term, name: str, deviation: float) -> Number:
 
 
 def alike(found: Found, backed: Sequence[Term]) -> tuple[Alike, ...]:
-    """Return the backed causes whose rivals explain the recording as well as they do."""
+    """
+    Return the backed causes that a rival, or a twin by nature, explains as well.
+
+    A rival with more numbers does not count: one that contains the cause always explains as well.
+    """
     pairs = []
     for term, reason in zip(found.last.accepted, found.evidence):
-        rival = reason.runner_up
-        if term in backed and rival is not None and reason.runner_up_gap < max(
+        if term not in backed:
+            continue
+        rival, twin = reason.runner_up, HYPOTHESES[term.name].twin
+        other = (twin, term.joint) if twin else None
+        if rival is not None and rival.size <= term.size and reason.runner_up_gap < max(
                 TIED, TIED_SHARE * reason.improvement):
-            pairs.append(Alike(((term.name, term.joint), (rival.name, rival.joint)),
+            other = rival.name, rival.joint
+        if other is not None:
+            pairs.append(Alike(((term.name, term.joint), other),
                                HYPOTHESES[term.name].experiment))
     return tuple(pairs)
 

@@ -182,7 +182,8 @@ class StiffeningError(Effect):
     error: float = parameter(0.0, '', -1.0, 10.0, 'relative error of c_f; -1 is a linear law')
     knee_1: float = parameter(
         0.0, 'N*m', 0.0, 1e4, 'torque T1 of the first knee of three segments; 0 for none')
-    second_stiffness: float = parameter(0.0, 'N*m/rad', 0.0, 1e7, 'K2, beyond T1')
+    second_stiffness: float = parameter(
+        0.0, 'N*m/rad', 0.0, 1e7, 'K2, beyond T1; 0 for segments that meet on the curve of c_f')
     knee_2: float = parameter(0.0, 'N*m', 0.0, 1e4, 'torque T2 of the second knee')
     third_stiffness: float = parameter(0.0, 'N*m/rad', 0.0, 1e7, 'K3, beyond T2')
 
