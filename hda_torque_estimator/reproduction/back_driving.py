@@ -90,7 +90,8 @@ def _pushed(arm: Arm, current: float) -> closed_loop.Run:
                 for seed, span in enumerate(_PUSHES))
     still = np.tile(np.array(HOME), (len(time), 1))
     return closed_loop.run(true, arm, Motion(time, still, np.zeros_like(still),
-                                             np.asarray(force)), 0, controller=_IDLE)
+                                             np.asarray(force)), 0, controller=_IDLE,
+                           estimator=bench.TORSION_ALONE)
 
 
 def _slips(made: closed_loop.Run, joint: int) -> _Slips:

@@ -20,11 +20,12 @@ from numpy.typing import NDArray
 from .. import closed_loop
 from ..controller import Controller, ControllerSettings
 from ..estimate import KINEMATIC_TORSION, TORQUE, TORSION
-from ..estimator import Estimator
+from ..estimator import Estimator, EstimatorSettings
 from ..reference import hold
 
 Array = NDArray[np.float64]
 STEP = 1e-3                         # between samples [s]
+TORSION_ALONE = EstimatorSettings(fusion=0.0)   # as in the paper, without the motor's torque
 
 
 class Inputs(NamedTuple):
@@ -77,7 +78,7 @@ def run(true: Arm, known: Arm, inputs: Inputs, start: tuple[float, ...], *,
     A controller holds where the arm starts. Estimator and controller believe in `known`. A
     command answers the sample before it, as over a bus.
     """
-    plant, estimator = Plant(true, rest(true, start), STEP, seed), Estimator(known)
+    plant, estimator = Plant(true, rest(true, start), STEP, seed), Estimator(known, TORSION_ALONE)
     law = Controller(known, controller or ControllerSettings())
     if controller is not None:
         law.enable()
@@ -110,7 +111,7 @@ def follow(true: Arm, known: Arm, rate: Array, load: Array, *,
     across = load / (true.links or Links()).length1
     force = np.stack([-across * np.sin(angle), across * np.cos(angle)], axis=1)
     made = closed_loop.run(true, known, Motion(time, angle[:, None], rate[:, None], force), seed,
-                           controller=controller)
+                           controller=controller, estimator=TORSION_ALONE)
     told = _tared(known, made.reading)
     return Run(time, made.state[:, :, MOTOR_ANGLE], made.state[:, :, LINK_ANGLE],
                made.joint_torque, made.reading, told[:, :, TORQUE], told[:, :, TORSION],
@@ -119,7 +120,7 @@ def follow(true: Arm, known: Arm, rate: Array, load: Array, *,
 
 def _tared(known: Arm, reading: Array) -> Array:
     """Return the estimates (k, n, RESULTS) of readings (k, n, READINGS) that begin with a tare."""
-    estimator, when = Estimator(known), stamps(len(reading))
+    estimator, when = Estimator(known, TORSION_ALONE), stamps(len(reading))
     estimator.tare()
     first: list[Array] = []
     while estimator.taring:

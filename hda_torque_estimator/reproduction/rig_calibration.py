@@ -12,6 +12,7 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import (ClockSkew, KinematicError, LinkEncoderEccentricity,
                                        StiffeningError, StiffnessError, TorsionalHysteresis,
                                        WaveGeneratorCompliance)
+from hda_arm_sim.model.effects.transmission import SLIDERS
 from hda_arm_sim.model.parts import Joint
 import numpy as np
 
@@ -20,7 +21,7 @@ from .exhibit import Array
 from .printed import CATALOGUE
 from .shapes import sine, step
 from ..estimate import LINK_RATE, LINK_READING, MOTOR_READING
-from ..torsion_torque import advance_hysteresis
+from ..torsion_torque import slide
 
 SHAFT_ORDERS, LINK_ORDERS = (1, 2, 4), (1, 2)
 WIDTH = 1.5e-4                      # of the loop: half an arcmin, as usual [rad]
@@ -87,9 +88,9 @@ def _segments(torque: Array) -> list[Array]:
 def _loop(elastic: Array) -> Array:
     """Return the state of a hysteresis loop of the usual width along an elastic torsion (k,)."""
     arm = Arm((Joint(),)).with_effect(TorsionalHysteresis(level=1.0, width=WIDTH), 'joint1')
-    joint, state, found = arm.record().joints[0], 0.0, np.empty(len(elastic))
+    joint, stretch, found = arm.record().joints[0], np.zeros(SLIDERS), np.empty(len(elastic))
     for k, change in enumerate(np.diff(elastic, prepend=elastic[0])):
-        found[k] = state = advance_hysteresis(joint, change, state)
+        found[k] = slide(joint, change, stretch)
     return found
 
 
