@@ -22,7 +22,8 @@ class Column:
     """
     Hold the messages of a channel that wait to be written: log times [ns] and sizes [bytes] (n,).
 
-    `encode` returns some of the messages one after another as bytes.
+    `encode` returns some of the messages as bytes: (k, HEAD + size) with room for their heads where
+    all have one size, else one after another.
     """
 
     channel: int
@@ -36,7 +37,7 @@ def joint_column(channel: int, samples: JointSamples) -> Column:
     size = encode_joint_rows(samples.rows(slice(0, 0))).shape[1]
     return Column(
         channel, _log_times(samples.stamps), np.full(len(samples), size),
-        lambda rows: encode_joint_rows(samples.rows(rows)))
+        lambda rows: encode_joint_rows(samples.rows(rows), HEAD))
 
 
 def wrench_column(channel: int, samples: WrenchSamples) -> Column:
@@ -44,7 +45,7 @@ def wrench_column(channel: int, samples: WrenchSamples) -> Column:
     size = encode_wrench_rows(samples.rows(slice(0, 0))).shape[1]
     return Column(
         channel, _log_times(samples.stamps), np.full(len(samples), size),
-        lambda rows: encode_wrench_rows(samples.rows(rows)))
+        lambda rows: encode_wrench_rows(samples.rows(rows), HEAD))
 
 
 def text_column(channel: int, samples: TextSamples) -> Column:
@@ -72,10 +73,11 @@ class Chunk:
         heads['length'] = sizes + HEAD - RECORD_HEAD.size
         heads['sequence'] = number + np.arange(len(starts))
         heads['log_time'] = heads['publish_time'] = times
-        place(self.content, starts, heads.view(np.uint8).reshape(-1, HEAD))
         if messages.ndim == 2:
-            place(self.content, starts + HEAD, messages)
+            messages[:, :HEAD] = heads.view(np.uint8).reshape(-1, HEAD)
+            place(self.content, starts, messages)
         else:
+            place(self.content, starts, heads.view(np.uint8).reshape(-1, HEAD))
             for start, size, end in zip(starts + HEAD, sizes, np.cumsum(sizes)):
                 self.content[start:start + size] = messages[end - size:end]
         self._index(column.channel, times, starts)

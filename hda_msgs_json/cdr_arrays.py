@@ -161,16 +161,14 @@ def fill(layout: Layout, batch: Batch, samples: JointSamples | WrenchSamples) ->
     return True
 
 
-def encode_joint_rows(samples: JointSamples) -> Bytes:
-    """Return the bytes of the messages (n, size), all of one layout."""
-    return _fill(*_joint_template(samples.frame_id, samples.names), samples.stamps,
-                 (samples.position, samples.velocity, samples.effort))
+def encode_joint_rows(samples: JointSamples, room: int = 0) -> Bytes:
+    """Return the bytes of the messages (n, room + size), all of one layout, behind some room."""
+    return _fill(*_joint_template(samples.frame_id, samples.names), samples, room)
 
 
-def encode_wrench_rows(samples: WrenchSamples) -> Bytes:
-    """Return the bytes of the messages (n, size), all of one layout."""
-    return _fill(*_wrench_template(samples.frame_id), samples.stamps,
-                 (samples.force, samples.torque))
+def encode_wrench_rows(samples: WrenchSamples, room: int = 0) -> Bytes:
+    """Return the bytes of the messages (n, room + size), all of one layout, behind some room."""
+    return _fill(*_wrench_template(samples.frame_id), samples, room)
 
 
 @lru_cache
@@ -256,15 +254,19 @@ def _check_nothing(wrench: Wrench) -> None:
     """Accept every wrench: its length is fixed."""
 
 
-def _fill(message: bytes, layout: Layout, stamps: Stamps, arrays: Sequence[Floats]) -> Bytes:
+def _fill(message: bytes, layout: Layout, samples: JointSamples | WrenchSamples,
+          room: int) -> Bytes:
     """Return a message once per stamp with its stamp and its numbers filled in."""
+    stamps = samples.stamps
     seconds, nanoseconds = np.divmod(stamps, NANOSECONDS)
     if len(stamps) and not np.array_equal(seconds, seconds.astype(np.int32)):
         raise CdrError(
             f'stamps must fit in 32 bits of seconds, got {stamps.min()} to {stamps.max()} ns')
-    rows = np.tile(np.frombuffer(message, np.uint8), (len(stamps), 1))
-    records = rows.view(layout.record)[:, 0]
+    rows = np.tile(np.frombuffer(bytes(room) + message, np.uint8), (len(stamps), 1))
+    records = rows[:, room:].view(layout.record)[:, 0]
     records['seconds'], records['nanoseconds'] = seconds, nanoseconds
-    for index, values in enumerate(arrays):
-        records[f'numbers{index}'] = values
+    for index, values in enumerate(samples.numbers):
+        if values.size:
+            plain = np.ascontiguousarray(values, LITTLE_ENDIAN)
+            records[f'bytes{index}'] = plain.view(f'V{8 * values.shape[1]}')[:, 0]
     return rows

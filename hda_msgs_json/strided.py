@@ -1,7 +1,6 @@
 """Structures that lie anywhere in a buffer of bytes, read and written many at once."""
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 Bytes = NDArray[np.uint8]
@@ -15,10 +14,16 @@ def structures(buffer: Bytes, starts: Indices, kind: np.dtype[np.void]) -> NDArr
     steps = np.diff(starts)
     if len(steps) and steps[0] > 0 and (steps == steps[0]).all():
         return np.ndarray(len(starts), kind, buffer.data, int(starts[0]), (int(steps[0]),))
-    return sliding_window_view(buffer, kind.itemsize)[starts].view(kind)[:, 0]
+    return _anywhere(buffer, kind.itemsize)[starts].view(kind)
 
 
 def place(buffer: Bytes, starts: Indices, rows: Bytes) -> None:
     """Copy rows of bytes (n, size) to these offsets."""
     if rows.size:
-        sliding_window_view(buffer, rows.shape[1], writeable=True)[starts] = rows
+        size = rows.shape[1]
+        _anywhere(buffer, size)[starts] = np.ascontiguousarray(rows).view(f'V{size}')[:, 0]
+
+
+def _anywhere(buffer: Bytes, size: int) -> NDArray[np.void]:
+    """Return what starts at each offset; so many bytes at once are copied as one."""
+    return np.ndarray(len(buffer) - size + 1, f'V{size}', buffer.data, 0, (1,))
