@@ -22,8 +22,8 @@ class Column:
     """
     Hold the messages of a channel that wait to be written: log times [ns] and sizes [bytes] (n,).
 
-    `encode` returns some of the messages as bytes: (k, HEAD + size) with room for their heads where
-    all have one size, else one after another.
+    `encode` returns some of the messages as bytes: (k, HEAD + size) with room for their heads
+    where all have one size, else one after another.
     """
 
     channel: int
