@@ -14,6 +14,7 @@ from hda_arm_sim.simulate import checked
 from hda_msgs_json.bag import open_recording
 
 from .outcome import Outcome
+from ..diagnosis.alignment import together
 from ..diagnosis.diagnose import Conclusion, diagnose
 from ..diagnosis.excitation import asked
 from ..diagnosis.gate import check, check_names, GateError, mended, Mending
@@ -27,7 +28,8 @@ from ..version import version
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument('bag', type=Path, metavar='BAG', help='recording of the arm, best 60 s')
+    parser.add_argument('bags', nargs='+', type=Path, metavar='BAG',
+                        help='recordings of one arm, best 60 s each')
     parser.add_argument('--arm', required=True, help='model file, or the name of a shipped one')
     parser.add_argument('--out', required=True, type=Path, metavar='DIR',
                         help='directory to write: report.html, report.json, model.yaml')
@@ -47,18 +49,19 @@ def execute(options: argparse.Namespace) -> Outcome:
         raise GateError(f'{options.out} exists; name another place for the diagnosis')
     arm = checked(read_arm(options.arm))
     about = asked(arm, options.about)
-    measurement = _measurement(options, arm)
+    sources = [str(bag) for bag in options.bags]
+    measurement = together([_measurement(bag, options, arm) for bag in options.bags], sources)
     found = diagnose(measurement, arm, about=about,
-                     arm_file=options.arm, version=version())
+                     arm_file=options.arm, version=version(), sources=sources)
     spent = time.monotonic() - begin
     found = found._replace(diagnosis=replace(found.diagnosis, seconds=spent))
     _write(found, options.out)
     return Outcome('\n'.join(found.diagnosis.sentences()), found.diagnosis.document())
 
 
-def _measurement(options: argparse.Namespace, arm: Arm) -> Measurement:
-    """Return what the recording holds, mended as the user says; raises GateError."""
-    samples, source = open_recording(options.bag).joint_states(), str(options.bag)
+def _measurement(bag: Path, options: argparse.Namespace, arm: Arm) -> Measurement:
+    """Return what a recording holds, mended as the user says; raises GateError."""
+    samples, source = open_recording(bag).joint_states(), str(bag)
     check_names(samples, arm, source)
     mending = Mending(options.degrees, options.motor_at_link, tuple(options.flip))
     measurement = mended(measurement_from(arm.labels, samples), arm, mending)

@@ -14,6 +14,7 @@ from hda_arm_sim.model.effects import EFFECTS
 import numpy as np
 from numpy.typing import NDArray
 
+from .alignment import aligned, is_aligned
 from .backing import Backing, backing
 from .balance import Balancer
 from .excitation import cannot_tell, nothing_seen, remarks, smallest_sizes
@@ -26,16 +27,15 @@ from .nuisance import Zero
 from .pattern import misplaced
 from .raw_readings import (extended_by, RAW_EFFECTS, raw_findings, raw_readings, RawReadings,
                            raw_total)
-from .report import Alike, Diagnosis, Finding, RecordingFacts, TotalGain
+from .report import Alike, Diagnosis, Finding, Part, RecordingFacts, TotalGain
+from .running_clock import Spans, split
 from .search import Found, Place, search
 from .unexplained import standing, unexplained
 from .verdict import alike, findings, gains, METRIC, residuals
 
 Array = NDArray[np.float64]
-Spans = tuple[tuple[float, float], ...]
 EFFECTIVE = 0.5         # share of the balances' samples that are independent
-_BLOCK = 2.0            # stretches that are trained on, and held out in turn [s]
-_HELD = 3               # of so many stretches one is held out
+_ROUNDS = 2             # of searches, while the zeros of several recordings still move
 _STILL = 0.02           # link travel below which nothing was moved [rad]
 
 
@@ -60,17 +60,21 @@ class Evidence(NamedTuple):
 
 def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None = None,
              about: Sequence[Place] = (),
-             arm_file: str = '', version: str = '', seconds: float = 0.0) -> Conclusion:
-    """Return what the simulation of `arm` gets wrong about a measurement that passed the gate."""
-    training, held_out = stretches(measurement.duration)
-    facts = RecordingFacts(measurement.duration, len(measurement.command), 1.0 / measurement.dt,
-                           training, held_out)
+             arm_file: str = '', version: str = '', seconds: float = 0.0,
+             sources: Sequence[str] = ()) -> Conclusion:
+    """
+    Return what the simulation of `arm` gets wrong about a measurement that passed the gate.
+
+    Several recordings of the arm, brought together by `alignment.together`, are one measurement;
+    `sources` are their names.
+    """
+    training, held_out = split(measurement)
+    facts = _facts(measurement, training, held_out, sources)
     if (np.ptp(measurement.reading[:, :, 1], axis=0) < _STILL).all():
         return Conclusion(_unmoved(facts, arm, arm_file, version, seconds), arm, None)
     names = sought_effects() if names is None else names
     raw = raw_readings(measurement, arm, names, training)
-    fitter, training, held_out = _fitter(raw, names, training, held_out)
-    found = search(fitter, [name for name in names if name in HYPOTHESES])
+    fitter, found, training, held_out = _searched(raw, names, training, held_out)
     last = fitter.on(found.last.terms)
     noise, plain = noise_of(fitter.balancer, last)
     fitter.noise = np.minimum(fitter.noise, noise)      # a wrong extension makes noise of its own
@@ -100,6 +104,30 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     return Conclusion(diagnosis, extended_by(raw.causes, fitter.on(kept)), evidence)
 
 
+def _facts(measurement: Measurement, training: Spans, held_out: Spans,
+           sources: Sequence[str]) -> RecordingFacts:
+    """Return what is diagnosed, and of several recordings where each begins."""
+    dt, pieces = measurement.dt, measurement.pieces()
+    parts = [Part(source, piece.start * dt, (piece.stop - piece.start) * dt)
+             for source, piece in zip(sources, pieces)]
+    return RecordingFacts(measurement.duration, len(measurement.command), 1.0 / dt, training,
+                          held_out, tuple(parts) if len(pieces) > 1 else ())
+
+
+def _searched(raw: RawReadings, names: Sequence[str], training: Spans,
+              held_out: Spans) -> tuple[Fitter, Found, Spans, Spans]:
+    """Return what was found, with the zeros of several recordings as it has them."""
+    arm = raw.arm
+    for _ in range(_ROUNDS):
+        raw = raw._replace(measurement=aligned(raw.measurement, arm))
+        fitter, seen, unseen = _fitter(raw, names, training, held_out)
+        found = search(fitter, [name for name in names if name in HYPOTHESES])
+        arm = fitter.on(found.last.terms)
+        if is_aligned(fitter.balancer, arm, fitter.noise):
+            break
+    return fitter, found, seen, unseen
+
+
 def _fitter(raw: RawReadings, names: Sequence[str], training: Spans,
             held_out: Spans) -> tuple[Fitter, Spans, Spans]:
     """Return what fits the training stretches; where a contact shows, it is split over both."""
@@ -125,14 +153,6 @@ def _with_zeros(arm: Arm, fit: Fit) -> Arm:
         if isinstance(zero, Zero):
             arm = zero.on(arm)
     return arm
-
-
-def stretches(duration: float) -> tuple[Spans, Spans]:
-    """Return the stretches of time that fits see, and those that they do not [s]."""
-    ends = np.append(np.arange(0.0, duration, _BLOCK), duration)
-    spans = [(float(begin), float(end)) for begin, end in zip(ends[:-1], ends[1:])]
-    held = spans[_HELD - 1::_HELD]
-    return tuple(span for span in spans if span not in held), tuple(held)
 
 
 def sought_effects() -> tuple[str, ...]:

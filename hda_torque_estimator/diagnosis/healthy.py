@@ -9,6 +9,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from .balance import Balancer, BANDWIDTH, RATE
 from .measurement import Measurement
+from .running_clock import arm_during
 from ..closed_loop import run
 
 Array = NDArray[np.float64]
@@ -25,13 +26,19 @@ def healthy_twin(balancer: Balancer, arm: Arm, seed: int, torque_noise: float = 
     `torque_noise` is the standard deviation of what the drive adds to every command [N*m shaft].
     """
     measured = balancer.measurement
-    state = balancer.motion(arm).state
-    angle, rate = state[:, :, LINK_ANGLE].copy(), state[:, :, LINK_VELOCITY].copy()
-    made = run(arm, arm, Motion(measured.time, angle, rate, np.zeros((len(angle), 2))), seed)
+    reading = np.empty(measured.reading.shape)          # rows in a row, as compiled code has them
+    command = np.empty(measured.command.shape)
+    for place, piece in enumerate(measured.pieces()):
+        state = balancer.motion(arm).state[piece]
+        angle, rate = state[:, :, LINK_ANGLE].copy(), state[:, :, LINK_VELOCITY].copy()
+        time = measured.dt * np.arange(len(angle), dtype=np.float64)
+        asked = Motion(time, angle, rate, np.zeros((len(angle), 2)))
+        own = arm_during(arm, piece, measured.dt)
+        made = run(own, own, asked, seed + place)
+        reading[piece], command[piece] = made.reading[:, :, :2], made.command
     random = np.random.default_rng(seed)
-    command = made.command + torque_noise * random.standard_normal(made.command.shape)
-    return Measurement(measured.labels, measured.dt, np.ascontiguousarray(made.reading[:, :, :2]),
-                       command)
+    command += torque_noise * random.standard_normal(command.shape)
+    return Measurement(measured.labels, measured.dt, reading, command, begins=measured.begins)
 
 
 def torque_noise_of(noise: Array, plain: Array, balancer: Balancer, arm: Arm) -> float:

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from html import escape
 import math
 
-from .report import Diagnosis, Finding, Gain, Number, VERDICTS
+from .report import Diagnosis, Finding, Gain, Number, Part, VERDICTS
 from ..pages.document import captioned, code, document, figure, section, table, unit
 
 CAPTIONS = {
@@ -139,13 +139,20 @@ def _detectable(diagnosis: Diagnosis) -> str:
 def _recording(diagnosis: Diagnosis) -> str:
     facts = diagnosis.recording
     rows = [('duration', f'{figure(facts.duration)} s'), ('samples', f'{facts.samples:,}'),
-            ('rate', f'{figure(facts.rate)} Hz'), ('fitted to', _spans(facts.training)),
+            ('rate', f'{figure(facts.rate)} Hz'), *_bags(facts.bags),
+            ('fitted to', _spans(facts.training)),
             ('held out', _spans(facts.held_out)), ('arm', code(diagnosis.arm)),
             ('version', escape(diagnosis.version)),
             ('time taken', f'{figure(diagnosis.seconds)} s')]
     return section('Recording', '<table class="facts"><tbody>' + ''.join(
         f'<tr><th scope="row">{name}</th><td>{value}</td></tr>\n' for name, value in rows)
         + '</tbody></table>')
+
+
+def _bags(bags: Iterable[Part]) -> list[tuple[str, str]]:
+    """Return the rows of several recordings."""
+    return [(f'recording {place}', f'{code(part.bag)}, from {figure(part.begin)} s of the '
+             f'running clock') for place, part in enumerate(bags, 1)]
 
 
 def _spans(spans: Iterable[tuple[float, float]]) -> str:

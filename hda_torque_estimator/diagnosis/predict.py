@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .balance import Balancer, MEASURED
-from .running_clock import arm_during
+from .running_clock import arm_during, within
 
 Array = NDArray[np.float64]
 Spans = tuple[tuple[float, float], ...]
@@ -44,13 +44,14 @@ def _errors(balancer: Balancer, arm: Arm, spans: Spans, piece: slice, horizon: f
     motion, memory = balancer.motion(arm), balancer.memory(arm)
     steps, record = round(horizon / dt), arm_during(arm, piece, dt).record()
     inertia = loaded_inertia(record.body)
-    starts = _starts(spans, piece.start * dt, (piece.stop - 1) * dt, dt)
+    starts = _starts(within(spans, piece, dt), (piece.stop - 1 - piece.start) * dt, dt)
     squared = np.zeros((len(starts), 3 * len(arm.joints)))
-    for errors, begin in zip(squared, starts):
+    for errors, start in zip(squared, starts):
+        begin = piece.start + start
         state = np.zeros((motion.state.shape[1], STATES))
         state[:, :MEASURED], state[:, MEASURED:] = motion.state[begin], memory[begin]
         w = registers(state)
-        w[0, TIME] = (begin - piece.start) * dt
+        w[0, TIME] = start * dt
         _remember(w, measurement.command[piece.start:begin])
         reading = measurement.reading[begin:begin + steps + 1]
         _predict(record, inertia, w, measurement.command[begin:begin + steps], reading, dt,
@@ -66,13 +67,12 @@ def _remember(w: Array, command: Array) -> None:
     w[:joints, STATE + CURRENT] = last[0]
 
 
-def _starts(spans: Spans, first: float, last: float, dt: float) -> list[int]:
-    """Return the first samples of all windows within spans, from a first to a last time."""
+def _starts(spans: Spans, duration: float, dt: float) -> list[int]:
+    """Return the first samples of all windows that lie within spans."""
     starts: list[int] = []
     for begin, end in spans:
-        final = min(end, last - _EDGE) - HORIZON
-        starts += [round(time / dt) for time in np.arange(max(begin, first + _EDGE), final,
-                                                          EVERY)]
+        last = min(end, duration - _EDGE) - HORIZON
+        starts += [round(time / dt) for time in np.arange(max(begin, _EDGE), last, EVERY)]
     return starts
 
 

@@ -20,6 +20,7 @@ class RawCause(NamedTuple):
     numbers: Mapping[str, Number]
     score: float
     channels: tuple[tuple[int, int], ...]       # columns and sides of the readings that show it
+    recording: int = 0                          # the one of several that shows it best
 
     def on(self, arm: Arm) -> Arm:
         """Return the arm with this cause."""

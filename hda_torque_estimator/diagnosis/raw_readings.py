@@ -21,15 +21,17 @@ from .balance import Balancer
 from .encoder_steps import coarse_encoders
 from .line_error import uneven_lines, without_waves
 from .lost_samples import lost_samples, slips_of
-from .measurement import Measurement
+from .measurement import joined, Measurement
 from .predict import Spans
 from .raw_cause import RawCause, THRESHOLD
 from .report import Evidence, Finding, TotalGain
+from .running_clock import within
 from .verdict import Gains
 from ..closed_loop import run
 
 Array = NDArray[np.float64]
 _ASIDE = 1e-4           # moves a motion so that its counts fall elsewhere [rad]
+WHOLE: Spans = ((0.0, float('inf')),)
 RAW_EFFECTS = (CoarseQuantisation.name, DroppedSamples.name, EncoderInterpolationError.name)
 METRIC = ('squared logarithm of the power of simulated over measured second differences of the '
           'raw readings, on held-out stretches')
@@ -45,13 +47,33 @@ class RawReadings(NamedTuple):
 
 
 def raw_readings(measurement: Measurement, arm: Arm,
-                 names: Sequence[str] = RAW_EFFECTS,
-                 training: Spans = ((0.0, float('inf')),)) -> RawReadings:
+                 names: Sequence[str] = RAW_EFFECTS, training: Spans = WHOLE) -> RawReadings:
     """
     Return what the raw readings of an arm show, among the effects of these names.
 
-    Numbers are fitted to the training stretches alone; all readings are mended.
+    Numbers are fitted to the training stretches alone; all readings are mended. Of several
+    recordings, each is mended by what it shows itself.
     """
+    causes: dict[tuple[str, str | None], RawCause] = {}
+    parts = []
+    for place, (one, piece) in enumerate(zip(measurement.recordings(), measurement.pieces())):
+        seen = within(training, piece, measurement.dt)
+        parts.append(_of_one(one, arm, names, seen or WHOLE))
+        for cause in parts[-1].causes if seen else ():
+            known = causes.get((cause.effect.name, cause.joint))
+            if known is None or cause.score > known.score:
+                causes[cause.effect.name, cause.joint] = cause._replace(recording=place)
+    if len(parts) == 1:
+        return parts[0]
+    known_arm = extended_by([cause for cause in causes.values()
+                             if cause.effect.name == CoarseQuantisation.name], arm)
+    return RawReadings(joined([part.measurement for part in parts]), known_arm,
+                       tuple(causes.values()), joined([part.on_time for part in parts]))
+
+
+def _of_one(measurement: Measurement, arm: Arm, names: Sequence[str],
+            training: Spans) -> RawReadings:
+    """Return what the raw readings of one recording show."""
     causes: list[RawCause] = []
     seen = np.zeros(len(measurement.command), bool)
     for begin, end in training:
@@ -90,11 +112,13 @@ def raw_findings(raw: RawReadings, measured: Measurement, balancer: Balancer, gi
     """
     told = []
     for cause in raw.causes:
-        late = cause.effect.name == DroppedSamples.name
+        late, place = cause.effect.name == DroppedSamples.name, cause.recording
+        piece = measured.pieces()[place]
         whole = extended_by([other for other in raw.causes
                              if late or other.effect.name != DroppedSamples.name], extended)
-        gain = _gains(cause, measured if late else raw.on_time, _motion(balancer, extended),
-                      given, whole, held_out).gain()
+        gain = _gains(cause, (measured if late else raw.on_time).recordings()[place],
+                      _motion(balancer, extended, piece), given, whole,
+                      within(held_out, piece, measured.dt)).gain()
         odds = float(np.exp(min(0.5 * cause.score, 700.0)))
         told.append(Finding(cause.effect.name, cause.joint, cause.effect.site.value,
                             cause.effect.cause, cause.numbers,
@@ -110,11 +134,12 @@ def raw_total(findings: Sequence[Finding]) -> TotalGain:
     return TotalGain(before, after, floor, removed, low, high, METRIC, '1')
 
 
-def _motion(balancer: Balancer, arm: Arm) -> Motion:
-    """Return the links' measured motion as a reference for simulations."""
-    state = balancer.motion(arm).state
+def _motion(balancer: Balancer, arm: Arm, piece: slice) -> Motion:
+    """Return the links' measured motion in one recording as a reference for simulations."""
+    state = balancer.motion(arm).state[piece]
     angle, rate = state[:, :, LINK_ANGLE].copy(), state[:, :, LINK_VELOCITY].copy()
-    return Motion(balancer.measurement.time, angle, rate, np.zeros((len(angle), 2)))
+    time = balancer.measurement.dt * np.arange(len(angle), dtype=np.float64)
+    return Motion(time, angle, rate, np.zeros((len(angle), 2)))
 
 
 def _readings(arm: Arm, motion: Motion, seed: int) -> Array:

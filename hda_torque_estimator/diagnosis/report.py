@@ -130,14 +130,24 @@ class TotalGain(Gain):
 
 
 @dataclass(frozen=True)
+class Part:
+    """One of several recordings, on their running clock [s]."""
+
+    bag: str
+    begin: float
+    duration: float
+
+
+@dataclass(frozen=True)
 class RecordingFacts:
-    """What was diagnosed."""
+    """What was diagnosed; several recordings are `bags`, one after another."""
 
     duration: float
     samples: int
     rate: float
     training: tuple[tuple[float, float], ...]
     held_out: tuple[tuple[float, float], ...]
+    bags: tuple[Part, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -159,7 +169,10 @@ class Diagnosis:
 
     def document(self) -> dict[str, Any]:
         """Return the JSON document; numbers that do not exist are null."""
-        return {'schema': SCHEMA, **_plain(asdict(self))}
+        plain = {'schema': SCHEMA, **_plain(asdict(self))}
+        if not self.recording.bags:
+            del plain['recording']['bags']
+        return plain
 
     def sentences(self) -> list[str]:
         """Return the diagnosis for people, best first."""

@@ -18,10 +18,11 @@ from numpy.typing import NDArray
 from .question import Question, Suspect
 from ..closed_loop import Run, run
 from ..diagnosis.balance import Balancer
-from ..diagnosis.diagnose import EFFECTIVE, stretches
+from ..diagnosis.diagnose import EFFECTIVE
 from ..diagnosis.fit import Fit, Fitter, IMPOSSIBLE
 from ..diagnosis.hypotheses import terms_of
 from ..diagnosis.measurement import Measurement
+from ..diagnosis.running_clock import stretches
 from ..diagnosis.screen import screen
 
 Array = NDArray[np.float64]
