@@ -14,6 +14,7 @@ from hda_msgs_json.topics import JOINT_STATES
 from hda_torque_estimator.cli import main
 from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.measurement import Measurement
+from hda_torque_estimator.diagnosis.showing import HORIZONS
 import numpy as np
 import pytest
 from truth import draw, record
@@ -140,6 +141,9 @@ def test_report_and_extended_model_are_written(short, tmp_path, capsys):
     assert printed == written
     assert written['schema'] == 'hda.diagnosis/1'
     assert written['verdict'] == 'no_discrepancy'
+    assert [row['horizon'] for row in written['prediction']] == list(HORIZONS)
+    assert all(0.0 < row['after'] < 3.0 * row['floor'] for row in written['prediction'])
+    assert set(written['excitation'][0]) == {'effect', 'joint', 'smallest_detectable', 'unit'}
     assert read_arm(out / 'model.yaml').labels == ARM.labels
     shown = (out / 'report.html').read_text()
     assert '<svg' in shown

@@ -1,5 +1,5 @@
 """
-A recording shows an effect from the size on that it states, and abstains where it shows too little.
+A recording shows an effect from the size that it states, and abstains where it shows too little.
 
 Effects are hidden a little below and above that size, in the truth's own formulas.
 """

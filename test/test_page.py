@@ -12,8 +12,8 @@ from hda_torque_estimator.diagnosis.exhibits import (
 from hda_torque_estimator.diagnosis.page import page
 from hda_torque_estimator.diagnosis.plots import figures
 from hda_torque_estimator.diagnosis.report import (
-    Alike, Detectable, Diagnosis, Evidence, Finding, Gain, Number, RecordingFacts, Residual,
-    TotalGain, Unexplained, VERDICTS)
+    Alike, Detectable, Diagnosis, Evidence, Finding, Gain, Number, Prediction, RecordingFacts,
+    Residual, TotalGain, Unexplained, VERDICTS)
 from hda_torque_estimator.pages.drawing import inline_svg
 import numpy as np
 from numpy.typing import NDArray
@@ -199,7 +199,8 @@ def diagnosis(verdict: str = 'explained') -> Diagnosis:
         (Residual('motor', 'joint1', 1.04, 0.31, 0.3, 'N*m'),
          Residual('torsion', 'joint1', 1.04, 0.31, math.nan, 'N*m')),
         RecordingFacts(60.0, 60001, 1000.0, ((0.0, 2.0), (2.0, 4.0)), ((4.0, 6.0),)),
-        f'arm {FREE_TEXT}.yaml', '0.1.0', 7.25)
+        f'arm {FREE_TEXT}.yaml', '0.1.0', 7.25, (f'38 of 39 effects {FREE_TEXT}',),
+        (Prediction(0.05, 2.25e-4, 1.03e-4, 1e-4, 'rad'),))
 
 
 class Reader(HTMLParser):
@@ -284,7 +285,7 @@ def test_page_says_all_that_a_diagnosis_holds(verdict):
                  'link_encoder_eccentricity', '98.7 % [98.1, 99.2]', 'slow torque loops',
                  'clock_skew', 'follows the link angle, strongest at 7.53 per link turn',
                  '0.0421 kg', 'cannot be shown by this motion', '60,001', '4 s: 0 to 4 s', '0.1.0',
-                 'unknown'):
+                 f'38 of 39 effects {FREE_TEXT}', '0.05 s', '0.000225', '0.000103', 'unknown'):
         assert said in read.text, said
 
 

@@ -17,11 +17,12 @@ from .outcome import Outcome
 from ..diagnosis.alignment import together
 from ..diagnosis.diagnose import Conclusion, diagnose
 from ..diagnosis.excitation import asked
+from ..diagnosis.exhibits import Exhibits
 from ..diagnosis.gate import check, check_names, GateError, mended, Mending
 from ..diagnosis.measurement import Measurement, measurement_from
 from ..diagnosis.page import page
 from ..diagnosis.plots import figures
-from ..diagnosis.showing import exhibits_of
+from ..diagnosis.showing import exhibits_of, predictions
 from ..pages.drawing import inline_svg
 from ..version import version
 
@@ -54,8 +55,11 @@ def execute(options: argparse.Namespace) -> Outcome:
     found = diagnose(measurement, arm, about=about,
                      arm_file=options.arm, version=version(), sources=sources)
     spent = time.monotonic() - begin
-    found = found._replace(diagnosis=replace(found.diagnosis, seconds=spent))
-    _write(found, options.out)
+    exhibits = None if found.evidence is None else exhibits_of(found.evidence)
+    found = found._replace(diagnosis=replace(
+        found.diagnosis, seconds=spent,
+        prediction=() if exhibits is None else predictions(exhibits)))
+    _write(found, exhibits, options.out)
     return Outcome('\n'.join(found.diagnosis.sentences()), found.diagnosis.document())
 
 
@@ -69,10 +73,9 @@ def _measurement(bag: Path, options: argparse.Namespace, arm: Arm) -> Measuremen
     return measurement
 
 
-def _show(found: Conclusion, out: Path) -> None:
+def _show(found: Conclusion, exhibits: Exhibits | None, out: Path) -> None:
     """Write the page and its figures."""
-    drawn = {} if found.evidence is None else figures(found.diagnosis,
-                                                      exhibits_of(found.evidence))
+    drawn = {} if exhibits is None else figures(found.diagnosis, exhibits)
     for name, figure in drawn.items():
         figure.savefig(out / f'{name}.png', dpi=150)
         figure.savefig(out / f'{name}.svg')
@@ -80,7 +83,7 @@ def _show(found: Conclusion, out: Path) -> None:
     (out / 'report.html').write_text(page(found.diagnosis, inline), encoding='utf-8')
 
 
-def _write(found: Conclusion, out: Path) -> None:
+def _write(found: Conclusion, exhibits: Exhibits | None, out: Path) -> None:
     """Write the directory; it appears whole or not at all."""
     out.parent.mkdir(parents=True, exist_ok=True)
     partial = Path(tempfile.mkdtemp(prefix=f'.{out.name}.', dir=out.parent))
@@ -88,7 +91,7 @@ def _write(found: Conclusion, out: Path) -> None:
         report = json.dumps(found.diagnosis.document(), indent=1, allow_nan=False)
         (partial / 'report.json').write_text(report + '\n', encoding='utf-8')
         (partial / 'model.yaml').write_text(arm_to_text(found.extended), encoding='utf-8')
-        _show(found, partial)
+        _show(found, exhibits, partial)
         partial.chmod(0o755)
         partial.rename(out)
     except OSError as error:

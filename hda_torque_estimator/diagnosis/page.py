@@ -37,6 +37,7 @@ def page(diagnosis: Diagnosis, figures: Mapping[str, str]) -> str:
     headline = VERDICTS[diagnosis.verdict]
     parts = [f'<h1>{escape(headline)}</h1>', _summary(diagnosis), _findings(diagnosis),
              _ambiguous(diagnosis), _unexplained(diagnosis), _gain(diagnosis),
+             _prediction(diagnosis),
              _figures(diagnosis, figures), _residuals(diagnosis), _detectable(diagnosis),
              _recording(diagnosis)]
     return document(f'Diagnosis: {diagnosis.verdict.replace("_", " ")}', parts,
@@ -103,6 +104,14 @@ def _gain(diagnosis: Diagnosis) -> str:
         tuple(_with_unit(name, scale) for name in ('arm as given', 'extended arm',
                                                    'noise floor'))
         + ('excess removed, 90 % interval',), rows))
+
+
+def _prediction(diagnosis: Diagnosis) -> str:
+    rows = [[f'{figure(row.horizon)} s', figure(row.before), figure(row.after), figure(row.floor),
+             escape(unit(row.unit))] for row in diagnosis.prediction]
+    return section('Prediction of held-out data, by how far it looks ahead', table(
+        ('horizon', 'arm as given', 'extended arm', 'noise floor', 'unit, rms'),
+        rows)) if rows else ''
 
 
 def _figures(diagnosis: Diagnosis, drawn: Mapping[str, str]) -> str:

@@ -122,6 +122,17 @@ class Residual:
 
 
 @dataclass(frozen=True)
+class Prediction:
+    """Error of the simulation from measured states, rms over a horizon [s], held out."""
+
+    horizon: float
+    before: float
+    after: float
+    floor: float
+    unit: str
+
+
+@dataclass(frozen=True)
 class TotalGain(Gain):
     """The gain of all causes together."""
 
@@ -166,6 +177,7 @@ class Diagnosis:
     version: str
     seconds: float
     remarks: tuple[str, ...] = ()   # on what the recording could not have shown
+    prediction: tuple[Prediction, ...] = ()
 
     def document(self) -> dict[str, Any]:
         """Return the JSON document; numbers that do not exist are null."""

@@ -9,6 +9,7 @@ from .coordinates import coordinates_of
 from .diagnose import Evidence
 from .exhibits import Exhibits
 from .predict import prediction_errors
+from .report import Prediction
 
 Array = NDArray[np.float64]
 HORIZONS = (0.01, 0.02, 0.05, 0.1, 0.2)     # over which predictions are shown [s]
@@ -26,6 +27,14 @@ def exhibits_of(evidence: Evidence) -> Exhibits:
         np.array(HORIZONS), _predicted(balancer, evidence.before, evidence),
         _predicted(balancer, evidence.extended, evidence),
         _predicted(evidence.twin, evidence.extended, evidence), lacking=lacking)
+
+
+def predictions(exhibits: Exhibits) -> tuple[Prediction, ...]:
+    """Return the errors of predictions by horizon as the report tells them."""
+    return tuple(Prediction(float(horizon), float(before), float(after), float(floor), 'rad')
+                 for horizon, before, after, floor in zip(
+                     exhibits.horizons, exhibits.predicted_before, exhibits.predicted_after,
+                     exhibits.predicted_floor))
 
 
 def _predicted(balancer: Balancer, arm: Arm, evidence: Evidence) -> Array:
