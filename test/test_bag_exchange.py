@@ -1,10 +1,13 @@
 """Bags of this project open in the tools of others, and theirs here, with equal content."""
 
 from pathlib import Path
+from typing import Any
 
 from bag_content import (
-    contents, joint_samples, some_messages, START, TYPES, wrench_samples, write_mcap, write_ours)
+    assert_same, contents, joint_samples, some_messages, START, TYPES, wrench_samples, write_mcap,
+    write_ours)
 from hda_msgs_json.bag import BagWriter, open_recording
+from hda_msgs_json.cdr_arrays import encode_joint_rows, encode_wrench_rows
 from hda_msgs_json.schemas import schema, schema_text
 from hda_msgs_json.topics import (
     CLOCK, DIAGNOSTICS, ESTIMATOR_STATE, JOINT_REFERENCE, JOINT_STATES, TIP_WRENCH, Topic)
@@ -16,7 +19,12 @@ import yaml
 FRAMED = Topic('tip/wrench', TIP_WRENCH.message_type, 10, 'best_effort', reason='a test')
 
 
-@pytest.mark.parametrize('compression', ['zstd', 'none'])
+BARE = {'index_types': IndexType.NONE, 'repeat_channels': False, 'repeat_schemas': False,
+        'use_statistics': False, 'use_summary_offsets': False}
+"""What leaves a file without summary and without any index."""
+
+
+@pytest.mark.parametrize('compression', ['zstd', 'lz4', 'none'])
 def test_rosbags_reads_our_bags(tmp_path: Path, compression: str) -> None:
     """The strict reader of rosbags finds the same messages, types and quality of service."""
     rosbag2 = pytest.importorskip('rosbags.rosbag2')
@@ -35,18 +43,41 @@ def test_rosbags_reads_our_bags(tmp_path: Path, compression: str) -> None:
         assert (profile.depth, profile.reliability.name) == (10, 'BEST_EFFORT')
 
 
-def test_rosbags_decodes_our_bags(tmp_path: Path) -> None:
-    """A decoder that knows only the schemas in the bag gives the same numbers."""
+def numbers_of(message: Any) -> list[float]:
+    """Return the numbers of a decoded JointState or WrenchStamped in the order of its fields."""
+    if type(message).__name__.rpartition('__')[2] == 'JointState':
+        return [*message.position, *message.velocity, *message.effort]
+    return [getattr(vector, axis) for vector in (message.wrench.force, message.wrench.torque)
+            for axis in 'xyz']
+
+
+@pytest.mark.parametrize('compression', ['zstd', 'lz4', 'none'])
+@pytest.mark.parametrize('in_bulk', [True, False], ids=['samples', 'messages'])
+def test_all_decoders_find_our_numbers(tmp_path: Path, compression: str, in_bulk: bool) -> None:
+    """Whichever library decodes a bag, whole or its file alone, finds the same numbers as we."""
     highlevel = pytest.importorskip('rosbags.highlevel')
-    joints, wrenches = joint_samples(200), wrench_samples(200)
-    with BagWriter(tmp_path / 'bag', {}) as bag:
-        bag.write_joint_states(JOINT_STATES, joints)
-        bag.write_wrenches(TIP_WRENCH, wrenches)
-    with highlevel.AnyReader([tmp_path / 'bag' / 'bag_0.mcap']) as reader:
-        found = [reader.deserialize(message, connection.msgtype)
-                 for connection, _, message in reader.messages()]
-    np.testing.assert_array_equal([m.velocity for m in found[::2]], joints.velocity)
-    np.testing.assert_array_equal([m.wrench.force.y for m in found[1::2]], wrenches.force[:, 1])
+    ros2 = pytest.importorskip('mcap_ros2.reader')
+    joints, wrenches = joint_samples(3000), wrench_samples(3000)
+    with BagWriter(tmp_path / 'bag', {}, compression=compression) as bag:
+        if in_bulk:
+            bag.write_joint_states(JOINT_STATES, joints)
+            bag.write_wrenches(TIP_WRENCH, wrenches)
+        else:
+            for row in range(3000):
+                time, at = int(joints.stamps[row]), slice(row, row + 1)
+                bag.write(JOINT_STATES, time, encode_joint_rows(joints.rows(at)).tobytes())
+                bag.write(TIP_WRENCH, time, encode_wrench_rows(wrenches.rows(at)).tobytes())
+    expected = [row for pair in zip(np.hstack(joints.numbers), np.hstack(wrenches.numbers))
+                for row in pair]
+    file = tmp_path / 'bag' / 'bag_0.mcap'
+    for path in (tmp_path / 'bag', file):
+        with highlevel.AnyReader([path]) as reader:
+            found = [reader.deserialize(message, connection.msgtype)
+                     for connection, _, message in reader.messages()]
+        for message, numbers in zip(found, expected, strict=True):
+            np.testing.assert_array_equal(numbers_of(message), numbers)
+    for view, numbers in zip(ros2.read_ros2_messages(file), expected, strict=True):
+        np.testing.assert_array_equal(numbers_of(view.ros_msg), numbers)
 
 
 def test_mcap_reads_our_bags(tmp_path: Path) -> None:
@@ -91,7 +122,8 @@ def test_metadata_is_that_of_rosbag2(tmp_path: Path) -> None:
     {}, {'compression': CompressionType.NONE}, {'compression': CompressionType.LZ4},
     {'use_chunking': False}, {'chunk_size': 500}, {'index_types': IndexType.NONE},
     {'index_types': IndexType.MESSAGE, 'repeat_channels': False, 'use_statistics': False},
-    {'enable_crcs': False}, {'index_types': IndexType.CHUNK, 'use_summary_offsets': False},
+    {'enable_crcs': False}, BARE, {**BARE, 'use_chunking': False},
+    {**BARE, 'compression': CompressionType.LZ4, 'enable_crcs': False}, {'index_types': IndexType.CHUNK, 'use_summary_offsets': False},
 ], ids=str)
 def test_files_of_mcap_are_read(tmp_path: Path, options: dict[str, object]) -> None:
     """Loose files open whatever compression, chunks, indexes and summary they have."""
@@ -124,6 +156,59 @@ def test_bags_of_rosbags_are_read(tmp_path: Path, mode: str, version: int) -> No
     assert contents(recording) == messages
     assert recording.warnings == []
     np.testing.assert_array_equal(recording.joint_states().position[:, 0], range(200))
+
+
+@pytest.mark.parametrize('compression', [
+    CompressionType.NONE, CompressionType.LZ4, CompressionType.ZSTD], ids=str)
+@pytest.mark.parametrize('loose', [True, False], ids=['loose', 'directory'])
+def test_bags_of_mcap_ros2_are_read(
+        tmp_path: Path, compression: CompressionType, loose: bool) -> None:
+    """Messages that mcap-ros2-support encodes by the schemas alone give the same samples."""
+    ros2 = pytest.importorskip('mcap_ros2.writer')
+    joints = joint_samples(500)
+    file = tmp_path / 'bag.mcap'
+    writer = ros2.Writer(str(file), chunk_size=4000, compression=compression)
+    kind = writer.register_msgdef(
+        JOINT_STATES.message_type, schema_text(JOINT_STATES.message_type))
+    for n, stamp in enumerate(joints.stamps.tolist()):
+        time = {'sec': stamp // 10 ** 9, 'nanosec': stamp % 10 ** 9}
+        writer.write_message('/joint_states', kind, {
+            'header': {'stamp': time, 'frame_id': 'base'}, 'name': list(joints.names),
+            **{field: getattr(joints, field)[n].tolist()
+               for field in ('position', 'velocity', 'effort')}}, stamp, stamp)
+    writer.finish()
+    recording = open_recording(file if loose else tmp_path)
+    assert_same(recording.joint_states(), joints)
+    assert recording.warnings == ([] if loose else ['metadata.yaml is missing'])
+
+
+@pytest.mark.parametrize('mode', ['NONE', 'MESSAGE', 'FILE', 'STORAGE'])
+def test_split_bags_of_rosbags_are_one_recording(tmp_path: Path, mode: str) -> None:
+    """Two files of another writer, compressed or not, are one recording in the order of time."""
+    rosbag2 = pytest.importorskip('rosbags.rosbag2')
+    typesys = pytest.importorskip('rosbags.typesys')
+    store = typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
+    messages = some_messages(120)
+    names = []
+    for part, some in enumerate((messages[:100], messages[100:])):
+        writer = rosbag2.Writer(tmp_path / f'bag_{part}', version=9,
+                                storage_plugin=rosbag2.StoragePlugin.MCAP)
+        writer.set_compression(rosbag2.CompressionMode[mode], rosbag2.CompressionFormat.ZSTD)
+        with writer:
+            connections = {topic: writer.add_connection(topic, message_type, typestore=store)
+                           for topic, message_type in TYPES.items()}
+            for topic, time, message in some:
+                writer.write(connections[topic], time, message)
+        (file,) = (tmp_path / f'bag_{part}').glob('*.mcap*')
+        names.append(file.name)
+        file.rename(tmp_path / file.name)
+    about = yaml.safe_load((tmp_path / 'bag_0' / 'metadata.yaml').read_text())
+    about['rosbag2_bagfile_information']['relative_file_paths'] = names
+    (tmp_path / 'metadata.yaml').write_text(yaml.safe_dump(about))
+    recording = open_recording(tmp_path)
+    assert contents(recording) == messages
+    assert recording.warnings == []
+    assert len(recording.joint_states()) == 120
 
 
 def test_split_bags_are_one_recording(tmp_path: Path) -> None:
