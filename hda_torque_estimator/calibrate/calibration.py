@@ -7,7 +7,7 @@ other joint stays as it was, and the calibration says why.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 from hda_arm_sim.model.arm import Arm
 
@@ -48,26 +48,38 @@ class JointCalibration:
                 *(f'    {name} is far from what was known: it predicts this torque, but need not '
                   'describe the gear' for name in self.doubtful)]
 
+    def document(self) -> dict[str, Any]:
+        """Return the report for machines."""
+        return {**vars(self), 'recordings': list(self.recordings),
+                'doubtful': list(self.doubtful),
+                'numbers': [vars(number) for number in self.numbers]}
+
+
+class Finding(Protocol):
+    """What was found about one joint, however it was found."""
+
+    def lines(self) -> list[str]:
+        """Return the report on the joint for people."""
+
+    def document(self) -> dict[str, Any]:
+        """Return the report on the joint for machines."""
+
 
 @dataclass(frozen=True)
 class Calibration:
     """The new arm and what was found about each of its joints."""
 
     arm: Arm
-    joints: tuple[JointCalibration, ...]
+    joints: tuple[Finding, ...]
 
     def text(self) -> str:
         """Return the report for people."""
         return '\n'.join([line for joint in self.joints for line in joint.lines()] + [
-            'Everything else is nominal: gear ratios, curvature and damping of the torsion, '
-            'friction, inertia. The scale of the torque is that of the reference sensors.'])
+            'Everything else is nominal.'])
 
     def report(self) -> dict[str, Any]:
         """Return the report for machines."""
-        return {'joints': [{**vars(joint), 'recordings': list(joint.recordings),
-                            'doubtful': list(joint.doubtful),
-                            'numbers': [vars(number) for number in joint.numbers]}
-                           for joint in self.joints]}
+        return {'joints': [joint.document() for joint in self.joints]}
 
 
 def calibrate(arm: Arm, recordings: Mapping[str, Sequence[Measured]]) -> Calibration:

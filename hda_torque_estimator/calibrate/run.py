@@ -1,43 +1,107 @@
 """Calibrate from bags: `hda calibrate BAG... --arm FILE --out FILE`."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import read_arm, write_arm
 from hda_msgs_json.bag import open_recording, Recording
-from hda_msgs_json.topics import reference_joint_torque
+from hda_msgs_json.samples import WrenchSamples
+from hda_msgs_json.topics import EXTERNAL_WRENCH, reference_joint_torque, REFERENCE_TIP_WRENCH
 
 from .calibration import calibrate, Calibration
+from .heard import heard, Heard
 from .measured import CalibrationError, Measured, measured
+from .ordinary import calibrate_ordinary
+from .passage import Passage
+from .stated import Stated, stated
+from .suitability import SHORTEST
+
+Words = Sequence[Sequence[str]]
 
 
 def run_calibration(bags: Sequence[Path], arm_file: str, out: Path, *,
-                    joints: Sequence[str] | None = None) -> Calibration:
+                    joints: Sequence[str] | None = None, tilts: Words = (), payloads: Words = (),
+                    tell: Callable[[str], None] = lambda text: None) -> Calibration:
     """
     Write the arm that the recordings call for, and return what was found.
 
-    With `joints`, the others stay as they are, as those without a reference torque do anyway.
-    Raises CalibrationError, BagError or ArmError; then nothing is written.
+    With `joints`, the others stay as they are. `tilts` (bag, degrees, direction) and `payloads`
+    (bag, kg) are what is known of a recording; `tell` hears what is being done. Raises
+    CalibrationError, GateError, BagError or ArmError; then nothing is written.
     """
     places = [bag.resolve() for bag in bags]
     if twice := sorted({str(place) for place in places if places.count(place) > 1}):
         raise CalibrationError(f'{twice[0]} is given twice; each recording counts once')
     arm = read_arm(arm_file)
     chosen = arm.labels if joints is None else [arm.joint(label).label for label in joints]
-    recordings: dict[str, list[Measured]] = {label: [] for label in chosen}
-    for bag in bags:
-        opened = open_recording(bag)
-        for label, found in recordings.items():
-            found.extend(_measured(opened, bag.name, label))
-    calibration = calibrate(arm, recordings)
+    known = stated(bags, tilts, payloads)
+    opened = [open_recording(bag) for bag in bags]
+    if arm.links is None or _are_snatches(opened, chosen):
+        calibration = _from_sensors(arm, bags, opened, chosen)
+    else:
+        calibration = _from_loads(arm, bags, opened, known, chosen, tell)
     write_arm(calibration.arm, out)
     return calibration
+
+
+def _are_snatches(recordings: Sequence[Recording], labels: Sequence[str]) -> bool:
+    """Tell whether sensors were recorded, but for too short a time to tell laws apart."""
+    sensed = any(_has(recording, reference_joint_torque(label).name)
+                 for recording in recordings for label in labels)
+    return sensed and sum(recording.duration for recording in recordings) < SHORTEST
+
+
+def _has(recording: Recording, topic: str) -> bool:
+    return topic in (found.strip('/') for found in recording.topics)
+
+
+def _from_sensors(arm: Arm, bags: Sequence[Path], opened: Sequence[Recording],
+                  labels: Sequence[str]) -> Calibration:
+    """Return the calibration of joints with reference torques, from whatever there is."""
+    recordings: dict[str, list[Measured]] = {label: [] for label in labels}
+    for bag, recording in zip(bags, opened):
+        for label, found in recordings.items():
+            found.extend(_measured(recording, bag.name, label))
+    return calibrate(arm, recordings)
 
 
 def _measured(recording: Recording, name: str, label: str) -> list[Measured]:
     """Return what a recording holds of a joint, an empty list if it has no reference of it."""
     topic = reference_joint_torque(label).name
-    if topic not in (found.strip('/') for found in recording.topics):
+    if not _has(recording, topic):
         return []
     found = measured(name, label, recording.joint_states(), recording.wrenches(topic))
     return [] if found is None else [found]
+
+
+def _from_loads(arm: Arm, bags: Sequence[Path], opened: Sequence[Recording],
+                known: Sequence[Stated], labels: Sequence[str],
+                tell: Callable[[str], None]) -> Calibration:
+    """Return the calibration of joints whose torque follows from loads, or from sensors."""
+    everything: list[Heard] = []
+    for bag, recording, stated_of_it in zip(bags, opened, known):
+        tell(f'reading {bag.name}')
+        everything.append(heard(recording.joint_states(), known_wrenches(recording, arm),
+                                bag.name, arm, stated_of_it))
+    passages: dict[str, list[Passage]] = {
+        label: [one.passages[label] for one in everything] for label in labels}
+    scales = {label: scale_of(everything, label) for label in labels}
+    return calibrate_ordinary(arm, passages, scales, tell)
+
+
+def known_wrenches(recording: Recording, arm: Arm) -> dict[str, WrenchSamples]:
+    """Return what a recording holds of known torques and forces, by topic."""
+    topics = [*(reference_joint_torque(label).name for label in arm.labels),
+              REFERENCE_TIP_WRENCH.name, EXTERNAL_WRENCH.name]
+    found = {topic: recording.wrenches(topic) for topic in topics if _has(recording, topic)}
+    return {topic: wrenches for topic, wrenches in found.items() if len(wrenches) > 1}
+
+
+def scale_of(everything: Sequence[Heard], label: str) -> str:
+    """Return what fixes the scale of a joint's torque, in words."""
+    sources = [source for one in everything for source in one.sources(label)]
+    if not sources:
+        return ('no independent torque: the inertia of the links in the arm file, so every torque '
+                'is as right as that; state a --tilt or a --payload, or record a force')
+    return ', '.join(dict.fromkeys(sources))

@@ -15,6 +15,8 @@ from hda_arm_sim.model.effects import ClockSkew, KinematicError, TorsionalHyster
 import numpy as np
 from numpy.typing import NDArray
 
+from .passage import Passage
+
 Floats = NDArray[np.float64]
 
 # One sigma of what is known of a strain-wave gear before it is measured.
@@ -39,11 +41,16 @@ class Unknown(NamedTuple):
 
 @dataclass(frozen=True)
 class Term:
-    """Some unknowns, how their values enter the arm of one joint, and the numbers they make."""
+    """
+    Some unknowns, how their values enter the arm of one joint, and the numbers they make.
+
+    Unknowns that only add to the torsion say by how much, which saves a fit most of its work.
+    """
 
     unknowns: tuple[Unknown, ...]
     applied: Callable[[Arm, Floats], Arm]
     numbers: Callable[[Floats], dict[str, float]]
+    turns: Callable[[Passage], Floats] | None = None    # torsion (k, unknowns) for one of each
 
 
 def stiffness(arm: Arm, reference_deviation: float) -> Term:

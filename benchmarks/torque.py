@@ -1,0 +1,161 @@
+"""
+Measure how well a calibrated arm tells its joint torques, on an arm that hides what is wrong.
+
+    torque.py [--arms N] [--first SEED]
+
+Each arm is one of `torque_arm.py`: it is recorded free, on a wedge and pulled at the tip, then
+calibrated by `hda calibrate` from these bags, then judged on other motions. The paper's method
+(polynomial of degree 5, its equations as corrected) is fitted to the same bags.
+"""
+
+from argparse import ArgumentParser
+from collections.abc import Sequence
+import math
+from pathlib import Path
+import tempfile
+import time
+from typing import NamedTuple
+
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.files import read_arm
+from hda_msgs_json.bag import BagWriter, open_recording
+from hda_msgs_json.samples import JointSamples
+from hda_msgs_json.topics import BASE_FRAME, JOINT_STATES, REFERENCE_TIP_WRENCH
+from hda_torque_estimator.calibrate.calibration import one_joint
+from hda_torque_estimator.calibrate.heard import heard
+from hda_torque_estimator.calibrate.polynomial import polynomial_method, PolynomialMethod
+from hda_torque_estimator.calibrate.run import known_wrenches, run_calibration
+from hda_torque_estimator.calibrate.stated import stated
+from hda_torque_estimator.estimator import Estimator, EstimatorSettings
+from hda_torque_estimator.readings import readings
+from hda_torque_estimator.recorded import in_plane, joint_samples
+import numpy as np
+from numpy.typing import NDArray
+from torque_arm import calibration, JOINTS, Recorded, recorded, standing, turning
+
+Array = NDArray[np.float64]
+GIVEN = 'hda_arm.yaml'
+BAGS = ('free', 'wedge', 'pulled')
+TORSION_ALONE = EstimatorSettings(fusion=0.0)
+HIGH = (12.0, 27.0)             # torques beyond the bars in N*m [N*m]
+
+
+class Errors(NamedTuple):
+    """Errors over one test motion, both joints together."""
+
+    mean: float                 # absolute [N*m]
+    worst: float                # [N*m]
+    relative: float             # mean of those from 12 to 27 N*m, NaN without such torques
+
+
+class Row(NamedTuple):
+    """A row of the table: what is asked, and how it is read from the errors of both methods."""
+
+    meaning: str
+    unit: str
+    bar: float
+    motion: str
+    column: str
+
+
+ROWS = (Row('turning under steps and waves up to 12 N*m (Fig. 11), mean', 'N*m', 0.12, 'turning',
+            'mean'),
+        Row('the same, worst', 'N*m', 0.6, 'turning', 'worst'),
+        Row('standing under steps and waves up to 12 N*m (Fig. 9), mean', 'N*m', 0.08,
+            'standing', 'mean'),
+        Row('12 to 27 N*m, mean relative', '', 0.03, 'high', 'relative'))
+
+
+def main() -> None:
+    """Print the table."""
+    parser = ArgumentParser(description=__doc__.strip().splitlines()[0])
+    parser.add_argument('--arms', type=int, default=3, help='arms that are measured')
+    parser.add_argument('--first', type=int, default=200, help='seed of the first one')
+    asked = parser.parse_args()
+    found = []
+    for seed in range(asked.first, asked.first + asked.arms):
+        begin = time.monotonic()
+        found.append(measured(seed))
+        print(f'arm {seed}: {time.monotonic() - begin:.0f} s', flush=True)
+    print(table(found))
+
+
+def measured(seed: int) -> dict[str, tuple[Errors, Errors]]:
+    """Return the errors of the calibrated arm of a seed and of the paper's method, by motion."""
+    with tempfile.TemporaryDirectory() as folder:
+        calibrated, methods = _calibrated(seed, Path(folder))
+    tests = {'turning': turning(12.0), 'standing': standing(0.0, 12.0),
+             'high': standing(19.5, 7.5)}
+    return {name: _judged(recorded(seed, loaded, 10 * seed + place), calibrated, methods)
+            for place, (name, loaded) in enumerate(tests.items(), start=5)}
+
+
+def _calibrated(seed: int, folder: Path) -> tuple[Arm, list[PolynomialMethod]]:
+    """Return the calibrated arm of a seed and the paper's method, both from the same bags."""
+    bags, tilts = [], []
+    for place, (name, loaded) in enumerate(zip(BAGS, calibration())):
+        bags.append(written(folder / name, recorded(seed, loaded, 10 * seed + place)))
+        if loaded.tilt:
+            tilts.append((name, f'{math.degrees(loaded.tilt):.12g}', '0'))
+    run_calibration(bags, GIVEN, folder / 'calibrated.yaml', tilts=tilts)
+    given, known = read_arm(GIVEN), stated(bags, tilts, ())
+    opened = [open_recording(bag) for bag in bags]
+    seen = [heard(bag.joint_states(), known_wrenches(bag, given), name, given, one).passages
+            for name, bag, one in zip(BAGS, opened, known)]
+    methods = [polynomial_method(one_joint(given, label), [one[label] for one in seen])
+               for label in JOINTS]
+    return read_arm(folder / 'calibrated.yaml'), methods
+
+
+def written(path: Path, made: Recorded) -> Path:
+    """Write a bag of what a driver and, where something pulls, a force sensor would record."""
+    with BagWriter(path, {}) as bag:
+        bag.write_joint_states(JOINT_STATES, states(made))
+        if made.force.any():
+            bag.write_wrenches(REFERENCE_TIP_WRENCH,
+                               in_plane(made.seen.stamps, BASE_FRAME, made.force))
+    return path
+
+
+def states(made: Recorded) -> JointSamples:
+    """Return the joint states of a recording."""
+    seen = made.seen
+    unknown = np.full_like(seen.motor_angle, np.nan)
+    reading = np.stack([seen.motor_angle, seen.link_angle, unknown, unknown], axis=2)
+    return joint_samples(read_arm(GIVEN), seen.stamps, reading, seen.command)
+
+
+def _judged(made: Recorded, calibrated: Arm,
+            methods: Sequence[PolynomialMethod]) -> tuple[Errors, Errors]:
+    """Return the errors of the calibrated arm and of the paper's method over a recording."""
+    seen, reading = made.seen, readings(calibrated.labels, states(made))
+    ours = Estimator(calibrated, TORSION_ALONE).run(seen.stamps, reading).torque
+    papers = np.stack([method.torque(seen.stamps, reading[:, j:j + 1])
+                       for j, method in enumerate(methods)], axis=1)
+    return errors(ours, seen.joint_torque), errors(papers, seen.joint_torque)
+
+
+def errors(torque: Array, true: Array) -> Errors:
+    """Return the errors of torques (k, n)."""
+    off, size = np.abs(torque - true), np.abs(true)
+    high = (size >= HIGH[0]) & (size <= HIGH[1])
+    return Errors(float(off.mean()), float(off.max()),
+                  float((off[high] / size[high]).mean()) if high.any() else math.nan)
+
+
+def table(found: Sequence[dict[str, tuple[Errors, Errors]]]) -> str:
+    """Return the table: over all arms the mean, of worst values the worst."""
+    lines = ['| | at most | reached | method of the paper | times better |',
+             '|---|---|---|---|---|']
+    for row in ROWS:
+        take = max if row.column == 'worst' else np.mean
+        ours, papers = (float(take([getattr(one[row.motion][who], row.column) for one in found]))
+                        for who in (0, 1))
+        scale, unit = (1.0, f' {row.unit}') if row.unit else (100.0, ' %')
+        lines.append(f'| {row.meaning} | {scale * row.bar:g}{unit} | {scale * ours:.3f}{unit} | '
+                     f'{scale * papers:.2f}{unit} | {papers / ours:.0f} |')
+    return '\n'.join(lines)
+
+
+if __name__ == '__main__':
+    main()

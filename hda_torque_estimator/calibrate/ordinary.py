@@ -1,0 +1,196 @@
+"""
+Calibrate the joints of an arm from ordinary recordings: no rig, and no torque sensor needed.
+
+What a joint's torque was follows from a sensor where there is one, else from the motion of the
+links and from weights and forces that are known.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from hda_arm_sim.model.arm import Arm
+import numpy as np
+from numpy.typing import NDArray
+
+from . import laws
+from .arm_numbers import NINETY, Number, numbers, with_numbers
+from .calibration import Calibration, one_joint
+from .descent import Descent, Found, held_out, known
+from .fit import Fit
+from .friction import friction
+from .loads import DOUBTS
+from .orders import chosen, Fitted, fitted_waves, worthwhile
+from .passage import Passage
+from .polynomial import held_out_error
+from .suitability import check, check_of_one_piece
+from .terms import Term
+
+Floats = NDArray[np.float64]
+FIXED = 0.7             # of what was known: a number that stays this unsure says nothing new
+BENT = 5.0              # torque from which laws of the flexspline part [N*m]
+FORM_GAIN = 0.03        # by which another form of the law must tell torques better
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class JointFinding:
+    """
+    What ordinary recordings said about one joint; errors are on stretches the fit had not seen.
+
+    `before` is the arm as given, but for the zero of its link encoder; `polynomial` the paper's
+    method.
+    """
+
+    joint: str
+    recordings: tuple[str, ...]
+    scale: str                          # what fixes the scale of the torque
+    numbers: tuple[Number, ...]
+    nominal: tuple[str, ...]            # numbers that the recordings could not fix
+    torque: float                       # deviation of the torque [N*m]
+    before: float                       # [N*m rms]
+    after: float
+    polynomial: float
+    kept: str = ''
+
+    def lines(self) -> list[str]:
+        """Return the report on this joint."""
+        return [f'{self.joint}: error {self.before:.3g} -> {self.after:.3g} N*m rms where the fit '
+                f'has not seen; a polynomial of degree 5 leaves {self.polynomial:.3g}; the torque '
+                f'varies by {self.torque:.3g}',
+                f'    scale of the torque: {self.scale}',
+                *(f'    {number}' for number in self.numbers),
+                *([f'    nominal, because the recordings do not tell: {", ".join(self.nominal)}']
+                  if self.nominal else [])]
+
+    def document(self) -> dict[str, Any]:
+        """Return the report for machines."""
+        return {**vars(self), 'recordings': list(self.recordings), 'nominal': list(self.nominal),
+                'numbers': [asdict(number) for number in self.numbers]}
+
+
+def calibrate_ordinary(arm: Arm, passages: Mapping[str, Sequence[Passage]],
+                       scales: Mapping[str, str], tell: Progress = lambda text: None
+                       ) -> Calibration:
+    """
+    Return the arm that passages of its joints call for; `scales` say what fixes each torque.
+
+    Raises CalibrationError where a joint's passages cannot calibrate it.
+    """
+    for label, seen in passages.items():
+        check(arm, label, seen)
+    found = []
+    for label, seen in passages.items():
+        tell(f'calibrating {label}')
+        finding = _joint(one_joint(arm, label), seen, scales[label])
+        found.append(finding)
+        arm = with_numbers(arm, label, finding.numbers,
+                           f'{", ".join(finding.recordings)}; scale: {finding.scale}')
+    return Calibration(arm, tuple(found))
+
+
+def _joint(arm: Arm, passages: Sequence[Passage], scale: str) -> JointFinding:
+    """Return what passages say about the only joint of an arm."""
+    label, descent = arm.labels[0], Descent(arm, passages)
+    plain = _bare(arm)
+    found, nominal = _decided(Descent(plain, passages), plain)
+    _check_pieces(label, descent, found)
+    error = descent.error((), np.zeros(1 + DOUBTS))
+    return JointFinding(
+        label, tuple(passage.recording for passage in passages), scale,
+        (*_numbers(plain, found), *friction(arm, passages)), nominal,
+        float(np.concatenate([p.reference[p.usable] for p in passages]).std()),
+        float((error - error.mean()).std()),
+        held_out_of(found), held_out_error(plain, passages))
+
+
+def _bare(arm: Arm) -> Arm:
+    """Return the arm without the effects that are looked for, but for their starting values."""
+    label = arm.labels[0]
+    for name in ('kinematic_error', 'link_encoder_eccentricity'):
+        arm = arm.without(name, label)
+    return arm
+
+
+def law_terms(arm: Arm) -> list[Term]:
+    """Return the terms of a joint but for the waves."""
+    law, terms = arm.joints[0].torsion, [laws.stiffness(arm)]
+    if law.flexspline_curvature > 0.0 and law.knee_1 == 0.0:
+        terms.append(laws.curvature(arm))
+    if np.isfinite(law.wave_generator_stiffness):
+        terms.append(laws.soft_wind_up(arm))
+    return [*terms, laws.loop(arm), laws.damping(arm), laws.skew(arm)]
+
+
+def _decided(descent: Descent, arm: Arm) -> tuple[Found, tuple[str, ...]]:
+    """Return the fit with the waves and laws that recordings tell, and the numbers left out."""
+    terms = law_terms(arm)
+    rough = descent.fit([laws.stiffness(arm), laws.skew(arm)])
+    fitted = fitted_waves(descent, terms, chosen(descent, rough, ()))
+    orders, thinner = worthwhile(fitted)
+    more = chosen(descent, thinner, orders)
+    if more != fitted.orders:
+        fitted = fitted_waves(descent, terms, more, fitted)
+    fitted, terms = _best_form(descent, arm, fitted, terms)
+    told = [term for term, keep in zip(terms, _told(fitted.found)) if keep]
+    if len(told) < len(terms):
+        fitted = fitted_waves(descent, told, fitted.orders, fitted)
+    left_out = tuple(name for term in terms if term not in told for name in nominal(term))
+    return fitted.found, left_out
+
+
+def _best_form(descent: Descent, arm: Arm, fitted: Fitted,
+               terms: list[Term]) -> tuple[Fitted, list[Term]]:
+    """Return the fit with three straight segments, if that tells torques better, and its terms."""
+    largest = max(float(np.abs(p.reference[p.usable]).max()) for p in descent.passages)
+    law = arm.joints[0].torsion
+    if law.flexspline_curvature == 0.0 or law.knee_1 > 0.0 or largest < BENT:
+        return fitted, terms
+    straight = [laws.segments(arm, largest) if place == 1 else term
+                for place, term in enumerate(terms)]
+    other = fitted_waves(descent, straight, fitted.orders, fitted)
+    better = held_out_of(other.found) < (1.0 - FORM_GAIN) * held_out_of(fitted.found)
+    return (other, straight) if better else (fitted, terms)
+
+
+def held_out_of(found: Found) -> float:
+    """Return the error of a fit where it has not seen [N*m rms]."""
+    return held_out(found.rows, found.noise, found.scaled)
+
+
+def nominal(term: Term) -> dict[str, float]:
+    """Return the numbers of a term as they were known."""
+    return term.numbers(np.array([unknown.nominal for unknown in term.unknowns]))
+
+
+def _told(found: Found) -> list[bool]:
+    """Return for each term whether the recordings tell more of it than was known."""
+    sigma, keep, first = np.sqrt(np.diag(found.covariance())), [], 0
+    for term in found.terms:
+        last = first + len(term.unknowns)
+        keep.append(bool(sigma[first] < FIXED))         # its size; a shape follows
+        first = last
+    return keep
+
+
+def _check_pieces(label: str, descent: Descent, found: Found) -> None:
+    """Check that one law fits all recordings."""
+    first, parts = 0, []
+    for passage in descent.passages:
+        torque = passage.thinned(passage.reference)[passage.rows_used()]
+        parts.append((passage.recording, found.rows.error[first:first + len(torque)], torque))
+        first += len(torque)
+    check_of_one_piece(label, parts)
+
+
+def _numbers(arm: Arm, found: Found) -> tuple[Number, ...]:
+    """Return the numbers of a fit with their intervals, the zero of the link encoder last."""
+    _, spread = known(found.terms)
+    covariance = found.covariance()
+    size = found.unknowns
+    fit = Fit(found.values(), covariance[:size, :size] * np.outer(spread, spread),
+              found.scaled[:size], ())
+    sigma = float(np.sqrt(covariance[size, size]))
+    zero = arm.joints[0].link_encoder.zero + found.zero()
+    return (*numbers(found.terms, fit),
+            Number('link_encoder.zero', zero, zero - NINETY * sigma, zero + NINETY * sigma, 'rad'))
