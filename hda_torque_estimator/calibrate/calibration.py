@@ -17,6 +17,9 @@ from .measured import CalibrationError, Measured
 from .terms import Term, TERMS
 from ..estimator import Estimator
 
+HARDLY = 1.0            # deviation of a torque that tells little about a gear [N*m]
+SPARSE = '    its torque hardly varies: the numbers rest on little, as their intervals say'
+
 
 @dataclass(frozen=True)
 class JointCalibration:
@@ -44,6 +47,7 @@ class JointCalibration:
         seen = 'on recordings left out of the fit' if self.held_out else 'on the only recording'
         return [f'{self.joint}: error {self.before:.3g} -> {self.after:.3g} N*m rms {seen}, of a '
                 f'torque that varies by {self.reference:.3g} N*m rms',
+                *([SPARSE] if self.reference < HARDLY else []),
                 *(f'    {number}' for number in self.numbers),
                 *(f'    {name} is far from what was known: it predicts this torque, but need not '
                   'describe the gear' for name in self.doubtful)]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from . import laws
 from .arm_numbers import NINETY, Number, numbers, with_numbers
-from .calibration import Calibration, one_joint
+from .calibration import Calibration, HARDLY, one_joint, SPARSE
 from .descent import Descent, Found, held_out, known
 from .fit import Fit
 from .friction import friction
@@ -59,6 +59,7 @@ class JointFinding:
                 f'has not seen; a polynomial of degree 5 leaves {self.polynomial:.3g}; the torque '
                 f'varies by {self.torque:.3g}',
                 f'    scale of the torque: {self.scale}',
+                *([SPARSE] if self.torque < HARDLY else []),
                 *(f'    {number}' for number in self.numbers),
                 *([f'    nominal, because the recordings do not tell: {", ".join(self.nominal)}']
                   if self.nominal else [])]

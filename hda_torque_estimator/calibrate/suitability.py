@@ -18,7 +18,8 @@ SMALL, LARGE = 5.0, 95.0        # percentiles of the torque
 OFF = 3e-3              # relative error of a gear ratio that no encoder's scale has
 ALIKE = 0.6             # correlation from which a sign is certain
 APART = 0.10            # by which two torques of one joint may differ in scale
-LEAST_TORQUE = 0.5      # deviation from which a scale can be told [N*m]
+LEAST_TORQUE = 0.5      # deviation from which the scale of a sensor can be told [N*m]
+LARGE_TORQUE = 2.0      # deviation from which errors of the model do not pass for a scale [N*m]
 
 
 def check(arm: Arm, label: str, passages: Sequence[Passage]) -> None:
@@ -131,7 +132,7 @@ def check_of_one_piece(label: str, errors: Sequence[tuple[str, Floats, Floats]])
     """
     scales = {name: float((torque - torque.mean()) @ error / (torque - torque.mean()).var()
                           / len(torque))
-              for name, error, torque in errors if torque.std() > LEAST_TORQUE}
+              for name, error, torque in errors if torque.std() > LARGE_TORQUE}
     if len(scales) < 2:
         return
     least, most = (pick(scales, key=lambda one: scales[one]) for pick in (min, max))
