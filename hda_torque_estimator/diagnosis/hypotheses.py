@@ -175,6 +175,12 @@ def terms_of(arm: Arm, name: str) -> Iterator[Term]:
                        grown=next(iter(sought.free), '') in sought.grid)
 
 
+def variant_of(term: Term) -> tuple[float, ...]:
+    """Return the numbers of a term that its grid sets together: they make it another law."""
+    return tuple(getattr(term.effect, name) for names in HYPOTHESES[term.name].grid
+                 if not isinstance(names, str) for name in names)
+
+
 def _named(grid: Grid, point: tuple[Any, ...]) -> dict[str, float]:
     """Return a point of a grid by the names of its numbers."""
     named: dict[str, float] = {}

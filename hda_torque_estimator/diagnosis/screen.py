@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .fit import acts_apart, deviations, Fit, Fitter, IMPOSSIBLE
-from .hypotheses import terms_of
+from .hypotheses import terms_of, variant_of
 from .located import LOCATED, located
 from .solve import Columns, condense, condense_more, solve
 from .term import Term
@@ -26,13 +26,13 @@ class Prospect(NamedTuple):
 
 
 def screen(fitter: Fitter, fit: Fit, names: Sequence[str]) -> list[Prospect]:
-    """Return one prospect for every effect and place, from its most promising start."""
-    best: dict[tuple[str, str | None], Prospect] = {}
+    """Return one prospect for every law and place, from its most promising start."""
+    best: dict[tuple[object, ...], Prospect] = {}
     names = [name for name in names if _may_show(fitter, fit, effect_named(name).site)]
     known = condense(fit.balance.residual, fit.columns, fitter.valid(fit.balance))
     for name in names:
         for prospect in _possible(fitter, fit, known, name):
-            key = (name, prospect.term.joint)
+            key = (name, prospect.term.joint, *variant_of(prospect.term))
             if key not in best or prospect.score < best[key].score:
                 best[key] = prospect
     return sorted(best.values(), key=lambda prospect: prospect.score)

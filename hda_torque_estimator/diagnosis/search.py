@@ -70,12 +70,14 @@ def _next(fitter: Fitter, first: Fit, fit: Fit,
     taken = {(term.name, term.joint) for term in fit.accepted}
     prospects = [prospect for prospect in screen(fitter, fit, names)
                  if (prospect.term.name, prospect.term.joint) not in taken]
-    promising = [prospect for prospect in prospects[:_CANDIDATES]
+    promising = [prospect for prospect in _first_places(prospects)
                  if fit.score - prospect.score > threshold(fitter, prospect.term)]
     if not promising:
         return None
     tried = sorted(_refits(fitter, fit, promising), key=lambda trial: _cost(fitter, trial))
-    exact = sorted((fitter.refined(trial) for trial in tried[:_FINALISTS]),
+    finalists = {_place(trial): trial for trial in reversed(tried)}     # the best of each place
+    exact = sorted((fitter.refined(finalists[place]) for place in
+                    list(dict.fromkeys(map(_place, tried)))[:_FINALISTS]),
                    key=lambda trial: _cost(fitter, trial))
     if not exact:
         return None
@@ -86,6 +88,19 @@ def _next(fitter: Fitter, first: Fit, fit: Fit,
     settled = fitter.fit(best.accepted, best.nuisance)
     return settled, Evidence(fit.score - best.score, threshold(fitter, best.accepted[-1]), rival,
                              gap)
+
+
+def _first_places(prospects: list[Prospect]) -> list[Prospect]:
+    """Return the prospects of the most promising causes, all laws of each."""
+    places = list(dict.fromkeys((each.term.name, each.term.joint) for each in prospects))
+    first = set(places[:_CANDIDATES])
+    return [each for each in prospects if (each.term.name, each.term.joint) in first]
+
+
+def _place(trial: Fit) -> Place:
+    """Return the place of the last cause of a fit."""
+    term = trial.accepted[-1]
+    return term.name, term.joint
 
 
 def _cost(fitter: Fitter, trial: Fit) -> float:
