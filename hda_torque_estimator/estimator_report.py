@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 
 from . import contact, estimate
 from .live_estimator import LiveEstimator
+from .route_health import told, UNMOVED, WELL
 
 Array = NDArray[np.float64]
 
@@ -20,6 +21,10 @@ def estimator_report(live: LiveEstimator, pace: Pace, refusals: Refusals) -> Rep
         level, message = Level.WARN, f'{refused} joint_states refused, {message}'
     if live.estimator.tip[estimate.CONTACT_LEVEL] == contact.COLLISION:
         level, message = max(level, Level.WARN), f'collision, {message}'
+    health = _health(live)
+    if any(words not in (WELL, UNMOVED) and not words.startswith('unknown')
+           for words in health.values()):
+        level, message = max(level, Level.WARN), f'a joint changed, {message}'
     return Report(level, message, {
         **pace.values(),
         'samples answered': live.answered,
@@ -28,6 +33,7 @@ def estimator_report(live: LiveEstimator, pace: Pace, refusals: Refusals) -> Rep
         'beyond the valid range': _beyond(live),
         'contact': _touch(live),
         'contacts so far': int(_contact_memory(live)[contact.CONTACTS]),
+        **health,
         'tip force partly hidden': bool(live.estimator.tip[estimate.SINGULAR] > 0.0),
         'tare under way': live.estimator.taring,
         **refusals.values()})
@@ -45,6 +51,13 @@ def _touch(live: LiveEstimator) -> str:
 
 def _contact_memory(live: LiveEstimator) -> Array:
     return live.estimator.memory[0, estimate.CONTACT:]
+
+
+def _health(live: LiveEstimator) -> dict[str, str]:
+    estimator = live.estimator
+    return {f'{joint.label}: torsion against motor torque':
+            told(joint, estimator.known, memory[estimate.FUSION:])
+            for joint, memory in zip(estimator.arm.joints, estimator.memory)}
 
 
 def _beyond(live: LiveEstimator) -> str:
