@@ -24,8 +24,8 @@ PROFILE = 'ros2'
 LIBRARY = 'hda_msgs_json'
 CHUNK_SIZE = 1 << 20
 """Bytes after which a chunk is closed, before compression."""
-ZSTD_LEVEL = 1
-"""Beyond it, time doubles and noisy numbers do not become smaller."""
+ZSTD_LEVEL = -1
+"""Level 1 makes recordings 2 to 5 % smaller, and takes half as long again to read."""
 
 MESSAGE = struct.Struct('<BQHIQQ')
 CHUNK = struct.Struct('<QQQI')
