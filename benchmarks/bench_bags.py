@@ -5,7 +5,7 @@ The recording has ten minutes of JointStates with four names at 1 kHz. The peers
 bag message by message into the same arrays, in the same run. The estimates go from bag to bag.
 """
 
-from argparse import Namespace
+from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 import sys
@@ -86,6 +86,13 @@ def peak_of_arrays(bag: Path) -> float:
         samples.stamps, samples.position, samples.velocity, samples.effort))
 
 
+def estimate_options(bag: Path, out: Path) -> Namespace:
+    """Return what `hda estimate` takes from its command line."""
+    parser = ArgumentParser()
+    estimate_command.configure(parser)
+    return parser.parse_args([str(bag), '--arm', 'hda_arm.yaml', '--out', str(out)])
+
+
 def main() -> int:
     """Measure everything and print a table."""
     with TemporaryDirectory() as directory:
@@ -103,7 +110,7 @@ def main() -> int:
                   f'{"the same numbers" if same else "OTHER NUMBERS"}')
             del arrays
         memory = peak_of_arrays(bag)
-        options = Namespace(bag=bag, arm='hda_arm.yaml', out=Path(directory) / 'estimates')
+        options = estimate_options(bag, Path(directory) / 'estimates')
         seconds, _ = timed(lambda: estimate_command.execute(options))
         print(f'{"memory":24}{memory:>8.2f} times the arrays')
         print(f'{"hda estimate":24}{seconds:>8.3f} s{SECONDS / seconds:>10.0f} times real time')

@@ -123,7 +123,8 @@ def test_metadata_is_that_of_rosbag2(tmp_path: Path) -> None:
     {'use_chunking': False}, {'chunk_size': 500}, {'index_types': IndexType.NONE},
     {'index_types': IndexType.MESSAGE, 'repeat_channels': False, 'use_statistics': False},
     {'enable_crcs': False}, BARE, {**BARE, 'use_chunking': False},
-    {**BARE, 'compression': CompressionType.LZ4, 'enable_crcs': False}, {'index_types': IndexType.CHUNK, 'use_summary_offsets': False},
+    {**BARE, 'compression': CompressionType.LZ4, 'enable_crcs': False},
+    {'index_types': IndexType.CHUNK, 'use_summary_offsets': False},
 ], ids=str)
 def test_files_of_mcap_are_read(tmp_path: Path, options: dict[str, object]) -> None:
     """Loose files open whatever compression, chunks, indexes and summary they have."""
