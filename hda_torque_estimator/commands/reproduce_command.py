@@ -90,12 +90,16 @@ def _write(made: Mapping[str, Exhibit], report: dict[str, Any], out: Path) -> No
 
 
 def _told(out: Path, made: Mapping[str, Exhibit]) -> str:
+    """Return what was written, and every number that the paper has as well."""
     drawings = sum(len(exhibit.drawings) for exhibit in made.values())
-    lines = [f'{out}: {len(made)} figures and tables of the paper, {drawings} pictures, '
-             'paper.html, paper.json']
-    for name, exhibit in made.items():
-        lines += [f'  {name}: {finding}' for finding in exhibit.findings[:1]]
-    return '\n'.join(lines)
+    beside = [f'  {name}: {number.name}: paper {number.paper:.4g}'
+              + ''.join(f', {kind} {value:.4g}' for kind, value in (
+                  ('printed', number.printed), ('consistent', number.consistent))
+                  if value is not None) + f' {number.unit}'
+              for name, exhibit in made.items() for number in exhibit.numbers
+              if number.paper is not None]
+    return '\n'.join([f'{out}: {len(made)} figures and tables of the paper, {drawings} pictures, '
+                      'paper.html, paper.json', *beside])
 
 
 def _cannot_write(out: Path, error: OSError) -> ReproductionError:

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.arm import Arm, ArmRecord
 from hda_arm_sim.model.effects import CoulombFriction
 from hda_arm_sim.model.kernel import (COMMAND, LINK_ANGLE, LINK_VELOCITY, MOTOR_ANGLE,
                                       MOTOR_VELOCITY, registers, slope, SLOPE_1, STATE, TORQUE)
@@ -58,8 +58,7 @@ def linearised(arm: Arm, angles: tuple[float, ...], torque: float = 0.0) -> Line
     return Linear(whole[:size, :size], whole[:size, size:], whole[size:, :size])
 
 
-def _difference(record, state: Array, place: tuple[int, int],      # type: ignore[no-untyped-def]
-                step: float) -> Array:
+def _difference(record: ArmRecord, state: Array, place: tuple[int, int], step: float) -> Array:
     """Return how slopes and gear torques change with one register, slopes first."""
     inertia = loaded_inertia(record.body)
     found = []

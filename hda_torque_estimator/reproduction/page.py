@@ -13,7 +13,8 @@ _TITLE = 'The paper, reproduced and corrected'
 _LEAD = ('Every figure and table of the paper that a computer can give, made by the simulator, '
          'the estimator and the controller of this package. "Printed" is what the equations give '
          'as they stand in the paper, "consistent" what they give once signs, sides and units '
-         'agree. The derivations are in docs/errata.md.')
+         'agree. The derivations are in docs/errata.md. Fig. 1, 4, 8 and 13 are drawings and '
+         'photographs.')
 _HEADS = ('quantity', 'unit', 'paper', 'printed', 'consistent', 'remark')
 
 
@@ -58,4 +59,4 @@ def _value(value: float | None) -> str:
 
 
 def _prose(text: str) -> str:
-    return escape(text.replace('N*m', 'N·m'))
+    return escape(text.replace('N*m', 'N·m').replace('urad', 'µrad'))

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 
 class TableOne(NamedTuple):
-    """Table I."""
+    """Table I, and the viscous friction that (A.1) adds to it."""
 
     motor_inertia: float = 1.21e-4              # J_m [kg*m^2]
     wave_generator_inertia: float = 0.079e-4    # J_w [kg*m^2]
@@ -25,6 +25,7 @@ class TableOne(NamedTuple):
     flexspline_curvature: float = 0.0831        # c_f [1/(N*m)]
     linear_stiffness: float = 10000.0           # K_f [N*m/rad]
     starting_torque: float = 0.037              # T_fs [N*m, shaft]
+    viscous_friction: float = 5.96e-5           # r_m, by (A.1) [N*m*s/rad, shaft]
     ratio: float = 100.0                        # N
     link_length: float = 0.15                   # l_a [m]
 

@@ -1,5 +1,6 @@
 """Fig. 5: what steps and sines of current do to both joints, and how the arm resonates."""
 
+from collections.abc import Callable
 from dataclasses import replace
 import math
 
@@ -61,7 +62,7 @@ def _findings(idle: bench.Run, sine: bench.Run) -> tuple[str, ...]:
         f'at +{growth:.1f} rad/s, a factor of {math.exp(0.1 * growth):,.0f} within 0.1 s. No '
         'figure of the paper could come from that; below, only this sign is mended.',
         'By (1) the starting torque drives: the arm starts without current and heads for '
-        f'{PRINTED.starting_torque / 5.96e-5:.0f} rad/s at the shaft. That is how "the sinusoid '
+        f'{_idle_speed():.0f} rad/s at the shaft. That is how "the sinusoid '
         f'input current increases the positions": {_turned(idle, 0):.1f} of the '
         f'{_turned(sine, 0):.1f} rad after 4 s come without any current. Where friction opposes, '
         'a step still runs on, slower, and a sine swings about where it began.',
@@ -72,6 +73,11 @@ def _printed_pole() -> float:
     return math.sqrt(PRINTED.linear_stiffness / PRINTED.link_inertia)
 
 
+def _idle_speed() -> float:
+    """Return the speed of the shaft to which (1) drives without current [rad/s]."""
+    return PRINTED.starting_torque / PRINTED.viscous_friction
+
+
 def _step(time: Array) -> Array:
     return np.full_like(time, AMPERE)
 
@@ -80,7 +86,8 @@ def _sine(time: Array) -> Array:
     return AMPERE * np.sin(2.0 * np.pi * _SINE * time)
 
 
-def _moved(plant, wave) -> bench.Run:                               # type: ignore[no-untyped-def]
+def _moved(plant: Arm, wave: Callable[[Array], Array]) -> bench.Run:
+    """Return an arm from rest under the same current in both motors [N*m, shaft]."""
     inputs = bench.quiet(2, _SECONDS)
     inputs.current[:] = wave(inputs.time)[:, None]
     return bench.run(plant, plant, inputs, _START)
@@ -118,7 +125,7 @@ def _time_numbers(step: tuple[bench.Run, ...], sine: tuple[bench.Run, ...],
     return (
         Number('acceleration of an idle motor by (1)', 'rad/s^2', None,
                PRINTED.starting_torque / PRINTED.motor_inertia, 0.0, 'gear let go'),
-        Number('speed it heads for', 'rad/s', None, PRINTED.starting_torque / 5.96e-5, 0.0),
+        Number('speed it heads for', 'rad/s', None, _idle_speed(), 0.0),
         Number('link angle of joint 1 after 4 s without current', 'rad', None, _turned(idle, 0),
                0.0),
         *(Number(f'link angle of joint {joint + 1} after 4 s of {name}', 'rad', None,

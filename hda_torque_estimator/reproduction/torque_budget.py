@@ -11,6 +11,7 @@ import numpy as np
 from . import bench
 from .exhibit import Arms, Array, Bars, Drawing, Exhibit, Look, Number, Panel, Trace
 from .imperfections import CAUSES, imperfect, SUSPECTED, TOGETHER
+from .printed import PRINTED
 from .rig_calibration import calibrated
 from .shapes import sine, step
 from ..controller import ControllerSettings
@@ -61,6 +62,7 @@ def resting(arms: Arms) -> Exhibit:
 def turning(arms: Arms) -> Exhibit:
     """Return the same for the turning rig, beside the errors that the paper gives."""
     found = _budget(arms.rig, SPEED)
+    per_torque = 1.0 / (PRINTED.ratio ** 2 * PRINTED.viscous_friction)
     coupling = Number(
         'what (4) misses at joint 1 when joint 2 speeds up by 5 rad/s^2', 'N*m', None, 0.0,
         5.0 * float(mass_matrix(loaded_inertia(arms.two_axis.record().body), np.pi / 3.0)[1]),
@@ -79,7 +81,7 @@ def turning(arms: Arms) -> Exhibit:
         f'{_mean(found, _LEFT, gear=True)[0]:.2f} N*m are left against the torque in the gear. '
         'What is left against the sensor is that vibration.',
         'The paper drives with a constant torque. By (A.1) each N*m more or less would change '
-        f'the final speed by {1.0 / (1e4 * 5.96e-5):.1f} rad/s, so an inclined line could not '
+        f'the final speed by {per_torque:.1f} rad/s, so an inclined line could not '
         'come out; here the speed is held.'),
         (_over_time(found, 'turning'), _angles(arms.rig, found), _bars(found)),
         ('The torques and speeds of the experiment: no scale in the text.',))

@@ -2,13 +2,14 @@
 
 from typing import NamedTuple
 
+from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.torsion import torsion_of_torque
 import numpy as np
 
 from . import bench
 from .exhibit import Arms, Array, Drawing, Exhibit, Look, Number, Panel, Trace
 from .printed import estimated_torque, flexspline_torque, PRINTED
-from .responses import printed_plant
+from .responses import AMPERE, printed_plant
 from .shapes import sine, step
 from ..controller import ControllerSettings
 
@@ -46,7 +47,7 @@ def torque_check(arms: Arms) -> Exhibit:
         'With one law for arm and estimator the error is the counts of the encoders.',
         'If (13) is fed with tau_w of the sign that (1) gives it, the compliance of the wave '
         'generator is taken off twice in the wrong direction.')
-    return Exhibit((*_errors(pairs), *_levels(arms), *_doubled(arms)), findings,
+    return Exhibit((*_errors(pairs), *_levels(), *_doubled(arms)), findings,
                    (_over_time(pairs), _over_torque(arms)),
                    ('The size of the torques in Fig. 6: its axes are not in the text.',))
 
@@ -55,7 +56,7 @@ def _time() -> Array:
     return bench.quiet(2, _SECONDS).time
 
 
-def _loaded(plant, load: Array) -> bench.Run:                       # type: ignore[no-untyped-def]
+def _loaded(plant: Arm, load: Array) -> bench.Run:
     """Run an arm that is held by its controller under a load on both joints (k,) [N*m]."""
     inputs = bench.quiet(2, _SECONDS)
     inputs.load[:] = -load[:, None]
@@ -83,7 +84,7 @@ def _relative(torque: Array) -> Array:
 
 def _of_one_ampere() -> float:
     """Return the mean torque in the gear while a motor with 1 A and T_fs speeds up [N*m]."""
-    drive = PRINTED.ratio * (0.0534 + PRINTED.starting_torque)
+    drive = PRINTED.ratio * (AMPERE + PRINTED.starting_torque)
     motor = PRINTED.ratio ** 2 * PRINTED.motor_inertia
     return drive * PRINTED.link_inertia / (PRINTED.link_inertia + motor)
 
@@ -104,7 +105,7 @@ def _errors(pairs: dict[tuple[str, str], _Pair]) -> tuple[Number, ...]:
     return tuple(found)
 
 
-def _levels(arms: Arms) -> tuple[Number, ...]:
+def _levels() -> tuple[Number, ...]:
     """Return what the printed estimator says of constant torques in the linear plant."""
     return tuple(Number(f'estimate of {level:g} N*m', 'N*m', None,
                         float(flexspline_torque(level / PRINTED.linear_stiffness)), level)
