@@ -1,4 +1,4 @@
-"""The topics that a recording holds: all of the system, or those that a user names."""
+"""The topics that a recording holds: all of the system, or those that a user describes."""
 
 from collections.abc import Sequence
 
@@ -9,10 +9,7 @@ from hda_msgs_json.topics import (
     MOTOR_COMMAND, reference_joint_torque, REFERENCE_TIP_WRENCH, Topic)
 
 from .estimate_messages import estimate_topics
-
-
-class TopicError(ValueError):
-    """A topic that cannot be recorded."""
+from .topic_choice import matches
 
 
 def system_topics(arm: Arm) -> tuple[Topic, ...]:
@@ -23,11 +20,13 @@ def system_topics(arm: Arm) -> tuple[Topic, ...]:
             DIAGNOSTICS, CLOCK)
 
 
-def named_topics(arm: Arm, names: Sequence[str]) -> tuple[Topic, ...]:
-    """Return the topics of these names, all without any; raises TopicError for another name."""
-    known = {topic.name.lstrip('/'): topic for topic in system_topics(arm)}
-    wanted = [name.lstrip('/') for name in names] or list(known)
-    if unknown := [name for name in wanted if name not in known]:
-        raise TopicError(f'no topic of the system is named {", ".join(unknown)}; there are '
-                         f'{", ".join(known)}')
-    return tuple(known[name] for name in dict.fromkeys(wanted))
+def chosen_topics(arm: Arm, wanted: Sequence[str], unwanted: Sequence[str]) -> list[Topic]:
+    """Return the topics of the system that have these names or patterns, all without any."""
+    return [topic for topic in system_topics(arm)
+            if (not wanted or matches(topic.name, wanted)) and not matches(topic.name, unwanted)]
+
+
+def awaited(topics: Sequence[Topic], wanted: Sequence[str]) -> list[str]:
+    """Return the names, without those that are patterns, that none of the topics has."""
+    return [name for name in wanted if not set(name) & set('*?[')
+            and not any(matches(topic.name, [name]) for topic in topics)]

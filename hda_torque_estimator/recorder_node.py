@@ -1,5 +1,6 @@
 """The `bag_recorder` executable: every topic of the system to a bag that survives a crash."""
 
+from collections import Counter
 from collections.abc import Callable
 from functools import partial
 import json
@@ -10,19 +11,25 @@ from hda_arm_sim.health import Level, Report
 from hda_arm_sim.model.files import arm_to_text
 from hda_arm_sim.model.parameter import ParameterError
 from hda_arm_sim.ros.arm_node import ArmNode
+from hda_arm_sim.ros.listening import Listening
 from hda_arm_sim.ros.process import run
 from hda_arm_sim.ros.remote_parameters import RemoteParameters
-from hda_arm_sim.ros.topics import subscribe
 from hda_msgs_json.bag import BagError, BagWriter
+from hda_msgs_json.bag_writer import Split
 from hda_msgs_json.topics import Topic
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
+from std_srvs.srv import Trigger
 
-from .recorded_topics import named_topics
+from .held_messages import Held, HeldMessages
+from .recorded_topics import awaited, chosen_topics
+from .recorder_settings import RecorderSettings
+from .topic_choice import matches
 from .version import version
 
 DEPTH = 5000            # of every queue: seconds of samples, should the disk take its time
 FLUSH_PERIOD = 0.05     # what a crash may cost [s]
+MEGABYTE = 1_000_000
 NODES = ('arm_sim', 'torque_estimator', 'jtf_controller')
 
 
@@ -35,20 +42,46 @@ class BagRecorder(ArmNode):
         """Open the bag; raises what a wrong parameter or file raises."""
         super().__init__('bag_recorder')
         output = self.parameters.text('output', '', 'directory of the bag, which must be new')
-        names = self.parameters.texts('topics', [''], 'topics to record, all if there is none')
+        self._wanted = self._names('topics', 'names or patterns of topics to record, also of late '
+                                             'ones; those of the system without any')
+        self._unwanted = self._names('exclude', 'names or patterns of topics not to record')
+        compression = self.parameters.text('compression', 'zstd', 'zstd, lz4 or none')
+        self._paused = self.parameters.flag('paused', False, 'pause before the first message')
+        settings = self.parameters.group(RecorderSettings)
         if not output:
             raise ParameterError('output must name the directory of the bag, got nothing')
-        topics = named_topics(self.arm, [name for name in names if name])
-        self._counts = dict.fromkeys((topic.name for topic in topics), 0)
+        self._held = HeldMessages[Topic](round(settings.snapshot_time * 1e9)
+                                         ) if settings.snapshot_time else None
+        self._counts: Counter[str] = Counter()
         self._parameters_of: dict[str, Any] = {self.get_name(): self.parameters.values()}
-        self._bag = BagWriter(output, self._about(), whole=False)
-        self._queues = [(topic, subscribe(self, topic, partial(self._on_message, topic),
-                                          depth=DEPTH)) for topic in topics]
+        self._bag = BagWriter(output, self._about(), compression=compression, whole=False,
+                              split=Split(round(settings.split_size * MEGABYTE),
+                                          round(settings.split_time * 1e9)))
+        self._listen()
         self._remote = RemoteParameters(self, NODES, self._on_parameters)
         self.begin()
         self._timer = self.create_timer(FLUSH_PERIOD, partial(self._try, self._bag.flush),
                                         clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def _names(self, name: str, meaning: str) -> list[str]:
+        return [each for each in self.parameters.texts(name, [''], meaning) if each]
+
+    def _listen(self) -> None:
+        topics = chosen_topics(self.arm, self._wanted, self._unwanted)
+        if late := awaited(topics, self._wanted):
+            self.get_logger().warning(f'no topic of the system is named {", ".join(late)}; '
+                                      'what others publish there is recorded')
+        self._listening = Listening(self, self._on_message, self._is_wanted, DEPTH)
+        for topic in topics:
+            self._listening.add(topic)
+        for name, serve in (('pause', self._pause), ('resume', self._resume),
+                            ('snapshot', self._snapshot)):
+            self.create_service(Trigger, f'bag_recorder/{name}', serve)
         self.get_logger().info(f'recording {len(topics)} topics to {self._bag.path}')
+
+    def _is_wanted(self, name: str) -> bool:
+        """Tell whether a topic that is not of the system shall be recorded."""
+        return matches(name, self._wanted) and not matches(name, self._unwanted)
 
     def _about(self) -> dict[str, str]:
         """Return what the bag says of itself."""
@@ -58,8 +91,17 @@ class BagRecorder(ArmNode):
         return about if seed is None else {**about, 'seed': f'{seed:.0f}'}
 
     def _on_message(self, topic: Topic, message: bytes) -> None:
-        self._counts[topic.name] += 1
-        self._try(partial(self._bag.write, topic, self.get_clock().now().nanoseconds, message))
+        if self._paused:
+            return
+        held = Held(topic, self.get_clock().now().nanoseconds, message)
+        if self._held is None:
+            self._write(held)
+        else:
+            self._held.add(held)
+
+    def _write(self, held: Held[Topic]) -> None:
+        self._counts[held.topic.name] += 1
+        self._try(partial(self._bag.write, *held))
 
     def _on_parameters(self, name: str, values: dict[str, Any]) -> None:
         self._parameters_of[name] = values
@@ -67,27 +109,45 @@ class BagRecorder(ArmNode):
 
     def _try(self, write: Callable[[], None]) -> None:
         """Write, or end the process with what the disk says."""
+        if self.failure:
+            return
         try:
             write()
         except BagError as error:
-            self.failure = str(error)
+            self.failure = f'{error}; the bag keeps what came before'
+
+    def _pause(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._paused, response.success, response.message = True, True, 'paused'
+        return response
+
+    def _resume(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._paused, response.success, response.message = False, True, 'recording'
+        return response
+
+    def _snapshot(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """Write what is held."""
+        if self._held is None:
+            response.message = 'every message is written; snapshot_time holds them back'
+            return response
+        taken = self._held.take()
+        for held in taken:
+            self._write(held)
+        self._try(self._bag.flush)
+        response.success = not self.failure
+        response.message = self.failure or f'{len(taken)} messages written'
+        return response
 
     def report(self) -> Report:
         """Return how many messages the bag holds."""
-        count = sum(self._counts.values())
+        count = self._counts.total()
         level = Level.OK if count else Level.WARN
-        return Report(level, f'{count} messages recorded', {
-            'bag': self._bag.path, **self._counts})
+        held = {} if self._held is None else {'messages held': len(self._held)}
+        return Report(level, 'paused' if self._paused else f'{count} messages recorded', {
+            'bag': self._bag.path, **held, **self._counts})
 
     def close(self) -> None:
         """Write what still waits in the queues, index and summary."""
-        for topic, queue in self._queues:
-            for _ in range(DEPTH):
-                with queue.handle:
-                    taken = queue.handle.take_message(queue.msg_type, True)
-                if taken is None:
-                    break
-                self._on_message(topic, taken[0])
+        self._listening.drain()
         self._bag.close()
 
 

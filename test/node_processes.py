@@ -42,6 +42,11 @@ class Process:
         """Return everything that it has said."""
         return self._log.read_text(errors='replace')
 
+    @property
+    def pid(self) -> int:
+        """Return its number."""
+        return self._process.pid
+
     def send(self, *numbers: int) -> None:
         """Send signals, one right after the other."""
         for number in numbers:

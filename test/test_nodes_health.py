@@ -9,7 +9,7 @@ from hda_torque_estimator.estimator_report import estimator_report
 from hda_torque_estimator.live_controller import LiveController
 from hda_torque_estimator.live_estimator import LiveEstimator
 from hda_torque_estimator.readings import reading_names
-from hda_torque_estimator.recorded_topics import named_topics, system_topics, TopicError
+from hda_torque_estimator.recorded_topics import awaited, chosen_topics, system_topics
 import pytest
 
 ARM = read_arm('hda_arm.yaml')
@@ -102,9 +102,8 @@ def test_every_topic_of_the_system_is_recorded():
     assert len(set(recorded)) == len(recorded)
 
 
-def test_topics_are_chosen_by_name():
-    assert named_topics(ARM, []) == system_topics(ARM)
-    chosen = named_topics(ARM, ['/joint_states', 'tip/wrench', 'joint_states', 'diagnostics'])
-    assert [topic.name for topic in chosen] == ['joint_states', 'tip/wrench', '/diagnostics']
-    with pytest.raises(TopicError, match='named joint_stats; there are joint_states, motor_com'):
-        named_topics(ARM, ['joint_stats'])
+def test_topics_are_chosen_by_name_and_pattern():
+    assert chosen_topics(ARM, [], []) == list(system_topics(ARM))
+    found = chosen_topics(ARM, ['/joint_states', 'tip/*', 'diagnostics', 'lidar'], ['*/wrench'])
+    assert [topic.name for topic in found] == ['joint_states', 'tip/wrench_tool', '/diagnostics']
+    assert awaited(found, ['/joint_states', 'lidar', 'camera/*']) == ['lidar']
