@@ -61,7 +61,7 @@ class Fitter:
 
     def fit(self, accepted: Sequence[Term], start: Sequence[AnyTerm] = ()) -> Fit:
         """Fit accepted terms and all nuisances together, the latter from `start` where given."""
-        terms: list[AnyTerm] = [*accepted, *self._others(accepted, start)]
+        terms = self._start([*accepted, *self._others(accepted, start)])
         balance = self.balancer(self.on(terms))
         columns = self.derivatives(terms, terms, balance.residual)
         best = self.at(terms, len(accepted), columns)
@@ -75,6 +75,20 @@ class Fitter:
                 fresh = self.derivatives(best.accepted, best.terms, best.balance.residual)
                 best.columns[:, :, :size] = fresh
         return best
+
+    def _start(self, terms: list[AnyTerm]) -> list[AnyTerm]:
+        """Return terms that an arm can have together: as they are, or closer to the arm's own."""
+        own = [replace(term, effect=self.arm.effect(term.name, term.joint))
+               if isinstance(term, Term) else term for term in terms]
+        for share in (1.0, 0.5, 0.25):
+            closer = [term.at(near.vector() + share * (term.vector() - near.vector()))
+                      for near, term in zip(own, terms)]
+            try:
+                self.on(closer)
+            except IMPOSSIBLE:
+                continue
+            return closer if share < 1.0 else terms
+        return list(own)
 
     def refit(self, fit: Fit, term: Term) -> Fit:
         """Return a fit with one more term, after two steps with the others' columns as given."""
