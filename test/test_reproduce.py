@@ -15,6 +15,8 @@ from hda_torque_estimator.reproduction.rig_calibration import calibrated
 from hda_torque_estimator.reproduction.table_two import quintic_share
 import pytest
 
+pytestmark = pytest.mark.xdist_group('reproduce')       # figures are made once per process
+
 ARMS = Arms(read_arm('paper_single_axis.yaml'), read_arm('hda_arm.yaml'),
             read_arm('paper_table1.yaml'))
 

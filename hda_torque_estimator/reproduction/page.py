@@ -15,6 +15,7 @@ _LEAD = ('Every figure and table of the paper that a computer can give, made by 
          'as they stand in the paper, "consistent" what they give once signs, sides and units '
          'agree. The derivations are in docs/errata.md. Fig. 1, 4, 8 and 13 are drawings and '
          'photographs.')
+_WRITTEN = (('N*m', 'N·m'), ('·m*s', '·m·s'), ('urad', 'µrad'), ('^2', '²'), (' um', ' µm'))
 _HEADS = ('quantity', 'unit', 'paper', 'printed', 'consistent', 'remark')
 
 
@@ -33,19 +34,19 @@ def _contents(made: Mapping[str, Exhibit]) -> str:
 
 
 def _exhibit(name: str, entry: Entry, exhibit: Exhibit, inline: Mapping[str, str]) -> str:
-    """Return the section of one figure: what the paper says, what is found, numbers, pictures."""
+    """Return the section of one figure: what the paper says, what is found, pictures, numbers."""
     content = [f'<p id="{name}">The paper: {escape(entry.said)} Made by '
                f'{code(f"hda reproduce {name} --out DIR")}.</p>',
                *(f'<p>{_prose(finding)}</p>' for finding in exhibit.findings),
-               table(_HEADS, map(_row, exhibit.numbers)) if exhibit.numbers else '',
                *(captioned(inline[file_name(name, drawing.name)], drawing.caption)
                  for drawing in exhibit.drawings),
+               table(_HEADS, map(_row, exhibit.numbers)),
                *(f'<p>Not computed: {_prose(reason)}</p>' for reason in exhibit.not_computed)]
-    return section(entry.title, '\n'.join(filter(None, content)))
+    return section(entry.title, '\n'.join(content))
 
 
 def _row(number: Number) -> list[str]:
-    return [escape(number.name), escape(unit(number.unit)),
+    return [_prose(number.name), _prose(unit(number.unit)),
             *(f'<span class="number">{_value(value)}</span>'
               for value in (number.paper, number.printed, number.consistent)),
             _prose(number.remark)]
@@ -55,8 +56,13 @@ def _value(value: float | None) -> str:
     """Return a number with four figures, a dash where there is none."""
     if value is None:
         return '–'
-    return f'{value:.4g}' if math.isfinite(value) else 'unbounded'
+    if not math.isfinite(value):
+        return 'unbounded'
+    return f'{value:,.0f}' if abs(value) >= 1e4 else f'{value:.4g}'
 
 
 def _prose(text: str) -> str:
-    return escape(text.replace('N*m', 'N·m').replace('urad', 'µrad'))
+    """Return text with units as people write them."""
+    for typed, written in _WRITTEN:
+        text = text.replace(typed, written)
+    return escape(text)

@@ -167,8 +167,17 @@ def _frequency(linear: list[Linear]) -> Drawing:
             size = np.abs(each.response(np.eye(8)[place], 0, frequency))
             if size.max() > 1e-9:
                 traces.append(Trace(frequency, size, name, look))
+        traces += _marks(linear[1]) if place == 0 else []
         panels.append(Panel(title, 'frequency [Hz]', 'angle per torque [rad/(N·m)]',
                             tuple(traces), log_x=True, log_y=True))
     return Drawing('frequency', 'Torque of motor 1 to the angles, near zero torque. Zeros of the '
                    'shaft are the resonances with motors held, peaks those with motors free. By '
                    '(4) and (5) joint 2 does not feel joint 1 at all.', (tuple(panels),))
+
+
+def _marks(linear: Linear) -> list[Trace]:
+    """Return lines at the resonances of an arm, motors held and motors free."""
+    return [Trace(np.full(2, frequency), np.array([1e-2, 1e2]), name, look)
+            for name, look, found in (('motors held', Look.MARK, locked_resonances(linear)),
+                                      ('motors free', Look.PLAIN, free_resonances(linear)))
+            for frequency in found]
