@@ -13,6 +13,7 @@ from hda_arm_sim.model.files import arm_to_text, read_arm
 from hda_arm_sim.simulate import checked
 from hda_msgs_json.bag import open_recording
 
+from . import fleet
 from .outcome import Outcome
 from ..diagnosis.alignment import together
 from ..diagnosis.diagnose import Conclusion, diagnose
@@ -41,10 +42,17 @@ def configure(parser: argparse.ArgumentParser) -> None:
                         help='motor angles are divided by the gear ratio already')
     parser.add_argument('--flip', action='append', default=[], metavar='NAME',
                         help='this angle, and the torque with it, has the other sign')
+    fleet.configure(parser)
 
 
 def execute(options: argparse.Namespace) -> Outcome:
     """Diagnose and write; raises the project's errors."""
+    fleet.check(options)
+    return fleet.execute(_together, options) if options.each else _together(options)
+
+
+def _together(options: argparse.Namespace) -> Outcome:
+    """Diagnose all bags as recordings of one arm, and write."""
     begin = time.monotonic()
     if options.out.exists():
         raise GateError(f'{options.out} exists; name another place for the diagnosis')

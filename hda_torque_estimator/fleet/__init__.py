@@ -1,0 +1,1 @@
+"""A fleet of arms: many recordings diagnosed at once, each on its own."""

@@ -1,0 +1,144 @@
+"""Many bags in one call: each gets its own diagnosis, the same wherever it is made."""
+
+import argparse
+import json
+from pathlib import Path
+import sys
+
+from hda_torque_estimator.cli import main
+from hda_torque_estimator.commands.fleet import bags_in, execute, FleetError
+from hda_torque_estimator.commands.outcome import Outcome
+from hda_torque_estimator.diagnosis.gate import GateError
+from hda_torque_estimator.fleet.fleet_report import Cause, fleet_document, fleet_page, Line
+from hda_torque_estimator.fleet.spread import over_machines, over_processes, SpreadError
+import pytest
+
+LINES = [Line('a', 'a', 'explained', (Cause('payload', None, 0.99),), 2.0),
+         Line('b', 'b', 'no_discrepancy', (), 1.0),
+         Line('c', 'c', None, error='c: 1 s are too short & no more')]
+
+
+def pretended(options):
+    """Stand for a diagnosis: write a report, or fail as an unusable bag does."""
+    bag = options.bags[0]
+    if bag.name == 'broken':
+        raise GateError(f'{bag}: no bag')
+    report = {'verdict': 'explained', 'seconds': 1.0, 'findings': [
+        {'effect': 'payload', 'joint': None, 'gain': {'removed': len(bag.name) / 10.0}}]}
+    options.out.mkdir()
+    (options.out / 'report.json').write_text(json.dumps(report))
+    return Outcome('', report)
+
+
+def asked(bags, out, **others):
+    """Return the options of a call."""
+    return argparse.Namespace(**{'bags': [bags], 'out': out, 'arm': 'hda_arm.yaml', 'each': True,
+                                 'workers': 1, 'scheduler': None, **others})
+
+
+@pytest.fixture(scope='module')
+def bags(tmp_path_factory):
+    """Return a directory that holds what looks like three bags."""
+    place = tmp_path_factory.mktemp('bags')
+    for name in ('broken', 'run1', 'run02'):
+        (place / name).mkdir()
+        (place / name / 'metadata.yaml').write_text('no bag')
+    return place
+
+
+def written(out):
+    """Return all that a fleet wrote."""
+    return {path.relative_to(out): path.read_text() for path in out.rglob('*.*')
+            if path.is_file()}
+
+
+def test_a_bag_that_fails_gives_its_line_and_stops_no_other(bags, tmp_path):
+    found = execute(pretended, asked(bags, tmp_path / 'out'))
+    assert [(line['directory'], line['verdict']) for line in found.report['bags']] == [
+        ('broken', None), ('run02', 'explained'), ('run1', 'explained')]
+    assert found.report['verdicts'] == {'explained': 2, 'not diagnosed': 1}
+    assert found.text.splitlines()[2] == 'run1: explained: payload at the arm'
+    assert 'no bag' in found.text.splitlines()[0]
+    assert json.loads((tmp_path / 'out' / 'fleet.json').read_text()) == found.report
+    assert 'run1/report.html' in (tmp_path / 'out' / 'fleet.html').read_text()
+
+
+def test_processes_and_machines_give_the_answers_of_one_core(bags, tmp_path):
+    alone = execute(pretended, asked(bags, tmp_path / 'alone'))
+    assert execute(pretended, asked(bags, tmp_path / 'two', workers=2)) == alone
+    assert written(tmp_path / 'two') == written(tmp_path / 'alone')
+    distributed = pytest.importorskip('distributed')
+    with distributed.LocalCluster(n_workers=1, threads_per_worker=1, processes=False,
+                                  dashboard_address=None) as cluster:
+        spread = execute(pretended, asked(bags, tmp_path / 'dask',
+                                          scheduler=cluster.scheduler_address))
+    assert spread == alone
+    assert written(tmp_path / 'dask') == written(tmp_path / 'alone')
+
+
+def test_bags_are_diagnosed_as_they_are_alone(tmp_path, capsys):
+    for seed in ('1', '2'):
+        assert main(['simulate', '--arm', 'hda_arm.yaml', '--motion', 'rich', '--duration', '6',
+                     '--seed', seed, '--out', str(tmp_path / 'bags' / f'run{seed}')]) == 0
+    bag, out = tmp_path / 'bags' / 'run1', tmp_path / 'out'
+    assert main(['diagnose', '--each', str(bag.parent), '--arm', 'hda_arm.yaml', '--out',
+                 str(out)]) == 0
+    assert main(['diagnose', str(bag), '--arm', 'hda_arm.yaml', '--out',
+                 str(tmp_path / 'alone')]) == 0
+    alone, fleet = (json.loads((place / 'report.json').read_text())
+                    for place in (tmp_path / 'alone', out / 'run1'))
+    del alone['seconds'], fleet['seconds']
+    assert fleet == alone
+    assert sorted(path.name for path in out.iterdir()) == [
+        'fleet.html', 'fleet.json', 'run1', 'run2']
+
+
+@pytest.mark.parametrize(('words', 'says'), [
+    (['--workers', '2'], '--workers spreads the diagnoses of --each'),
+    (['--each', '--workers', '0'], '--workers must be at least 1, got 0'),
+    (['--each', '--scheduler', 'tcp://127.0.0.1:9'], 'no Dask scheduler answers'),
+])
+def test_workers_that_cannot_be_had_are_one_line(words, says, bags, tmp_path, capsys, monkeypatch):
+    if '--scheduler' in words:
+        pytest.importorskip('distributed')
+    monkeypatch.setattr('hda_torque_estimator.fleet.spread.PATIENCE', 0.5)
+    out = tmp_path / 'out'
+    assert main(['diagnose', str(bags), '--arm', 'hda_arm.yaml', '--out', str(out), *words]) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert says in said[-1]
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_fleet_of_unusable_bags_is_one_line(bags, tmp_path, capsys):
+    assert main(['diagnose', '--each', str(bags / 'broken'), '--arm', 'hda_arm.yaml', '--out',
+                 str(tmp_path / 'out')]) == 2
+    assert 'none of 1 bags could be diagnosed' in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_dask_that_is_missing_is_one_line(monkeypatch):
+    monkeypatch.setitem(sys.modules, 'distributed', None)
+    with pytest.raises(SpreadError, match='install the extra "fleet"'):
+        over_machines(abs, [1], 'tcp://127.0.0.1:9')
+
+
+def test_results_come_in_the_order_of_the_items():
+    assert over_processes(abs, [-3, 1, -2], 2) == [3, 1, 2]
+    assert over_processes(abs, []) == []
+
+
+def test_a_directory_of_bags_is_all_its_bags(bags, tmp_path):
+    assert bags_in(bags) == [bags / name for name in ('broken', 'run02', 'run1')]
+    assert bags_in(bags / 'run1') == [bags / 'run1']
+    assert bags_in(Path('absent')) == [Path('absent')]
+    with pytest.raises(FleetError, match='holds no bags'):
+        bags_in(tmp_path)
+
+
+def test_the_table_counts_verdicts_and_causes():
+    told = fleet_document(LINES, 'arm.yaml', '1')
+    assert told['verdicts'] == {'explained': 1, 'no_discrepancy': 1, 'not diagnosed': 1}
+    assert told['effects'] == [{'effect': 'payload', 'joint': None, 'bags': 1}]
+    shown = fleet_page(LINES, 'arm.yaml', '1')
+    assert 'too short &amp; no more' in shown
+    assert 'href="a/report.html"' in shown and 'href="c/report.html"' not in shown
