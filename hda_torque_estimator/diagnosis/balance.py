@@ -17,15 +17,17 @@ from dataclasses import dataclass
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.compiled import compiled
 from hda_arm_sim.model.effects.actuation import clipped_torque, lagging_torque
-from hda_arm_sim.model.kernel import (COMMAND, LINK_ANGLE, LINK_VELOCITY, MODE, MOTOR_VELOCITY,
-                                      NOW, REGISTERS, settle, slope, SLOPE_1, STATE, STATES)
-from hda_arm_sim.model.link_side import loaded_inertia
+from hda_arm_sim.model.kernel import (BASE_OFFSET, BASE_RATE, COMMAND, LINK_ANGLE, LINK_VELOCITY,
+                                      MODE, MOTOR_VELOCITY, NOW, REGISTERS, settle, slope,
+                                      SLOPE_1, STATE, STATES)
+from hda_arm_sim.model.link_side import base_coupling, loaded_inertia
 from hda_arm_sim.model.motor_side import shaft_torque
 from hda_arm_sim.model.rigid import mass_matrix
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import firwin, upfirdn
 
+from .base_motion import base_motion
 from .measurement import Measurement
 from .motion import Motion, motion_of
 from .running_clock import arm_during
@@ -93,11 +95,12 @@ class Balancer:
         delivered = np.empty((samples, joints))
         for piece in self.measurement.pieces():
             record = arm_during(arm, piece, dt).record()
+            moved = Motion(motion.state[piece], motion.acceleration[piece])
             _deliver(record, self.measurement.command[piece], dt, delivered[piece])
             bristles = bool((record.joints['presliding_friction']['stiffness'] > 0.0).any())
-            _along(record, loaded_inertia(record.body), motion.state[piece],
-                   motion.acceleration[piece], _centred(delivered[piece]), dt,
-                   _BRISTLE_STEPS if bristles else 1, residual[piece], memory[piece])
+            _along(record, loaded_inertia(record.body), *moved, base_motion(arm, moved, dt),
+                   _centred(delivered[piece]), dt, _BRISTLE_STEPS if bristles else 1,
+                   residual[piece], memory[piece])
         return residual, memory
 
     def filtered(self, raw: Array) -> Array:
@@ -160,12 +163,13 @@ def _deliver(arm, command, dt, delivered):                          # type: igno
 
 @compiled
 def _along(                                                         # type: ignore[no-untyped-def]
-        arm, inertia, state, acceleration, command, dt, steps, residual, memory):
+        arm, inertia, state, acceleration, base, command, dt, steps, residual, memory):
     """Fill the residuals (k, 2 n): A of every joint, then B; and what the effects remember."""
     joints = state.shape[1]
     w = np.zeros((2, REGISTERS))
     for k in range(state.shape[0]):
         w[0, NOW] = k * dt
+        w[0, STATE + BASE_OFFSET], w[0, STATE + BASE_RATE] = base[k, 0], base[k, 1]
         for j in range(joints):
             w[j, COMMAND] = command[k, j]
             w[j, MODE] = np.sign(state[k, j, MOTOR_VELOCITY])
@@ -173,13 +177,14 @@ def _along(                                                         # type: igno
             w[j, MODE + 1] = np.sign(rate) if abs(rate) > _REST else 0.0
             for i in range(MEASURED):
                 w[j, STATE + i] = state[k, j, i]
+            for i in range(MEASURED, STATES):
+                memory[k, j, i - MEASURED] = w[j, STATE + i]
         for _ in range(steps):
             slope(arm, inertia, w, STATE, SLOPE_1)
             settle(arm, w)
             for j in range(joints):
                 for i in range(MEASURED, STATES):
                     w[j, STATE + i] += dt / steps * w[j, SLOPE_1 + i]
-                    memory[k, j, i - MEASURED] = w[j, STATE + i]
         _compare(arm, inertia, w, acceleration[k], joints, residual[k])
 
 
@@ -187,12 +192,20 @@ def _along(                                                         # type: igno
 def _compare(arm, inertia, w, acceleration, joints, residual):      # type: ignore[no-untyped-def]
     """Fill the residuals of one sample from measured accelerations and predicted ones."""
     miss1 = acceleration[0, 1] - w[0, SLOPE_1 + LINK_VELOCITY]
-    residual[joints] = inertia.p1 * miss1
+    residual[joints], miss2 = inertia.p1 * miss1, 0.0
     if joints == 2:
         miss2 = acceleration[1, 1] - w[1, SLOPE_1 + LINK_VELOCITY]
         m11, m12, m22 = mass_matrix(inertia, w[1, STATE + LINK_ANGLE])
         residual[2] = m11 * miss1 + m12 * miss2
         residual[3] = m12 * miss1 + m22 * miss2
+    swing = arm.body.base_vibration
+    if swing.amplitude > 0.0:                   # what is missed would shake the base less
+        sides = base_coupling(inertia, swing.direction, w[0, STATE + LINK_ANGLE],
+                              w[1, STATE + LINK_ANGLE])
+        shaken = swing.amplitude * (sides[0] * miss1 + sides[1] * miss2)
+        residual[joints] -= sides[0] * shaken
+        if joints == 2:
+            residual[3] -= sides[1] * shaken
     for j in range(joints):
         joint = arm.joints[j]
         miss = acceleration[j, 0] - w[j, SLOPE_1 + MOTOR_VELOCITY]

@@ -158,6 +158,9 @@ HYPOTHESES: dict[str, Hypothesis] = {
         {'force': 1.0, 'direction': 0.02, 'onset': 0.01, 'duration': 0.01},
         alike=('payload',), form_error=0.03,
         experiment='the same motion again, with nothing near the arm'),
+    'base_vibration': Hypothesis(
+        {'amplitude': 2e-3, 'frequency': 0.05, 'damping': 5e-3, 'direction': 0.05},
+        alike=('kinematic_error',), experiment='sudden stops at several postures'),
     'bearing_crosstalk': Hypothesis({'coefficient': 1e-6}, alike=('link_encoder_eccentricity',),
                                     experiment='the same posture with and without a payload'),
 }

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import ExternalContact
+from hda_arm_sim.model.effects import BaseVibration, Effect, ExternalContact
 from hda_arm_sim.model.effects.environment import contact_force
 from hda_arm_sim.model.kernel import LINK_ANGLE
 from hda_arm_sim.model.parts import Links
@@ -21,6 +21,7 @@ from scipy.signal import fftconvolve
 from .balance import Balancer, RATE
 from .fit import Fit, Fitter
 from .hypotheses import HYPOTHESES
+from .swinging import swing_in
 from .term import Term
 
 Array = NDArray[np.float64]
@@ -178,7 +179,14 @@ def _contacts(fitter: Fitter, fit: Fit) -> list[Term]:
                                   found.duration))]
 
 
-def _term(start: ExternalContact) -> Term:
+def _swings(fitter: Fitter, fit: Fit) -> list[Term]:
+    """Return the mode of the base that stands out of the rest of a fit."""
+    found = swing_in(fitter.balancer, fitter.on(fit.terms), fit.balance.residual,
+                     fitter.valid(fit.balance), fitter.noise)
+    return [] if found is None else [_term(found)]
+
+
+def _term(start: Effect) -> Term:
     """Return the term that begins at this effect, with the free numbers of its hypothesis."""
     sought = HYPOTHESES[start.name]
     return Term(start, None, tuple(sought.free), tuple(sought.free.values()), grown=True)
@@ -186,5 +194,6 @@ def _term(start: ExternalContact) -> Term:
 
 _LOCATED: dict[str, Callable[[Fitter, Fit], list[Term]]] = {
     ExternalContact.name: _contacts,
+    BaseVibration.name: _swings,
 }
 LOCATED = tuple(_LOCATED)

@@ -43,10 +43,12 @@ _SIZES: dict[str, dict[str, float]] = {
     'base_tilt': {'tilt': 0.03, 'direction': 0.7},
     'cable_spring': {'stiffness': 0.8, 'rest_angle': 0.5},
     'external_contact': {'force': 20.0, 'direction': 0.7, 'onset': 6.0, 'duration': 1.0},
+    'base_vibration': {'frequency': 11.0, 'damping': 0.04, 'amplitude': 0.025, 'direction': 0.7},
     'bearing_crosstalk': {'coefficient': 1e-5},
 }
 _SET = frozenset({'exponent', 'speed', 'time_constant', 'order', 'limit', 'width', 'direction',
-                  'rest_angle', 'onset', 'duration', 'phase', 'phase_1', 'phase_2', 'phase_4'})
+                  'rest_angle', 'onset', 'duration', 'frequency', 'phase', 'phase_1', 'phase_2',
+                  'phase_4'})
 _OUTPUT = frozenset({'torsional_hysteresis', 'structural_damping', 'link_bearing_friction',
                      'cable_spring'})
 SIZED = tuple(_SIZES)

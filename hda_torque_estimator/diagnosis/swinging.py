@@ -1,0 +1,72 @@
+"""
+Read a swinging base from what is left: it answers the links' own acceleration at one frequency.
+
+Along a measured motion the push of the links on the base is known, so the torque of a mode of
+given frequency and damping is linear in its amplitude, and quadratic in the components of its
+direction.
+"""
+
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects import BaseVibration
+import numpy as np
+from numpy.typing import NDArray
+
+from .balance import Balancer, RATE
+from .base_motion import stirring
+
+Array = NDArray[np.float64]
+_FREQUENCIES = np.geomspace(3.0, 30.0, 116)     # below the balances' bandwidth [Hz]
+_DAMPING = 0.04         # to start from
+_DIRECTIONS = np.linspace(0.0, np.pi, 36, endpoint=False)
+_STANDS_OUT = 0.2       # least share of the power left in the torsion balances
+
+
+def swing_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np.bool_],
+             noise: Array) -> BaseVibration | None:
+    """Return the mode that explains most of a residual (m, 2 n), None if it explains little."""
+    joints = len(arm.labels)
+    if arm.links is None or joints != 2:
+        return None
+    push, coupling = _stirred(balancer, arm)
+    scale = (np.sqrt(valid) / noise)[:, joints:]
+    rest = (scale * residual[:, joints:]).ravel()
+    best, power = None, _STANDS_OUT * float(rest @ rest)
+    for frequency in _FREQUENCIES:
+        columns = _torques(push, coupling, frequency) * scale[:, :, None]
+        amplitude, direction, explained = _strongest(columns.reshape(-1, 3), rest)
+        if explained > power and amplitude < _highest():
+            power = explained
+            best = BaseVibration(float(frequency), _DAMPING, amplitude, direction)
+    return best
+
+
+def _highest() -> float:
+    return BaseVibration.declaration('amplitude').high
+
+
+def _stirred(balancer: Balancer, arm: Arm) -> tuple[Array, Array]:
+    """Return the push on the base (m, 2) and its coupling (m, n, 2), along x and along y."""
+    sides = [stirring(arm, balancer.motion(arm), direction) for direction in (0.0, 0.5 * np.pi)]
+    push = np.stack([side for side, _ in sides], axis=1)
+    return balancer.filtered(push), np.stack([side[::balancer.every] for _, side in sides], axis=2)
+
+
+def _torques(push: Array, coupling: Array, frequency: float) -> Array:
+    """Return the torques (m, n, 3) of a mode of 1/kg, by products of cosine and sine."""
+    line = np.fft.rfftfreq(len(push), 1.0 / RATE)
+    answer = -line ** 2 / (frequency ** 2 - line ** 2 + 2j * _DAMPING * frequency * line)
+    swing = np.fft.irfft(np.fft.rfft(push, axis=0) * answer[:, None], len(push), axis=0)
+    x, y = swing[:, 0, None], swing[:, 1, None]
+    along, across = coupling[:, :, 0], coupling[:, :, 1]
+    return -np.stack([along * x, along * y + across * x, across * y], axis=2)
+
+
+def _strongest(columns: Array, rest: Array) -> tuple[float, float, float]:
+    """Return amplitude [1/kg] and direction that explain most, and the power explained."""
+    cosine, sine = np.cos(_DIRECTIONS), np.sin(_DIRECTIONS)
+    mixed = np.stack([cosine ** 2, cosine * sine, sine ** 2], axis=1)
+    right = mixed @ (columns.T @ rest)
+    own = ((mixed @ (columns.T @ columns)) * mixed).sum(axis=1)
+    power = np.where(right > 0.0, right ** 2 / own, 0.0)
+    at = int(np.argmax(power))
+    return float(right[at] / own[at]), float(_DIRECTIONS[at]), float(power[at])
