@@ -185,7 +185,7 @@ def test_one_cause_is_shown_without_the_others():
 
 def diagnosis(verdict: str = 'explained') -> Diagnosis:
     """Return a diagnosis that holds some of everything, and text that a page must not obey."""
-    gain = Gain(3.1, 1.02, 1.0, 0.987, 0.981, 0.992)
+    gain = Gain(3.1, 1.02, 1.0, 0.987, 0.981, 0.992).beside(0.0123)
     finding = Finding(
         'kinematic_error', 'joint1', 'torsion', f'transmission error {FREE_TEXT}',
         {'amplitude_2': Number(1.2345e-4, 'rad', 1.2e-4, 1.3e-4)},
@@ -285,7 +285,8 @@ def test_page_says_all_that_a_diagnosis_holds(verdict):
                  'link_encoder_eccentricity', '98.7 % [98.1, 99.2]', 'slow torque loops',
                  'clock_skew', 'follows the link angle, strongest at 7.53 per link turn',
                  '0.0421 kg', 'cannot be shown by this motion', '60,001', '4 s: 0 to 4 s', '0.1.0',
-                 f'38 of 39 effects {FREE_TEXT}', '0.05 s', '0.000225', '0.000103', 'unknown'):
+                 f'38 of 39 effects {FREE_TEXT}', '0.05 s', '0.000225', '0.000103',
+                 'a placebo of equal freedom 1.2 %', 'unknown'):
         assert said in read.text, said
 
 

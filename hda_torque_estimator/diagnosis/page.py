@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from html import escape
 import math
 
-from .report import Diagnosis, Finding, Gain, Number, Part, VERDICTS
+from .report import Diagnosis, Finding, Gain, Number, OwnGain, Part, VERDICTS
 from ..pages.document import captioned, code, document, figure, section, table, unit
 
 CAPTIONS = {
@@ -58,7 +58,7 @@ def _findings(diagnosis: Diagnosis) -> str:
         return ''
     rows = [[code(found.effect), escape(_place(found.joint)), escape(found.site),
              escape(found.cause), _numbers(found.parameters), _evidence(found),
-             _removed(found.gain)] for found in diagnosis.findings]
+             _removed(found.gain) + _placebo(found.gain)] for found in diagnosis.findings]
     return section('Causes', table(
         ('effect', 'where', 'site', 'cause', 'parameters, 90 % interval', 'evidence',
          'excess error removed, held out'), rows))
@@ -79,6 +79,12 @@ def _evidence(found: Finding) -> str:
         return f'{score}<br>no runner-up'
     odds = f'more than {_CERTAIN:,.0f}' if evidence.odds > _CERTAIN else figure(evidence.odds)
     return f'{score}<br>{odds} to 1 against {code(evidence.runner_up)}'
+
+
+def _placebo(gain: Gain) -> str:
+    if not isinstance(gain, OwnGain):
+        return ''
+    return f'<br>a placebo of equal freedom {100.0 * gain.placebo:.1f} %'
 
 
 def _ambiguous(diagnosis: Diagnosis) -> str:

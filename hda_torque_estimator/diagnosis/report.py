@@ -53,6 +53,18 @@ class Gain:
     low: float
     high: float
 
+    def beside(self, placebo: float) -> 'OwnGain':
+        """Return the gain of a cause beside that of its placebo."""
+        return OwnGain(self.before, self.after, self.floor, self.removed, self.low, self.high,
+                       placebo)
+
+
+@dataclass(frozen=True)
+class OwnGain(Gain):
+    """The gain of one cause, and what a placebo of equal freedom removes, a share as well."""
+
+    placebo: float
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -209,7 +221,13 @@ def _finding_sentence(found: Finding) -> str:
     numbers = ', '.join(f'{name} = {number.value:.4g} [{number.low:.4g}, {number.high:.4g}] '
                         f'{number.unit}'.rstrip() for name, number in found.parameters.items())
     return (f'  {found.joint or "arm":<7} {found.effect:<28} {found.cause}: {numbers}; removes '
-            f'{100.0 * found.gain.removed:.1f} % of the excess error')
+            f'{100.0 * found.gain.removed:.1f} % of the excess error{_placebo(found.gain)}')
+
+
+def _placebo(gain: Gain) -> str:
+    if not isinstance(gain, OwnGain):
+        return ''
+    return f', a placebo of equal freedom {100.0 * gain.placebo:.1f} %'
 
 
 def _places(effects: tuple[tuple[str, str | None], ...]) -> str:

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from .balance import Balancer
 from .fit import Fit, Fitter
 from .hypotheses import HYPOTHESES
+from .placebo import placebo_shares
 from .predict import HORIZON, prediction_errors, Spans
-from .report import Alike, Evidence, Finding, Gain, Number, Residual, TotalGain
+from .report import Alike, Evidence, Finding, Gain, Number, OwnGain, Residual, TotalGain
 from .search import Evidence as Reason
 from .search import Found, Place
 from .term import Term
@@ -73,7 +74,8 @@ def findings(fitter: Fitter, fit: Fit, reasons: Mapping[Place, Reason], nameable
     """
     Return the causes of a fit that may be named, with numbers, evidence and own gain.
 
-    A cause that does not gain on the held-out stretches is not told; the largest comes first.
+    A cause that does not gain on the held-out stretches, or no more there than its placebo, is
+    not told; the largest comes first.
     """
     covariance, first, told = fitter.covariance(fit), 0, []
     for term in fit.accepted:
@@ -83,12 +85,15 @@ def findings(fitter: Fitter, fit: Fit, reasons: Mapping[Place, Reason], nameable
             continue
         others = [other for other in fit.terms if other is not term]
         gain = gains(fitter.balancer, twin, fitter.on(others), fitter.on(fit.terms), spans).gain()
-        if not gain.low < 0.0:      # zero: a draw without any window in which an event lies
-            told.append(_finding(term, part, reasons[term.name, term.joint], gain))
+        shares = placebo_shares(fitter, fit, term)
+        # Zero: a draw without any window in which an event lies.
+        if not gain.low < 0.0 and shares.cause > shares.placebo:
+            told.append(_finding(term, part, reasons[term.name, term.joint],
+                                 gain.beside(shares.placebo)))
     return tuple(sorted(told, key=lambda finding: -finding.evidence.score))
 
 
-def _finding(term: Term, covariance: Array, reason: Reason, gain: Gain) -> Finding:
+def _finding(term: Term, covariance: Array, reason: Reason, gain: OwnGain) -> Finding:
     kind = effect_named(term.name)
     rival = None if reason.runner_up is None else reason.runner_up.name
     odds = float(np.exp(min(0.5 * reason.runner_up_gap, 700.0)))

@@ -1,0 +1,83 @@
+"""A placebo as free as a cause gains nothing on held-out stretches; a true cause does."""
+
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.motions import motion
+from hda_torque_estimator.diagnosis import verdict
+from hda_torque_estimator.diagnosis.diagnose import diagnose
+from hda_torque_estimator.diagnosis.hypotheses import terms_of
+from hda_torque_estimator.diagnosis.measurement import Measurement
+from hda_torque_estimator.diagnosis.placebo import moved_away, placebo_shares, Shares
+from hda_torque_estimator.diagnosis.report import OwnGain
+import numpy as np
+import pytest
+from truth import record
+from truth_cases import hide
+
+ARM = read_arm('hda_arm.yaml')
+SEED, DT = 121, 1e-3
+HIDDEN = [
+    ('stribeck_friction', 'joint1', {'excess': 0.03, 'speed': 8.0}),
+    ('base_tilt', None, {'tilt': 0.03, 'direction': 0.7}),
+    ('kinematic_error', 'joint2', {'amplitude_2': 8e-5, 'phase_2': 0.5}),
+    ('payload', None, {'mass': 2.5}),
+]
+
+
+def concluded(hidden=(), seconds=24.0):
+    """Return what is concluded of a recording of an arm with hidden effects."""
+    asked = motion('rich', 2, seconds, DT, SEED)
+    made = record(hidden, motion_angle=asked.angle, motion_rate=asked.rate, dt=DT, seed=SEED)
+    return diagnose(Measurement(ARM.labels, DT, np.stack([made.motor_angle, made.link_angle], 2),
+                                made.command), ARM)
+
+
+@pytest.mark.parametrize(('effect', 'joint', 'numbers'), HIDDEN)
+def test_a_true_cause_gains_and_its_placebo_does_not(effect, joint, numbers):
+    evidence = concluded([hide(effect, joint, **numbers)]).evidence
+    term = next(one for one in evidence.fit.accepted if (one.name, one.joint) == (effect, joint))
+    shares = placebo_shares(evidence.fitter, evidence.fit, term)
+    assert shares.cause > 0.9
+    assert shares.placebo < 0.1
+
+
+def test_a_cause_that_is_not_there_gains_no_more_than_its_placebo():
+    evidence = concluded().evidence
+    fitter = evidence.fitter
+    for effect in ('motor_cogging', 'kinematic_error', 'encoder_scale_error'):
+        wrong = next(term for term in terms_of(fitter.arm, effect) if term.joint == 'joint2')
+        fit = fitter.refit(fitter.fit(()), wrong)
+        shares = placebo_shares(fitter, fit, fit.accepted[-1])
+        assert shares.cause < 0.05
+
+
+def test_a_cause_that_its_placebo_equals_is_not_told(monkeypatch):
+    """The finding is there, and goes when the placebo gains as much."""
+    hidden = [hide('kinematic_error', 'joint2', amplitude_2=8e-5, phase_2=0.5)]
+    told = concluded(hidden, seconds=12.0).diagnosis.findings
+    assert [found.effect for found in told] == ['kinematic_error']
+    assert isinstance(told[0].gain, OwnGain) and told[0].gain.placebo < 0.1
+    monkeypatch.setattr(verdict, 'placebo_shares', lambda *_: Shares(0.9, 0.9))
+    assert concluded(hidden, seconds=12.0).diagnosis.findings == ()
+
+
+def columns(*made):
+    """Return columns over one channel, as a fit has them (m, 1, p)."""
+    return np.stack(made, axis=1)[:, None, :]
+
+
+def test_placebos_have_the_size_and_the_spectrum_of_the_columns_and_are_not_like_them():
+    time = np.linspace(0.0, 60.0, 7500, endpoint=False)
+    wave, square = np.sin(2.0 * np.pi * 0.5 * time), np.sign(np.sin(2.0 * np.pi * 0.11 * time + 1))
+    real = columns(wave, square)
+    for placebo in moved_away(real):
+        assert placebo.shape == real.shape
+        for own, other in zip(real[:, 0].T, placebo[:, 0].T):
+            assert other.std() == pytest.approx(own.std())
+            assert np.abs(np.fft.rfft(other))[1:] == pytest.approx(
+                np.abs(np.fft.rfft(own))[1:], abs=1e-6)
+            assert abs(np.corrcoef(own, other)[0, 1]) < 0.15
+
+
+def test_a_constant_has_no_placebo_but_nothing():
+    for placebo in moved_away(columns(np.ones(1000))):
+        assert not placebo.any()
