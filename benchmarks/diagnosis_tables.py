@@ -9,6 +9,11 @@ import numpy as np
 Outcome = dict[str, Any]
 # numbers of the truth that are those of the library: (effect, number there) -> number here
 SAME = {'relative_error': 'error'}
+# and those that mean the same in other terms: name there -> name here, and how it is converted
+CONVERTED: dict[tuple[str, str], tuple[str, Callable[[float], float]]] = {
+    ('stiffening_error', 'curvature'): ('error', lambda value: value / 0.0831 - 1.0),
+    ('wave_generator_compliance', 'psi'):               # psi / 2 = compliance / (N c_w), (64)
+        ('compliance', lambda value: 0.5 * 100.0 * 27.027 * value - 1.0 / 2.5517)}
 NOMINAL = {                                             # to what the truth adds, (arm file)
     ('coulomb_friction', 'level'): 0.037,               # [N*m]
     ('viscous_friction', 'slope'): 5.96e-5,             # [N*m*s/rad]
@@ -130,7 +135,8 @@ def _compare(result: Outcome, errors: dict[tuple[str, str], list[float]],
     """Add the errors of the numbers that mean the same in the truth and in the library."""
     (effect, _, true, *_), (_, _, found) = result['hidden'][0], result['said'][0]
     for name, value in true.items():
-        number = SAME.get(name, name)
+        number, convert = CONVERTED.get((effect, name), (SAME.get(name, name), float))
+        value = convert(value)
         if number not in found or 'phase' in number or 'direction' in number or not value:
             continue
         estimate, low, high = found[number]
