@@ -70,6 +70,10 @@ class EstimatorState:
     """Smallest over largest singular value of the Jacobian."""
     contact_deviations: MaybeNan
     """External torques over their standard deviations, all joints together."""
+    payload: MaybeNan
+    """Mass at the tip beyond that of the model [kg]."""
+    payload_std: MaybeNan
+    """Its standard deviation [kg]."""
     contact: str
     """'free', 'contact' while something pushes, 'collision' from a hard push to the reset."""
 

@@ -14,7 +14,7 @@ from hda_arm_sim.model.rigid import gravity_torque
 from hda_arm_sim.model.torsion import torsion_of_torque
 import numpy as np
 
-from . import contact, fusion
+from . import contact, fusion, payload
 from .momentum import expected_rate, hold, inertia_doubt, momentum
 from .route_errors import (ERRORS, motor_effects, motor_torque, STIFFNESS, torque_effects,
                            torsion_effects, TORSION_ERRORS)
@@ -38,7 +38,8 @@ READINGS = 4
  ) = range(17)
 FUSION = STRETCH + SLIDERS              # from here on the memory of the fusion
 CONTACT = FUSION + fusion.MEMORY        # in row 0: the memory of contacts
-MEMORY = CONTACT + contact.MEMORY
+PAYLOAD = CONTACT + contact.MEMORY       # in row 0: the memory of the payload
+MEMORY = PAYLOAD + payload.MEMORY
 
 # Results, per joint.
 (TORSION, KINEMATIC_TORSION,            # total and kinematic torsion, output side [rad]
@@ -53,7 +54,8 @@ RESULTS = 8
 TOOL_X, TOOL_Y, BASE_X, BASE_Y, TOOL_COVARIANCE, BASE_COVARIANCE = 0, 1, 2, 3, 4, 8
 SINGULAR, CONDITIONING = 12, 13
 CONTACT_DEVIATIONS, CONTACT_LEVEL = 14, 15      # external torques over their deviations
-TIP_RESULTS = 16
+MASS, MASS_DEVIATION = 16, 17                   # at the tip, beyond the model's [kg]
+TIP_RESULTS = 18
 
 
 @compiled
@@ -168,6 +170,13 @@ def _external(                                                      # type: igno
         memory[j, LATE_RATE] += quick * (rate[j] - memory[j, LATE_RATE])
         memory[j, LAST_SPEED] = memory[j, QUICK_LINK]
         result[j, EXTERNAL_TORQUE] = memory[j, EXTERNAL]
+    carried = memory[0, PAYLOAD:]
+    if dt > 0.0:
+        payload.gather(carried, inertia, record.body, joints, q1, q2, dq1, dq2, now,
+                       (memory[0, LATE_RATE], memory[last, LATE_RATE]),
+                       settings.inertia_tolerance, settings.span, dt)
+    else:
+        payload.restart(carried)
     moved1, moved2 = inertia_doubt(inertia, q2, dq1, dq2, memory[0, ACCELERATION],
                                    memory[last, ACCELERATION] if joints == 2 else 0.0)
     _external_deviation(settings, memory, 0, moved1, doubt1, result)
@@ -226,6 +235,7 @@ def step(                                                           # type: igno
     _tip(record, settings, q1, q2, result, tip)
     torque = result[:, EXTERNAL_TORQUE]
     tip[CONTACT_DEVIATIONS] = contact.deviations(torque, result[:, EXTERNAL_DEVIATION])
+    tip[MASS], tip[MASS_DEVIATION] = payload.mass(memory[0, PAYLOAD:])
     tip[CONTACT_LEVEL] = contact.feel(memory[0, CONTACT:], tip[CONTACT_DEVIATIONS], torque,
                                       settings.contact_deviations, settings.collision_torque, dt)
 

@@ -34,6 +34,7 @@ def estimator_report(live: LiveEstimator, pace: Pace, refusals: Refusals) -> Rep
         'contact': _touch(live),
         'contacts so far': int(_contact_memory(live)[contact.CONTACTS]),
         **health,
+        'mass at the tip beyond the model [kg]': _mass(live),
         'tip force partly hidden': bool(live.estimator.tip[estimate.SINGULAR] > 0.0),
         'tare under way': live.estimator.taring,
         **refusals.values()})
@@ -47,6 +48,11 @@ def _touch(live: LiveEstimator) -> str:
     if level == contact.COLLISION:
         return f'{pushed}; a hard push was felt, until torque_estimator/reset'
     return f'{pushed} ({felt:.1f} deviations)'
+
+
+def _mass(live: LiveEstimator) -> str:
+    mass, deviation = live.estimator.tip[[estimate.MASS, estimate.MASS_DEVIATION]]
+    return f'{mass:.2f} +- {deviation:.2f}' if np.isfinite(mass) else 'unknown'
 
 
 def _contact_memory(live: LiveEstimator) -> Array:

@@ -10,6 +10,7 @@ and no reading has to be differentiated. Equations: docs/estimation.md.
 from hda_arm_sim.model.compiled import compiled, inlined
 import numpy as np
 
+from .learning import fade, renew
 from .route_errors import ERRORS
 
 # Memory, per joint.
@@ -37,7 +38,6 @@ _WORST = 1e4            # misfit that a single window may show
 _PATIENCE = 1.0         # over which misfits are averaged [s]
 _FITTING = 5.0          # misfit up to which errors are as large as their tolerances say
 _DOUBT = 0.1            # variance added to every error per second and misfit beyond that [1/s]
-_LARGEST = 3.0          # deviations at which a difference is cut off
 
 
 @inlined
@@ -145,10 +145,8 @@ def _noise(joint, stiffness, time, samples):                        # type: igno
 def _learn(memory, difference, effect, noise, time, span):          # type: ignore[no-untyped-def]
     """Renew errors and covariance from one window, a step of a Kalman filter, (F5-F6)."""
     learnt, gain = errors_learnt(memory), gained(memory)
-    fading = np.exp(-memory[SINCE] / span)
+    fade(learnt, gain, np.exp(-memory[SINCE] / span))
     memory[SINCE] = 0.0
-    learnt *= fading
-    gain *= fading * fading
     spread = effect + gain @ effect
     expected = effect @ spread
     if not np.isfinite(difference * (expected + noise)):
@@ -159,11 +157,6 @@ def _learn(memory, difference, effect, noise, time, span):          # type: igno
     for i in range(ERRORS):
         gain[i, i] += _DOUBT * max(memory[MISFIT] - _FITTING, 0.0) * time
     variance = expected + _CORRELATED * noise * max(memory[MISFIT], 1.0)
-    largest = _LARGEST * np.sqrt(variance)
-    change = spread * (min(max(difference, -largest), largest) / variance)
-    learnt += change
-    for i in range(ERRORS):
-        for k in range(ERRORS):
-            gain[i, k] -= spread[i] * spread[k] / variance
+    change = renew(learnt, gain, spread, difference, variance)
     for i in range(ERRORS):
         memory[_MOMENTS] -= memory[_MOMENTS + 1 + i] * change[i]

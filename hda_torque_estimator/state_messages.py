@@ -68,7 +68,7 @@ class StateWriter:
                 '%', '%%'),
             'valid': '%s', 'flags': '%s', 'tip_force': _list_of(2),
             'tip_force_covariance': _list_of(4), 'singular': '%s', 'conditioning': '%s',
-            'contact_deviations': '%s', 'contact': '%s'}
+            'contact_deviations': '%s', 'payload': '%s', 'payload_std': '%s', 'contact': '%s'}
         self._form = assembled(EstimatorState, texts)
         self._labels = arm.labels
 
@@ -91,7 +91,9 @@ class StateWriter:
                    *(_words(tip[:, index]) for index in TIP_NUMBERS),
                    [_truth(hidden) for hidden in singular],
                    _words(tip[:, estimate.CONDITIONING]),
-                   _words(tip[:, estimate.CONTACT_DEVIATIONS]), map(json.dumps, level))
+                   *(_words(tip[:, index]) for index in (
+                       estimate.CONTACT_DEVIATIONS, estimate.MASS, estimate.MASS_DEVIATION)),
+                   map(json.dumps, level))
         return [self._form % row for row in zip(*columns)]
 
 

@@ -87,6 +87,18 @@ def test_estimate_is_near_the_truth_and_equals_the_estimator(bag, tmp_path, caps
                                   found.base_force)
 
 
+def test_fusion_can_be_switched(bag, tmp_path, capsys):
+    reports = [report_of(capsys, 'estimate', str(bag), '--arm', 'hda_arm.yaml', '--out',
+                         str(tmp_path / switch), '--fusion', switch) for switch in ('on', 'off')]
+    torques = [open_recording(tmp_path / switch).joint_states(JOINT_TORQUES.name).effort
+               for switch in ('on', 'off')]
+    assert reports[0]['samples'] == reports[1]['samples']
+    assert not np.array_equal(*torques)
+    arm, samples = read_arm('hda_arm.yaml'), open_recording(bag).joint_states()
+    alone = Estimator(arm).run(samples.stamps, readings(arm.labels, samples))
+    np.testing.assert_array_equal(torques[1], alone.torque)
+
+
 def test_effects_file_changes_the_arm_but_not_its_model(tmp_path, capsys):
     effects = tmp_path / 'effects.yaml'
     effects.write_text('- {effect: backlash, joint: joint1, parameters: {half_width: 1.0e-4}}\n')

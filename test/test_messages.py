@@ -16,7 +16,8 @@ STATE = EstimatorState(
     external_torque_std=(0.1, 0.1), motor_share=(0.0, 0.6), valid=(True, False),
     flags=('joint2: no position',),
     tip_force=(1.0, -2.0), tip_force_covariance=(1.0, 0.0, 0.0, 1.0), singular=False,
-    conditioning=0.3, contact_deviations=1.5, contact='free')
+    conditioning=0.3, contact_deviations=1.5, payload=0.2, payload_std=0.1,
+    contact='free')
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ def plain(message: EstimatorState) -> dict[str, object]:
     **{name: st.lists(NUMBERS, max_size=3).map(tuple) for name in (
         'torsion', 'kinematic_torsion', 'torque', 'torque_std', 'external_torque',
         'external_torque_std', 'motor_share', 'tip_force', 'tip_force_covariance')},
-    conditioning=NUMBERS, contact_deviations=NUMBERS))
+    conditioning=NUMBERS, contact_deviations=NUMBERS, payload=NUMBERS, payload_std=NUMBERS))
 def test_estimator_state_round_trip(state: EstimatorState) -> None:
     """A state comes back as it was, to the last bit of every number."""
     assert plain(from_json(EstimatorState, to_json(state))) == plain(state)

@@ -1,6 +1,7 @@
 """`hda estimate`: the estimator over a bag, with the bits that the node publishes."""
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -32,14 +33,16 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--out', required=True, type=Path, metavar='BAG2', help='bag to write')
     parser.add_argument('--default-settings', action='store_true',
                         help='ignore the settings of the estimator that the bag tells')
+    parser.add_argument('--fusion', choices=('on', 'off'),
+                        help='let torsion and motor torque correct each other, or not; else as '
+                             'the settings say')
 
 
 def execute(options: argparse.Namespace) -> Outcome:
     """Estimate and write; raises the project's errors."""
     arm = read_arm(options.arm)
     recording = open_recording(options.bag)
-    settings = (RecordedSettings() if options.default_settings
-                else recorded_settings(recording.metadata))
+    settings = _settings(options, recording)
     found = recorded_readings(arm, recording)
     estimates = Estimator(arm, settings.estimator).run(
         found.stamps, found.reading, found.command)
@@ -54,6 +57,15 @@ def execute(options: argparse.Namespace) -> Outcome:
         bag.write_texts(ESTIMATOR_STATE, state_samples(arm, estimates, settings.state.state_rate))
     return _outcome(options, arm, estimates, _all_errors(recording, arm, estimates),
                     len(estimates.refused) + found.unreadable)
+
+
+def _settings(options: argparse.Namespace, recording: Recording) -> RecordedSettings:
+    settings = (RecordedSettings() if options.default_settings
+                else recorded_settings(recording.metadata))
+    if options.fusion is None:
+        return settings
+    chosen = replace(settings.estimator, fusion=float(options.fusion == 'on'))
+    return settings._replace(estimator=chosen)
 
 
 def _all_errors(recording: Recording, arm: Arm, estimates: Estimates) -> dict[str, Errors]:

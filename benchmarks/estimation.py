@@ -1,0 +1,117 @@
+"""
+Measure torque, tip force, contacts and intervals on the independent truth in `test/truth/`.
+
+    estimation.py [--recordings N] [--minutes M] [--first SEED]
+
+Every arm is wrong by as much as its tolerances say. Prints the errors of the torque by torsion
+alone and by both ways, how much 90 % intervals hold, the error of the tip force while moving, how
+soon a push of 5 N is felt, and how often free motion is taken for a contact.
+"""
+
+from argparse import ArgumentParser
+from collections.abc import Sequence
+from itertools import cycle, islice
+from typing import NamedTuple
+
+from hda_arm_sim.model.files import read_arm
+from hda_torque_estimator import contact, estimate
+from hda_torque_estimator.estimator import Estimates, Estimator, EstimatorSettings
+from hidden_truth import TruthRecord
+import numpy as np
+from numpy.typing import NDArray
+from tolerated import DT, pushed, reading, tolerated
+
+ARM = read_arm('hda_arm.yaml')
+ALONE = EstimatorSettings(fusion=0.0)
+MOTIONS = ('rich', 'sine', 'turn')
+SECONDS, BEGUN = 20.0, 3000
+WITHIN = 1.645                      # deviations of a 90 % interval
+REACHED = 0.5                       # |sin(theta2)| from which both components are asked for
+PUSH, LASTS = 5.0, 400              # sudden push [N] and its samples
+
+Array = NDArray[np.float64]
+
+
+class Row(NamedTuple):
+    """What one recording says: means and shares, or nan."""
+
+    alone: float                    # mean absolute error of the torque by torsion alone [N*m]
+    fused: float                    # the same by both ways
+    torque_held: float              # share of torques within their 90 % intervals
+    external_held: float
+    force: float                    # rms error of a component of the tip force [N]
+
+
+def estimates(seen: TruthRecord, settings: EstimatorSettings = EstimatorSettings()) -> Estimates:
+    """Return the estimates of a recording with its commands."""
+    return Estimator(ARM, settings).run(seen.stamps, reading(seen), seen.command)
+
+
+def moving(path: str, seed: int) -> Row:
+    """Return what a recording with soft pushes says."""
+    force = pushed(round(SECONDS / DT) + 1, 15.0, np.random.default_rng([seed, 5]))
+    seen = tolerated(ARM.tolerances, path, seed, SECONDS, force)
+    both, alone = estimates(seen), estimates(seen, ALONE)
+    reached = np.abs(np.sin(seen.states[:, 1, 2])) > REACHED
+    reached[:BEGUN] = False
+    off = np.abs(both.torque - seen.joint_torque)[BEGUN:]
+    pulled = np.abs(both.external_torque - seen.external)[BEGUN:]
+    return Row(
+        float(np.abs(alone.torque - seen.joint_torque)[BEGUN:].mean()), float(off.mean()),
+        float((off < WITHIN * both.torque_deviation[BEGUN:]).mean()),
+        float((pulled < WITHIN * both.joints[BEGUN:, :, estimate.EXTERNAL_DEVIATION]).mean()),
+        float(np.sqrt(((both.base_force - force)[reached] ** 2).mean())))
+
+
+def delays(path: str, seed: int) -> list[float]:
+    """Return when each sudden push was felt [ms], inf where it was not."""
+    random = np.random.default_rng([seed, 9])
+    force = np.zeros((round(SECONDS / DT) + 1, 2))
+    begins = np.arange(4000, len(force) - 1000, 1500) + random.integers(0, 500)
+    for begin in begins:
+        way = random.uniform(0.0, 2.0 * np.pi)
+        force[begin:begin + LASTS] = PUSH * np.cos(way), PUSH * np.sin(way)
+    seen = tolerated(ARM.tolerances, path, seed, SECONDS, force)
+    felt = estimates(seen).tip[:, estimate.CONTACT_LEVEL] > contact.FREE
+    found = []
+    for begin in begins[np.abs(np.sin(seen.states[begins, 1, 2])) > REACHED]:
+        when = np.flatnonzero(felt[begin:begin + LASTS])
+        found.append(float(when[0]) if len(when) else np.inf)
+    return found
+
+
+def alarms(path: str, seed: int) -> tuple[int, float]:
+    """Return how often a minute of free motion was a contact, and the largest deviations."""
+    tip = estimates(tolerated(ARM.tolerances, path, seed, 60.0)).tip
+    raised = np.diff(tip[:, estimate.CONTACT_LEVEL] > contact.FREE, prepend=False)
+    return int(raised.sum() + 1) // 2, float(tip[:, estimate.CONTACT_DEVIATIONS].max())
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Measure and print."""
+    parser = ArgumentParser(description=__doc__.split('\n')[1])
+    parser.add_argument('--recordings', type=int, default=12)
+    parser.add_argument('--minutes', type=int, default=10)
+    parser.add_argument('--first', type=int, default=500, metavar='SEED')
+    chosen = parser.parse_args(arguments)
+    paths = list(islice(cycle(MOTIONS), max(chosen.recordings, chosen.minutes)))
+    rows = [moving(path, chosen.first + k) for k, path in enumerate(paths[:chosen.recordings])]
+    mean = Row(*np.mean(rows, axis=0))
+    felt = [delay for k, path in enumerate(paths[:chosen.recordings])
+            for delay in delays(path, chosen.first + 100 + k)]
+    free = [alarms(path, chosen.first + 200 + k) for k, path in enumerate(paths[:chosen.minutes])]
+    print(f'{len(rows)} recordings of {SECONDS:g} s, moving and pushed')
+    print(f'  torque, mean absolute error   torsion alone {mean.alone:.4f} N*m, both ways '
+          f'{mean.fused:.4f} N*m: {100.0 * (1.0 - mean.fused / mean.alone):.0f} % lower')
+    print(f'  90 % intervals hold           torque {100.0 * mean.torque_held:.1f} %, '
+          f'external torque {100.0 * mean.external_held:.1f} %')
+    print(f'  tip force, rms                mean {mean.force:.2f} N, worst recording '
+          f'{max(row.force for row in rows):.2f} N')
+    print(f'  {PUSH:g} N felt                      {sum(np.isfinite(felt))} of {len(felt)}, after '
+          f'{np.median(felt):.0f} ms, at the latest {max(felt):.0f} ms')
+    print(f'  free motion taken for contact {sum(count for count, _ in free)} times in '
+          f'{len(free)} min; largest {max(most for _, most in free):.1f} deviations')
+
+
+if __name__ == '__main__':
+    main()
