@@ -12,20 +12,24 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import arm_to_text, read_arm
 from hda_arm_sim.simulate import checked
 from hda_msgs_json.bag import open_recording
+from matplotlib.figure import Figure
 
 from . import fleet
+from .motors_alone import motor_figures, motors_alone, read_sweeps
 from .outcome import Outcome
 from ..diagnosis.alignment import together
 from ..diagnosis.diagnose import Conclusion, diagnose
 from ..diagnosis.excitation import asked
-from ..diagnosis.exhibits import Exhibits
 from ..diagnosis.gate import check, check_names, GateError, mended, Mending
 from ..diagnosis.measurement import Measurement, measurement_from
+from ..diagnosis.motor_side import diagnose_motors, MotorConclusion
 from ..diagnosis.page import page
 from ..diagnosis.plots import figures
 from ..diagnosis.showing import exhibits_of, predictions
 from ..pages.drawing import inline_svg
 from ..version import version
+
+AnyConclusion = Conclusion | MotorConclusion
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -56,7 +60,10 @@ def _together(options: argparse.Namespace) -> Outcome:
     begin = time.monotonic()
     if options.out.exists():
         raise GateError(f'{options.out} exists; name another place for the diagnosis')
-    arm = checked(read_arm(options.arm))
+    arm = read_arm(options.arm)
+    if motors_alone(options.bags[0], arm):
+        return _motors(options, arm, begin)
+    arm = checked(arm)
     about = asked(arm, options.about)
     sources = [str(bag) for bag in options.bags]
     measurement = together([_measurement(bag, options, arm) for bag in options.bags], sources)
@@ -67,7 +74,20 @@ def _together(options: argparse.Namespace) -> Outcome:
     found = found._replace(diagnosis=replace(
         found.diagnosis, seconds=spent,
         prediction=() if exhibits is None else predictions(exhibits)))
-    _write(found, exhibits, options.out)
+    drawn = {} if exhibits is None else figures(found.diagnosis, exhibits)
+    _write(found, drawn, options.out)
+    return Outcome('\n'.join(found.diagnosis.sentences()), found.diagnosis.document())
+
+
+def _motors(options: argparse.Namespace, arm: Arm, begin: float) -> Outcome:
+    """Diagnose the motors of a recording that has no link angles, and write."""
+    if len(options.bags) > 1:
+        raise GateError(f'{options.bags[0]} has motors alone; diagnose such bags one by one: say '
+                        '--each')
+    found = diagnose_motors(read_sweeps(options.bags[0], arm), arm, arm_file=options.arm,
+                            version=version())
+    found = found._replace(diagnosis=replace(found.diagnosis, seconds=time.monotonic() - begin))
+    _write(found, motor_figures(found.parts), options.out)
     return Outcome('\n'.join(found.diagnosis.sentences()), found.diagnosis.document())
 
 
@@ -81,9 +101,8 @@ def _measurement(bag: Path, options: argparse.Namespace, arm: Arm) -> Measuremen
     return measurement
 
 
-def _show(found: Conclusion, exhibits: Exhibits | None, out: Path) -> None:
+def _show(found: AnyConclusion, drawn: dict[str, Figure], out: Path) -> None:
     """Write the page and its figures."""
-    drawn = {} if exhibits is None else figures(found.diagnosis, exhibits)
     for name, figure in drawn.items():
         figure.savefig(out / f'{name}.png', dpi=150)
         figure.savefig(out / f'{name}.svg')
@@ -91,7 +110,7 @@ def _show(found: Conclusion, exhibits: Exhibits | None, out: Path) -> None:
     (out / 'report.html').write_text(page(found.diagnosis, inline), encoding='utf-8')
 
 
-def _write(found: Conclusion, exhibits: Exhibits | None, out: Path) -> None:
+def _write(found: AnyConclusion, drawn: dict[str, Figure], out: Path) -> None:
     """Write the directory; it appears whole or not at all."""
     out.parent.mkdir(parents=True, exist_ok=True)
     partial = Path(tempfile.mkdtemp(prefix=f'.{out.name}.', dir=out.parent))
@@ -99,7 +118,7 @@ def _write(found: Conclusion, exhibits: Exhibits | None, out: Path) -> None:
         report = json.dumps(found.diagnosis.document(), indent=1, allow_nan=False)
         (partial / 'report.json').write_text(report + '\n', encoding='utf-8')
         (partial / 'model.yaml').write_text(arm_to_text(found.extended), encoding='utf-8')
-        _show(found, exhibits, partial)
+        _show(found, drawn, partial)
         partial.chmod(0o755)
         partial.rename(out)
     except OSError as error:

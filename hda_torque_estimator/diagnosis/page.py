@@ -17,6 +17,9 @@ CAPTIONS = {
     'prediction': 'Error of the simulation from measured states, by how far it looks ahead. The '
                   'extended arm should lie on the noise; the gap between the two is what is '
                   'still missed.',
+    'motor': 'A motor alone. Left: its torque over a held-out stretch, measured, and as load, '
+             'friction and the lines found call for it. Right: what load and friction leave, over '
+             'the turn of the motor; with the lines it should be flat.',
     'example': 'One window simulated from the measured state. The extended arm should cover the '
                'measurement; the arm as given departs from it.',
 }
@@ -130,7 +133,7 @@ def _caption(diagnosis: Diagnosis, name: str) -> str:
     if kind == 'finding' and number.isdigit() and 0 < int(number) <= len(diagnosis.findings):
         found = diagnosis.findings[int(number) - 1]
         return _FINDING.format(f'{found.effect} at {_place(found.joint)}')
-    return CAPTIONS.get(name, _OTHER.format(name.replace('_', ' ')))
+    return CAPTIONS.get(name, CAPTIONS.get(kind, _OTHER.format(name.replace('_', ' '))))
 
 
 def _residuals(diagnosis: Diagnosis) -> str:

@@ -1,0 +1,84 @@
+"""
+Find what repeats with every turn of a motor, in a torque that depends on much else besides.
+
+A line must stand out of the spectrum about it, over the angle and not over time, so that neither
+slow loads nor the noise of a controller can pass for one.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+from scipy.optimize import minimize_scalar
+
+Array = NDArray[np.float64]
+STANDS_OUT = 20.0       # power over the median about it, which chance reaches in 1 % of spectra
+SHARE = 0.01            # of the power, below which a line is immaterial
+_LOWEST = 0.5           # order: slower waves are loads [1/turn]
+_ABOUT = 201            # frequencies about a line that tell its surroundings
+_PER_SAMPLE = 0.4       # waves in a sample: faster ones are not seen
+_APART = 3.0            # widths of a line within which there is no other
+_TURN = 2.0 * np.pi
+
+
+class Line(NamedTuple):
+    """A wave over the motor angle: its order [1/turn], and its power over that about it."""
+
+    order: float
+    stands_out: float
+
+
+def strongest_line(angle: Array, rest: Array, dt: float,
+                   known: Sequence[float] = ()) -> Line | None:
+    """
+    Return the line that stands out most in a rest (k,) over an angle (k,), if one does.
+
+    Orders that are `known` already are left out.
+    """
+    orders, size = spectrum(angle, rest, dt)
+    power = size ** 2
+    ratio = np.where(orders > _LOWEST, power / np.maximum(median_filter(power, _ABOUT), 1e-300),
+                     0.0)
+    for order in known:
+        ratio[np.abs(orders - order) < _APART * _TURN / float(np.ptp(angle))] = 0.0
+    best = int(np.argmax(ratio))
+    if ratio[best] <= STANDS_OUT:
+        return None
+    step = float(orders[1])
+    found = minimize_scalar(lambda order: -told(angle, rest, float(order)), method='bounded',
+                            bounds=(orders[best] - 2.0 * step, orders[best] + 2.0 * step))
+    order = _whole(float(found.x), _TURN / float(np.ptp(angle)))
+    if order < 1.0 or told(angle, rest, order) < SHARE * float(rest @ rest):
+        return None
+    return Line(order, float(ratio[best]))
+
+
+def _whole(order: float, width: float) -> float:
+    """Return the whole order within the width of a line: what turns with a motor has no other."""
+    return float(round(order)) if abs(order - round(order)) < width else order
+
+
+def spectrum(angle: Array, rest: Array, dt: float) -> tuple[Array, Array]:
+    """Return orders (f,) [1/turn] and the amplitudes of a rest (k,) over an angle (k,) there."""
+    pace = float(np.median(np.abs(np.diff(angle)))) / dt
+    highest = _PER_SAMPLE * _TURN / dt / max(pace, 1e-9)
+    width = _TURN / (4.0 * highest)
+    place = ((angle - angle.min()) / width).astype(np.int64)
+    count = 4 * (int(place.max()) + 1)
+    size = 2.0 * np.abs(np.fft.rfft(np.bincount(place, rest, count))) / len(rest)
+    orders = np.arange(len(size), dtype=np.float64) * (_TURN / (count * width))
+    return orders[orders < highest], size[orders < highest]
+
+
+def told(angle: Array, rest: Array, order: float) -> float:
+    """Return how much of the power of a rest (k,) a wave of this order tells."""
+    columns = waves(angle, order)
+    against = columns.T @ rest
+    return float(against @ np.linalg.solve(columns.T @ columns, against))
+
+
+def waves(angle: Array, order: float) -> Array:
+    """Return sine and cosine of an order over an angle (k, 2)."""
+    return np.stack([np.sin(order * angle), np.cos(order * angle)], axis=1)

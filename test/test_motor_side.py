@@ -1,0 +1,141 @@
+"""Recordings with one encoder: friction and lines are found where they are, and nothing else."""
+
+import json
+from pathlib import Path
+
+from hda_arm_sim.model.files import read_arm
+from hda_msgs_json.bag import BagWriter
+from hda_msgs_json.samples import JointSamples
+from hda_msgs_json.topics import JOINT_STATES
+from hda_torque_estimator.cli import main
+from hda_torque_estimator.diagnosis.gate import GateError
+from hda_torque_estimator.diagnosis.motor_record import is_motor_side, sweeps_of
+from hda_torque_estimator.diagnosis.motor_side import diagnose_motors
+from hda_torque_estimator.importing.run import run_import
+import numpy as np
+import pytest
+
+ARM = read_arm('kinova_gen3.yaml')
+KINOVA = Path(__file__).parents[2] / 'shared' / 'data' / 'kinova_gen3_jointwise'
+RATIO, LEVEL, SLOPE = 100.0, 0.05, 4e-4
+
+
+def turned(both_ways, lines=(), duration=12.0, seed=1, noise=2e-3):
+    """Return a recording of one motor under a load, with friction and cogging (size, order)."""
+    time = 1e-3 * np.arange(round(duration * 1e3))
+    speed = 40.0 * np.sin(2.0 * np.pi * time / 6.0) if both_ways else 40.0 * np.minimum(
+        1.0, np.minimum(time, time[-1] - time) / 0.3)
+    angle = np.cumsum(speed) * 1e-3
+    link = angle / RATIO
+    torque = (1.3e-4 * np.gradient(speed, 1e-3) + 0.03 * np.cos(link) - 0.06 * np.sin(link)
+              + LEVEL * np.sign(speed) + SLOPE * speed)
+    for size, order in lines:
+        torque -= size * np.sin(order * angle + 0.7)
+    torque += noise * np.random.default_rng(seed).standard_normal(len(time))
+    return recorded(angle, torque)
+
+
+def recorded(angle, torque, names=('joint3_motor',)):
+    """Return joint states of one motor."""
+    absent = np.full((len(angle), 1), np.nan)
+    return JointSamples(1 + 1_000_000 * np.arange(len(angle)), names, angle[:, None], absent,
+                        torque[:, None])
+
+
+def diagnosed(samples):
+    """Return the conclusion on a recording."""
+    return diagnose_motors(sweeps_of(samples, ARM, 'bag'), ARM)
+
+
+def test_friction_and_lines_are_found_with_their_sizes():
+    found = diagnosed(turned(True, ((4e-3, 12.0), (2e-3, 24.0))))
+    told = {(cause.effect, round(cause.parameters['order'].value) if 'order' in cause.parameters
+             else None): cause for cause in found.diagnosis.findings}
+    assert set(told) == {('coulomb_friction', None), ('viscous_friction', None),
+                         ('motor_cogging', 12), ('motor_cogging', 24)}
+    assert found.diagnosis.verdict == 'explained'
+    level = told['coulomb_friction', None].parameters['level']
+    assert level.value == pytest.approx(LEVEL, rel=0.03)
+    wave = told['motor_cogging', 12].parameters
+    assert wave['amplitude'].value == pytest.approx(4e-3, rel=0.05)
+    assert wave['phase'].value == pytest.approx(0.7, abs=0.05)
+    assert all(cause.gain.low > 0.0 for cause in found.diagnosis.findings)
+
+
+def test_the_extended_arm_has_friction_and_the_strongest_line():
+    extended = diagnosed(turned(True, ((4e-3, 12.0), (2e-3, 24.0)))).extended
+    assert extended.effect('coulomb_friction', 'joint3').level == pytest.approx(LEVEL, rel=0.03)
+    assert extended.effect('viscous_friction', 'joint3').slope == pytest.approx(SLOPE, rel=0.05)
+    assert extended.effect('motor_cogging', 'joint3').order == 12.0
+
+
+@pytest.mark.parametrize('seed', range(8))
+def test_a_torque_without_lines_shows_none(seed):
+    slow = np.cumsum(np.random.default_rng(seed).standard_normal(12000)) * 2e-4
+    samples = turned(False, seed=seed)
+    found = diagnosed(recorded(samples.position[:, 0], samples.effort[:, 0] + slow))
+    assert found.diagnosis.findings == ()
+
+
+def test_friction_of_a_sweep_one_way_is_ambiguous():
+    found = diagnosed(turned(False)).diagnosis
+    assert found.verdict == 'ambiguous'
+    assert found.ambiguous[0].effects == (('coulomb_friction', 'joint3'),
+                                          ('drive_offset', 'joint3'))
+    resists = f'{LEVEL + 40.0 * SLOPE:.2g} N*m at the shaft'
+    assert any('one way' in remark for remark in found.remarks), resists
+
+
+def test_what_one_encoder_cannot_see_is_said():
+    found = diagnosed(turned(True)).diagnosis
+    unseen = {row.effect for row in found.excitation}
+    assert {'stiffness_error', 'clock_skew', 'kinematic_error'} <= unseen
+    assert not {'coulomb_friction', 'motor_cogging'} & unseen
+    assert all(row.smallest_detectable is None for row in found.excitation)
+    assert 'One encoder' in found.remarks[0]
+
+
+def test_a_motor_held_still_shows_nothing():
+    still = recorded(np.zeros(5000), np.full(5000, 0.1))
+    assert is_motor_side(still, ARM)
+    assert diagnosed(still).diagnosis.verdict == 'insufficient_excitation'
+
+
+def test_unusable_motors_are_refused():
+    samples = turned(True)
+    with pytest.raises(GateError, match='no motor torque of joint3'):
+        sweeps_of(recorded(samples.position[:, 0], np.full(12000, np.nan)), ARM, 'bag')
+    with pytest.raises(GateError, match='too short'):
+        sweeps_of(turned(False, duration=1.0), ARM, 'bag')
+
+
+def test_a_bag_of_motors_makes_a_report(tmp_path, capsys):
+    with BagWriter(tmp_path / 'bag', {}) as bag:
+        bag.write_joint_states(JOINT_STATES, turned(True, ((4e-3, 12.0),)))
+    out = tmp_path / 'out'
+    assert main(['diagnose', str(tmp_path / 'bag'), '--arm', 'kinova_gen3.yaml', '--out', str(out),
+                 '--json']) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told == json.loads((out / 'report.json').read_text())
+    assert told['verdict'] == 'explained'
+    assert '<svg' in (out / 'report.html').read_text()
+    assert read_arm(out / 'model.yaml').effect('motor_cogging', 'joint3').order == 12.0
+
+
+# Joint of the sweep, and waves per output turn that its motor torque must show.
+LINES = {1: {2400}, 4: {100, 2400}, 5: {1200, 1400, 2800}, 6: {1200, 1400, 2400, 2800},
+         7: {700, 1200, 2800}}
+
+
+@pytest.mark.parametrize('joint', LINES)
+def test_the_lines_of_a_real_arm_are_found(joint, tmp_path):
+    table = KINOVA / f'joint_{joint}_trapez.csv.gz'
+    if not table.exists():
+        pytest.skip('the public recordings are not here')
+    bag, = run_import(table, Path('kinova_gen3.yaml'), tmp_path / 'bag')
+    assert main(['diagnose', str(bag), '--arm', 'kinova_gen3.yaml', '--out',
+                 str(tmp_path / 'out')]) == 0
+    told = json.loads((tmp_path / 'out' / 'report.json').read_text())
+    orders = {round(RATIO * cause['parameters']['order']['value']) for cause in told['findings']}
+    assert LINES[joint] <= orders
+    assert {cause['joint'] for cause in told['findings']} == {f'joint{joint}'}
