@@ -104,6 +104,8 @@ def _joint(                                                         # type: igno
     elastic = total - kinematic - memory[j, ZERO] - wrong
     loop = 0.0
     if joint.torsional_hysteresis.level > 0.0:
+        if dt == 0.0:
+            memory[j, TURNED_TORSION] = elastic     # where in its loop it begins nobody knows
         loop = slide(joint, elastic - memory[j, TURNED_TORSION],
                      memory[j, STRETCH:STRETCH + SLIDERS])
         memory[j, TURNED_TORSION] = elastic

@@ -22,8 +22,9 @@ from .torsion import torque_from_guess
 Array = NDArray[np.float64]
 
 # The state of one joint: shaft [rad, rad/s], link [rad, rad/s]; then what effects remember:
-# torsion at which the elements of the hysteresis stand [rad], bristles [rad], torque of the current
-# loop [N*m motor], in row 0 the base along its swing [m, m/s], and the elements' stretches [rad].
+# torsion at which the elements of the hysteresis stand [rad], bristles [rad], torque of the
+# current loop [N*m motor], in row 0 the base along its swing [m, m/s], the elements' stretches
+# [rad].
 MOTOR_ANGLE, MOTOR_VELOCITY, LINK_ANGLE, LINK_VELOCITY = range(4)
 HYSTERESIS, BRISTLE, CURRENT, BASE_OFFSET, BASE_RATE, STRETCH = range(4, 10)
 STATES = STRETCH + SLIDERS

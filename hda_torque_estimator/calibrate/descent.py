@@ -7,7 +7,7 @@ how much the stretches pull the fit to and fro, so they hold errors that follow 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from hda_arm_sim.model.arm import Arm
 import numpy as np
@@ -25,11 +25,12 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 STRETCH = 3.0           # [s]
 FOLDS = 5
+PIECES = 3              # fewest recordings, or parts of them, that tell how laws fail
 STEP = 0.02             # of a sigma, for the slopes
 ZERO_KNOWN = 1.0        # [rad], as good as nothing
 PASSES = 14
 CLOSE = 2e-3            # relative gain of a pass that ends the descent
-SHARES = (1.0, 0.3)
+SHARES = (1.0, 0.5, 0.2, 0.05)
 WORTHLESS = 1e-9        # [N*m], the least noise
 UNFUSED = EstimatorSettings(fusion=0.0)     # what is calibrated is the torsion alone
 
@@ -41,6 +42,7 @@ class Rows:
     error: Floats       # (m,) [N*m]
     slopes: Floats      # (m, p) per sigma of each unknown
     stretch: Ints       # (m,)
+    piece: Ints         # (m,) of one recording, or of a part of it where there are few
 
     @property
     def fold(self) -> Ints:
@@ -72,14 +74,23 @@ class Found:
         return float(self.scaled[self.unknowns] * ZERO_KNOWN)
 
     def covariance(self) -> Floats:
-        """Return the covariance of all unknowns in sigmas (p, p), by the stretches' pulls."""
+        """
+        Return the covariance of all unknowns in sigmas (p, p), by the pulls of stretches.
+
+        What a whole recording pulls comes on top: no law is exact, and where it is not depends
+        on the motion.
+        """
         rows, weight = self.rows, self.noise ** -2
-        normal = weight * rows.slopes.T @ rows.slopes + _prior(len(self.scaled))
-        pulls = np.stack([rows.slopes[rows.stretch == one].T @ rows.error[rows.stretch == one]
-                          for one in np.unique(rows.stretch)])
-        inner = np.linalg.inv(normal)
-        middle = (rms(rows.error) ** -4 * pulls.T @ pulls) * (rms(rows.error) / self.noise) ** 4
-        return inner @ (middle + _prior(len(self.scaled))) @ inner
+        inner = np.linalg.inv(weight * rows.slopes.T @ rows.slopes + _prior(len(self.scaled)))
+        pulls = _pulls(rows, rows.stretch) + _pulls(rows, rows.piece)
+        return inner @ (weight ** 2 * pulls + _prior(len(self.scaled))) @ inner
+
+
+def _pulls(rows: Rows, part: Ints) -> Floats:
+    """Return the summed squares of what each part of the rows pulls at the unknowns (p, p)."""
+    pulls = np.stack([rows.slopes[part == one].T @ rows.error[part == one]
+                      for one in np.unique(part)])
+    return pulls.T @ pulls
 
 
 def known(terms: Sequence[Term]) -> tuple[Floats, Floats]:
@@ -105,13 +116,15 @@ class Descent:
         """`arm` is one joint as it was given."""
         self.arm, self.passages = arm, passages
         self._used = [passage.rows_used() for passage in passages]
-        stretches, first = [], 0
-        for passage, used in zip(passages, self._used):
+        stretches, pieces, first = [], [], 0
+        parts = -(-PIECES // len(passages))             # of each recording
+        for place, (passage, used) in enumerate(zip(passages, self._used)):
             length = max(1, round(STRETCH / (passage.dt * passage.every)))
             numbers = first + np.arange(len(used)) // length
             stretches.append(numbers[used])
             first = int(numbers[-1]) + 1
-        self.stretch = np.concatenate(stretches)
+            pieces.append(place * parts + np.arange(used.sum()) * parts // max(used.sum(), 1))
+        self.stretch, self.piece = np.concatenate(stretches), np.concatenate(pieces)
         self._reference = self.thinned([passage.reference for passage in passages])
         self._doubt = self.thinned([passage.doubt for passage in passages])
 
@@ -163,7 +176,7 @@ class Descent:
                 slopes[:, place] = (self.torque(terms, scaled + step) - torque) / STEP
             turned += places if term.turns is not None else ()
         slopes[:, [*turned, first]] = self._turned(terms, arm, base)
-        return Rows(error, slopes, self.stretch)
+        return Rows(error, slopes, self.stretch, self.piece)
 
     def _turned(self, terms: Sequence[Term], arm: Arm, base: Sequence[Estimates]) -> Floats:
         """Return the slopes of the rows over what adds to the torsion, the zero last (m, q)."""
@@ -190,7 +203,7 @@ class Descent:
             if gain > CLOSE:
                 slopes = _corrected(rows.slopes, trial_error - error, trial - scaled)
                 scaled, error, fresh = trial, trial_error, False
-                rows = Rows(error, slopes, self.stretch)
+                rows = Rows(error, slopes, self.stretch, self.piece)
             elif fresh:
                 break
             else:
@@ -243,7 +256,7 @@ def held_out(rows: Rows, noise: float, scaled: Floats) -> float:
     left = np.empty_like(rows.error)
     for fold in range(FOLDS):
         seen = rows.fold != fold
-        step = solved(Rows(rows.error[seen], rows.slopes[seen], rows.stretch[seen]), noise,
+        step = solved(replace(rows, error=rows.error[seen], slopes=rows.slopes[seen]), noise,
                       scaled)
         left[~seen] = rows.error[~seen] + rows.slopes[~seen] @ step
     return rms(left)

@@ -115,7 +115,7 @@ def chosen(descent: Descent, found: Found, orders: Sequence[float]) -> tuple[flo
 
 def _with(rows: Rows, wave: Floats, noise: float, scaled: Floats) -> tuple[Rows, float, Floats]:
     """Return rows with the columns of one more wave (m, 2)."""
-    return (Rows(rows.error, np.concatenate([rows.slopes, wave], axis=1), rows.stretch), noise,
+    return (replace(rows, slopes=np.concatenate([rows.slopes, wave], axis=1)), noise,
             np.concatenate([scaled, np.zeros(2)]))
 
 

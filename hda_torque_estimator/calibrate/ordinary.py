@@ -126,8 +126,9 @@ def law_terms(arm: Arm) -> list[Term]:
 def _decided(descent: Descent, arm: Arm) -> tuple[Found, tuple[str, ...]]:
     """Return the fit with the waves and laws that recordings tell, and the numbers left out."""
     terms = law_terms(arm)
-    rough = descent.fit([laws.stiffness(arm), laws.skew(arm)])
-    fitted = fitted_waves(descent, terms, chosen(descent, rough, ()))
+    light = [terms[0], terms[-1]]               # stiffness and skew; loops come after waves
+    orders = chosen(descent, descent.fit(light), ())
+    fitted = fitted_waves(descent, terms, orders, fitted_waves(descent, light, orders))
     orders, thinner = worthwhile(fitted)
     more = chosen(descent, thinner, orders)
     if more != fitted.orders:

@@ -16,7 +16,8 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 THIN = 0.008            # time over which errors are averaged to one row [s]
 SLOWEST = 0.004         # period in which an estimator still follows all that a joint does [s]
-EDGE = 0.25             # time at both ends, and about lost samples, that is not used [s]
+EDGE = 0.25             # time at the end, and about lost samples, that is not used [s]
+BEGIN = 1.0             # time at the beginning, until a loop has forgotten where it began [s]
 
 
 class Passage(NamedTuple):
@@ -84,11 +85,10 @@ def _passage(name: str, seen: Measurement, motion: Motion, j: int, torque: Float
     reach = round(EDGE / seen.dt)
     near = np.convolve(~usable, np.ones(2 * reach // 10 + 1), 'same') > 0.5
     usable &= ~near
-    usable[:reach] = usable[-reach:] = False
+    usable[:round(BEGIN / seen.dt)] = usable[-reach:] = False
     few = slice(None, None, max(1, round(SLOWEST / seen.dt)))
     return Passage(name, seen.dt * (few.step or 1), readings[few],
                    np.where(usable, torque, 0.0)[few], doubt[few], usable[few],
                    seen.command[few, j], motion.state[few, j, LINK_ANGLE],
                    motion.state[few, j, LINK_VELOCITY], motion.state[few, j, MOTOR_VELOCITY],
                    motion.acceleration[few, j, 0])
-

@@ -10,7 +10,7 @@ from hda_msgs_json.samples import WrenchSamples
 from hda_msgs_json.topics import EXTERNAL_WRENCH, reference_joint_torque, REFERENCE_TIP_WRENCH
 
 from .calibration import calibrate, Calibration
-from .heard import heard, Heard
+from .heard import Heard, heard
 from .measured import CalibrationError, Measured, measured
 from .ordinary import calibrate_ordinary
 from .passage import Passage

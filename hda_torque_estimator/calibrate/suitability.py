@@ -97,18 +97,30 @@ def _check_loads(label: str, passages: Sequence[Passage]) -> None:
 
 
 def _check_sign(label: str, ratio: float, passages: Sequence[Passage]) -> None:
-    """Check that torsion and torque go the same way."""
-    torsion = np.concatenate([
-        (part := passage.readings[passage.usable, 0, 0] / ratio
-         - passage.readings[passage.usable, 0, 1]) - part.mean() for passage in passages])
-    torque = np.concatenate([passage.reference[passage.usable]
-                             - passage.reference[passage.usable].mean() for passage in passages])
+    """Check that torsion and torque go the same way, apart from what goes with angle and speed."""
+    torsion = np.concatenate([passage.readings[passage.usable, 0, 0] / ratio
+                              - passage.readings[passage.usable, 0, 1] for passage in passages])
+    torque = _joined(passages, [passage.reference for passage in passages])
+    rest = np.stack([torsion, torque], axis=1)
+    other = _turning(passages)
+    rest -= other @ np.linalg.lstsq(other, rest, rcond=None)[0]
+    torsion, torque = rest.T
     alike = float(torsion @ torque / math.sqrt(max(float(
         (torsion @ torsion) * (torque @ torque)), 1e-300)))
-    if alike < -ALIKE:
+    if alike < -ALIKE and torque.std() > LEAST_TORQUE:
         raise CalibrationError(
             f'{label}: the torque falls where the torsion grows (correlation {alike:.2f}): the '
             'sign of the reference, the tilt or the tip force is wrong')
+
+
+def _turning(passages: Sequence[Passage]) -> Floats:
+    """Return what shows as torsion while a joint turns (k, 10): a level, skew and waves."""
+    motor = np.concatenate([passage.readings[passage.usable, 0, 0] for passage in passages])
+    link = _joined(passages, [passage.link_angle for passage in passages])
+    rate = _joined(passages, [passage.link_rate for passage in passages])
+    waves = [part(angle) for angle in (link, 2.0 * link, motor, 2.0 * motor)
+             for part in (np.sin, np.cos)]
+    return np.stack([np.ones_like(link), rate, *waves], axis=1)
 
 
 def check_alike(label: str, recording: str, sensed: Floats, known: Floats) -> None:

@@ -17,7 +17,7 @@ def tangents(joint, elastic, change, slope):                        # type: igno
     loop, law = joint.torsional_hysteresis, joint.torsion
     stretch, moved = np.zeros(SLIDERS), np.zeros((SLIDERS, change.shape[1]))
     share = loop.level / (SLIDERS * loop.width)
-    last = 0.0
+    last = elastic[0]
     for k in range(elastic.shape[0]):
         spring = played_torsion(elastic[k], joint.backlash.half_width)
         torque = torque_of_torsion(law, joint.ratio, spring)
