@@ -13,7 +13,7 @@ from hda_torque_estimator.importing.headings import KINDS, read_heading
 from hda_torque_estimator.importing.map_document import read_column_map
 from hda_torque_estimator.importing.run import run_import
 from hda_torque_estimator.importing.tables import read_table
-from hypothesis import given, strategies as st
+from hypothesis import example, given, strategies as st
 import numpy as np
 import pytest
 import yaml
@@ -184,6 +184,7 @@ CONTENTS = {
     'whole': np.arange(1000), 'truth': TIME > 1}
 
 
+@example(chosen={'position': 'back', 'deg': 'back'}, rows=8)         # less than one to one
 @given(chosen=st.dictionaries(NAMES, st.sampled_from(sorted(CONTENTS)), max_size=12),
        rows=st.integers(0, 20))
 def test_a_guess_is_a_map_of_its_table_or_one_line(chosen: dict[str, str], rows: int) -> None:

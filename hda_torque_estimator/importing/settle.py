@@ -11,6 +11,8 @@ from .places import (Entry, LINK_POSITION, LINK_VELOCITY, MOTOR_EFFORT, MOTOR_PO
 from .sightings import (angle_unit, Columns, FEWEST, Floats, motor_over_link, numbers, radians,
                         SAME, speed_unit)
 
+LARGEST_RATIO = 1e4             # what a column map takes
+
 
 class Settling:
     """Go through the entries of a map, with the times of the rows [s] if they are known."""
@@ -67,7 +69,7 @@ class Settling:
             self._at_link((MOTOR_POSITION, MOTOR_VELOCITY, MOTOR_EFFORT),
                           'moves as far as the link')
             return None
-        return round(abs(slope), 1)
+        return round(abs(slope), 1) if 1.0 < abs(slope) < LARGEST_RATIO else None
 
     def _at_link(self, places: Iterable[str], why: str) -> None:
         for place in places:
