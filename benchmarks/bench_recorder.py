@@ -1,8 +1,8 @@
 """
 Record joint states at 2 kHz for a minute, and count what is missing and what it costs.
 
-`bench_recorder.py [SECONDS]`, 60 unless given. No message may be missing, all must be in order, and
-the recorder may take a third of a core.
+`bench_recorder.py [SECONDS]`, 60 unless given. No message may be missing, all must be in order,
+and the recorder may take a third of a core.
 """
 
 import os
