@@ -22,7 +22,7 @@ from hda_arm_sim.motions import motion
 from hda_torque_estimator.diagnosis.diagnose import diagnose, sought_effects
 from hda_torque_estimator.diagnosis.measurement import measurement_from
 from hda_torque_estimator.recorded import joint_samples
-from hidden_truth import CATALOGUE, draw, OUTSIDE, record
+from hidden_truth import CATALOGUE, draw, OUTSIDE, record, scattered
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -80,6 +80,7 @@ def outcome(case: Case) -> dict[str, object]:
         'group': case.group, 'seed': case.seed, 'seconds': time.process_time() - began,
         'hidden': [(one.effect, one.joint, one.parameters, one.site, one.coordinate)
                    for one in hidden],
+        'scatter': scattered(case.seed),
         'verdict': said.verdict, 'removed': said.gain.removed,
         'said': [(one.effect, one.joint, {name: (number.value, number.low, number.high)
                                           for name, number in one.parameters.items()})

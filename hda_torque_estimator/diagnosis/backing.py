@@ -23,10 +23,7 @@ Array = NDArray[np.float64]
 REST = 0.8              # rms left beside noise, in rms of noise, that asks for an explanation
 
 
-FORM = 300.0            # improvement of the score by one curve from which a rest has a form,
-_FORM_SHARE = 0.02      # beside this share of what the cause improved,
-_LOOSE_SHARE = 0.08     # or this where its law has several forms
-_LOOSE = 0.01           # `form_error` from which it has
+FORM = 300.0            # improvement of the score by one curve from which a rest has a form
 _SHAPE = 60.0           # by which several numbers must tell more than one curve
 
 
@@ -81,8 +78,8 @@ def _formed(fitter: Fitter, fit: Fit, found: Found, trained: float) -> list[Term
     gains = {label: plain - curve.score for label, curve in best_curves(fitter, fit).items()}
     formed = []
     for term, reason in zip(fit.accepted, found.evidence):
-        loose = HYPOTHESES[term.name].form_error >= _LOOSE
-        limit = FORM + (_LOOSE_SHARE if loose else _FORM_SHARE) * reason.improvement / trained
+        share = HYPOTHESES[term.name].form_share
+        limit = FORM + share * reason.improvement / trained
         if term.joint is not None and gains[term.joint] > limit:
             formed.append(term)
     return formed

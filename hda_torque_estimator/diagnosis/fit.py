@@ -9,7 +9,7 @@ from hda_arm_sim.model.parameter import ParameterError
 import numpy as np
 from numpy.typing import NDArray
 
-from .balance import Balance, Balancer
+from .balance import Balance, Balancer, RATE
 from .nuisance import AnyTerm, CouplingInertia, nuisances, Zero
 from .solve import condense, covariance, score, solve
 from .term import Term
@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 IMPOSSIBLE = (ArmError, ParameterError)     # no arm can have such numbers
 PASSES = 4
 _REFINEMENTS = 6
+_BLOCK = 1.0            # within which residuals may go together [s]
 CLOSE = 0.5             # improvement of the score that is not worth another pass
 FAR = 100.0             # improvement by a step after which no derivative is as it was
 
@@ -67,13 +68,10 @@ class Fitter:
         best = self.at(terms, len(accepted), columns)
         for _ in range(PASSES):
             better = self._descend(best, len(accepted))
-            if best.score - better.score < CLOSE:
-                return better
-            best = better
-            size = sum(term.size for term in accepted)
-            if size:
-                fresh = self.derivatives(best.accepted, best.terms, best.balance.residual)
-                best.columns[:, :, :size] = fresh
+            gained, best = best.score - better.score, better
+            if gained < CLOSE:
+                break
+            best = self._renewed(best, best.terms, 0)
         return best
 
     def _start(self, terms: list[AnyTerm]) -> list[AnyTerm]:
@@ -148,9 +146,22 @@ class Fitter:
                    + prior, np.maximum(left, self.noise ** 2))
 
     def covariance(self, fit: Fit) -> Array:
-        """Return how uncertain a fit is: covariances (p, p), those of accepted terms first."""
-        condensed = condense(fit.balance.residual, fit.columns, self.valid(fit.balance))
-        return covariance(condensed, fit.variance, self.effective, deviations(fit.terms))
+        """
+        Return how uncertain a fit is: covariances (p, p), those of accepted terms first.
+
+        They are those of noise, widened where blocks of the recording pull more apart than
+        noise would (Huber's sandwich, by blocks of a second).
+        """
+        valid, tolerances = self.valid(fit.balance), deviations(fit.terms)
+        condensed = condense(fit.balance.residual, fit.columns, valid)
+        plain = covariance(condensed, fit.variance, self.effective, tolerances)
+        pull = np.where(valid[:, :, None], fit.columns * (fit.balance.residual
+                                                          / fit.variance)[:, :, None], 0.0)
+        starts = np.arange(0, len(pull), round(_BLOCK * RATE))
+        blocks = self.effective * np.add.reduceat(pull.sum(axis=1), starts)
+        meat = blocks.T @ blocks + np.diag(1.0 / tolerances ** 2)
+        wide = np.sqrt(np.maximum(np.diag(plain @ meat @ plain) / np.diag(plain), 1.0))
+        return plain * np.outer(wide, wide)
 
     def derivatives(self, terms: Sequence[AnyTerm], among: Sequence[AnyTerm],
                     residual: Array) -> Array:

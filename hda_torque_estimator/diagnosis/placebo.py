@@ -50,11 +50,11 @@ def placebo_shares(fitter: Fitter, fit: Fit, term: Term) -> Shares:
 
     own = fit.columns[:, :, keep]
     without = left(own[:, :, :0])
-    excess = without - float(rows.sum())
+    gone = without - _power(fitter, fit.balance.residual, rows)
+    excess = max(without - float(rows.sum()), gone)     # channels may be quieter than their noise
     if excess <= 0.0:
         return Shares(0.0, 0.0)
-    return Shares((without - _power(fitter, fit.balance.residual, rows)) / excess,
-                  (without - min(map(left, moved_away(own)))) / excess)
+    return Shares(gone / excess, (without - min(map(left, moved_away(own)))) / excess)
 
 
 def moved_away(columns: Array) -> Iterator[Array]:

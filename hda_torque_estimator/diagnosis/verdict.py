@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .balance import Balancer
 from .fit import Fit, Fitter
-from .hypotheses import HYPOTHESES
+from .hypotheses import HYPOTHESES, Hypothesis
 from .placebo import placebo_shares
 from .predict import HORIZON, prediction_errors, Spans
 from .report import Alike, Evidence, Finding, Gain, Number, OwnGain, Residual, TotalGain
@@ -88,36 +88,49 @@ def findings(fitter: Fitter, fit: Fit, reasons: Mapping[Place, Reason], nameable
         shares = placebo_shares(fitter, fit, term)
         # Zero: a draw without any window in which an event lies.
         if not gain.low < 0.0 and shares.cause > shares.placebo:
-            told.append(_finding(term, part, reasons[term.name, term.joint],
+            told.append(_finding(fitter, term, part, reasons[term.name, term.joint],
                                  gain.beside(shares.placebo)))
     return tuple(sorted(told, key=lambda finding: -finding.evidence.score))
 
 
-def _finding(term: Term, covariance: Array, reason: Reason, gain: OwnGain) -> Finding:
+def _finding(fitter: Fitter, term: Term, covariance: Array, reason: Reason,
+             gain: OwnGain) -> Finding:
     kind = effect_named(term.name)
     rival = None if reason.runner_up is None else reason.runner_up.name
     odds = float(np.exp(min(0.5 * reason.runner_up_gap, 700.0)))
     return Finding(term.name, term.joint, kind.site.value, kind.cause,
-                   _numbers(term, covariance),
+                   _numbers(fitter, term, covariance),
                    Evidence(reason.improvement, reason.threshold, rival, odds), gain)
 
 
-def _numbers(term: Term, covariance: Array) -> dict[str, Number]:
+def _numbers(fitter: Fitter, term: Term, covariance: Array) -> dict[str, Number]:
     """Return the numbers of a term with 90 % intervals; waves as amplitude and phase."""
-    spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    reach = _NORMAL_90 * np.sqrt(np.maximum(np.diag(covariance), 0.0))
     numbers = {}
     for place, name in enumerate(term.free):
-        numbers[name] = _number(term, name, spread[place])
+        numbers[name] = _number(term, name, float(np.hypot(reach[place], _doubt(
+            fitter, term, name))))
     for place, (amplitude, phase) in enumerate(term.waves):
         size = getattr(term.effect, amplitude)
-        wide = float(spread[len(term.free) + 2 * place:][:2].mean())
+        wide = float(reach[len(term.free) + 2 * place:][:2].mean())
         numbers[amplitude] = _number(term, amplitude, wide)
         numbers[phase] = _number(term, phase, wide / max(size, 1e-300))
     return numbers
 
 
-def _number(term: Term, name: str, deviation: float) -> Number:
-    value, reach = getattr(term.effect, name), _NORMAL_90 * float(deviation)
+def _doubt(fitter: Fitter, term: Term, name: str) -> float:
+    """Return by how much a number is in doubt because its law has several forms."""
+    sought = HYPOTHESES[term.name]
+    if name in sought.doubts:
+        return sought.doubts[name]
+    if sought.form_share <= Hypothesis().form_share:
+        return 0.0
+    nominal = getattr(fitter.arm.effect(term.name, term.joint), name)
+    return float(np.sqrt(sought.form_error)) * abs(getattr(term.effect, name) - nominal)
+
+
+def _number(term: Term, name: str, reach: float) -> Number:
+    value = getattr(term.effect, name)
     return Number(value, type(term.effect).declaration(name).unit, value - reach, value + reach)
 
 
