@@ -1,0 +1,58 @@
+"""With the true cause out of the catalogue no other one takes its name."""
+
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.motions import motion
+from hda_torque_estimator.diagnosis.balance import Balancer
+from hda_torque_estimator.diagnosis.diagnose import diagnose, EFFECTIVE, sought_effects, stretches
+from hda_torque_estimator.diagnosis.fit import Fitter
+from hda_torque_estimator.diagnosis.healthy import noise_of
+from hda_torque_estimator.diagnosis.hypotheses import terms_of
+from hda_torque_estimator.diagnosis.measurement import Measurement
+from hda_torque_estimator.diagnosis.nameless import best_curves, plain_score
+import numpy as np
+import pytest
+from truth import draw, record
+
+ARM = read_arm('hda_arm.yaml')
+
+
+def measured(name, seed):
+    """Return a measurement in which an effect is hidden, and what is hidden."""
+    hidden = draw(name, np.random.default_rng([seed, 1]))
+    asked = motion('rich', 2, 60.0, 1e-3, seed)
+    made = record([hidden], motion_angle=asked.angle, motion_rate=asked.rate, dt=1e-3, seed=seed)
+    reading = np.stack([made.motor_angle, made.link_angle], axis=2)
+    return Measurement(ARM.labels, 1e-3, reading, made.command), hidden
+
+
+@pytest.mark.parametrize(('name', 'site'), [
+    ('coulomb_friction', 'motor'), ('viscous_friction', 'motor'), ('stiffness_error', 'torsion')])
+def test_no_other_cause_takes_the_name_of_one_that_is_left_out(name, site):
+    measurement, hidden = measured(name, 130)
+    found = diagnose(measurement, ARM, names=[
+        each for each in sought_effects() if each != name]).diagnosis
+    assert found.verdict == 'unknown'
+    assert found.findings == ()
+    assert (found.unexplained.site, found.unexplained.joint) == (site, hidden.joint)
+
+
+@pytest.fixture(scope='module')
+def soft():
+    """Return a fitter for an arm with a wrong stiffness, and its joint."""
+    measurement, hidden = measured('stiffness_error', 131)
+    balancer = Balancer(measurement)
+    rows = np.zeros(len(balancer.time), bool)
+    for begin, end in stretches(measurement.duration)[0]:
+        rows |= (balancer.time >= begin) & (balancer.time < end)
+    return Fitter(balancer, ARM, noise_of(balancer, ARM)[0], EFFECTIVE, rows), hidden.joint
+
+
+@pytest.mark.parametrize(('name', 'leaves'), [
+    ('stiffness_error', False), ('wave_generator_compliance', True)])
+def test_only_a_wrong_cause_leaves_a_curve(soft, name, leaves):
+    fitter, joint = soft
+    term = next(term for term in terms_of(ARM, name) if term.joint == joint)
+    fit = fitter.refined(fitter.refit(fitter.fit(()), term))
+    gain = plain_score(fitter, fit) - best_curves(fitter, fit)[joint].score
+    assert (gain > 1000.0) == leaves
+    assert leaves or gain < 200.0
