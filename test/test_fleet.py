@@ -5,12 +5,16 @@ import json
 from pathlib import Path
 import sys
 
+from hda_msgs_json.bag import BagWriter
+from hda_msgs_json.samples import JointSamples
+from hda_msgs_json.topics import JOINT_STATES
 from hda_torque_estimator.cli import main
 from hda_torque_estimator.commands.fleet import bags_in, execute, FleetError
 from hda_torque_estimator.commands.outcome import Outcome
 from hda_torque_estimator.diagnosis.gate import GateError
 from hda_torque_estimator.fleet.fleet_report import Cause, fleet_document, fleet_page, Line
 from hda_torque_estimator.fleet.spread import over_machines, over_processes, SpreadError
+import numpy as np
 import pytest
 
 LINES = [Line('a', 'a', 'explained', (Cause('payload', None, 0.99),), 2.0),
@@ -76,17 +80,28 @@ def test_processes_and_machines_give_the_answers_of_one_core(bags, tmp_path):
     assert written(tmp_path / 'dask') == written(tmp_path / 'alone')
 
 
-def test_bags_are_diagnosed_as_they_are_alone(tmp_path, capsys):
-    for seed in ('1', '2'):
-        assert main(['simulate', '--arm', 'hda_arm.yaml', '--motion', 'rich', '--duration', '6',
-                     '--seed', seed, '--out', str(tmp_path / 'bags' / f'run{seed}')]) == 0
+def motor_bag(path, level):
+    """Write a recording of a motor alone, with so much friction."""
+    time = 1e-3 * np.arange(8000)
+    speed = 40.0 * np.sin(2.0 * np.pi * time / 4.0)
+    torque = level * np.sign(speed) + 2e-3 * np.random.default_rng(1).standard_normal(len(time))
+    with BagWriter(path, {}) as bag:
+        bag.write_joint_states(JOINT_STATES, JointSamples(
+            1 + 1_000_000 * np.arange(len(time)), ('joint1_motor',),
+            np.cumsum(speed)[:, None] * 1e-3, np.full((len(time), 1), np.nan), torque[:, None]))
+
+
+def test_bags_are_diagnosed_as_they_are_alone(tmp_path):
+    for name, level in (('run1', 0.05), ('run2', 0.08)):
+        motor_bag(tmp_path / 'bags' / name, level)
     bag, out = tmp_path / 'bags' / 'run1', tmp_path / 'out'
-    assert main(['diagnose', '--each', str(bag.parent), '--arm', 'hda_arm.yaml', '--out',
-                 str(out)]) == 0
-    assert main(['diagnose', str(bag), '--arm', 'hda_arm.yaml', '--out',
+    assert main(['diagnose', '--each', str(bag.parent), '--arm', 'kinova_gen3.yaml', '--out',
+                 str(out), '--workers', '2']) == 0
+    assert main(['diagnose', str(bag), '--arm', 'kinova_gen3.yaml', '--out',
                  str(tmp_path / 'alone')]) == 0
     alone, fleet = (json.loads((place / 'report.json').read_text())
                     for place in (tmp_path / 'alone', out / 'run1'))
+    assert [cause['effect'] for cause in fleet['findings']] == ['coulomb_friction']
     del alone['seconds'], fleet['seconds']
     assert fleet == alone
     assert sorted(path.name for path in out.iterdir()) == [
