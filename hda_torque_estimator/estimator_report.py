@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from . import contact, estimate
 from .live_estimator import LiveEstimator
-from .route_health import told, UNMOVED, WELL
+from .route_health import told, UNTAUGHT, WELL
 
 Array = NDArray[np.float64]
 
@@ -22,7 +22,7 @@ def estimator_report(live: LiveEstimator, pace: Pace, refusals: Refusals) -> Rep
     if live.estimator.tip[estimate.CONTACT_LEVEL] == contact.COLLISION:
         level, message = max(level, Level.WARN), f'collision, {message}'
     health = _health(live)
-    if any(words not in (WELL, UNMOVED) and not words.startswith('unknown')
+    if any(words not in (WELL, UNTAUGHT) and not words.startswith('unknown')
            for words in health.values()):
         level, message = max(level, Level.WARN), f'a joint changed, {message}'
     return Report(level, message, {

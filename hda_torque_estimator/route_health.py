@@ -19,7 +19,7 @@ from .route_errors import (DRY, ERRORS, GAIN, Known, LINK_1, LINK_2, OFFSET, RIP
 Array = NDArray[np.float64]
 
 REMARKABLE = 4.0        # tolerances, and deviations of what was learnt
-WELL, UNMOVED = 'well', 'not moved yet'
+WELL, UNTAUGHT = 'well', 'nothing learnt yet'
 MISFITTING = 8.0        # squared differences over those that tolerances allow
 
 _WAVES = ((SHAFT_1, 'kinematic_error', 'order 1 of the motor'),
@@ -63,7 +63,7 @@ def told(joint: Joint, known: Known, memory: Array) -> str:
         return 'unknown: the model has no friction of the motor'
     found = remarks(known, memory)
     if not found:
-        return WELL if memory[fusion.LEARNT:fusion.LEARNT + ERRORS].any() else UNMOVED
+        return WELL if memory[fusion.LEARNT:fusion.LEARNT + ERRORS].any() else UNTAUGHT
     return '; '.join(f'{remark.words} ({remark.tolerances:.0f} tolerances)' if remark.tolerances
                      else remark.words for remark in found)
 

@@ -59,4 +59,4 @@ def test_arms_within_their_tolerances_are_well(seed):
 
 def test_before_the_arm_has_moved_nothing_is_known():
     seen = tolerated(ARM.tolerances, 'standstill', 305, 2.0)
-    assert words(seen) == ['not moved yet', 'not moved yet']
+    assert words(seen) == ['nothing learnt yet'] * 2
