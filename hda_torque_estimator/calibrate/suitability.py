@@ -88,7 +88,7 @@ def _check_power(label: str, passages: Sequence[Passage]) -> None:
 def _check_loads(label: str, passages: Sequence[Passage]) -> None:
     """Check that the torque takes at least two levels."""
     torque = _joined(passages, [passage.reference for passage in passages])
-    small, large = np.percentile(torque, [SMALL, LARGE])
+    small, large = np.percentile(torque, [SMALL, LARGE]) + 0.0      # no negative zero
     if large - small < FEWEST_LOADS:
         raise CalibrationError(
             f'{label} bears one load only: its torque stays between {small:.2g} and {large:.2g} '
