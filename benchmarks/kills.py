@@ -42,24 +42,32 @@ def kill_some(folder: Path, numbers: range) -> list[tuple[Path, int, int]]:
     listener = Listener()       # a new one, which has not heard of those killed before
     send = publisher(listener.node, JOINT_STATES)
     running = {number: start(folder, number) for number in numbers}
-    listener.until(lambda: send.get_subscription_count() == len(running), 'the recorders')
+    try:
+        listener.until(lambda: send.get_subscription_count() == len(running), 'the recorders')
+        return [(folder / f'bag{number}', first, last)
+                for number, first, last in send_and_kill(send.publish, running)]
+    finally:
+        for process in running.values():
+            process.kill()
+            process.wait()
+        listener.close()
+
+
+def send_and_kill(send, running):                           # type: ignore[no-untyped-def]
+    """Yield the recorders as they are killed, with the first stamp and the last before that."""
     begin = time.monotonic()
     due = sorted((begin + random.uniform(0.0, LATEST), number) for number in running)
-    killed, sent, stamp = [], 0, time.time_ns()
+    sent, stamp = 0, time.time_ns()
     first = stamp
     while due:
         while due and time.monotonic() >= due[0][0]:
             number = due.pop(0)[1]
             running[number].kill()
-            killed.append((folder / f'bag{number}', first, stamp))
+            yield number, first, stamp
         stamp = time.time_ns()
-        send.publish(ENCODE(stamp, np.zeros(2), np.full(2, float(sent))))
+        send(ENCODE(stamp, np.zeros(2), np.full(2, float(sent))))
         sent += 1
         time.sleep(max(begin + sent / RATE - time.monotonic(), 0.0))
-    for process in running.values():
-        process.wait()
-    listener.close()
-    return killed
 
 
 def missing(bag: Path, first: int, last: int) -> tuple[float, int]:
