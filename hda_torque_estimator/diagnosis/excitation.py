@@ -1,8 +1,8 @@
 """
 What a recording could have shown: the smallest size of every effect, and when that is too little.
 
-Silence means little where an effect that was asked about could not have been seen, or most could
-not: such a recording abstains.
+Silence means little where an effect that was asked about could not have been seen, or too many
+could not: such a recording abstains.
 """
 
 from collections.abc import Iterator, Sequence
@@ -24,7 +24,7 @@ from .search import Found, Place
 from .smallest import hidden, places, Smallest, WEAKER
 
 Spans = tuple[tuple[float, float], ...]
-_LEAST = 0.5            # share of the effects that must have been seen for silence to mean health
+_LEAST = 0.6            # share of the effects that must have been seen for silence to mean health
 _LISTED = 6             # effects that a sentence names
 
 
@@ -43,7 +43,7 @@ def nothing_seen(arm: Arm, names: Sequence[str]) -> tuple[Smallest, ...]:
 
 
 def cannot_tell(sizes: Sequence[Smallest], arm: Arm, about: Sequence[Place]) -> bool:
-    """Tell whether silence says nothing about the effects asked about, or else about most."""
+    """Tell whether silence says nothing about the effects asked about, or else about too many."""
     if about:
         return bool(_missed(sizes, arm, about))
     return len(_unseen(sizes, arm)) > (1.0 - _LEAST) * len({one.effect for one in sizes})

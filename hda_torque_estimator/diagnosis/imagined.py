@@ -5,7 +5,8 @@ from dataclasses import replace
 
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import (ExternalContact, MotorCogging, NonlinearViscousFriction,
-                                       PositionDependentFriction, TorqueSaturation)
+                                       PositionDependentFriction, StiffeningError,
+                                       TorqueSaturation)
 import numpy as np
 
 from .balance import Balancer
@@ -18,6 +19,7 @@ _ONLY = {                                       # of many shapes one that stands
     NonlinearViscousFriction.name: ('exponent', 0.5),
     MotorCogging.name: ('order', 14.0),
     PositionDependentFriction.name: ('order', 2.0),
+    StiffeningError.name: ('knee_1', 0.0),
 }
 _CLIPPED = dict(zip(HYPOTHESES[TorqueSaturation.name].grid['limit'],
                     (0.6, 0.8, 0.92, 1.0)))     # limits of torque, over the largest command

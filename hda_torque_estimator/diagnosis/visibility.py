@@ -31,6 +31,8 @@ class Visibility:
         self.fitter, self.fit = fitter, fit
         self._valid = fitter.valid(fit.balance)
         self._known = condense(fit.balance.residual, fit.columns, self._valid)
+        self._background = self._known.power / np.maximum(self._known.samples, 1.0)
+        self._variance = np.maximum(self._background, fitter.noise ** 2)
         excess = np.maximum(found.first.variance - fitter.noise ** 2, 0.0)
         self._needed = np.maximum((MATERIAL * fitter.noise) ** 2, SHARE * excess)
 
@@ -62,17 +64,18 @@ class Visibility:
         """Return what tells the strength of any share of a shift."""
         known, columns, kept = self._others(term)
         weighed = condense_more(known, self.fit.balance.residual, columns, shift, self._valid)
-        along = _faintest(weighed, shift.shape[2], self.fitter.effective / self.fit.variance,
+        along = _faintest(weighed, shift.shape[2], self.fitter.effective / self._variance,
                           kept, self._needed)
-        return lambda share: self._of(_imagined(weighed, share * along, self.fit.variance), kept,
+        return lambda share: self._of(_imagined(weighed, share * along, self._background), kept,
                                       threshold(self.fitter, term))
 
     def _of(self, seen: Columns, kept: Array, threshold: float) -> float:
         """Return the strength of imagined residuals beside terms of these tolerances."""
-        fitter, fit = self.fitter, self.fit
+        fitter = self.fitter
         left = solve(seen, fitter.noise, fitter.effective, np.zeros(len(kept)), kept)
-        gained = left.score - score(fit.variance, seen.samples, fitter.noise, fitter.effective)
-        return min(float(((left.variance - fit.variance) / self._needed).max()),
+        gained = left.score - score(self._background, seen.samples, fitter.noise,
+                                    fitter.effective)
+        return min(float(((left.variance - self._variance) / self._needed).max()),
                    gained / threshold)
 
     def _others(self, term: Term) -> tuple[Columns, Array, Array]:
