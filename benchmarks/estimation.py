@@ -28,6 +28,7 @@ SECONDS, BEGUN = 20.0, 3000
 WITHIN = 1.645                      # deviations of a 90 % interval
 REACHED = 0.5                       # |sin(theta2)| from which both components are asked for
 PUSH, LASTS = 5.0, 400              # sudden push [N] and its samples
+SOON = 50.0                         # when it must be felt [ms]
 
 Array = NDArray[np.float64]
 
@@ -107,8 +108,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
           f'external torque {100.0 * mean.external_held:.1f} %')
     print(f'  tip force, rms                mean {mean.force:.2f} N, worst recording '
           f'{max(row.force for row in rows):.2f} N')
-    print(f'  {PUSH:g} N felt                      {sum(np.isfinite(felt))} of {len(felt)}, after '
-          f'{np.median(felt):.0f} ms, at the latest {max(felt):.0f} ms')
+    print(f'  {PUSH:g} N felt                      {sum(np.isfinite(felt))} of {len(felt)}, '
+          f'{sum(np.array(felt) <= SOON)} within {SOON:g} ms, after {np.median(felt):.0f} ms, '
+          f'at the latest {max(felt):.0f} ms')
     print(f'  free motion taken for contact {sum(count for count, _ in free)} times in '
           f'{len(free)} min; largest {max(most for _, most in free):.1f} deviations')
 
