@@ -25,8 +25,8 @@ from .located import split_at_contact
 from .measurement import Measurement
 from .nuisance import Zero
 from .pattern import misplaced
-from .raw_readings import (extended_by, RAW_EFFECTS, raw_findings, raw_readings, RawReadings,
-                           raw_total)
+from .raw_readings import (extended_by, RAW_EFFECTS, raw_findings, raw_readings, raw_total,
+                           RawReadings)
 from .report import Alike, Diagnosis, Finding, Part, RecordingFacts, TotalGain
 from .running_clock import Spans, split
 from .search import Found, Place, search
