@@ -19,6 +19,7 @@ from .term import Term
 Array = NDArray[np.float64]
 _NEAREST = 0.25         # of the recording, that a placebo is away from the cause at least
 _PLACEBOS = 4
+_LEAST = 0.01           # of the power of noise, beyond which there is something to remove
 
 
 class Shares(NamedTuple):
@@ -40,21 +41,22 @@ def placebo_shares(fitter: Fitter, fit: Fit, term: Term) -> Shares:
     lacking = fitter.balancer(fitter.on(others)).residual
     rows = fit.balance.valid & ~fitter.rows[:, None]
 
-    def left(more: Array) -> float:
+    def left(more: Array) -> Array:
         columns, extra = np.concatenate([more, known], axis=2), more.shape[2]
         condensed = condense(lacking, columns, fitter.valid(fit.balance))
         step = solve(condensed, fitter.noise, fitter.effective,
                      np.concatenate([np.zeros(extra), away]),
                      np.concatenate([np.full(extra, np.inf), free])).step
-        return _power(fitter, lacking + columns @ step, rows)
+        return _powers(fitter, lacking + columns @ step, rows)
 
     own = fit.columns[:, :, keep]
     without = left(own[:, :, :0])
-    gone = without - _power(fitter, fit.balance.residual, rows)
-    excess = max(without - float(rows.sum()), gone)     # channels may be quieter than their noise
-    if excess <= 0.0:
-        return Shares(0.0, 0.0)
-    return Shares(gone / excess, (without - min(map(left, moved_away(own)))) / excess)
+    # A channel that is quieter than its noise takes nothing from the others.
+    excess = max(float(np.maximum(without - rows.sum(axis=0), 0.0).sum()),
+                 _LEAST * float(rows.sum()))
+    gone = float((without - _powers(fitter, fit.balance.residual, rows)).sum())
+    best = max(float((without - left(moved)).sum()) for moved in moved_away(own))
+    return Shares(gone / excess, best / excess)
 
 
 def moved_away(columns: Array) -> Iterator[Array]:
@@ -78,6 +80,6 @@ def _own(fit: Fit, term: Term) -> NDArray[np.bool_]:
     return np.concatenate([np.full(other.size, other is term) for other in fit.terms])
 
 
-def _power(fitter: Fitter, residual: Array, rows: NDArray[np.bool_]) -> float:
-    """Return the power of a residual (m, c) in these rows, over that of noise."""
-    return float(((residual / fitter.noise) ** 2)[rows].sum())
+def _powers(fitter: Fitter, residual: Array, rows: NDArray[np.bool_]) -> Array:
+    """Return the power (c,) of a residual (m, c) in these rows, over that of noise."""
+    return np.where(rows, (residual / fitter.noise) ** 2, 0.0).sum(axis=0)
