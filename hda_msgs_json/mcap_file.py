@@ -170,7 +170,7 @@ class _Scanner:
             self._warn(f'it was cut off at byte {self._size}')
             return None
         opcode, length = RECORD_HEAD.unpack(head)
-        left = self._size - at - RECORD_HEAD.size
+        left = max(self._size - at - RECORD_HEAD.size, 0)       # it may have grown meanwhile
         if length <= left or opcode in SUMMARY:
             return opcode, length
         self._warn(f'it was cut off or is damaged: the record at byte {at} should have {length} '

@@ -127,7 +127,6 @@ def test_parameters_that_nobody_asked_for_are_told(node, capfd):
     (JtfController, ['enabled:=yes please'], 'enabled must be true or false'),
     (BagRecorder, [], 'output must name the directory of the bag'),
     (BagRecorder, ['output:=.'], 'exists and is not empty'),
-    (BagRecorder, ['output:=new', 'topics:=[joint_stats]'], 'no topic of the system is named'),
     (TorqueEstimator, ['arm:=[]'], 'a parameter was given an empty list'),
     (TorqueEstimator, ['arm'], 'the ROS arguments cannot be used'),
 ])
