@@ -165,7 +165,7 @@ def test_player_publishes_everything_from_the_first_message_on(tmp_path):
     with watching() as watcher:
         clock, wrenches = watcher.hear(CLOCK), watcher.hear(TIP_WRENCH)
         with running(tmp_path, bag_player=(
-                f'bag:={tmp_path / "bag"}', 'wait_for:=[joint_states]', 'settle_time:=0.2',
+                f'bag:={tmp_path / "bag"}', 'wait_for:=[joint_states]',
                 'exclude:=[estimator_*]')) as nodes:
             watcher.until(lambda: watcher.node.count_publishers('joint_states') == 1, 'a topic')
             assert watcher.node.count_publishers('estimator_state') == 0
