@@ -1,10 +1,7 @@
 """`hda compare`: two bags laid over each other, and how they differ."""
 
 import argparse
-import json
 from pathlib import Path
-import shutil
-import tempfile
 from typing import Any
 
 from hda_msgs_json.bag import open_recording, Recording
@@ -12,13 +9,13 @@ from hda_msgs_json.samples import JointSamples, WrenchSamples
 from hda_msgs_json.topics import JOINT_STATE, WRENCH_STAMPED
 
 from .outcome import Outcome
+from .whole_directory import save_figures, whole_directory, write_json
 from ..comparison.align import MODES
 from ..comparison.compare import compare, Comparison
 from ..comparison.page import page
 from ..comparison.plots import figures
 from ..comparison.report import document, sentences
 from ..comparison.signals import Bag, bag_of, CompareError
-from ..pages.drawing import inline_svg
 from ..version import version
 
 
@@ -57,33 +54,9 @@ def _bag(recording: Recording) -> Bag:
     return bag_of(str(recording.path), topics)
 
 
-def _show(found: Comparison, out: Path) -> None:
-    """Write the page and its figures."""
-    inline = {}
-    for name, figure in figures(found).items():
-        figure.savefig(out / f'{name}.png', dpi=150)
-        inline[name] = inline_svg(figure, name)
-    (out / 'compare.html').write_text(page(found, version(), inline), encoding='utf-8')
-
-
 def _write(found: Comparison, report: dict[str, Any], out: Path) -> None:
     """Write the directory; it appears whole or not at all."""
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        partial = Path(tempfile.mkdtemp(prefix=f'.{out.name}.', dir=out.parent))
-    except OSError as error:
-        raise _cannot_write(out, error) from None
-    try:
-        text = json.dumps(report, indent=1, allow_nan=False)
-        (partial / 'compare.json').write_text(text + '\n', encoding='utf-8')
-        _show(found, partial)
-        partial.chmod(0o755)
-        partial.rename(out)
-    except OSError as error:
-        raise _cannot_write(out, error) from None
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
-
-
-def _cannot_write(out: Path, error: OSError) -> CompareError:
-    return CompareError(f'{out} cannot be written: {error.strerror}')
+    with whole_directory(out, CompareError) as partial:
+        write_json(partial / 'compare.json', report)
+        inline = save_figures(figures(found), partial, vectors=False)
+        (partial / 'compare.html').write_text(page(found, version(), inline), encoding='utf-8')

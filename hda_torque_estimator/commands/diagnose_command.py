@@ -2,10 +2,7 @@
 
 import argparse
 from dataclasses import replace
-import json
 from pathlib import Path
-import shutil
-import tempfile
 import time
 
 from hda_arm_sim.model.arm import Arm
@@ -17,6 +14,7 @@ from matplotlib.figure import Figure
 from . import fleet
 from .motors_alone import motor_figures, motors_alone, read_sweeps
 from .outcome import Outcome
+from .whole_directory import save_figures, whole_directory, write_json
 from ..diagnosis.alignment import together
 from ..diagnosis.diagnose import Conclusion, diagnose
 from ..diagnosis.excitation import asked
@@ -26,7 +24,6 @@ from ..diagnosis.motor_side import diagnose_motors, MotorConclusion
 from ..diagnosis.page import page
 from ..diagnosis.plots import figures
 from ..diagnosis.showing import exhibits_of, predictions
-from ..pages.drawing import inline_svg
 from ..version import version
 
 AnyConclusion = Conclusion | MotorConclusion
@@ -101,26 +98,10 @@ def _measurement(bag: Path, options: argparse.Namespace, arm: Arm) -> Measuremen
     return measurement
 
 
-def _show(found: AnyConclusion, drawn: dict[str, Figure], out: Path) -> None:
-    """Write the page and its figures."""
-    for name, figure in drawn.items():
-        figure.savefig(out / f'{name}.png', dpi=150)
-        figure.savefig(out / f'{name}.svg')
-    inline = {name: inline_svg(figure, name) for name, figure in drawn.items()}
-    (out / 'report.html').write_text(page(found.diagnosis, inline), encoding='utf-8')
-
-
 def _write(found: AnyConclusion, drawn: dict[str, Figure], out: Path) -> None:
     """Write the directory; it appears whole or not at all."""
-    out.parent.mkdir(parents=True, exist_ok=True)
-    partial = Path(tempfile.mkdtemp(prefix=f'.{out.name}.', dir=out.parent))
-    try:
-        report = json.dumps(found.diagnosis.document(), indent=1, allow_nan=False)
-        (partial / 'report.json').write_text(report + '\n', encoding='utf-8')
+    with whole_directory(out, GateError) as partial:
+        write_json(partial / 'report.json', found.diagnosis.document())
         (partial / 'model.yaml').write_text(arm_to_text(found.extended), encoding='utf-8')
-        _show(found, drawn, partial)
-        partial.chmod(0o755)
-        partial.rename(out)
-    except OSError as error:
-        shutil.rmtree(partial, ignore_errors=True)
-        raise GateError(f'{out} cannot be written: {error.strerror}') from None
+        inline = save_figures(drawn, partial)
+        (partial / 'report.html').write_text(page(found.diagnosis, inline), encoding='utf-8')

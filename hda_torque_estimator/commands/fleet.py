@@ -2,13 +2,11 @@
 
 import argparse
 from collections.abc import Callable, Sequence
-import json
 from pathlib import Path
-import shutil
-import tempfile
 from typing import NamedTuple
 
 from .outcome import Outcome
+from .whole_directory import whole_directory, write_json
 from ..fleet.fleet_report import fleet_document, fleet_page, Line, line_of
 from ..fleet.spread import over_machines, over_processes
 from ..version import version
@@ -55,21 +53,13 @@ def execute(diagnose: Diagnose, options: argparse.Namespace) -> Outcome:
     if options.out.exists():
         raise FleetError(f'{options.out} exists; name another place for the diagnoses')
     bags = _named([bag for path in options.bags for bag in bags_in(path)])
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    partial = Path(tempfile.mkdtemp(prefix=f'.{options.out.name}.', dir=options.out.parent))
-    try:
+    with whole_directory(options.out, FleetError) as partial:
         lines = _lines([_job(diagnose, options, bag, name, partial)
                         for name, bag in bags.items()], options)
         told = fleet_document(lines, options.arm, version())
-        (partial / 'fleet.json').write_text(json.dumps(told, indent=1) + '\n', encoding='utf-8')
+        write_json(partial / 'fleet.json', told)
         (partial / 'fleet.html').write_text(fleet_page(lines, options.arm, version()),
                                             encoding='utf-8')
-        partial.chmod(0o755)
-        partial.rename(options.out)
-    except OSError as error:
-        raise FleetError(f'{options.out} cannot be written: {error.strerror}') from None
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
     return Outcome('\n'.join(line.sentence() for line in lines), told)
 
 

@@ -2,18 +2,15 @@
 
 import argparse
 from collections.abc import Mapping
-import json
 from pathlib import Path
-import shutil
 import sys
-import tempfile
 import time
 from typing import Any
 
 from hda_arm_sim.model.files import read_arm
 
 from .outcome import Outcome
-from ..pages.drawing import inline_svg
+from .whole_directory import save_figures, whole_directory, write_json
 from ..reproduction.catalogue import chosen, Entry, FIGURES
 from ..reproduction.exhibit import Arms, Exhibit, ReproductionError
 from ..reproduction.page import page
@@ -38,27 +35,11 @@ def execute(options: argparse.Namespace) -> Outcome:
     entries = chosen(options.figures)
     if options.out.exists():
         raise ReproductionError(f'{options.out} exists; name another place for the figures')
-    partial = _opened(options.out)
-    try:
+    with whole_directory(options.out, ReproductionError) as partial:
         made = _made(entries, quiet=options.json)
         report = document(made, version(), time.monotonic() - begin)
         _write(made, report, partial)
-        partial.chmod(0o755)
-        partial.rename(options.out)
-    except OSError as error:
-        raise _cannot_write(options.out, error) from None
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
     return Outcome(_told(options.out, made), report)
-
-
-def _opened(out: Path) -> Path:
-    """Return a fresh directory beside the one that is to appear."""
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        return Path(tempfile.mkdtemp(prefix=f'.{out.name}.', dir=out.parent))
-    except OSError as error:
-        raise _cannot_write(out, error) from None
 
 
 def _made(entries: Mapping[str, Entry], *, quiet: bool) -> dict[str, Exhibit]:
@@ -77,15 +58,11 @@ def _made(entries: Mapping[str, Entry], *, quiet: bool) -> dict[str, Exhibit]:
 
 def _write(made: Mapping[str, Exhibit], report: dict[str, Any], out: Path) -> None:
     """Write the numbers, every figure twice, and the page."""
-    text = json.dumps(report, indent=1, allow_nan=False)
-    (out / 'paper.json').write_text(text + '\n', encoding='utf-8')
-    inline = {}
+    write_json(out / 'paper.json', report)
+    inline: dict[str, str] = {}
     for figure, exhibit in made.items():
-        for drawing in exhibit.drawings:
-            name, drawn = file_name(figure, drawing.name), draw(drawing)
-            drawn.savefig(out / f'{name}.png', dpi=150)
-            drawn.savefig(out / f'{name}.svg')
-            inline[name] = inline_svg(drawn, name)
+        inline |= save_figures({file_name(figure, drawing.name): draw(drawing)
+                                for drawing in exhibit.drawings}, out)
     (out / 'paper.html').write_text(page(made, inline, version()), encoding='utf-8')
 
 
@@ -100,7 +77,3 @@ def _told(out: Path, made: Mapping[str, Exhibit]) -> str:
               if number.paper is not None]
     return '\n'.join([f'{out}: {len(made)} figures and tables of the paper, {drawings} pictures, '
                       'paper.html, paper.json', *beside])
-
-
-def _cannot_write(out: Path, error: OSError) -> ReproductionError:
-    return ReproductionError(f'{out} cannot be written: {error.strerror}')
