@@ -54,6 +54,6 @@ def test_only_a_wrong_cause_leaves_a_curve(soft, name, leaves):
     fitter, joint = soft
     term = next(term for term in terms_of(ARM, name) if term.joint == joint)
     fit = fitter.refined(fitter.refit(fitter.fit(()), term))
-    gain = plain_score(fitter, fit) - best_curves(fitter, fit)[joint].score
+    gain = plain_score(fitter, fit) - best_curves(fitter, fit, (joint,))[joint].score
     assert (gain > 1000.0) == leaves
     assert leaves or gain < 200.0

@@ -19,7 +19,7 @@ from hda_torque_estimator.diagnosis.pattern import misplaced
 from hda_torque_estimator.diagnosis.report import NOTHING, Unexplained
 from hda_torque_estimator.diagnosis.search import Found
 from hda_torque_estimator.diagnosis.unexplained import (
-    Rest, site_of, standing, told_of, unexplained)
+    Rest, site_of, told_of, unexplained)
 import numpy as np
 import pytest
 from truth import draw, record
@@ -180,7 +180,7 @@ def test_an_unknown_spring_is_placed_with_or_without_a_wrong_cause(sprung):
     first = sprung.fit(())
     wrong = sprung.fit([next(terms_of(ARM, 'link_encoder_eccentricity'))], first.nuisance)
     found = Found(first, wrong, ())
-    for fit in (first, standing(sprung, found, ())):
+    for fit in (first, found.with_only(sprung, ())):
         rest = unexplained(sprung, fit)
         assert (rest.site, rest.joint, rest.depends_on) == ('link', 'joint1', 'link_angle')
         assert rest.share > 0.7

@@ -46,11 +46,13 @@ def backing(fitter: Fitter, found: Found, misplaced: Sequence[Term] = ()) -> Bac
                     np.ones_like(fitter.rows))                      # held-out stretches as well
     noise = fitter.noise ** 2
     fit = fitter.at(found.last.terms, len(found.last.accepted), found.last.columns)
-    powers = [_explained(fitter, fit, term) for term in fit.accepted]
+    lacking = [_lacking(fitter, fit, term) for term in fit.accepted]
+    powers = [np.maximum(without.variance - fit.variance, 0.0) for without in lacking]
     allowed = sum((HYPOTHESES[term.name].form_error * np.minimum(power, found.first.variance)
                    for term, power in zip(fit.accepted, powers)), np.zeros_like(noise))
     unexplained = fit.variance - noise > REST ** 2 * noise + allowed
-    for term in [*misplaced, *_formed(fitter, fit, found, trained), *_shapeless(fitter, fit)]:
+    for term in [*misplaced, *_formed(fitter, fit, found, trained),
+                 *_shapeless(fitter, fit, lacking)]:
         for label in _joints(fitter, term):
             unexplained[fitter.own_channels(label)] = True
     for label in fitter.arm.labels:                 # what is wrong at a joint may be any of it
@@ -72,10 +74,12 @@ def _formed(fitter: Fitter, fit: Fit, found: Found, trained: float) -> list[Term
 
     They were found on the share `trained` of the rows that are looked at here.
     """
-    if not fit.accepted:
+    joints = {term.joint for term in fit.accepted if term.joint is not None}
+    if not joints:
         return []
     plain = plain_score(fitter, fit)
-    gains = {label: plain - curve.score for label, curve in best_curves(fitter, fit).items()}
+    gains = {label: plain - curve.score
+             for label, curve in best_curves(fitter, fit, joints).items()}
     formed = []
     for term, reason in zip(fit.accepted, found.evidence):
         share = HYPOTHESES[term.name].form_share
@@ -85,12 +89,12 @@ def _formed(fitter: Fitter, fit: Fit, found: Found, trained: float) -> list[Term
     return formed
 
 
-def _shapeless(fitter: Fitter, fit: Fit) -> list[Term]:
-    """Return the causes of several numbers that tell no more than one curve does."""
+def _shapeless(fitter: Fitter, fit: Fit, lacking: Sequence[Fit]) -> list[Term]:
+    """Return the causes of several numbers without which one curve tells as much."""
     shapeless = []
-    for term in fit.accepted:
+    for term, without in zip(fit.accepted, lacking):
         if len(term.free) > 1 and term.joint is not None:
-            curve = best_curves(fitter, _lacking(fitter, fit, term))[term.joint]
+            curve = best_curves(fitter, without, (term.joint,))[term.joint]
             if curve.score - fit.score < _SHAPE:
                 shapeless.append(term)
     return shapeless
@@ -98,11 +102,5 @@ def _shapeless(fitter: Fitter, fit: Fit) -> list[Term]:
 
 def _lacking(fitter: Fitter, fit: Fit, term: Term) -> Fit:
     """Return a fit as it is without one of its accepted terms."""
-    keep = np.concatenate([np.full(other.size, other is not term) for other in fit.terms])
     return fitter.at([other for other in fit.terms if other is not term],
-                     len(fit.accepted) - 1, fit.columns[:, :, keep])
-
-
-def _explained(fitter: Fitter, fit: Fit, term: Term) -> Array:
-    """Return the power (c,) that is in the channels when one cause is taken away [N^2*m^2]."""
-    return np.maximum(_lacking(fitter, fit, term).variance - fit.variance, 0.0)
+                     len(fit.accepted) - 1, fit.columns[:, :, ~fit.own(term)])

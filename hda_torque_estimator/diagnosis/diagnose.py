@@ -30,7 +30,7 @@ from .raw_readings import (extended_by, RAW_EFFECTS, raw_findings, raw_readings,
 from .report import Alike, Diagnosis, Finding, Part, RecordingFacts, TotalGain
 from .running_clock import Spans, split
 from .search import Found, Place, search
-from .unexplained import standing, unexplained
+from .unexplained import unexplained
 from .verdict import alike, findings, gains, METRIC, residuals
 
 Array = NDArray[np.float64]
@@ -79,7 +79,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     noise, plain = noise_of(fitter.balancer, last)
     fitter.noise = np.minimum(fitter.noise, noise)      # a wrong extension makes noise of its own
     judged = backing(fitter, found, misplaced(fitter, found))
-    stands = standing(fitter, found, judged.backed)
+    stands = found.with_only(fitter, judged.backed)
     evidence = Evidence(
         fitter, stands, Balancer(healthy_twin(fitter.balancer, last, 1, torque_noise_of(
             fitter.noise, plain, fitter.balancer, arm))),

@@ -39,6 +39,10 @@ class Fit:
         """Return all terms, the accepted ones first."""
         return self.accepted + self.nuisance
 
+    def own(self, term: AnyTerm) -> NDArray[np.bool_]:
+        """Return which columns are those of a term (p,)."""
+        return np.concatenate([np.full(other.size, other is term) for other in self.terms])
+
 
 class Fitter:
     """Fits on some rows of the balances of one measurement, for one arm as given."""

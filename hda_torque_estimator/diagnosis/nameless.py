@@ -6,7 +6,7 @@ of its rest, and one with several numbers tells more than any single curve does.
 stands in for another passes neither.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -32,12 +32,14 @@ class Curve(NamedTuple):
     score: float
 
 
-def best_curves(fitter: Fitter, fit: Fit) -> dict[str, Curve]:
-    """Return the best curve of every joint beside the terms of a fit."""
+def best_curves(fitter: Fitter, fit: Fit, joints: Collection[str]) -> dict[str, Curve]:
+    """Return the best curve of each of these joints beside the terms of a fit."""
     coordinates = coordinates_of(fitter.balancer, fitter.on(fit.terms))
     known = condense(fit.balance.residual, fit.columns, fitter.valid(fit.balance))
     curves: dict[str, Curve] = {}
     for place, label in enumerate(fitter.arm.labels):
+        if label not in joints:
+            continue
         along = {name: values[:, place] for name, values in coordinates.items()}
         forms = dict(_forms(fitter.balancer.time, along))
         shapes = np.stack([shape / np.sqrt(np.mean(shape ** 2)) for shape in forms.values()], 1)

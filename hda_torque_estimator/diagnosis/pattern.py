@@ -63,7 +63,8 @@ def misplaced(fitter: Fitter, found: Found) -> tuple[Term, ...]:
         here = [term for term in found.last.accepted if term.joint == label
                 and effect_named(term.name).site is not Site.LINK]
         if _doubtful(fitter, found.last, here):
-            balance = _without(fitter, found, here).balance
+            others = [term for term in found.last.accepted if term not in here]
+            balance = found.with_only(fitter, others).balance
             if pair_of(balance.residual, balance.valid, fitter.noise, place).is_one_link_torque():
                 wrong += here
     return tuple(wrong)
@@ -76,12 +77,6 @@ def _doubtful(fitter: Fitter, fit: Fit, here: list[Term]) -> bool:
     own = fitter.own_channels(here[0].joint)
     loud = fit.variance[own] > (_LOUD * fitter.noise[own]) ** 2
     return bool(loud.any()) or len({effect_named(term.name).site for term in here}) > 1
-
-
-def _without(fitter: Fitter, found: Found, terms: list[Term]) -> Fit:
-    """Return the fit without some terms, to which all others have moved."""
-    kept = [term for term in found.last.accepted if term not in terms]
-    return fitter.fit(kept, found.first.nuisance) if kept else found.first
 
 
 def power(values: Array) -> float:

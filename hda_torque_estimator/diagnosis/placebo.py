@@ -35,7 +35,7 @@ def placebo_shares(fitter: Fitter, fit: Fit, term: Term) -> Shares:
 
     Everything else that is free is fitted anew beside either, on the rows of the fitter.
     """
-    keep = _own(fit, term)
+    keep = fit.own(term)
     others = [other for other in fit.terms if other is not term]
     known, away, free = fit.columns[:, :, ~keep], fitter.away(others), deviations(others)
     lacking = fitter.balancer(fitter.on(others)).residual
@@ -73,11 +73,6 @@ def moved_away(columns: Array) -> Iterator[Array]:
     for first, last in zip(ends[:-1].astype(int), ends[1:].astype(int)):
         away = first + int(np.argmin(alike[first:last].max(axis=1)))
         yield np.roll(varied, away, axis=0)
-
-
-def _own(fit: Fit, term: Term) -> NDArray[np.bool_]:
-    """Return which columns of a fit are those of a term (p,)."""
-    return np.concatenate([np.full(other.size, other is term) for other in fit.terms])
 
 
 def _powers(fitter: Fitter, residual: Array, rows: NDArray[np.bool_]) -> Array:

@@ -43,6 +43,16 @@ class Found:
     last: Fit
     evidence: tuple[Evidence, ...]      # one for each accepted term
 
+    def with_only(self, fitter: Fitter, kept: Sequence[Term]) -> Fit:
+        """
+        Return the fit of the accepted terms that are kept.
+
+        One that is not has bent the others to fit, so they are fitted again without it.
+        """
+        if len(kept) == len(self.last.accepted):
+            return self.last
+        return fitter.fit(kept, self.first.nuisance) if kept else self.first
+
     def reasons(self) -> dict[Place, Evidence]:
         """Return the evidence by the places of the accepted terms."""
         return {(term.name, term.joint): reason

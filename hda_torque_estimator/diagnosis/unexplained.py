@@ -5,7 +5,7 @@ The site is told by the pattern of both balances (`pattern`), the coordinate by 
 power a curve along it tells (`following`).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -16,8 +16,6 @@ from .fit import Fit, Fitter
 from .following import follow, Following
 from .pattern import pair_of, power
 from .report import NOTHING, Unexplained
-from .search import Found
-from .term import Term
 
 Array = NDArray[np.float64]
 LEAST = 2.0             # rms left over noise from which there is a rest
@@ -54,17 +52,6 @@ class Rest(NamedTuple):
 def unexplained(fitter: Fitter, fit: Fit) -> Unexplained | None:
     """Return where the rest of a fit sits and what it follows, None if it is at the noise."""
     return told_of(rest_of(fitter, fit))
-
-
-def standing(fitter: Fitter, found: Found, backed: Sequence[Term]) -> Fit:
-    """
-    Return the fit of the accepted terms that are backed.
-
-    A cause that is not has bent the others to fit, so they are fitted again without it.
-    """
-    if len(backed) == len(found.last.accepted):
-        return found.last
-    return fitter.fit(backed, found.first.nuisance) if backed else found.first
 
 
 def rest_of(fitter: Fitter, fit: Fit) -> Rest:

@@ -77,12 +77,12 @@ def findings(fitter: Fitter, fit: Fit, reasons: Mapping[Place, Reason], nameable
     A cause that does not gain on the held-out stretches, or no more there than its placebo, is
     not told; the largest comes first.
     """
-    covariance, first, told = fitter.covariance(fit), 0, []
+    covariance, told = fitter.covariance(fit), []
     for term in fit.accepted:
-        part = covariance[first:first + term.size, first:first + term.size]
-        first += term.size
         if term not in nameable:
             continue
+        own = fit.own(term)
+        part = covariance[own][:, own]
         others = [other for other in fit.terms if other is not term]
         gain = gains(fitter.balancer, twin, fitter.on(others), fitter.on(fit.terms), spans).gain()
         shares = placebo_shares(fitter, fit, term)
