@@ -4,11 +4,12 @@ from collections.abc import Callable
 import time
 
 from builtin_interfaces.msg import Duration
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
 from hda_arm_sim.motions import Motion, motion
 from hda_arm_sim.ros.topics import publisher
 from hda_msgs_json.topics import (
-    BASE_FRAME, EXTERNAL_WRENCH, JOINT_REFERENCE, JOINT_STATES, JOINT_TORQUES, MOTOR_COMMAND)
+    BASE_FRAME, DIAGNOSTICS, EXTERNAL_WRENCH, JOINT_REFERENCE, JOINT_STATES, JOINT_TORQUES, MOTOR_COMMAND)
 import rclpy
 from rclpy.node import Node
 from std_srvs.srv import SetBool
@@ -21,6 +22,7 @@ REST = 0.5              # before and after the motion [s]
 PATIENCE = 90.0         # until all nodes have found each other [s]
 READERS = {JOINT_STATES: 3, JOINT_TORQUES: 2, MOTOR_COMMAND: 2, EXTERNAL_WRENCH: 2,
            JOINT_REFERENCE: 2}
+RECORDED = (JOINT_STATES, JOINT_TORQUES, MOTOR_COMMAND)     # from before the motion on
 
 
 class OperatorError(RuntimeError):
@@ -39,6 +41,7 @@ def operate(duration: float, check: Callable[[], None]) -> None:
         operator = _Operator(node, check)
         operator.wait_for_readers()
         operator.enable()
+        operator.wait_for_recorder()
         operator.spin(REST)
         operator.move(motion('push', len(LABELS), duration, STEP, 0))
         operator.spin(REST)
@@ -55,6 +58,9 @@ class _Operator:
         self._enable = node.create_client(SetBool, 'jtf_controller/enable')
         self._target = publisher(node, JOINT_REFERENCE)
         self._push = publisher(node, EXTERNAL_WRENCH)
+        self._in_bag: set[str] = set()
+        self._reports = node.create_subscription(
+            DiagnosticArray, DIAGNOSTICS.name, self._on_report, 10)
 
     def spin(self, seconds: float) -> None:
         """Let time go by."""
@@ -84,6 +90,17 @@ class _Operator:
             return response.success
 
         self._until(enabled, lambda: said[0])
+
+    def wait_for_recorder(self) -> None:
+        """Wait until the recorder has messages of every topic: it may hear of one late."""
+        wanted = {topic.name for topic in RECORDED}
+        self._until(lambda: wanted <= self._in_bag,
+                    lambda: f'nothing recorded yet of {", ".join(sorted(wanted - self._in_bag))}')
+
+    def _on_report(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            if status.name == 'bag_recorder':
+                self._in_bag.update(value.key for value in status.values)
 
     def disable(self) -> None:
         """Let the motors go."""

@@ -22,6 +22,7 @@ MODULES = {
     'bag_player': 'hda_torque_estimator.player_node',
 }
 PATIENCE = 120.0        # until something must have happened: nothing is measured by it [s]
+SETTLE = 1.0            # a reader learns of a writer later than the writer of it [s]
 
 
 class Process:
@@ -89,6 +90,7 @@ class Watcher:
         """Return what publishes bytes on a topic, when so many readers are connected."""
         made = publisher(self.node, topic)
         self.until(lambda: made.get_subscription_count() >= readers, f'readers of {topic.name}')
+        self.spin(SETTLE)
         return made.publish
 
     def call(self, kind: type, name: str, **request: object) -> object:
@@ -98,6 +100,12 @@ class Watcher:
         future = client.call_async(kind.Request(**request))
         self.until(future.done, f'an answer of {name}')
         return future.result()
+
+    def spin(self, seconds: float) -> None:
+        """Let time go by."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            rclpy.spin_once(self.node, timeout_sec=0.05)
 
     def until(self, done: Callable[[], bool], what: str) -> None:
         """Spin until something has happened, and fail if it never does."""

@@ -141,6 +141,7 @@ def test_loop_is_closed_and_opens_when_samples_stop(tmp_path):
         states, commands = watcher.hear(JOINT_STATES), watcher.hear(MOTOR_COMMAND)
         heard = watcher.hear(DIAGNOSTICS)
         target = watcher.send(JOINT_REFERENCE, 1)
+        watcher.until(lambda: states, 'states')         # from here on it hears all of them
         watcher.until(lambda: watcher.call(SetBool, 'jtf_controller/enable', data=True).success,
                       'samples and torques')
         point = JointTrajectoryPoint(positions=[0.35, 1.15])
