@@ -32,13 +32,13 @@ MODULES = {
     'bag_recorder': 'hda_torque_estimator.recorder_node',
     'hda': 'hda_torque_estimator.cli',
 }
-# The arm is simulated and nobody stands beside it: a busy machine may pause for longer than the
-# 12 ms after which the controller would let the motors go.
+# The arm is simulated and nobody stands beside it: a busy machine may pause for much longer than
+# the 12 ms after which the controller would let the motors go.
 PARAMETERS = {
     'arm_sim': ['seed:=1'],
     'torque_estimator': [],
     'jtf_controller': ['torque_feedback:=0.5', 'position_gain:=0.1', 'velocity_gain:=0.008',
-                       'sample_timeout:=0.2'],
+                       'sample_timeout:=1.0'],
     'bag_recorder': [],
 }
 Running = tuple[str, subprocess.Popen[bytes]]

@@ -4,12 +4,13 @@ from collections.abc import Callable
 import time
 
 from builtin_interfaces.msg import Duration
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import WrenchStamped
 from hda_arm_sim.motions import Motion, motion
 from hda_arm_sim.ros.topics import publisher
 from hda_msgs_json.topics import (
-    BASE_FRAME, DIAGNOSTICS, EXTERNAL_WRENCH, JOINT_REFERENCE, JOINT_STATES, JOINT_TORQUES, MOTOR_COMMAND)
+    BASE_FRAME, DIAGNOSTICS, EXTERNAL_WRENCH, JOINT_REFERENCE, JOINT_STATES, JOINT_TORQUES,
+    MOTOR_COMMAND)
 import rclpy
 from rclpy.node import Node
 from std_srvs.srv import SetBool
@@ -26,22 +27,22 @@ RECORDED = (JOINT_STATES, JOINT_TORQUES, MOTOR_COMMAND)     # from before the mo
 
 
 class OperatorError(RuntimeError):
-    """What the operator waited for in vain."""
+    """What the operator waited for in vain, or what stopped the motion."""
 
 
 def operate(duration: float, check: Callable[[], None]) -> None:
     """
     Let the arm make its motion under pushes.
 
-    `check` is called all the time and may raise. Raises OperatorError if something does not come.
+    `check` is called all the time and may raise. Raises OperatorError if something does not come
+    or the controller lets the motors go.
     """
     rclpy.init()
     node = Node('operator')
     try:
         operator = _Operator(node, check)
         operator.wait_for_readers()
-        operator.enable()
-        operator.wait_for_recorder()
+        operator.take_over()
         operator.spin(REST)
         operator.move(motion('push', len(LABELS), duration, STEP, 0))
         operator.spin(REST)
@@ -59,6 +60,7 @@ class _Operator:
         self._target = publisher(node, JOINT_REFERENCE)
         self._push = publisher(node, EXTERNAL_WRENCH)
         self._in_bag: set[str] = set()
+        self._stopped = ''
         self._reports = node.create_subscription(
             DiagnosticArray, DIAGNOSTICS.name, self._on_report, 10)
 
@@ -78,7 +80,21 @@ class _Operator:
         return [topic.name for topic, count in READERS.items()
                 if self._node.count_subscribers(topic.name) < count]
 
-    def enable(self) -> None:
+    def take_over(self) -> None:
+        """Enable the controller, again if it stops, until the recorder has its commands."""
+        self._enable_now()
+        wanted = {topic.name for topic in RECORDED}
+
+        def recorded() -> bool:
+            if self._stopped:
+                self._stopped = ''
+                self._enable_now()
+            return wanted <= self._in_bag
+
+        self._until(recorded, lambda: 'nothing recorded yet of '
+                    f'{", ".join(sorted(wanted - self._in_bag))}')
+
+    def _enable_now(self) -> None:
         """Enable the controller as soon as samples and torques come."""
         self._until(lambda: self._enable.service_is_ready(),
                     lambda: 'the controller offers no service to enable it')
@@ -91,16 +107,12 @@ class _Operator:
 
         self._until(enabled, lambda: said[0])
 
-    def wait_for_recorder(self) -> None:
-        """Wait until the recorder has messages of every topic: it may hear of one late."""
-        wanted = {topic.name for topic in RECORDED}
-        self._until(lambda: wanted <= self._in_bag,
-                    lambda: f'nothing recorded yet of {", ".join(sorted(wanted - self._in_bag))}')
-
     def _on_report(self, message: DiagnosticArray) -> None:
         for status in message.status:
             if status.name == 'bag_recorder':
                 self._in_bag.update(value.key for value in status.values)
+            if status.name == 'jtf_controller' and status.level == DiagnosticStatus.ERROR:
+                self._stopped = status.message
 
     def disable(self) -> None:
         """Let the motors go."""
@@ -114,6 +126,8 @@ class _Operator:
         message.header.frame_id = BASE_FRAME
         for moment, (x, y) in zip(made.time, made.force):
             self.spin(start + moment - time.monotonic())
+            if self._stopped:
+                raise OperatorError(f'the controller has {self._stopped}')
             message.wrench.force.x, message.wrench.force.y = float(x), float(y)
             self._push.publish(message)
 
