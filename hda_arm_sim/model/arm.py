@@ -69,12 +69,13 @@ class Arm:
     def __post_init__(self) -> None:
         """Check that the parts fit each other; raises ArmError."""
         _check_labels([joint.label for joint in self.joints])
-        for index, placed in enumerate(self.effects):
+        listed: set[tuple[str, str | None]] = set()
+        for placed in self.effects:
             self._check_place(type(placed.effect), placed.joint)
-            if any((placed.effect.name, placed.joint) == (other.effect.name, other.joint)
-                   for other in self.effects[:index]):
+            if (placed.effect.name, placed.joint) in listed:
                 raise ArmError(f'{placed.effect.name} of {placed.joint or "the arm"} is listed '
                                'twice; an effect has one entry')
+            listed.add((placed.effect.name, placed.joint))
         if self.links is not None:
             _check_links(self.moving_links(), len(self.joints))
             _check_base(self)
@@ -111,13 +112,15 @@ class Arm:
 
     def with_effect(self, effect: Effect, joint: str | None = None) -> 'Arm':
         """Return the arm with this effect in the place of any other of its name."""
-        return replace(self, effects=(*self.without(effect.name, joint).effects,
-                                      Placed(effect, joint)))
+        return replace(self, effects=(*self._others(effect.name, joint), Placed(effect, joint)))
 
     def without(self, name: str, joint: str | None = None) -> 'Arm':
         """Return the arm with the nominal effect of this name."""
-        kept = tuple(p for p in self.effects if (p.effect.name, p.joint) != (name, joint))
-        return replace(self, effects=kept)
+        return replace(self, effects=self._others(name, joint))
+
+    def _others(self, name: str, joint: str | None) -> tuple[Placed, ...]:
+        """Return all entries but one."""
+        return tuple(p for p in self.effects if (p.effect.name, p.joint) != (name, joint))
 
     def at(self, site: Site) -> tuple[Placed, ...]:
         """Return the placed effects of one site."""

@@ -12,16 +12,18 @@ Torques at the output side. A wrong friction shows in A alone, a wrong torsion i
 load in both alike.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.compiled import compiled
 from hda_arm_sim.model.effects.actuation import clipped_torque, lagging_torque
-from hda_arm_sim.model.kernel import (BASE_OFFSET, BASE_RATE, COMMAND, LINK_ANGLE, LINK_VELOCITY,
-                                      MODE, MOTOR_VELOCITY, NOW, REGISTERS, settle, slope,
-                                      SLOPE_1, STATE, STATES)
+from hda_arm_sim.model.effects.friction import bristle_after
+from hda_arm_sim.model.kernel import (BASE_OFFSET, BASE_RATE, BRISTLE, COMMAND, LINK_ANGLE,
+                                      LINK_VELOCITY, MODE, MOTOR_VELOCITY, NOW, REGISTERS, settle,
+                                      slope, SLOPE_1, STATE, STATES, TORQUE)
 from hda_arm_sim.model.link_side import base_coupling, loaded_inertia
-from hda_arm_sim.model.motor_side import shaft_torque
+from hda_arm_sim.model.motor_side import friction_budget, shaft_torque
 from hda_arm_sim.model.rigid import mass_matrix
 import numpy as np
 from numpy.typing import NDArray
@@ -35,8 +37,8 @@ from .running_clock import arm_during
 Array = NDArray[np.float64]
 BANDWIDTH = 40.0        # of the balances [Hz]
 RATE = 125.0            # at which balances are kept [Hz]
+_ENOUGH = 500.0         # samples that tell what a change of the arm changes in them [1/s]
 _KEPT = 8              # motions, for arms that sense differently
-_BRISTLE_STEPS = 10     # of the memory in a sample while bristles bend
 _REST = 2e-3            # link speed at which a bearing may stick [rad/s]
 _SLOW = 0.3             # shaft speed below which dry friction is not known [rad/s]
 MEASURED = 4           # states that a motion gives; the kernel's others are its memory
@@ -83,6 +85,21 @@ class Balancer:
         residual, _ = self._along(arm)
         return Balance(self.filtered(residual), self._behind(arm)[1])
 
+    @cached_property
+    def thinned(self) -> 'Balancer':
+        """The balances at the same times from fewer samples, for what a change of the arm does."""
+        made = self.measurement
+        part = max((part for part in range(1, self.every + 1)
+                    if self.every % part == 0 and made.dt * part * _ENOUGH < 1.01),
+                   default=1)
+        if part == 1:
+            return self
+        padded = np.concatenate([made.command, np.repeat(made.command[-1:], part, axis=0)])
+        command = np.mean([padded[k:k + len(made.command):part] for k in range(part)], axis=0)
+        return Balancer(replace(made, dt=part * made.dt, command=command, absent=(),
+                                reading=np.ascontiguousarray(made.reading[::part]),
+                                begins=tuple(begin // part for begin in made.begins)))
+
     def memory(self, arm: Arm) -> Array:
         """Return what the arm's effects remember along the motion (k, n, STATES - MEASURED)."""
         return self._along(arm)[1]
@@ -97,10 +114,8 @@ class Balancer:
             record = arm_during(arm, piece, dt).record()
             moved = Motion(motion.state[piece], motion.acceleration[piece])
             _deliver(record, self.measurement.command[piece], dt, delivered[piece])
-            bristles = bool((record.joints['presliding_friction']['stiffness'] > 0.0).any())
             _along(record, loaded_inertia(record.body), *moved, base_motion(arm, moved, dt),
-                   _centred(delivered[piece]), dt, _BRISTLE_STEPS if bristles else 1,
-                   residual[piece], memory[piece])
+                   _centred(delivered[piece]), dt, residual[piece], memory[piece])
         return residual, memory
 
     def filtered(self, raw: Array) -> Array:
@@ -163,7 +178,7 @@ def _deliver(arm, command, dt, delivered):                          # type: igno
 
 @compiled
 def _along(                                                         # type: ignore[no-untyped-def]
-        arm, inertia, state, acceleration, base, command, dt, steps, residual, memory):
+        arm, inertia, state, acceleration, base, command, dt, residual, memory):
     """Fill the residuals (k, 2 n): A of every joint, then B; and what the effects remember."""
     joints = state.shape[1]
     w = np.zeros((2, REGISTERS))
@@ -177,15 +192,21 @@ def _along(                                                         # type: igno
             w[j, MODE + 1] = np.sign(rate) if abs(rate) > _REST else 0.0
             for i in range(MEASURED):
                 w[j, STATE + i] = state[k, j, i]
+            _bend(arm.joints[j], w, j, dt)
             for i in range(MEASURED, STATES):
                 memory[k, j, i - MEASURED] = w[j, STATE + i]
-        for _ in range(steps):
-            slope(arm, inertia, w, STATE, SLOPE_1)
-            settle(arm, w)
-            for j in range(joints):
-                for i in range(MEASURED, STATES):
-                    w[j, STATE + i] += dt / steps * w[j, SLOPE_1 + i]
+        slope(arm, inertia, w, STATE, SLOPE_1)
+        settle(arm, w)
         _compare(arm, inertia, w, acceleration[k], joints, residual[k])
+
+
+@compiled
+def _bend(joint, w, j, dt):                                         # type: ignore[no-untyped-def]
+    """Bend the bristles for a sample, under the torque of the one before."""
+    stiffness, rate = joint.presliding_friction.stiffness, w[j, STATE + MOTOR_VELOCITY]
+    if stiffness > 0.0:
+        budget = friction_budget(joint, rate, np.sign(rate), w[j, TORQUE], w[j, STATE + LINK_ANGLE])
+        w[j, STATE + BRISTLE] = bristle_after(rate, w[j, STATE + BRISTLE], budget, stiffness, dt)
 
 
 @compiled

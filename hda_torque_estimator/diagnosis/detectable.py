@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .fit import Fit, Fitter, IMPOSSIBLE
-from .imagined import shapes, thinned
+from .imagined import shapes
 from .screen import shifts
 from .search import Found
 from .smallest import hidden, places, size_numbers, Smallest, WEAKER
@@ -37,7 +37,7 @@ class Point(NamedTuple):
 def smallest_in_balances(fitter: Fitter, found: Found, fit: Fit,
                          names: Sequence[str]) -> Iterator[Smallest]:
     """Yield the smallest size of each effect and place that shows beside what `fit` knows."""
-    coarse = Fitter(thinned(fitter.balancer), fitter.arm, fitter.noise, fitter.effective,
+    coarse = Fitter(fitter.balancer.thinned, fitter.arm, fitter.noise, fitter.effective,
                     fitter.rows)
     sight = Visibility(coarse, found, coarse.at(fit.terms, len(fit.accepted), fit.columns))
     for name in names:

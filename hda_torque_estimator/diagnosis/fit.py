@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from operator import is_
 
 from hda_arm_sim.model.arm import Arm, ArmError
 from hda_arm_sim.model.effects import effect_named, Scope, Site
@@ -52,6 +53,7 @@ class Fitter:
         """`noise` (c,) is what a healthy arm leaves [N*m], `rows` (m,) those to be used."""
         self.balancer, self.arm = balancer, arm
         self.noise, self.effective, self.rows = noise, effective, rows
+        self._base: tuple[tuple[AnyTerm, ...], Array] | None = None     # terms last changed
 
     def on(self, terms: Sequence[AnyTerm]) -> Arm:
         """Return the arm as given with these terms."""
@@ -67,8 +69,7 @@ class Fitter:
     def fit(self, accepted: Sequence[Term], start: Sequence[AnyTerm] = ()) -> Fit:
         """Fit accepted terms and all nuisances together, the latter from `start` where given."""
         terms = self._start([*accepted, *self._others(accepted, start)])
-        balance = self.balancer(self.on(terms))
-        columns = self.derivatives(terms, terms, balance.residual)
+        columns = self.derivatives(terms, terms)
         best = self.at(terms, len(accepted), columns)
         for _ in range(PASSES):
             better = self._descend(best, len(accepted))
@@ -99,7 +100,7 @@ class Fitter:
         terms: list[AnyTerm] = [*fit.accepted, term, *kept]
         first, count = sum(other.size for other in fit.accepted), len(fit.accepted) + 1
         known = fit.columns[:, :, _rows_of(fit.terms, [*fit.accepted, *kept])]
-        own = self.derivatives([term], terms, self.balancer(self.on(terms)).residual)
+        own = self.derivatives([term], terms)
         start = self._descend(self.at(terms, count, np.concatenate(
             [known[:, :, :first], own, known[:, :, first:]], axis=2)), count)
         return self._descend(self._renewed(start, start.accepted[-1:], first), count)
@@ -120,7 +121,7 @@ class Fitter:
     def _renewed(self, fit: Fit, terms: Sequence[AnyTerm], place: int) -> Fit:
         """Return a fit with the columns of some neighbouring terms made again."""
         columns = fit.columns.copy()
-        fresh = self.derivatives(terms, fit.terms, fit.balance.residual)
+        fresh = self.derivatives(terms, fit.terms)
         columns[:, :, place:place + fresh.shape[2]] = fresh
         return replace(fit, columns=columns)
 
@@ -167,22 +168,32 @@ class Fitter:
         wide = np.sqrt(np.maximum(np.diag(plain @ meat @ plain) / np.diag(plain), 1.0))
         return plain * np.outer(wide, wide)
 
-    def derivatives(self, terms: Sequence[AnyTerm], among: Sequence[AnyTerm],
-                    residual: Array) -> Array:
+    def derivatives(self, terms: Sequence[AnyTerm], among: Sequence[AnyTerm]) -> Array:
         """Return the derivative columns (m, c, p) of terms, all of which are `among` others."""
-        columns = np.zeros((*residual.shape, sum(term.size for term in terms)))
+        shape = len(self.balancer.time), 2 * len(self.arm.joints)
+        columns = np.zeros((*shape, sum(term.size for term in terms)))
         for group in _groups(terms):
-            self._difference(terms, among, group, residual, columns)
+            self._difference(terms, among, group, columns)
         return columns
 
+    def change(self, terms: Sequence[AnyTerm], arm: Arm) -> Array:
+        """
+        Return what the residual (m, c) of an arm has more than that of the terms [N*m].
+
+        Noise is the same in both, so fewer samples tell as much.
+        """
+        if self._base is None or not _same(self._base[0], terms):
+            self._base = tuple(terms), self.balancer.thinned(self.on(terms)).residual
+        return self.balancer.thinned(arm).residual - self._base[1]
+
     def _difference(self, terms: Sequence[AnyTerm], among: Sequence[AnyTerm],
-                    group: list[tuple[int, int, int]], residual: Array, columns: Array) -> None:
+                    group: list[tuple[int, int, int]], columns: Array) -> None:
         """Fill the columns of a group, one simulation for all of its members."""
         changed = {id(term): term for term in among}
         for place, number, _ in group:
             changed[id(terms[place])] = _stepped(terms[place], number)
         try:
-            shift = self.balancer(self.on(list(changed.values()))).residual - residual
+            shift = self.change(among, self.on(list(changed.values())))
         except IMPOSSIBLE:
             return                                  # no way to go: the column stays zero
         for place, number, column in group:
@@ -210,6 +221,11 @@ class Fitter:
             np.where(np.isfinite(term.deviations()),
                      term.vector() - nominal.get((term.name, term.joint), 0.0), 0.0)
             for term in terms])
+
+
+def _same(terms: Sequence[AnyTerm], others: Sequence[AnyTerm]) -> bool:
+    """Tell whether terms are the very same."""
+    return len(terms) == len(others) and all(map(is_, terms, others))
 
 
 def moved(terms: Sequence[AnyTerm], step: Array) -> list[AnyTerm]:

@@ -9,12 +9,10 @@ from hda_arm_sim.model.effects import (ExternalContact, MotorCogging, NonlinearV
                                        TorqueSaturation)
 import numpy as np
 
-from .balance import Balancer
 from .fit import Fitter
 from .hypotheses import HYPOTHESES, terms_of
 from .term import Term
 
-ENOUGH = 500.0          # samples that tell what an effect changes in the balances [1/s]
 _ONLY = {                                       # of many shapes one that stands for all
     NonlinearViscousFriction.name: ('exponent', 0.5),
     MotorCogging.name: ('order', 14.0),
@@ -35,21 +33,6 @@ def shapes(fitter: Fitter, arm: Arm, name: str) -> Iterator[Term]:
             yield _clipped(fitter, arm, term)
         elif _stands(term):
             yield term
-
-
-def thinned(balancer: Balancer) -> Balancer:
-    """Return balances at the same times from fewer samples, as many as shifts call for."""
-    made = balancer.measurement
-    part = max((part for part in range(1, balancer.every + 1)
-                if balancer.every % part == 0 and made.dt * part * ENOUGH <= 1.0 + 1e-9),
-               default=1)
-    if part == 1:
-        return balancer
-    padded = np.concatenate([made.command, np.repeat(made.command[-1:], part, axis=0)])
-    command = np.mean([padded[k:k + len(made.command):part] for k in range(part)], axis=0)
-    return Balancer(replace(made, dt=part * made.dt, command=command, absent=(),
-                            reading=np.ascontiguousarray(made.reading[::part]),
-                            begins=tuple(begin // part for begin in made.begins)))
 
 
 def _stands(term: Term) -> bool:

@@ -80,7 +80,7 @@ def _shifts(fitter: Fitter, fit: Fit, starts: Sequence[Term]) -> list[Array]:
         changed = arm
         for trial in trials:
             changed = trial.on(changed)
-        changes.append(fitter.balancer(changed).residual - fit.balance.residual)
+        changes.append(fitter.change(fit.terms, changed))
     together = np.stack(changes, axis=2)
     if len(starts) == 1:
         return [together]

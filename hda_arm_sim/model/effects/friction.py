@@ -44,9 +44,23 @@ def stribeck_budget(motor_velocity, excess, speed):                 # type: igno
 @compiled
 def bristle_rate(motor_velocity, state, budget, stiffness):         # type: ignore[no-untyped-def]
     """Return dz/dt of bristles, whose deflection z settles at budget / stiffness, (48) [rad/s]."""
+    end, pace = _settling(motor_velocity, budget, stiffness)
+    return pace * (end - state)
+
+
+@compiled
+def bristle_after(motor_velocity, state, budget, stiffness, time):  # type: ignore[no-untyped-def]
+    """Return the deflection after a time at one speed, the solution of (48) [rad]."""
+    end, pace = _settling(motor_velocity, budget, stiffness)
+    return end + (state - end) * np.exp(-pace * time)
+
+
+@compiled
+def _settling(motor_velocity, budget, stiffness):                   # type: ignore[no-untyped-def]
+    """Return where bristles settle at a speed [rad], and how fast [1/s]."""
     reach = np.maximum(budget, 1e-12) / stiffness
     pace = np.minimum(np.abs(motor_velocity) / reach, FASTEST)
-    return pace * (np.sign(motor_velocity) * reach - state)
+    return np.sign(motor_velocity) * reach, pace
 
 
 @compiled
