@@ -2,19 +2,25 @@
 Measure how often a diagnosis is right, on recordings of the independent truth in `test/truth/`.
 
     diagnosis.py [--records N] [--healthy N] [--pairs N] [--triples N] [--workers N] [--first SEED]
+                 [--limit SECONDS] [--kept FILE]
 
 Hides effects in 60 s recordings at 1 kHz, diagnoses them, and writes `docs/accuracy.md`: the table
 of what was asked and reached, and what was called what. Seeds from FIRST on are used here alone.
+Outcomes are kept in FILE as they come, so that a study that was stopped goes on where it was;
+they hold for one state of the code.
 """
 
 from argparse import ArgumentParser, Namespace
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from concurrent.futures import as_completed, ProcessPoolExecutor
+from dataclasses import asdict, dataclass
+from itertools import islice
+import json
 from pathlib import Path
 import sys
 import time
+from typing import Any
 
 from diagnosis_tables import page
 from hda_arm_sim.model.files import read_arm
@@ -41,6 +47,10 @@ class Case:
     noise: float = 1.0
     without: str | None = None      # an effect that the catalogue lacks
 
+    def key(self) -> str:
+        """Return what tells it from all others."""
+        return json.dumps(asdict(self))
+
 
 def cases(asked: Namespace) -> Iterator[Case]:
     """Yield all recordings of the study."""
@@ -61,7 +71,7 @@ def cases(asked: Namespace) -> Iterator[Case]:
             yield Case(group, chosen, (seed := seed + 1))
 
 
-def outcome(case: Case) -> dict[str, object]:
+def outcome(case: Case) -> dict[str, Any]:
     """Record and diagnose one case; returns what was hidden and what was said."""
     random = np.random.default_rng([case.seed, 1])
     hidden = [draw(name, random) for name in case.hidden]
@@ -89,13 +99,13 @@ def outcome(case: Case) -> dict[str, object]:
         'rest': None if rest is None else (rest.site, rest.joint, rest.depends_on)}
 
 
-def attempted(case: Case) -> dict[str, object]:
+def attempted(case: Case) -> dict[str, Any]:
     """Return the outcome of a case; one that the truth or the diagnosis cannot do says why."""
     try:
-        return outcome(case)
+        return {'case': case.key(), **outcome(case)}
     except ValueError as error:
-        return {'group': case.group, 'seed': case.seed, 'hidden': case.hidden,
-                'error': str(error)}
+        return {'case': case.key(), 'group': case.group, 'seed': case.seed,
+                'hidden': case.hidden, 'error': str(error)}
 
 
 def asked_for(words: Sequence[str]) -> Namespace:
@@ -104,27 +114,43 @@ def asked_for(words: Sequence[str]) -> Namespace:
     for name, default in (('records', 10), ('healthy', 300), ('pairs', 100), ('triples', 40),
                           ('workers', 2), ('first', 20000), ('limit', 0)):
         parser.add_argument(f'--{name}', type=int, default=default)
+    parser.add_argument('--kept', type=Path, default=ROOT / 'out' / 'diagnosis.jsonl')
     return parser.parse_args(words)
+
+
+def kept_in(path: Path) -> dict[str, dict[str, Any]]:
+    """Return the outcomes that a file keeps, by their cases."""
+    lines = path.read_text(encoding='utf-8').splitlines() if path.exists() else []
+    return {result['case']: result for result in map(json.loads, lines)}
+
+
+def study(todo: Sequence[Case], asked: Namespace) -> None:
+    """Add the outcomes of cases to the file, as long as the limit allows."""
+    end = time.monotonic() + (asked.limit or float('inf'))
+    left = iter(todo)
+    asked.kept.parent.mkdir(parents=True, exist_ok=True)
+    with ProcessPoolExecutor(asked.workers) as pool, asked.kept.open('a') as kept:
+        running = {pool.submit(attempted, case) for case in islice(left, 2 * asked.workers)}
+        while running:
+            done = next(as_completed(running))
+            running.remove(done)
+            kept.write(json.dumps(done.result()) + '\n')
+            kept.flush()
+            if time.monotonic() < end:
+                running |= {pool.submit(attempted, case) for case in islice(left, 1)}
 
 
 def main() -> int:
     """Run the study and write the page."""
     asked = asked_for(sys.argv[1:])
-    todo = list(cases(asked))
-    end = time.monotonic() + asked.limit if asked.limit else float('inf')
-    # a limited study sees every group alike
-    order = np.random.default_rng(asked.first).permutation(len(todo)) if asked.limit else range(
-        len(todo))
-    results: list[dict[str, object]] = []
-    with ProcessPoolExecutor(asked.workers) as pool:
-        for start in range(0, len(todo), 2 * asked.workers):
-            if time.monotonic() > end:
-                break
-            part = [todo[k] for k in order[start:start + 2 * asked.workers]]
-            results += pool.map(attempted, part)
-            print(f'{len(results)} of {len(todo)}', Counter(r['group'] for r in results),
-                  flush=True)
-    (ROOT / 'docs' / 'accuracy.md').write_text(page(results, len(todo)), encoding='utf-8')
+    planned = list(cases(asked))
+    order = np.random.default_rng(asked.first).permutation(len(planned))    # all groups alike
+    known = kept_in(asked.kept)
+    study([planned[k] for k in order if planned[k].key() not in known], asked)
+    results = kept_in(asked.kept)
+    wanted = [results[case.key()] for case in planned if case.key() in results]
+    print(Counter(result['group'] for result in wanted))
+    (ROOT / 'docs' / 'accuracy.md').write_text(page(wanted, len(planned)), encoding='utf-8')
     return 0
 
 
