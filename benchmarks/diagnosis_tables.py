@@ -11,6 +11,7 @@ Outcome = dict[str, Any]
 SAME = {'relative_error': 'error'}
 # and those that mean the same in other terms: name there -> name here, and how it is converted
 CONVERTED: dict[tuple[str, str], tuple[str, Callable[[float], float]]] = {
+    ('inertial_coupling', 'share'): ('share', lambda value: -value),    # links taken apart
     ('stiffening_error', 'curvature'): ('error', lambda value: value / 0.0831 - 1.0),
     ('wave_generator_compliance', 'psi'): (             # psi / 2 = compliance / (N c_w), (64)
         'compliance', lambda value: 0.5 * 100.0 * 27.027 * value - 1.0 / 2.5517)}

@@ -87,7 +87,7 @@ class Balancer:
 
     @cached_property
     def thinned(self) -> 'Balancer':
-        """The balances at the same times from fewer samples, for what a change of the arm does."""
+        """Return balances at the same times from fewer samples, to tell changes of the arm."""
         made = self.measurement
         part = max((part for part in range(1, self.every + 1)
                     if self.every % part == 0 and made.dt * part * _ENOUGH < 1.01),
@@ -203,9 +203,10 @@ def _along(                                                         # type: igno
 @compiled
 def _bend(joint, w, j, dt):                                         # type: ignore[no-untyped-def]
     """Bend the bristles for a sample, under the torque of the one before."""
-    stiffness, rate = joint.presliding_friction.stiffness, w[j, STATE + MOTOR_VELOCITY]
+    stiffness = joint.presliding_friction.stiffness
     if stiffness > 0.0:
-        budget = friction_budget(joint, rate, np.sign(rate), w[j, TORQUE], w[j, STATE + LINK_ANGLE])
+        rate, angle = w[j, STATE + MOTOR_VELOCITY], w[j, STATE + LINK_ANGLE]
+        budget = friction_budget(joint, rate, np.sign(rate), w[j, TORQUE], angle)
         w[j, STATE + BRISTLE] = bristle_after(rate, w[j, STATE + BRISTLE], budget, stiffness, dt)
 
 

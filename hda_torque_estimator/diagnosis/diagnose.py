@@ -21,6 +21,7 @@ from .excitation import cannot_tell, nothing_seen, remarks, smallest_sizes
 from .fit import Fit, Fitter
 from .healthy import healthy_twin, noise_of, torque_noise_of
 from .hypotheses import HYPOTHESES
+from .instruments import unbiased
 from .located import split_at_contact
 from .measurement import Measurement
 from .nuisance import Zero
@@ -79,11 +80,12 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     noise, plain = noise_of(fitter.balancer, last)
     fitter.noise = np.minimum(fitter.noise, noise)      # a wrong extension makes noise of its own
     judged = backing(fitter, found, misplaced(fitter, found))
-    stands = found.with_only(fitter, judged.backed)
-    evidence = Evidence(
-        fitter, stands, Balancer(healthy_twin(fitter.balancer, last, 1, torque_noise_of(
-            fitter.noise, plain, fitter.balancer, arm))),
-        _with_zeros(arm, stands), fitter.on(stands.terms), held_out)
+    twin = Balancer(healthy_twin(fitter.balancer, last, 1, torque_noise_of(
+        fitter.noise, plain, fitter.balancer, arm)))
+    kept = found.with_only(fitter, judged.backed)
+    stands = unbiased(fitter, kept, twin)
+    evidence = Evidence(fitter, stands, twin, _with_zeros(arm, stands), fitter.on(stands.terms),
+                        held_out)
     pairs = alike(found, judged.backed)
     shown = raw_findings(raw, measurement, fitter.balancer, arm, evidence.extended, held_out)
     told = (*shown, *_findings(evidence, found, pairs))
@@ -91,7 +93,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
              gains(fitter.balancer, evidence.twin, evidence.before, evidence.extended,
                    held_out).total())
     rest = unexplained(fitter, stands) if judged.unexplained.any() else None
-    sizes = smallest_sizes(fitter, found, stands, raw, training, names)
+    sizes = smallest_sizes(fitter, found, kept, raw, training, names)
     verdict = _verdict(judged, told, bool(pairs))
     if verdict == 'no_discrepancy' and cannot_tell(sizes, arm, about):
         verdict = 'insufficient_excitation'
@@ -100,8 +102,8 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
         residuals(fitter, found.first, stands, _inside(fitter.balancer.time, held_out)),
         replace(facts, training=training, held_out=held_out), arm_file, version, seconds,
         remarks(sizes, arm, about))
-    kept = [term for term in stands.terms if not isinstance(term, Zero)]
-    return Conclusion(diagnosis, extended_by(raw.causes, fitter.on(kept)), evidence)
+    model = fitter.on([term for term in stands.terms if not isinstance(term, Zero)])
+    return Conclusion(diagnosis, extended_by(raw.causes, model), evidence)
 
 
 def _facts(measurement: Measurement, training: Spans, held_out: Spans,

@@ -21,6 +21,7 @@ PASSES = 4
 _REFINEMENTS = 6
 _BLOCK = 1.0            # within which residuals may go together [s]
 CLOSE = 0.5             # improvement of the score that is not worth another pass
+_FINE = 0.01            # share of the usual step in a derivative: noise is the same at both ends
 FAR = 100.0             # improvement by a step after which no derivative is as it was
 
 
@@ -235,8 +236,8 @@ def moved(terms: Sequence[AnyTerm], step: Array) -> list[AnyTerm]:
 
 
 def _stepped(term: AnyTerm, number: int) -> AnyTerm:
-    """Return a term with one number a step on, or a step back from its bound."""
-    for step in (1.0, -1.0):
+    """Return a term with one number a fine step on, or back from its bound."""
+    for step in (_FINE, -_FINE):
         vector = term.vector()
         vector[number] += step * term.all_steps()[number]
         moved_on = term.at(vector)

@@ -29,7 +29,8 @@ class Hypothesis:
     `form_error` is the share of the effect's power that its law may leave, where the literature
     has laws of several forms, and `form_share` what a curve without a name may improve of it, as
     a share of what the effect improves the score. `doubts` are half-widths that intervals have
-    at least, for the same reason. `twin` is an effect that no motion tells from this one.
+    for the same reason, as shares of another number or absolute. `twin` is an effect that no
+    motion tells from this one.
     """
 
     free: dict[str, float] = field(default_factory=dict)
@@ -39,7 +40,7 @@ class Hypothesis:
     experiment: str = ''
     form_error: float = 0.003
     form_share: float = 0.02
-    doubts: dict[str, float] = field(default_factory=dict)
+    doubts: dict[str, tuple[float, str]] = field(default_factory=dict)
     twin: str = ''
 
 
@@ -166,7 +167,8 @@ HYPOTHESES: dict[str, Hypothesis] = {
     'external_contact': Hypothesis(
         {'force': 1.0, 'direction': 0.02, 'onset': 0.01, 'duration': 0.01},
         alike=('payload',), form_share=0.08, form_error=0.03,
-        doubts={'direction': 0.03, 'onset': 0.03, 'duration': 0.06},
+        doubts={'direction': (0.03, ''), 'onset': (0.045, 'duration'),
+                'duration': (0.09, 'duration')},            # edges may take up to a fifth of it
         experiment='the same motion again, with nothing near the arm'),
     'base_vibration': Hypothesis(
         {'amplitude': 2e-3, 'frequency': 0.05, 'damping': 5e-3, 'direction': 0.05},

@@ -16,6 +16,7 @@ from .predict import HORIZON, prediction_errors, Spans
 from .report import Alike, Evidence, Finding, Gain, Number, OwnGain, Residual, TotalGain
 from .search import Evidence as Reason
 from .search import Found, Place
+from .smallest import size_numbers
 from .term import Term
 
 Array = NDArray[np.float64]
@@ -75,11 +76,11 @@ def findings(fitter: Fitter, fit: Fit, reasons: Mapping[Place, Reason], nameable
     Return the causes of a fit that may be named, with numbers, evidence and own gain.
 
     A cause that does not gain on the held-out stretches, or no more there than its placebo, is
-    not told; the largest comes first.
+    not told, nor one that has vanished without others; the largest comes first.
     """
     covariance, told = fitter.covariance(fit), []
     for term in fit.accepted:
-        if term not in nameable:
+        if term not in nameable or _vanished(term):
             continue
         own = fit.own(term)
         part = covariance[own][:, own]
@@ -91,6 +92,13 @@ def findings(fitter: Fitter, fit: Fit, reasons: Mapping[Place, Reason], nameable
             told.append(_finding(fitter, term, part, reasons[term.name, term.joint],
                                  gain.beside(shares.placebo)))
     return tuple(sorted(told, key=lambda finding: -finding.evidence.score))
+
+
+def _vanished(term: Term) -> bool:
+    """Tell whether nothing is left of an effect but its shape."""
+    kind = type(term.effect)
+    return all(getattr(term.effect, number) == kind.declaration(number).default
+               for number in size_numbers(term.name))
 
 
 def _finding(fitter: Fitter, term: Term, covariance: Array, reason: Reason,
@@ -122,7 +130,8 @@ def _doubt(fitter: Fitter, term: Term, name: str) -> float:
     """Return by how much a number is in doubt because its law has several forms."""
     sought = HYPOTHESES[term.name]
     if name in sought.doubts:
-        return sought.doubts[name]
+        share, whole = sought.doubts[name]
+        return share * (abs(getattr(term.effect, whole)) if whole else 1.0)
     if sought.form_share <= Hypothesis().form_share:
         return 0.0
     nominal = getattr(fitter.arm.effect(term.name, term.joint), name)
