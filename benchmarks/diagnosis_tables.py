@@ -4,24 +4,10 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
+from hidden_truth import expected
 import numpy as np
 
 Outcome = dict[str, Any]
-# numbers of the truth that are those of the library: (effect, number there) -> number here
-SAME = {'relative_error': 'error'}
-# and those that mean the same in other terms: name there -> name here, and how it is converted
-CONVERTED: dict[tuple[str, str], tuple[str, Callable[[float], float]]] = {
-    ('inertial_coupling', 'share'): ('share', lambda value: -value),    # links taken apart
-    ('stiffening_error', 'curvature'): ('error', lambda value: value / 0.0831 - 1.0),
-    ('wave_generator_compliance', 'psi'): (             # psi / 2 = compliance / (N c_w), (64)
-        'compliance', lambda value: 0.5 * 100.0 * 27.027 * value - 1.0 / 2.5517)}
-# numbers that are added to the arm's own, of which the library tells the sum: (name, nominal)
-ADDED = {('coulomb_friction', 'level'): ('dry', 0.037),                     # [N*m]
-         ('viscous_friction', 'slope'): ('viscous', 5.96e-5),               # [N*m*s/rad]
-         ('structural_damping', 'coefficient'): ('damping', 8.0)}           # [N*m*s/rad]
-# relative errors, of which the library tells those of the nominal arm: name of what has scatter
-SCALED = {('stiffness_error', 'error'): 'stiffness', ('torque_constant_error', 'error'): 'gain',
-          ('link_inertia_error', 'error'): 'inertia'}
 _HEAD = """# Accuracy of the diagnosis
 
 Written by `benchmarks/diagnosis.py`. Every record is 60 s at 1 kHz of the independent truth in
@@ -138,27 +124,11 @@ def _compare(result: Outcome, errors: dict[tuple[str, str], list[float]],
              held: list[bool]) -> None:
     """Add the errors of the numbers that mean the same in the truth and in the library."""
     (effect, joint, true, *_), (_, _, found) = result['hidden'][0], result['said'][0]
-    for name, hidden in true.items():
-        number, convert = CONVERTED.get((effect, name), (SAME.get(name, name), float))
-        value = convert(hidden)
-        if number not in found or 'phase' in number or 'direction' in number or not value:
-            continue
-        estimate, low, high = found[number]
-        whole = _whole(effect, joint, number, value, result['scatter'])
-        errors[effect, number].append(abs(estimate - whole) / abs(value))
-        held.append(low <= whole <= high)
-
-
-def _whole(effect: str, joint: str | None, number: str, value: float,
-           scatter: dict[str, list[float]]) -> float:
-    """Return what the library should tell: the hidden number with the scatter of its arm."""
-    place = 1 if joint == 'joint2' else 0
-    if (effect, number) in ADDED:
-        name, nominal = ADDED[effect, number]
-        return value + nominal * scatter[name][place]
-    if (effect, number) in SCALED:
-        return (1.0 + value) * scatter[SCALED[effect, number]][place] - 1.0
-    return value
+    for number, (whole, hidden) in expected(effect, joint, true, result['scatter']).items():
+        if number in found:
+            estimate, low, high = found[number]
+            errors[effect, number].append(abs(estimate - whole) / abs(hidden))
+            held.append(low <= whole <= high)
 
 
 def _failures(results: list[Outcome]) -> list[str]:

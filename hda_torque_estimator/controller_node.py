@@ -5,9 +5,11 @@ import time
 
 from hda_arm_sim.health import Refused, Report, Stopwatch
 from hda_arm_sim.ros.arm_node import ArmNode
+from hda_arm_sim.ros.listening import Listening
 from hda_arm_sim.ros.process import run
-from hda_arm_sim.ros.topics import publisher, quality, subscribe
-from hda_msgs_json.topics import JOINT_REFERENCE, JOINT_STATES, JOINT_TORQUES, MOTOR_COMMAND
+from hda_arm_sim.ros.topics import publisher, quality
+from hda_msgs_json.topics import (
+    JOINT_REFERENCE, JOINT_STATES, JOINT_TORQUES, MOTOR_COMMAND, Topic)
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.serialization import deserialize_message, serialize_message
@@ -42,27 +44,22 @@ class JtfController(ArmNode):
         self.create_subscription(JointTrajectory, JOINT_REFERENCE.name, self._on_target,
                                  quality(JOINT_REFERENCE))
         # Fresh before complete: what has waited longer could not be paired any more.
-        subscribe(self, JOINT_STATES, self._on_sample, depth=MOST_WAITING)
-        subscribe(self, JOINT_TORQUES, self._on_torque, depth=MOST_WAITING)
+        self._listening = Listening(self, self._on_heard, depth=MOST_WAITING)
+        for topic in (JOINT_STATES, JOINT_TORQUES):
+            self._listening.add(topic)
         # The first message of a type loads code for longer than the watchdog waits.
         deserialize_message(serialize_message(JointTrajectory()), JointTrajectory)
         self.begin()
         self._timer = self.create_timer(WATCH_PERIOD, self._watch,
                                         clock=Clock(clock_type=ClockType.STEADY_TIME))
 
-    def _on_sample(self, message: bytes) -> None:
+    def _on_heard(self, topic: Topic, message: bytes) -> None:
         now = time.monotonic()
+        take = self._live.sample if topic.name == JOINT_STATES.name else self._live.torque
         try:
-            self._answer(self._live.sample(message, now), now)
+            self._answer(take(message, now), now)
         except Refused as refused:
-            self.refuse(JOINT_STATES, refused)
-
-    def _on_torque(self, message: bytes) -> None:
-        now = time.monotonic()
-        try:
-            self._answer(self._live.torque(message, now), now)
-        except Refused as refused:
-            self.refuse(JOINT_TORQUES, refused)
+            self.refuse(topic, refused)
 
     def _answer(self, command: bytes | None, began: float) -> None:
         if command is None:

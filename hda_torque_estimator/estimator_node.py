@@ -5,9 +5,10 @@ import time
 
 from hda_arm_sim.health import Refused, Report, Stopwatch
 from hda_arm_sim.ros.arm_node import ArmNode
+from hda_arm_sim.ros.listening import Listening
 from hda_arm_sim.ros.process import run
-from hda_arm_sim.ros.topics import publisher, publishers, subscribe
-from hda_msgs_json.topics import ESTIMATOR_STATE, JOINT_STATES
+from hda_arm_sim.ros.topics import publisher, publishers
+from hda_msgs_json.topics import ESTIMATOR_STATE, JOINT_STATES, Topic
 from std_srvs.srv import Trigger
 
 from .estimate_messages import estimate_topics
@@ -34,17 +35,18 @@ class TorqueEstimator(ArmNode):
             self.get_logger().info('the model file says "links: none": joint torques only, no '
                                    'external torques and no tip force')
         self.begin()
-        subscribe(self, JOINT_STATES, self._on_sample)
+        self._listening = Listening(self, self._on_sample)
+        self._listening.add(JOINT_STATES)
 
-    def _on_sample(self, message: bytes) -> None:
+    def _on_sample(self, topic: Topic, message: bytes) -> None:
         began = time.monotonic()
         try:
             stamp, messages, state = self._answer(message)
         except Refused as refused:
-            self.refuse(JOINT_STATES, refused)
+            self.refuse(topic, refused)
             return
-        for topic, estimate in zip(self._estimates, messages):
-            topic.publish(estimate)
+        for estimates, estimate in zip(self._estimates, messages):
+            estimates.publish(estimate)
         if state is not None:
             self._state.publish(state)
         self._stopwatch.add(time.monotonic() - began, time.time() - stamp * 1e-9)

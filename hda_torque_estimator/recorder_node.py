@@ -71,7 +71,7 @@ class BagRecorder(ArmNode):
         if late := awaited(topics, self._wanted):
             self.get_logger().warning(f'no topic of the system is named {", ".join(late)}; '
                                       'what others publish there is recorded')
-        self._listening = Listening(self, self._on_message, self._is_wanted, DEPTH)
+        self._listening = Listening(self, self._on_message, wanted=self._is_wanted, depth=DEPTH)
         for topic in topics:
             self._listening.add(topic)
         for name, serve in (('pause', self._pause), ('resume', self._resume),

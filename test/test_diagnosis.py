@@ -17,7 +17,7 @@ from hda_torque_estimator.diagnosis.measurement import Measurement
 from hda_torque_estimator.diagnosis.showing import HORIZONS
 import numpy as np
 import pytest
-from truth import draw, record
+from truth import record
 
 ARM = read_arm('hda_arm.yaml')
 NAMES = ('joint1', 'joint2', 'joint1_motor', 'joint2_motor')
@@ -46,46 +46,6 @@ def test_nothing_hidden_nothing_found(seed, noise):
     found = diagnosed(recorded([], seed, noise=noise))
     assert found.verdict == 'no_discrepancy'
     assert named(found) == []
-
-
-# Number of the library, number of the truth, its value at the nominal arm, relative tolerance.
-HIDDEN = {
-    'coulomb_friction': ('level', 'level', 0.037, 0.07),
-    'stribeck_friction': ('excess', 'excess', 0.0, 0.07),
-    'load_dependent_friction': ('coefficient', 'coefficient', 0.0, 0.10),
-    'motor_cogging': ('amplitude', 'amplitude', 0.0, 0.03),
-    'command_delay': ('delay', 'delay', 0.0, 0.05),
-    'stiffness_error': ('error', 'relative_error', 0.0, 0.25),
-    'torsional_hysteresis': ('level', 'level', 0.0, 0.20),
-    'backlash': ('half_width', 'half_width', 0.0, 0.05),
-    'kinematic_error': ('amplitude_2', 'amplitude_2', 0.0, 0.03),
-    'clock_skew': ('skew', 'skew', 0.0, 0.05),
-    'payload': ('mass', 'mass', 0.0, 0.10),
-    'base_tilt': ('tilt', 'tilt', 0.0, 0.03),
-}
-
-
-@pytest.mark.parametrize('name', HIDDEN)
-def test_hidden_effect_is_named_and_sized(name):
-    ours, theirs, nominal, tolerance = HIDDEN[name]
-    hidden = draw(name, np.random.default_rng(sum(map(ord, name))))
-    found = diagnosed(recorded([hidden], 910))
-    assert named(found) == [(name, hidden.joint)]
-    size = hidden.parameters[theirs]
-    told = found.findings[0].parameters[ours].value - nominal
-    assert told == pytest.approx(size, rel=tolerance, abs=0.03 * nominal)
-    assert found.findings[0].gain.removed > 0.5
-    assert found.verdict in ('explained', 'unknown')
-
-
-def test_two_that_no_motion_can_tell_apart_are_ambiguous():
-    """A constant bias and a friction that differs with direction are one torque while moving."""
-    hidden = draw('drive_offset', np.random.default_rng(4))
-    found = diagnosed(recorded([hidden], 920))
-    assert found.verdict == 'ambiguous'
-    effects = {name for alike in found.ambiguous for name, _ in alike.effects}
-    assert effects == {'drive_offset', 'asymmetric_friction'}
-    assert 'dwell' in found.ambiguous[0].experiment
 
 
 def test_standstill_shows_nothing():

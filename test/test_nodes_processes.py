@@ -13,7 +13,8 @@ from hda_msgs_json.cdr import decode_joint_state, encode_joint_state
 from hda_msgs_json.cdr_arrays import encode_joint_rows, encode_wrench_rows
 from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import (
-    DIAGNOSTICS, ESTIMATOR_STATE, JOINT_REFERENCE, JOINT_STATES, JOINT_TORQUES, MOTOR_COMMAND)
+    DIAGNOSTICS, ESTIMATOR_STATE, JOINT_REFERENCE, JOINT_STATES, JOINT_TORQUES, MOTOR_COMMAND,
+    Topic)
 from hda_torque_estimator.closed_loop import run
 from hda_torque_estimator.estimate_messages import estimate_samples
 from hda_torque_estimator.estimator import Estimator
@@ -163,6 +164,23 @@ def test_loop_is_closed_and_opens_when_samples_stop(tmp_path):
     answered = [decode_joint_state(command).stamp_ns for command in commands]
     assert set(answered[:-1]) <= stamps
     assert answered[:-1] == sorted(set(answered[:-1]))
+
+
+def test_a_driver_that_does_its_best_only_is_heard(sent, tmp_path):
+    hurried = Topic('joint_states', JOINT_STATES.message_type, 100, 'best_effort')
+    with watching() as watcher, running(tmp_path, torque_estimator=(), jtf_controller=(
+            'enabled:=true', 'torque_feedback:=0.0')):
+        torques, commands = watcher.hear(JOINT_TORQUES), watcher.hear(MOTOR_COMMAND)
+        send, left = watcher.send(hurried, 2), iter(sent)
+
+        def answered():
+            send(next(left))
+            return torques and commands
+
+        watcher.until(answered, 'estimates and commands')
+        stamps = {decode_joint_state(message).stamp_ns for message in sent}
+        for message in (*torques, *commands):
+            assert decode_joint_state(message).stamp_ns in stamps
 
 
 def test_services_answer(tmp_path):

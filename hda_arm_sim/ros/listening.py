@@ -21,9 +21,9 @@ PERIOD = 0.25           # between two looks at which publishers are there [s]
 class Listening:
     """Have the bytes of topics handed to `heard`, of late ones too if they are `wanted`."""
 
-    def __init__(self, node: Node, heard: Callable[[Topic, bytes], None],
-                 wanted: Callable[[str], bool], depth: int) -> None:
-        """Look at the publishers now and then; queues have this depth."""
+    def __init__(self, node: Node, heard: Callable[[Topic, bytes], None], *,
+                 wanted: Callable[[str], bool] | None = None, depth: int | None = None) -> None:
+        """Look at the publishers now and then; queues have this depth, else the topic's own."""
         self._node, self._heard, self._wanted, self._depth = node, heard, wanted, depth
         self._queues: dict[str, tuple[Topic, Subscription]] = {}
         self._names: dict[Topic, str] = {}
@@ -39,20 +39,27 @@ class Listening:
 
     def look(self) -> None:
         """Find publishers of new topics, and of known ones that offer less than is asked for."""
-        for name, _ in self._node.get_topic_names_and_types():
+        for name in self._present():
             known = self._queues.get(name)
-            if known is None and (name in self._refused or not self._wanted(name)):
-                continue
             infos = self._node.get_publishers_info_by_topic(name)
             if infos and known is None:
                 self._add_late(offered(name, infos))
             elif infos and known is not None:
                 self._suit(known[0], offered(known[0].name, infos))
 
+    def _present(self) -> list[str]:
+        """Return the names of topics that are listened to, or shall be."""
+        names = list(self._queues)
+        if self._wanted is None:
+            return names
+        return names + [name for name, _ in self._node.get_topic_names_and_types()
+                        if name not in self._queues and name not in self._refused
+                        and self._wanted(name)]
+
     def drain(self) -> None:
         """Hand over what waits in the queues."""
         for topic, queue in self._queues.values():
-            for _ in range(self._depth):
+            for _ in range(self._depth or topic.depth):
                 with queue.handle:
                     taken = queue.handle.take_message(queue.msg_type, True)
                 if taken is None:

@@ -1,0 +1,78 @@
+"""
+Every effect of the catalogue hidden in data: name, joint, numbers and gain are required.
+
+One draw of each; `benchmarks/diagnosis.py` says how often it goes otherwise. The hidden truth is
+`truth/`: other formulas, another integrator and step, its own scatter.
+"""
+
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.motions import motion
+from hda_torque_estimator.diagnosis.diagnose import diagnose
+from hda_torque_estimator.diagnosis.measurement import Measurement
+import numpy as np
+import pytest
+from truth import CATALOGUE, draw, record
+from truth_numbers import expected, scattered
+
+ARM = read_arm('hda_arm.yaml')
+NAMES = [effect.name for effect in CATALOGUE]
+SENSED, RUBBED, BENT = 0.03, 0.07, 0.12     # relative errors that numbers of an effect may have
+TOLERANCE = {
+    **dict.fromkeys((
+        'torque_ripple', 'motor_cogging', 'kinematic_error', 'bearing_crosstalk',
+        'motor_encoder_eccentricity', 'encoder_scale_error', 'encoder_interpolation_error',
+        'clock_skew', 'command_delay', 'torque_saturation', 'base_tilt', 'cable_spring',
+        'inertial_coupling', 'dropped_samples'), SENSED),
+    **dict.fromkeys((
+        'coulomb_friction', 'viscous_friction', 'nonlinear_viscous_friction',
+        'stribeck_friction', 'load_dependent_friction', 'thermal_viscosity',
+        'position_dependent_friction', 'link_bearing_friction', 'structural_damping', 'payload',
+        'external_contact', 'base_vibration', 'link_encoder_eccentricity'), RUBBED),
+    **dict.fromkeys((
+        'torque_constant_error', 'current_loop_lag', 'motor_inertia_error', 'stiffness_error',
+        'stiffening_error', 'backlash', 'link_inertia_error'), BENT),
+    # The truth has other laws here: springy bristles, a wind-up of other form, ten elements.
+    'presliding_friction': 0.25, 'wave_generator_compliance': 0.20, 'torsional_hysteresis': 0.25}
+SIZES_OF_OTHER_KIND = {'coarse_quantisation'}
+ONE_EQUATION = ('asymmetric_friction', 'drive_offset')      # while the motor turns
+OTHER_DRAWS = {'stiffening_error': 3219}
+
+
+def seed_of(name):
+    """Return the seed of an effect's record."""
+    return OTHER_DRAWS.get(name, 3100 + NAMES.index(name))
+
+
+def diagnosed(name):
+    """Return what is hidden in a record of one effect, and its diagnosis."""
+    seed = seed_of(name)
+    hidden = draw(name, np.random.default_rng([seed, 1]))
+    asked = motion('rich', 2, 60.0, 1e-3, seed)
+    made = record([hidden], motion_angle=asked.angle, motion_rate=asked.rate, dt=1e-3, seed=seed)
+    reading = np.stack([made.motor_angle, made.link_angle], axis=2)
+    dt = float(np.diff(made.stamps).mean()) * 1e-9
+    return hidden, diagnose(Measurement(ARM.labels, dt, reading, made.command), ARM).diagnosis
+
+
+@pytest.mark.parametrize('name', [name for name in NAMES if name not in ONE_EQUATION])
+def test_hidden_effect_is_named_and_sized(name):
+    hidden, found = diagnosed(name)
+    assert [(one.effect, one.joint) for one in found.findings] == [(name, hidden.joint)]
+    assert found.verdict == 'explained'
+    assert found.gain.removed > 0.9
+    told = {number: one.value for number, one in found.findings[0].parameters.items()}
+    wanted = expected(name, hidden.joint, hidden.parameters, scattered(seed_of(name)))
+    compared = {number: (told[number] - whole) / abs(size)
+                for number, (whole, size) in wanted.items() if number in told}
+    assert (name in SIZES_OF_OTHER_KIND) == (compared == {})
+    assert all(abs(error) <= TOLERANCE[name] for error in compared.values()), compared
+
+
+@pytest.mark.parametrize('name', ONE_EQUATION)
+def test_two_that_no_motion_can_tell_apart_are_ambiguous(name):
+    """A constant bias and a friction that differs with direction are one torque while moving."""
+    hidden, found = diagnosed(name)
+    assert found.verdict == 'ambiguous'
+    assert {place for alike in found.ambiguous for place in alike.effects} == {
+        (effect, hidden.joint) for effect in ONE_EQUATION}
+    assert 'dwell' in found.ambiguous[0].experiment
