@@ -10,4 +10,4 @@ _numbers = importlib.import_module('truth_numbers')
 CATALOGUE, OUTSIDE, EFFECTS, draw, record = (
     _truth.CATALOGUE, _truth.OUTSIDE, _truth.EFFECTS, _truth.draw, _truth.record)
 Hidden, TruthRecord = _truth.Hidden, _truth.TruthRecord
-expected, scattered = _numbers.expected, _numbers.scattered
+ASKED, expected, scattered = _numbers.ASKED, _numbers.expected, _numbers.scattered

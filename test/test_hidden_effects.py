@@ -12,25 +12,12 @@ from hda_torque_estimator.diagnosis.measurement import Measurement
 import numpy as np
 import pytest
 from truth import CATALOGUE, draw, record
-from truth_numbers import expected, scattered
+from truth_numbers import ASKED, expected, scattered
 
 ARM = read_arm('hda_arm.yaml')
 NAMES = [effect.name for effect in CATALOGUE]
-SENSED, RUBBED, BENT = 0.03, 0.07, 0.12     # relative errors that numbers of an effect may have
 TOLERANCE = {
-    **dict.fromkeys((
-        'torque_ripple', 'motor_cogging', 'kinematic_error', 'bearing_crosstalk',
-        'motor_encoder_eccentricity', 'encoder_scale_error', 'encoder_interpolation_error',
-        'clock_skew', 'command_delay', 'torque_saturation', 'base_tilt', 'cable_spring',
-        'inertial_coupling', 'dropped_samples'), SENSED),
-    **dict.fromkeys((
-        'coulomb_friction', 'viscous_friction', 'nonlinear_viscous_friction',
-        'stribeck_friction', 'load_dependent_friction', 'thermal_viscosity',
-        'position_dependent_friction', 'link_bearing_friction', 'structural_damping', 'payload',
-        'external_contact', 'base_vibration', 'link_encoder_eccentricity'), RUBBED),
-    **dict.fromkeys((
-        'torque_constant_error', 'current_loop_lag', 'motor_inertia_error', 'stiffness_error',
-        'stiffening_error', 'backlash', 'link_inertia_error'), BENT),
+    **{name: asked for asked, names in ASKED.values() for name in names},
     # The truth has other laws here: springy bristles, a wind-up of other form, ten elements.
     'presliding_friction': 0.25, 'wave_generator_compliance': 0.20, 'torsional_hysteresis': 0.25}
 SIZES_OF_OTHER_KIND = {'coarse_quantisation'}

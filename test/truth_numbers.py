@@ -25,6 +25,22 @@ ADDED = {('coulomb_friction', 'level'): ('dry', 0.037),                     # [N
 # Relative errors, of which the library tells those of the nominal arm: name of what is scattered.
 SCALED = {('stiffness_error', 'error'): 'stiffness', ('torque_constant_error', 'error'): 'gain',
           ('link_inertia_error', 'error'): 'inertia'}
+# Relative errors that are asked for in the median, and of which effects.
+ASKED: dict[str, tuple[float, tuple[str, ...]]] = {
+    'sensing, ripple, tilt, cable, skew': (0.03, (
+        'torque_ripple', 'motor_cogging', 'kinematic_error', 'bearing_crosstalk',
+        'link_encoder_eccentricity', 'motor_encoder_eccentricity', 'encoder_scale_error',
+        'encoder_interpolation_error', 'clock_skew', 'dropped_samples', 'base_tilt',
+        'cable_spring', 'inertial_coupling')),
+    'friction, damping, payload': (0.07, (
+        'coulomb_friction', 'viscous_friction', 'nonlinear_viscous_friction',
+        'stribeck_friction', 'presliding_friction', 'load_dependent_friction',
+        'thermal_viscosity', 'position_dependent_friction', 'link_bearing_friction',
+        'structural_damping', 'payload', 'external_contact', 'base_vibration')),
+    'stiffness, inertia, torque constant, lag, hysteresis': (0.12, (
+        'torque_constant_error', 'current_loop_lag', 'command_delay', 'torque_saturation',
+        'motor_inertia_error', 'stiffness_error', 'stiffening_error',
+        'wave_generator_compliance', 'torsional_hysteresis', 'backlash', 'link_inertia_error'))}
 Expected = dict[str, tuple[float, float]]
 
 
