@@ -122,6 +122,11 @@ class BagWriter:
         with self._writing():
             self._columns.append(text_column(self._channel(topic), samples))
 
+    def merge(self) -> None:
+        """Write all samples so far in the order of their log times; later ones come after them."""
+        with self._writing():
+            self._merge()
+
     def flush(self) -> None:
         """Write all messages so far, and wait until the disk has them."""
         with self._writing():

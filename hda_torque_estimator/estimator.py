@@ -5,6 +5,7 @@ Both ways accept and refuse the same samples and run the same compiled step, so 
 the same bits as the live run it was made from.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 from typing import ClassVar, NamedTuple
@@ -21,6 +22,7 @@ from . import estimate
 from .route_errors import Known, known
 
 Array = NDArray[np.float64]
+PART = 1 << 15          # samples of a part: small enough for a cache, large enough to pay
 
 
 class Refusal(Enum):
@@ -178,22 +180,46 @@ class Estimator:
 
         `command` (k, n) is the motor torque in force from each sample on [N*m at the shaft].
         """
+        whole, parts = self.in_parts(stamps, reading, command)
+        for _ in parts:
+            pass
+        return whole
+
+    def in_parts(self, stamps: NDArray[np.int64], reading: Array, command: Array | None = None,
+                 size: int = PART) -> tuple[Estimates, Iterator[Estimates]]:
+        """
+        Return the estimates of a recording, which are there when all of the parts were drawn.
+
+        The parts, of `size` samples, are views of them in order. Arguments are those of `run`.
+        """
         finite = np.isfinite(reading[:, :, :2]).all(axis=(1, 2))
         latest = np.maximum.accumulate(np.where(finite, stamps, np.iinfo(np.int64).min))
         before = np.concatenate([[np.iinfo(np.int64).min if self._last is None else self._last],
                                  latest[:-1]])
         used = finite & (stamps > np.maximum.accumulate(before))
-        kept, count = stamps[used], int(used.sum())
-        joints = np.empty((count, len(self.arm.joints), estimate.RESULTS))
-        tip = np.empty((count, estimate.TIP_RESULTS))
-        seconds = np.array([self._seconds(int(kept[0]))] if count else [])
-        gaps = np.diff(kept) * 1e-9
-        seconds = np.append(seconds, np.where(gaps > self.settings.longest_gap, 0.0, gaps))
         given = np.full(reading.shape[:2], np.nan) if command is None else command
-        _run(*self._plain, self._numbers, self._memory, np.ascontiguousarray(reading[used]),
-             np.ascontiguousarray(given[used]), seconds, joints, tip)
-        self._last = int(kept[-1]) if count else self._last
-        return Estimates(kept, joints, tip, np.flatnonzero(~used))
+        count = int(used.sum())
+        whole = Estimates(stamps[used], np.empty((count, len(self.arm.joints), estimate.RESULTS)),
+                          np.empty((count, estimate.TIP_RESULTS)), np.flatnonzero(~used))
+        return whole, self._parts(whole, np.ascontiguousarray(reading[used]),
+                                  np.ascontiguousarray(given[used]), size)
+
+    def _parts(self, whole: Estimates, reading: Array, command: Array,
+               size: int) -> Iterator[Estimates]:
+        """Fill estimates part by part, and yield each part."""
+        stamps = whole.stamps
+        gaps = np.diff(stamps) * 1e-9
+        seconds = np.where(gaps > self.settings.longest_gap, 0.0, gaps)
+        first = np.array([self._seconds(int(stamp)) for stamp in stamps[:1]])
+        seconds = np.concatenate([first, seconds])
+        for begin in range(0, len(stamps), size):
+            rows = slice(begin, begin + size)
+            part = Estimates(stamps[rows], whole.joints[rows], whole.tip[rows],
+                             np.empty(0, np.intp))
+            _run(*self._plain, self._numbers, self._memory, reading[rows], command[rows],
+                 seconds[rows], part.joints, part.tip)
+            self._last = int(part.stamps[-1])
+            yield part
 
     def _refusal(self, stamp: int, reading: Array) -> Refusal:
         if not estimate.usable(reading):

@@ -58,8 +58,10 @@ def effect_variance(memory, effect, count):                         # type: igno
     gain, before, now = gained(memory), 0.0, 0.0
     for i in range(count):
         before += effect[i] * effect[i]
-        for k in range(count):
-            now += effect[i] * gain[i, k] * effect[k]
+        across = 0.0                                # the covariance is symmetric
+        for k in range(i):
+            across += gain[i, k] * effect[k]
+        now += effect[i] * (2.0 * across + gain[i, i] * effect[i])
     return max(before + now, 0.0), before
 
 

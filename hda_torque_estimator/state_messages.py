@@ -47,10 +47,13 @@ class Pacer:
         return self._last != before
 
 
-def due_rows(stamps: NDArray[np.int64], rate: float) -> NDArray[np.intp]:
-    """Return the indices of the samples that a `Pacer` of this rate [Hz] chooses."""
-    periods = stamps // Pacer(rate).period
-    return np.flatnonzero(np.diff(periods, prepend=periods[:1] - 1))
+def due_rows(stamps: NDArray[np.int64], rate: float,
+             before: int | None = None) -> NDArray[np.intp]:
+    """Return the samples that a `Pacer` of this rate [Hz] chooses after a stamp `before` [ns]."""
+    period = Pacer(rate).period
+    periods = stamps // period
+    last = periods[:1] - 1 if before is None else np.array([before // period])
+    return np.flatnonzero(np.diff(periods, prepend=last))
 
 
 class StateWriter:
@@ -97,9 +100,10 @@ class StateWriter:
         return [self._form % row for row in zip(*columns)]
 
 
-def state_samples(arm: Arm, estimates: Estimates, rate: float = STATE_RATE) -> TextSamples:
-    """Return the states of a recording at a rate [Hz]."""
-    rows = due_rows(estimates.stamps, rate)
+def state_samples(arm: Arm, estimates: Estimates, rate: float = STATE_RATE,
+                  before: int | None = None) -> TextSamples:
+    """Return the states of a recording at a rate [Hz], after a sample at `before` [ns]."""
+    rows = due_rows(estimates.stamps, rate, before)
     stamps = estimates.stamps[rows]
     texts = StateWriter(arm).texts(stamps.tolist(), estimates.joints[rows], estimates.tip[rows])
     return TextSamples(stamps, tuple(texts))

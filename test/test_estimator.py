@@ -201,6 +201,17 @@ def test_recording_in_pieces_gives_the_same_bits(arm, pushed):
     np.testing.assert_array_equal(np.concatenate([part.joints for part in parts]), whole.joints)
 
 
+def test_parts_are_views_of_the_whole(arm, pushed):
+    stamps, reading = stamps_of(pushed), pushed.reading
+    whole, parts = Estimator(arm).in_parts(stamps, reading, size=700)
+    drawn = list(parts)
+    assert [len(part.stamps) for part in drawn[:-1]] == [700] * (len(drawn) - 1)
+    assert sum(len(part.stamps) for part in drawn) == len(whole.stamps)
+    for part in drawn:
+        assert np.shares_memory(part.joints, whole.joints)
+    np.testing.assert_array_equal(whole.joints, Estimator(arm).run(stamps, reading).joints)
+
+
 def test_tare_takes_an_offset_away_and_reset_brings_it_back(arm):
     offset = still(arm, (0.2, 1.0), (0.0, 0.0))
     offset[0, 0] += 0.02

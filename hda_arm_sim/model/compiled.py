@@ -42,12 +42,13 @@ def compiled(law: Callable[..., Any], *, inlined: bool = False) -> Any:
     Return `law` compiled on first use; scalars and arrays alike where its formula allows.
 
     `inlined` functions become part of their caller: handing over many arrays costs more than
-    a short law itself.
+    a short law itself. Other threads may run meanwhile.
     """
     before = _CONFIG.CACHE_DIR
     _CONFIG.CACHE_DIR = str(cache_folder())
     try:
-        return numba.njit(cache=True, error_model='numpy', forceinline=inlined)(law)
+        return numba.njit(cache=True, error_model='numpy', forceinline=inlined,
+                          nogil=True)(law)
     finally:
         _CONFIG.CACHE_DIR = before
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import arm_to_text, read_arm
+from hda_msgs_json.ahead import drawn_ahead
 from hda_msgs_json.bag import BagWriter, open_recording, Recording
 from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import (ESTIMATOR_STATE, reference_joint_torque, REFERENCE_TIP_WRENCH,
@@ -44,19 +45,29 @@ def execute(options: argparse.Namespace) -> Outcome:
     recording = open_recording(options.bag)
     settings = _settings(options, recording)
     found = recorded_readings(arm, recording)
-    estimates = Estimator(arm, settings.estimator).run(
+    estimates, parts = Estimator(arm, settings.estimator).in_parts(
         found.stamps, found.reading, found.command)
     if not len(estimates.stamps):
         raise EstimateError(f'{options.bag}: none of {len(found.stamps)} joint states has finite '
                             'angles and a stamp later than the one before')
+    last: int | None = None
     about = {'arm': arm_to_text(arm), 'source': str(options.bag.name), **settings.to_metadata()}
     with BagWriter(options.out, about) as bag:
-        for topic, part in estimate_samples(arm, estimates).items():
-            (bag.write_joint_states if isinstance(part, JointSamples)
-             else bag.write_wrenches)(topic, part)                  # type: ignore[arg-type]
-        bag.write_texts(ESTIMATOR_STATE, state_samples(arm, estimates, settings.state.state_rate))
+        for part in drawn_ahead(parts, 1):      # another thread estimates, this one writes
+            _write(bag, arm, part, settings.state.state_rate, before=last)
+            last = int(part.stamps[-1])
     return _outcome(options, arm, estimates, _all_errors(recording, arm, estimates),
                     len(estimates.refused) + found.unreadable)
+
+
+def _write(bag: BagWriter, arm: Arm, part: Estimates, state_rate: float, *,
+           before: int | None) -> None:
+    """Write the messages of some estimates, which come after those at the stamp `before`."""
+    for topic, samples in estimate_samples(arm, part).items():
+        (bag.write_joint_states if isinstance(samples, JointSamples)
+         else bag.write_wrenches)(topic, samples)                   # type: ignore[arg-type]
+    bag.write_texts(ESTIMATOR_STATE, state_samples(arm, part, state_rate, before))
+    bag.merge()
 
 
 def _settings(options: argparse.Namespace, recording: Recording) -> RecordedSettings:
