@@ -10,6 +10,7 @@ of any size that a simple curve tells (`nameless`).
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from hda_arm_sim.model.effects import effect_named
 import numpy as np
 from numpy.typing import NDArray
 
@@ -59,8 +60,13 @@ def backing(fitter: Fitter, found: Found, misplaced: Sequence[Term] = ()) -> Bac
         own = fitter.own_channels(label)
         unexplained[own] = unexplained[own].any()
     backed = tuple(term for term, power in zip(fit.accepted, powers)
-                   if not (unexplained & (power > REST ** 2 * noise)).any())
+                   if not (unexplained & _acts(power / noise)).any())
     return Backing(backed, unexplained)
+
+
+def _acts(power: Array) -> NDArray[np.bool_]:
+    """Tell in which channels (c,) a cause acts by its power over noise: most, or much."""
+    return (power > REST ** 2) | (power > 0.5 * power.max())
 
 
 def _joints(fitter: Fitter, term: Term) -> tuple[str, ...]:
@@ -72,20 +78,23 @@ def _formed(fitter: Fitter, fit: Fit, found: Found, trained: float) -> list[Term
     """
     Return the causes beside which a simple curve tells what they leave.
 
-    They were found on the share `trained` of the rows that are looked at here.
+    A curve at the motor is not what a cause in the torsion leaves, nor the reverse, where another
+    cause of the joint is nearer. They were found on the share `trained` of the rows that are
+    looked at here.
     """
     joints = {term.joint for term in fit.accepted if term.joint is not None}
     if not joints:
         return []
     plain = plain_score(fitter, fit)
-    gains = {label: plain - curve.score
-             for label, curve in best_curves(fitter, fit, joints).items()}
     formed = []
-    for term, reason in zip(fit.accepted, found.evidence):
-        share = HYPOTHESES[term.name].form_share
-        limit = FORM + share * reason.improvement / trained
-        if term.joint is not None and gains[term.joint] > limit:
-            formed.append(term)
+    for label, curve in best_curves(fitter, fit, joints).items():
+        own = [(term, reason) for term, reason in zip(fit.accepted, found.evidence)
+               if term.joint == label]
+        near = [(term, reason) for term, reason in own
+                if {curve.site, effect_named(term.name).site.value} != {'motor', 'torsion'}]
+        formed += [term for term, reason in near or own
+                   if plain - curve.score > FORM + HYPOTHESES[term.name].form_share
+                   * reason.improvement / trained]
     return formed
 
 

@@ -89,11 +89,11 @@ def _next(fitter: Fitter, first: Fit, fit: Fit,
     exact = sorted((fitter.refined(finalists[place]) for place in
                     list(dict.fromkeys(map(_place, tried)))[:_FINALISTS]),
                    key=lambda trial: _cost(fitter, trial))
+    while exact and not accepted(fitter, first, fit, exact[0]):
+        exact.pop(0)                # it tells more, but of what is immaterial
     if not exact:
         return None
     best = exact[0]
-    if not accepted(fitter, first, fit, best):
-        return None
     rival, gap = _rival(exact, prospects)
     settled = fitter.fit(best.accepted, best.nuisance)
     return settled, Evidence(fit.score - best.score, threshold(fitter, best.accepted[-1]), rival,
