@@ -10,6 +10,7 @@ LOCK := requirements/lock.txt
 VERSION := $(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 READY := $(VENV)/.ready-$(VERSION)
 PACKAGES := hda_msgs_json hda_arm_sim hda_torque_estimator
+STUDIES := kills estimation torque diagnosis
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test lint bench fuzz soak lock clean
@@ -30,8 +31,9 @@ lint: $(READY)  ## check style and types
 	$(BIN)/mypy
 	$(BIN)/python -m pytest -q --tb=short --show-capture=no -m linter
 
-bench: $(READY)  ## measure speed against the peers
-	for script in benchmarks/bench_*.py; do $(BIN)/python $$script || exit; done
+bench: $(READY)  ## measure speed against the peers, then accuracy (hours)
+	for script in benchmarks/bench_*.py $(STUDIES:%=benchmarks/%.py); do \
+	  $(BIN)/python $$script || exit; done
 
 fuzz: $(READY)  ## run the property tests with many more examples
 	$(BIN)/python -m pytest -n $(WORKERS) -m hypothesis --hypothesis-profile=fuzz
