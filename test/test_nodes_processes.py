@@ -7,7 +7,6 @@ import signal
 from bag_content import some_messages, write_ours
 from diagnostic_msgs.msg import DiagnosticArray
 from hda_arm_sim.model.files import arm_from_text, read_arm
-from hda_arm_sim.motions import motion
 from hda_msgs_json.bag import open_recording
 from hda_msgs_json.cdr import decode_joint_state, encode_joint_state
 from hda_msgs_json.cdr_arrays import encode_joint_rows, encode_wrench_rows
@@ -15,12 +14,11 @@ from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import (
     DIAGNOSTICS, ESTIMATOR_STATE, JOINT_REFERENCE, JOINT_STATES, JOINT_TORQUES, MOTOR_COMMAND,
     Topic)
-from hda_torque_estimator.closed_loop import run
 from hda_torque_estimator.estimate_messages import estimate_samples
 from hda_torque_estimator.estimator import Estimator
 from hda_torque_estimator.readings import motor_commands, readings
-from hda_torque_estimator.recorded import joint_samples
 from hda_torque_estimator.state_messages import state_samples
+from moving_arm import moving
 from node_processes import diagnostics, MODULES, running, watching
 import numpy as np
 import pytest
@@ -35,10 +33,7 @@ pytestmark = pytest.mark.xdist_group('nodes')
 @pytest.fixture(scope='module')
 def sent():
     """Return the messages of 0.6 s of an arm that moves."""
-    made = run(ARM, ARM, motion('sine', 2, 2.0, 1e-3, 0), 1)
-    stamps = 10**9 + np.arange(len(made.time)) * 1_000_000
-    samples = joint_samples(ARM, stamps, made.reading, made.command)
-    return [row.tobytes() for row in encode_joint_rows(samples)][900:1500]
+    return moving(ARM)
 
 
 @pytest.mark.parametrize('numbers', [(signal.SIGINT, signal.SIGINT), (signal.SIGTERM,)])

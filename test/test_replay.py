@@ -7,19 +7,16 @@ import signal
 from hda_arm_sim.health import Refused
 from hda_arm_sim.model.files import arm_to_text, read_arm
 from hda_arm_sim.model.parameter import ParameterError
-from hda_arm_sim.motions import motion
 from hda_msgs_json.bag import BagWriter, open_recording
 from hda_msgs_json.cdr import decode_joint_state, encode_joint_state
-from hda_msgs_json.cdr_arrays import encode_joint_rows
 from hda_msgs_json.topics import ESTIMATOR_STATE, JOINT_STATES, JOINT_TORQUES
 from hda_torque_estimator.cli import main
-from hda_torque_estimator.closed_loop import run
 from hda_torque_estimator.estimate_messages import estimate_topics
 from hda_torque_estimator.estimator import EstimatorSettings
 from hda_torque_estimator.live_estimator import LiveEstimator, StateSettings
-from hda_torque_estimator.recorded import joint_samples
 from hda_torque_estimator.recorded_settings import (
     recorded_settings, RecordedSettings, RecordedSettingsError)
+from moving_arm import moving
 from node_processes import running, watching
 import numpy as np
 import pytest
@@ -35,10 +32,7 @@ pytestmark = pytest.mark.xdist_group('nodes')
 @pytest.fixture(scope='module')
 def sent():
     """Return 0.6 s of joint states of a moving arm, and what a careless driver makes of them."""
-    made = run(ARM, ARM, motion('sine', 2, 2.0, 1e-3, 0), 1)
-    stamps = 10**9 + np.arange(len(made.time)) * 1_000_000
-    samples = joint_samples(ARM, stamps, made.reading, made.command)
-    messages = [row.tobytes() for row in encode_joint_rows(samples)][900:1500]
+    messages = moving(ARM)
     states = [decode_joint_state(message) for message in messages]
     for at, spoil in enumerate((broken, repeated, without_velocities, shuffled, unknown,
                                 too_short, named_twice)):
