@@ -9,7 +9,7 @@ from hda_torque_estimator.diagnosis.healthy import noise_of
 from hda_torque_estimator.diagnosis.hypotheses import terms_of
 from hda_torque_estimator.diagnosis.measurement import Measurement
 from hda_torque_estimator.diagnosis.nameless import best_curves, plain_score
-from hda_torque_estimator.diagnosis.running_clock import stretches
+from hda_torque_estimator.diagnosis.running_clock import inside, stretches
 import numpy as np
 import pytest
 from truth import draw, record
@@ -42,9 +42,7 @@ def soft():
     """Return a fitter for an arm with a wrong stiffness, and its joint."""
     measurement, hidden = measured('stiffness_error', 131)
     balancer = Balancer(measurement)
-    rows = np.zeros(len(balancer.time), bool)
-    for begin, end in stretches(measurement.duration)[0]:
-        rows |= (balancer.time >= begin) & (balancer.time < end)
+    rows = inside(balancer.time, stretches(measurement.duration)[0])
     return Fitter(balancer, ARM, noise_of(balancer, ARM)[0], EFFECTIVE, rows), hidden.joint
 
 

@@ -29,7 +29,7 @@ from .pattern import misplaced
 from .raw_readings import (extended_by, RAW_EFFECTS, raw_findings, raw_readings, raw_total,
                            RawReadings)
 from .report import Alike, Diagnosis, Finding, Part, RecordingFacts, TotalGain
-from .running_clock import Spans, split
+from .running_clock import inside, Spans, split
 from .search import Found, Place, search
 from .unexplained import unexplained
 from .verdict import alike, findings, gains, METRIC, residuals
@@ -99,7 +99,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
         verdict = 'insufficient_excitation'
     diagnosis = Diagnosis(
         verdict, told, pairs, rest, tuple(one.row() for one in sizes), total,
-        residuals(fitter, found.first, stands, _inside(fitter.balancer.time, held_out)),
+        residuals(fitter, found.first, stands, inside(fitter.balancer.time, held_out)),
         replace(facts, training=training, held_out=held_out), arm_file, version, seconds,
         remarks(sizes, arm, about))
     model = fitter.on([term for term in stands.terms if not isinstance(term, Zero)])
@@ -137,7 +137,7 @@ def _fitter(raw: RawReadings, names: Sequence[str], training: Spans,
     noise = noise_of(balancer, raw.arm)[0]
     if 'external_contact' in names:
         training, held_out = split_at_contact(balancer, raw.arm, noise, training, held_out)
-    rows = _inside(balancer.time, training)
+    rows = inside(balancer.time, training)
     return Fitter(balancer, raw.arm, noise, EFFECTIVE, rows), training, held_out
 
 
@@ -161,13 +161,6 @@ def sought_effects() -> tuple[str, ...]:
     """Return the names of the effects that the raw readings or the balances can show."""
     return tuple(effect.name for effect in EFFECTS
                  if effect.name in HYPOTHESES or effect.name in RAW_EFFECTS)
-
-
-def _inside(time: Array, spans: Spans) -> NDArray[np.bool_]:
-    inside = np.zeros(len(time), bool)
-    for begin, end in spans:
-        inside |= (time >= begin) & (time < end)
-    return inside
 
 
 def _unmoved(facts: RecordingFacts, arm: Arm, arm_file: str, version: str,

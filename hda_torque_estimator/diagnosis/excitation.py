@@ -10,7 +10,6 @@ import math
 
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import CoarseQuantisation, DroppedSamples, EncoderInterpolationError
-import numpy as np
 
 from .detectable import smallest_in_balances
 from .encoder_steps import SIDES, smallest_step
@@ -20,10 +19,10 @@ from .line_error import LINK, smallest_wave
 from .lost_samples import slips_of, smallest_rate
 from .measurement import Measurement
 from .raw_readings import RawReadings
+from .running_clock import inside, Spans
 from .search import Found, Place
 from .smallest import hidden, places, Smallest, WEAKER
 
-Spans = tuple[tuple[float, float], ...]
 _LEAST = 0.6            # share of the effects that must have been seen for silence to mean health
 _LISTED = 6             # effects that a sentence names
 
@@ -102,9 +101,7 @@ def _limit(one: Smallest) -> str:
 
 def _in_readings(measurement: Measurement, arm: Arm, training: Spans) -> Iterator[Smallest]:
     """Yield the smallest sizes of effects that raw readings show."""
-    seen = np.zeros(len(measurement.command), bool)
-    for begin, end in training:
-        seen |= (measurement.time >= begin) & (measurement.time < end)
+    seen = inside(measurement.time, training)
     for column, label in enumerate(arm.labels):
         angles, stated = measurement.reading[:, column], arm.effect(CoarseQuantisation.name, label)
         steps = [Smallest(stated.name, label, number, smallest_step(angles[:, side], size, seen))

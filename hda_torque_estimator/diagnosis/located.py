@@ -21,11 +21,11 @@ from scipy.signal import fftconvolve
 from .balance import Balancer, RATE
 from .fit import Fit, Fitter
 from .hypotheses import HYPOTHESES
+from .running_clock import Spans
 from .swinging import swing_in
 from .term import Term
 
 Array = NDArray[np.float64]
-Spans = tuple[tuple[float, float], ...]
 DURATIONS = np.geomspace(0.2, 6.0, 18)      # of contacts that are tried [s]
 _STANDS_OUT = 5.0       # least power of a contact, over the best one at any other time
 _FITS = 0.7             # least share of the power around a contact that one force explains

@@ -22,10 +22,9 @@ from .encoder_steps import coarse_encoders
 from .line_error import uneven_lines, without_waves
 from .lost_samples import lost_samples, slips_of
 from .measurement import joined, Measurement
-from .predict import Spans
 from .raw_cause import RawCause, THRESHOLD
 from .report import Evidence, Finding, TotalGain
-from .running_clock import within
+from .running_clock import inside, Spans, within
 from .verdict import Gains
 from ..closed_loop import run
 
@@ -75,9 +74,7 @@ def _of_one(measurement: Measurement, arm: Arm, names: Sequence[str],
             training: Spans) -> RawReadings:
     """Return what the raw readings of one recording show."""
     causes: list[RawCause] = []
-    seen = np.zeros(len(measurement.command), bool)
-    for begin, end in training:
-        seen |= (measurement.time >= begin) & (measurement.time < end)
+    seen = inside(measurement.time, training)
     if CoarseQuantisation.name in names:
         causes += coarse_encoders(measurement, arm, seen)
     known = extended_by(causes, arm)

@@ -10,6 +10,7 @@ from dataclasses import replace
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import ExternalContact
 import numpy as np
+from numpy.typing import NDArray
 
 from .measurement import Measurement
 
@@ -28,6 +29,14 @@ def arm_during(arm: Arm, piece: slice, dt: float) -> Arm:
     if not (begin <= contact.onset or begin == 0.0) or contact.onset >= end:
         return arm.without(ExternalContact.name)
     return arm.with_effect(replace(contact, onset=contact.onset - begin))
+
+
+def inside(time: NDArray[np.float64], spans: Spans) -> NDArray[np.bool_]:
+    """Tell which times (k,) lie in stretches [s]."""
+    rows = np.zeros(len(time), bool)
+    for begin, end in spans:
+        rows |= (time >= begin) & (time < end)
+    return rows
 
 
 def split(measurement: Measurement) -> tuple[Spans, Spans]:

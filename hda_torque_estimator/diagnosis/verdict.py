@@ -12,8 +12,9 @@ from .balance import Balancer
 from .fit import Fit, Fitter
 from .hypotheses import HYPOTHESES, Hypothesis
 from .placebo import placebo_shares
-from .predict import HORIZON, prediction_errors, Spans
+from .predict import HORIZON, prediction_errors
 from .report import Alike, Evidence, Finding, Gain, Number, OwnGain, Residual, TotalGain
+from .running_clock import Spans
 from .search import Evidence as Reason
 from .search import Found, Place
 from .smallest import size_numbers

@@ -22,7 +22,7 @@ from ..diagnosis.diagnose import EFFECTIVE
 from ..diagnosis.fit import Fit, Fitter, IMPOSSIBLE
 from ..diagnosis.hypotheses import terms_of
 from ..diagnosis.measurement import Measurement
-from ..diagnosis.running_clock import stretches
+from ..diagnosis.running_clock import inside, stretches
 from ..diagnosis.screen import screen
 
 Array = NDArray[np.float64]
@@ -118,7 +118,4 @@ def _measured(arm: Arm, made: Run) -> Measurement:
 
 def _training(time: Array, duration: float) -> NDArray[np.bool_]:
     """Return the rows that the fits of a diagnosis would see (m,)."""
-    inside = np.zeros(len(time), bool)
-    for begin, end in stretches(duration)[0]:
-        inside |= (time >= begin) & (time < end)
-    return inside
+    return inside(time, stretches(duration)[0])
