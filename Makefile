@@ -6,7 +6,7 @@ VENV ?= .venv
 WORKERS ?= 2
 
 BIN := $(VENV)/bin
-LOCK := requirements/lock.txt
+LOCKS := requirements/lock.txt requirements/fleet.txt
 VERSION := $(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 READY := $(VENV)/.ready-$(VERSION)
 PACKAGES := hda_msgs_json hda_arm_sim hda_torque_estimator
@@ -49,13 +49,13 @@ clean:  ## remove what was built and measured; .venv stays
 	find $(PACKAGES) test -name __pycache__ -prune -exec rm -rf {} +
 
 # The name of the stamp holds the version of python, so that another one makes the venv anew.
-$(READY): $(LOCK) setup.py setup.cfg
+$(READY): $(LOCKS) setup.py setup.cfg
 	@case '$(VERSION)' in 3.1[0-3]) ;; *) \
 	  echo 'make: $(PYTHON) is $(VERSION); the ROS 2 wheels need 3.10 to 3.13: make PYTHON=python3.12' >&2; \
 	  exit 2;; esac
 	@echo 'Setting up $(VENV) with Python $(VERSION), once, for a minute or two'
 	test -x $(BIN)/pip -a -d $(VENV)/lib/python$(VERSION) || $(PYTHON) -m venv --clear $(VENV)
-	$(BIN)/python -m pip install -qq --disable-pip-version-check -r $(LOCK)
+	$(BIN)/python -m pip install -qq --disable-pip-version-check $(LOCKS:%=-r %)
 	$(BIN)/python -m pip install -qq --disable-pip-version-check --no-build-isolation --no-deps -e .
 	$(BIN)/python -m hda_torque_estimator.warm_up
 	rm -f $(VENV)/.ready-*
