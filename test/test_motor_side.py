@@ -1,5 +1,6 @@
 """Recordings with one encoder: friction and lines are found where they are, and nothing else."""
 
+from dataclasses import replace
 import json
 from pathlib import Path
 
@@ -120,6 +121,37 @@ def test_a_bag_of_motors_makes_a_report(tmp_path, capsys):
     assert told['verdict'] == 'explained'
     assert '<svg' in (out / 'report.html').read_text()
     assert read_arm(out / 'model.yaml').effect('motor_cogging', 'joint3').order == 12.0
+
+
+def test_other_conventions_are_mended(tmp_path, capsys):
+    """Degrees, the other sign and an angle at the link, as the options say, give the same."""
+    plain = turned(True, ((4e-3, 12.0),))
+    ratio = next(joint.ratio for joint in ARM.joints if joint.label == 'joint3')
+    written = {'plain': plain, 'other': replace(
+        plain, position=-np.degrees(plain.position) / ratio, effort=-plain.effort)}
+    options = {'plain': [], 'other': ['--degrees', '--motor-at-link', '--flip', 'joint3_motor']}
+    told = []
+    for name, samples in written.items():
+        with BagWriter(tmp_path / name, {}) as bag:
+            bag.write_joint_states(JOINT_STATES, samples)
+        assert main(['diagnose', str(tmp_path / name), '--arm', 'kinova_gen3.yaml', '--out',
+                     str(tmp_path / f'{name}_out'), '--json', *options[name]]) == 0
+        told.append(json.loads(capsys.readouterr().out))
+    for first, second in zip(*(one['findings'] for one in told), strict=True):
+        assert (first['effect'], first['joint']) == (second['effect'], second['joint'])
+        for name, number in first['parameters'].items():
+            assert number['value'] == pytest.approx(second['parameters'][name]['value'], rel=1e-6)
+
+
+def test_a_name_to_flip_that_is_not_there_is_one_line(tmp_path, capsys):
+    with BagWriter(tmp_path / 'bag', {}) as bag:
+        bag.write_joint_states(JOINT_STATES, turned(True))
+    assert main(['diagnose', str(tmp_path / 'bag'), '--arm', 'kinova_gen3.yaml', '--out',
+                 str(tmp_path / 'out'), '--flip', 'joint3']) == 2
+    assert capsys.readouterr().err == (
+        f'hda diagnose: {tmp_path / "bag"}: --flip joint3 names nothing here; it names '
+        'joint3_motor\n')
+    assert not (tmp_path / 'out').exists()
 
 
 # Joint of the sweep, and waves per output turn that its motor torque must show.

@@ -9,10 +9,11 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import arm_to_text, read_arm
 from hda_arm_sim.simulate import checked
 from hda_msgs_json.bag import open_recording
+from hda_msgs_json.samples import JointSamples
 from matplotlib.figure import Figure
 
 from . import fleet
-from .motors_alone import motor_figures, motors_alone, read_sweeps
+from .motors_alone import motor_figures
 from .outcome import Outcome
 from .whole_directory import save_figures, whole_directory, write_json
 from ..diagnosis.alignment import together
@@ -20,6 +21,7 @@ from ..diagnosis.diagnose import Conclusion, diagnose
 from ..diagnosis.excitation import asked
 from ..diagnosis.gate import check, check_names, GateError, mended, Mending
 from ..diagnosis.measurement import Measurement, measurement_from
+from ..diagnosis.motor_record import is_motor_side, sweeps_of
 from ..diagnosis.motor_side import diagnose_motors, MotorConclusion
 from ..diagnosis.page import page
 from ..diagnosis.plots import figures
@@ -58,12 +60,15 @@ def _together(options: argparse.Namespace) -> Outcome:
     if options.out.exists():
         raise GateError(f'{options.out} exists; name another place for the diagnosis')
     arm = read_arm(options.arm)
-    if motors_alone(options.bags[0], arm):
-        return _motors(options, arm, begin)
+    samples = open_recording(options.bags[0]).joint_states()
+    if is_motor_side(samples, arm):
+        return _motors(options, samples, arm, begin)
     arm = checked(arm)
     about = asked(arm, options.about)
     sources = [str(bag) for bag in options.bags]
-    measurement = together([_measurement(bag, options, arm) for bag in options.bags], sources)
+    others = [open_recording(bag).joint_states() for bag in options.bags[1:]]
+    measurement = together([_measurement(part, options, arm, source) for part, source in
+                            zip([samples, *others], sources)], sources)
     found = diagnose(measurement, arm, about=about,
                      arm_file=options.arm, version=version(), sources=sources)
     spent = time.monotonic() - begin
@@ -76,26 +81,31 @@ def _together(options: argparse.Namespace) -> Outcome:
     return Outcome('\n'.join(found.diagnosis.sentences()), found.diagnosis.document())
 
 
-def _motors(options: argparse.Namespace, arm: Arm, begin: float) -> Outcome:
+def _motors(options: argparse.Namespace, samples: JointSamples, arm: Arm,
+            begin: float) -> Outcome:
     """Diagnose the motors of a recording that has no link angles, and write."""
     if len(options.bags) > 1:
         raise GateError(f'{options.bags[0]} has motors alone; diagnose such bags one by one: say '
                         '--each')
-    found = diagnose_motors(read_sweeps(options.bags[0], arm), arm, arm_file=options.arm,
-                            version=version())
+    source = str(options.bags[0])
+    sweeps = sweeps_of(mended(samples, arm, _mending(options), source), arm, source)
+    found = diagnose_motors(sweeps, arm, arm_file=options.arm, version=version())
     found = found._replace(diagnosis=replace(found.diagnosis, seconds=time.monotonic() - begin))
     _write(found, motor_figures(found.parts), options.out)
     return Outcome('\n'.join(found.diagnosis.sentences()), found.diagnosis.document())
 
 
-def _measurement(bag: Path, options: argparse.Namespace, arm: Arm) -> Measurement:
+def _measurement(samples: JointSamples, options: argparse.Namespace, arm: Arm,
+                 source: str) -> Measurement:
     """Return what a recording holds, mended as the user says; raises GateError."""
-    samples, source = open_recording(bag).joint_states(), str(bag)
     check_names(samples, arm, source)
-    mending = Mending(options.degrees, options.motor_at_link, tuple(options.flip))
-    measurement = mended(measurement_from(arm.labels, samples), arm, mending)
+    measurement = measurement_from(arm.labels, mended(samples, arm, _mending(options), source))
     check(measurement, arm, source)
     return measurement
+
+
+def _mending(options: argparse.Namespace) -> Mending:
+    return Mending(options.degrees, options.motor_at_link, tuple(options.flip))
 
 
 def _write(found: AnyConclusion, drawn: dict[str, Figure], out: Path) -> None:

@@ -1,31 +1,17 @@
-"""Recordings with one encoder for each joint: how `hda diagnose` reads and draws them."""
+"""Recordings with one encoder for each joint: how `hda diagnose` draws them."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
-from hda_arm_sim.model.arm import Arm
-from hda_msgs_json.bag import open_recording
 import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 import numpy as np
 
-from ..diagnosis.motor_record import is_motor_side, Sweep, sweeps_of
 from ..diagnosis.motor_side import Explained
 from ..diagnosis.ripple import spectrum
 from ..pages.drawing import AFTER, BEFORE, FLOOR, plain, STYLE
 
 _SHOWN = 0.15           # of a sweep, in the figure of its torque [s]
-
-
-def motors_alone(bag: Path, arm: Arm) -> bool:
-    """Tell whether a recording has no link angle of any joint."""
-    return is_motor_side(open_recording(bag).joint_states(), arm)
-
-
-def read_sweeps(bag: Path, arm: Arm) -> list[Sweep]:
-    """Return the joints that move in a recording; raises GateError if it cannot be used."""
-    return sweeps_of(open_recording(bag).joint_states(), arm, str(bag))
 
 
 def motor_figures(parts: Sequence[Explained]) -> dict[str, Figure]:

@@ -51,20 +51,19 @@ def check_names(samples: JointSamples, arm: Arm, source: str) -> None:
                 raise GateError(f'{source}: no angle of {name}; both encoders are needed')
 
 
-def mended(measurement: Measurement, arm: Arm, mending: Mending) -> Measurement:
-    """Return the measurement in rad, both angles positive the same way, motors at the shaft."""
-    reading, command = measurement.reading.copy(), measurement.command.copy()
-    if mending.degrees:
-        reading *= math.pi / 180.0
-    for column, joint in enumerate(arm.joints):
-        if mending.motor_at_link:
-            reading[:, column, 0] *= joint.ratio
-        if motor_name(joint.label) in mending.flipped:
-            reading[:, column, 0] *= -1.0
-            command[:, column] *= -1.0
-        if joint.label in mending.flipped:
-            reading[:, column, 1] *= -1.0
-    return replace(measurement, reading=reading, command=command)
+def mended(samples: JointSamples, arm: Arm, mending: Mending, source: str) -> JointSamples:
+    """Return samples in rad, both angles positive the same way, motors at the shaft."""
+    if unknown := [name for name in mending.flipped if name not in samples.names]:
+        raise GateError(f'{source}: --flip {unknown[0]} names nothing here; it names '
+                        f'{", ".join(samples.names)}')
+    unit = math.pi / 180.0 if mending.degrees else 1.0
+    ratios = {motor_name(joint.label): joint.ratio for joint in arm.joints}
+    turns = np.array([ratios.get(name, 1.0) if mending.motor_at_link else 1.0
+                      for name in samples.names])
+    signs = np.array([-1.0 if name in mending.flipped else 1.0 for name in samples.names])
+    return replace(samples, position=samples.position * (unit * turns * signs),
+                   velocity=samples.velocity * (unit * turns * signs),
+                   effort=samples.effort * signs)
 
 
 def check(measurement: Measurement, arm: Arm, source: str) -> None:
