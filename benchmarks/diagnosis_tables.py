@@ -42,6 +42,13 @@ def all_named(result: Outcome) -> bool:
     return set(pairs_of(result['hidden'])) <= set(pairs_of(result['said']))
 
 
+def all_told(result: Outcome) -> bool:
+    """Tell whether everything hidden is named, or told together with what is one equation."""
+    together = {tuple(place) for pair in result['alike'] for place in pair
+                if {name for name, _ in pair} == ONE_EQUATION}
+    return set(pairs_of(result['hidden'])) <= set(pairs_of(result['said'])) | together
+
+
 def extras(result: Outcome) -> int:
     """Return how many causes are named that were not hidden."""
     return len(set(pairs_of(result['said'])) - set(pairs_of(result['hidden'])))
@@ -98,9 +105,12 @@ def _bars(by_group: dict[str, list[Outcome]], sized: list[Sized]) -> list[str]:
         ('healthy, doubled noise: `no_discrepancy`', '99.7 %',
          _share(by_group['healthy'], lambda r: r['verdict'] == 'no_discrepancy')),
         ('two effects: both named', '93 %', _share(two, all_named)),
+        ('the same with the two that are one equation told together', '-', _share(two, all_told)),
         ('two effects: extras per record', 'at most 0.05',
          f'{extra / len(two):.2f}' if two else '-'),
         ('three effects: all named', '80 %', _share(by_group['three'], all_named)),
+        ('the same with the two that are one equation told together', '-',
+         _share(by_group['three'], all_told)),
         ('outside the catalogue: `unknown`, site and coordinate', '95 %',
          _share(by_group['outside'], located)),
         ('outside the catalogue: `unknown`', '-',
