@@ -66,8 +66,8 @@ def _told(options: argparse.Namespace, asked: Question, found: Plan) -> str:
     shares = ', '.join(f'{name} {100.0 * float(np.max(part)):.0f} %'
                        for name, part in found.load._asdict().items())
     return (f'{options.out}: {found.best.path.label}, {options.duration:g} s\n'
-            f'separates {first} from {second} with a gap of {best:.4g}; the motion rich '
-            f'reaches {usual:.4g}, {TIED:g} is needed\n'
+            f'separates {first} from {second} with a gap of {best:.0f}; the motion rich '
+            f'reaches {usual:.1f}, {TIED:g} is needed\n'
             f'takes of the limits of the arm: {shares}')
 
 

@@ -96,7 +96,7 @@ def _right(fitter: Fitter, neither: Fit, has: Suspect) -> float:
     """Return the score of the effect that the arm has, fitted from the truth."""
     start = next(term for term in terms_of(fitter.arm, has.effect.name)
                  if term.joint == has.joint)
-    return fitter.refit(neither, replace(start, effect=has.effect)).score
+    return fitter.refined(fitter.refit(neither, replace(start, effect=has.effect))).score
 
 
 def _wrong(fitter: Fitter, neither: Fit, blamed: Suspect) -> float:
@@ -105,7 +105,7 @@ def _wrong(fitter: Fitter, neither: Fit, blamed: Suspect) -> float:
     for prospect in screen(fitter, neither, [blamed.effect.name]):
         if prospect.term.joint == blamed.joint:
             try:
-                scores.append(fitter.refit(neither, prospect.term).score)
+                scores.append(fitter.refined(fitter.refit(neither, prospect.term)).score)
             except IMPOSSIBLE:
                 continue
     return min(scores)
