@@ -1,0 +1,59 @@
+"""Numbers of a noisy recording are free of the bias that noise gives least squares."""
+
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.motions import motion
+from hda_torque_estimator.diagnosis.balance import Balancer
+from hda_torque_estimator.diagnosis.diagnose import EFFECTIVE
+from hda_torque_estimator.diagnosis.fit import Fitter
+from hda_torque_estimator.diagnosis.healthy import healthy_twin, noise_of
+from hda_torque_estimator.diagnosis.instruments import unbiased
+from hda_torque_estimator.diagnosis.measurement import measurement_from
+from hda_torque_estimator.recorded import joint_samples
+import numpy as np
+from truth import record
+from truth_numbers import scattered
+
+ARM = read_arm('hda_arm.yaml')
+SEEDS = (910, 911, 912)
+NAMES = {'torque_constant_error': 'gain', 'stiffness_error': 'stiffness'}
+
+
+def fitted(seed):
+    """Return the fitter of a healthy arm with doubled noise, its fit, and that freed of bias."""
+    asked = motion('rich', 2, 60.0, 1e-3, seed)
+    made = record([], motion_angle=asked.angle, motion_rate=asked.rate, dt=1e-3, seed=seed,
+                  noise=2.0)
+    reading = np.stack([made.motor_angle, made.link_angle], axis=2)
+    samples = joint_samples(ARM, made.stamps, np.concatenate(
+        [reading, np.full_like(reading, np.nan)], axis=2), made.command)
+    balancer = Balancer(measurement_from(ARM.labels, samples))
+    fitter = Fitter(balancer, ARM, noise_of(balancer, ARM)[0], EFFECTIVE,
+                    np.ones(len(balancer.time), bool))
+    fit = fitter.fit(())
+    twin = Balancer(healthy_twin(balancer, fitter.on(fit.terms), 1))
+    return fitter, fit, unbiased(fitter, fit, twin)
+
+
+def off(fitter, fit, seed):
+    """Return by how many deviations torque constants and stiffnesses are told too large."""
+    spread, errors, place = np.sqrt(np.diag(fitter.covariance(fit))), [], 0
+    for term in fit.terms:
+        if term.name in NAMES:
+            true = scattered(seed)[NAMES[term.name]][ARM.labels.index(term.joint)] - 1.0
+            errors.append((term.vector()[0] - true) / spread[place])
+        place += term.size
+    return errors
+
+
+def test_instruments_take_the_bias_of_noise_away():
+    plain, free = [], []
+    for seed in SEEDS:
+        fitter, before, after = fitted(seed)
+        plain.append(off(fitter, before, seed))
+        free.append(off(fitter, after, seed))
+        assert (after.variance < 1.01 * before.variance).all()
+        assert [(term.name, term.joint) for term in after.terms] == [
+            (term.name, term.joint) for term in before.terms]
+    assert np.mean(plain) < -1.5
+    assert abs(np.mean(free)) < 0.5 * abs(np.mean(plain))
+    assert np.sqrt(np.mean(np.square(free))) < 1.5
