@@ -8,7 +8,7 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import (
     ClockSkew, KinematicError, LinkEncoderEccentricity, StribeckFriction, TorsionalHysteresis)
 from hda_arm_sim.model.files import read_arm
-from hda_arm_sim.motions import motion, Motion
+from hda_arm_sim.motions import Motion, motion
 from hda_msgs_json.bag import BagWriter
 from hda_msgs_json.topics import BASE_FRAME, JOINT_STATES, REFERENCE_TIP_WRENCH
 from hda_torque_estimator.cli import main
