@@ -24,16 +24,13 @@ from typing import Any
 
 from diagnosis_tables import page
 from hda_arm_sim.model.files import read_arm
-from hda_arm_sim.motions import motion
 from hda_torque_estimator.diagnosis.diagnose import diagnose, sought_effects
 from hda_torque_estimator.diagnosis.measurement import measurement_from
-from hda_torque_estimator.recorded import joint_samples
-from hidden_truth import CATALOGUE, draw, OUTSIDE, record, scattered
+from hidden_truth import CATALOGUE, draw, OUTSIDE, published, scattered
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
 ARM = read_arm('hda_arm.yaml')
-SECONDS, PERIOD = 60.0, 1e-3
 LAST = ('left out', 'poor')     # groups whose rates a part of the records tells well enough
 
 
@@ -76,13 +73,7 @@ def outcome(case: Case) -> dict[str, Any]:
     """Record and diagnose one case; returns what was hidden and what was said."""
     random = np.random.default_rng([case.seed, 1])
     hidden = [draw(name, random) for name in case.hidden]
-    path = motion(case.motion, 2, SECONDS, PERIOD, case.seed)
-    made = record(hidden, motion_angle=path.angle, motion_rate=path.rate, dt=PERIOD,
-                  seed=case.seed, noise=case.noise)
-    reading = np.stack([made.motor_angle, made.link_angle], axis=2)
-    rates = np.full_like(reading, np.nan)
-    samples = joint_samples(ARM, made.stamps, np.concatenate([reading, rates], axis=2),
-                            made.command)
+    samples = published(ARM, hidden, case.seed, name=case.motion, noise=case.noise)
     began = time.process_time()
     said = diagnose(measurement_from(ARM.labels, samples), ARM, names=[
         name for name in sought_effects() if name != case.without]).diagnosis

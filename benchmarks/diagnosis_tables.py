@@ -4,12 +4,11 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
-from hidden_truth import ASKED, expected
+from hidden_truth import ASKED, expected, ONE_EQUATION
 import numpy as np
 
 Outcome = dict[str, Any]
 Row = tuple[str, str, str]
-ONE_EQUATION = {'asymmetric_friction', 'drive_offset'}      # while the motor turns
 _HEAD = """# Accuracy of the diagnosis
 
 Written by `benchmarks/diagnosis.py`. Every record is 60 s at 1 kHz of the independent truth in
@@ -45,7 +44,7 @@ def all_named(result: Outcome) -> bool:
 def all_told(result: Outcome) -> bool:
     """Tell whether everything hidden is named, or told together with what is one equation."""
     together = {tuple(place) for pair in result['alike'] for place in pair
-                if {name for name, _ in pair} == ONE_EQUATION}
+                if {name for name, _ in pair} == set(ONE_EQUATION)}
     return set(pairs_of(result['hidden'])) <= set(pairs_of(result['said'])) | together
 
 

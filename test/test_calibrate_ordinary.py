@@ -56,9 +56,14 @@ def moved(true: Arm, nominal: Arm, seed: int, pull: float) -> Run:
     return run(true, nominal, Motion(asked.time, asked.angle, asked.rate, force), seed)
 
 
+def stamps_of(made: Run) -> np.ndarray:
+    """Return the stamps of a run [ns]."""
+    return np.round(made.time * 1e9).astype(np.int64) + 1
+
+
 def bag_of(path: Path, arm: Arm, made: Run, *, sensor: bool) -> str:
     """Write a run as a driver records it, with a force sensor or without."""
-    stamps = np.round(made.time * 1e9).astype(np.int64) + 1
+    stamps = stamps_of(made)
     with BagWriter(path, {}) as bag:
         bag.write_joint_states(JOINT_STATES,
                                joint_samples(arm, stamps, made.reading, made.command))
@@ -69,8 +74,7 @@ def bag_of(path: Path, arm: Arm, made: Run, *, sensor: bool) -> str:
 
 def off(arm: Arm, made: Run) -> np.ndarray:
     """Return the mean absolute error of the torques by torsion alone (n,) [N*m]."""
-    stamps = np.round(made.time * 1e9).astype(np.int64) + 1
-    found = Estimator(arm, TORSION_ALONE).run(stamps, made.reading)
+    found = Estimator(arm, TORSION_ALONE).run(stamps_of(made), made.reading)
     return np.abs(found.torque - made.joint_torque)[BEGUN:].mean(axis=0)
 
 

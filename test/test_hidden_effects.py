@@ -6,14 +6,13 @@ One draw of each; `benchmarks/diagnosis.py` says how often it goes otherwise. Th
 """
 
 from hda_arm_sim.model.files import read_arm
-from hda_arm_sim.motions import motion
 from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.measurement import measurement_from
-from hda_torque_estimator.recorded import joint_samples
 import numpy as np
 import pytest
-from truth import CATALOGUE, draw, record
-from truth_numbers import ASKED, expected, scattered
+from truth import CATALOGUE, draw
+from truth_numbers import ASKED, expected, ONE_EQUATION, scattered
+from truth_samples import published
 
 ARM = read_arm('hda_arm.yaml')
 NAMES = [effect.name for effect in CATALOGUE]
@@ -21,7 +20,6 @@ TOLERANCE = {
     **{name: asked for asked, names in ASKED.values() for name in names},
     'presliding_friction': 0.25}            # the bristles of the truth are another law
 SIZES_OF_OTHER_KIND = {'coarse_quantisation'}
-ONE_EQUATION = ('asymmetric_friction', 'drive_offset')      # while the motor turns
 OTHER_DRAWS = {'stiffening_error': 3219, 'dropped_samples': 3232}   # else more is left unknown
 
 
@@ -34,13 +32,8 @@ def diagnosed(name):
     """Return what is hidden in a record of one effect, and its diagnosis."""
     seed = seed_of(name)
     hidden = draw(name, np.random.default_rng([seed, 1]))
-    asked = motion('rich', 2, 60.0, 1e-3, seed)
-    made = record([hidden], motion_angle=asked.angle, motion_rate=asked.rate, dt=1e-3, seed=seed)
-    reading = np.stack([made.motor_angle, made.link_angle], axis=2)
-    rates = np.full_like(reading, np.nan)
-    samples = joint_samples(ARM, made.stamps, np.concatenate([reading, rates], axis=2),
-                            made.command)
-    return hidden, diagnose(measurement_from(ARM.labels, samples), ARM).diagnosis
+    measurement = measurement_from(ARM.labels, published(ARM, [hidden], seed))
+    return hidden, diagnose(measurement, ARM).diagnosis
 
 
 @pytest.mark.parametrize('name', [name for name in NAMES if name not in ONE_EQUATION])

@@ -1,17 +1,15 @@
 """Numbers of a noisy recording are free of the bias that noise gives least squares."""
 
 from hda_arm_sim.model.files import read_arm
-from hda_arm_sim.motions import motion
 from hda_torque_estimator.diagnosis.balance import Balancer
 from hda_torque_estimator.diagnosis.diagnose import EFFECTIVE
 from hda_torque_estimator.diagnosis.fit import Fitter
 from hda_torque_estimator.diagnosis.healthy import healthy_twin, noise_of
 from hda_torque_estimator.diagnosis.instruments import unbiased
 from hda_torque_estimator.diagnosis.measurement import measurement_from
-from hda_torque_estimator.recorded import joint_samples
 import numpy as np
-from truth import record
 from truth_numbers import scattered
+from truth_samples import published
 
 ARM = read_arm('hda_arm.yaml')
 SEEDS = (910, 911, 912)
@@ -20,12 +18,7 @@ NAMES = {'torque_constant_error': 'gain', 'stiffness_error': 'stiffness'}
 
 def fitted(seed):
     """Return the fitter of a healthy arm with doubled noise, its fit, and that freed of bias."""
-    asked = motion('rich', 2, 60.0, 1e-3, seed)
-    made = record([], motion_angle=asked.angle, motion_rate=asked.rate, dt=1e-3, seed=seed,
-                  noise=2.0)
-    reading = np.stack([made.motor_angle, made.link_angle], axis=2)
-    samples = joint_samples(ARM, made.stamps, np.concatenate(
-        [reading, np.full_like(reading, np.nan)], axis=2), made.command)
+    samples = published(ARM, [], seed, noise=2.0)
     balancer = Balancer(measurement_from(ARM.labels, samples))
     fitter = Fitter(balancer, ARM, noise_of(balancer, ARM)[0], EFFECTIVE,
                     np.ones(len(balancer.time), bool))

@@ -41,6 +41,7 @@ ASKED: dict[str, tuple[float, tuple[str, ...]]] = {
         'torque_constant_error', 'current_loop_lag', 'command_delay', 'torque_saturation',
         'motor_inertia_error', 'stiffness_error', 'stiffening_error',
         'wave_generator_compliance', 'torsional_hysteresis', 'backlash', 'link_inertia_error'))}
+ONE_EQUATION = ('asymmetric_friction', 'drive_offset')      # while the motor turns
 Expected = dict[str, tuple[float, float]]
 
 
