@@ -14,6 +14,7 @@ from hda_arm_sim.model.effects import effect_named
 import numpy as np
 from numpy.typing import NDArray
 
+from .balance import RATE
 from .fit import Fit, Fitter
 from .hypotheses import HYPOTHESES
 from .nameless import best_curves, plain_score
@@ -22,8 +23,7 @@ from .term import Term
 
 Array = NDArray[np.float64]
 REST = 0.8              # rms left beside noise, in rms of noise, that asks for an explanation
-
-
+_ENOUGH = 40.0          # of motion; over less, the level of noise is known less well [s]
 FORM = 300.0            # improvement of the score by one curve from which a rest has a form
 _SHAPE = 60.0           # by which several numbers must tell more than one curve
 
@@ -51,7 +51,7 @@ def backing(fitter: Fitter, found: Found, misplaced: Sequence[Term] = ()) -> Bac
     powers = [np.maximum(without.variance - fit.variance, 0.0) for without in lacking]
     allowed = sum((HYPOTHESES[term.name].form_error * np.minimum(power, found.first.variance)
                    for term, power in zip(fit.accepted, powers)), np.zeros_like(noise))
-    unexplained = fit.variance - noise > REST ** 2 * noise + allowed
+    unexplained = fit.variance - noise > REST ** 2 * noise * _unsure(fit) + allowed
     for term in [*misplaced, *_formed(fitter, fit, found, trained),
                  *_shapeless(fitter, fit, lacking)]:
         for label in _joints(fitter, term):
@@ -62,6 +62,12 @@ def backing(fitter: Fitter, found: Found, misplaced: Sequence[Term] = ()) -> Bac
     backed = tuple(term for term, power in zip(fit.accepted, powers)
                    if not (unexplained & _acts(power / noise)).any())
     return Backing(backed, unexplained)
+
+
+def _unsure(fit: Fit) -> Array:
+    """Return how much worse than over a long motion the noise of each channel (c,) is known."""
+    seconds = np.maximum(fit.balance.valid.sum(axis=0), 1) / RATE
+    return np.sqrt(np.maximum(_ENOUGH / seconds, 1.0))
 
 
 def _acts(power: Array) -> NDArray[np.bool_]:
