@@ -86,6 +86,27 @@ def test_estimates_of_a_recording_are_those_of_the_live_run(sent, tmp_path):
     assert recording.texts('/estimator_state').texts == state_samples(ARM, estimates).texts
 
 
+def test_what_a_node_sent_arrives_though_it_ends(sent, tmp_path):
+    """A recorder that got no time at all still gets what an estimator said before its end."""
+    bag = tmp_path / 'bag'
+    with watching() as watcher, running(tmp_path, torque_estimator=(), bag_recorder=(
+            f'output:={bag}',)) as nodes:
+        torques = watcher.hear(JOINT_TORQUES)
+        send = watcher.send(JOINT_STATES, 2)
+        watcher.until(lambda: watcher.node.count_subscribers(JOINT_TORQUES.name) == 2, 'recorder')
+        nodes['bag_recorder'].send(signal.SIGSTOP)
+        for message in sent[:300]:
+            send(message)
+        watcher.until(lambda: len(torques) == 300, 'all estimates')
+        nodes['torque_estimator'].send(signal.SIGINT)
+        watcher.spin(0.5)
+        nodes['bag_recorder'].send(signal.SIGCONT)
+        assert nodes['torque_estimator'].wait() == 0
+        nodes['bag_recorder'].send(signal.SIGINT)
+        assert nodes['bag_recorder'].wait() == 0
+    assert open_recording(bag).topics[f'/{JOINT_TORQUES.name}'].count == 300
+
+
 def test_recording_tells_how_it_was_made(tmp_path):
     with watching() as watcher, running(
             tmp_path, arm_sim=('seed:=7', 'rate:=100'),

@@ -2,24 +2,33 @@
 Run nodes as a process that starts, or says in one line why not, and ends when it is told to.
 
 The terminal and `ros2 launch` both send SIGINT, so a process is told twice within milliseconds.
-The first signal ends the spinning while topics still work, so that nodes can say their last word.
+The first signal ends the spinning while topics still work, so that nodes can say their last word,
+and have it arrive: what a busy listener has not taken yet ends with the process that sent it.
 """
 
 from collections.abc import Callable, Sequence
 import gc
 import signal
 import sys
+import time
 from types import FrameType
 
 import rclpy
-from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.duration import Duration
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from rclpy.utilities import ok, remove_ros_args, try_shutdown
 
 from .arm_node import ReportingNode, StartError
 
+try:                        # a quarter of the cost; here, because messages wait for no import
+    from rclpy.experimental.events_executor import EventsExecutor as QuickExecutor
+except ImportError:
+    QuickExecutor = SingleThreadedExecutor
+
 LONGEST_WAIT = 0.1      # of a spin: without an end, some releases of EventsExecutor hang [s]
+LONGEST_END = 5.0       # of waiting for listeners: DDS sends again what is lost every 3 s [s]
 DONE, FAILED, MISUSED = 0, 1, 2
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _OWN_PACKAGES = ('hda_msgs_json', 'hda_arm_sim', 'hda_torque_estimator')
@@ -54,6 +63,7 @@ def run(name: str, make_nodes: Callable[[], Sequence[ReportingNode]],
         ended = _spin(name, nodes, stop)
         for node in nodes:
             node.close()
+        _have_arrive(nodes)
         code = ended
     except ValueError as error:
         if type(error).__module__.partition('.')[0] not in _OWN_PACKAGES:
@@ -81,18 +91,9 @@ def _plain(error: str) -> str:
     return ' '.join(said.removeprefix('Failed to parse ROS arguments: ').split())
 
 
-def _executor() -> Executor:
-    """Return the executor that costs a quarter of the others, or else the one that is there."""
-    try:
-        from rclpy.experimental.events_executor import EventsExecutor
-    except ImportError:
-        return SingleThreadedExecutor()
-    return EventsExecutor()
-
-
 def _spin(name: str, nodes: Sequence[ReportingNode], stop: _Stop) -> int:
     """Spin until told to end, or until a node is done or cannot go on; returns the exit code."""
-    executor = _executor()
+    executor = QuickExecutor()
     for node in nodes:
         executor.add_node(node)
     gc.freeze()             # what is there stays: later collections need not look at it
@@ -106,6 +107,14 @@ def _spin(name: str, nodes: Sequence[ReportingNode], stop: _Stop) -> int:
     for failure in failures:
         sys.stderr.write(f'{name}: {failure}\n')
     return FAILED if failures else DONE
+
+
+def _have_arrive(nodes: Sequence[ReportingNode]) -> None:
+    """Wait until every listener has all that the nodes sent, but not for ever."""
+    end = time.monotonic() + LONGEST_END
+    for node in nodes:
+        for publisher in node.publishers:
+            publisher.wait_for_all_acked(Duration(seconds=max(end - time.monotonic(), 0.0)))
 
 
 def _end(nodes: Sequence[ReportingNode]) -> None:
