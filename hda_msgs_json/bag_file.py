@@ -58,13 +58,13 @@ class BagFile:
         self.mcap.close_chunk()
         self.mcap.add_metadata('rosbag2', {'serialized_metadata': about})
         self.mcap.finish()
-        self._stream.close()
+        self.mcap.close()
 
     def close(self) -> None:
         """Close the file as it is."""
-        self._stream.close()
+        self.mcap.close()
 
     def remove(self) -> None:
         """Close the file and leave nothing of it."""
-        self._stream.close()
+        self.mcap.close()
         self._path.unlink()

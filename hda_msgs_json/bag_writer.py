@@ -128,7 +128,7 @@ class BagWriter:
             self._merge()
 
     def flush(self) -> None:
-        """Write all messages so far, and wait until the disk has them."""
+        """Write all messages so far, and have the disk take them in its own time."""
         with self._writing():
             self._merge()
             self._file.mcap.flush()

@@ -4,11 +4,11 @@ from array import array
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from io import FileIO
-import os
 import struct
 from typing import NamedTuple
 import zlib
 
+from hda_msgs_json.disk_push import DiskPush
 from hda_msgs_json.mcap_chunk import compress
 from hda_msgs_json.mcap_records import INDEX_ENTRY, MAGIC
 from hda_msgs_json.mcap_walk import RECORD_HEAD
@@ -92,7 +92,7 @@ class McapWriter:
     def __init__(self, stream: FileIO, compression: str) -> None:
         """Write the head of the file; the compression is '', 'lz4' or 'zstd'."""
         self.counts: dict[int, ChannelCount] = {}
-        self._stream = stream
+        self._stream, self._disk = stream, DiskPush(stream)
         self.compression = compression
         self._at = 0
         self._summary = _Summary()
@@ -165,12 +165,12 @@ class McapWriter:
         self._indexes.clear()
 
     def flush(self) -> None:
-        """Write what has come so far, and wait until the disk has it."""
+        """Write what has come so far, and have the disk take it in its own time."""
         self.close_chunk()
-        os.fsync(self._stream.fileno())
+        self._disk.begin()
 
     def finish(self) -> None:
-        """Write the summary and the end of the file."""
+        """Write the summary and the end of the file, and wait until the disk has all."""
         self.close_chunk()
         end = _encoded(DataEnd(0))
         start = self._at + len(end)
@@ -180,7 +180,12 @@ class McapWriter:
         footer = _encoded(Footer(summary_start=start, summary_offset_start=0, summary_crc=0))
         crc = zlib.crc32(footer[:-4], zlib.crc32(summary))
         self._write(end + summary + footer[:-4] + struct.pack('<I', crc) + MAGIC)
-        self.flush()
+        self._disk.complete()
+
+    def close(self) -> None:
+        """Close the stream as it is."""
+        self._disk.end()
+        self._stream.close()
 
     def _write(self, content: bytes) -> None:
         """Write all bytes, or none of them and raise OSError."""
