@@ -22,7 +22,7 @@ from nodes import Listener, own_domain
 import numpy as np
 from rosbags.rosbag2 import Reader
 
-RATE, TOGETHER = 500, 20
+RATE, TOGETHER = 500, 4
 LATEST = 1.5            # moment of a kill after all recorders listen [s]
 LIMIT = 0.1             # [s]
 ENCODE = JointStateEncoder(('joint1', 'joint1_motor'), effort=False)

@@ -57,11 +57,12 @@ class BagRecorder(ArmNode):
         self._bag = BagWriter(output, self._about(), compression=compression, whole=False,
                               split=Split(round(settings.split_size * MEGABYTE),
                                           round(settings.split_time * 1e9)))
-        self._listen()
+        self._serve()
         self._remote = RemoteParameters(self, NODES, self._on_parameters)
         self.begin()
         self._timer = self.create_timer(FLUSH_PERIOD, partial(self._try, self._bag.flush),
                                         clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._listen()              # last: what comes before the node spins, a kill would take
 
     def _names(self, name: str, meaning: str) -> list[str]:
         return [each for each in self.parameters.texts(name, [''], meaning) if each]
@@ -74,10 +75,12 @@ class BagRecorder(ArmNode):
         self._listening = Listening(self, self._on_message, wanted=self._is_wanted, depth=DEPTH)
         for topic in topics:
             self._listening.add(topic)
+        self.get_logger().info(f'recording {len(topics)} topics to {self._bag.path}')
+
+    def _serve(self) -> None:
         for name, serve in (('pause', self._pause), ('resume', self._resume),
                             ('snapshot', self._snapshot)):
             self.create_service(Trigger, f'bag_recorder/{name}', serve)
-        self.get_logger().info(f'recording {len(topics)} topics to {self._bag.path}')
 
     def _is_wanted(self, name: str) -> bool:
         """Tell whether a topic that is not of the system shall be recorded."""
