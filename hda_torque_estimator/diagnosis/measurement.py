@@ -1,7 +1,7 @@
 """A recording as the diagnosis sees it: both angles and the commanded torque on a time grid."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import motor_name
@@ -22,6 +22,9 @@ class Measurement:
     `command` (k, n) the motor torque in force from a sample until the next [N*m, shaft]. Samples
     that never came, and were put in to keep the grid, are listed in `absent`.
 
+    `past` (k,) tells by how much each was taken after its tick [s], as far as its stamp
+    knows; it is empty if nothing is known.
+
     A measurement may hold several recordings of an arm, one after another on one running clock;
     `begins` are their first samples.
     """
@@ -32,6 +35,7 @@ class Measurement:
     command: Array
     absent: tuple[int, ...] = ()
     begins: tuple[int, ...] = (0,)
+    past: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def time(self) -> Array:
@@ -59,7 +63,7 @@ class Measurement:
         """Return each recording on its own, its time from zero."""
         return [Measurement(self.labels, self.dt, self.reading[piece], self.command[piece],
                             tuple(place - piece.start for place in self.absent
-                                  if piece.start <= place < piece.stop))
+                                  if piece.start <= place < piece.stop), past=self.past[piece])
                 for piece in self.pieces()]
 
 
@@ -78,14 +82,15 @@ def joined(recordings: Sequence[Measurement], grain: int = 1) -> Measurement:
         np.concatenate([one.reading[:length] for one, length in zip(recordings, lengths)]),
         np.concatenate([one.command[:length] for one, length in zip(recordings, lengths)]),
         tuple(begin + place for one, length, begin in zip(recordings, lengths, begins)
-              for place in one.absent if place < length), tuple(begins))
+              for place in one.absent if place < length), tuple(begins),
+        np.concatenate([one.past[:length] for one, length in zip(recordings, lengths)]))
 
 
 def measurement_from(labels: tuple[str, ...], samples: JointSamples) -> Measurement:
     """
     Return the joint states on the even grid of their usual period.
 
-    Stamps that jitter by less than half a period stay where they are in the order of samples;
+    Stamps that jitter by less than half a period only tell by how much a sample was past its tick;
     where samples are missing, angles are joined by straight lines and commands held.
     """
     reading = readings(labels, samples)[:, :, :2]
@@ -97,15 +102,18 @@ def measurement_from(labels: tuple[str, ...], samples: JointSamples) -> Measurem
     dt = _period(since)
     ticks = np.round(since / dt).astype(np.int64)
     ticks = np.maximum(ticks, np.arange(len(ticks)))
+    past = since - dt * ticks
     if ticks[-1] == len(ticks) - 1:
-        return Measurement(labels, dt, np.ascontiguousarray(reading[keep]), command[keep])
+        return Measurement(labels, dt, np.ascontiguousarray(reading[keep]), command[keep],
+                           past=past)
     grid = np.arange(ticks[-1] + 1)
     flat = reading[keep].reshape(len(ticks), -1)
     full = np.stack([np.interp(grid, ticks, column) for column in flat.T], axis=1)
     held = np.searchsorted(ticks, grid, side='right') - 1
     absent = np.setdiff1d(grid, ticks)
     return Measurement(labels, dt, full.reshape(len(grid), *reading.shape[1:]),
-                       command[keep][held], tuple(absent.tolist()))
+                       command[keep][held], tuple(absent.tolist()),
+                       past=np.interp(grid, ticks, past))
 
 
 def _period(since: Array) -> float:

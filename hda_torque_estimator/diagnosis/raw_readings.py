@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from .balance import Balancer
 from .encoder_steps import coarse_encoders
+from .even_grid import on_grid
 from .line_error import uneven_lines, without_waves
 from .lost_samples import lost_samples, slips_of
 from .measurement import joined, Measurement
@@ -42,7 +43,7 @@ class RawReadings(NamedTuple):
     measurement: Measurement
     arm: Arm
     causes: tuple[RawCause, ...]
-    on_time: Measurement        # lost samples put in, all else as recorded
+    on_time: Measurement        # lost samples put in and jitter taken out, all else as recorded
 
 
 def raw_readings(measurement: Measurement, arm: Arm,
@@ -84,7 +85,7 @@ def _of_one(measurement: Measurement, arm: Arm, names: Sequence[str],
         if lost is not None:
             causes.append(lost)
             measurement = replace(measurement, reading=slips.reading)
-    on_time = measurement
+    on_time = measurement = on_grid(measurement)
     if EncoderInterpolationError.name in names:
         waves = list(uneven_lines(measurement, known, seen))
         causes += waves
