@@ -7,6 +7,7 @@ from hda_arm_sim.motions import motion
 from hda_msgs_json.samples import JointSamples
 from hda_torque_estimator.diagnosis.balance import Balancer
 from hda_torque_estimator.diagnosis.encoder_steps import true_step
+from hda_torque_estimator.diagnosis.even_grid import on_grid
 from hda_torque_estimator.diagnosis.measurement import Measurement, measurement_from
 from hda_torque_estimator.diagnosis.raw_readings import raw_findings, raw_readings
 import numpy as np
@@ -46,7 +47,35 @@ def test_healthy_readings_show_nothing(seed, noise):
     raw = raw_readings(healthy, ARM)
     assert raw.causes == ()
     assert raw.arm == ARM
-    assert (raw.measurement.reading == healthy.reading).all()
+    assert (raw.measurement.reading == on_grid(healthy).reading).all()
+
+
+def swung(taken, stamped):
+    """Return the measurement of a swing whose samples are taken at times, and stamped [s]."""
+    link = np.outer(np.sin(3.0 * taken), [0.8, 0.5])
+    step = np.array([joint.link_encoder.step for joint in ARM.joints])
+    link = np.floor(link / step) * step
+    position = np.column_stack([link, 100.0 * link])
+    return measurement_from(ARM.labels, JointSamples(
+        np.rint(1e9 * stamped).astype(np.int64), NAMES, position,
+        np.full(position.shape, np.nan), np.zeros(position.shape)))
+
+
+def test_readings_go_to_the_ticks_that_stamps_tell():
+    ticks = 1e-3 * np.arange(5000)
+    late = 20e-6 * np.random.default_rng(904).standard_normal(5000)
+    late[[0, -1]] = 0.0                                     # time begins and is counted there
+    even, jittered = (on_grid(swung(taken, taken)).reading for taken in (ticks, ticks + late))
+    apart = np.abs(jittered - even)[5:-5]
+    assert (apart[:, :, 1] < 5e-6).all()        # a count, and what jitter does to the speed
+    assert np.abs(swung(ticks + late, ticks + late).reading - even).max() > 1e-4
+
+
+def test_stamps_that_do_not_tell_when_a_sample_was_taken_are_left_aside():
+    ticks = 1e-3 * np.arange(5000)
+    told = swung(ticks, ticks + 50e-6 * np.random.default_rng(905).standard_normal(5000))
+    assert told.past.any()
+    assert (on_grid(told).reading == told.reading).all()
 
 
 @pytest.mark.parametrize('counts', [(4096, 1e6), (1024, 2e5)])
@@ -103,7 +132,7 @@ def test_slipped_samples_are_counted_and_mended(seed):
     for side, step in enumerate((joint.motor_encoder.step, joint.link_encoder.step)):
         rough, mended, usual = (
             np.square(np.diff(reading[:, :, side], 2, axis=0)).mean()
-            for reading in (found.reading, raw.measurement.reading, whole.reading))
+            for reading in (found.reading, raw.measurement.reading, on_grid(whole).reading))
         assert rough > usual + step ** 2
         assert mended == pytest.approx(usual, rel=0.2)
 
@@ -159,7 +188,7 @@ def test_uneven_lines_are_found_and_taken_out(seed):
     column = ARM.labels.index(hidden.joint)
     rough, mended, usual = (
         np.square(np.diff(reading[:, column, 1], 2)).mean()
-        for reading in (found.reading, raw.measurement.reading, whole.reading))
+        for reading in (found.reading, raw.measurement.reading, on_grid(whole).reading))
     assert rough > 2.0 * usual
     assert mended == pytest.approx(usual, rel=0.2)
 
