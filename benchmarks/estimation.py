@@ -14,21 +14,19 @@ from itertools import cycle, islice
 from typing import NamedTuple
 
 from hda_arm_sim.model.files import read_arm
-from hda_torque_estimator import contact, estimate
+from hda_torque_estimator import estimate
 from hda_torque_estimator.estimator import Estimates, Estimator, EstimatorSettings
 from hidden_truth import TruthRecord
 import numpy as np
 from numpy.typing import NDArray
+from pushes import alarms, BEGUN, delays, force_error, PUSH, SOON, sudden
 from tolerated import DT, pushed, reading, tolerated
 
 ARM = read_arm('hda_arm.yaml')
 ALONE = EstimatorSettings(fusion=0.0)
 MOTIONS = ('rich', 'sine', 'turn')
-SECONDS, BEGUN = 20.0, 3000
+SECONDS = 20.0
 WITHIN = 1.645                      # deviations of a 90 % interval
-REACHED = 0.5                       # |sin(theta2)| from which both components are asked for
-PUSH, LASTS = 5.0, 400              # sudden push [N] and its samples
-SOON = 50.0                         # when it must be felt [ms]
 
 Array = NDArray[np.float64]
 
@@ -53,39 +51,20 @@ def moving(path: str, seed: int) -> Row:
     force = pushed(round(SECONDS / DT) + 1, 15.0, np.random.default_rng([seed, 5]))
     seen = tolerated(ARM.tolerances, path, seed, SECONDS, force)
     both, alone = estimates(seen), estimates(seen, ALONE)
-    reached = np.abs(np.sin(seen.states[:, 1, 2])) > REACHED
-    reached[:BEGUN] = False
     off = np.abs(both.torque - seen.joint_torque)[BEGUN:]
     pulled = np.abs(both.external_torque - seen.external)[BEGUN:]
     return Row(
         float(np.abs(alone.torque - seen.joint_torque)[BEGUN:].mean()), float(off.mean()),
         float((off < WITHIN * both.torque_deviation[BEGUN:]).mean()),
         float((pulled < WITHIN * both.joints[BEGUN:, :, estimate.EXTERNAL_DEVIATION]).mean()),
-        float(np.sqrt(((both.base_force - force)[reached] ** 2).mean())))
+        force_error(both, seen, force))
 
 
-def delays(path: str, seed: int) -> list[float]:
+def felt_after(path: str, seed: int) -> list[float]:
     """Return when each sudden push was felt [ms], inf where it was not."""
-    random = np.random.default_rng([seed, 9])
-    force = np.zeros((round(SECONDS / DT) + 1, 2))
-    begins = np.arange(4000, len(force) - 1000, 1500) + random.integers(0, 500)
-    for begin in begins:
-        way = random.uniform(0.0, 2.0 * np.pi)
-        force[begin:begin + LASTS] = PUSH * np.cos(way), PUSH * np.sin(way)
+    begins, force = sudden(round(SECONDS / DT) + 1, np.random.default_rng([seed, 9]))
     seen = tolerated(ARM.tolerances, path, seed, SECONDS, force)
-    felt = estimates(seen).tip[:, estimate.CONTACT_LEVEL] > contact.FREE
-    found = []
-    for begin in begins[np.abs(np.sin(seen.states[begins, 1, 2])) > REACHED]:
-        when = np.flatnonzero(felt[begin:begin + LASTS])
-        found.append(float(when[0]) if len(when) else np.inf)
-    return found
-
-
-def alarms(path: str, seed: int) -> tuple[int, float]:
-    """Return how often a minute of free motion was a contact, and the largest deviations."""
-    tip = estimates(tolerated(ARM.tolerances, path, seed, 60.0)).tip
-    raised = np.diff(tip[:, estimate.CONTACT_LEVEL] > contact.FREE, prepend=False)
-    return int(raised.sum() + 1) // 2, float(tip[:, estimate.CONTACT_DEVIATIONS].max())
+    return delays(estimates(seen), seen, begins)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -99,8 +78,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     rows = [moving(path, chosen.first + k) for k, path in enumerate(paths[:chosen.recordings])]
     mean = Row(*np.mean(rows, axis=0))
     felt = [delay for k, path in enumerate(paths[:chosen.recordings])
-            for delay in delays(path, chosen.first + 100 + k)]
-    free = [alarms(path, chosen.first + 200 + k) for k, path in enumerate(paths[:chosen.minutes])]
+            for delay in felt_after(path, chosen.first + 100 + k)]
+    free = [alarms(estimates(tolerated(ARM.tolerances, path, chosen.first + 200 + k, 60.0)))
+            for k, path in enumerate(paths[:chosen.minutes])]
     print(f'{len(rows)} recordings of {SECONDS:g} s, moving and pushed')
     print(f'  torque, mean absolute error   torsion alone {mean.alone:.4f} N*m, both ways '
           f'{mean.fused:.4f} N*m: {100.0 * (1.0 - mean.fused / mean.alone):.0f} % lower')

@@ -4,8 +4,9 @@ Measure how well a calibrated arm tells its joint torques, on an arm that hides 
     torque.py [--arms N] [--first SEED]
 
 Each arm is one of `torque_arm.py`: it is recorded free, on a wedge and pulled at the tip, then
-calibrated by `hda calibrate` from these bags, then judged on other motions. The paper's method
-(polynomial of degree 5, its equations as corrected) is fitted to the same bags.
+calibrated by `hda calibrate` from these bags, then judged on other motions: its torques under
+load, the force at a tip that is pushed while it moves, and its silence while nothing pushes. The
+paper's method (polynomial of degree 5, its equations as corrected) is fitted to the same bags.
 """
 
 from argparse import ArgumentParser
@@ -18,6 +19,7 @@ from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.motions import motion
 from hda_msgs_json.bag import BagWriter, open_recording
 from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import BASE_FRAME, JOINT_STATES, REFERENCE_TIP_WRENCH
@@ -26,18 +28,23 @@ from hda_torque_estimator.calibrate.heard import heard
 from hda_torque_estimator.calibrate.polynomial import polynomial_method, PolynomialMethod
 from hda_torque_estimator.calibrate.run import known_wrenches, run_calibration
 from hda_torque_estimator.calibrate.stated import stated
-from hda_torque_estimator.estimator import Estimator, EstimatorSettings
+from hda_torque_estimator.estimator import Estimates, Estimator, EstimatorSettings
 from hda_torque_estimator.readings import readings
 from hda_torque_estimator.recorded import in_plane, joint_samples
+from hidden_truth import TruthRecord
 import numpy as np
 from numpy.typing import NDArray
-from torque_arm import calibration, JOINTS, Recorded, recorded, standing, turning
+from pushes import alarms, delays, force_error, PUSH, SOON, sudden
+from tolerated import pushed, reading
+from torque_arm import calibration, DT, JOINTS, moved, Recorded, recorded, standing, turning
 
 Array = NDArray[np.float64]
 GIVEN = 'hda_arm.yaml'
 BAGS = ('free', 'wedge', 'pulled')
 TORSION_ALONE = EstimatorSettings(fusion=0.0)
 HIGH = (12.0, 27.0)             # torques beyond the bars in N*m [N*m]
+MOTIONS, MINUTE = ('rich', 'sine', 'turn'), 60.0
+SOFT = 15.0                     # largest of the soft pushes [N]
 
 
 class Errors(NamedTuple):
@@ -58,6 +65,15 @@ class Row(NamedTuple):
     column: str
 
 
+class Pushed(NamedTuple):
+    """What the estimator says of pushes at the tip while it moves."""
+
+    force: float                # rms error of a component [N]
+    delays: list[float]         # of sudden pushes of 5 N, inf where one was not felt [ms]
+    alarms: int                 # contacts that were none
+    minutes: float              # of free motion
+
+
 ROWS = (Row('turning under steps and waves up to 12 N*m (Fig. 11), mean', 'N*m', 0.12, 'turning',
             'mean'),
         Row('the same, worst', 'N*m', 0.6, 'turning', 'worst'),
@@ -72,22 +88,46 @@ def main() -> None:
     parser.add_argument('--arms', type=int, default=3, help='arms that are measured')
     parser.add_argument('--first', type=int, default=200, help='seed of the first one')
     asked = parser.parse_args()
-    found = []
+    found, pushes = [], []
     for seed in range(asked.first, asked.first + asked.arms):
         begin = time.monotonic()
-        found.append(measured(seed))
+        with tempfile.TemporaryDirectory() as folder:
+            calibrated, methods = _calibrated(seed, Path(folder))
+        found.append(measured(seed, calibrated, methods))
+        pushes.append(pushed_tip(seed, calibrated))
         print(f'arm {seed}: {time.monotonic() - begin:.0f} s', flush=True)
-    print(table(found))
+    print(table(found) + of_pushes(pushes))
 
 
-def measured(seed: int) -> dict[str, tuple[Errors, Errors]]:
+def measured(seed: int, calibrated: Arm,
+             methods: Sequence[PolynomialMethod]) -> dict[str, tuple[Errors, Errors]]:
     """Return the errors of the calibrated arm of a seed and of the paper's method, by motion."""
-    with tempfile.TemporaryDirectory() as folder:
-        calibrated, methods = _calibrated(seed, Path(folder))
     tests = {'turning': turning(12.0), 'standing': standing(0.0, 12.0),
              'high': standing(19.5, 7.5)}
     return {name: _judged(recorded(seed, loaded, 10 * seed + place), calibrated, methods)
             for place, (name, loaded) in enumerate(tests.items(), start=5)}
+
+
+def pushed_tip(seed: int, calibrated: Arm) -> Pushed:
+    """Return what the calibrated arm of a seed says of pushes, and of free motion."""
+    off, felt, raised = [], list[float](), 0
+    for place, path in enumerate(MOTIONS):
+        random, own = np.random.default_rng([seed, place]), 10_000 * seed + 10 * place
+        angle = motion(path, len(JOINTS), MINUTE, DT, own).angle
+        soft = pushed(len(angle), SOFT, random)
+        begins, hard = sudden(len(angle), random)
+        seen = [moved(seed, angle, force, own + k)
+                for k, force in enumerate((soft, hard, np.zeros_like(soft)))]
+        told = [_estimates(calibrated, one) for one in seen]
+        off.append(force_error(told[0], seen[0], soft))
+        felt += delays(told[1], seen[1], begins)
+        raised += alarms(told[2])[0]
+    return Pushed(float(np.mean(off)), felt, raised, len(MOTIONS) * MINUTE / 60.0)
+
+
+def _estimates(calibrated: Arm, seen: TruthRecord) -> Estimates:
+    """Return what both ways to the torque tell of a recording."""
+    return Estimator(calibrated).run(seen.stamps, reading(seen), seen.command)
 
 
 def _calibrated(seed: int, folder: Path) -> tuple[Arm, list[PolynomialMethod]]:
@@ -155,6 +195,19 @@ def table(found: Sequence[dict[str, tuple[Errors, Errors]]]) -> str:
         lines.append(f'| {row.meaning} | {scale * row.bar:g}{unit} | {scale * ours:.3f}{unit} | '
                      f'{scale * papers:.2f}{unit} | {papers / ours:.0f} |')
     return '\n'.join(lines)
+
+
+def of_pushes(found: Sequence[Pushed]) -> str:
+    """Return the rows of the tip: force, contacts, alarms."""
+    felt = [delay for one in found for delay in one.delays]
+    soon = sum(delay <= SOON for delay in felt)
+    return '\n' + '\n'.join((
+        f'| tip force while moving, rms of a component | 1.5 N | '
+        f'{np.mean([one.force for one in found]):.2f} N | - | - |',
+        f'| a push of {PUSH:g} N is felt | {SOON:g} ms | {soon} of {len(felt)} so soon, median '
+        f'{np.median(felt):.0f} ms, last {max(felt):.0f} ms | - | - |',
+        f'| contacts in {sum(one.minutes for one in found):g} min of free motion | 0 | '
+        f'{sum(one.alarms for one in found)} | - | - |'))
 
 
 if __name__ == '__main__':

@@ -70,18 +70,23 @@ def hidden(name: str, joint: str | None, sizes: Mapping[str, float],
 
 def recorded(arm_seed: int, loaded: Loaded, seed: int) -> Recorded:
     """Record the arm of a seed in a motion under load."""
-    found = imperfections(arm_seed)
-    if loaded.tilt:
-        found.append(hidden('base_tilt', None, {'tilt': loaded.tilt, 'direction': 0.0},
-                            np.random.default_rng(0)))
     force = tip_force(loaded.angle, loaded.torque)
-    rate = np.gradient(loaded.angle, DT, axis=0)
-    seen = record(found, motion_angle=loaded.angle, motion_rate=rate, dt=DT, seed=seed,
-                  arm_seed=arm_seed, tip_force=force)
+    seen = moved(arm_seed, loaded.angle, force, seed, loaded.tilt)
     measured = force[np.searchsorted(FIRST_STAMP + np.arange(len(force)) * 1_000_000,
                                      seen.stamps - 500_000)]
     noise = 0.05 * np.random.default_rng([seed, 78]).standard_normal(measured.shape)
     return Recorded(seen, measured + noise * force.any(), loaded.tilt)
+
+
+def moved(arm_seed: int, angle: Array, force: Array, seed: int,
+          tilt: float = 0.0) -> TruthRecord:
+    """Record the arm of a seed along angles (k, 2), a force (k, 2) on its tip [N, base]."""
+    found = imperfections(arm_seed)
+    if tilt:
+        found.append(hidden('base_tilt', None, {'tilt': tilt, 'direction': 0.0},
+                            np.random.default_rng(0)))
+    return record(found, motion_angle=angle, motion_rate=np.gradient(angle, DT, axis=0), dt=DT,
+                  seed=seed, arm_seed=arm_seed, tip_force=force)
 
 
 def tip_force(angle: Array, torque: Array) -> Array:

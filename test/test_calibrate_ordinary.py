@@ -94,4 +94,8 @@ def test_ordinary_recordings_calibrate_an_arm(true, nominal, tmp_path, capsys):
         skew = arm.effect('clock_skew', joint.label)
         assert skew.skew == pytest.approx(true.effect('clock_skew', joint.label).skew, rel=0.1)
     assert [joint['joint'] for joint in report['joints']] == list(nominal.labels)
+    for joint in report['joints']:              # the paper's polynomial, and what it leaves
+        angle = np.linspace(-0.5, 0.5, 50)
+        assert 1e-6 < np.ptp(np.polyval(joint['coefficients'][::-1], angle)) < 3e-3
+        assert joint['after'] < joint['polynomial'] / 4.0
     assert any(name.startswith('joint1') for name, _ in arm.provenance)

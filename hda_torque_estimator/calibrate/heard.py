@@ -14,6 +14,7 @@ from .measured import CalibrationError
 from .passage import Passage, passages
 from .stated import Stated
 from .suitability import check_alike
+from ..diagnosis.even_grid import on_grid
 from ..diagnosis.gate import check_names
 from ..diagnosis.measurement import Measurement, measurement_from
 from ..diagnosis.motion import motion_of
@@ -54,7 +55,7 @@ def heard(states: JointSamples, wrenches: Mapping[str, WrenchSamples], name: str
     """
     stood = known.on(arm)
     check_names(states, arm, name)
-    seen = measurement_from(arm.labels, states)
+    seen = on_grid(measurement_from(arm.labels, states))
     if len(seen.command) < FEWEST:
         raise CalibrationError(f'{name} is too short: it has {len(seen.command)} samples of all '
                                f'angles and motor torques, at least {FEWEST} are needed')

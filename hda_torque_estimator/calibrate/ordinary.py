@@ -22,7 +22,7 @@ from .friction import friction
 from .loads import DOUBTS
 from .orders import chosen, Fitted, fitted_waves, worthwhile
 from .passage import Passage
-from .polynomial import held_out_error
+from .polynomial import held_out_error, polynomial_method
 from .suitability import check, check_of_one_piece
 from .terms import Term
 
@@ -39,7 +39,8 @@ class JointFinding:
     What ordinary recordings said about one joint; errors are on stretches the fit had not seen.
 
     `before` is the arm as given, but for the zero of its link encoder; `polynomial` the paper's
-    method.
+    method, and `coefficients` its (10) fitted to everything: a_0 to a_5 of a kinematic torsion
+    over the link encoder's angle, both in rad.
     """
 
     joint: str
@@ -51,6 +52,7 @@ class JointFinding:
     before: float                       # [N*m rms]
     after: float
     polynomial: float
+    coefficients: tuple[float, ...]
     kept: str = ''
 
     def lines(self) -> list[str]:
@@ -67,6 +69,7 @@ class JointFinding:
     def document(self) -> dict[str, Any]:
         """Return the report for machines."""
         return {**vars(self), 'recordings': list(self.recordings), 'nominal': list(self.nominal),
+                'coefficients': list(self.coefficients),
                 'numbers': [asdict(number) for number in self.numbers]}
 
 
@@ -102,7 +105,8 @@ def _joint(arm: Arm, passages: Sequence[Passage], scale: str) -> JointFinding:
         (*_numbers(plain, found), *friction(arm, passages)), nominal,
         float(np.concatenate([p.reference[p.usable] for p in passages]).std()),
         float((error - error.mean()).std()),
-        held_out_of(found), held_out_error(plain, passages))
+        held_out_of(found), held_out_error(plain, passages),
+        tuple(polynomial_method(plain, passages).kinematic.convert().coef.tolist()))
 
 
 def _bare(arm: Arm) -> Arm:

@@ -8,8 +8,8 @@ equation of motion, every effect of the catalogue acts here as it acts there.
     A, motor:    N J (ddtheta_m - predicted) + B,  the motor balance closed over the link
     B, torsion:  M (ddq - predicted),              the torsion against the link
 
-Torques at the output side. A wrong friction shows in A alone, a wrong torsion in B alone, a wrong
-load in both alike.
+Torques at the output side; what is hardly smoothed in them passes one filter with all else. A
+wrong friction shows in A alone, a wrong torsion in B alone, a wrong load in both alike.
 """
 
 from dataclasses import dataclass, replace
@@ -31,7 +31,7 @@ from scipy.signal import firwin, upfirdn
 
 from .base_motion import base_motion
 from .measurement import Measurement
-from .motion import Motion, motion_of
+from .motion import Motion, motion_of, SHORT
 from .running_clock import arm_during
 
 Array = NDArray[np.float64]
@@ -75,7 +75,7 @@ class Balancer:
         if key not in self._motions:
             if len(self._motions) > _KEPT:
                 self._motions.pop(next(iter(self._motions)))
-            parts = [motion_of(one, arm) for one in self.measurement.recordings()]
+            parts = [motion_of(one, arm, SHORT) for one in self.measurement.recordings()]
             motion = Motion(*map(np.concatenate, zip(*parts))) if len(parts) > 1 else parts[0]
             self._motions[key] = motion, self._valid(motion)
         return self._motions[key]

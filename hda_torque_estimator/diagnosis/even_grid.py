@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 from .measurement import Measurement
 
 Array = NDArray[np.float64]
+LEAST = 1e-8            # jitter beyond the nanoseconds in which stamps count [s]
 
 
 def on_grid(measurement: Measurement) -> Measurement:
     """Return the readings at the ticks if the stamps are believed, else as they are."""
-    if not measurement.past.any():
+    if np.abs(measurement.past).max(initial=0.0) < LEAST:
         return measurement
     rate = np.gradient(measurement.reading, measurement.dt, axis=0)
     reading = measurement.reading - measurement.past[:, None, None] * rate

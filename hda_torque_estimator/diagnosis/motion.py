@@ -2,10 +2,8 @@
 The motion behind a measurement: angles, velocities and accelerations without delay.
 
 Angles are first freed of what the encoders add, by the model's own sensing laws, then
-differentiated by local polynomials (Savitzky and Golay), which are exact up to their degree, and
-last taken at the stamp where an encoder is late. Torques are held against the accelerations
-unsmoothed, so these must pass the balances' band whole: 99.9 % at 40 Hz by a short polynomial,
-95.1 % by the long one. The noise that it lets through lies above the band and is filtered there.
+differentiated by local polynomials (Savitzky and Golay), which are exact up to their degree and
+pass what the arm does, up to about 100 Hz, and last taken at the stamp where an encoder is late.
 """
 
 from typing import NamedTuple
@@ -22,8 +20,8 @@ from scipy.signal import savgol_filter
 from .measurement import Measurement
 
 Array = NDArray[np.float64]
-_WINDOW, _DEGREE = 0.021, 5     # of the polynomials [s]
-_SHORT = 0.009                  # window of those that give accelerations [s]
+WINDOW, _DEGREE = 0.021, 5      # of the polynomials [s]
+SHORT = 0.009                   # window for what passes a filter of its own later [s]
 
 
 class Motion(NamedTuple):
@@ -33,13 +31,18 @@ class Motion(NamedTuple):
     acceleration: Array
 
 
-def motion_of(measurement: Measurement, arm: Arm) -> Motion:
-    """Return the motion of an arm whose sensing is that of `arm`."""
+def motion_of(measurement: Measurement, arm: Arm, window: float = WINDOW) -> Motion:
+    """
+    Return the motion of an arm whose sensing is that of `arm`.
+
+    Accelerations come by polynomials over `window` [s]: of a wave of 40 Hz the usual one passes
+    95.1 %, the short one 99.9 % and much noise beyond.
+    """
     record = arm.record()
     angles = np.empty_like(measurement.reading)
     _behind(record, loaded_inertia(record.body), measurement.reading, angles)
     smooth, velocity, curvature = (
-        _derivative(angles, order, _WINDOW, measurement.dt) for order in range(3))
+        _derivative(angles, order, WINDOW, measurement.dt) for order in range(3))
     late = np.stack([record.joints['motor_encoder']['sampling_time'],
                      record.joints['motor_encoder']['sampling_time']
                      + record.joints['clock_skew']['skew']], axis=1)
@@ -48,7 +51,7 @@ def motion_of(measurement: Measurement, arm: Arm) -> Motion:
     state = np.empty((*angles.shape[:2], 4))
     state[:, :, MOTOR_ANGLE], state[:, :, LINK_ANGLE] = smooth[:, :, 0], smooth[:, :, 1]
     state[:, :, MOTOR_VELOCITY], state[:, :, LINK_VELOCITY] = velocity[:, :, 0], velocity[:, :, 1]
-    return Motion(state, np.ascontiguousarray(_derivative(angles, 2, _SHORT, measurement.dt)))
+    return Motion(state, np.ascontiguousarray(_derivative(angles, 2, window, measurement.dt)))
 
 
 def _derivative(angles: Array, order: int, window: float, dt: float) -> Array:

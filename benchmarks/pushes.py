@@ -1,0 +1,48 @@
+"""Pushes at the tip: how close the force is told, when a push is felt, what free motion feigns."""
+
+from hda_torque_estimator import contact, estimate
+from hda_torque_estimator.estimator import Estimates
+from hidden_truth import TruthRecord
+import numpy as np
+from numpy.typing import NDArray
+
+REACHED = 0.5                       # |sin(theta2)| from which both components are asked for
+PUSH, LASTS = 5.0, 400              # sudden push [N] and its samples
+SOON = 50.0                         # when it must be felt [ms]
+BEGUN = 3000                        # samples that an estimator may take to learn
+_APART, _LEAD = 1500, 4000          # samples from push to push, and before the first
+
+Array = NDArray[np.float64]
+
+
+def sudden(samples: int, random: np.random.Generator) -> tuple[NDArray[np.int64], Array]:
+    """Return when sudden pushes of 5 N begin, every way, and their force (samples, 2) [N]."""
+    force = np.zeros((samples, 2))
+    begins = np.arange(_LEAD, samples - 1000, _APART) + random.integers(0, 500)
+    for begin in begins:
+        way = random.uniform(0.0, 2.0 * np.pi)
+        force[begin:begin + LASTS] = PUSH * np.cos(way), PUSH * np.sin(way)
+    return begins, force
+
+
+def force_error(told: Estimates, seen: TruthRecord, force: Array) -> float:
+    """Return the rms error of a component of the tip force where both can be told [N]."""
+    reached = np.abs(np.sin(seen.states[:, 1, 2])) > REACHED
+    reached[:BEGUN] = False
+    return float(np.sqrt(((told.base_force - force)[reached] ** 2).mean()))
+
+
+def delays(told: Estimates, seen: TruthRecord, begins: NDArray[np.int64]) -> list[float]:
+    """Return when each sudden push was felt [ms], inf where it was not."""
+    felt = told.tip[:, estimate.CONTACT_LEVEL] > contact.FREE
+    found = []
+    for begin in begins[np.abs(np.sin(seen.states[begins, 1, 2])) > REACHED]:
+        when = np.flatnonzero(felt[begin:begin + LASTS])
+        found.append(float(when[0]) if len(when) else np.inf)
+    return found
+
+
+def alarms(told: Estimates) -> tuple[int, float]:
+    """Return how often free motion was taken for a contact, and the largest deviations."""
+    raised = np.diff(told.tip[:, estimate.CONTACT_LEVEL] > contact.FREE, prepend=False)
+    return int(raised.sum() + 1) // 2, float(told.tip[:, estimate.CONTACT_DEVIATIONS].max())
