@@ -8,7 +8,7 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import (
     ClockSkew, KinematicError, LinkEncoderEccentricity, StribeckFriction, TorsionalHysteresis)
 from hda_arm_sim.model.files import read_arm
-from hda_arm_sim.motions import Motion, motion
+from hda_arm_sim.motions import HOME, Motion, motion
 from hda_msgs_json.bag import BagWriter
 from hda_msgs_json.topics import BASE_FRAME, JOINT_STATES, REFERENCE_TIP_WRENCH
 from hda_torque_estimator.cli import main
@@ -94,8 +94,8 @@ def test_ordinary_recordings_calibrate_an_arm(true, nominal, tmp_path, capsys):
         skew = arm.effect('clock_skew', joint.label)
         assert skew.skew == pytest.approx(true.effect('clock_skew', joint.label).skew, rel=0.1)
     assert [joint['joint'] for joint in report['joints']] == list(nominal.labels)
-    for joint in report['joints']:              # the paper's polynomial, and what it leaves
-        angle = np.linspace(-0.5, 0.5, 50)
+    for joint, home in zip(report['joints'], HOME):     # the paper's polynomial, what it leaves
+        angle = home + np.linspace(-0.3, 0.3, 50)
         assert 1e-6 < np.ptp(np.polyval(joint['coefficients'][::-1], angle)) < 3e-3
         assert joint['after'] < joint['polynomial'] / 4.0
     assert any(name.startswith('joint1') for name, _ in arm.provenance)
