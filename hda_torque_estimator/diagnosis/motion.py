@@ -51,7 +51,10 @@ def motion_of(measurement: Measurement, arm: Arm, window: float = WINDOW) -> Mot
     state = np.empty((*angles.shape[:2], 4))
     state[:, :, MOTOR_ANGLE], state[:, :, LINK_ANGLE] = smooth[:, :, 0], smooth[:, :, 1]
     state[:, :, MOTOR_VELOCITY], state[:, :, LINK_VELOCITY] = velocity[:, :, 0], velocity[:, :, 1]
-    return Motion(state, np.ascontiguousarray(_derivative(angles, 2, window, measurement.dt)))
+    acceleration = _derivative(angles, 2, window, measurement.dt)
+    if late.any():
+        acceleration -= late * _derivative(angles, 3, WINDOW, measurement.dt)
+    return Motion(state, np.ascontiguousarray(acceleration))
 
 
 def _derivative(angles: Array, order: int, window: float, dt: float) -> Array:
