@@ -1,0 +1,48 @@
+"""The motion behind readings: without delay, at the stamp, and whole in the balances' band."""
+
+from hda_arm_sim.model.effects import ClockSkew
+from hda_arm_sim.model.files import read_arm
+from hda_torque_estimator.diagnosis.measurement import Measurement
+from hda_torque_estimator.diagnosis.motion import motion_of, SHORT
+import numpy as np
+import pytest
+
+ARM = read_arm('hda_arm.yaml')
+DT, INNER = 1e-3, slice(50, -50)
+TIME = DT * np.arange(2000)
+
+
+def measured(frequency, late=0.0):
+    """Return readings of links that swing at a frequency [Hz], the link encoders late [s]."""
+    motor, link = (0.3 * np.sin(2.0 * np.pi * frequency * (TIME + shift))
+                   for shift in (0.0, late))
+    reading = np.stack([100.0 * motor, link], axis=1)
+    return Measurement(ARM.labels, DT, np.repeat(reading[:, None], 2, axis=1),
+                       np.zeros((len(TIME), 2)))
+
+
+def swinging(frequency, order):
+    """Return a derivative of the links' swing at the ticks."""
+    pace = 2.0 * np.pi * frequency
+    return 0.3 * pace ** order * np.sin(pace * TIME + 0.5 * np.pi * order)[INNER]
+
+
+@pytest.mark.parametrize(('window', 'least'), [({}, 0.95), ({'window': SHORT}, 0.998)])
+def test_accelerations_pass_a_window(window, least):
+    told = motion_of(measured(40.0), ARM, **window).acceleration[INNER, 0, 1]
+    true = swinging(40.0, 2)
+    assert least < (told @ true) / (true @ true) < 1.0
+
+
+@pytest.mark.parametrize('skew', [3e-4, -2e-4])
+def test_everything_is_taken_at_the_stamp(skew):
+    arm = ARM.with_effect(ClockSkew(skew=skew), 'joint1')
+    found = motion_of(measured(3.0, late=skew), arm, SHORT)
+    for order, told in enumerate((found.state[INNER, 0, 2], found.state[INNER, 0, 3],
+                                  found.acceleration[INNER, 0, 1])):
+        true = swinging(3.0, order)
+        assert np.abs(told - true).max() < 1e-4 * np.abs(true).max()
+        unmoved = motion_of(measured(3.0, late=skew), ARM, SHORT)
+        off = (unmoved.acceleration[INNER, 0, 1] if order == 2
+               else unmoved.state[INNER, 0, 2 + order]) - true
+        assert np.abs(off).max() > 1e-3 * np.abs(true).max()
