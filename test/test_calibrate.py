@@ -185,15 +185,20 @@ def test_a_recording_is_used_only_where_everything_is_known(hidden):
 @pytest.mark.skipif(not YUCOBOT.is_file(), reason='the licence of voraus_yucobot/test.parquet '
                     'keeps it out of the project; it is not at ../shared/data')
 def test_the_yucobot_meets_its_numbers_on_recordings_left_out(tmp_path, capsys):
-    """Joint 1 at most 0.80 N*m rms, joint 2 at most 0.45, mean of the recording removed."""
+    """
+    The mean of each recording removed, joint 1 is within 0.72 N*m rms and joint 2 within 0.40.
+
+    Joints 3 and 5 must be nearer than their motor torque, scaled by the other recordings: 0.51
+    and 0.16 N*m.
+    """
     assert main(['import', str(YUCOBOT), '--map', 'voraus_yucobot.yaml',
                  '--out', str(tmp_path / 'bag')]) == 0
-    squares: dict[str, list[float]] = {'joint1': [], 'joint2': []}
+    squares: dict[str, list[float]] = {f'joint{number}': [] for number in (1, 2, 3, 5)}
     for left_out in RUNS:
         seen = [str(tmp_path / f'bag_{run}') for run in RUNS if run != left_out]
         arm = str(tmp_path / f'without_{left_out}.yaml')
         assert main(['calibrate', *seen, '--arm', 'voraus_yucobot.yaml', '--out', arm,
-                     '--joint', 'joint1', '--joint', 'joint2']) == 0
+                     *(word for joint in squares for word in ('--joint', joint))]) == 0
         capsys.readouterr()
         assert main(['estimate', str(tmp_path / f'bag_{left_out}'), '--arm', arm, '--json',
                      '--out', str(tmp_path / f'estimated_{left_out}')]) == 0
@@ -202,4 +207,5 @@ def test_the_yucobot_meets_its_numbers_on_recordings_left_out(tmp_path, capsys):
             error = found[f'reference/{joint}/torque']['rms_without_mean']
             errors_squared.append(error ** 2)
     error = {joint: float(np.sqrt(np.mean(values))) for joint, values in squares.items()}
-    assert error['joint1'] <= 0.80 and error['joint2'] <= 0.45, error
+    assert error['joint1'] <= 0.72 and error['joint2'] <= 0.40, error
+    assert error['joint3'] <= 0.51 and error['joint5'] <= 0.16, error

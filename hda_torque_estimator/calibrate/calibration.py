@@ -12,12 +12,13 @@ from typing import Any, Protocol
 from hda_arm_sim.model.arm import Arm
 
 from .arm_numbers import doubtful, Number, numbers, with_numbers, zero
-from .fit import applied, Balanced, balanced, fit, rms
+from .fit import applied, Balanced, balanced, Fit, fit, rms
 from .measured import CalibrationError, Measured
-from .terms import Term, TERMS
+from .terms import OPTIONAL, Term, TERMS
 from ..estimator import Estimator
 
 HARDLY = 1.0            # deviation of a torque that tells little about a gear [N*m]
+CLEARLY = 0.9           # of the error on recordings left out, below which an optional term counts
 SPARSE = '    its torque hardly varies: the numbers rest on little, as their intervals say'
 
 
@@ -119,16 +120,30 @@ def _calibrated(arm: Arm, recordings: Sequence[Measured]) -> JointCalibration:
     deviation = rms([Balanced(r.reference - r.reference.mean(), 0.0) for r in recordings])
     if deviation == 0.0:
         return JointCalibration(label, names, 'its reference torque never changes')
-    terms = [term(arm, deviation) for term in TERMS]
     before = rms([balanced(Estimator(arm), recording) for recording in recordings])
-    found = fit(arm, terms, recordings)
-    after = _held_out(arm, terms, recordings) if len(recordings) > 1 else rms(found.balanced)
+    terms, found, after = _found(arm, deviation, recordings)
     kept = '' if after < min(before, deviation) else (
         f'calibrated, it would be {after:.3g} N*m rms off, as given {before:.3g}, and its torque '
         f'varies by {deviation:.3g}')
     return JointCalibration(
         label, names, kept, (*numbers(terms, found), zero(arm, found)), deviation, before, after,
         len(recordings) > 1, doubtful(terms, found))
+
+
+def _found(arm: Arm, deviation: float,
+           recordings: Sequence[Measured]) -> tuple[list[Term], Fit, float]:
+    """Return the terms that count, their fit, and its error on recordings left out of it."""
+    terms = [term(arm, deviation) for term in TERMS]
+    if len(recordings) == 1:
+        found = fit(arm, terms, recordings)
+        return terms, found, rms(found.balanced)
+    error = _held_out(arm, terms, recordings)
+    for optional in OPTIONAL:
+        more = [*terms, optional(arm, deviation)]
+        with_it = _held_out(arm, more, recordings)
+        if with_it < CLEARLY * error:
+            terms, error = more, with_it
+    return terms, fit(arm, terms, recordings), error
 
 
 def _held_out(arm: Arm, terms: Sequence[Term], recordings: Sequence[Measured]) -> float:

@@ -11,7 +11,8 @@ import math
 from typing import cast, NamedTuple
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import ClockSkew, KinematicError, TorsionalHysteresis
+from hda_arm_sim.model.effects import (ClockSkew, KinematicError, LinkEncoderEccentricity,
+                                       TorsionalHysteresis)
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +24,7 @@ Floats = NDArray[np.float64]
 WAVE = 1e-4                   # [rad], 0.3 to 1.5 arcmin from peak to peak
 SKEW = 3e-4                     # [s], a bus cycle between the readings of two encoders
 WIDTH = 1.5e-4                  # [rad], a loop of half an arcmin
+DISC = 1e-3                     # [rad], a disc of 25 mm that sits 25 um off its axis
 WIDEST_LOOP = 3.0               # times the deviation of the reference torque
 WIDEST_FACTOR = math.log(50.0)   # of a stiffness over its nominal value, either way
 LEAST_TOLERANCE = 1e-6
@@ -121,7 +123,28 @@ def skew(arm: Arm, reference_deviation: float) -> Term:
                 lambda values: {'clock_skew.skew': float(values[0])})
 
 
+def eccentricity(arm: Arm, reference_deviation: float) -> Term:
+    """Return the disc of the link encoder off its axis, once per turn, as sine and cosine."""
+    label = arm.labels[0]
+    known = cast(LinkEncoderEccentricity, arm.effect('link_encoder_eccentricity', label))
+    names = 'link_encoder_eccentricity.amplitude_1', 'link_encoder_eccentricity.phase_1'
+
+    def numbers(values: Floats) -> dict[str, float]:
+        sine, cosine = values
+        return dict(zip(names, (math.hypot(sine, cosine), math.atan2(cosine, sine))))
+
+    def applied(arm: Arm, values: Floats) -> Arm:
+        amplitude, phase = numbers(values).values()
+        return arm.with_effect(replace(known, amplitude_1=amplitude, phase_1=phase), label)
+
+    sine = known.amplitude_1 * math.cos(known.phase_1)
+    cosine = known.amplitude_1 * math.sin(known.phase_1)
+    return Term(tuple(Unknown(part, DISC, part - 10 * DISC, part + 10 * DISC, part)
+                      for part in (sine, cosine)), applied, numbers)
+
+
 TERMS = (stiffness, hysteresis, transmission, skew)
+OPTIONAL = (eccentricity,)      # where recordings left out of the fit get clearly better by it
 
 
 def _parts(known: KinematicError, order: int) -> tuple[float, float]:
