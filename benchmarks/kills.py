@@ -2,8 +2,8 @@
 Kill recorders at random moments, repair what they leave, and count what is missing.
 
 `kills.py [KILLS]`, 200 unless given. Each recorder hears joint states at 500 Hz and gets SIGKILL
-within a second and a half. At most 0.1 s of messages may be missing from any of the repaired bags,
-none from their midst, and `rosbags` must open every one.
+within two seconds, once it has learnt of who sends them. At most 0.1 s of messages may be missing
+from any of the repaired bags, none from their midst, and `rosbags` must open every one.
 """
 
 from pathlib import Path
@@ -23,7 +23,8 @@ import numpy as np
 from rosbags.rosbag2 import Reader
 
 RATE, TOGETHER = 500, 4
-LATEST = 1.5            # moment of a kill after all recorders listen [s]
+LATEST = 1.5            # moment of a kill after all recorders hear [s]
+LEARNT = 0.5            # a reader learns of a writer later than the writer of it [s]
 LIMIT = 0.1             # [s]
 ENCODE = JointStateEncoder(('joint1', 'joint1_motor'), effort=False)
 MODULE = 'hda_torque_estimator.recorder_node'
@@ -56,7 +57,7 @@ def kill_some(folder: Path, numbers: range) -> list[tuple[Path, int, int]]:
 def send_and_kill(send, running):                           # type: ignore[no-untyped-def]
     """Yield the recorders as they are killed, with the first stamp and the last before that."""
     begin = time.monotonic()
-    due = sorted((begin + random.uniform(0.0, LATEST), number) for number in running)
+    due = sorted((begin + LEARNT + random.uniform(0.0, LATEST), number) for number in running)
     sent, stamp = 0, time.time_ns()
     first = stamp
     while due:
