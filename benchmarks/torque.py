@@ -10,7 +10,7 @@ paper's method (polynomial of degree 5, its equations as corrected) is fitted to
 """
 
 from argparse import ArgumentParser
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 import math
 from pathlib import Path
 import tempfile
@@ -42,6 +42,7 @@ Array = NDArray[np.float64]
 GIVEN = 'hda_arm.yaml'
 BAGS = ('free', 'wedge', 'pulled')
 TORSION_ALONE = EstimatorSettings(fusion=0.0)
+WAYS = {'torsion alone': TORSION_ALONE, 'both ways': EstimatorSettings()}
 HIGH = (12.0, 27.0)             # torques beyond the bars in N*m [N*m]
 MOTIONS, MINUTE = ('rich', 'sine', 'turn'), 60.0
 SOFT = 15.0                     # largest of the soft pushes [N]
@@ -88,7 +89,7 @@ def main() -> None:
     parser.add_argument('--arms', type=int, default=3, help='arms that are measured')
     parser.add_argument('--first', type=int, default=200, help='seed of the first one')
     asked = parser.parse_args()
-    found, pushes = [], []
+    found, pushes = [], list[list[Pushed]]()
     for seed in range(asked.first, asked.first + asked.arms):
         begin = time.monotonic()
         with tempfile.TemporaryDirectory() as folder:
@@ -96,7 +97,8 @@ def main() -> None:
         found.append(measured(seed, calibrated, methods))
         pushes.append(pushed_tip(seed, calibrated))
         print(f'arm {seed}: {time.monotonic() - begin:.0f} s', flush=True)
-    print(table(found) + of_pushes(pushes))
+    print('\n'.join([table(found), *(line for name, each in zip(WAYS, zip(*pushes))
+                                     for line in of_pushes(name, each))]))
 
 
 def measured(seed: int, calibrated: Arm,
@@ -108,26 +110,38 @@ def measured(seed: int, calibrated: Arm,
             for place, (name, loaded) in enumerate(tests.items(), start=5)}
 
 
-def pushed_tip(seed: int, calibrated: Arm) -> Pushed:
-    """Return what the calibrated arm of a seed says of pushes, and of free motion."""
-    off, felt, raised = [], list[float](), 0
+def pushed_tip(seed: int, calibrated: Arm) -> list[Pushed]:
+    """Return what the calibrated arm of a seed says of pushes and of free motion, by `WAYS`."""
+    seen = [(soft, begins, [moved(seed, angle, force, own + k)
+                            for k, force in enumerate((soft, hard, np.zeros_like(soft)))])
+            for own, angle, soft, begins, hard in _drawn(seed)]
+    return [_pushed(Estimator(calibrated, settings), seen) for settings in WAYS.values()]
+
+
+def _drawn(seed: int) -> Iterator[tuple[int, Array, Array, NDArray[np.int64], Array]]:
+    """Yield seed, angles, soft pushes, moments of the hard ones and these, for each motion."""
     for place, path in enumerate(MOTIONS):
         random, own = np.random.default_rng([seed, place]), 10_000 * seed + 10 * place
         angle = motion(path, len(JOINTS), MINUTE, DT, own).angle
         soft = pushed(len(angle), SOFT, random)
-        begins, hard = sudden(len(angle), random)
-        seen = [moved(seed, angle, force, own + k)
-                for k, force in enumerate((soft, hard, np.zeros_like(soft)))]
-        told = [_estimates(calibrated, one) for one in seen]
-        off.append(force_error(told[0], seen[0], soft))
-        felt += delays(told[1], seen[1], begins)
-        raised += alarms(told[2])[0]
-    return Pushed(float(np.mean(off)), felt, raised, len(MOTIONS) * MINUTE / 60.0)
+        yield own, angle, soft, *sudden(len(angle), random)
 
 
-def _estimates(calibrated: Arm, seen: TruthRecord) -> Estimates:
-    """Return what both ways to the torque tell of a recording."""
-    return Estimator(calibrated).run(seen.stamps, reading(seen), seen.command)
+def _pushed(estimator: Estimator,
+            seen: Sequence[tuple[Array, NDArray[np.int64], list[TruthRecord]]]) -> Pushed:
+    """Return what an estimator says of recordings with soft pushes, hard ones and none."""
+    off, felt, raised = [], list[float](), 0
+    for force, begins, (soft, hard, free) in seen:
+        off.append(force_error(_estimates(estimator, soft), soft, force))
+        felt += delays(_estimates(estimator, hard), hard, begins)
+        raised += alarms(_estimates(estimator, free))[0]
+    return Pushed(float(np.mean(off)), felt, raised, len(seen) * MINUTE / 60.0)
+
+
+def _estimates(estimator: Estimator, seen: TruthRecord) -> Estimates:
+    """Return what an estimator tells of a recording, as if it were the first."""
+    estimator.reset()
+    return estimator.run(seen.stamps, reading(seen), seen.command)
 
 
 def _calibrated(seed: int, folder: Path) -> tuple[Arm, list[PolynomialMethod]]:
@@ -197,17 +211,16 @@ def table(found: Sequence[dict[str, tuple[Errors, Errors]]]) -> str:
     return '\n'.join(lines)
 
 
-def of_pushes(found: Sequence[Pushed]) -> str:
+def of_pushes(way: str, found: Sequence[Pushed]) -> list[str]:
     """Return the rows of the tip: force, contacts, alarms."""
     felt = [delay for one in found for delay in one.delays]
     soon = sum(delay <= SOON for delay in felt)
-    return '\n' + '\n'.join((
-        f'| tip force while moving, rms of a component | 1.5 N | '
-        f'{np.mean([one.force for one in found]):.2f} N | - | - |',
-        f'| a push of {PUSH:g} N is felt | {SOON:g} ms | {soon} of {len(felt)} so soon, median '
-        f'{np.median(felt):.0f} ms, last {max(felt):.0f} ms | - | - |',
-        f'| contacts in {sum(one.minutes for one in found):g} min of free motion | 0 | '
-        f'{sum(one.alarms for one in found)} | - | - |'))
+    return [f'| tip force while moving, {way}, rms of a component | 1.5 N | '
+            f'{np.mean([one.force for one in found]):.2f} N | - | - |',
+            f'| a push of {PUSH:g} N is felt, {way} | {SOON:g} ms | {soon} of {len(felt)} so '
+            f'soon, median {np.median(felt):.0f} ms, last {max(felt):.0f} ms | - | - |',
+            f'| contacts in {sum(one.minutes for one in found):g} min of free motion, {way} | 0 '
+            f'| {sum(one.alarms for one in found)} | - | - |']
 
 
 if __name__ == '__main__':
