@@ -29,7 +29,6 @@ from hda_torque_estimator.calibrate.polynomial import polynomial_method, Polynom
 from hda_torque_estimator.calibrate.run import known_wrenches, run_calibration
 from hda_torque_estimator.calibrate.stated import stated
 from hda_torque_estimator.estimator import Estimates, Estimator, EstimatorSettings
-from hda_torque_estimator.readings import readings
 from hda_torque_estimator.recorded import in_plane, joint_samples
 from hidden_truth import TruthRecord
 import numpy as np
@@ -174,17 +173,15 @@ def written(path: Path, made: Recorded) -> Path:
 def states(made: Recorded) -> JointSamples:
     """Return the joint states of a recording."""
     seen = made.seen
-    unknown = np.full_like(seen.motor_angle, np.nan)
-    reading = np.stack([seen.motor_angle, seen.link_angle, unknown, unknown], axis=2)
-    return joint_samples(read_arm(GIVEN), seen.stamps, reading, seen.command)
+    return joint_samples(read_arm(GIVEN), seen.stamps, reading(seen), seen.command)
 
 
 def _judged(made: Recorded, calibrated: Arm,
             methods: Sequence[PolynomialMethod]) -> tuple[Errors, Errors]:
     """Return the errors of the calibrated arm and of the paper's method over a recording."""
-    seen, reading = made.seen, readings(calibrated.labels, states(made))
-    ours = Estimator(calibrated, TORSION_ALONE).run(seen.stamps, reading).torque
-    papers = np.stack([method.torque(seen.stamps, reading[:, j:j + 1])
+    seen, angles = made.seen, reading(made.seen)
+    ours = Estimator(calibrated, TORSION_ALONE).run(seen.stamps, angles).torque
+    papers = np.stack([method.torque(seen.stamps, angles[:, j:j + 1])
                        for j, method in enumerate(methods)], axis=1)
     return errors(ours, seen.joint_torque), errors(papers, seen.joint_torque)
 

@@ -4,7 +4,7 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.motions import motion
 from hda_msgs_json.samples import JointSamples
 from hda_torque_estimator.recorded import joint_samples
-import numpy as np
+from tolerated import reading
 from truth import Hidden, record
 
 SECONDS, PERIOD = 60.0, 1e-3
@@ -16,7 +16,4 @@ def published(arm: Arm, hidden: list[Hidden], seed: int, *, name: str = 'rich',
     asked = motion(name, len(arm.joints), SECONDS, PERIOD, seed)
     made = record(hidden, motion_angle=asked.angle, motion_rate=asked.rate, dt=PERIOD, seed=seed,
                   noise=noise)
-    angles = np.stack([made.motor_angle, made.link_angle], axis=2)
-    without_rates = np.full_like(angles, np.nan)
-    return joint_samples(arm, made.stamps, np.concatenate([angles, without_rates], axis=2),
-                         made.command)
+    return joint_samples(arm, made.stamps, reading(made), made.command)

@@ -55,10 +55,11 @@ def heard(states: JointSamples, wrenches: Mapping[str, WrenchSamples], name: str
     """
     stood = known.on(arm)
     check_names(states, arm, name)
-    seen = on_grid(measurement_from(arm.labels, states))
+    seen = measurement_from(arm.labels, states)
     if len(seen.command) < FEWEST:
         raise CalibrationError(f'{name} is too short: it has {len(seen.command)} samples of all '
                                f'angles and motor torques, at least {FEWEST} are needed')
+    seen = on_grid(seen)
     stamps = _grid(states, arm, seen)
     force, pushed = _force(wrenches, stamps)
     sensed = {label: _interpolated(stamps, sensor, sensor.torque[:, 2])

@@ -5,14 +5,14 @@ A term adds its unknowns to an arm of one joint. The unknowns are what a fit lik
 cosine parts of a wave); the numbers are what an arm file holds (its amplitude and phase).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 import math
 from typing import cast, NamedTuple
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import (ClockSkew, KinematicError, LinkEncoderEccentricity,
-                                       TorsionalHysteresis)
+from hda_arm_sim.model.effects import (ClockSkew, Effect, KinematicError,
+                                       LinkEncoderEccentricity, TorsionalHysteresis)
 import numpy as np
 from numpy.typing import NDArray
 
@@ -92,23 +92,7 @@ def hysteresis(arm: Arm, reference_deviation: float) -> Term:
 
 def transmission(arm: Arm, reference_deviation: float) -> Term:
     """Return the kinematic error once and twice per motor turn, as sine and cosine parts."""
-    label = arm.labels[0]
-    known = cast(KinematicError, arm.effect('kinematic_error', label))
-
-    def numbers(values: Floats) -> dict[str, float]:
-        found = {}
-        for order, (sine, cosine) in zip(ORDERS, values.reshape(-1, 2)):
-            found[f'kinematic_error.amplitude_{order}'] = math.hypot(sine, cosine)
-            found[f'kinematic_error.phase_{order}'] = math.atan2(cosine, sine)
-        return found
-
-    def applied(arm: Arm, values: Floats) -> Arm:
-        fields = {name.partition('.')[2]: value for name, value in numbers(values).items()}
-        return arm.with_effect(replace(known, **fields), label)
-
-    parts = [part for order in ORDERS for part in _parts(known, order)]
-    return Term(tuple(Unknown(part, WAVE, part - 40 * WAVE, part + 40 * WAVE, part)
-                      for part in parts), applied, numbers)
+    return _waves(arm, KinematicError.name, ORDERS, WAVE, 40 * WAVE)
 
 
 def skew(arm: Arm, reference_deviation: float) -> Term:
@@ -125,28 +109,34 @@ def skew(arm: Arm, reference_deviation: float) -> Term:
 
 def eccentricity(arm: Arm, reference_deviation: float) -> Term:
     """Return the disc of the link encoder off its axis, once per turn, as sine and cosine."""
-    label = arm.labels[0]
-    known = cast(LinkEncoderEccentricity, arm.effect('link_encoder_eccentricity', label))
-    names = 'link_encoder_eccentricity.amplitude_1', 'link_encoder_eccentricity.phase_1'
-
-    def numbers(values: Floats) -> dict[str, float]:
-        sine, cosine = values
-        return dict(zip(names, (math.hypot(sine, cosine), math.atan2(cosine, sine))))
-
-    def applied(arm: Arm, values: Floats) -> Arm:
-        amplitude, phase = numbers(values).values()
-        return arm.with_effect(replace(known, amplitude_1=amplitude, phase_1=phase), label)
-
-    sine = known.amplitude_1 * math.cos(known.phase_1)
-    cosine = known.amplitude_1 * math.sin(known.phase_1)
-    return Term(tuple(Unknown(part, DISC, part - 10 * DISC, part + 10 * DISC, part)
-                      for part in (sine, cosine)), applied, numbers)
+    return _waves(arm, LinkEncoderEccentricity.name, (1,), DISC, 10 * DISC)
 
 
 TERMS = (stiffness, hysteresis, transmission, skew)
 OPTIONAL = (eccentricity,)      # where recordings left out of the fit get clearly better by it
 
 
-def _parts(known: KinematicError, order: int) -> tuple[float, float]:
+def _waves(arm: Arm, name: str, orders: Sequence[int], sigma: float, reach: float) -> Term:
+    """Return waves of an effect, each as the sine and cosine parts of its amplitude and phase."""
+    label = arm.labels[0]
+    known = arm.effect(name, label)
+
+    def numbers(values: Floats) -> dict[str, float]:
+        found = {}
+        for order, (sine, cosine) in zip(orders, values.reshape(-1, 2)):
+            found[f'{name}.amplitude_{order}'] = math.hypot(sine, cosine)
+            found[f'{name}.phase_{order}'] = math.atan2(cosine, sine)
+        return found
+
+    def applied(arm: Arm, values: Floats) -> Arm:
+        fields = {name.partition('.')[2]: value for name, value in numbers(values).items()}
+        return arm.with_effect(replace(known, **fields), label)
+
+    parts = [part for order in orders for part in _parts(known, order)]
+    return Term(tuple(Unknown(part, sigma, part - reach, part + reach, part) for part in parts),
+                applied, numbers)
+
+
+def _parts(known: Effect, order: int) -> tuple[float, float]:
     amplitude, phase = getattr(known, f'amplitude_{order}'), getattr(known, f'phase_{order}')
     return amplitude * math.cos(phase), amplitude * math.sin(phase)

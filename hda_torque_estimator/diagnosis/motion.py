@@ -41,19 +41,19 @@ def motion_of(measurement: Measurement, arm: Arm, window: float = WINDOW) -> Mot
     record = arm.record()
     angles = np.empty_like(measurement.reading)
     _behind(record, loaded_inertia(record.body), measurement.reading, angles)
-    smooth, velocity, curvature = (
-        _derivative(angles, order, WINDOW, measurement.dt) for order in range(3))
+    smooth, velocity = (_derivative(angles, order, WINDOW, measurement.dt) for order in range(2))
+    acceleration = _derivative(angles, 2, window, measurement.dt)
     late = np.stack([record.joints['motor_encoder']['sampling_time'],
                      record.joints['motor_encoder']['sampling_time']
                      + record.joints['clock_skew']['skew']], axis=1)
-    smooth = smooth - late * velocity + 0.5 * late ** 2 * curvature
-    velocity = velocity - late * curvature
+    if late.any():
+        curvature, jerk = (_derivative(angles, order, WINDOW, measurement.dt) for order in (2, 3))
+        smooth = smooth - late * velocity + 0.5 * late ** 2 * curvature
+        velocity = velocity - late * curvature
+        acceleration = acceleration - late * jerk
     state = np.empty((*angles.shape[:2], 4))
     state[:, :, MOTOR_ANGLE], state[:, :, LINK_ANGLE] = smooth[:, :, 0], smooth[:, :, 1]
     state[:, :, MOTOR_VELOCITY], state[:, :, LINK_VELOCITY] = velocity[:, :, 0], velocity[:, :, 1]
-    acceleration = _derivative(angles, 2, window, measurement.dt)
-    if late.any():
-        acceleration -= late * _derivative(angles, 3, WINDOW, measurement.dt)
     return Motion(state, np.ascontiguousarray(acceleration))
 
 
