@@ -60,7 +60,7 @@ def torque_through_gear(joint, torsion, torsion_rate, state):       # type: igno
     """Return the torque through the gear of an elastic torsion, (30) [N*m at the output]."""
     spring = played_torsion(torsion, joint.backlash.half_width)
     torque = torque_of_torsion(joint.torsion, joint.ratio, spring)
-    return gear_torque(joint, torque, torsion_rate, state)
+    return gear_torque(joint, torque, torsion, torsion_rate, state)
 
 
 @compiled

@@ -3,14 +3,15 @@
 from dataclasses import replace
 
 from hda_arm_sim.model.arm import Arm, ArmError
-from hda_arm_sim.model.effects import (BaseVibration, Effect, effect_named, EFFECTS, effects_of,
-                                       KinematicError, Scope, Signals, Site)
+from hda_arm_sim.model.effects import (Backlash, BaseVibration, Effect, effect_named, EFFECTS,
+                                       effects_of, KinematicError, Scope, Signals, Site)
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.parameter import ParameterError
 from hda_arm_sim.model.rigid import Inertia
 from hda_arm_sim.motions import motion
 from hda_arm_sim.plant import Plant
 from hda_arm_sim.simulate import rest
+from hda_torque_estimator.torsion_torque import torque_through_gear
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
@@ -271,6 +272,15 @@ def test_play_takes_away_its_width_and_no_more(torsion, half_width):
     left = effect_named('backlash')(half_width=half_width)(Signals(torsion=torsion))
     assert abs(left) == pytest.approx(max(abs(torsion) - half_width, 0.0), abs=1e-18)
     assert left * torsion >= 0.0
+
+
+@given(st.floats(-1e-2, 1e-2), st.floats(0.0, 1e-3), st.floats(-1.0, 1.0))
+def test_nothing_goes_through_the_gear_within_the_play(torsion, half_width, rate):
+    arm = read_arm('hda_arm.yaml').with_effect(Backlash(half_width=half_width), 'joint1')
+    joint = arm.record().joints[0]
+    torque = torque_through_gear(joint, torsion, rate, 0.0)
+    loose = abs(torsion) < half_width
+    assert (torque == 0.0) == (loose or (rate == 0.0 and abs(torsion) == half_width))
 
 
 @given(st.floats(-50.0, 50.0))

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from .compiled import compiled, inlined
 from .effects.environment import base_acceleration
 from .effects.friction import bristle_rate, bristle_torque
-from .effects.transmission import (damping_torque, hysteresis_torque, played_torsion, slid,
-                                   SLIDERS, transmission_error, transmission_slope)
+from .effects.transmission import (damping_torque, hysteresis_torque, played_rate,
+                                   played_torsion, slid, SLIDERS, transmission_error,
+                                   transmission_slope)
 from .link_side import base_coupling, base_push, cable, free_torque, tip_force
 from .motor_side import drag, friction_budget, ripple
 from .rigid import mass_matrix
@@ -97,10 +98,11 @@ def spring_torque(joint, torsion, w, j):                            # type: igno
 
 
 @inlined
-def gear_torque(joint, spring, torsion_rate, state):                # type: ignore[no-untyped-def]
+def gear_torque(joint, spring, torsion, torsion_rate, state):       # type: ignore[no-untyped-def]
     """Return the torque through the gear, (14) [N*m at the output, drives the link]."""
+    rate = played_rate(torsion, torsion_rate, joint.backlash.half_width)
     return (spring + hysteresis_torque(state, joint.torsional_hysteresis.level)
-            + damping_torque(torsion_rate, joint.structural_damping.coefficient))
+            + damping_torque(rate, joint.structural_damping.coefficient))
 
 
 @inlined
@@ -139,7 +141,7 @@ def _motor_side(arm, w, j, at, to):                                 # type: igno
     loop = 0.0
     if joint.torsional_hysteresis.level > 0.0:
         loop = loop_state(joint, w, j, at, torsion)
-    torque = gear_torque(joint, spring_torque(joint, torsion, w, j), rate, loop)
+    torque = gear_torque(joint, spring_torque(joint, torsion, w, j), torsion, rate, loop)
     drive = (w[j, COMMAND] + ripple(joint, angle) - drag(joint, velocity, w[0, NOW])
              - ratio * torque)
     sense = mode if mode != 0.0 else np.sign(drive)

@@ -53,6 +53,12 @@ def played_torsion(torsion, half_width):                            # type: igno
 
 
 @compiled
+def played_rate(torsion, torsion_rate, half_width):                 # type: ignore[no-untyped-def]
+    """Return the rate of what is left to the spring, none within the play, (68) [rad/s]."""
+    return torsion_rate * (np.abs(torsion) >= half_width)
+
+
+@compiled
 def slid(stretch, change, width, place):                            # type: ignore[no-untyped-def]
     """Return the stretch of one friction element after the torsion changed, (65) [rad]."""
     reach = width * (2.0 * place + 1.0) / SLIDERS
