@@ -1,9 +1,11 @@
 """The motion behind readings: without delay, at the stamp, and whole in the balances' band."""
 
+from dataclasses import replace
+
 from hda_arm_sim.model.effects import ClockSkew
 from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.diagnosis.measurement import Measurement
-from hda_torque_estimator.diagnosis.motion import motion_of, SHORT
+from hda_torque_estimator.diagnosis.motion import jolts, motion_of, SHORT
 import numpy as np
 import pytest
 
@@ -48,3 +50,14 @@ def test_everything_is_taken_at_the_stamp(skew):
         true = swinging(3.0, order)
         assert np.abs(told - true).max() < 1e-4 * np.abs(true).max()
         assert np.abs(off - true).max() > 1e-3 * np.abs(true).max()
+
+
+@pytest.mark.parametrize(('size', 'marked'), [(0.0, False), (0.01, False), (1.0, True)])
+def test_only_a_jolt_is_taken_for_one(size, marked):
+    """A link is stopped within two samples; `size` is how fast it was [rad/s]."""
+    made = measured(2.0)
+    noise = 4e-7 * np.random.default_rng(1).standard_normal(made.reading.shape)
+    stopped = size * np.minimum(TIME - TIME[1000], 0.0)
+    jolted = jolts(replace(made, reading=made.reading + noise + stopped[:, None, None]))
+    assert jolted[990:1010].any() == marked
+    assert not jolted[20:950].any() and not jolted[1050:-20].any()

@@ -31,7 +31,7 @@ from scipy.signal import firwin, upfirdn
 
 from .base_motion import base_motion
 from .measurement import Measurement
-from .motion import Motion, motion_of, SHORT
+from .motion import jolts, Motion, motion_of, SHORT
 from .running_clock import arm_during
 
 Array = NDArray[np.float64]
@@ -49,7 +49,7 @@ class Balance:
     """Residuals over time, columns A1, A2, B1, B2 (m, 2 n) [N*m at the output]."""
 
     residual: Array
-    valid: NDArray[np.bool_]        # (m, 2 n): away from ends, and for A away from standstill
+    valid: NDArray[np.bool_]        # (m, 2 n): away from ends, jolts, and for A standstill
 
 
 class Balancer:
@@ -84,6 +84,12 @@ class Balancer:
         """Return the balances of an arm."""
         residual, _ = self._along(arm)
         return Balance(self.filtered(residual), self._behind(arm)[1])
+
+    @cached_property
+    def _jolted(self) -> NDArray[np.bool_]:
+        """Return where a jolt is within the filter's reach (k,)."""
+        return np.concatenate([_spread(jolts(one), len(self._low_pass) // 2 + 12)
+                               for one in self.measurement.recordings()])
 
     @cached_property
     def thinned(self) -> 'Balancer':
@@ -132,17 +138,22 @@ class Balancer:
         return np.asarray(thin[first:first + -(-len(raw) // self.every)])
 
     def _valid(self, motion: Motion) -> NDArray[np.bool_]:
-        """Return where balances hold: their filter has seen neither an end nor standstill."""
+        """Return where balances hold: their filter has seen no end, no jolt and no standstill."""
         reach = len(self._low_pass) // 2 + 12
-        ends = np.zeros(len(motion.state), bool)
+        smooth = np.zeros(len(motion.state), bool)
         for piece in self.measurement.pieces():
-            ends[piece.start + reach:piece.stop - reach] = True
+            whole = slice(piece.start + reach, piece.stop - reach)
+            smooth[whole] = ~self._jolted[whole]
         slow = np.abs(motion.state[:, :, MOTOR_VELOCITY]) < _SLOW
-        spread = np.ones(2 * reach + 1)
-        near = np.stack([np.convolve(column, spread, 'same') > 0.5 for column in slow.T], axis=1)
-        valid = np.concatenate([ends[:, None] & ~near, np.repeat(ends[:, None], slow.shape[1], 1)],
-                               axis=1)
+        near = np.stack([_spread(column, reach) for column in slow.T], axis=1)
+        valid = np.concatenate([smooth[:, None] & ~near,
+                                np.repeat(smooth[:, None], slow.shape[1], 1)], axis=1)
         return valid[::self.every]
+
+
+def _spread(marked: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
+    """Return what is within `reach` samples of what is marked (k,)."""
+    return np.asarray(np.convolve(marked, np.ones(2 * reach + 1), 'same') > 0.5)
 
 
 def _sensing(arm: Arm) -> bytes:

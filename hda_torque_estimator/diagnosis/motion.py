@@ -22,6 +22,7 @@ from .measurement import Measurement
 Array = NDArray[np.float64]
 WINDOW, _DEGREE = 0.021, 5      # of the polynomials [s]
 SHORT = 0.009                   # window for what passes a filter of its own later [s]
+_JOLT = 30.0            # accelerations of two windows this far apart, in the usual distance
 
 
 class Motion(NamedTuple):
@@ -55,6 +56,20 @@ def motion_of(measurement: Measurement, arm: Arm, window: float = WINDOW) -> Mot
     state[:, :, MOTOR_ANGLE], state[:, :, LINK_ANGLE] = smooth[:, :, 0], smooth[:, :, 1]
     state[:, :, MOTOR_VELOCITY], state[:, :, LINK_VELOCITY] = velocity[:, :, 0], velocity[:, :, 1]
     return Motion(state, np.ascontiguousarray(acceleration))
+
+
+def jolts(measurement: Measurement) -> NDArray[np.bool_]:
+    """
+    Return where a link is jolted faster than the samples tell (k,).
+
+    There the accelerations by the short and the long window fall apart, far beyond noise and
+    beyond all that the link usually does.
+    """
+    link = measurement.reading[:, :, 1]
+    long = _derivative(link, 2, WINDOW, measurement.dt)
+    apart = np.abs(_derivative(link, 2, SHORT, measurement.dt) - long)
+    usual = np.maximum(_JOLT * np.median(apart, axis=0), np.std(long, axis=0))
+    return np.asarray((apart > usual).any(axis=1))
 
 
 def _derivative(angles: Array, order: int, window: float, dt: float) -> Array:
