@@ -51,6 +51,18 @@ def test_hidden_effect_is_named_and_sized(name):
         assert close or one.low <= whole <= one.high, number
 
 
+@pytest.mark.parametrize(('names', 'seed'), [
+    (('inertial_coupling', 'stiffness_error'), 121605),     # a thousandth of what the first does
+    (('backlash', 'structural_damping'), 121604)])          # which does not act within the play
+def test_a_small_cause_is_named_beside_a_large_one(names, seed):
+    random = np.random.default_rng([seed, 1])
+    hidden = [draw(name, random) for name in names]
+    found = diagnose(measurement_from(ARM.labels, published(ARM, hidden, seed)), ARM).diagnosis
+    assert {(one.effect, one.joint) for one in found.findings} == {
+        (one.effect, one.joint) for one in hidden}
+    assert found.verdict == 'explained'
+
+
 @pytest.mark.parametrize('name', ONE_EQUATION)
 def test_two_that_no_motion_can_tell_apart_are_ambiguous(name):
     """A constant bias and a friction that differs with direction are one torque while moving."""

@@ -2,7 +2,7 @@
 Look for the causes: accept the best hypothesis, simulate with it, look again.
 
 A cause must explain much more than its freedom buys (the score), be material (well above what a
-healthy arm leaves), and its rivals must be clearly worse.
+healthy arm and the causes beside it leave), and its rivals must be clearly worse.
 """
 
 from collections.abc import Iterator, Sequence
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .fit import Fit, Fitter, IMPOSSIBLE
+from .hypotheses import HYPOTHESES
 from .screen import Prospect, screen
 from .term import Term
 
@@ -20,7 +21,6 @@ Array = NDArray[np.float64]
 Place = tuple[str, str | None]        # an effect and its joint
 THRESHOLD = 60.0        # improvement of the score beyond what its freedom costs
 MATERIAL = 0.7          # least explained rms, in rms that a healthy arm leaves
-SHARE = 0.02            # least explained share of what was wrong at first, in some channel
 MOST = 5                # causes in one recording
 _CANDIDATES = 6         # fitted in every round, with two steps,
 _FINALISTS = 3          # and the best of them to the end
@@ -63,7 +63,8 @@ def search(fitter: Fitter, names: Sequence[str]) -> Found:
     """Return the causes that explain a measurement, among the effects of these names."""
     first = fit = fitter.fit(())
     evidence: dict[Place, Evidence] = {}
-    while len(fit.accepted) < MOST and material(fitter, first, fit.variance - fitter.noise ** 2):
+    while len(fit.accepted) < MOST and (fit.variance - fitter.noise ** 2
+                                        > material(fitter, first, fit.accepted)).any():
         found = _next(fitter, first, fit, names)
         if found is None:
             break
@@ -158,13 +159,22 @@ def threshold(fitter: Fitter, term: Term) -> float:
 
 def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit) -> bool:
     """Tell whether the last term of a fit earns its place: by its score, and materially."""
-    term = extended.accepted[-1]
+    *beside, term = extended.accepted
     if without.score - extended.score < threshold(fitter, term):
         return False
-    return material(fitter, first, without.variance - extended.variance)
+    return bool((without.variance - extended.variance > material(fitter, first, beside)).any())
 
 
-def material(fitter: Fitter, first: Fit, power: Array) -> bool:
-    """Tell whether some channel's power (c,) [N^2*m^2] is far above noise, and worth a cause."""
-    excess = np.maximum(first.variance - fitter.noise ** 2, 1e-30)
-    return bool(((power > (MATERIAL * fitter.noise) ** 2) & (power > SHARE * excess)).any())
+def material(fitter: Fitter, first: Fit, beside: Sequence[Term]) -> Array:
+    """
+    Return the power (c,) [N^2*m^2] in one of the channels that is worth a cause beside others.
+
+    It is far above noise, and above what the others may leave as one form of several.
+    """
+    excess = np.maximum(first.variance - fitter.noise ** 2, 0.0)
+    blurred = np.zeros_like(excess)
+    for term in beside:
+        for label in fitter.arm.labels if term.joint is None else (term.joint,):
+            own = fitter.own_channels(label)
+            blurred[own] = np.maximum(blurred[own], HYPOTHESES[term.name].form_error)
+    return np.maximum((MATERIAL * fitter.noise) ** 2, blurred * excess)

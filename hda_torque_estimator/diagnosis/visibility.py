@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .fit import deviations, Fit, Fitter
-from .search import Found, MATERIAL, SHARE, threshold
+from .search import Found, material, threshold
 from .solve import Columns, condense, condense_more, score, solve
 from .term import Term
 
@@ -33,8 +33,7 @@ class Visibility:
         self._known = condense(fit.balance.residual, fit.columns, self._valid)
         self._background = self._known.power / np.maximum(self._known.samples, 1.0)
         self._variance = np.maximum(self._background, fitter.noise ** 2)
-        excess = np.maximum(found.first.variance - fitter.noise ** 2, 0.0)
-        self._needed = np.maximum((MATERIAL * fitter.noise) ** 2, SHARE * excess)
+        self._needed = material(fitter, found.first, fit.accepted)
 
     def least(self, term: Term, shift: Array, most: float) -> float:
         """
