@@ -31,7 +31,7 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
 ARM = read_arm('hda_arm.yaml')
-LAST = ('left out', 'poor')     # groups whose rates a part of the records tells well enough
+LAST = ('outside', 'left out', 'poor')  # groups whose rates a part of the records tells
 
 
 @dataclass(frozen=True)
