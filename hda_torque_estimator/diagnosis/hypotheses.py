@@ -81,7 +81,7 @@ HYPOTHESES: dict[str, Hypothesis] = {
         experiment='both directions under both signs of load'),
     'thermal_viscosity': Hypothesis(
         {'amplitude': 1e-4, 'time_constant': 10.0}, grid={'time_constant': (20.0, 100.0)},
-        alike=('viscous_friction',), form_share=0.08, form_error=0.02,
+        alike=('viscous_friction',), form_share=0.08, form_error=0.03,
         experiment='the same motion early, in the middle and late'),
     'position_dependent_friction': Hypothesis(
         waves={('amplitude', 'phase'): 0.1}, grid={'order': (1.0, 2.0, 3.0, 4.0, 6.0)},
@@ -121,7 +121,7 @@ HYPOTHESES: dict[str, Hypothesis] = {
     'stiffening_error': Hypothesis({'error': 0.3}, grid={
         'error': (-0.8, 0.5), ('knee_1', 'knee_2'): _KNEES},
                                    alike=('stiffness_error', 'wave_generator_compliance'),
-                                   form_share=0.08, form_error=0.02,
+                                   form_share=0.08, form_error=0.03,
                                    experiment='slow torques up to 60 % of the peak'),
     'wave_generator_compliance': Hypothesis({'compliance': 0.1}, alike=('backlash',
                                                                         'stiffening_error'),

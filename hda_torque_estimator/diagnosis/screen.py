@@ -39,9 +39,10 @@ def screen(fitter: Fitter, fit: Fit, names: Sequence[str]) -> list[Prospect]:
 
 
 def _may_show(fitter: Fitter, fit: Fit, site: Site) -> bool:
-    """Tell whether more than noise is left where effects of a site show most."""
+    """Tell whether more than noise is left where effects of a site show most, or nowhere."""
     joints = len(fitter.arm.labels)
     loud = fit.variance > LOUD * fitter.noise ** 2
+    loud |= not loud.any()
     where = {Site.MOTOR: loud[:joints], Site.TORSION: loud[joints:]}
     return bool(where.get(site, loud).any())
 

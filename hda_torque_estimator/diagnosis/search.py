@@ -2,7 +2,8 @@
 Look for the causes: accept the best hypothesis, simulate with it, look again.
 
 A cause must explain much more than its freedom buys (the score), be material (well above what a
-healthy arm and the causes beside it leave), and its rivals must be clearly worse.
+healthy arm and the causes beside it leave), and its rivals must be clearly worse. The first may
+be less than noise if it is certain: one that is quick enough passes for noise until it is known.
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from .fit import Fit, Fitter, IMPOSSIBLE
 from .hypotheses import HYPOTHESES
+from .nameless import best_curves, plain_score
 from .screen import Prospect, screen
 from .term import Term
 
@@ -21,6 +23,7 @@ Array = NDArray[np.float64]
 Place = tuple[str, str | None]        # an effect and its joint
 THRESHOLD = 60.0        # improvement of the score beyond what its freedom costs
 MATERIAL = 0.7          # least explained rms, in rms that a healthy arm leaves
+CERTAIN = 200.0         # improvement of the score that needs no rms: nothing healthy has it
 MOST = 5                # causes in one recording
 _CANDIDATES = 6         # fitted in every round, with two steps,
 _FINALISTS = 3          # and the best of them to the end
@@ -63,8 +66,7 @@ def search(fitter: Fitter, names: Sequence[str]) -> Found:
     """Return the causes that explain a measurement, among the effects of these names."""
     first = fit = fitter.fit(())
     evidence: dict[Place, Evidence] = {}
-    while len(fit.accepted) < MOST and (fit.variance - fitter.noise ** 2
-                                        > material(fitter, first, fit.accepted)).any():
+    while len(fit.accepted) < MOST and _worthwhile(fitter, first, fit):
         found = _next(fitter, first, fit, names)
         if found is None:
             break
@@ -73,6 +75,14 @@ def search(fitter: Fitter, names: Sequence[str]) -> Found:
         evidence[newest.name, newest.joint] = reason
         fit = _without_unneeded(fitter, first, fit)
     return Found(first, fit, tuple(evidence[term.name, term.joint] for term in fit.accepted))
+
+
+def _worthwhile(fitter: Fitter, first: Fit, fit: Fit) -> bool:
+    """Tell whether more is left than noise, or less that a simple curve tells for certain."""
+    if (fit.variance - fitter.noise ** 2 > material(fitter, first, fit.accepted)).any():
+        return True
+    curves = best_curves(fitter, fit, fitter.arm.labels) if fit is first else {}
+    return any(plain_score(fitter, fit) - curve.score > CERTAIN for curve in curves.values())
 
 
 def _next(fitter: Fitter, first: Fit, fit: Fit,
@@ -160,8 +170,11 @@ def threshold(fitter: Fitter, term: Term) -> float:
 def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit) -> bool:
     """Tell whether the last term of a fit earns its place: by its score, and materially."""
     *beside, term = extended.accepted
-    if without.score - extended.score < threshold(fitter, term):
+    improvement = without.score - extended.score
+    if improvement < threshold(fitter, term):
         return False
+    if improvement > CERTAIN and not beside:
+        return True
     return bool((without.variance - extended.variance > material(fitter, first, beside)).any())
 
 
