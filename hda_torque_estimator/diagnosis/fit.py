@@ -166,7 +166,8 @@ class Fitter:
         starts = np.arange(0, len(pull), round(_BLOCK * RATE))
         blocks = self.effective * np.add.reduceat(pull.sum(axis=1), starts)
         meat = blocks.T @ blocks + np.diag(1.0 / tolerances ** 2)
-        wide = np.sqrt(np.maximum(np.diag(plain @ meat @ plain) / np.diag(plain), 1.0))
+        wide = np.sqrt(np.maximum(np.diag(plain @ meat @ plain)
+                                  / np.maximum(np.diag(plain), 1e-300), 1.0))
         return plain * np.outer(wide, wide)
 
     def derivatives(self, terms: Sequence[AnyTerm], among: Sequence[AnyTerm]) -> Array:

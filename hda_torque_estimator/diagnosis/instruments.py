@@ -25,7 +25,7 @@ def unbiased(fitter: Fitter, fit: Fit, twin: Balancer) -> Fit:
     Return a fit moved to where its rest goes with no column of the twin, and those columns.
 
     Fine waves, on which the twin is not at the same place, keep their own columns. A fit of which
-    a cause would move too far is returned as it was.
+    a cause would move too far, or that would fit much worse, is returned as it was.
     """
     theirs = Fitter(twin, fitter.arm, fitter.noise, fitter.effective, fitter.rows).derivatives(
         fit.terms, fit.terms)
@@ -38,9 +38,10 @@ def unbiased(fitter: Fitter, fit: Fit, twin: Balancer) -> Fit:
     if (np.abs(step) > _FAR * spread)[causes].any():
         return fit
     try:
-        return fitter.at(moved(fit.terms, step), len(fit.accepted), columns)
+        there = fitter.at(moved(fit.terms, step), len(fit.accepted), columns)
     except IMPOSSIBLE:
         return fit
+    return there if there.score < fit.score + len(step) * _FAR ** 2 else fit
 
 
 def _projected(own: Array, theirs: Array, weight: Array) -> Array:

@@ -82,10 +82,11 @@ def solve(columns: Columns, noise: Array, effective: float, now: Array,
 
 
 def covariance(columns: Columns, variance: Array, effective: float, deviations: Array) -> Array:
-    """Return how uncertain the free numbers are, their covariances (p, p)."""
+    """Return how uncertain the free numbers are, their covariances (p, p), 0 at a bound."""
     prior = 1.0 / deviations ** 2                                   # of infinite ones, zero
     normal = np.einsum('c,cpq->pq', effective / variance, columns.products) + np.diag(prior)
-    scale = 1.0 / np.sqrt(np.diag(normal))
+    known = np.diag(normal)
+    scale = np.where(known > 0.0, 1.0 / np.sqrt(np.maximum(known, 1e-300)), 0.0)
     return np.linalg.pinv(normal * np.outer(scale, scale), hermitian=True) * np.outer(scale, scale)
 
 
