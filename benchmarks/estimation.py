@@ -19,14 +19,13 @@ from hda_torque_estimator.estimator import Estimates, Estimator, EstimatorSettin
 from hidden_truth import TruthRecord
 import numpy as np
 from numpy.typing import NDArray
-from pushes import alarms, BEGUN, delays, force_error, PUSH, SOON, sudden
+from pushes import alarms, BEGUN, delays, force_error, PUSH, SOON, sudden, WITHIN
 from tolerated import DT, pushed, reading, tolerated
 
 ARM = read_arm('hda_arm.yaml')
 ALONE = EstimatorSettings(fusion=0.0)
 MOTIONS = ('rich', 'sine', 'turn')
 SECONDS = 20.0
-WITHIN = 1.645                      # deviations of a 90 % interval
 
 Array = NDArray[np.float64]
 

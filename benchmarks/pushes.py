@@ -10,6 +10,7 @@ REACHED = 0.5                       # |sin(theta2)| from which both components a
 PUSH, LASTS = 5.0, 400              # sudden push [N] and its samples
 SOON = 50.0                         # when it must be felt [ms]
 BEGUN = 3000                        # samples that an estimator may take to learn
+WITHIN = 1.645                      # deviations of a 90 % interval
 _APART, _LEAD = 1500, 4000          # samples from push to push, and before the first
 
 Array = NDArray[np.float64]

@@ -99,10 +99,15 @@ def tip_force(angle: Array, torque: Array) -> Array:
 
 
 def calibration(seconds: float = 60.0) -> list[Loaded]:
-    """Return the motions of a calibration: free, on a wedge, and pulled at the tip."""
+    """
+    Return the motions of a calibration: free, on a wedge, and pulled at the tip.
+
+    The first two reach all angles at which the arm works; a map of the link's turn is worth
+    little where it was never seen.
+    """
     time = times(seconds)
-    free = wander(time, (2.8, 1.0), (21.0, 15.5), 0.15)
-    tilted = wander(time, (2.8, 1.0), (26.0, 17.0), 0.1)
+    free = wander(time, (2.8, 1.6), (21.0, 15.5), 0.15)
+    tilted = wander(time, (2.8, 1.6), (26.0, 17.0), 0.1)
     pulled = wander(time, (0.9, 0.5), (29.0, 37.0))
     pull = np.stack([20.0 * np.sin(0.7 * time) + 4.0 * np.sin(2.3 * time),
                      -20.0 * np.sin(0.53 * time) + 4.0 * np.sin(1.9 * time)], axis=1)

@@ -121,8 +121,9 @@ def _joint(                                                         # type: igno
                  command[j], torque, stiffness, effect, dt)
     result[j, TORSION], result[j, KINEMATIC_TORSION] = total, kinematic
     result[j, TORQUE] = torque
-    result[j, TORQUE_DEVIATION] = np.sqrt(random ** 2 + now)
-    result[j, MOTOR_SHARE] = 1.0 - (random ** 2 + now) / max(random ** 2 + before, 1e-300)
+    apart = random ** 2 + joint.torsion.deviation ** 2      # of it the motor corrects nothing
+    result[j, TORQUE_DEVIATION] = np.sqrt(apart + now)
+    result[j, MOTOR_SHARE] = 1.0 - (apart + now) / max(apart + before, 1e-300)
     result[j, BEYOND_RANGE] = 1.0 if abs(elastic) > joint.torsion.valid_torsion else 0.0
     return link_angle
 

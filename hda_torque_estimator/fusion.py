@@ -34,6 +34,7 @@ _SETTLED = 3            # halves in one sense before friction is what it is whil
 _COUNTS = 8.0           # of the motor encoder that a half must pass
 _LEAST_MOTION = 1e-3    # [rad], for encoders without counts
 _CORRELATED = 10.0      # windows that share one error of the model
+_LASTING = 100.0        # windows that share what no law of the torsion tells
 _WORST = 1e4            # misfit that a single window may show
 _PATIENCE = 1.0         # over which misfits are averaged [s]
 _FITTING = 5.0          # misfit up to which errors are as large as their tolerances say
@@ -114,7 +115,7 @@ def close_half(                                                     # type: igno
         difference = (_hat(memory, 0, time) / mean
                       + joint.ratio * joint.motor_inertia * speeding)
         noise = _noise(joint, stiffness, mean, memory[SAMPLES])
-        _learn(memory, difference, effect, noise, mean, span)
+        _learn(memory, difference, effect, noise, joint.torsion.deviation ** 2, mean, span)
     for i in range(1 + ERRORS):
         memory[_RISEN + i] = memory[_MOMENTS + i] / time
     memory[_SUMS:_RISEN] = 0.0
@@ -144,21 +145,28 @@ def _noise(joint, stiffness, time, samples):                        # type: igno
 
 
 @compiled
-def _learn(memory, difference, effect, noise, time, span):          # type: ignore[no-untyped-def]
-    """Renew errors and covariance from one window, a step of a Kalman filter, (F5-F6)."""
+def _learn(                                                         # type: ignore[no-untyped-def]
+        memory, difference, effect, noise, lawless, time, span):
+    """
+    Renew errors and covariance from one window, a step of a Kalman filter, (F5-F6).
+
+    `noise` and `lawless` are variances of what is none of the errors: that of counts is another
+    in every window, what no law of the torsion tells lasts [N^2*m^2].
+    """
     learnt, gain = errors_learnt(memory), gained(memory)
     fade(learnt, gain, np.exp(-memory[SINCE] / span))
     memory[SINCE] = 0.0
     spread = effect + gain @ effect
     expected = effect @ spread
-    if not np.isfinite(difference * (expected + noise)):
+    likely = expected + noise + lawless
+    if not np.isfinite(difference * likely):
         return
     share = 1.0 - np.exp(-time / _PATIENCE)
-    memory[MISFIT] += share * (min(difference ** 2 / (expected + noise), _WORST) - memory[MISFIT])
+    memory[MISFIT] += share * (min(difference ** 2 / likely, _WORST) - memory[MISFIT])
     memory[DIFFERENCE] += share * (difference - memory[DIFFERENCE])
     for i in range(ERRORS):
         gain[i, i] += _DOUBT * max(memory[MISFIT] - _FITTING, 0.0) * time
-    variance = expected + _CORRELATED * noise * max(memory[MISFIT], 1.0)
+    variance = expected + (_CORRELATED * noise + _LASTING * lawless) * max(memory[MISFIT], 1.0)
     change = renew(learnt, gain, spread, difference, variance)
     for i in range(ERRORS):
         memory[_MOMENTS] -= memory[_MOMENTS + 1 + i] * change[i]

@@ -83,7 +83,7 @@ def test_hidden_numbers_are_found(found, true):
         effect = true.effect(name, 'joint1')
         truth |= {f'{name}.{rule.name}': getattr(effect, rule.name)
                   for rule in effect.declarations() if f'{name}.{rule.name}' in numbers}
-    assert {*truth, 'link_encoder.zero'} == {*numbers}
+    assert {*truth, 'link_encoder.zero', 'torsion.deviation'} == {*numbers}
     # The estimator filters its velocities, which the intervals do not know: hence three times.
     assert {name: str(numbers[name]) for name, value in truth.items()
             if abs(numbers[name].value - value)
@@ -149,6 +149,8 @@ def test_the_arm_file_says_where_its_numbers_came_from(nominal, hidden, tmp_path
     origins = dict(arm.provenance)
     assert {*origins} == {f'joint1.{number.name}' for number in found.joints[0].numbers}
     assert '(90 %), from reference torques of bag' in origins['joint1.clock_skew.skew']
+    left = [joint.torsion.deviation for joint in arm.joints]
+    assert left == [pytest.approx(found.joints[0].after), 0.0]
     assert json.loads(json.dumps(found.report(), allow_nan=False))['joints'][1]['kept']
 
 

@@ -98,4 +98,12 @@ def test_ordinary_recordings_calibrate_an_arm(true, nominal, tmp_path, capsys):
         angle = home + np.linspace(-0.3, 0.3, 50)
         assert 1e-6 < np.ptp(np.polyval(joint['coefficients'][::-1], angle)) < 3e-3
         assert joint['after'] < joint['polynomial'] / 4.0
+        assert arm.joint(joint['joint']).torsion.deviation == joint['after']
+    for name in ('stiffness', 'torsion_zero', 'clock_skew', 'kinematic_error'):
+        assert 0.0 < getattr(arm.tolerances, name) <= getattr(nominal.tolerances, name)
+    assert arm.tolerances != nominal.tolerances
+    assert arm.tolerances.dry_friction == nominal.tolerances.dry_friction
+    told = Estimator(arm).run(stamps_of(other), other.reading, other.command)
+    wrong = np.abs(told.torque - other.joint_torque)[BEGUN:]
+    assert 0.8 < (wrong < 1.645 * told.torque_deviation[BEGUN:]).mean() <= 1.0
     assert any(name.startswith('joint1') for name, _ in arm.provenance)

@@ -53,6 +53,17 @@ def learnt(seen: TruthRecord, arm=ARM) -> np.ndarray:
     return made.memory[:, estimate.FUSION + fusion.LEARNT:][:, :ERRORS]
 
 
+def test_what_no_law_tells_is_in_every_interval_and_teaches_little():
+    seen = recorded()
+    doubtful = replace(ARM, joints=tuple(replace(
+        joint, torsion=replace(joint.torsion, deviation=0.05)) for joint in ARM.joints))
+    plain, doubted = (estimates(seen, ALONE, arm) for arm in (ARM, doubtful))
+    assert (doubted.torque == plain.torque).all()
+    assert doubted.torque_deviation ** 2 - plain.torque_deviation ** 2 == pytest.approx(2.5e-3)
+    little, much = (np.abs(learnt(seen, arm)).sum() for arm in (doubtful, ARM))
+    assert 0.0 < little < 0.7 * much
+
+
 def test_error_falls_by_more_than_published():
     """The scatter of healthy arms: published fusions have 39 to 49 % lower errors."""
     seeds = range(1, 7)

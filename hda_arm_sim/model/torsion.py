@@ -162,6 +162,8 @@ class TorsionLaw(Declared):
         8.0, 'N*m*s/rad', 0.0, 1e4, 'D, damping of the torsion, output side')
     valid_torque: float = parameter(
         37.0, 'N*m', 1e-3, 1e4, 'largest torque of the curved law; beyond, the last slope')
+    deviation: float = parameter(
+        0.0, 'N*m', 0.0, 1e3, 'of true torques from all that is known of the torsion, one sigma')
 
     def __post_init__(self) -> None:
         """Check every parameter, and that segments have stiffnesses; raises ParameterError."""

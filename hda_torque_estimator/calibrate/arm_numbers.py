@@ -1,7 +1,8 @@
 """What a fit found, as the numbers of an arm file with 90 % intervals and their origin."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+import math
 
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import effect_named
@@ -16,7 +17,14 @@ from .terms import Term
 NINETY = 1.645                  # sigmas of an interval that holds 90 %
 DOUBTFUL = 3.0                  # sigmas from what was known before
 STEP = 1e-3                     # of a sigma, for the slopes of numbers over unknowns
+LEAST = 0.2                     # of a tolerance, that a calibration leaves: arms change
 PARTS: dict[str, type[Declared]] = {'torsion': TorsionLaw, 'link_encoder': Encoder}
+
+_KNOWN_BY = {
+    'stiffness': ('torsion.flexspline_stiffness',), 'torsion_zero': ('link_encoder.zero',),
+    'clock_skew': ('clock_skew.skew',),
+    'kinematic_error': tuple(f'kinematic_error.amplitude_{n}' for n in (1, 2, 4)),
+    'eccentricity': tuple(f'link_encoder_eccentricity.amplitude_{n}' for n in (1, 2))}
 
 
 @dataclass(frozen=True)
@@ -58,6 +66,11 @@ def zero(arm: Arm, found: Fit) -> Number:
     return _number('link_encoder.zero', float(zeros.mean()), float(zeros.std()))
 
 
+def rest(error: float, parts: int) -> Number:
+    """Return an rms error over so many independent parts as what the law leaves [N*m]."""
+    return _number('torsion.deviation', error, error / math.sqrt(2.0 * parts))
+
+
 def _number(name: str, value: float, sigma: float) -> Number:
     rule = _declaration(name)
     low, high = (float(np.clip(value + sign * NINETY * sigma, rule.low, rule.high))
@@ -89,6 +102,33 @@ def with_numbers(arm: Arm, label: str, found: Sequence[Number], source: str) -> 
                f'(90 %), from {source}' for number in found}
     return replace(arm, joints=joints,
                    provenance=tuple({**dict(arm.provenance), **origins}.items()))
+
+
+def with_tolerances(arm: Arm, found: Mapping[str, Sequence[Number]]) -> Arm:
+    """
+    Return the arm with its torsion as well known as the numbers that were found of every joint.
+
+    A tolerance holds for all joints, so the least sure one counts; where a joint has no number
+    of its own, and where the numbers are less sure than was known, it stays.
+    """
+    if set(found) != set(arm.labels):
+        return arm
+    known, origins = {}, dict(arm.provenance)
+    for name, kinds in _KNOWN_BY.items():
+        sigmas = [[_sigma(number, name) for number in numbers if number.name in kinds]
+                  for numbers in found.values()]
+        before = getattr(arm.tolerances, name)
+        if all(sigmas) and (most := max(map(max, sigmas))) < before:
+            known[name] = max(most, LEAST * before)
+            origins[f'tolerances.{name}'] = f'calibrated, {most:.2g} at most; {before:g} before'
+    return replace(arm, tolerances=replace(arm.tolerances, **known),
+                   provenance=tuple(origins.items()))
+
+
+def _sigma(number: Number, tolerance: str) -> float:
+    """Return the deviation of a number, relative where its tolerance is."""
+    whole = abs(number.value) if tolerance == 'stiffness' else 1.0
+    return (number.high - number.low) / (2.0 * NINETY * whole)
 
 
 def doubtful(terms: Sequence[Term], found: Fit) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 from hda_arm_sim.model.arm import Arm
 
-from .arm_numbers import doubtful, Number, numbers, with_numbers, zero
+from .arm_numbers import doubtful, Number, numbers, rest, with_numbers, zero
 from .fit import applied, Balanced, balanced, Fit, fit, rms
 from .measured import CalibrationError, Measured
 from .terms import OPTIONAL, Term, TERMS
@@ -126,7 +126,8 @@ def _calibrated(arm: Arm, recordings: Sequence[Measured]) -> JointCalibration:
         f'calibrated, it would be {after:.3g} N*m rms off, as given {before:.3g}, and its torque '
         f'varies by {deviation:.3g}')
     return JointCalibration(
-        label, names, kept, (*numbers(terms, found), zero(arm, found)), deviation, before, after,
+        label, names, kept, (*numbers(terms, found), zero(arm, found),
+                      rest(after, len(recordings))), deviation, before, after,
         len(recordings) > 1, doubtful(terms, found))
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import laws
-from .arm_numbers import NINETY, Number, numbers, with_numbers
+from .arm_numbers import NINETY, Number, numbers, rest, with_numbers, with_tolerances
 from .calibration import Calibration, HARDLY, one_joint, SPARSE
 from .descent import Descent, Found, held_out, known
 from .fit import Fit
@@ -90,6 +90,7 @@ def calibrate_ordinary(arm: Arm, passages: Mapping[str, Sequence[Passage]],
         found.append(finding)
         arm = with_numbers(arm, label, finding.numbers,
                            f'{", ".join(finding.recordings)}; scale: {finding.scale}')
+    arm = with_tolerances(arm, {finding.joint: finding.numbers for finding in found})
     return Calibration(arm, tuple(found))
 
 
@@ -100,12 +101,14 @@ def _joint(arm: Arm, passages: Sequence[Passage], scale: str) -> JointFinding:
     found, nominal = _decided(Descent(plain, passages), plain)
     _check_pieces(label, descent, found)
     error = descent.error((), np.zeros(1 + DOUBTS))
+    after = held_out_of(found)
+    found_numbers = (*_numbers(plain, found), *friction(arm, passages),
+                     rest(after, len(np.unique(descent.stretch))))
     return JointFinding(
-        label, tuple(passage.recording for passage in passages), scale,
-        (*_numbers(plain, found), *friction(arm, passages)), nominal,
+        label, tuple(passage.recording for passage in passages), scale, found_numbers, nominal,
         float(np.concatenate([p.reference[p.usable] for p in passages]).std()),
         float((error - error.mean()).std()),
-        held_out_of(found), held_out_error(plain, passages),
+        after, held_out_error(plain, passages),
         tuple(polynomial_method(plain, passages).kinematic.convert().coef.tolist()))
 
 
