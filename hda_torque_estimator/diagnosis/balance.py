@@ -12,6 +12,7 @@ Torques at the output side; what is hardly smoothed in them passes one filter wi
 wrong friction shows in A alone, a wrong torsion in B alone, a wrong load in both alike.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -40,6 +41,7 @@ RATE = 125.0            # at which balances are kept [Hz]
 _ENOUGH = 500.0         # samples that tell what a change of the arm changes in them [1/s]
 _KEPT = 8              # motions, for arms that sense differently
 _REST = 2e-3            # link speed at which a bearing may stick [rad/s]
+_STOP = 0.006           # for which a shaft that turns round is slow [s]
 _SLOW = 0.3             # shaft speed below which dry friction is not known [rad/s]
 MEASURED = 4           # states that a motion gives; the kernel's others are its memory
 
@@ -55,9 +57,13 @@ class Balance:
 class Balancer:
     """The balances of one measurement, for one arm after another."""
 
-    def __init__(self, measurement: Measurement) -> None:
-        """Prepare filters; the motion is found anew only when an arm's sensing differs."""
-        self.measurement = measurement
+    def __init__(self, measurement: Measurement, turning: Sequence[int] = ()) -> None:
+        """
+        Prepare filters; the motion is found anew only when an arm's sensing differs.
+
+        Joints that are `turning` are valid where they turn round without a stop.
+        """
+        self.measurement, self.turning = measurement, tuple(turning)
         self.every = max(1, round(1.0 / (RATE * measurement.dt)))
         self.time = measurement.time[::self.every]
         half = 4 * max(1, round(0.25 / (BANDWIDTH * measurement.dt) / 4.0) * 4)
@@ -77,7 +83,7 @@ class Balancer:
                 self._motions.pop(next(iter(self._motions)))
             parts = [motion_of(one, arm, SHORT) for one in self.measurement.recordings()]
             motion = Motion(*map(np.concatenate, zip(*parts))) if len(parts) > 1 else parts[0]
-            self._motions[key] = motion, self._valid(motion)
+            self._motions[key] = motion, self._valid(motion, self.turning)
         return self._motions[key]
 
     def __call__(self, arm: Arm) -> Balance:
@@ -104,7 +110,8 @@ class Balancer:
         command = np.mean([padded[k:k + len(made.command):part] for k in range(part)], axis=0)
         return Balancer(replace(made, dt=part * made.dt, command=command, absent=(),
                                 reading=np.ascontiguousarray(made.reading[::part]),
-                                begins=tuple(begin // part for begin in made.begins)))
+                                begins=tuple(begin // part for begin in made.begins)),
+                        self.turning)
 
     def memory(self, arm: Arm) -> Array:
         """Return what the arm's effects remember along the motion (k, n, STATES - MEASURED)."""
@@ -137,7 +144,11 @@ class Balancer:
         first = (half + early) // self.every
         return np.asarray(thin[first:first + -(-len(raw) // self.every)])
 
-    def _valid(self, motion: Motion) -> NDArray[np.bool_]:
+    def valid_if_turning(self, arm: Arm, joints: Sequence[int]) -> NDArray[np.bool_]:
+        """Return where the balances of an arm would be valid if these joints were turning."""
+        return self._valid(self.motion(arm), joints)
+
+    def _valid(self, motion: Motion, turning: Sequence[int]) -> NDArray[np.bool_]:
         """Return where balances hold: their filter has seen no end, no jolt and no standstill."""
         reach = len(self._low_pass) // 2 + 12
         smooth = np.zeros(len(motion.state), bool)
@@ -145,6 +156,8 @@ class Balancer:
             whole = slice(piece.start + reach, piece.stop - reach)
             smooth[whole] = ~self._jolted[whole]
         slow = np.abs(motion.state[:, :, MOTOR_VELOCITY]) < _SLOW
+        for joint in turning:
+            slow[:, joint] = _lasting(slow[:, joint], round(_STOP / self.measurement.dt))
         near = np.stack([_spread(column, reach) for column in slow.T], axis=1)
         valid = np.concatenate([smooth[:, None] & ~near,
                                 np.repeat(smooth[:, None], slow.shape[1], 1)], axis=1)
@@ -154,6 +167,11 @@ class Balancer:
 def _spread(marked: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
     """Return what is within `reach` samples of what is marked (k,)."""
     return np.asarray(np.convolve(marked, np.ones(2 * reach + 1), 'same') > 0.5)
+
+
+def _lasting(marked: NDArray[np.bool_], least: int) -> NDArray[np.bool_]:
+    """Return what is marked for longer than `least` samples (k,)."""
+    return ~_spread(~marked, least // 2) if least > 1 else marked
 
 
 def _sensing(arm: Arm) -> bytes:

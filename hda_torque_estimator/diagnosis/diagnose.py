@@ -29,6 +29,7 @@ from .pattern import misplaced
 from .raw_readings import (extended_by, RAW_EFFECTS, raw_findings, raw_readings, raw_total,
                            RawReadings)
 from .report import Alike, Diagnosis, Finding, Part, RecordingFacts, TotalGain
+from .reversals import turning_round
 from .running_clock import inside, Spans, split
 from .search import Found, Place, search
 from .unexplained import unexplained
@@ -81,7 +82,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     fitter.noise = np.minimum(fitter.noise, noise)      # a wrong extension makes noise of its own
     judged = backing(fitter, found, misplaced(fitter, found))
     twin = Balancer(healthy_twin(fitter.balancer, last, 1, torque_noise_of(
-        fitter.noise, plain, fitter.balancer, arm)))
+        fitter.noise, plain, fitter.balancer, arm)), fitter.balancer.turning)
     kept = found.with_only(fitter, judged.backed)
     stands = unbiased(fitter, kept, twin)
     evidence = Evidence(fitter, stands, twin, _with_zeros(arm, stands), fitter.on(stands.terms),
@@ -135,6 +136,8 @@ def _fitter(raw: RawReadings, names: Sequence[str], training: Spans,
     """Return what fits the training stretches; where a contact shows, it is split over both."""
     balancer = Balancer(raw.measurement)
     noise = noise_of(balancer, raw.arm)[0]
+    if turning := turning_round(balancer, raw.arm, noise):
+        balancer = Balancer(raw.measurement, turning)
     if 'external_contact' in names:
         training, held_out = split_at_contact(balancer, raw.arm, noise, training, held_out)
     rows = inside(balancer.time, training)

@@ -71,7 +71,7 @@ HYPOTHESES: dict[str, Hypothesis] = {
         experiment=_SLOW),
     'presliding_friction': Hypothesis(
         {'stiffness': 1.0}, grid={'stiffness': (3.0, 10.0)},
-        alike=('stribeck_friction', 'current_loop_lag'), form_share=0.08, form_error=0.01,
+        alike=('stribeck_friction', 'current_loop_lag'), form_share=0.08, form_error=0.02,
         experiment=_SLOW),
     'asymmetric_friction': Hypothesis({'asymmetry': 0.1}, alike=('drive_offset',),
                                       twin='drive_offset',

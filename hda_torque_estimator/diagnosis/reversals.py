@@ -1,0 +1,35 @@
+"""
+Whether friction builds up after a shaft has turned round.
+
+Dry friction is not known at rest, so a motor balance does not hold near it. Where a shaft turns
+round without a stop, friction that sets in at once leaves little; one that builds up over an angle
+leaves much there and nothing elsewhere.
+"""
+
+from hda_arm_sim.model.arm import Arm
+import numpy as np
+from numpy.typing import NDArray
+
+from .balance import Balancer
+
+Array = NDArray[np.float64]
+_LOUD = 300.0           # power where a shaft turns round, over that of noise
+_APART = 20.0           # ... and over the power elsewhere
+_FEWEST = 25            # rows that tell
+
+
+def turning_round(balancer: Balancer, arm: Arm, noise: Array) -> tuple[int, ...]:
+    """Return the places of the joints whose friction builds up, by the balances of an arm."""
+    joints = range(len(arm.joints))
+    known, wider = balancer(arm), balancer.valid_if_turning(arm, joints)
+    found = []
+    for joint in joints:
+        usual = known.valid[:, joint]
+        turns = wider[:, joint] & ~usual
+        power = (known.residual[:, joint] / noise[joint]) ** 2
+        if turns.sum() < _FEWEST or not usual.any():
+            continue
+        here = power[turns].mean()
+        if here > _LOUD and here > _APART * power[usual].mean():
+            found.append(joint)
+    return tuple(found)

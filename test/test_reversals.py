@@ -1,0 +1,32 @@
+"""Friction that builds up over an angle shows where a shaft turns round, and there alone."""
+
+from hda_arm_sim.model.files import read_arm
+from hda_torque_estimator.diagnosis.balance import Balancer
+from hda_torque_estimator.diagnosis.healthy import noise_of
+from hda_torque_estimator.diagnosis.measurement import measurement_from
+from hda_torque_estimator.diagnosis.reversals import turning_round
+import numpy as np
+import pytest
+from truth import draw
+from truth_samples import published
+
+ARM = read_arm('hda_arm.yaml')
+
+
+@pytest.mark.parametrize(('name', 'seed'), [
+    ('presliding_friction', 4025), ('presliding_friction', 4037), ('coulomb_friction', 4027),
+    ('load_dependent_friction', 4031), (None, 4021)])
+def test_a_joint_whose_friction_builds_up_is_found(name, seed):
+    hidden = [] if name is None else [draw(name, np.random.default_rng([seed, 1]))]
+    balancer = Balancer(measurement_from(ARM.labels, published(ARM, hidden, seed)))
+    found = turning_round(balancer, ARM, noise_of(balancer, ARM)[0])
+    assert [ARM.labels[place] for place in found] == [
+        one.joint for one in hidden if name == 'presliding_friction']
+
+
+def test_rows_where_a_joint_turns_round_are_its_own():
+    balancer = Balancer(measurement_from(ARM.labels, published(ARM, [], 4021)))
+    plain, wider = balancer(ARM).valid, balancer.valid_if_turning(ARM, (1,))
+    assert (wider[:, [0, 2, 3]] == plain[:, [0, 2, 3]]).all()
+    assert wider[plain].all()
+    assert 100 < (wider & ~plain).sum() < 1000
