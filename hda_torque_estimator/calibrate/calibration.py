@@ -125,10 +125,9 @@ def _calibrated(arm: Arm, recordings: Sequence[Measured]) -> JointCalibration:
     kept = '' if after < min(before, deviation) else (
         f'calibrated, it would be {after:.3g} N*m rms off, as given {before:.3g}, and its torque '
         f'varies by {deviation:.3g}')
-    return JointCalibration(
-        label, names, kept, (*numbers(terms, found), zero(arm, found),
-                      rest(after, len(recordings))), deviation, before, after,
-        len(recordings) > 1, doubtful(terms, found))
+    found_numbers = (*numbers(terms, found), zero(arm, found), rest(after, len(recordings)))
+    return JointCalibration(label, names, kept, found_numbers, deviation, before, after,
+                            len(recordings) > 1, doubtful(terms, found))
 
 
 def _found(arm: Arm, deviation: float,
