@@ -53,6 +53,7 @@ def test_hidden_effect_is_named_and_sized(name):
 @pytest.mark.parametrize(('names', 'seed'), [
     (('inertial_coupling', 'stiffness_error'), 121605),     # a thousandth of what the first does
     (('backlash', 'structural_damping'), 121604),           # which does not act within the play
+    (('torque_ripple', 'load_dependent_friction'), 151673),     # ripple passes for noise
     (('link_encoder_eccentricity', 'stiffening_error'), 151588),    # nearly lost to its twin
     (('wave_generator_compliance',), 151385),               # none of it is left: a bound
     (('motor_cogging',), 121102)])                          # so quick that it passes for noise

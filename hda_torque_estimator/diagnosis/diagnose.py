@@ -38,6 +38,7 @@ from .verdict import alike, findings, gains, METRIC, residuals
 Array = NDArray[np.float64]
 EFFECTIVE = 0.5         # share of the balances' samples that are independent
 _ROUNDS = 2             # of searches, while the zeros of several recordings still move
+_QUIETER = 0.7          # of the noise that was taken, below which it has hidden something
 _STILL = 0.02           # link travel below which nothing was moved [rad]
 
 
@@ -79,7 +80,11 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     fitter, found, training, held_out = _searched(raw, names, training, held_out)
     last = fitter.on(found.last.terms)
     noise, plain = noise_of(fitter.balancer, last)
-    fitter.noise = np.minimum(fitter.noise, noise)      # a wrong extension makes noise of its own
+    taken = fitter.noise
+    fitter.noise = np.minimum(taken, noise)         # a wrong extension makes noise of its own
+    if (fitter.noise < _QUIETER * taken).any():
+        found = search(fitter, [name for name in names if name in HYPOTHESES], found)
+        last = fitter.on(found.last.terms)
     judged = backing(fitter, found, misplaced(fitter, found))
     twin = Balancer(healthy_twin(fitter.balancer, last, 1, torque_noise_of(
         fitter.noise, plain, fitter.balancer, arm)), fitter.balancer.turning)

@@ -62,10 +62,16 @@ class Found:
                 for term, reason in zip(self.last.accepted, self.evidence)}
 
 
-def search(fitter: Fitter, names: Sequence[str]) -> Found:
-    """Return the causes that explain a measurement, among the effects of these names."""
+def search(fitter: Fitter, names: Sequence[str], begun: Found | None = None) -> Found:
+    """
+    Return the causes that explain a measurement, among the effects of these names.
+
+    A search that was `begun` with another noise goes on from what it had found.
+    """
     first = fit = fitter.fit(())
     evidence: dict[Place, Evidence] = {}
+    if begun is not None and begun.last.accepted:
+        fit, evidence = fitter.fit(begun.last.accepted, begun.last.nuisance), begun.reasons()
     while len(fit.accepted) < MOST and _worthwhile(fitter, first, fit):
         found = _next(fitter, first, fit, names)
         if found is None:
