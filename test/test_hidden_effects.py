@@ -55,7 +55,6 @@ def test_hidden_effect_is_named_and_sized(name):
     (('backlash', 'structural_damping'), 121604),           # which does not act within the play
     (('torque_ripple', 'load_dependent_friction'), 151673),     # ripple passes for noise
     (('link_encoder_eccentricity', 'stiffening_error'), 151588),    # nearly lost to its twin
-    (('wave_generator_compliance',), 151385),               # none of it is left: a bound
     (('motor_cogging',), 121102)])                          # so quick that it passes for noise
 def test_causes_that_hide_behind_others_or_noise_are_named(names, seed):
     random = np.random.default_rng([seed, 1])

@@ -7,6 +7,7 @@ from hda_torque_estimator.diagnosis.fit import Fitter
 from hda_torque_estimator.diagnosis.healthy import healthy_twin, noise_of
 from hda_torque_estimator.diagnosis.instruments import unbiased
 from hda_torque_estimator.diagnosis.measurement import measurement_from
+from hda_torque_estimator.diagnosis.solve import condense, covariance
 import numpy as np
 from truth_numbers import scattered
 from truth_samples import published
@@ -50,3 +51,16 @@ def test_instruments_take_the_bias_of_noise_away():
     assert np.mean(plain) < -1.5
     assert abs(np.mean(free)) < 0.5 * abs(np.mean(plain))
     assert np.sqrt(np.mean(np.square(free))) < 1.5
+
+
+def test_a_number_that_changes_nothing_any_more_ends_no_fit():
+    """A cause at its bound has a column of zeros; what else is fitted is as sure as without it."""
+    random = np.random.default_rng(3)
+    columns = random.standard_normal((500, 2, 3))
+    columns[:, :, 1] = 0.0
+    valid, free = np.ones((500, 2), bool), np.full(3, np.inf)
+    residual, variance = random.standard_normal((500, 2)), np.ones(2)
+    whole = covariance(condense(residual, columns, valid), variance, 1.0, free)
+    rest = covariance(condense(residual, columns[:, :, [0, 2]], valid), variance, 1.0, free[:2])
+    assert (whole[1] == 0.0).all()
+    assert np.allclose(whole[np.ix_([0, 2], [0, 2])], rest, rtol=1e-9)

@@ -138,7 +138,9 @@ def test_recording_gives_the_bits_of_the_live_run_by_command_and_played(sent, tm
     with watching() as watcher, running(
             tmp_path, torque_estimator=GIVEN, bag_recorder=(f'output:={replayed}',)) as nodes:
         watcher.until(lambda: watcher.node.count_subscribers('joint_states') == 2, 'readers')
-        watcher.until(lambda: watcher.node.count_publishers('joint_torques') == 1, 'estimator')
+        watcher.until(lambda: watcher.node.count_subscribers(JOINT_TORQUES.name) == 1, 'recorder')
+        watcher.until(lambda: watcher.node.count_subscribers(ESTIMATOR_STATE.name) == 1, 'states')
+        watcher.until(partial(recorded, replayed, 'velocity_bandwidth'), 'the settings')
         with running(tmp_path, bag_player=(f'bag:={live}', 'topics:=[joint_states]')) as player:
             assert player['bag_player'].wait() == 0, player['bag_player'].said
         watcher.until(lambda: counted(replayed) == len(expected['joint_torques']), 'the end')
