@@ -17,7 +17,7 @@ from hda_torque_estimator.diagnosis.measurement import Measurement, measurement_
 from hda_torque_estimator.diagnosis.showing import HORIZONS
 import numpy as np
 import pytest
-from truth import record
+from truth import draw, record
 from truth_samples import published
 
 ARM = read_arm('hda_arm.yaml')
@@ -53,6 +53,13 @@ def test_a_link_that_is_slammed_is_healthy_still():
     """At the limit of its torque this arm turns round within samples, at 80 N*m."""
     made = published(ARM, [], 121702)
     assert diagnose(measurement_from(ARM.labels, made), ARM).diagnosis.verdict == 'no_discrepancy'
+
+
+def test_what_is_certain_but_less_than_noise_is_not_told():
+    """In a slow sine a friction that gives way by a count reads like a delay of the command."""
+    hidden = draw('torque_saturation', np.random.default_rng([151503, 1]))
+    made = published(ARM, [hidden], 151503, name='slow_sine')
+    assert named(diagnose(measurement_from(ARM.labels, made), ARM).diagnosis) == []
 
 
 def test_standstill_shows_nothing():

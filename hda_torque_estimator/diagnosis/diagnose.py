@@ -31,7 +31,7 @@ from .raw_readings import (extended_by, RAW_EFFECTS, raw_findings, raw_readings,
 from .report import Alike, Diagnosis, Finding, Part, RecordingFacts, TotalGain
 from .reversals import turning_round
 from .running_clock import inside, Spans, split
-from .search import Found, Place, search
+from .search import confirmed, Found, Place, search
 from .unexplained import unexplained
 from .verdict import alike, findings, gains, METRIC, residuals
 
@@ -84,7 +84,8 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     fitter.noise = np.minimum(taken, noise)         # a wrong extension makes noise of its own
     if (fitter.noise < _QUIETER * taken).any():
         found = search(fitter, [name for name in names if name in HYPOTHESES], found)
-        last = fitter.on(found.last.terms)
+    found = confirmed(fitter, found)
+    last = fitter.on(found.last.terms)
     judged = backing(fitter, found, misplaced(fitter, found))
     twin = Balancer(healthy_twin(fitter.balancer, last, 1, torque_noise_of(
         fitter.noise, plain, fitter.balancer, arm)), fitter.balancer.turning)

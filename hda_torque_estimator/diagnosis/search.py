@@ -3,7 +3,8 @@ Look for the causes: accept the best hypothesis, simulate with it, look again.
 
 A cause must explain much more than its freedom buys (the score), be material (well above what a
 healthy arm and the causes beside it leave), and its rivals must be clearly worse. The first may
-be less than noise if it is certain: one that is quick enough passes for noise until it is known.
+be less than noise if it is certain: one that is quick enough passes for noise until it is known,
+and must stand out of what is noise then.
 """
 
 from collections.abc import Iterator, Sequence
@@ -23,7 +24,7 @@ Array = NDArray[np.float64]
 Place = tuple[str, str | None]        # an effect and its joint
 THRESHOLD = 60.0        # improvement of the score beyond what its freedom costs
 MATERIAL = 0.7          # least explained rms, in rms that a healthy arm leaves
-CERTAIN = 200.0         # improvement of the score that needs no rms: nothing healthy has it
+CERTAIN = 200.0         # improvement of the score that may pass for noise at first
 MOST = 5                # causes in one recording
 _CANDIDATES = 6         # fitted in every round, with two steps,
 _FINALISTS = 3          # and the best of them to the end
@@ -81,6 +82,21 @@ def search(fitter: Fitter, names: Sequence[str], begun: Found | None = None) -> 
         evidence[newest.name, newest.joint] = reason
         fit = _without_unneeded(fitter, first, fit)
     return Found(first, fit, tuple(evidence[term.name, term.joint] for term in fit.accepted))
+
+
+def confirmed(fitter: Fitter, found: Found) -> Found:
+    """
+    Return what was found, nothing if it is one cause that is less than noise even now.
+
+    One that passed for noise makes the noise less once it is known, and then stands out of it.
+    """
+    if len(found.last.accepted) != 1:
+        return found
+    first = fitter.at(found.first.terms, 0, found.first.columns)
+    last = fitter.at(found.last.terms, 1, found.last.columns)
+    if (first.variance - last.variance > material(fitter, first, ())).any():
+        return found
+    return Found(found.first, found.first, ())
 
 
 def _worthwhile(fitter: Fitter, first: Fit, fit: Fit) -> bool:
