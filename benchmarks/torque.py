@@ -40,9 +40,9 @@ from torque_arm import calibration, DT, JOINTS, moved, Recorded, recorded, stand
 Array = NDArray[np.float64]
 GIVEN = 'hda_arm.yaml'
 BAGS = ('free', 'wedge', 'pulled')
-TORSION_ALONE = EstimatorSettings(fusion=0.0)
-WAYS = {'torsion alone': EstimatorSettings(fusion=0.0, contact_deviations=2.7),
-        'both ways': EstimatorSettings(contact_deviations=2.7)}     # as docs/calibration.md says
+FELT = 2.7                      # `contact_deviations` of a calibrated arm, see docs/calibration.md
+TORSION_ALONE = EstimatorSettings(fusion=0.0, contact_deviations=FELT)
+WAYS = {'torsion alone': TORSION_ALONE, 'both ways': EstimatorSettings(contact_deviations=FELT)}
 HIGH = (12.0, 27.0)             # torques beyond the bars in N*m [N*m]
 MOTIONS, MINUTE = ('rich', 'sine', 'turn'), 60.0
 SOFT = 15.0                     # largest of the soft pushes [N]

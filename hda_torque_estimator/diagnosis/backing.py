@@ -54,8 +54,7 @@ def backing(fitter: Fitter, found: Found, misplaced: Sequence[Term] = ()) -> Bac
     unexplained = fit.variance - noise > REST ** 2 * noise * _unsure(fit) + allowed
     for term in [*misplaced, *_formed(fitter, fit, found, trained),
                  *_shapeless(fitter, fit, lacking)]:
-        for label in _joints(fitter, term):
-            unexplained[fitter.own_channels(label)] = True
+        unexplained[fitter.channels_of(term)] = True
     for label in fitter.arm.labels:                 # what is wrong at a joint may be any of it
         own = fitter.own_channels(label)
         unexplained[own] = unexplained[own].any()
@@ -73,11 +72,6 @@ def _unsure(fit: Fit) -> Array:
 def _acts(power: Array) -> NDArray[np.bool_]:
     """Tell in which channels (c,) a cause acts by its power over noise: most, or much."""
     return (power > REST ** 2) | (power > 0.5 * power.max())
-
-
-def _joints(fitter: Fitter, term: Term) -> tuple[str, ...]:
-    """Return the joints in which a term shows."""
-    return fitter.arm.labels if term.joint is None else (term.joint,)
 
 
 def _formed(fitter: Fitter, fit: Fit, found: Found, trained: float) -> list[Term]:

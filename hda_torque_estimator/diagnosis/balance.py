@@ -41,6 +41,7 @@ RATE = 125.0            # at which balances are kept [Hz]
 _ENOUGH = 500.0         # samples that tell what a change of the arm changes in them [1/s]
 _KEPT = 8              # motions, for arms that sense differently
 _REST = 2e-3            # link speed at which a bearing may stick [rad/s]
+_MARGIN = 12            # samples beyond the filter's reach, for the polynomials
 _STOP = 0.006           # for which a shaft that turns round is slow [s]
 _SLOW = 0.3             # shaft speed below which dry friction is not known [rad/s]
 MEASURED = 4           # states that a motion gives; the kernel's others are its memory
@@ -69,6 +70,7 @@ class Balancer:
         half = 4 * max(1, round(0.25 / (BANDWIDTH * measurement.dt) / 4.0) * 4)
         self._low_pass = firwin(2 * half + 1, BANDWIDTH, window=('kaiser', 6.0),
                                 fs=1.0 / measurement.dt)
+        self._reach = half + _MARGIN
         self._motions: dict[bytes, tuple[Motion, NDArray[np.bool_]]] = {}
 
     def motion(self, arm: Arm) -> Motion:
@@ -94,7 +96,7 @@ class Balancer:
     @cached_property
     def _jolted(self) -> NDArray[np.bool_]:
         """Return where a jolt is within the filter's reach (k,)."""
-        return np.concatenate([_spread(jolts(one), len(self._low_pass) // 2 + 12)
+        return np.concatenate([_spread(jolts(one), self._reach)
                                for one in self.measurement.recordings()])
 
     @cached_property
@@ -150,7 +152,7 @@ class Balancer:
 
     def _valid(self, motion: Motion, turning: Sequence[int]) -> NDArray[np.bool_]:
         """Return where balances hold: their filter has seen no end, no jolt and no standstill."""
-        reach = len(self._low_pass) // 2 + 12
+        reach = self._reach
         smooth = np.zeros(len(motion.state), bool)
         for piece in self.measurement.pieces():
             whole = slice(piece.start + reach, piece.stop - reach)

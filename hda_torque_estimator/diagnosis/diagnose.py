@@ -78,13 +78,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     names = sought_effects() if names is None else names
     raw = raw_readings(measurement, arm, names, training)
     fitter, found, training, held_out = _searched(raw, names, training, held_out)
-    last = fitter.on(found.last.terms)
-    noise, plain = noise_of(fitter.balancer, last)
-    taken = fitter.noise
-    fitter.noise = np.minimum(taken, noise)         # a wrong extension makes noise of its own
-    if (fitter.noise < _QUIETER * taken).any():
-        found = search(fitter, [name for name in names if name in HYPOTHESES], found)
-    found = confirmed(fitter, found)
+    found, plain = _reconsidered(fitter, found, names)
     last = fitter.on(found.last.terms)
     judged = backing(fitter, found, misplaced(fitter, found))
     twin = Balancer(healthy_twin(fitter.balancer, last, 1, torque_noise_of(
@@ -130,11 +124,26 @@ def _searched(raw: RawReadings, names: Sequence[str], training: Spans,
     for _ in range(_ROUNDS):
         raw = raw._replace(measurement=aligned(raw.measurement, arm))
         fitter, seen, unseen = _fitter(raw, names, training, held_out)
-        found = search(fitter, [name for name in names if name in HYPOTHESES])
+        found = search(fitter, names)
         arm = fitter.on(found.last.terms)
         if is_aligned(fitter.balancer, arm, fitter.noise):
             break
     return fitter, found, seen, unseen
+
+
+def _reconsidered(fitter: Fitter, found: Found, names: Sequence[str]) -> tuple[Found, Array]:
+    """
+    Return what is found with the noise beside the causes, and what resolution alone leaves (c,).
+
+    A wrong extension makes noise of its own, so the fitter's noise only falls. Where it falls far,
+    it had hidden something.
+    """
+    taken = fitter.noise
+    noise, plain = noise_of(fitter.balancer, fitter.on(found.last.terms))
+    fitter.noise = np.minimum(taken, noise)
+    if (fitter.noise < _QUIETER * taken).any():
+        found = search(fitter, names, found)
+    return confirmed(fitter, found), plain
 
 
 def _fitter(raw: RawReadings, names: Sequence[str], training: Spans,

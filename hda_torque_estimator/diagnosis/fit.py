@@ -209,6 +209,11 @@ class Fitter:
         place = self.arm.labels.index(str(joint))
         return [place, len(self.arm.labels) + place]
 
+    def channels_of(self, term: Term) -> list[int]:
+        """Return the channels in which a term may show: those of its joint, or all."""
+        return (self.own_channels(term.joint) if term.joint is not None
+                else list(range(2 * len(self.arm.labels))))
+
     def _others(self, accepted: Sequence[Term], start: Sequence[AnyTerm]) -> list[AnyTerm]:
         """Return the nuisances that are not accepted effects, as far as they have come."""
         taken = {(term.name, term.joint) for term in accepted}

@@ -69,6 +69,7 @@ def search(fitter: Fitter, names: Sequence[str], begun: Found | None = None) -> 
 
     A search that was `begun` with another noise goes on from what it had found.
     """
+    names = [name for name in names if name in HYPOTHESES]
     first = fit = fitter.fit(())
     evidence: dict[Place, Evidence] = {}
     if begun is not None and begun.last.accepted:
@@ -103,8 +104,10 @@ def _worthwhile(fitter: Fitter, first: Fit, fit: Fit) -> bool:
     """Tell whether more is left than noise, or less that a simple curve tells for certain."""
     if (fit.variance - fitter.noise ** 2 > material(fitter, first, fit.accepted)).any():
         return True
-    curves = best_curves(fitter, fit, fitter.arm.labels) if fit is first else {}
-    return any(plain_score(fitter, fit) - curve.score > CERTAIN for curve in curves.values())
+    if fit is not first:
+        return False
+    told = min(curve.score for curve in best_curves(fitter, fit, fitter.arm.labels).values())
+    return plain_score(fitter, fit) - told > CERTAIN
 
 
 def _next(fitter: Fitter, first: Fit, fit: Fit,
@@ -195,9 +198,9 @@ def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit) -> bool:
     improvement = without.score - extended.score
     if improvement < threshold(fitter, term):
         return False
-    if improvement > CERTAIN and not beside:
-        return True
-    return bool((without.variance - extended.variance > material(fitter, first, beside)).any())
+    certain = not beside and improvement > CERTAIN
+    return certain or bool((without.variance - extended.variance
+                            > material(fitter, first, beside)).any())
 
 
 def material(fitter: Fitter, first: Fit, beside: Sequence[Term]) -> Array:
@@ -209,7 +212,6 @@ def material(fitter: Fitter, first: Fit, beside: Sequence[Term]) -> Array:
     excess = np.maximum(first.variance - fitter.noise ** 2, 0.0)
     blurred = np.zeros_like(excess)
     for term in beside:
-        for label in fitter.arm.labels if term.joint is None else (term.joint,):
-            own = fitter.own_channels(label)
-            blurred[own] = np.maximum(blurred[own], HYPOTHESES[term.name].form_error)
+        own = fitter.channels_of(term)
+        blurred[own] = np.maximum(blurred[own], HYPOTHESES[term.name].form_error)
     return np.maximum((MATERIAL * fitter.noise) ** 2, blurred * excess)
