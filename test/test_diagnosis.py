@@ -62,6 +62,17 @@ def test_what_is_certain_but_less_than_noise_is_not_told():
     assert named(diagnose(measurement_from(ARM.labels, made), ARM).diagnosis) == []
 
 
+@pytest.mark.parametrize(('name', 'seed'), [('current_loop_lag', 4301), ('command_delay', 4303)])
+def test_a_slow_motion_cannot_tell_a_lag_from_a_delay(name, seed):
+    """The command repeats the noise of the encoders; what it moves more than that decides."""
+    hidden = draw(name, np.random.default_rng([seed, 1]))
+    made = published(ARM, [hidden], seed, name='slow_sine')
+    found = diagnose(measurement_from(ARM.labels, made), ARM).diagnosis
+    assert (found.verdict, named(found)) == ('ambiguous', [])
+    assert {place for pair in found.ambiguous for place in pair.effects} == {
+        ('current_loop_lag', hidden.joint), ('command_delay', hidden.joint)}
+
+
 def test_standstill_shows_nothing():
     found = diagnosed(recorded([], 930, name='standstill', duration=10.0))
     assert found.verdict == 'insufficient_excitation'

@@ -7,7 +7,7 @@ of several (`Hypothesis.form_error`), takes back every cause that rests on it; a
 of any size that a simple curve tells (`nameless`).
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from hda_arm_sim.model.effects import effect_named
@@ -18,7 +18,7 @@ from .balance import RATE
 from .fit import Fit, Fitter
 from .hypotheses import HYPOTHESES
 from .nameless import best_curves, plain_score
-from .search import Found
+from .search import Found, Place
 from .term import Term
 
 Array = NDArray[np.float64]
@@ -33,6 +33,7 @@ class Backing(NamedTuple):
 
     backed: tuple[Term, ...]            # accepted causes that may be named
     unexplained: NDArray[np.bool_]      # (c,) channels in which something has no name
+    powers: Mapping[Place, Array]       # (c,) of what each accepted cause explains, over noise
 
 
 def backing(fitter: Fitter, found: Found, misplaced: Sequence[Term] = ()) -> Backing:
@@ -60,7 +61,8 @@ def backing(fitter: Fitter, found: Found, misplaced: Sequence[Term] = ()) -> Bac
         unexplained[own] = unexplained[own].any()
     backed = tuple(term for term, power in zip(fit.accepted, powers)
                    if not (unexplained & _acts(power / noise)).any())
-    return Backing(backed, unexplained)
+    return Backing(backed, unexplained, {(term.name, term.joint): power / noise
+                                         for term, power in zip(fit.accepted, powers)})
 
 
 def _unsure(fit: Fit) -> Array:

@@ -87,7 +87,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     stands = unbiased(fitter, kept, twin)
     evidence = Evidence(fitter, stands, twin, _with_zeros(arm, stands), fitter.on(stands.terms),
                         held_out)
-    pairs = alike(found, judged.backed)
+    pairs = alike(found, judged)
     shown = raw_findings(raw, measurement, fitter.balancer, arm, evidence.extended, held_out)
     told = (*shown, *_findings(evidence, found, pairs))
     total = (raw_total(shown) if told and told == shown else

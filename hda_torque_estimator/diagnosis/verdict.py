@@ -8,6 +8,7 @@ from hda_arm_sim.model.effects import effect_named
 import numpy as np
 from numpy.typing import NDArray
 
+from .backing import Backing
 from .balance import Balancer
 from .fit import Fit, Fitter
 from .hypotheses import HYPOTHESES, Hypothesis
@@ -144,7 +145,7 @@ def _number(term: Term, name: str, reach: float) -> Number:
     return Number(value, type(term.effect).declaration(name).unit, value - reach, value + reach)
 
 
-def alike(found: Found, backed: Sequence[Term]) -> tuple[Alike, ...]:
+def alike(found: Found, judged: Backing) -> tuple[Alike, ...]:
     """
     Return the backed causes that a rival, or a twin by nature, explains as well.
 
@@ -152,16 +153,17 @@ def alike(found: Found, backed: Sequence[Term]) -> tuple[Alike, ...]:
     """
     pairs = []
     for term, reason in zip(found.last.accepted, found.evidence):
-        if term not in backed:
+        if term not in judged.backed:
             continue
-        rival, twin = reason.runner_up, HYPOTHESES[term.name].twin
+        rival, sought = reason.runner_up, HYPOTHESES[term.name]
+        unclear = judged.powers[term.name, term.joint].max() < sought.clear
+        twin = sought.alike[0] if unclear else sought.twin
         other = (twin, term.joint) if twin else None
         if rival is not None and rival.size <= term.size and reason.runner_up_gap < max(
                 TIED, TIED_SHARE * reason.improvement):
             other = rival.name, rival.joint
         if other is not None:
-            pairs.append(Alike(((term.name, term.joint), other),
-                               HYPOTHESES[term.name].experiment))
+            pairs.append(Alike(((term.name, term.joint), other), sought.experiment))
     return tuple(pairs)
 
 
