@@ -81,8 +81,9 @@ def _formed(fitter: Fitter, fit: Fit, found: Found, trained: float) -> list[Term
     Return the causes beside which a simple curve tells what they leave.
 
     A curve at the motor is not what a cause in the torsion leaves, nor the reverse, where another
-    cause of the joint is nearer. They were found on the share `trained` of the rows that are
-    looked at here.
+    cause of the joint is nearer. Whose curve it is cannot be told among those that are near, so
+    it may be what all of their laws leave together. They were found on the share `trained` of the
+    rows that are looked at here.
     """
     joints = {term.joint for term in fit.accepted if term.joint is not None}
     if not joints:
@@ -94,9 +95,10 @@ def _formed(fitter: Fitter, fit: Fit, found: Found, trained: float) -> list[Term
                if term.joint == label]
         near = [(term, reason) for term, reason in own
                 if {curve.site, effect_named(term.name).site.value} != {'motor', 'torsion'}]
-        formed += [term for term, reason in near or own
-                   if plain - curve.score > FORM + HYPOTHESES[term.name].form_share
-                   * reason.improvement / trained]
+        allowed = sum(HYPOTHESES[term.name].form_share * reason.improvement
+                      for term, reason in near or own)
+        if plain - curve.score > FORM + allowed / trained:
+            formed += [term for term, _ in near or own]
     return formed
 
 

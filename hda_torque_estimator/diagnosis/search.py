@@ -27,7 +27,7 @@ MATERIAL = 0.7          # least explained rms, in rms that a healthy arm leaves
 CERTAIN = 200.0         # improvement of the score that may pass for noise at first
 MOST = 5                # causes in one recording
 _CANDIDATES = 6         # fitted in every round, with two steps,
-_FINALISTS = 3          # and the best of them to the end
+_FINALISTS = 3          # and the best places of them to the end
 
 
 class Evidence(NamedTuple):
@@ -78,10 +78,13 @@ def search(fitter: Fitter, names: Sequence[str], begun: Found | None = None) -> 
         found = _next(fitter, first, fit, names)
         if found is None:
             break
-        fit, reason = found
-        newest = fit.accepted[-1]
+        extended, reason = found
+        newest = extended.accepted[-1]
         evidence[newest.name, newest.joint] = reason
-        fit = _without_unneeded(fitter, first, fit)
+        extended = _without_unneeded(fitter, first, extended)
+        if fit.score - extended.score < THRESHOLD:
+            break
+        fit = extended
     return Found(first, fit, tuple(evidence[term.name, term.joint] for term in fit.accepted))
 
 
@@ -120,11 +123,7 @@ def _next(fitter: Fitter, first: Fit, fit: Fit,
                  if fit.score - prospect.score > threshold(fitter, prospect.term)]
     if not promising:
         return None
-    tried = sorted(_refits(fitter, fit, promising), key=lambda trial: _cost(fitter, trial))
-    finalists = {_place(trial): trial for trial in reversed(tried)}     # the best of each place
-    exact = sorted((fitter.refined(finalists[place]) for place in
-                    list(dict.fromkeys(map(_place, tried)))[:_FINALISTS]),
-                   key=lambda trial: _cost(fitter, trial))
+    exact = _exact(fitter, list(_refits(fitter, fit, promising)))
     while exact and not accepted(fitter, first, fit, exact[0]):
         exact.pop(0)                # it tells more, but of what is immaterial
     if not exact:
@@ -163,6 +162,20 @@ def _refits(fitter: Fitter, fit: Fit, prospects: list[Prospect]) -> Iterator[Fit
             continue
 
 
+def _exact(fitter: Fitter, tried: list[Fit]) -> list[Fit]:
+    """
+    Return the fits of the most promising places to the end, the best first.
+
+    A place may have several laws, and two steps do not tell which of them will fit.
+    """
+    tried = sorted(tried, key=lambda trial: _cost(fitter, trial))
+    finalists = list(dict.fromkeys(map(_place, tried)))[:_FINALISTS]
+    ended = sorted((fitter.refined(trial) for trial in tried if _place(trial) in finalists),
+                   key=lambda trial: _cost(fitter, trial))
+    best = {_place(trial): trial for trial in reversed(ended)}
+    return sorted(best.values(), key=lambda trial: _cost(fitter, trial))
+
+
 def _rival(exact: list[Fit], prospects: list[Prospect]) -> tuple[Term | None, float]:
     """Return the best other cause and by how much its score is worse."""
     if len(exact) > 1:
@@ -174,8 +187,12 @@ def _rival(exact: list[Fit], prospects: list[Prospect]) -> tuple[Term | None, fl
 
 
 def _without_unneeded(fitter: Fitter, first: Fit, fit: Fit) -> Fit:
-    """Return the fit without the causes that later ones have made superfluous."""
-    for term in fit.accepted[:-1]:
+    """
+    Return the fit without the causes that later ones have made superfluous.
+
+    That may be the latest itself: others may have gone on only because it gave way to them.
+    """
+    for term in fit.accepted:
         fewer = fitter.fit([other for other in fit.accepted if other is not term], fit.nuisance)
         if not accepted(fitter, first, fewer, fit):
             return _without_unneeded(fitter, first, fewer)
