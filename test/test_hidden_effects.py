@@ -55,7 +55,11 @@ def test_hidden_effect_is_named_and_sized(name):
     (('backlash', 'structural_damping'), 121604),           # which does not act within the play
     (('torque_ripple', 'load_dependent_friction'), 151673),     # ripple passes for noise
     (('link_encoder_eccentricity', 'stiffening_error'), 151588),    # nearly lost to its twin
-    (('motor_cogging',), 121102)])                          # so quick that it passes for noise
+    (('motor_cogging',), 121102),                           # so quick that it passes for noise
+    (('stiffening_error',), 4462),                          # of which two steps like a wrong law
+    (('current_loop_lag',), 4529),                          # noise speaks for a delay
+    (('bearing_crosstalk', 'link_bearing_friction'), 4446),     # a third only helps to get there
+    (('bearing_crosstalk', 'wave_generator_compliance'), 4443)])    # whose form is not its own
 def test_causes_that_hide_behind_others_or_noise_are_named(names, seed):
     random = np.random.default_rng([seed, 1])
     hidden = [draw(name, random) for name in names]

@@ -30,9 +30,9 @@ class Hypothesis:
     has laws of several forms, and `form_share` what a curve without a name may improve of it, as
     a share of what the effect improves the score. `doubts` are half-widths that intervals have
     for the same reason, as shares of another number or absolute. `twin` is an effect that no
-    motion tells from this one. An effect of which the power over that of noise is less than
-    `clear` is not told from the first of `alike`: it acts on a command that repeats the noise of
-    the encoders, and that noise decides between them.
+    motion tells from this one. What acts on the command acts on the noise of the encoders that it
+    repeats: two such effects are compared `below` a frequency [Hz], and one of which the power
+    over that of noise is less than `clear` is not told from the first of `alike`.
     """
 
     free: dict[str, float] = field(default_factory=dict)
@@ -45,6 +45,7 @@ class Hypothesis:
     doubts: dict[str, tuple[float, str]] = field(default_factory=dict)
     twin: str = ''
     clear: float = 0.0
+    below: float = float('inf')
 
 
 def _wave(order: int, size: float) -> dict[tuple[str, str], float]:
@@ -105,11 +106,11 @@ HYPOTHESES: dict[str, Hypothesis] = {
     'current_loop_lag': Hypothesis({'time_constant': 1e-3},
                                    grid={'time_constant': (1e-3, 4e-3)},
                                    alike=('command_delay',),
-                                   form_error=0.02, clear=4.0,
+                                   form_error=0.02, clear=4.0, below=30.0,
                                    experiment='a small multi-sine from 1 to 60 Hz'),
     'command_delay': Hypothesis({'delay': 1e-3}, grid={'delay': (1e-3, 4e-3)},
                                 alike=('current_loop_lag',),
-                                form_error=0.02, clear=4.0,
+                                form_error=0.02, clear=4.0, below=30.0,
                                 experiment='a small multi-sine from 1 to 60 Hz'),
     'torque_saturation': Hypothesis({'limit': 0.02}, grid={'limit': (0.05, 0.1, 0.15, 0.2)},
                                     alike=('torque_constant_error',),

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from .fit import Fit, Fitter, IMPOSSIBLE
 from .hypotheses import HYPOTHESES
 from .nameless import best_curves, plain_score
+from .rivals import rival, settled_order
 from .screen import Prospect, screen
 from .term import Term
 
@@ -128,10 +129,11 @@ def _next(fitter: Fitter, first: Fit, fit: Fit,
         exact.pop(0)                # it tells more, but of what is immaterial
     if not exact:
         return None
+    exact = settled_order(fitter, exact)
     best = exact[0]
-    rival, gap = _rival(exact, prospects)
+    other, gap = rival(fitter, exact, prospects)
     settled = fitter.fit(best.accepted, best.nuisance)
-    return settled, Evidence(fit.score - best.score, threshold(fitter, best.accepted[-1]), rival,
+    return settled, Evidence(fit.score - best.score, threshold(fitter, best.accepted[-1]), other,
                              gap)
 
 
@@ -174,16 +176,6 @@ def _exact(fitter: Fitter, tried: list[Fit]) -> list[Fit]:
                    key=lambda trial: _cost(fitter, trial))
     best = {_place(trial): trial for trial in reversed(ended)}
     return sorted(best.values(), key=lambda trial: _cost(fitter, trial))
-
-
-def _rival(exact: list[Fit], prospects: list[Prospect]) -> tuple[Term | None, float]:
-    """Return the best other cause and by how much its score is worse."""
-    if len(exact) > 1:
-        return exact[1].accepted[-1], exact[1].score - exact[0].score
-    best = exact[0].accepted[-1]
-    others = [prospect for prospect in prospects
-              if (prospect.term.name, prospect.term.joint) != (best.name, best.joint)]
-    return (others[0].term, others[0].score - exact[0].score) if others else (None, np.inf)
 
 
 def _without_unneeded(fitter: Fitter, first: Fit, fit: Fit) -> Fit:
