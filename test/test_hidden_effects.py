@@ -59,7 +59,8 @@ def test_hidden_effect_is_named_and_sized(name):
     (('stiffening_error',), 4462),                          # of which two steps like a wrong law
     (('current_loop_lag',), 4529),                          # noise speaks for a delay
     (('bearing_crosstalk', 'link_bearing_friction'), 4446),     # a third only helps to get there
-    (('bearing_crosstalk', 'wave_generator_compliance'), 4443)])    # whose form is not its own
+    (('bearing_crosstalk', 'wave_generator_compliance'), 4443),     # whose form is not its own
+    (('bearing_crosstalk', 'encoder_scale_error'), 4602)])  # a disc stands for both at first
 def test_causes_that_hide_behind_others_or_noise_are_named(names, seed):
     random = np.random.default_rng([seed, 1])
     hidden = [draw(name, random) for name in names]

@@ -11,11 +11,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from hda_arm_sim.model.arm import Arm
 import numpy as np
 from numpy.typing import NDArray
 
 from .fit import Fit, Fitter, IMPOSSIBLE
-from .hypotheses import HYPOTHESES
+from .hypotheses import HYPOTHESES, terms_of
 from .nameless import best_curves, plain_score
 from .rivals import rival, settled_order
 from .screen import Prospect, screen
@@ -85,7 +86,7 @@ def search(fitter: Fitter, names: Sequence[str], begun: Found | None = None) -> 
         extended = _without_unneeded(fitter, first, extended)
         if fit.score - extended.score < THRESHOLD:
             break
-        fit = extended
+        fit = _simplified(fitter, extended, names, evidence)
     return Found(first, fit, tuple(evidence[term.name, term.joint] for term in fit.accepted))
 
 
@@ -189,6 +190,35 @@ def _without_unneeded(fitter: Fitter, first: Fit, fit: Fit) -> Fit:
         if not accepted(fitter, first, fewer, fit):
             return _without_unneeded(fitter, first, fewer)
     return fit
+
+
+def _simplified(fitter: Fitter, fit: Fit, names: Sequence[str],
+                evidence: dict[Place, Evidence]) -> Fit:
+    """
+    Return the fit in which causes give way to those of fewer numbers that explain as well.
+
+    One that was taken early may have stood for a part of what was found since; the `evidence` of
+    one that takes its place is added.
+    """
+    for term in fit.accepted[:-1]:
+        others = [other for other in fit.accepted if other is not term]
+        for start in _simpler(fitter.on(others), term, names):
+            trial = fitter.fit([*others, start], fit.nuisance)
+            gap = fit.score - trial.score + freedom(fitter, term) - freedom(fitter, start)
+            if gap > 0.0:
+                before = evidence[term.name, term.joint]
+                evidence[start.name, start.joint] = before._replace(
+                    improvement=before.improvement + gap, runner_up=term, runner_up_gap=gap)
+                return _simplified(fitter, trial, names, evidence)
+    return fit
+
+
+def _simpler(arm: Arm, term: Term, names: Sequence[str]) -> Iterator[Term]:
+    """Yield what a cause is confused with that has fewer numbers, all of which fits reach."""
+    for name in HYPOTHESES[term.name].alike:
+        if name in names and not HYPOTHESES[name].grid:
+            yield from (start for start in terms_of(arm, name)
+                        if start.joint == term.joint and start.size < term.size)
 
 
 def freedom(fitter: Fitter, term: Term) -> float:
