@@ -18,8 +18,8 @@ from .balance import RATE
 from .fit import Fit, Fitter
 from .hypotheses import HYPOTHESES
 from .nameless import best_curves, plain_score
-from .search import Found, Place
-from .term import Term
+from .search import Found
+from .term import Place, Term
 
 Array = NDArray[np.float64]
 REST = 0.8              # rms left beside noise, in rms of noise, that asks for an explanation
@@ -61,8 +61,8 @@ def backing(fitter: Fitter, found: Found, misplaced: Sequence[Term] = ()) -> Bac
         unexplained[own] = unexplained[own].any()
     backed = tuple(term for term, power in zip(fit.accepted, powers)
                    if not (unexplained & _acts(power / noise)).any())
-    return Backing(backed, unexplained, {(term.name, term.joint): power / noise
-                                         for term, power in zip(fit.accepted, powers)})
+    return Backing(backed, unexplained, {
+        term.place: power / noise for term, power in zip(fit.accepted, powers)})
 
 
 def _unsure(fit: Fit) -> Array:

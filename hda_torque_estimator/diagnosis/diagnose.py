@@ -31,7 +31,8 @@ from .raw_readings import (extended_by, RAW_EFFECTS, raw_findings, raw_readings,
 from .report import Alike, Diagnosis, Finding, Part, RecordingFacts, TotalGain
 from .reversals import turning_round
 from .running_clock import inside, Spans, split
-from .search import confirmed, Found, Place, search
+from .search import confirmed, Found, search
+from .term import Place
 from .unexplained import unexplained
 from .verdict import alike, findings, gains, METRIC, residuals
 
@@ -162,7 +163,7 @@ def _fitter(raw: RawReadings, names: Sequence[str], training: Spans,
 def _findings(evidence: Evidence, found: Found, pairs: Sequence[Alike]) -> tuple[Finding, ...]:
     """Return the backed causes that no rival ties with, as findings."""
     tied = {place for pair in pairs for place in pair.effects}
-    nameable = [term for term in evidence.fit.accepted if (term.name, term.joint) not in tied]
+    nameable = [term for term in evidence.fit.accepted if term.place not in tied]
     return findings(evidence.fitter, evidence.fit, found.reasons(), nameable, evidence.twin,
                     evidence.held_out)
 

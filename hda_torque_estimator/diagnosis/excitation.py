@@ -20,8 +20,9 @@ from .lost_samples import slips_of, smallest_rate
 from .measurement import Measurement
 from .raw_readings import RawReadings
 from .running_clock import inside, Spans
-from .search import Found, Place
+from .search import Found
 from .smallest import hidden, places, Smallest, WEAKER
+from .term import Place
 
 _LEAST = 0.6            # share of the effects that must have been seen for silence to mean health
 _LISTED = 6             # effects that a sentence names

@@ -82,7 +82,7 @@ class Fitter:
 
     def _start(self, terms: list[AnyTerm]) -> list[AnyTerm]:
         """Return terms that an arm can have together: as they are, or closer to the arm's own."""
-        own = [replace(term, effect=self.arm.effect(term.name, term.joint))
+        own = [replace(term, effect=self.arm.effect(*term.place))
                if isinstance(term, Term) else term for term in terms]
         for share in (1.0, 0.5, 0.25):
             closer = [term.at(near.vector() + share * (term.vector() - near.vector()))
@@ -96,8 +96,7 @@ class Fitter:
 
     def refit(self, fit: Fit, term: Term) -> Fit:
         """Return a fit with one more term, after two steps with the others' columns as given."""
-        kept = [other for other in fit.nuisance
-                if (other.name, other.joint) != (term.name, term.joint)]
+        kept = [other for other in fit.nuisance if other.place != term.place]
         terms: list[AnyTerm] = [*fit.accepted, term, *kept]
         first, count = sum(other.size for other in fit.accepted), len(fit.accepted) + 1
         known = fit.columns[:, :, _rows_of(fit.terms, [*fit.accepted, *kept])]
@@ -216,18 +215,17 @@ class Fitter:
 
     def _others(self, accepted: Sequence[Term], start: Sequence[AnyTerm]) -> list[AnyTerm]:
         """Return the nuisances that are not accepted effects, as far as they have come."""
-        taken = {(term.name, term.joint) for term in accepted}
-        known = {(term.name, term.joint): term for term in start}
-        return [known.get((term.name, term.joint), term) for term in nuisances(self.arm)
-                if (term.name, term.joint) not in taken]
+        taken = {term.place for term in accepted}
+        known = {term.place: term for term in start}
+        return [known.get(term.place, term) for term in nuisances(self.arm)
+                if term.place not in taken]
 
     def away(self, terms: Sequence[AnyTerm]) -> Array:
         """Return how far the free numbers are from nominal, 0 for those without a tolerance."""
-        nominal = {(term.name, term.joint): term.vector() for term in nuisances(self.arm)}
+        nominal = {term.place: term.vector() for term in nuisances(self.arm)}
         return np.concatenate([
             np.where(np.isfinite(term.deviations()),
-                     term.vector() - nominal.get((term.name, term.joint), 0.0), 0.0)
-            for term in terms])
+                     term.vector() - nominal.get(term.place, 0.0), 0.0) for term in terms])
 
 
 def _same(terms: Sequence[AnyTerm], others: Sequence[AnyTerm]) -> bool:

@@ -10,7 +10,7 @@ from hda_arm_sim.model.arm import Arm
 import numpy as np
 from numpy.typing import NDArray
 
-from .term import Term
+from .term import Place, Term
 
 Array = NDArray[np.float64]
 _FLOOR = 1e-3           # of a relative tolerance: nothing is known exactly
@@ -25,6 +25,11 @@ class Zero:
     value: float = 0.0
     name: str = 'encoder_zero'
     size: int = 1
+
+    @property
+    def place(self) -> Place:
+        """Return what tells a term from all others of a fit."""
+        return self.name, self.joint
 
     def all_steps(self) -> Array:
         """Return the step for finite differences [rad]."""
@@ -60,6 +65,11 @@ class CouplingInertia:
     name: str = 'coupling_inertia'
     joint: None = None
     size: int = 1
+
+    @property
+    def place(self) -> Place:
+        """Return what tells a term from all others of a fit."""
+        return self.name, self.joint
 
     def all_steps(self) -> Array:
         """Return the step for finite differences."""

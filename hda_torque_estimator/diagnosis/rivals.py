@@ -22,22 +22,23 @@ Array = NDArray[np.float64]
 _TAPS = 101             # of the low-pass, at the balances' rate
 
 
-def settled_order(fitter: Fitter, exact: Sequence[Fit]) -> list[Fit]:
-    """Return fits as they are ordered by their scores, the first two by what tells them apart."""
-    if len(exact) > 1 and _lack(fitter, exact[0], exact[1]) < 0.0:
-        return [exact[1], exact[0], *exact[2:]]
-    return list(exact)
+def leading(fitter: Fitter, exact: Sequence[Fit],
+            prospects: Sequence[Prospect]) -> tuple[Fit, Term | None, float]:
+    """
+    Return the leading of `exact` fits, the best other cause, and the score that it lacks.
 
-
-def rival(fitter: Fitter, exact: Sequence[Fit],
-          prospects: Sequence[Prospect]) -> tuple[Term | None, float]:
-    """Return the best other cause than that of the first fit, and the score that it lacks."""
+    The fits come in the order of their scores; the first two change places where what tells them
+    apart says so. Where one fit is left, its rival is the best of the prospects.
+    """
+    best = exact[0]
     if len(exact) > 1:
-        return exact[1].accepted[-1], _lack(fitter, exact[0], exact[1])
-    best = exact[0].accepted[-1]
+        other, lack = exact[1], _lack(fitter, best, exact[1])
+        if lack < 0.0:
+            best, other, lack = other, best, -lack
+        return best, other.accepted[-1], lack
     others = [prospect for prospect in prospects
-              if (prospect.term.name, prospect.term.joint) != (best.name, best.joint)]
-    return (others[0].term, others[0].score - exact[0].score) if others else (None, np.inf)
+              if prospect.term.place != best.accepted[-1].place]
+    return (best, others[0].term, others[0].score - best.score) if others else (best, None, np.inf)
 
 
 def _lack(fitter: Fitter, best: Fit, other: Fit) -> float:

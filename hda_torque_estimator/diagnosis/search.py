@@ -18,12 +18,11 @@ from numpy.typing import NDArray
 from .fit import Fit, Fitter, IMPOSSIBLE
 from .hypotheses import HYPOTHESES, terms_of
 from .nameless import best_curves, plain_score
-from .rivals import rival, settled_order
+from .rivals import leading
 from .screen import Prospect, screen
-from .term import Term
+from .term import Place, Term
 
 Array = NDArray[np.float64]
-Place = tuple[str, str | None]        # an effect and its joint
 THRESHOLD = 60.0        # improvement of the score beyond what its freedom costs
 MATERIAL = 0.7          # least explained rms, in rms that a healthy arm leaves
 CERTAIN = 200.0         # improvement of the score that may pass for noise at first
@@ -61,8 +60,7 @@ class Found:
 
     def reasons(self) -> dict[Place, Evidence]:
         """Return the evidence by the places of the accepted terms."""
-        return {(term.name, term.joint): reason
-                for term, reason in zip(self.last.accepted, self.evidence)}
+        return {term.place: reason for term, reason in zip(self.last.accepted, self.evidence)}
 
 
 def search(fitter: Fitter, names: Sequence[str], begun: Found | None = None) -> Found:
@@ -81,13 +79,12 @@ def search(fitter: Fitter, names: Sequence[str], begun: Found | None = None) -> 
         if found is None:
             break
         extended, reason = found
-        newest = extended.accepted[-1]
-        evidence[newest.name, newest.joint] = reason
+        evidence[_place(extended)] = reason
         extended = _without_unneeded(fitter, first, extended)
         if fit.score - extended.score < THRESHOLD:
             break
         fit = _simplified(fitter, extended, names, evidence)
-    return Found(first, fit, tuple(evidence[term.name, term.joint] for term in fit.accepted))
+    return Found(first, fit, tuple(evidence[term.place] for term in fit.accepted))
 
 
 def confirmed(fitter: Fitter, found: Found) -> Found:
@@ -118,9 +115,9 @@ def _worthwhile(fitter: Fitter, first: Fit, fit: Fit) -> bool:
 def _next(fitter: Fitter, first: Fit, fit: Fit,
           names: Sequence[str]) -> tuple[Fit, Evidence] | None:
     """Return the fit with the best further cause, or None if there is no further cause."""
-    taken = {(term.name, term.joint) for term in fit.accepted}
+    taken = {term.place for term in fit.accepted}
     prospects = [prospect for prospect in screen(fitter, fit, names)
-                 if (prospect.term.name, prospect.term.joint) not in taken]
+                 if prospect.term.place not in taken]
     promising = [prospect for prospect in _first_places(prospects)
                  if fit.score - prospect.score > threshold(fitter, prospect.term)]
     if not promising:
@@ -130,9 +127,7 @@ def _next(fitter: Fitter, first: Fit, fit: Fit,
         exact.pop(0)                # it tells more, but of what is immaterial
     if not exact:
         return None
-    exact = settled_order(fitter, exact)
-    best = exact[0]
-    other, gap = rival(fitter, exact, prospects)
+    best, other, gap = leading(fitter, exact, prospects)
     settled = fitter.fit(best.accepted, best.nuisance)
     return settled, Evidence(fit.score - best.score, threshold(fitter, best.accepted[-1]), other,
                              gap)
@@ -140,15 +135,14 @@ def _next(fitter: Fitter, first: Fit, fit: Fit,
 
 def _first_places(prospects: list[Prospect]) -> list[Prospect]:
     """Return the prospects of the most promising causes, all laws of each."""
-    places = list(dict.fromkeys((each.term.name, each.term.joint) for each in prospects))
+    places = list(dict.fromkeys(each.term.place for each in prospects))
     first = set(places[:_CANDIDATES])
-    return [each for each in prospects if (each.term.name, each.term.joint) in first]
+    return [each for each in prospects if each.term.place in first]
 
 
 def _place(trial: Fit) -> Place:
     """Return the place of the last cause of a fit."""
-    term = trial.accepted[-1]
-    return term.name, term.joint
+    return trial.accepted[-1].place
 
 
 def _cost(fitter: Fitter, trial: Fit) -> float:
@@ -173,10 +167,11 @@ def _exact(fitter: Fitter, tried: list[Fit]) -> list[Fit]:
     """
     tried = sorted(tried, key=lambda trial: _cost(fitter, trial))
     finalists = list(dict.fromkeys(map(_place, tried)))[:_FINALISTS]
-    ended = sorted((fitter.refined(trial) for trial in tried if _place(trial) in finalists),
-                   key=lambda trial: _cost(fitter, trial))
-    best = {_place(trial): trial for trial in reversed(ended)}
-    return sorted(best.values(), key=lambda trial: _cost(fitter, trial))
+    best: dict[Place, Fit] = {}
+    for trial in sorted((fitter.refined(trial) for trial in tried if _place(trial) in finalists),
+                        key=lambda trial: _cost(fitter, trial)):
+        best.setdefault(_place(trial), trial)
+    return list(best.values())
 
 
 def _without_unneeded(fitter: Fitter, first: Fit, fit: Fit) -> Fit:
@@ -206,8 +201,8 @@ def _simplified(fitter: Fitter, fit: Fit, names: Sequence[str],
             trial = fitter.fit([*others, start], fit.nuisance)
             gap = fit.score - trial.score + freedom(fitter, term) - freedom(fitter, start)
             if gap > 0.0:
-                before = evidence[term.name, term.joint]
-                evidence[start.name, start.joint] = before._replace(
+                before = evidence[term.place]
+                evidence[start.place] = before._replace(
                     improvement=before.improvement + gap, runner_up=term, runner_up_gap=gap)
                 return _simplified(fitter, trial, names, evidence)
     return fit

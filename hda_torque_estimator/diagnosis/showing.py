@@ -19,7 +19,7 @@ def exhibits_of(evidence: Evidence) -> Exhibits:
     """Return the exhibits of a conclusion."""
     fitter, fit = evidence.fitter, evidence.fit
     balancer = fitter.balancer
-    lacking = {(term.name, term.joint): balancer(fitter.on(
+    lacking = {term.place: balancer(fitter.on(
         [other for other in fit.terms if other is not term])).residual for term in fit.accepted}
     return Exhibits(
         balancer.time, fitter.arm.labels, balancer(evidence.before).residual,

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Place = tuple[str, str | None]        # an effect and its joint, None for the whole arm
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,11 @@ class Term:
     def name(self) -> str:
         """Return the catalogue name of the effect."""
         return self.effect.name
+
+    @property
+    def place(self) -> Place:
+        """Return what tells a term from all others of a fit."""
+        return self.name, self.joint
 
     @property
     def size(self) -> int:

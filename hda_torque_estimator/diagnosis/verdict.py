@@ -17,9 +17,9 @@ from .predict import HORIZON, prediction_errors
 from .report import Alike, Evidence, Finding, Gain, Number, OwnGain, Residual, TotalGain
 from .running_clock import Spans
 from .search import Evidence as Reason
-from .search import Found, Place
+from .search import Found
 from .smallest import size_numbers
-from .term import Term
+from .term import Place, Term
 
 Array = NDArray[np.float64]
 _NORMAL_90 = 1.645
@@ -91,7 +91,7 @@ def findings(fitter: Fitter, fit: Fit, reasons: Mapping[Place, Reason], nameable
         shares = placebo_shares(fitter, fit, term)
         # Zero: a draw without any window in which an event lies.
         if not gain.low < 0.0 and shares.cause > shares.placebo:
-            told.append(_finding(fitter, term, part, reasons[term.name, term.joint],
+            told.append(_finding(fitter, term, part, reasons[term.place],
                                  gain.beside(shares.placebo)))
     return tuple(sorted(told, key=lambda finding: -finding.evidence.score))
 
@@ -136,7 +136,7 @@ def _doubt(fitter: Fitter, term: Term, name: str) -> float:
         return share * (abs(getattr(term.effect, whole)) if whole else 1.0)
     if sought.form_share <= Hypothesis().form_share:
         return 0.0
-    nominal = getattr(fitter.arm.effect(term.name, term.joint), name)
+    nominal = getattr(fitter.arm.effect(*term.place), name)
     return float(np.sqrt(sought.form_error)) * abs(getattr(term.effect, name) - nominal)
 
 
@@ -156,14 +156,14 @@ def alike(found: Found, judged: Backing) -> tuple[Alike, ...]:
         if term not in judged.backed:
             continue
         rival, sought = reason.runner_up, HYPOTHESES[term.name]
-        unclear = judged.powers[term.name, term.joint].max() < sought.clear
+        unclear = judged.powers[term.place].max() < sought.clear
         twin = sought.alike[0] if unclear else sought.twin
-        other = (twin, term.joint) if twin else None
+        other: Place | None = (twin, term.joint) if twin else None
         if rival is not None and rival.size <= term.size and reason.runner_up_gap < max(
                 TIED, TIED_SHARE * reason.improvement):
-            other = rival.name, rival.joint
+            other = rival.place
         if other is not None:
-            pairs.append(Alike(((term.name, term.joint), other), sought.experiment))
+            pairs.append(Alike((term.place, other), sought.experiment))
     return tuple(pairs)
 
 

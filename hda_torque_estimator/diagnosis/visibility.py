@@ -79,10 +79,10 @@ class Visibility:
 
     def _others(self, term: Term) -> tuple[Columns, Array, Array]:
         """Return what is known but for the term where it is accepted: columns, tolerances."""
-        if (term.name, term.joint) not in {(own.name, own.joint) for own in self.fit.accepted}:
+        if term.place not in {own.place for own in self.fit.accepted}:
             return self._known, self.fit.columns, deviations(self.fit.terms)
         keep = np.concatenate([np.full(other.size, other not in self.fit.accepted
-                                       or (other.name, other.joint) != (term.name, term.joint))
+                                       or other.place != term.place)
                                for other in self.fit.terms])
         known = self._known._replace(products=self._known.products[:, keep][:, :, keep],
                                      against=self._known.against[:, keep])
