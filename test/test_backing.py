@@ -27,7 +27,8 @@ def measured(name, seed):
 
 
 @pytest.mark.parametrize(('name', 'site'), [
-    ('coulomb_friction', 'motor'), ('viscous_friction', 'motor'), ('stiffness_error', 'torsion')])
+    ('coulomb_friction', 'motor'), ('viscous_friction', 'motor'), ('stiffness_error', 'torsion'),
+    ('encoder_scale_error', 'torsion')])        # a disc that is never seen to bend
 def test_no_other_cause_takes_the_name_of_one_that_is_left_out(name, site):
     measurement, hidden = measured(name, 130)
     found = diagnose(measurement, ARM, names=[

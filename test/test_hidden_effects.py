@@ -60,7 +60,13 @@ def test_hidden_effect_is_named_and_sized(name):
     (('current_loop_lag',), 4529),                          # noise speaks for a delay
     (('bearing_crosstalk', 'link_bearing_friction'), 4446),     # a third only helps to get there
     (('bearing_crosstalk', 'wave_generator_compliance'), 4443),     # whose form is not its own
-    (('bearing_crosstalk', 'encoder_scale_error'), 4602)])  # a disc stands for both at first
+    (('bearing_crosstalk', 'encoder_scale_error'), 4602),   # a disc stands for both at first
+    (('presliding_friction', 'inertial_coupling', 'stiffness_error'), 4818),    # as the first
+    (('clock_skew', 'torsional_hysteresis', 'bearing_crosstalk'), 4836),    # less than its forms
+    (('link_inertia_error', 'payload', 'base_tilt'), 4802),     # two that nearly cancel
+    (('external_contact', 'bearing_crosstalk', 'load_dependent_friction'), 4810),   # held out
+    (('inertial_coupling', 'motor_encoder_eccentricity',
+      'torque_constant_error'), 4812)])                     # noise speaks for less inertia
 def test_causes_that_hide_behind_others_or_noise_are_named(names, seed):
     random = np.random.default_rng([seed, 1])
     hidden = [draw(name, random) for name in names]

@@ -36,12 +36,12 @@ class Backing(NamedTuple):
     powers: Mapping[Place, Array]       # (c,) of what each accepted cause explains, over noise
 
 
-def backing(fitter: Fitter, found: Found, misplaced: Sequence[Term] = ()) -> Backing:
+def backing(fitter: Fitter, found: Found, doubted: Sequence[Term] = ()) -> Backing:
     """
     Return which accepted causes are backed, and where something is unexplained.
 
-    Causes that are `misplaced` are not: what they explain has another site. Causes may cancel
-    each other, so each counts with no more power than was wrong at first.
+    Causes that are `doubted` are not: what they explain has another site or another form. Causes
+    may cancel each other, so each counts with no more power than was wrong at first.
     """
     trained = fitter.rows.mean()
     fitter = Fitter(fitter.balancer, fitter.arm, fitter.noise, fitter.effective,
@@ -53,7 +53,7 @@ def backing(fitter: Fitter, found: Found, misplaced: Sequence[Term] = ()) -> Bac
     allowed = sum((HYPOTHESES[term.name].form_error * np.minimum(power, found.first.variance)
                    for term, power in zip(fit.accepted, powers)), np.zeros_like(noise))
     unexplained = fit.variance - noise > REST ** 2 * noise * _unsure(fit) + allowed
-    for term in [*misplaced, *_formed(fitter, fit, found, trained),
+    for term in [*doubted, *_formed(fitter, fit, found, trained),
                  *_shapeless(fitter, fit, lacking)]:
         unexplained[fitter.channels_of(term)] = True
     for label in fitter.arm.labels:                 # what is wrong at a joint may be any of it

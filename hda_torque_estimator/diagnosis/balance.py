@@ -115,6 +115,14 @@ class Balancer:
                                 begins=tuple(begin // part for begin in made.begins)),
                         self.turning)
 
+    @cached_property
+    def noisier(self) -> 'Balancer':
+        """Return balances of the same readings with about as much noise again."""
+        made = self.measurement
+        random = np.random.default_rng(0).standard_normal(made.reading.shape)
+        return Balancer(replace(made, reading=made.reading + made.reading_noise() * random),
+                        self.turning)
+
     def memory(self, arm: Arm) -> Array:
         """Return what the arm's effects remember along the motion (k, n, STATES - MEASURED)."""
         return self._along(arm)[1]

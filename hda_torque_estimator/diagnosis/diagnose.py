@@ -31,14 +31,15 @@ from .raw_readings import (extended_by, RAW_EFFECTS, raw_findings, raw_readings,
 from .report import Alike, Diagnosis, Finding, Part, RecordingFacts, TotalGain
 from .reversals import turning_round
 from .running_clock import inside, Spans, split
-from .search import confirmed, Found, search
+from .search import Found, search, without_noise
+from .straight import straight
 from .term import Place
 from .unexplained import unexplained
 from .verdict import alike, findings, gains, METRIC, residuals
 
 Array = NDArray[np.float64]
 EFFECTIVE = 0.5         # share of the balances' samples that are independent
-_ROUNDS = 2             # of searches, while the zeros of several recordings still move
+_ROUNDS = 2             # of searches, while zeros of several recordings or stretches move
 _QUIETER = 0.7          # of the noise that was taken, below which it has hidden something
 _STILL = 0.02           # link travel below which nothing was moved [rad]
 
@@ -81,7 +82,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     fitter, found, training, held_out = _searched(raw, names, training, held_out)
     found, plain = _reconsidered(fitter, found, names)
     last = fitter.on(found.last.terms)
-    judged = backing(fitter, found, misplaced(fitter, found))
+    judged = backing(fitter, found, (*misplaced(fitter, found), *straight(fitter, found.last)))
     twin = Balancer(healthy_twin(fitter.balancer, last, 1, torque_noise_of(
         fitter.noise, plain, fitter.balancer, arm)), fitter.balancer.turning)
     kept = found.with_only(fitter, judged.backed)
@@ -120,14 +121,21 @@ def _facts(measurement: Measurement, training: Spans, held_out: Spans,
 
 def _searched(raw: RawReadings, names: Sequence[str], training: Spans,
               held_out: Spans) -> tuple[Fitter, Found, Spans, Spans]:
-    """Return what was found, with the zeros of several recordings as it has them."""
+    """
+    Return what was found, with the zeros of several recordings as it has them.
+
+    A contact in held-out stretches may show only when what was found is known.
+    """
     arm = raw.arm
     for _ in range(_ROUNDS):
         raw = raw._replace(measurement=aligned(raw.measurement, arm))
-        fitter, seen, unseen = _fitter(raw, names, training, held_out)
+        fitter = _fitter(raw, training)
+        seen, unseen = _split(fitter, arm, names, training, held_out)
+        fitter.rows = inside(fitter.balancer.time, seen)
         found = search(fitter, names)
         arm = fitter.on(found.last.terms)
-        if is_aligned(fitter.balancer, arm, fitter.noise):
+        if is_aligned(fitter.balancer, arm, fitter.noise) and (
+                seen != training or _split(fitter, arm, names, seen, unseen)[0] == seen):
             break
     return fitter, found, seen, unseen
 
@@ -144,20 +152,24 @@ def _reconsidered(fitter: Fitter, found: Found, names: Sequence[str]) -> tuple[F
     fitter.noise = np.minimum(taken, noise)
     if (fitter.noise < _QUIETER * taken).any():
         found = search(fitter, names, found)
-    return confirmed(fitter, found), plain
+    return without_noise(fitter, found), plain
 
 
-def _fitter(raw: RawReadings, names: Sequence[str], training: Spans,
-            held_out: Spans) -> tuple[Fitter, Spans, Spans]:
-    """Return what fits the training stretches; where a contact shows, it is split over both."""
+def _fitter(raw: RawReadings, training: Spans) -> Fitter:
+    """Return what fits the training stretches."""
     balancer = Balancer(raw.measurement)
     noise = noise_of(balancer, raw.arm)[0]
     if turning := turning_round(balancer, raw.arm, noise):
         balancer = Balancer(raw.measurement, turning)
-    if 'external_contact' in names:
-        training, held_out = split_at_contact(balancer, raw.arm, noise, training, held_out)
-    rows = inside(balancer.time, training)
-    return Fitter(balancer, raw.arm, noise, EFFECTIVE, rows), training, held_out
+    return Fitter(balancer, raw.arm, noise, EFFECTIVE, inside(balancer.time, training))
+
+
+def _split(fitter: Fitter, arm: Arm, names: Sequence[str], training: Spans,
+           held_out: Spans) -> tuple[Spans, Spans]:
+    """Return the stretches for fits and the others; where a contact shows, it is in both."""
+    if 'external_contact' not in names:
+        return training, held_out
+    return split_at_contact(fitter.balancer, arm, fitter.noise, training, held_out)
 
 
 def _findings(evidence: Evidence, found: Found, pairs: Sequence[Alike]) -> tuple[Finding, ...]:

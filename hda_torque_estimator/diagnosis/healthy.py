@@ -8,13 +8,11 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from .balance import Balancer, BANDWIDTH, RATE
-from .measurement import Measurement
+from .measurement import Measurement, QUIET, SEGMENT
 from .running_clock import arm_during
 from ..closed_loop import run
 
 Array = NDArray[np.float64]
-_SEGMENT = 0.5          # of the estimate of noise [s]
-_QUIET = 0.25           # share of segments that an effect surely leaves quiet
 _MOST = 30.0            # times as noisy as resolution alone that is still believed
 
 
@@ -61,7 +59,7 @@ def noise_of(balancer: Balancer, arm: Arm, seed: int = 0) -> tuple[Array, Array]
     theirs, ours = Balancer(made)(arm), balancer(arm)
     plain = np.array([column[valid].std() for column, valid in
                       zip(theirs.residual.T, theirs.valid.T)])
-    sharp = np.clip(_sharpness(balancer.measurement) / _sharpness(made), 1.0, _MOST)
+    sharp = np.clip(balancer.measurement.reading_noise() / made.reading_noise(), 1.0, _MOST)
     joints = len(arm.joints)
     motor, torsion = plain[:joints] * sharp[:, 0], plain[joints:] * np.maximum(
         sharp[:, 0], sharp[:, 1].max())
@@ -81,21 +79,13 @@ def _white_roughness(balancer: Balancer, seed: int) -> float:
     return float(_roughness(balance / balance.std(), np.ones(balance.shape, bool))[0])
 
 
-def _sharpness(measurement: Measurement) -> Array:
-    """Return the level of fourth differences of readings (n, 2) in the quieter segments [rad]."""
-    sharp = np.diff(measurement.reading, 4, axis=0)
-    length = max(1, round(_SEGMENT / measurement.dt))
-    parts = sharp[:len(sharp) // length * length].reshape(-1, length, *sharp.shape[1:])
-    return np.maximum(np.quantile(parts.std(axis=1), _QUIET, axis=0), 1e-12)
-
-
 def _roughness(residual: Array, valid: NDArray[np.bool_]) -> Array:
     """Return the high-frequency level of the quieter segments (c,) [N*m]."""
     fast = residual - gaussian_filter1d(residual, 1.0, axis=0)
-    length = round(_SEGMENT * RATE)
+    length = round(SEGMENT * RATE)
     levels = []
     for column, good in zip(fast.T, valid.T):
         parts = [column[k:k + length].std() for k in range(0, len(column) - length, length)
                  if good[k:k + length].all()]
-        levels.append(np.quantile(parts, _QUIET) if parts else np.nan)
+        levels.append(np.quantile(parts, QUIET) if parts else np.nan)
     return np.array(levels)

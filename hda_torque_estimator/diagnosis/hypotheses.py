@@ -41,7 +41,7 @@ class Hypothesis:
     alike: tuple[str, ...] = ()
     experiment: str = ''
     form_error: float = 0.003
-    form_share: float = 0.02
+    form_share: float = 0.01
     doubts: dict[str, tuple[float, str]] = field(default_factory=dict)
     twin: str = ''
     clear: float = 0.0
@@ -125,7 +125,7 @@ HYPOTHESES: dict[str, Hypothesis] = {
     'stiffening_error': Hypothesis({'error': 0.3}, grid={
         'error': (-0.8, 0.5), ('knee_1', 'knee_2'): _KNEES},
                                    alike=('stiffness_error', 'wave_generator_compliance'),
-                                   form_share=0.08, form_error=0.03,
+                                   form_share=0.02, form_error=0.03,
                                    experiment='slow torques up to 60 % of the peak'),
     'wave_generator_compliance': Hypothesis({'compliance': 0.1}, alike=('backlash',
                                                                         'stiffening_error'),

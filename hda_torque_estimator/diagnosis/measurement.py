@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 from ..readings import readings
 
 Array = NDArray[np.float64]
+SEGMENT = 0.5           # of an estimate of noise [s]
+QUIET = 0.25            # share of segments that an effect surely leaves quiet
+_FOURTH = 70.0          # power of the fourth differences of white noise, over its own
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +61,13 @@ class Measurement:
         """Return the samples of each recording."""
         ends = (*self.begins[1:], len(self.command))
         return [slice(begin, end) for begin, end in zip(self.begins, ends)]
+
+    def reading_noise(self) -> Array:
+        """Return the white noise of readings (n, 2) in the quieter segments [rad]."""
+        fine = np.diff(self.reading, 4, axis=0) / np.sqrt(_FOURTH)
+        length = max(1, round(SEGMENT / self.dt))
+        parts = fine[:len(fine) // length * length].reshape(-1, length, *fine.shape[1:])
+        return np.maximum(np.quantile(parts.std(axis=1), QUIET, axis=0), 1e-13)
 
     def recordings(self) -> list['Measurement']:
         """Return each recording on its own, its time from zero."""

@@ -1,10 +1,8 @@
 """
 Look for the causes: accept the best hypothesis, simulate with it, look again.
 
-A cause must explain much more than its freedom buys (the score), be material (well above what a
-healthy arm and the causes beside it leave), and its rivals must be clearly worse. The first may
-be less than noise if it is certain: one that is quick enough passes for noise until it is known,
-and must stand out of what is noise then.
+What a cause must do to be accepted is told in `acceptance`. Where the way that was best at every
+step ends with a rest, it goes back to where another cause was nearly as good.
 """
 
 from collections.abc import Iterator, Sequence
@@ -12,23 +10,20 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
-import numpy as np
-from numpy.typing import NDArray
 
+from .acceptance import accepted, confirmed, freedom, material, open_rest, threshold, THRESHOLD
 from .fit import Fit, Fitter, IMPOSSIBLE
 from .hypotheses import HYPOTHESES, terms_of
-from .nameless import best_curves, plain_score
 from .rivals import leading
 from .screen import Prospect, screen
 from .term import Place, Term
 
-Array = NDArray[np.float64]
-THRESHOLD = 60.0        # improvement of the score beyond what its freedom costs
-MATERIAL = 0.7          # least explained rms, in rms that a healthy arm leaves
-CERTAIN = 200.0         # improvement of the score that may pass for noise at first
 MOST = 5                # causes in one recording
 _CANDIDATES = 6         # fitted in every round, with two steps,
 _FINALISTS = 3          # and the best places of them to the end
+_NEAR = 0.5             # share of an improvement that a cause may lack to be tried in its stead
+_TURNS = 2              # ways that are tried so
+_CLOSE = 0.05           # likewise, to be weighed again when all causes are known
 
 
 class Evidence(NamedTuple):
@@ -70,15 +65,36 @@ def search(fitter: Fitter, names: Sequence[str], begun: Found | None = None) -> 
     A search that was `begun` with another noise goes on from what it had found.
     """
     names = [name for name in names if name in HYPOTHESES]
-    first = fit = fitter.fit(())
-    evidence: dict[Place, Evidence] = {}
+    first = fitter.fit(())
+    found = Found(first, first, ())
     if begun is not None and begun.last.accepted:
-        fit, evidence = fitter.fit(begun.last.accepted, begun.last.nuisance), begun.reasons()
-    while len(fit.accepted) < MOST and _worthwhile(fitter, first, fit):
-        found = _next(fitter, first, fit, names)
-        if found is None:
+        found = Found(first, fitter.fit(begun.last.accepted, begun.last.nuisance), begun.evidence)
+    found = _extended(fitter, names, found)
+    for start in _turns(fitter, found):
+        if not _stuck(fitter, found):
             break
-        extended, reason = found
+        other = _extended(fitter, names, start)
+        if _cost_of_all(fitter, other.last) < _cost_of_all(fitter, found.last) - THRESHOLD:
+            found = other
+    return _weighed_again(fitter, found)
+
+
+def without_noise(fitter: Fitter, found: Found) -> Found:
+    """Return what was found without causes that do not stand out of noise as it is known now."""
+    kept = confirmed(fitter, found.first, found.last)
+    reasons = found.reasons()
+    return Found(found.first, found.with_only(fitter, kept),
+                 tuple(reasons[term.place] for term in kept))
+
+
+def _extended(fitter: Fitter, names: Sequence[str], found: Found) -> Found:
+    """Return what was found with further causes, the best at every step."""
+    first, fit, evidence = found.first, found.last, found.reasons()
+    while len(fit.accepted) < MOST and open_rest(fitter, fit):
+        step = _next(fitter, first, fit, names)
+        if step is None:
+            break
+        extended, reason = step
         evidence[_place(extended)] = reason
         extended = _without_unneeded(fitter, first, extended)
         if fit.score - extended.score < THRESHOLD:
@@ -87,29 +103,48 @@ def search(fitter: Fitter, names: Sequence[str], begun: Found | None = None) -> 
     return Found(first, fit, tuple(evidence[term.place] for term in fit.accepted))
 
 
-def confirmed(fitter: Fitter, found: Found) -> Found:
-    """
-    Return what was found, nothing if it is one cause that is less than noise even now.
-
-    One that passed for noise makes the noise less once it is known, and then stands out of it.
-    """
-    if len(found.last.accepted) != 1:
-        return found
-    first = fitter.at(found.first.terms, 0, found.first.columns)
-    last = fitter.at(found.last.terms, 1, found.last.columns)
-    if (first.variance - last.variance > material(fitter, first, ())).any():
-        return found
-    return Found(found.first, found.first, ())
+def _stuck(fitter: Fitter, found: Found) -> bool:
+    """Tell whether more is left than noise, and than the laws that were found may leave."""
+    fit = found.last
+    return bool((fit.variance - fitter.noise ** 2
+                 > material(fitter, found.first, fit.accepted)).any())
 
 
-def _worthwhile(fitter: Fitter, first: Fit, fit: Fit) -> bool:
-    """Tell whether more is left than noise, or less that a simple curve tells for certain."""
-    if (fit.variance - fitter.noise ** 2 > material(fitter, first, fit.accepted)).any():
-        return True
-    if fit is not first:
-        return False
-    told = min(curve.score for curve in best_curves(fitter, fit, fitter.arm.labels).values())
-    return plain_score(fitter, fit) - told > CERTAIN
+def _turns(fitter: Fitter, found: Found) -> Iterator[Found]:
+    """Yield where a search may begin again: with a cause that was nearly as good as another."""
+    terms = found.last.accepted
+    near = sorted((reason.runner_up_gap / reason.improvement, place)
+                  for place, reason in enumerate(found.evidence) if reason.runner_up is not None)
+    for share, place in near[:_TURNS]:
+        reason = found.evidence[place]
+        assert reason.runner_up is not None
+        if share > _NEAR:
+            return
+        before = fitter.fit(terms[:place], found.first.nuisance) if place else found.first
+        fit = fitter.fit([*terms[:place], reason.runner_up], before.nuisance)
+        if accepted(fitter, found.first, before, fit, fit.accepted[-1]):
+            taken = Evidence(before.score - fit.score, threshold(fitter, reason.runner_up),
+                             terms[place], THRESHOLD)
+            yield Found(found.first, fit, (*found.evidence[:place], taken))
+
+
+def _weighed_again(fitter: Fitter, found: Found) -> Found:
+    """Return what was found with each cause compared to its near rival beside all others."""
+    for place in [term.place for term in found.last.accepted]:
+        fit, reasons = found.last, found.reasons()
+        taken, reason = {term.place for term in fit.accepted}, reasons[place]
+        rival = reason.runner_up
+        if (rival is None or rival.place in taken or len(taken) < 2
+                or reason.runner_up_gap > _CLOSE * reason.improvement):
+            continue
+        own, = (term for term in fit.accepted if term.place == place)
+        others = [term for term in fit.accepted if term is not own]
+        best, other, gap = leading(fitter, found.first, [
+            fitter.fit([*others, term], fit.nuisance) for term in (own, rival)], ())
+        found = Found(found.first, best, (
+            *(reasons[term.place] for term in others),
+            reason._replace(runner_up=other, runner_up_gap=gap)))
+    return found
 
 
 def _next(fitter: Fitter, first: Fit, fit: Fit,
@@ -120,14 +155,11 @@ def _next(fitter: Fitter, first: Fit, fit: Fit,
                  if prospect.term.place not in taken]
     promising = [prospect for prospect in _first_places(prospects)
                  if fit.score - prospect.score > threshold(fitter, prospect.term)]
-    if not promising:
-        return None
     exact = _exact(fitter, list(_refits(fitter, fit, promising)))
-    while exact and not accepted(fitter, first, fit, exact[0]):
-        exact.pop(0)                # it tells more, but of what is immaterial
+    exact = [trial for trial in exact if accepted(fitter, first, fit, trial, trial.accepted[-1])]
     if not exact:
         return None
-    best, other, gap = leading(fitter, exact, prospects)
+    best, other, gap = leading(fitter, fit, exact, prospects)
     settled = fitter.fit(best.accepted, best.nuisance)
     return settled, Evidence(fit.score - best.score, threshold(fitter, best.accepted[-1]), other,
                              gap)
@@ -148,6 +180,11 @@ def _place(trial: Fit) -> Place:
 def _cost(fitter: Fitter, trial: Fit) -> float:
     """Return the score of a fit with what the freedom of its last cause costs."""
     return trial.score + freedom(fitter, trial.accepted[-1])
+
+
+def _cost_of_all(fitter: Fitter, fit: Fit) -> float:
+    """Return the score of a fit with what the freedom of all its causes costs."""
+    return fit.score + sum(freedom(fitter, term) for term in fit.accepted)
 
 
 def _refits(fitter: Fitter, fit: Fit, prospects: list[Prospect]) -> Iterator[Fit]:
@@ -182,7 +219,7 @@ def _without_unneeded(fitter: Fitter, first: Fit, fit: Fit) -> Fit:
     """
     for term in fit.accepted:
         fewer = fitter.fit([other for other in fit.accepted if other is not term], fit.nuisance)
-        if not accepted(fitter, first, fewer, fit):
+        if not accepted(fitter, first, fewer, fit, term):
             return _without_unneeded(fitter, first, fewer)
     return fit
 
@@ -214,38 +251,3 @@ def _simpler(arm: Arm, term: Term, names: Sequence[str]) -> Iterator[Term]:
         if name in names and not HYPOTHESES[name].grid:
             yield from (start for start in terms_of(arm, name)
                         if start.joint == term.joint and start.size < term.size)
-
-
-def freedom(fitter: Fitter, term: Term) -> float:
-    """Return what the freedom of a term costs: ln(samples) for each number (BIC)."""
-    return term.size * float(np.log(max(fitter.rows.sum() * fitter.effective, 2.0)))
-
-
-def threshold(fitter: Fitter, term: Term) -> float:
-    """Return the improvement of the score that a term must reach."""
-    return THRESHOLD + freedom(fitter, term)
-
-
-def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit) -> bool:
-    """Tell whether the last term of a fit earns its place: by its score, and materially."""
-    *beside, term = extended.accepted
-    improvement = without.score - extended.score
-    if improvement < threshold(fitter, term):
-        return False
-    certain = not beside and improvement > CERTAIN
-    return certain or bool((without.variance - extended.variance
-                            > material(fitter, first, beside)).any())
-
-
-def material(fitter: Fitter, first: Fit, beside: Sequence[Term]) -> Array:
-    """
-    Return the power (c,) [N^2*m^2] in one of the channels that is worth a cause beside others.
-
-    It is far above noise, and above what the others may leave as one form of several.
-    """
-    excess = np.maximum(first.variance - fitter.noise ** 2, 0.0)
-    blurred = np.zeros_like(excess)
-    for term in beside:
-        own = fitter.channels_of(term)
-        blurred[own] = np.maximum(blurred[own], HYPOTHESES[term.name].form_error)
-    return np.maximum((MATERIAL * fitter.noise) ** 2, blurred * excess)

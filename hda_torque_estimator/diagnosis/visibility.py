@@ -11,8 +11,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from .acceptance import material, threshold
 from .fit import deviations, Fit, Fitter
-from .search import Found, material, threshold
+from .search import Found
 from .solve import Columns, condense, condense_more, score, solve
 from .term import Term
 
