@@ -65,8 +65,10 @@ def test_hidden_effect_is_named_and_sized(name):
     (('clock_skew', 'torsional_hysteresis', 'bearing_crosstalk'), 4836),    # less than its forms
     (('link_inertia_error', 'payload', 'base_tilt'), 4802),     # two that nearly cancel
     (('external_contact', 'bearing_crosstalk', 'load_dependent_friction'), 4810),   # held out
-    (('inertial_coupling', 'motor_encoder_eccentricity',
-      'torque_constant_error'), 4812)])                     # noise speaks for less inertia
+    (('torsional_hysteresis', 'motor_inertia_error',        # which together scale a balance
+      'torque_constant_error'), 191709),
+    (('inertial_coupling', 'motor_encoder_eccentricity',    # noise speaks for less inertia
+      'torque_constant_error'), 4812)])
 def test_causes_that_hide_behind_others_or_noise_are_named(names, seed):
     random = np.random.default_rng([seed, 1])
     hidden = [draw(name, random) for name in names]

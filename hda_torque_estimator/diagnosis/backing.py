@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from .balance import RATE
 from .fit import Fit, Fitter
-from .hypotheses import HYPOTHESES
+from .hypotheses import Hypothesis, HYPOTHESES
 from .nameless import best_curves, plain_score
 from .search import Found
 from .term import Place, Term
@@ -82,23 +82,25 @@ def _formed(fitter: Fitter, fit: Fit, found: Found, trained: float) -> list[Term
 
     A curve at the motor is not what a cause in the torsion leaves, nor the reverse, where another
     cause of the joint is nearer. Whose curve it is cannot be told among those that are near, so
-    it may be what all of their laws leave together. They were found on the share `trained` of the
-    rows that are looked at here.
+    it may be what all of their laws leave together, and laws of several forms of the whole arm.
+    They were found on the share `trained` of the rows that are looked at here.
     """
     joints = {term.joint for term in fit.accepted if term.joint is not None}
     if not joints:
         return []
+    shares = {place: HYPOTHESES[place[0]].form_share * reason.improvement
+              for place, reason in found.reasons().items()}
+    shared = sum(share for (name, joint), share in shares.items() if joint is None
+                 and HYPOTHESES[name].form_share > Hypothesis.form_share)
     plain = plain_score(fitter, fit)
     formed = []
     for label, curve in best_curves(fitter, fit, joints).items():
-        own = [(term, reason) for term, reason in zip(fit.accepted, found.evidence)
-               if term.joint == label]
-        near = [(term, reason) for term, reason in own
-                if {curve.site, effect_named(term.name).site.value} != {'motor', 'torsion'}]
-        allowed = sum(HYPOTHESES[term.name].form_share * reason.improvement
-                      for term, reason in near or own)
+        own = [term for term in fit.accepted if term.joint == label]
+        near = [term for term in own if {
+            curve.site, effect_named(term.name).site.value} != {'motor', 'torsion'}] or own
+        allowed = shared + sum(shares[term.place] for term in near)
         if plain - curve.score > FORM + allowed / trained:
-            formed += [term for term, _ in near or own]
+            formed += near
     return formed
 
 

@@ -133,7 +133,7 @@ def _forces(sums: Array, profile: Array) -> tuple[Array, Array]:
     normal = fftconvolve(sums[:, :3], back ** 2, 'valid', axes=0)
     right = fftconvolve(sums[:, 3:], back, 'valid', axes=0)
     xx, xy, yy = normal.T
-    ridge = 1e-6 * (xx + yy).max()
+    ridge = max(1e-6 * (xx + yy).max(), 1e-100)     # where nothing is valid, no force
     xx, yy = xx + ridge, yy + ridge
     force = np.stack([yy * right[:, 0] - xy * right[:, 1], xx * right[:, 1] - xy * right[:, 0]],
                      axis=1) / (xx * yy - xy * xy)[:, None]

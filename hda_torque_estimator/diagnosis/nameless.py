@@ -21,6 +21,8 @@ _SLOW = 1.0             # shaft speed over which a sense of motion sets in [rad/
 _SLIDING = (5.0, 20.0)  # shaft speeds over which friction may fall [rad/s]
 _LINK_ORDERS = (1, 2, 3, 4, 6)
 _MOTOR_ORDERS = (1, 2, 4, 6, 8, 12)
+# Beside these two, what follows the torque lets a motor balance shrink with all of its noise.
+_SCALED, _SCALE = {'torque_constant_error', 'motor_inertia_error'}, ('motor', 'joint_torque^1')
 
 
 class Curve(NamedTuple):
@@ -41,6 +43,7 @@ def best_curves(fitter: Fitter, fit: Fit, joints: Collection[str]) -> dict[str, 
         if label not in joints:
             continue
         along = {name: values[:, place] for name, values in coordinates.items()}
+        scaled = {term.name for term in fit.accepted if term.joint == label} >= _SCALED
         forms = dict(_forms(fitter.balancer.time, along))
         shapes = np.stack([shape / np.sqrt(np.mean(shape ** 2)) for shape in forms.values()], 1)
         for site, channels in _sites(fitter, label).items():
@@ -49,6 +52,8 @@ def best_curves(fitter: Fitter, fit: Fit, joints: Collection[str]) -> dict[str, 
             wide = condense_more(known, fit.balance.residual, fit.columns, more,
                                  fitter.valid(fit.balance))
             for number, form in enumerate(forms):
+                if (site, form) == _SCALE and scaled:
+                    continue
                 score = _solved(fitter, fit, wide, number, len(forms)).score
                 if label not in curves or score < curves[label].score:
                     curves[label] = Curve(label, site, form, score)

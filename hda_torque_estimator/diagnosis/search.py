@@ -114,7 +114,8 @@ def _turns(fitter: Fitter, found: Found) -> Iterator[Found]:
     """Yield where a search may begin again: with a cause that was nearly as good as another."""
     terms = found.last.accepted
     near = sorted((reason.runner_up_gap / reason.improvement, place)
-                  for place, reason in enumerate(found.evidence) if reason.runner_up is not None)
+                  for place, reason in enumerate(found.evidence) if reason.runner_up is not None
+                  and reason.runner_up.name != HYPOTHESES[terms[place].name].twin)
     for share, place in near[:_TURNS]:
         reason = found.evidence[place]
         assert reason.runner_up is not None
@@ -124,7 +125,7 @@ def _turns(fitter: Fitter, found: Found) -> Iterator[Found]:
         fit = fitter.fit([*terms[:place], reason.runner_up], before.nuisance)
         if accepted(fitter, found.first, before, fit, fit.accepted[-1]):
             taken = Evidence(before.score - fit.score, threshold(fitter, reason.runner_up),
-                             terms[place], THRESHOLD)
+                             terms[place], THRESHOLD)         # by which it must win
             yield Found(found.first, fit, (*found.evidence[:place], taken))
 
 
