@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from .balance import RATE
 from .fit import Fit, Fitter
-from .hypotheses import Hypothesis, HYPOTHESES
+from .hypotheses import HYPOTHESES, Hypothesis
 from .nameless import best_curves, plain_score
 from .search import Found
 from .term import Place, Term

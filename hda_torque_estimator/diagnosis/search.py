@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
 
-from .acceptance import accepted, confirmed, freedom, material, open_rest, threshold, THRESHOLD
+from .acceptance import accepted, confirmed, freedom, material, open_rest, THRESHOLD, threshold
 from .fit import Fit, Fitter, IMPOSSIBLE
 from .hypotheses import HYPOTHESES, terms_of
 from .rivals import leading
