@@ -3,8 +3,9 @@ When a cause earns its place: by the score, and materially.
 
 It must explain much more than its freedom buys, and be well above what a healthy arm leaves. What
 the causes beside it may leave as one form of several is no reason for another, unless it explains
-nearly all of that. Where none is beside it, a certain one may even be less than noise: one that is
-quick enough passes for noise until it is known, and must stand out of what is noise then.
+nearly all of that, the more so if it is one that they are confused with. Where none is beside it,
+a certain one may even be less than noise: one that is quick enough passes for noise until it is
+known, and must stand out of what is noise then.
 """
 
 from collections.abc import Sequence
@@ -21,7 +22,10 @@ Array = NDArray[np.float64]
 THRESHOLD = 60.0        # improvement of the score beyond what its freedom costs
 _MATERIAL = 0.7         # least explained rms, in rms that a healthy arm leaves
 _CERTAIN = 200.0        # improvement of the score that may pass for noise at first
-_NEARLY_ALL = 0.9       # share of a rest that no law leaves to one of another form
+_SURE = 1000.0          # improvement and
+_NEARLY_ALL = 0.9       # share of a rest that no law leaves to one of another form,
+_ALL_OF_ALIKE = 0.98    # and to one that it is confused with,
+_ALIKE_REST = 50.0      # of which there must be so much, over noise, that this can be told
 
 
 def freedom(fitter: Fitter, term: Term) -> float:
@@ -43,8 +47,13 @@ def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term
     if improvement > _CERTAIN and alone(fitter, term, beside):
         return True
     gain, rest = without.variance - extended.variance, without.variance - fitter.noise ** 2
-    nearly_all = (gain > _floor(fitter)) & (gain > _NEARLY_ALL * rest)
-    return bool((nearly_all | (gain > material(fitter, first, beside))).any())
+    if (gain > material(fitter, first, beside)).any():
+        return True
+    alike = any(term.name in HYPOTHESES[other.name].alike for other in beside
+                if other.joint == term.joint)
+    least = _ALIKE_REST * fitter.noise ** 2 if alike else _floor(fitter)
+    nearly_all = gain > (_ALL_OF_ALIKE if alike else _NEARLY_ALL) * rest
+    return improvement > _SURE and bool((nearly_all & (gain > least)).any())
 
 
 def alone(fitter: Fitter, term: Term, beside: Sequence[Term]) -> bool:

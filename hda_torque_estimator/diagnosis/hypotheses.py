@@ -41,7 +41,7 @@ class Hypothesis:
     alike: tuple[str, ...] = ()
     experiment: str = ''
     form_error: float = 0.003
-    form_share: float = 0.01
+    form_share: float = 0.02
     doubts: dict[str, tuple[float, str]] = field(default_factory=dict)
     twin: str = ''
     clear: float = 0.0
@@ -121,16 +121,16 @@ HYPOTHESES: dict[str, Hypothesis] = {
                                                  'link'),
     'stiffness_error': Hypothesis({'error': 0.05}, alike=('link_inertia_error',
                                                           'stiffening_error'),
-                                  experiment=_SCALE),
+                                  form_share=0.01, experiment=_SCALE),
     'stiffening_error': Hypothesis({'error': 0.3}, grid={
         'error': (-0.8, 0.5), ('knee_1', 'knee_2'): _KNEES},
                                    alike=('stiffness_error', 'wave_generator_compliance'),
-                                   form_share=0.02, form_error=0.005,
+                                   form_share=0.01, form_error=0.03,
                                    experiment='slow torques up to 60 % of the peak',
                                    doubts={'error': (0.17, 'error')}),
     'wave_generator_compliance': Hypothesis({'compliance': 0.1}, alike=('backlash',
                                                                         'stiffening_error'),
-                                            form_share=0.25, form_error=0.005, experiment=_LOOP,
+                                            form_share=0.25, form_error=0.03, experiment=_LOOP,
                                             doubts={'compliance': (0.25, 'compliance')}),
     'torsional_hysteresis': Hypothesis({'level': 0.3, 'width': 2e-5},
                                        grid={'width': (3e-5, 1e-4, 3e-4)},

@@ -142,6 +142,9 @@ def _weighed_again(fitter: Fitter, found: Found) -> Found:
         others = [term for term in fit.accepted if term is not own]
         best, other, gap = leading(fitter, found.first, [
             fitter.fit([*others, term], fit.nuisance) for term in (own, rival)], ())
+        if _place(best) != place and not accepted(
+                fitter, found.first, fitter.fit(others, fit.nuisance), best, best.accepted[-1]):
+            continue
         found = Found(found.first, best, (
             *(reasons[term.place] for term in others),
             reason._replace(runner_up=other, runner_up_gap=gap)))
@@ -156,11 +159,13 @@ def _next(fitter: Fitter, first: Fit, fit: Fit,
                  if prospect.term.place not in taken]
     promising = [prospect for prospect in _first_places(prospects)
                  if fit.score - prospect.score > threshold(fitter, prospect.term)]
-    exact = _exact(fitter, list(_refits(fitter, fit, promising)))
-    exact = [trial for trial in exact if accepted(fitter, first, fit, trial, trial.accepted[-1])]
+    tried = _exact(fitter, list(_refits(fitter, fit, promising)))
+    exact = [trial for trial in tried if accepted(fitter, first, fit, trial, trial.accepted[-1])]
     if not exact:
         return None
-    best, other, gap = leading(fitter, fit, exact, prospects)
+    refused = {_place(trial) for trial in tried} - {_place(trial) for trial in exact}
+    best, other, gap = leading(fitter, fit, exact, [
+        prospect for prospect in prospects if prospect.term.place not in refused])
     settled = fitter.fit(best.accepted, best.nuisance)
     return settled, Evidence(fit.score - best.score, threshold(fitter, best.accepted[-1]), other,
                              gap)

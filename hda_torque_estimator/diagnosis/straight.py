@@ -16,7 +16,7 @@ from .nuisance import Zero
 from .term import Term
 
 Array = NDArray[np.float64]
-_BEND = 60.0            # score of the bend alone, from which a disc is one
+_BEND = 1000.0          # score of the bend alone, from which a disc is one
 
 
 def straight(fitter: Fitter, fit: Fit) -> tuple[Term, ...]:
