@@ -74,7 +74,7 @@ def search(fitter: Fitter, names: Sequence[str], begun: Found | None = None) -> 
         if not _stuck(fitter, found):
             break
         other = _extended(fitter, names, start)
-        if _cost_of_all(fitter, other.last) < _cost_of_all(fitter, found.last) - THRESHOLD:
+        if _cost(fitter, other.last) < _cost(fitter, found.last) - THRESHOLD:
             found = other
     return _weighed_again(fitter, found)
 
@@ -183,13 +183,8 @@ def _place(trial: Fit) -> Place:
     return trial.accepted[-1].place
 
 
-def _cost(fitter: Fitter, trial: Fit) -> float:
-    """Return the score of a fit with what the freedom of its last cause costs."""
-    return trial.score + freedom(fitter, trial.accepted[-1])
-
-
-def _cost_of_all(fitter: Fitter, fit: Fit) -> float:
-    """Return the score of a fit with what the freedom of all its causes costs."""
+def _cost(fitter: Fitter, fit: Fit) -> float:
+    """Return the score of a fit with what the freedom of its causes costs."""
     return fit.score + sum(freedom(fitter, term) for term in fit.accepted)
 
 

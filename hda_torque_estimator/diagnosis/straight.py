@@ -27,11 +27,12 @@ def straight(fitter: Fitter, fit: Fit) -> tuple[Term, ...]:
 
 def _bend(fitter: Fitter, fit: Fit, term: Term, disc: LinkEncoderEccentricity) -> float:
     """Return the score of what a disc reads beside a straight line over the link's angle."""
-    place, valid = fitter.arm.labels.index(str(term.joint)), fitter.valid(fit.balance)
+    place, torsion = fitter.own_channels(term.joint)
+    valid = fitter.valid(fit.balance)
     motion = fitter.balancer.motion(fitter.on(fit.terms))
     angle = motion.state[::fitter.balancer.every, place, LINK_ANGLE]
     error = link_runout(angle, disc.amplitude_1, disc.phase_1, disc.amplitude_2, disc.phase_2)
-    seen = valid[:, len(fitter.arm.labels) + place]
+    seen = valid[:, torsion]
     line = np.polynomial.Polynomial.fit(angle[seen], error[seen], 1)
     zero, = (other for other in fit.nuisance
              if isinstance(other, Zero) and other.joint == term.joint)
