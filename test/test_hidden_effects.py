@@ -56,6 +56,7 @@ def test_hidden_effect_is_named_and_sized(name):
     (('torque_ripple', 'load_dependent_friction'), 151673),     # ripple passes for noise
     (('link_encoder_eccentricity', 'stiffening_error'), 151588),    # nearly lost to its twin
     (('motor_cogging',), 121102),                           # so quick that it passes for noise
+    (('wave_generator_compliance',), 5925),                 # near to a rigid one
     (('stiffening_error',), 4462),                          # of which two steps like a wrong law
     (('current_loop_lag',), 4529),                          # noise speaks for a delay
     (('bearing_crosstalk', 'link_bearing_friction'), 4446),     # a third only helps to get there

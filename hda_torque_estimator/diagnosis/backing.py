@@ -17,14 +17,13 @@ from numpy.typing import NDArray
 from .balance import RATE
 from .fit import Fit, Fitter
 from .hypotheses import HYPOTHESES, Hypothesis
-from .nameless import best_curves, plain_score
+from .nameless import best_curves, Curve, plain_score
 from .search import Found
 from .term import Place, Term
 
 Array = NDArray[np.float64]
 REST = 0.8              # rms left beside noise, in rms of noise, that asks for an explanation
 _ENOUGH = 40.0          # of motion; over less, the level of noise is known less well [s]
-FORM = 300.0            # improvement of the score by one curve from which a rest has a form
 _SHAPE = 60.0           # by which several numbers must tell more than one curve
 
 
@@ -99,9 +98,15 @@ def _formed(fitter: Fitter, fit: Fit, found: Found, trained: float) -> list[Term
         near = [term for term in own if {
             curve.site, effect_named(term.name).site.value} != {'motor', 'torsion'}] or own
         allowed = shared + sum(shares[term.place] for term in near)
-        if plain - curve.score > FORM + allowed / trained:
+        if plain - curve.score > _least(curve, near) + allowed / trained:
             formed += near
     return formed
+
+
+def _least(curve: Curve, near: Sequence[Term]) -> float:
+    """Return the improvement of the score from which a curve beside causes near it is a form."""
+    return max(HYPOTHESES[term.name].form if effect_named(term.name).site.value == curve.site
+               else Hypothesis.form for term in near)
 
 
 def _shapeless(fitter: Fitter, fit: Fit, lacking: Sequence[Fit]) -> list[Term]:

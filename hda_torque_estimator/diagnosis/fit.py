@@ -236,7 +236,9 @@ def _same(terms: Sequence[AnyTerm], others: Sequence[AnyTerm]) -> bool:
 def moved(terms: Sequence[AnyTerm], step: Array) -> list[AnyTerm]:
     """Return terms with their free numbers moved."""
     ends = np.cumsum([term.size for term in terms])
-    return [term.at(term.vector() + step[end - term.size:end]) for term, end in zip(terms, ends)]
+    parts = [step[end - term.size:end] for term, end in zip(terms, ends)]
+    return [term.moved(part) if isinstance(term, Term) else term.at(term.vector() + part)
+            for term, part in zip(terms, parts)]
 
 
 def _stepped(term: AnyTerm, number: int) -> AnyTerm:

@@ -5,13 +5,15 @@ A hypothesis gives the numbers to fit, starting values that a fit can reach any 
 is confused with, and the motion that decides. The laws themselves stay in the model.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import product
+import math
 from typing import Any
 
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import effect_named, Scope
+from hda_arm_sim.model.parts import Joint
 
 from .term import Term
 
@@ -25,11 +27,12 @@ class Hypothesis:
     How one effect is looked for.
 
     `free` and `waves` name the numbers to fit with a typical size; `grid` lists starting values
-    of those numbers, or of several at once, that the residual does not depend on linearly.
+    of those numbers, or of several at once, that the residual does not depend on linearly, and
+    `least` bounds by the joint below which the law does not change any more.
     `form_error` is the share of the effect's power that its law may leave, where the literature
-    has laws of several forms, and `form_share` what a curve without a name may improve of it, as
-    a share of what the effect improves the score. `doubts` are half-widths that intervals have
-    for the same reason, as shares of another number or absolute. `twin` is an effect that no
+    has laws of several forms. A curve without a name at its site may improve the score by `form`,
+    and by `form_share` of what the effect improves it. `doubts` are half-widths that intervals
+    have for the same reason, as shares of another number or absolute. `twin` is an effect that no
     motion tells from this one. What acts on the command acts on the noise of the encoders that it
     repeats: two such effects are compared `below` a frequency [Hz], and one of which the power
     over that of noise is less than `clear` is not told from the first of `alike`.
@@ -38,24 +41,34 @@ class Hypothesis:
     free: dict[str, float] = field(default_factory=dict)
     waves: dict[tuple[str, str], float] = field(default_factory=dict)
     grid: Grid = field(default_factory=dict)
+    least: dict[str, Callable[[Joint], float]] = field(default_factory=dict)
     alike: tuple[str, ...] = ()
     experiment: str = ''
     form_error: float = 0.003
+    form: float = 300.0
     form_share: float = 0.02
     doubts: dict[str, tuple[float, str]] = field(default_factory=dict)
     twin: str = ''
     clear: float = 0.0
-    below: float = float('inf')
+    below: float = math.inf
 
 
 def _wave(order: int, size: float) -> dict[tuple[str, str], float]:
     return {(f'amplitude_{order}', f'phase_{order}'): size}
 
 
+def _rigid(joint: Joint) -> float:
+    """Return the compliance that leaves a rigid wave generator, (64) [rad/(N*m) motor side]."""
+    return -1.0 / joint.torsion.wave_generator_stiffness
+
+
 _LOOP = ('slow torque loops about zero at two amplitudes and two rates with the motor clamped; '
          'constant speed both ways for skew')
 _SCALE = 'hang a known mass on the tip of a tilted arm, or push it with a force sensor'
 _SLOW = 'constant slow speeds over two motor turns, and reversals of different length'
+
+# A lag and a delay differ in the second rate alone, and each has one law.
+_NO_OTHER_FORM = 75.0
 
 # Of no segments, and of the data sheets of sizes 14, 17, 20 and 25 [N*m].
 _KNEES = ((0.0, 0.0), (2.0, 6.9), (3.9, 12.0), (7.0, 25.0), (14.0, 48.0))
@@ -106,11 +119,13 @@ HYPOTHESES: dict[str, Hypothesis] = {
     'current_loop_lag': Hypothesis({'time_constant': 1e-3},
                                    grid={'time_constant': (1e-3, 4e-3)},
                                    alike=('command_delay',),
-                                   form_error=0.02, clear=4.0, below=30.0,
+                                   form_error=0.02, form=_NO_OTHER_FORM, form_share=0.002,
+                                   clear=4.0, below=30.0,
                                    experiment='a small multi-sine from 1 to 60 Hz'),
     'command_delay': Hypothesis({'delay': 1e-3}, grid={'delay': (1e-3, 4e-3)},
                                 alike=('current_loop_lag',),
-                                form_error=0.02, clear=4.0, below=30.0,
+                                form_error=0.02, form=_NO_OTHER_FORM, form_share=0.002,
+                                clear=4.0, below=30.0,
                                 experiment='a small multi-sine from 1 to 60 Hz'),
     'torque_saturation': Hypothesis({'limit': 0.02}, grid={'limit': (0.05, 0.1, 0.15, 0.2)},
                                     alike=('torque_constant_error',),
@@ -125,12 +140,13 @@ HYPOTHESES: dict[str, Hypothesis] = {
     'stiffening_error': Hypothesis({'error': 0.3}, grid={
         'error': (-0.8, 0.5), ('knee_1', 'knee_2'): _KNEES},
                                    alike=('stiffness_error', 'wave_generator_compliance'),
-                                   form_share=0.01, form_error=0.03,
+                                   form_share=0.01, form_error=0.01,
                                    experiment='slow torques up to 60 % of the peak',
                                    doubts={'error': (0.17, 'error')}),
-    'wave_generator_compliance': Hypothesis({'compliance': 0.1}, alike=('backlash',
-                                                                        'stiffening_error'),
-                                            form_share=0.25, form_error=0.03, experiment=_LOOP,
+    'wave_generator_compliance': Hypothesis({'compliance': 0.1}, least={'compliance': _rigid},
+                                            alike=('backlash', 'stiffening_error',
+                                                   'stiffness_error'),
+                                            form_share=0.15, form_error=0.006, experiment=_LOOP,
                                             doubts={'compliance': (0.25, 'compliance')}),
     'torsional_hysteresis': Hypothesis({'level': 0.3, 'width': 2e-5},
                                        grid={'width': (3e-5, 1e-4, 3e-4)},
@@ -195,7 +211,16 @@ def terms_of(arm: Arm, name: str) -> Iterator[Term]:
             start = replace(present, **_named(sought.grid, point))
             yield Term(start, joint, tuple(sought.free), tuple(sought.free.values()),
                        tuple(sought.waves), tuple(sought.waves.values()),
+                       least=_least(arm, sought, joint),
                        grown=next(iter(sought.free), '') in sought.grid)
+
+
+def _least(arm: Arm, sought: Hypothesis, joint: str | None) -> tuple[float, ...]:
+    """Return the bounds of the free numbers at a joint, none where the law has none."""
+    if joint is None or not sought.least:
+        return ()
+    bound = {name: least(arm.joint(joint)) for name, least in sought.least.items()}
+    return tuple(bound.get(name, -math.inf) for name in sought.free)
 
 
 def variant_of(term: Term) -> tuple[float, ...]:

@@ -128,6 +128,7 @@ def _sized(arm, start: Term, shares: Array) -> Term:                # type: igno
         now = getattr(arm.effect(start.name, start.joint), start.free[0])
         full = directions(start)[0].vector()[0]
         vector[0] = now + float(np.clip(shares[0], -5.0, 5.0)) * (full - now)
+        vector = start.short_of_bounds(vector)
     else:
         vector = vector + shares * start.all_steps()
     sized = start.at(vector)

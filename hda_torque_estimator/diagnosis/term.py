@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Place = tuple[str, str | None]        # an effect and its joint, None for the whole arm
+_TO_BOUND = 0.7         # share of the way to a bound that a step may take
 
 
 @dataclass(frozen=True)
@@ -23,7 +24,8 @@ class Term:
     An effect with free numbers, each with its usual step and, for a nuisance, its tolerance.
 
     `waves` are pairs (amplitude, phase) by their names; `tolerances` are standard deviations
-    about the nominal value, one for each free number, infinite where nothing is known.
+    about the nominal value, one for each free number, infinite where nothing is known. `least`
+    are bounds by the arm, one for each free number, where the law would clip it unseen.
     """
 
     effect: Effect
@@ -33,6 +35,7 @@ class Term:
     waves: tuple[tuple[str, str], ...] = ()
     wave_steps: tuple[float, ...] = ()
     tolerances: tuple[float, ...] = ()
+    least: tuple[float, ...] = ()
     grown: bool = False             # whether the first number has a size to start from already
 
     @property
@@ -75,6 +78,17 @@ class Term:
         bounded = {name: min(max(float(value), kind.declaration(name).low),
                              kind.declaration(name).high) for name, value in values.items()}
         return replace(self, effect=replace(self.effect, **bounded))
+
+    def moved(self, step: Array) -> 'Term':
+        """Return the term a step on, but no more than most of the way to a bound by the arm."""
+        return self.at(self.short_of_bounds(self.vector() + step))
+
+    def short_of_bounds(self, vector: Array) -> Array:
+        """Return other free numbers, or those most of the way to a bound by the arm."""
+        bounds = np.full(self.size, -math.inf)
+        bounds[:len(self.least)] = self.least
+        now = self.vector()
+        return np.maximum(vector, now + _TO_BOUND * (bounds - now))
 
     def on(self, arm: Arm) -> Arm:
         """Return the arm with this effect."""
