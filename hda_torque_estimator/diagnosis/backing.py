@@ -4,7 +4,8 @@ Whether the causes that were found are backed: nothing is named on a rest that n
 A wrong cause takes the place of the right one and leaves a part of what it cannot describe. So a
 joint in which much more is left than noise, and more than the accepted laws may leave as one form
 of several (`Hypothesis.form_error`), takes back every cause that rests on it; and so does a rest
-of any size that a simple curve tells (`nameless`).
+of any size that a simple curve tells (`nameless`). A search that took as many causes as it may,
+and leaves a rest, is lost and backs none.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,7 +19,7 @@ from .balance import RATE
 from .fit import Fit, Fitter
 from .hypotheses import HYPOTHESES, Hypothesis
 from .nameless import best_curves, Curve, plain_score
-from .search import Found
+from .search import Found, MOST
 from .term import Place, Term
 
 Array = NDArray[np.float64]
@@ -49,17 +50,19 @@ def backing(fitter: Fitter, found: Found, doubted: Sequence[Term] = ()) -> Backi
     fit = fitter.at(found.last.terms, len(found.last.accepted), found.last.columns)
     lacking = [_lacking(fitter, fit, term) for term in fit.accepted]
     powers = [np.maximum(without.variance - fit.variance, 0.0) for without in lacking]
-    allowed = sum((HYPOTHESES[term.name].form_error * np.minimum(power, found.first.variance)
-                   for term, power in zip(fit.accepted, powers)), np.zeros_like(noise))
+    counted = [np.minimum(power, found.first.variance) for power in powers]
+    allowed = sum((HYPOTHESES[term.name].form_error * power
+                   for term, power in zip(fit.accepted, counted)), np.zeros_like(noise))
     unexplained = fit.variance - noise > REST ** 2 * noise * _unsure(fit) + allowed
-    for term in [*doubted, *_formed(fitter, fit, found, trained),
+    for term in [*doubted, *_formed(fitter, fit, found, counted, trained),
                  *_shapeless(fitter, fit, lacking)]:
         unexplained[fitter.channels_of(term)] = True
     for label in fitter.arm.labels:                 # what is wrong at a joint may be any of it
         own = fitter.own_channels(label)
         unexplained[own] = unexplained[own].any()
+    lost = len(fit.accepted) == MOST and unexplained.any()      # it took what came, and ran out
     backed = tuple(term for term, power in zip(fit.accepted, powers)
-                   if not (unexplained & _acts(power / noise)).any())
+                   if not lost and not (unexplained & _acts(power / noise)).any())
     return Backing(backed, unexplained, {
         term.place: power / noise for term, power in zip(fit.accepted, powers)})
 
@@ -75,20 +78,26 @@ def _acts(power: Array) -> NDArray[np.bool_]:
     return (power > REST ** 2) | (power > 0.5 * power.max())
 
 
-def _formed(fitter: Fitter, fit: Fit, found: Found, trained: float) -> list[Term]:
+def _formed(fitter: Fitter, fit: Fit, found: Found, powers: Sequence[Array],
+            trained: float) -> list[Term]:
     """
     Return the causes beside which a simple curve tells what they leave.
 
     A curve at the motor is not what a cause in the torsion leaves, nor the reverse, where another
     cause of the joint is nearer. Whose curve it is cannot be told among those that are near, so
     it may be what all of their laws leave together, and laws of several forms of the whole arm.
-    They were found on the share `trained` of the rows that are looked at here.
+    The `powers` (c,) are those of the causes; what these improve was found on the share `trained`
+    of the rows that are looked at here.
     """
     joints = {term.joint for term in fit.accepted if term.joint is not None}
     if not joints:
         return []
-    shares = {place: HYPOTHESES[place[0]].form_share * reason.improvement
-              for place, reason in found.reasons().items()}
+    rows = fitter.effective * fitter.valid(fit.balance).sum(axis=0)
+    shares = {}
+    for term, reason, power in zip(fit.accepted, found.evidence, powers):
+        sought = HYPOTHESES[term.name]
+        shares[term.place] = sought.form_share * reason.improvement / trained + float(
+            rows @ np.log1p(sought.form_power * power / fitter.noise ** 2))
     shared = sum(share for (name, joint), share in shares.items() if joint is None
                  and HYPOTHESES[name].form_share > Hypothesis.form_share)
     plain = plain_score(fitter, fit)
@@ -98,7 +107,7 @@ def _formed(fitter: Fitter, fit: Fit, found: Found, trained: float) -> list[Term
         near = [term for term in own if {
             curve.site, effect_named(term.name).site.value} != {'motor', 'torsion'}] or own
         allowed = shared + sum(shares[term.place] for term in near)
-        if plain - curve.score > _least(curve, near) + allowed / trained:
+        if plain - curve.score > _least(curve, near) + allowed:
             formed += near
     return formed
 

@@ -30,8 +30,9 @@ class Hypothesis:
     of those numbers, or of several at once, that the residual does not depend on linearly, and
     `least` bounds by the joint below which the law does not change any more.
     `form_error` is the share of the effect's power that its law may leave, where the literature
-    has laws of several forms. A curve without a name at its site may improve the score by `form`,
-    and by `form_share` of what the effect improves it. `doubts` are half-widths that intervals
+    has laws of several forms. A curve without a name at its site may improve the score by `form`
+    and by `form_share` of what the effect improves it, and may explain `form_power`, a share of
+    the effect's power. `doubts` are half-widths that intervals
     have for the same reason, as shares of another number or absolute. `twin` is an effect that no
     motion tells from this one. What acts on the command acts on the noise of the encoders that it
     repeats: two such effects are compared `below` a frequency [Hz], and one of which the power
@@ -47,6 +48,7 @@ class Hypothesis:
     form_error: float = 0.003
     form: float = 300.0
     form_share: float = 0.02
+    form_power: float = 0.0
     doubts: dict[str, tuple[float, str]] = field(default_factory=dict)
     twin: str = ''
     clear: float = 0.0
@@ -146,7 +148,7 @@ HYPOTHESES: dict[str, Hypothesis] = {
     'wave_generator_compliance': Hypothesis({'compliance': 0.1}, least={'compliance': _rigid},
                                             alike=('backlash', 'stiffening_error',
                                                    'stiffness_error'),
-                                            form_share=0.15, form_error=0.006, experiment=_LOOP,
+                                            form_power=0.001, form_error=0.002, experiment=_LOOP,
                                             doubts={'compliance': (0.25, 'compliance')}),
     'torsional_hysteresis': Hypothesis({'level': 0.3, 'width': 2e-5},
                                        grid={'width': (3e-5, 1e-4, 3e-4)},
