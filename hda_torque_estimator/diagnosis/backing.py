@@ -84,12 +84,13 @@ def _formed(fitter: Fitter, fit: Fit, found: Found, powers: Sequence[Array],
     Return the causes beside which a simple curve tells what they leave.
 
     A curve at the motor is not what a cause in the torsion leaves, nor the reverse, where another
-    cause of the joint is nearer. Whose curve it is cannot be told among those that are near, so
-    it may be what all of their laws leave together, and laws of several forms of the whole arm.
-    The `powers` (c,) are those of the causes; what these improve was found on the share `trained`
-    of the rows that are looked at here.
+    cause of the joint is nearer; at a joint without one it is held against those of the whole arm.
+    Whose curve it is cannot be told among those that are near, so it may be what all of their laws
+    leave together, and laws of several forms of the whole arm. The `powers` (c,) are those of the
+    causes; what these improve was found on the share `trained` of the rows that are looked at.
     """
-    joints = {term.joint for term in fit.accepted if term.joint is not None}
+    whole = [term for term in fit.accepted if term.joint is None]
+    joints = fitter.arm.labels if whole else {str(term.joint) for term in fit.accepted}
     if not joints:
         return []
     rows = fitter.effective * fitter.valid(fit.balance).sum(axis=0)
@@ -104,9 +105,9 @@ def _formed(fitter: Fitter, fit: Fit, found: Found, powers: Sequence[Array],
     formed = []
     for label, curve in best_curves(fitter, fit, joints).items():
         own = [term for term in fit.accepted if term.joint == label]
-        near = [term for term in own if {
+        near = [term for term in own or whole if {
             curve.site, effect_named(term.name).site.value} != {'motor', 'torsion'}] or own
-        allowed = shared + sum(shares[term.place] for term in near)
+        allowed = sum(shares[term.place] for term in near) + (shared if own else 0.0)
         if plain - curve.score > _least(curve, near) + allowed:
             formed += near
     return formed
