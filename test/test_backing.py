@@ -41,6 +41,13 @@ def test_no_other_cause_takes_the_name_of_one_that_is_left_out(name, seed, site)
     assert (found.unexplained.site, found.unexplained.joint) == (site, hidden.joint)
 
 
+def test_no_payload_takes_the_name_of_an_inertia_that_is_left_out():
+    """Both load every joint, so the rest need not sit where the inertia is wrong."""
+    found = diagnose(measured('link_inertia_error', 5967)[0], ARM, names=[
+        each for each in sought_effects() if each != 'link_inertia_error']).diagnosis
+    assert (found.verdict, found.findings, found.unexplained.site) == ('unknown', (), 'link')
+
+
 def test_no_step_leaves_the_wind_up_where_its_law_does_not_change_any_more():
     term = next(terms_of(ARM, 'wave_generator_compliance'))
     rigid = -1.0 / ARM.joint(term.joint).torsion.wave_generator_stiffness

@@ -115,8 +115,8 @@ def _formed(fitter: Fitter, fit: Fit, found: Found, powers: Sequence[Array],
 
 def _least(curve: Curve, near: Sequence[Term]) -> float:
     """Return the improvement of the score from which a curve beside causes near it is a form."""
-    return max(HYPOTHESES[term.name].form if effect_named(term.name).site.value == curve.site
-               else Hypothesis.form for term in near)
+    return max(HYPOTHESES[term.name].form if term.joint is None or curve.site == effect_named(
+        term.name).site.value else Hypothesis.form for term in near)
 
 
 def _shapeless(fitter: Fitter, fit: Fit, lacking: Sequence[Fit]) -> list[Term]:
