@@ -28,15 +28,15 @@ class Hypothesis:
 
     `free` and `waves` name the numbers to fit with a typical size; `grid` lists starting values
     of those numbers, or of several at once, that the residual does not depend on linearly, and
-    `least` bounds by the joint below which the law does not change any more.
-    `form_error` is the share of the effect's power that its law may leave, where the literature
-    has laws of several forms. A curve without a name at its site may improve the score by `form`
-    and by `form_share` of what the effect improves it, and may explain `form_power`, a share of
-    the effect's power. `doubts` are half-widths that intervals
-    have for the same reason, as shares of another number or absolute. `twin` is an effect that no
-    motion tells from this one. What acts on the command acts on the noise of the encoders that it
-    repeats: two such effects are compared `below` a frequency [Hz], and one of which the power
-    over that of noise is less than `clear` is not told from the first of `alike`.
+    `least` bounds by the joint below which the law does not change any more. `form_error` is the
+    share of the effect's power that its law may leave, where the literature has laws of several
+    forms. A curve without a name at its site may improve the score by `form` and by `form_share`
+    of what the effect improves it, and may explain `form_power`, a share of the effect's power.
+    `doubts` are half-widths that intervals have for the same reason, as shares of another number
+    or absolute. `twin` is an effect that no motion tells from this one. What acts on the command
+    acts on the noise of the encoders that it repeats: two such effects are compared `below` a
+    frequency [Hz], and one of which the power over that of noise is less than `clear` is not told
+    from the first of `alike`.
     """
 
     free: dict[str, float] = field(default_factory=dict)
