@@ -150,8 +150,9 @@ def alike(found: Found, judged: Backing) -> tuple[Alike, ...]:
     Return the backed causes that a rival, or a twin by nature, explains as well.
 
     A rival with more numbers does not count: one that contains the cause always explains as well.
+    Nor does one that was found beside it.
     """
-    pairs = []
+    pairs, taken = [], {term.place for term in found.last.accepted}
     for term, reason in zip(found.last.accepted, found.evidence):
         if term not in judged.backed:
             continue
@@ -159,8 +160,8 @@ def alike(found: Found, judged: Backing) -> tuple[Alike, ...]:
         unclear = judged.powers[term.place].max() < sought.clear
         twin = sought.alike[0] if unclear else sought.twin
         other: Place | None = (twin, term.joint) if twin else None
-        if rival is not None and rival.size <= term.size and reason.runner_up_gap < max(
-                TIED, TIED_SHARE * reason.improvement):
+        if (rival is not None and rival.place not in taken and rival.size <= term.size
+                and reason.runner_up_gap < max(TIED, TIED_SHARE * reason.improvement)):
             other = rival.place
         if other is not None:
             pairs.append(Alike((term.place, other), sought.experiment))
