@@ -79,5 +79,12 @@ def _whole(effect: str, joint: str | None, number: str, hidden: float,
         name, nominal = ADDED[effect, number]
         return hidden + nominal * scatter[name][place]
     if (effect, number) in SCALED:
-        return (1.0 + hidden) * scatter[SCALED[effect, number]][place] - 1.0
+        whole = (1.0 + hidden) * scatter[SCALED[effect, number]][place] - 1.0
+        return whole - _carried(scatter) if effect == 'link_inertia_error' and not place else whole
     return hidden
+
+
+def _carried(scatter: Mapping[str, list[float]]) -> float:
+    """Return the share of p1 that the library gives it with an error of p2, the truth does not."""
+    body = layout.nominal_arm()[0]
+    return float(body['p2'] / body['p1']) * (scatter['inertia'][1] - 1.0)
