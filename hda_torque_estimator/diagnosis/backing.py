@@ -94,11 +94,13 @@ def _formed(fitter: Fitter, fit: Fit, found: Found, powers: Sequence[Array],
     if not joints:
         return []
     rows = fitter.effective * fitter.valid(fit.balance).sum(axis=0)
+    over_noise = {term.place: power / fitter.noise ** 2
+                  for term, power in zip(fit.accepted, powers)}
     shares = {}
-    for term, reason, power in zip(fit.accepted, found.evidence, powers):
+    for term, reason in zip(fit.accepted, found.evidence):
         sought = HYPOTHESES[term.name]
         shares[term.place] = sought.form_share * reason.improvement / trained + float(
-            rows @ np.log1p(sought.form_power * power / fitter.noise ** 2))
+            rows @ np.log1p(sought.form_power * over_noise[term.place]))
     shared = sum(share for (name, joint), share in shares.items() if joint is None
                  and HYPOTHESES[name].form_share > Hypothesis.form_share)
     plain = plain_score(fitter, fit)
@@ -108,15 +110,17 @@ def _formed(fitter: Fitter, fit: Fit, found: Found, powers: Sequence[Array],
         near = [term for term in own or whole if {
             curve.site, effect_named(term.name).site.value} != {'motor', 'torsion'}] or own
         allowed = sum(shares[term.place] for term in near) + (shared if own else 0.0)
-        if plain - curve.score > _least(curve, near) + allowed:
+        if plain - curve.score > allowed + max(
+                _least(curve, term, over_noise[term.place].max()) for term in near):
             formed += near
     return formed
 
 
-def _least(curve: Curve, near: Sequence[Term]) -> float:
-    """Return the improvement of the score from which a curve beside causes near it is a form."""
-    return max(HYPOTHESES[term.name].form if term.joint is None or curve.site == effect_named(
-        term.name).site.value else Hypothesis.form for term in near)
+def _least(curve: Curve, term: Term, power: float) -> float:
+    """Return the improvement by a curve from which a cause of so much power is doubted."""
+    sought = HYPOTHESES[term.name]
+    near = term.joint is None or curve.site == effect_named(term.name).site.value
+    return sought.form if near and power >= sought.clear else Hypothesis.form
 
 
 def _shapeless(fitter: Fitter, fit: Fit, lacking: Sequence[Fit]) -> list[Term]:

@@ -36,7 +36,7 @@ class Hypothesis:
     or absolute. `twin` is an effect that no motion tells from this one. What acts on the command
     acts on the noise of the encoders that it repeats: two such effects are compared `below` a
     frequency [Hz], and one of which the power over that of noise is less than `clear` is not told
-    from the first of `alike`.
+    from the first of `alike`, and no other `form` than the usual one is asked of it.
     """
 
     free: dict[str, float] = field(default_factory=dict)
