@@ -50,10 +50,11 @@ def backing(fitter: Fitter, found: Found, doubted: Sequence[Term] = ()) -> Backi
     fit = fitter.at(found.last.terms, len(found.last.accepted), found.last.columns)
     lacking = [_lacking(fitter, fit, term) for term in fit.accepted]
     powers = [np.maximum(without.variance - fit.variance, 0.0) for without in lacking]
-    counted = [np.minimum(power, found.first.variance) for power in powers]
-    allowed = sum((HYPOTHESES[term.name].form_error * power
-                   for term, power in zip(fit.accepted, counted)), np.zeros_like(noise))
-    unexplained = fit.variance - noise > REST ** 2 * noise * _unsure(fit) + allowed
+    counted = {term.place: np.minimum(power, found.first.variance) / noise
+               for term, power in zip(fit.accepted, powers)}
+    allowed = sum((HYPOTHESES[name].form_error * power for (name, _), power in counted.items()),
+                  np.zeros_like(noise))
+    unexplained = fit.variance - noise > (REST ** 2 * _unsure(fit) + allowed) * noise
     for term in [*doubted, *_formed(fitter, fit, found, counted, trained),
                  *_shapeless(fitter, fit, lacking)]:
         unexplained[fitter.channels_of(term)] = True
@@ -61,8 +62,8 @@ def backing(fitter: Fitter, found: Found, doubted: Sequence[Term] = ()) -> Backi
         own = fitter.own_channels(label)
         unexplained[own] = unexplained[own].any()
     lost = len(fit.accepted) == MOST and unexplained.any()      # it took what came, and ran out
-    backed = tuple(term for term, power in zip(fit.accepted, powers)
-                   if not lost and not (unexplained & _acts(power / noise)).any())
+    backed = () if lost else tuple(term for term, power in zip(fit.accepted, powers)
+                                   if not (unexplained & _acts(power / noise)).any())
     return Backing(backed, unexplained, {
         term.place: power / noise for term, power in zip(fit.accepted, powers)})
 
@@ -78,7 +79,7 @@ def _acts(power: Array) -> NDArray[np.bool_]:
     return (power > REST ** 2) | (power > 0.5 * power.max())
 
 
-def _formed(fitter: Fitter, fit: Fit, found: Found, powers: Sequence[Array],
+def _formed(fitter: Fitter, fit: Fit, found: Found, powers: Mapping[Place, Array],
             trained: float) -> list[Term]:
     """
     Return the causes beside which a simple curve tells what they leave.
@@ -86,21 +87,18 @@ def _formed(fitter: Fitter, fit: Fit, found: Found, powers: Sequence[Array],
     A curve at the motor is not what a cause in the torsion leaves, nor the reverse, where another
     cause of the joint is nearer; at a joint without one it is held against those of the whole arm.
     Whose curve it is cannot be told among those that are near, so it may be what all of their laws
-    leave together, and laws of several forms of the whole arm. The `powers` (c,) are those of the
-    causes; what these improve was found on the share `trained` of the rows that are looked at.
+    leave together, and laws of several forms of the whole arm. The `powers` (c,) of the causes are
+    over noise; what these improve was found on the share `trained` of the rows that are looked at.
     """
     whole = [term for term in fit.accepted if term.joint is None]
     joints = fitter.arm.labels if whole else {str(term.joint) for term in fit.accepted}
     if not joints:
         return []
     rows = fitter.effective * fitter.valid(fit.balance).sum(axis=0)
-    over_noise = {term.place: power / fitter.noise ** 2
-                  for term, power in zip(fit.accepted, powers)}
-    shares = {}
-    for term, reason in zip(fit.accepted, found.evidence):
-        sought = HYPOTHESES[term.name]
-        shares[term.place] = sought.form_share * reason.improvement / trained + float(
-            rows @ np.log1p(sought.form_power * over_noise[term.place]))
+    shares = {
+        place: HYPOTHESES[place[0]].form_share * reason.improvement / trained
+        + float(rows @ np.log1p(HYPOTHESES[place[0]].form_power * powers[place]))
+        for place, reason in found.reasons().items()}
     shared = sum(share for (name, joint), share in shares.items() if joint is None
                  and HYPOTHESES[name].form_share > Hypothesis.form_share)
     plain = plain_score(fitter, fit)
@@ -111,7 +109,7 @@ def _formed(fitter: Fitter, fit: Fit, found: Found, powers: Sequence[Array],
             curve.site, effect_named(term.name).site.value} != {'motor', 'torsion'}] or own
         allowed = sum(shares[term.place] for term in near) + (shared if own else 0.0)
         if plain - curve.score > allowed + max(
-                _least(curve, term, over_noise[term.place].max()) for term in near):
+                _least(curve, term, powers[term.place].max()) for term in near):
             formed += near
     return formed
 
