@@ -51,12 +51,12 @@ def friction_budget(                                                # type: igno
     """
     excess, place = joint.stribeck_friction.excess, joint.position_dependent_friction
     budget = dry_budget(joint.coulomb_friction.level)
-    if excess != 0.0:
-        budget += stribeck_budget(motor_velocity, excess, joint.stribeck_friction.speed)
-    if joint.load_dependent_friction.coefficient != 0.0:
-        budget += load_budget(joint_torque, joint.ratio, joint.load_dependent_friction.coefficient)
     if place.amplitude != 0.0:
         budget += position_budget(budget, link_angle, place.amplitude, place.order, place.phase)
     if joint.asymmetric_friction.asymmetry != 0.0:
         budget += asymmetric_budget(budget, sense, joint.asymmetric_friction.asymmetry)
+    if excess != 0.0:
+        budget += stribeck_budget(motor_velocity, excess, joint.stribeck_friction.speed)
+    if joint.load_dependent_friction.coefficient != 0.0:
+        budget += load_budget(joint_torque, joint.ratio, joint.load_dependent_friction.coefficient)
     return budget

@@ -162,7 +162,7 @@ class AsymmetricFriction(Effect):
     site: ClassVar[Site] = Site.MOTOR
     law = staticmethod(asymmetric_budget)
     asymmetry: float = parameter(
-        0.0, '', -0.95, 0.95, 'share by which dry friction is larger forwards, smaller backwards')
+        0.0, '', -0.95, 0.95, 'share by which the dry level is larger forwards, smaller backwards')
 
 
 @dataclass(frozen=True)
@@ -198,6 +198,6 @@ class PositionDependentFriction(Effect):
     cause: ClassVar[str] = 'dry friction varies along the turn of the joint'
     site: ClassVar[Site] = Site.MOTOR
     law = staticmethod(position_budget)
-    amplitude: float = parameter(0.0, '', 0.0, 0.95, 'variation as a share of dry friction')
+    amplitude: float = parameter(0.0, '', 0.0, 0.95, 'variation as a share of the dry level')
     order: float = parameter(1.0, '1/turn', 0.1, 1e3, 'waves per turn of the link')
     phase: float = parameter(0.0, 'rad', -7.0, 7.0, 'phase at link angle 0')
