@@ -60,6 +60,8 @@ def test_hidden_effect_is_named_and_sized(name):
     (('clock_skew', 'wave_generator_compliance'), 5951),    # whose form shows when skew is known
     (('base_vibration', 'stiffening_error', 'structural_damping'), 5989),   # likewise
     (('position_dependent_friction', 'stribeck_friction'), 201029),     # as good as each other
+    (('position_dependent_friction', 'viscous_friction'), 211582),      # whose order shows late
+    (('stribeck_friction', 'position_dependent_friction'), 211618),     # waves of the level alone
     (('stiffening_error',), 4462),                          # of which two steps like a wrong law
     (('current_loop_lag',), 4529),                          # noise speaks for a delay
     (('bearing_crosstalk', 'link_bearing_friction'), 4446),     # a third only helps to get there

@@ -2,7 +2,8 @@
 Look for the causes: accept the best hypothesis, simulate with it, look again.
 
 What a cause must do to be accepted is told in `acceptance`. Where the way that was best at every
-step ends with a rest, it goes back to where another cause was nearly as good.
+step ends with a rest, it weighs the laws of each cause again beside all others, and goes back to
+where another cause was nearly as good.
 """
 
 from collections.abc import Iterator, Sequence
@@ -111,8 +112,16 @@ def _stuck(fitter: Fitter, found: Found) -> bool:
 
 
 def _turns(fitter: Fitter, found: Found) -> Iterator[Found]:
-    """Yield where a search may begin again: with a cause that was nearly as good as another."""
+    """
+    Yield where a search may begin again.
+
+    With another law of a cause, which was chosen before the others were known; or with a cause
+    that was nearly as good as another.
+    """
     terms = found.last.accepted
+    for term in terms[:-1]:
+        if HYPOTHESES[term.name].grid:
+            yield from _other_law(fitter, found, term)
     near = sorted((reason.runner_up_gap / reason.improvement, place)
                   for place, reason in enumerate(found.evidence) if reason.runner_up is not None
                   and reason.runner_up.name != HYPOTHESES[terms[place].name].twin)
@@ -127,6 +136,17 @@ def _turns(fitter: Fitter, found: Found) -> Iterator[Found]:
             taken = Evidence(before.score - fit.score, threshold(fitter, reason.runner_up),
                              terms[place], THRESHOLD)         # by which it must win
             yield Found(found.first, fit, (*found.evidence[:place], taken))
+
+
+def _other_law(fitter: Fitter, found: Found, term: Term) -> Iterator[Found]:
+    """Yield what was found with the law of a cause that fits best beside all others."""
+    others = [other for other in found.last.accepted if other is not term]
+    without = fitter.fit(others, found.last.nuisance)
+    laws = [law for law in terms_of(fitter.on(others), term.name) if law.joint == term.joint]
+    best = _exact(fitter, list(_refits(fitter, without, laws)))
+    if best and _cost(fitter, best[0]) < _cost(fitter, found.last) - THRESHOLD:
+        reasons = found.reasons()
+        yield Found(found.first, best[0], tuple(reasons[other.place] for other in (*others, term)))
 
 
 def _weighed_again(fitter: Fitter, found: Found) -> Found:
@@ -159,7 +179,7 @@ def _next(fitter: Fitter, first: Fit, fit: Fit,
                  if prospect.term.place not in taken]
     promising = [prospect for prospect in _first_places(prospects)
                  if fit.score - prospect.score > threshold(fitter, prospect.term)]
-    tried = _exact(fitter, list(_refits(fitter, fit, promising)))
+    tried = _exact(fitter, list(_refits(fitter, fit, [each.term for each in promising])))
     exact = [trial for trial in tried if accepted(fitter, first, fit, trial, trial.accepted[-1])]
     if not exact:
         return None
@@ -188,11 +208,11 @@ def _cost(fitter: Fitter, fit: Fit) -> float:
     return fit.score + sum(freedom(fitter, term) for term in fit.accepted)
 
 
-def _refits(fitter: Fitter, fit: Fit, prospects: list[Prospect]) -> Iterator[Fit]:
-    """Return the fits of prospects, but for those that no arm can have."""
-    for prospect in prospects:
+def _refits(fitter: Fitter, fit: Fit, terms: Sequence[Term]) -> Iterator[Fit]:
+    """Return the fits with one more of these terms, but for those that no arm can have."""
+    for term in terms:
         try:
-            yield fitter.refit(fit, prospect.term)
+            yield fitter.refit(fit, term)
         except IMPOSSIBLE:
             continue
 
