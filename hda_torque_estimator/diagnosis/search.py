@@ -6,7 +6,7 @@ step ends with a rest, it weighs the laws of each cause again beside all others,
 where another cause was nearly as good.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -75,7 +75,7 @@ def search(fitter: Fitter, names: Sequence[str], begun: Found | None = None) -> 
         if not _stuck(fitter, found):
             break
         other = _extended(fitter, names, start)
-        if _cost(fitter, other.last) < _cost(fitter, found.last) - THRESHOLD:
+        if _better(fitter, other.last, found.last):
             found = other
     return _weighed_again(fitter, found)
 
@@ -142,9 +142,9 @@ def _other_law(fitter: Fitter, found: Found, term: Term) -> Iterator[Found]:
     """Yield what was found with the law of a cause that fits best beside all others."""
     others = [other for other in found.last.accepted if other is not term]
     without = fitter.fit(others, found.last.nuisance)
-    laws = [law for law in terms_of(fitter.on(others), term.name) if law.joint == term.joint]
-    best = _exact(fitter, list(_refits(fitter, without, laws)))
-    if best and _cost(fitter, best[0]) < _cost(fitter, found.last) - THRESHOLD:
+    laws = _starts(fitter.on(others), term.name, term.joint)
+    best = _exact(fitter, _refits(fitter, without, laws))
+    if best and _better(fitter, best[0], found.last):
         reasons = found.reasons()
         yield Found(found.first, best[0], tuple(reasons[other.place] for other in (*others, term)))
 
@@ -179,7 +179,7 @@ def _next(fitter: Fitter, first: Fit, fit: Fit,
                  if prospect.term.place not in taken]
     promising = [prospect for prospect in _first_places(prospects)
                  if fit.score - prospect.score > threshold(fitter, prospect.term)]
-    tried = _exact(fitter, list(_refits(fitter, fit, [each.term for each in promising])))
+    tried = _exact(fitter, _refits(fitter, fit, [each.term for each in promising]))
     exact = [trial for trial in tried if accepted(fitter, first, fit, trial, trial.accepted[-1])]
     if not exact:
         return None
@@ -208,6 +208,16 @@ def _cost(fitter: Fitter, fit: Fit) -> float:
     return fit.score + sum(freedom(fitter, term) for term in fit.accepted)
 
 
+def _better(fitter: Fitter, fit: Fit, than: Fit) -> bool:
+    """Tell whether a fit costs so much less than another that it is worth a change."""
+    return _cost(fitter, fit) < _cost(fitter, than) - THRESHOLD
+
+
+def _starts(arm: Arm, name: str, joint: str | None) -> list[Term]:
+    """Return every start of one hypothesis at one joint, or of the whole arm."""
+    return [start for start in terms_of(arm, name) if start.joint == joint]
+
+
 def _refits(fitter: Fitter, fit: Fit, terms: Sequence[Term]) -> Iterator[Fit]:
     """Return the fits with one more of these terms, but for those that no arm can have."""
     for term in terms:
@@ -217,13 +227,13 @@ def _refits(fitter: Fitter, fit: Fit, terms: Sequence[Term]) -> Iterator[Fit]:
             continue
 
 
-def _exact(fitter: Fitter, tried: list[Fit]) -> list[Fit]:
+def _exact(fitter: Fitter, trials: Iterable[Fit]) -> list[Fit]:
     """
     Return the fits of the most promising places to the end, the best first.
 
     A place may have several laws, and two steps do not tell which of them will fit.
     """
-    tried = sorted(tried, key=lambda trial: _cost(fitter, trial))
+    tried = sorted(trials, key=lambda trial: _cost(fitter, trial))
     finalists = list(dict.fromkeys(map(_place, tried)))[:_FINALISTS]
     best: dict[Place, Fit] = {}
     for trial in sorted((fitter.refined(trial) for trial in tried if _place(trial) in finalists),
@@ -270,5 +280,5 @@ def _simpler(arm: Arm, term: Term, names: Sequence[str]) -> Iterator[Term]:
     """Yield what a cause is confused with that has fewer numbers, all of which fits reach."""
     for name in HYPOTHESES[term.name].alike:
         if name in names and not HYPOTHESES[name].grid:
-            yield from (start for start in terms_of(arm, name)
-                        if start.joint == term.joint and start.size < term.size)
+            yield from (start for start in _starts(arm, name, term.joint)
+                        if start.size < term.size)
