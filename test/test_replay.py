@@ -141,7 +141,8 @@ def test_recording_gives_the_bits_of_the_live_run_by_command_and_played(sent, tm
         watcher.until(lambda: watcher.node.count_subscribers(JOINT_TORQUES.name) == 1, 'recorder')
         watcher.until(lambda: watcher.node.count_subscribers(ESTIMATOR_STATE.name) == 1, 'states')
         watcher.until(partial(recorded, replayed, 'velocity_bandwidth'), 'the settings')
-        with running(tmp_path, bag_player=(f'bag:={live}', 'topics:=[joint_states]')) as player:
+        with running(tmp_path, bag_player=(             # both readers, on a stalled machine too
+                f'bag:={live}', 'topics:=[joint_states]', 'settle_time:=10')) as player:
             assert player['bag_player'].wait() == 0, player['bag_player'].said
         watcher.until(lambda: counted(replayed) == len(expected['joint_torques']), 'the end')
         end(nodes)
