@@ -8,7 +8,7 @@ from hda_torque_estimator.diagnosis.fit import Fitter
 from hda_torque_estimator.diagnosis.healthy import noise_of
 from hda_torque_estimator.diagnosis.hypotheses import terms_of
 from hda_torque_estimator.diagnosis.measurement import Measurement
-from hda_torque_estimator.diagnosis.nameless import best_curves, plain_score
+from hda_torque_estimator.diagnosis.nameless import best_curves
 from hda_torque_estimator.diagnosis.running_clock import inside, stretches
 import numpy as np
 import pytest
@@ -71,6 +71,6 @@ def test_only_a_wrong_cause_leaves_a_curve(soft, name, leaves):
     fitter, joint = soft
     term = next(term for term in terms_of(ARM, name) if term.joint == joint)
     fit = fitter.refined(fitter.refit(fitter.fit(()), term))
-    gain = plain_score(fitter, fit) - best_curves(fitter, fit, (joint,))[joint].score
+    gain = best_curves(fitter, fit, (joint,))[joint].improvement
     assert (gain > 1000.0) == leaves
     assert leaves or gain < 200.0

@@ -62,6 +62,7 @@ def test_hidden_effect_is_named_and_sized(name):
     (('position_dependent_friction', 'stribeck_friction'), 201029),     # as good as each other
     (('position_dependent_friction', 'viscous_friction'), 211582),      # whose order shows late
     (('stribeck_friction', 'position_dependent_friction'), 211618),     # waves of the level alone
+    (('wave_generator_compliance', 'current_loop_lag'), 211669),    # a curve helps next door
     (('stiffening_error',), 4462),                          # of which two steps like a wrong law
     (('current_loop_lag',), 4529),                          # noise speaks for a delay
     (('bearing_crosstalk', 'link_bearing_friction'), 4446),     # a third only helps to get there

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .fit import Fit, Fitter
 from .hypotheses import HYPOTHESES
-from .nameless import best_curves, plain_score
+from .nameless import best_curves
 from .term import Term
 
 Array = NDArray[np.float64]
@@ -88,10 +88,8 @@ def open_rest(fitter: Fitter, fit: Fit) -> bool:
     taken = {channel for term in fit.accepted for channel in fitter.channels_of(term)}
     quiet = [label for label in fitter.arm.labels
              if not taken.intersection(fitter.own_channels(label))]
-    if not quiet:
-        return False
-    told = min(curve.score for curve in best_curves(fitter, fit, quiet).values())
-    return plain_score(fitter, fit) - told > _CERTAIN
+    return bool(quiet) and any(curve.improvement > _CERTAIN
+                               for curve in best_curves(fitter, fit, quiet).values())
 
 
 def confirmed(fitter: Fitter, first: Fit, last: Fit) -> tuple[Term, ...]:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from .balance import RATE
 from .fit import Fit, Fitter
 from .hypotheses import HYPOTHESES, Hypothesis
-from .nameless import best_curves, Curve, plain_score
+from .nameless import best_curves, Curve
 from .search import Found, MOST
 from .term import Place, Term
 
@@ -101,14 +101,13 @@ def _formed(fitter: Fitter, fit: Fit, found: Found, powers: Mapping[Place, Array
         for place, reason in found.reasons().items()}
     shared = sum(share for (name, joint), share in shares.items() if joint is None
                  and HYPOTHESES[name].form_share > Hypothesis.form_share)
-    plain = plain_score(fitter, fit)
     formed = []
     for label, curve in best_curves(fitter, fit, joints).items():
         own = [term for term in fit.accepted if term.joint == label]
         near = [term for term in own or whole if {
             curve.site, effect_named(term.name).site.value} != {'motor', 'torsion'}] or own
         allowed = sum(shares[term.place] for term in near) + (shared if own else 0.0)
-        if plain - curve.score > allowed + max(
+        if curve.improvement > allowed + max(
                 _least(curve, term, powers[term.place].max()) for term in near):
             formed += near
     return formed

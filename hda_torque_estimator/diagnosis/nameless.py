@@ -26,22 +26,31 @@ _SCALED, _SCALE = {'torque_constant_error', 'motor_inertia_error'}, ('motor', 'j
 
 
 class Curve(NamedTuple):
-    """One curve at one site of a joint, with the score of a fit that has it as well."""
+    """
+    One curve at one site of a joint, with the score of a fit that has it as well.
+
+    It may help what is left at another joint, through masses that are not quite known; that tells
+    nothing of its own, so the `improvement` is not more than in the channels of its joint.
+    """
 
     joint: str
     site: str
     form: str
     score: float
+    improvement: float
 
 
 def best_curves(fitter: Fitter, fit: Fit, joints: Collection[str]) -> dict[str, Curve]:
-    """Return the best curve of each of these joints beside the terms of a fit."""
+    """Return the curve that tells most of each of these joints beside the terms of a fit."""
     coordinates = coordinates_of(fitter.balancer, fitter.on(fit.terms))
     known = condense(fit.balance.residual, fit.columns, fitter.valid(fit.balance))
+    plain = solve(known, fitter.noise, fitter.effective, fitter.away(fit.terms),
+                  deviations(fit.terms))
     curves: dict[str, Curve] = {}
     for place, label in enumerate(fitter.arm.labels):
         if label not in joints:
             continue
+        own = fitter.own_channels(label)
         along = {name: values[:, place] for name, values in coordinates.items()}
         scaled = {term.name for term in fit.accepted if term.joint == label} >= _SCALED
         forms = dict(_forms(fitter.balancer.time, along))
@@ -54,17 +63,12 @@ def best_curves(fitter: Fitter, fit: Fit, joints: Collection[str]) -> dict[str, 
             for number, form in enumerate(forms):
                 if (site, form) == _SCALE and scaled:
                     continue
-                score = _solved(fitter, fit, wide, number, len(forms)).score
-                if label not in curves or score < curves[label].score:
-                    curves[label] = Curve(label, site, form, score)
+                told = _solved(fitter, fit, wide, number, len(forms))
+                better = min(plain.score - told.score,
+                             float((plain.scores - told.scores)[own].sum()))
+                if label not in curves or better > curves[label].improvement:
+                    curves[label] = Curve(label, site, form, told.score, better)
     return curves
-
-
-def plain_score(fitter: Fitter, fit: Fit) -> float:
-    """Return the score that a fit reaches to first order without any curve."""
-    known = condense(fit.balance.residual, fit.columns, fitter.valid(fit.balance))
-    return solve(known, fitter.noise, fitter.effective, fitter.away(fit.terms),
-                 deviations(fit.terms)).score
 
 
 def _sites(fitter: Fitter, label: str) -> dict[str, list[int]]:

@@ -29,6 +29,7 @@ class Solution(NamedTuple):
 
     step: Array         # (p,)
     score: float        # twice the negative log posterior: smaller is better
+    scores: Array       # (c,) share of each channel in it, the rest is that of the priors
     variance: Array     # (c,) left per channel, not below noise [N^2*m^2]
 
 
@@ -77,8 +78,8 @@ def solve(columns: Columns, noise: Array, effective: float, now: Array,
         if np.allclose(renewed, variance, rtol=1e-3):
             break
         variance = renewed
-    return Solution(step, score(left, columns.samples, noise, effective)
-                    + float(prior @ (now + step) ** 2), variance)
+    shares = _scores(left, columns.samples, noise, effective)
+    return Solution(step, float(shares.sum() + prior @ (now + step) ** 2), shares, variance)
 
 
 def covariance(columns: Columns, variance: Array, effective: float, deviations: Array) -> Array:
@@ -97,14 +98,19 @@ def _left(columns: Columns, step: Array) -> Array:
 
 
 def score(left: Array, count: Array, noise: Array, effective: float) -> float:
+    """Return twice the negative log likelihood of what is left per channel (c,) [N^2*m^2]."""
+    return float(_scores(left, count, noise, effective).sum())
+
+
+def _scores(left: Array, count: Array, noise: Array, effective: float) -> Array:
     """
-    Return twice the negative log likelihood of what is left per channel (c,) [N^2*m^2].
+    Return the share of each channel (c,) in the score.
 
     Above the noise the variance is taken from the rest itself, below it from the noise.
     """
     ratio = left / noise ** 2
-    return float(effective * count @ np.where(
-        ratio > 1.0, 1.0 + np.log(np.maximum(ratio, 1.0)), ratio))
+    return effective * count * np.where(
+        ratio > 1.0, 1.0 + np.log(np.maximum(ratio, 1.0)), ratio)
 
 
 def _bounded(normal: Array, right: Array, now: Array, reach: Array,
