@@ -1,9 +1,11 @@
 """Friction that builds up over an angle shows where a shaft turns round, and there alone."""
 
 from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.motions import motion
+from hda_torque_estimator.closed_loop import run
 from hda_torque_estimator.diagnosis.balance import Balancer
 from hda_torque_estimator.diagnosis.healthy import noise_of
-from hda_torque_estimator.diagnosis.measurement import measurement_from
+from hda_torque_estimator.diagnosis.measurement import Measurement, measurement_from
 from hda_torque_estimator.diagnosis.reversals import turning_round
 import numpy as np
 import pytest
@@ -22,6 +24,14 @@ def test_a_joint_whose_friction_builds_up_is_found(name, seed):
     found = turning_round(balancer, ARM, noise_of(balancer, ARM)[0])
     assert [ARM.labels[place] for place in found] == [
         one.joint for one in hidden if name == 'presliding_friction']
+
+
+@pytest.mark.parametrize('seed', [26, 27, 31])
+def test_stops_too_short_to_be_seen_are_not_friction_that_builds_up(seed):
+    made = run(ARM, ARM, motion('rich', 2, 60.0, 1e-3, seed), seed)
+    reading = np.ascontiguousarray(made.reading[:, :, :2])
+    balancer = Balancer(Measurement(ARM.labels, 1e-3, reading, made.command))
+    assert turning_round(balancer, ARM, noise_of(balancer, ARM)[0]) == ()
 
 
 def test_rows_where_a_joint_turns_round_are_its_own():

@@ -2,8 +2,8 @@
 Whether friction builds up after a shaft has turned round.
 
 Dry friction is not known at rest, so a motor balance does not hold near it. Where a shaft turns
-round without a stop, friction that sets in at once leaves little; one that builds up over an angle
-leaves much there and nothing elsewhere.
+round without a stop, friction that sets in at once leaves little, but for stops too short to be
+seen; one that builds up over an angle leaves much there and nothing elsewhere.
 """
 
 from hda_arm_sim.model.arm import Arm
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from .balance import Balancer
 
 Array = NDArray[np.float64]
-_LOUD = 300.0           # power where a shaft turns round, over that of noise
+_LOUD = 800.0           # power where a shaft turns round, over that of noise
 _APART = 20.0           # ... and over the power elsewhere
 _FEWEST = 25            # rows that tell
 
