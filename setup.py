@@ -10,12 +10,10 @@ NAME = 'hda_torque_estimator'
 
 # The same names under `ros2 run hda_torque_estimator NAME` and alone on the path of a venv.
 EXECUTABLES = {
-    'arm_sim': 'hda_arm_sim.main:main',
-    'torque_estimator': 'hda_torque_estimator.estimator_node:main',
-    'jtf_controller': 'hda_torque_estimator.controller_node:main',
-    'bag_recorder': 'hda_torque_estimator.recorder_node:main',
-    'bag_player': 'hda_torque_estimator.player_node:main',
     'hda': 'hda_torque_estimator.cli:main',
+    **{name: f'hda_torque_estimator.executables:{name}' for name in (
+        'arm_sim', 'torque_estimator', 'jtf_controller', 'bag_recorder', 'bag_player',
+        'warm_up')},
 }
 
 DATA_FILES = [
@@ -23,7 +21,8 @@ DATA_FILES = [
     (f'share/{NAME}', ['package.xml']),
     (f'share/{NAME}/launch', sorted(glob('launch/*.launch.py'))),
     *((f'share/{NAME}/{dirname(file)}', [file])
-      for file in sorted(glob('config/**/*.yaml', recursive=True))),
+      for pattern in ('yaml', 'xml')
+      for file in sorted(glob(f'config/**/*.{pattern}', recursive=True))),
 ]
 
 # A wheel puts scripts into bin/ only, where `ros2 run` does not look: it carries shims that
@@ -41,7 +40,7 @@ setup(
     license='Apache-2.0',
     packages=find_packages(include=['hda_msgs_json*', 'hda_arm_sim*', 'hda_torque_estimator*']),
     # hda_arm_sim/config is a link to config/, so that every layout finds the files as resources.
-    package_data={'hda_arm_sim': ['config/**/*.yaml']},
+    package_data={'hda_arm_sim': ['config/**/*.yaml', 'config/*.xml']},
     data_files=DATA_FILES,
     entry_points={'console_scripts': [f'{name} = {main}' for name, main in EXECUTABLES.items()]},
     zip_safe=False,
@@ -53,7 +52,7 @@ setup(
         'mcap>=1.1',
         'numba>=0.58',
         'numpy>=1.26',
-        'pyarrow>=14',
+        'pyarrow>=14.0.1',     # before it a file could run code (CVE-2023-47248)
         'pyyaml>=6.0',
         'rich>=13.7',
         'scipy>=1.11',

@@ -4,12 +4,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
+from hda_msgs_json.errors import HdaError
 from hda_msgs_json.mcap_chunk import expand_file
 from hda_msgs_json.mcap_records import BagError
-import yaml
+from hda_msgs_json.yaml_text import yaml_document
 
 METADATA_FILE = 'metadata.yaml'
-LARGEST_METADATA = 16 << 20
+LARGEST_METADATA = 1 << 20
+"""Bytes: what some thousand files of a split bag need, and what YAML reads in 20 s."""
 COMPRESSED = '.zstd'
 
 
@@ -36,6 +38,8 @@ def _find(path: Path) -> BagFiles:
     if not path.exists():
         raise BagError(f'there is no recording at {path}')
     if not path.is_dir():
+        if not path.is_file():
+            raise BagError(f'{path} is not a recording: it is neither a file nor a directory')
         return _opened([path], [])
     try:
         listed = [path / Path(name).name for name in _listed(path)]
@@ -44,8 +48,9 @@ def _find(path: Path) -> BagFiles:
         warnings = [f'{METADATA_FILE} names files that are missing: {", ".join(missing)}'
                     ] if missing else []
     except _NoListError as error:
-        present, warnings = sorted(
-            [*path.glob('*.mcap'), *path.glob(f'*.mcap{COMPRESSED}')], key=_natural), [str(error)]
+        # A pipe would be waited for, and a device has no end.
+        files = filter(Path.is_file, [*path.glob('*.mcap'), *path.glob(f'*.mcap{COMPRESSED}')])
+        present, warnings = sorted(files, key=_natural), [str(error)]
     if not present:
         raise BagError(f'{path} is not a recording: it has no .mcap file')
     return _opened(present, warnings)
@@ -68,20 +73,23 @@ def _expanded(path: Path, directory: Path) -> Path:
     return directory / path.stem
 
 
-class _NoListError(ValueError):
+class _NoListError(HdaError):
     """Raised when metadata.yaml names no files."""
 
 
 def _listed(directory: Path) -> list[str]:
     """Return the files that metadata.yaml names; raise _NoListError if it does not."""
     try:
+        if not (directory / METADATA_FILE).is_file():
+            raise FileNotFoundError
         with (directory / METADATA_FILE).open('rb') as stream:
-            about: Any = yaml.safe_load(stream.read(LARGEST_METADATA))
+            about: Any = yaml_document(stream.read(LARGEST_METADATA + 1).decode(),
+                                       LARGEST_METADATA)
         about = about['rosbag2_bagfile_information']
         storage, names = about['storage_identifier'], about['relative_file_paths']
     except FileNotFoundError:
         raise _NoListError(f'{METADATA_FILE} is missing') from None
-    except (OSError, yaml.YAMLError, ValueError, LookupError, TypeError, RecursionError):
+    except (OSError, ValueError, LookupError, TypeError):
         raise _NoListError(f'{METADATA_FILE} is damaged') from None
     if storage == 'sqlite3':
         raise BagError(
@@ -89,6 +97,8 @@ def _listed(directory: Path) -> list[str]:
     if not isinstance(names, list) or not all(
             isinstance(name, str) and name.isprintable() for name in names):
         raise _NoListError(f'{METADATA_FILE} is damaged')
+    if len({Path(name).name for name in names}) < len(names):
+        raise _NoListError(f'{METADATA_FILE} names a file more than once')
     return names
 
 

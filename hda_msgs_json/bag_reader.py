@@ -15,6 +15,7 @@ from hda_msgs_json.mcap_chunk import expanded
 from hda_msgs_json.mcap_file import (
     Content, NO_HINTS, read_stretch, scan, Stretch, summarise, Times)
 from hda_msgs_json.mcap_records import BagError, Messages, Records
+from hda_msgs_json.printable import printable
 from hda_msgs_json.samples import JointSamples, SamplesError, TextSamples, WrenchSamples
 from hda_msgs_json.schemas import SchemaError, short_name
 from hda_msgs_json.strided import Indices
@@ -118,9 +119,14 @@ class Recording:
         except CdrError as error:
             raise BagError(f'{self.path}, topic {name}: {error}') from None
 
-    def raw(self, topic: str) -> tuple[Indices, list[bytes]]:
-        """Return the log times [ns] (n,) and the bytes of all messages of a topic, in order."""
-        parts = list(self._each(self._find(topic), _singly))
+    def raw(self, topic: str, message_type: str | None = None
+            ) -> tuple[Indices, list[bytes]]:
+        """
+        Return the log times [ns] (n,) and the bytes of all messages of a topic, in order.
+
+        Raise BagError where the topic is not there, or of another type than is asked for.
+        """
+        parts = list(self._each(self._find(topic, message_type), _singly))
         times = np.concatenate([np.empty(0, np.int64), *(times for times, _ in parts)])
         messages = [message for _, part in parts for message in part]
         order = _order(times)
@@ -173,16 +179,25 @@ class Recording:
     def _find(self, topic: str, message_type: str | None = None) -> str:
         """Return the name that a topic has in this recording, and check its type."""
         alike = [name for name in self.topics if name.strip('/') == topic.strip('/')]
+        alike = alike or self._in_namespace(topic.strip('/'))
         if not alike:
             some = ', '.join(list(self.topics)[:MOST_LISTED]) or 'none at all'
             more = ', ...' * (len(self.topics) > MOST_LISTED)
             raise BagError(f'{self.path} has no topic {topic}; it has {some}{more}')
         name = topic if topic in alike else alike[0]
-        found = self.topics[name].message_type
-        if message_type is not None and found != message_type:
-            raise BagError(
-                f'{self.path}, topic {name}: the type must be {message_type}, got {found}')
+        types = {channel.message_type for file in self._files
+                 for channel in file.channels.values() if channel.topic == name}
+        if message_type is not None and types != {message_type}:
+            raise BagError(f'{self.path}, topic {name}: the type must be {message_type}, got '
+                           f'{" and ".join(sorted(types))}')
         return name
+
+    def _in_namespace(self, topic: str) -> list[str]:
+        """Return the name of a topic in the namespace that the joint states have, if only one."""
+        spaces = [name.removesuffix(JOINT_STATES.name) for name in self.topics
+                  if name.endswith(f'/{JOINT_STATES.name}')]
+        return [f'{space}{topic}' for space in spaces
+                if len(spaces) == 1 and f'{space}{topic}' in self.topics]
 
     def _each(self, name: str, work: Callable[[Messages, slice], Result]) -> Iterator[Result]:
         """
@@ -247,7 +262,7 @@ class Recording:
                     schemas[record.id] = _full_type(record.name)
                 else:
                     channels.setdefault(record.id, _Channel(
-                        _printable(record.topic), schemas.get(record.schema_id, 'no type'),
+                        printable(record.topic), schemas.get(record.schema_id, 'no type'),
                         record.metadata.get('offered_qos_profiles', '')))
         except BagError as error:
             self.warnings.append(f'{part.path.name}: {error}')
@@ -308,12 +323,7 @@ def _full_type(name: str) -> str:
     try:
         return short_name(name).replace('/', '/msg/')
     except SchemaError:
-        return _printable(name)
-
-
-def _printable(name: str) -> str:
-    """Return a name from a file as it is shown, without control characters."""
-    return name if name.isprintable() else ascii(name)
+        return printable(name)
 
 
 def _order(times: Indices) -> Indices | None:

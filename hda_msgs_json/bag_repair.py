@@ -13,10 +13,10 @@ from hda_msgs_json.mcap_walk import RECORD_HEAD, record_starts
 from hda_msgs_json.mcap_writer import MESSAGE
 from hda_msgs_json.schemas import Schema as Definition
 from hda_msgs_json.topics import SAMPLED_DEPTH, Topic
+from hda_msgs_json.yaml_text import yaml_document
 from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
 import numpy as np
-import yaml
 
 POLICIES = {'reliability': ('reliable', 'best_effort'),
             'durability': ('volatile', 'transient_local')}
@@ -39,7 +39,7 @@ class _Channels:
     unknown: int = 0
 
 
-def repair(path: Path, out: Path) -> Repaired:
+def repair(path: Path, out: Path, *, force: bool = False) -> Repaired:
     """
     Write every complete message of a recording to a new bag, which appears whole or not at all.
 
@@ -56,7 +56,7 @@ def repair(path: Path, out: Path) -> Repaired:
         raise BagError(f'{path} has nothing to repair: {warnings[-1]}')
     metadata = {key: value for _, found in scanned for key, value in found.metadata.items()}
     count, topics = 0, set()
-    with BagWriter(out, metadata) as bag:
+    with BagWriter(out, metadata, force=force) as bag:
         for file, found in scanned:
             warnings += found.warnings
             for topic, time, message in _messages(file, found, bag, warnings):
@@ -134,10 +134,10 @@ def _define(opcode: int, body: bytes, channels: _Channels, bag: BagWriter) -> No
 def _topic(channel: Channel, message_type: str) -> Topic:
     """Return the topic of a channel, with the quality of service that was noted with it."""
     try:
-        profile = yaml.safe_load(channel.metadata.get('offered_qos_profiles', ''))[0]
+        profile = yaml_document(channel.metadata.get('offered_qos_profiles', ''))[0]
         depth = int(profile['depth'])
         kept = {name: profile[name] for name, allowed in POLICIES.items()
                 if profile[name] in allowed}
-    except (yaml.YAMLError, ValueError, LookupError, TypeError, RecursionError):
+    except (ValueError, LookupError, TypeError):
         depth, kept = SAMPLED_DEPTH, {}
     return Topic(channel.topic, message_type, depth, **kept)

@@ -5,7 +5,6 @@ from contextlib import contextmanager, suppress
 from functools import partial
 import os
 from pathlib import Path
-import shutil
 from types import TracebackType
 from typing import NamedTuple
 
@@ -17,6 +16,7 @@ from hda_msgs_json.mcap_chunk import COMPRESSIONS
 from hda_msgs_json.mcap_file import METADATA_NAME
 from hda_msgs_json.mcap_records import BagError
 from hda_msgs_json.mcap_writer import ChannelCount, pack, Packed
+from hda_msgs_json.outputs import OutputError, WholeDirectory
 from hda_msgs_json.samples import JointSamples, TextSamples, WrenchSamples
 from hda_msgs_json.schemas import Schema, schema
 from hda_msgs_json.topics import Topic
@@ -41,14 +41,15 @@ class BagWriter:
 
     def __init__(
             self, path: Path | str, metadata: Mapping[str, str], *, compression: str = 'zstd',
-            whole: bool = True, split: Split = Split(),
+            whole: bool = True, force: bool = False, split: Split = Split(),
             share_directories: Sequence[Path] | None = None) -> None:
         """
         Open the bag.
 
         The metadata is kept in the bag as it is. The share directories are searched for types
-        that are not of this system; those of the ROS installation unless given. Raise BagError if
-        the path is taken or cannot be written.
+        that are not of this system; those of the ROS installation unless given. A whole bag takes
+        the place of another one with `force`. Raise BagError if the path is taken or cannot be
+        written.
         """
         if compression not in COMPRESSIONS:
             raise BagError(
@@ -63,7 +64,8 @@ class BagWriter:
         self._totals: dict[Topic, ChannelCount] = {}        # and what is in them
         self._described: ChannelCount | None = None
         self._failed = False
-        self._directory = _new_directory(self.path, whole)
+        self._whole = _whole(self.path, force) if whole else None
+        self._directory = self._whole.partial if self._whole else _growing(self.path)
         try:
             self._file = self._open()
             self._describe()
@@ -148,8 +150,8 @@ class BagWriter:
             self._merge()
             self._file.finish(to_yaml(self._about()))
             self._describe()
-            if self._directory != self.path:
-                self._directory.rename(self.path)
+            if self._whole:
+                self._whole.keep()
         except OSError as error:
             self._abort()
             raise _cannot_write(self.path, error) from None
@@ -252,24 +254,33 @@ class BagWriter:
         self._file.close()
 
     def _remove(self) -> None:
-        if self._directory != self.path:
-            shutil.rmtree(self._directory, ignore_errors=True)
+        if self._whole:
+            self._whole.drop()
 
 
 def _packed(chunk: Chunk, compression: str) -> Packed:
     return pack(chunk.content.data, chunk.indexes, compression)
 
 
-def _new_directory(path: Path, whole: bool) -> Path:
-    """Make the directory to write to: the path itself, or a sibling that will take its place."""
+def _whole(path: Path, force: bool) -> WholeDirectory:
+    """Make the directory that will take the place of the path."""
+    try:
+        return WholeDirectory(path, force=force)
+    except OutputError as error:
+        raise BagError(str(error)) from None
+    except OSError as error:
+        raise _cannot_write(path, error) from None
+
+
+def _growing(path: Path) -> Path:
+    """Make the directory of a bag that grows in its place."""
     try:
         if path.is_dir() and any(path.iterdir()):
             raise BagError(f'{path} exists and is not empty; name another place for the bag')
         if path.exists() and not path.is_dir():
             raise BagError(f'{path} is a file; a bag is a directory')
-        directory = path.with_name(f'.{path.name}.{os.getpid()}') if whole else path
-        directory.mkdir(parents=True, exist_ok=not whole)
-        return directory
+        path.mkdir(parents=True, exist_ok=True)
+        return path
     except OSError as error:
         raise _cannot_write(path, error) from None
 

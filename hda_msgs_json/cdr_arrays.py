@@ -163,7 +163,8 @@ def fill(layout: Layout, batch: Batch, samples: JointSamples | WrenchSamples) ->
 
 def encode_joint_rows(samples: JointSamples, room: int = 0) -> Bytes:
     """Return the bytes of the messages (n, room + size), all of one layout, behind some room."""
-    return _fill(*_joint_template(samples.frame_id, samples.names), samples, room)
+    counts = tuple(values.shape[1] for values in samples.numbers)
+    return _fill(*_joint_template(samples.frame_id, samples.names, counts), samples, room)
 
 
 def encode_wrench_rows(samples: WrenchSamples, room: int = 0) -> Bytes:
@@ -172,9 +173,9 @@ def encode_wrench_rows(samples: WrenchSamples, room: int = 0) -> Bytes:
 
 
 @lru_cache
-def _joint_template(frame_id: str, names: tuple[str, ...]) -> tuple[bytes, Layout]:
-    zeros = np.zeros(len(names))
-    message = encode_joint_state(0, frame_id, names, zeros, zeros, zeros)
+def _joint_template(frame_id: str, names: tuple[str, ...],
+                    counts: tuple[int, ...]) -> tuple[bytes, Layout]:
+    message = encode_joint_state(0, frame_id, names, *map(np.zeros, counts))
     return message, read_joint_state(message)[1]
 
 

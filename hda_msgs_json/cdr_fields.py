@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 import struct
 
+from hda_msgs_json.errors import HdaError
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,7 +15,7 @@ MOST_PADDING = 15
 """ROS reserves up to this many bytes behind a message for the alignment of empty sequences."""
 
 
-class CdrError(ValueError):
+class CdrError(HdaError):
     """Raised when bytes are not the message that they should be, or a message has no bytes."""
 
 

@@ -4,15 +4,16 @@ from collections import Counter
 from collections.abc import Sequence
 
 from hda_msgs_json.cdr_layout import JointState
+from hda_msgs_json.errors import HdaError
 import numpy as np
 from numpy.typing import NDArray
 
 
-class NamesError(ValueError):
+class NamesError(HdaError):
     """Raised for a JointState that does not name every joint that is needed, and once."""
 
 
-class LengthsError(ValueError):
+class LengthsError(HdaError):
     """Raised for a JointState whose arrays do not fit its names."""
 
 

@@ -12,6 +12,7 @@ import struct
 from typing import NamedTuple, TypeVar
 
 from hda_msgs_json.cdr_arrays import Batch
+from hda_msgs_json.errors import HdaError
 from hda_msgs_json.mcap_walk import RECORD_HEAD, record_starts
 from hda_msgs_json.strided import Indices, structures
 from mcap.data_stream import ReadDataStream
@@ -30,7 +31,7 @@ INDEX_ENTRY = np.dtype([('log_time', '<u8'), ('offset', '<u8')])
 Record = TypeVar('Record', Channel, Metadata, Schema)
 
 
-class BagError(ValueError):
+class BagError(HdaError):
     """Raised when a recording cannot be read or written."""
 
 

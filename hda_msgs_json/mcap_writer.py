@@ -1,9 +1,11 @@
 """An MCAP file that grows: whole chunks with their indexes, and a summary at the end."""
 
 from array import array
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from io import FileIO
+import os
+from pathlib import Path
 import struct
 from typing import NamedTuple
 import zlib
@@ -11,6 +13,7 @@ import zlib
 from hda_msgs_json.disk_push import DiskPush
 from hda_msgs_json.mcap_chunk import compress
 from hda_msgs_json.mcap_records import INDEX_ENTRY, MAGIC
+from hda_msgs_json.mcap_spool import Spool
 from hda_msgs_json.mcap_walk import RECORD_HEAD
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
@@ -49,11 +52,11 @@ class ChannelCount:
 
 @dataclass
 class _Summary:
-    """Collect what the end of the file repeats."""
+    """Collect what the end of the file repeats; the indexes of chunks, as bytes, grow for ever."""
 
+    chunks: Spool
     schemas: list[Schema] = field(default_factory=list)
     channels: list[Channel] = field(default_factory=list)
-    chunks: list[ChunkIndex] = field(default_factory=list)
     metadata: list[MetadataIndex] = field(default_factory=list)
 
 
@@ -95,11 +98,11 @@ class McapWriter:
         self._stream, self._disk = stream, DiskPush(stream)
         self.compression = compression
         self._at = 0
-        self._summary = _Summary()
+        self._summary = _Summary(Spool(Path(os.fsdecode(stream.name)).parent))
         self.first: int | None = None           # log time that was written first [ns]
         self._chunk = bytearray()
         self._indexes: dict[int, array[int]] = {}
-        self._write(MAGIC + _encoded(Header(PROFILE, LIBRARY)))
+        self._write([MAGIC, _encoded(Header(PROFILE, LIBRARY))])
 
     @property
     def size(self) -> int:
@@ -116,12 +119,12 @@ class McapWriter:
             known[name] = len(known) + 1
             record = Schema(
                 id=known[name], name=name, encoding=schema_encoding, data=content)
-            self._write(_encoded(record))
+            self._write([_encoded(record)])
             self._summary.schemas.append(record)
         channel = Channel(
             id=len(self._summary.channels) + 1, topic=topic, message_encoding=encoding,
             schema_id=known[name], metadata=dict(metadata))
-        self._write(_encoded(channel))
+        self._write([_encoded(channel)])
         self._summary.channels.append(channel)
         self.counts[channel.id] = ChannelCount()
         return channel.id
@@ -129,7 +132,7 @@ class McapWriter:
     def add_metadata(self, name: str, content: Mapping[str, str]) -> None:
         """Write a metadata record."""
         record, start = _encoded(Metadata(name=name, metadata=dict(content))), self._at
-        self._write(record)
+        self._write([record])
         self._summary.metadata.append(MetadataIndex(offset=start, length=len(record), name=name))
 
     def write(self, channel: int, log_time: int, message: bytes) -> None:
@@ -172,32 +175,48 @@ class McapWriter:
     def finish(self) -> None:
         """Write the summary and the end of the file, and wait until the disk has all."""
         self.close_chunk()
-        end = _encoded(DataEnd(0))
-        start = self._at + len(end)
-        summary = b''.join(_encoded(record) for record in (
-            *self._summary.schemas, *self._summary.channels, self._statistics(),
-            *self._summary.chunks, *self._summary.metadata))
-        footer = _encoded(Footer(summary_start=start, summary_offset_start=0, summary_crc=0))
-        crc = zlib.crc32(footer[:-4], zlib.crc32(summary))
-        self._write(end + summary + footer[:-4] + struct.pack('<I', crc) + MAGIC)
+        self._write(self._ending())
         self._disk.complete()
 
     def close(self) -> None:
         """Close the stream as it is."""
         self._disk.end()
+        self._summary.chunks.close()
         self._stream.close()
 
-    def _write(self, content: bytes) -> None:
+    def _ending(self) -> Iterator[bytes]:
+        """Yield what stands behind the data, piece by piece: hours of indexes are large."""
+        end = _encoded(DataEnd(0))
+        yield end
+        crc = 0
+        for piece in self._repeated():
+            crc = zlib.crc32(piece, crc)
+            yield piece
+        footer = _encoded(Footer(
+            summary_start=self._at + len(end), summary_offset_start=0, summary_crc=0))[:-4]
+        yield footer + struct.pack('<I', zlib.crc32(footer, crc)) + MAGIC
+
+    def _repeated(self) -> Iterator[bytes]:
+        """Yield the records of the summary."""
+        yield from map(_encoded, (*self._summary.schemas, *self._summary.channels,
+                                  self._statistics()))
+        yield from self._summary.chunks
+        yield from map(_encoded, self._summary.metadata)
+
+    def _write(self, pieces: Iterable[bytes]) -> None:
         """Write all bytes, or none of them and raise OSError."""
-        left = memoryview(content)
+        end = self._at
         try:
-            while left:
-                left = left[self._stream.write(left):]
+            for piece in pieces:
+                left = memoryview(piece)
+                while left:
+                    left = left[self._stream.write(left):]
+                end += len(piece)
         except OSError:
             self._stream.truncate(self._at)
             self._stream.seek(self._at)
             raise
-        self._at += len(content)
+        self._at = end
 
     def _write_chunk(self, chunk: Packed) -> None:
         """Write a chunk, its message indexes, count both and remember them for the summary."""
@@ -213,14 +232,14 @@ class McapWriter:
             offsets[channel] = start + sum(map(len, parts))
             parts.append(RECORD_HEAD.pack(Opcode.MESSAGE_INDEX, INDEX.size + entries.nbytes)
                          + INDEX.pack(channel, entries.nbytes) + entries.tobytes())
-        self._write(b''.join(parts))
+        self._write([b''.join(parts)])
         for channel, entries in chunk.indexes.items():
             self.counts[channel].add(len(entries), *chunk.spans[channel])
-        self._summary.chunks.append(ChunkIndex(
+        self._summary.chunks.add(_encoded(ChunkIndex(
             message_start_time=first, message_end_time=last, chunk_start_offset=start,
             chunk_length=length, message_index_offsets=offsets,
             message_index_length=self._at - end, compression=self.compression,
-            compressed_size=len(chunk.stored), uncompressed_size=chunk.size))
+            compressed_size=len(chunk.stored), uncompressed_size=chunk.size)))
 
     def _statistics(self) -> Statistics:
         filled = [counted for counted in self.counts.values() if counted.count]
@@ -228,7 +247,7 @@ class McapWriter:
             message_count=sum(counted.count for counted in filled),
             schema_count=len(self._summary.schemas), channel_count=len(self._summary.channels),
             attachment_count=0, metadata_count=len(self._summary.metadata),
-            chunk_count=len(self._summary.chunks),
+            chunk_count=self._summary.chunks.count,
             message_start_time=min((counted.first for counted in filled), default=0),
             message_end_time=max((counted.last for counted in filled), default=0),
             channel_message_counts={

@@ -15,6 +15,8 @@ import types
 import typing
 from typing import Annotated, Any, ClassVar, TypeVar
 
+from hda_msgs_json.errors import HdaError
+
 MAY_BE_NAN = 'may be NaN'
 MaybeNan = Annotated[float, MAY_BE_NAN]
 SCHEMA_FIELD = 'schema'
@@ -23,7 +25,7 @@ Message = TypeVar('Message')
 Convert = Callable[[Any, str], Any]
 
 
-class MessageError(ValueError):
+class MessageError(HdaError):
     """Raised when a text is not the message that it should be, or a message has no text."""
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
+from hda_msgs_json.errors import HdaError
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,7 +19,7 @@ FEW = 1_000_000
 """So many places are never too many."""
 
 
-class SamplesError(ValueError):
+class SamplesError(HdaError):
     """Raised when samples do not fit together or lack what is asked of them."""
 
 
@@ -27,7 +28,8 @@ class JointSamples:
     """
     Hold JointState messages: stamps [ns] (n,), a column per name in the arrays (n, k).
 
-    Position [rad], velocity [rad/s] and effort [N*m] are NaN where a message had no value.
+    Position [rad], velocity [rad/s] and effort [N*m] are NaN where a message had no value, and
+    have no columns (n, 0) where messages shall be written without that array.
     """
 
     stamps: Stamps
@@ -41,7 +43,8 @@ class JointSamples:
         """Raise SamplesError unless all arrays have one row per stamp and a column per name."""
         expected = (len(self.stamps), len(self.names))
         for field in ('position', 'velocity', 'effort'):
-            if (shape := getattr(self, field).shape) != expected:
+            shape = getattr(self, field).shape
+            if shape not in (expected, (len(self.stamps), 0)):
                 raise SamplesError(
                     f'JointSamples.{field} must have the shape {expected} (stamps, names), '
                     f'got {shape}')
@@ -86,7 +89,8 @@ class WrenchSamples:
         """Raise SamplesError unless both arrays have three components per stamp."""
         expected = (len(self.stamps), 3)
         for field in ('force', 'torque'):
-            if (shape := getattr(self, field).shape) != expected:
+            shape = getattr(self, field).shape
+            if shape not in (expected, (len(self.stamps), 0)):
                 raise SamplesError(
                     f'WrenchSamples.{field} must have the shape {expected} (stamps, x y z), '
                     f'got {shape}')

@@ -8,6 +8,8 @@ import re
 import sys
 from typing import NamedTuple
 
+from hda_msgs_json.errors import HdaError
+
 BUILTIN = re.compile(
     r'(bool|byte|char|float32|float64|u?int(8|16|32|64)|w?string(<=\d+)?)$')
 TYPE_NAME = re.compile(r'([a-z][a-z0-9_]*)/(?:msg/)?([A-Za-z][A-Za-z0-9]*)')
@@ -58,7 +60,7 @@ HASHES = {
 """What ROS 2 compares to tell whether two programs mean the same by a type (REP 2011)."""
 
 
-class SchemaError(ValueError):
+class SchemaError(HdaError):
     """Raised when the definition of a type cannot be found."""
 
 
