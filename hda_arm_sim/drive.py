@@ -4,7 +4,8 @@ import numpy as np
 
 from .model.arm import ArmRecord
 from .model.compiled import borrowed, compiled, inlined
-from .model.effects.actuation import delayed_torque
+from .model.effects.actuation import late_torque
+from .model.effects.place import Commanded
 from .model.integrate import advance, set_input
 from .model.kernel import COMMANDS, FORCES, HISTORY, SENT
 
@@ -27,7 +28,7 @@ def _hold(arm, w, force, dt, elapsed):                              # type: igno
         samples, left = _late(arm.joints[j], dt)
         torque = w[j, SENT + samples]
         if left > 0.0:
-            torque = delayed_torque(torque, w[j, SENT + samples + 1], elapsed, left)
+            torque = late_torque(left, Commanded(torque, w[j, SENT + samples + 1], 0.0, elapsed))
         for k in range(NODES):
             w[j, COMMANDS + k] = torque
     for k in range(NODES):

@@ -5,11 +5,13 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple
 
+from hda_msgs_json.errors import HdaError
+
 PAUSE = 2.0             # between two lines in the log about one reason [s]
 FOREIGN = 10.0          # difference beyond which stamps are not of this machine's clock [s]
 
 
-class Refused(ValueError):
+class Refused(HdaError):
     """A message that cannot be used: `reason` in a few words to count it by, and a sentence."""
 
     def __init__(self, reason: str, sentence: str) -> None:

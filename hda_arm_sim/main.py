@@ -8,7 +8,7 @@ from .ros.process import run
 
 def main() -> int:
     """Simulate the arm until told to end, and return the exit code."""
-    return run('arm_sim', lambda: [ArmSim()])
+    return run('arm_sim', lambda: [ArmSim()], kinds=[ArmSim])
 
 
 if __name__ == '__main__':

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import csv
 from pathlib import Path
 
+from hda_msgs_json.outputs import whole_file
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,16 +19,13 @@ Array = NDArray[np.float64]
 RATE = 200.0            # rows in a second of a table that is written [Hz]
 
 
-def write_motion(path: Path, made: Motion, labels: Sequence[str]) -> None:
-    """Write a motion, thinned to about RATE, without its force; raises MotionError."""
+def write_motion(path: Path, made: Motion, labels: Sequence[str], *, force: bool = False) -> None:
+    """Write a motion, thinned to about RATE, without its force; raises OutputError."""
     every = max(1, round(1.0 / (RATE * float(made.time[1] - made.time[0]))))
     rows = np.column_stack([made.time, made.angle, made.rate])[::every]
-    try:
-        with path.open('w', encoding='utf-8', newline='') as file:
-            file.write(','.join(_header(labels)) + '\n')
-            np.savetxt(file, rows, fmt='%.9g', delimiter=',')
-    except OSError as error:
-        raise MotionError(f'{path} cannot be written: {error.strerror}') from None
+    with whole_file(path, force=force) as file:
+        file.write(','.join(_header(labels)) + '\n')
+        np.savetxt(file, rows, fmt='%.9g', delimiter=',')
 
 
 def read_motion(path: Path, labels: Sequence[str], dt: float,
@@ -53,6 +51,8 @@ def _header(labels: Sequence[str]) -> list[str]:
 
 def _table(path: Path, labels: Sequence[str]) -> Array:
     """Return the columns of a table in the order of the header (k, 1 + 2 n)."""
+    if not path.is_file():
+        raise MotionError(f'{path} does not exist, or is not a file')
     try:
         with path.open(encoding='utf-8-sig', newline='') as file:
             lines = [line for line in csv.reader(file) if line]

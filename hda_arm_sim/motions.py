@@ -8,6 +8,7 @@ tip; both are within what the nominal arm's motors can do.
 from collections.abc import Callable
 from typing import NamedTuple
 
+from hda_msgs_json.errors import HdaError
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,7 +17,7 @@ HOME = (0.3, 1.2)               # link angles where every motion starts [rad]
 _EASE = 1.0                     # time over which a motion is faded in and out [s]
 
 
-class MotionError(ValueError):
+class MotionError(HdaError):
     """A motion that does not exist or has no time to be made."""
 
 

@@ -1,6 +1,8 @@
 """The node that simulates the arm in real time, or says how far it is from that."""
 
+from collections.abc import Mapping
 import time
+from typing import Any, ClassVar
 
 from hda_msgs_json.cdr_fields import LITTLE_ENDIAN, pack_stamp
 from hda_msgs_json.topics import CLOCK, EXTERNAL_WRENCH, JOINT_STATES, MOTOR_COMMAND, motor_name
@@ -27,14 +29,19 @@ class ArmSim(ArmNode):
     the tip is held until the next one comes.
     """
 
+    PURPOSE = 'Simulate the arm in real time, and publish joint_states.'
+    OPTIONS: ClassVar[Mapping[str, tuple[Any, str]]] = {
+        **ArmNode.OPTIONS,
+        'effects': ('', 'file of effects that the arm has on top of its model file')}
+    GROUPS = (SimulationSettings,)
+
     def __init__(self) -> None:
         """Start the arm at rest; raises what a wrong parameter or file raises."""
         super().__init__('arm_sim')
-        effects = self.parameters.text(
-            'effects', '', 'file of effects that the arm has on top of its model file')
+        effects = self.parameters.text('effects', *self.OPTIONS['effects'])
         settings = self.parameters.group(SimulationSettings)
         arm = self.arm
-        for placed in read_effects(effects) if effects else ():
+        for placed in read_effects(effects, arm) if effects else ():
             arm = arm.with_effect(placed.effect, placed.joint)
         _warm_up(LiveArm(arm, settings, FIRST_STAMP))
         self._encode = SampleEncoder(arm)
@@ -54,7 +61,7 @@ class ArmSim(ArmNode):
         self._read_command = EffortReader([motor_name(label) for label in self.arm.labels])
         subscribe(self, MOTOR_COMMAND, self._on_command)
         subscribe(self, EXTERNAL_WRENCH, self._on_wrench)
-        self.create_service(Trigger, 'arm_sim/reset', self._on_reset)
+        self.serve(Trigger, 'reset', self._on_reset)
 
     def _tick(self) -> None:
         if not self._ticked and self._clock_time is None:

@@ -3,6 +3,7 @@
 import math
 
 from .model.compiled import compiled, inlined
+from .model.effects.place import Counted, Sampled, Sent
 from .model.effects.sensing import quantised_sides
 from .model.effects.timing import lost, sampled_late
 from .model.encoders import link_error, motor_error, tilt_moments
@@ -17,8 +18,8 @@ DRAWS = 3               # columns of the noise
 @inlined
 def _turned(w, j, velocity, angle, late):                           # type: ignore[no-untyped-def]
     """Return one side's true angle some time after the stamp [rad]."""
-    return sampled_late(w[j, STATE + angle], w[j, STATE + velocity], w[j, SLOPE_1 + velocity],
-                        late)
+    return sampled_late(late, Sampled(w[j, STATE + angle], w[j, STATE + velocity],
+                                      w[j, SLOPE_1 + velocity]))
 
 
 @compiled
@@ -40,9 +41,8 @@ def read_encoders(arm, inertia, w, noise, reading):                 # type: igno
         motor += motor_error(joint, motor) + joint.motor_encoder.zero
         link += link_error(joint, link, moments[min(j, 1)]) + joint.link_encoder.zero
         reading[j, MOTOR], reading[j, LINK] = quantised_sides(
-            motor + noise[j, MOTOR] * joint.motor_encoder.noise,
-            link + noise[j, LINK] * joint.link_encoder.noise,
-            joint.coarse_quantisation.motor_step, joint.coarse_quantisation.link_step)
+            joint.coarse_quantisation, Counted(motor + noise[j, MOTOR] * joint.motor_encoder.noise,
+                                               link + noise[j, LINK] * joint.link_encoder.noise))
 
 
 @compiled
@@ -51,4 +51,4 @@ def sample_lost(arm, noise):                                        # type: igno
     if arm.body.dropped_samples.rate == 0.0:
         return False
     chance = 0.5 * math.erfc(-noise[0, CHANCE] / math.sqrt(2.0))
-    return lost(chance, arm.body.dropped_samples.rate)
+    return lost(arm.body.dropped_samples, Sent(chance))

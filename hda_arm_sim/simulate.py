@@ -15,6 +15,7 @@ from .model.kernel import (COMMANDS, FORCES, HISTORY, LINK_ANGLE, LINK_VELOCITY,
 from .model.link_side import loaded_inertia
 
 Array = NDArray[np.float64]
+MOST_JOINTS = 2         # whose links are modelled
 STEP = 1e-3 / 3                   # default integration step [s]
 
 
@@ -95,6 +96,12 @@ def step_count(dt: float, step: float = STEP) -> int:
 
 def checked(arm: Arm, dt: float = 1e-3) -> Arm:
     """Return the arm if it can move in samples of dt [s]; raises ArmError if not."""
+    if len(arm.joints) > MOST_JOINTS:
+        raise ArmError(f'an arm of {len(arm.joints)} joints cannot be simulated, so it cannot be '
+                       f'diagnosed as a whole: links are modelled for {MOST_JOINTS} at most; '
+                       'an arm without links ("links: none") goes joint by joint to '
+                       'hda estimate and hda calibrate, and recordings of its motors alone to '
+                       'hda diagnose')
     if arm.links is None:
         raise ArmError('an arm without links ("links: none") cannot be simulated: '
                        'give its lengths and inertia under "links"')

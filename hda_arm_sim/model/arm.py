@@ -10,11 +10,13 @@ from functools import cached_property
 import math
 from typing import Any, NamedTuple
 
+from hda_msgs_json.errors import HdaError
+from hda_msgs_json.topics import motor_name
 import numpy as np
 from numpy.typing import NDArray
 
 from .effects import (BaseTilt, BaseVibration, Effect, effect_named, effects_of, InertialCoupling,
-                      LinkInertiaError, MotorInertiaError, Scope, Signals, Site, StiffeningError,
+                      LinkInertiaError, MotorInertiaError, Scope, Site, StiffeningError,
                       StiffnessError, WaveGeneratorCompliance)
 from .effects.catalogue import record_fields
 from .link_side import loaded_inertia, thrown_mass
@@ -26,7 +28,7 @@ _STIFFNESSES = ('flexspline_stiffness', 'second_stiffness', 'third_stiffness')
 _SEGMENTS = ('knee_1', 'second_stiffness', 'knee_2', 'third_stiffness')
 
 
-class ArmError(ValueError):
+class ArmError(HdaError):
     """An arm that cannot be: parts that do not fit each other, or a name it does not have."""
 
 
@@ -135,7 +137,7 @@ class Arm:
         joints = np.array([self._joint_record(joint) for joint in self.joints], JOINT_RECORD)
         body = np.zeros((), BODY_RECORD)[()]
         tilt = self._in_force(BaseTilt)
-        down_x, down_y = tilt(Signals(gravity=self.base.gravity))
+        down_x, down_y = tilt(gravity=self.base.gravity)
         body['links'] = self.moving_links().values()
         body['pull'] = math.hypot(down_x, down_y)
         body['direction'] = tilt.direction
@@ -149,8 +151,8 @@ class Arm:
         links = self.links or Links()
         if len(self.joints) > 2:
             return links
-        coupled = self._in_force(InertialCoupling)(Signals(nominal=links.coupled))
-        inertia = [self._in_force(LinkInertiaError, joint.label)(Signals(nominal=nominal))
+        coupled = self._in_force(InertialCoupling)(nominal=links.coupled)
+        inertia = [self._in_force(LinkInertiaError, joint.label)(nominal=nominal)
                    for joint, nominal in zip(self.joints, (links.p1, links.p2))]
         p2 = inertia[1] if len(inertia) == 2 else links.p2
         return replace(links, p1=inertia[0] + coupled * (p2 - links.p2), p2=p2,
@@ -161,17 +163,17 @@ class Arm:
         law = self._bent_torsion(joint)
         softer = self._in_force(WaveGeneratorCompliance, joint.label)
         if not softer.is_neutral():
-            rest = softer(Signals(nominal=1.0 / law.wave_generator_stiffness))
+            rest = softer(nominal=1.0 / law.wave_generator_stiffness)
             law = replace(law, wave_generator_stiffness=1.0 / rest if rest > 0.0 else math.inf)
         stiffer = self._in_force(StiffnessError, joint.label)
-        return replace(law, **{name: stiffer(Signals(nominal=getattr(law, name)))
+        return replace(law, **{name: stiffer(nominal=getattr(law, name))
                                for name in _STIFFNESSES})
 
     def _bent_torsion(self, joint: Joint) -> TorsionLaw:
         """Return the torsion law of a joint that stiffens as its effect says."""
         law = joint.torsion
         curvature, *segments = self._in_force(StiffeningError, joint.label)(
-            Signals(nominal=law.flexspline_curvature))
+            nominal=law.flexspline_curvature)
         law = replace(law, flexspline_curvature=curvature)
         named = dict(zip(_SEGMENTS, segments))
         if named['knee_1'] <= 0.0:
@@ -189,7 +191,7 @@ class Arm:
         effects = (self.effect(kind.name, joint.label).values()
                    for kind in effects_of(Scope.JOINT))
         inertia = self._in_force(MotorInertiaError, joint.label)(
-            Signals(nominal=joint.motor_inertia))
+            nominal=joint.motor_inertia)
         return (joint.ratio, inertia, tuple(self.moving_torsion(joint).record(joint.ratio)),
                 joint.motor_encoder.values(), joint.link_encoder.values(), *effects)
 
@@ -200,6 +202,10 @@ def _check_labels(labels: list[str]) -> None:
     twice = sorted({label for label in labels if labels.count(label) > 1})
     if twice:
         raise ArmError(f'joint names must differ, got {", ".join(twice)} more than once')
+    for label in labels:
+        if motor_name(label) in labels:
+            raise ArmError(f'{motor_name(label)} is the name of the motor of {label} in joint '
+                           'states; give that joint another name')
 
 
 def _check_links(links: Links, joints: int) -> None:

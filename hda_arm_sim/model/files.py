@@ -1,17 +1,29 @@
 """Read and write arms as YAML files; every mistake in a file becomes one clear sentence."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
 from importlib import resources
+import logging
 from pathlib import Path
+import re
 from typing import Any
 
+from hda_msgs_json.outputs import OutputError, whole_file
+from hda_msgs_json.yaml_text import text_of, yaml_document, YamlError
 import yaml
 
 from .arm import Arm, ArmError, Placed
-from .effects import effect_named
+from .effects import Effect, effect_named
 from .parameter import Declared, ParameterError
 from .parts import Base, Encoder, Joint, Links, Tolerances
 from .torsion import TorsionLaw
+from .typical_sizes import SIZED, typical
+from .unstated import sentence, unstated
 
+_LOG = logging.getLogger(__name__)      # without any settings its lines go to stderr
+_NAME = re.compile(r'[A-Za-z_][A-Za-z0-9_]*')       # of a part of a topic's name in ROS
+_LONGEST = 100          # of the 247 that a whole name of ROS may have
 _PARTS = ('joints', 'links', 'base', 'effects', 'tolerances', 'provenance')
 _JOINT_PARTS = {'torsion': TorsionLaw, 'motor_encoder': Encoder, 'link_encoder': Encoder}
 _LINK_LISTS = {'lengths': ('length1', 'length2'), 'inertia': ('p1', 'p2', 'p3'),
@@ -19,8 +31,22 @@ _LINK_LISTS = {'lengths': ('length1', 'length2'), 'inertia': ('p1', 'p2', 'p3'),
 
 
 def read_arm(path: str | Path) -> Arm:
-    """Read an arm from a file or by the name of a shipped one; raises ArmError."""
-    return arm_from_text(_text(Path(path)), str(path))
+    """
+    Read an arm from a file or by the name of a shipped one; raises ArmError.
+
+    What the file leaves open about a gear is said, a line for each joint, once.
+    """
+    text = _text(Path(path))
+    arm = arm_from_text(text, str(path))
+    for item in _document(text, str(path))['joints']:
+        if missing := unstated(item):
+            _say(f'{path}: {sentence(item["name"], missing)}')
+    return arm
+
+
+@cache
+def _say(line: str) -> None:
+    _LOG.warning(line)
 
 
 def arm_from_text(text: str, source: str) -> Arm:
@@ -32,12 +58,12 @@ def arm_from_text(text: str, source: str) -> Arm:
         raise ArmError(f'{source}: {error}') from None
 
 
-def read_effects(path: str | Path) -> tuple[Placed, ...]:
+def read_effects(path: str | Path, arm: Arm | None = None) -> tuple[Placed, ...]:
     """
     Read effects that an arm file does not have: a list as under `effects` of an arm file.
 
-    The file is such a list, or a mapping that has one under `effects`, as an arm file. Raises
-    ArmError.
+    The file is such a list, or a mapping that has one under `effects`, as an arm file. Effects
+    without parameters have their typical size on `arm`. Raises ArmError.
     """
     if not Path(path).is_file():
         raise ArmError(f'no file {str(path)!r} to read effects from')
@@ -47,7 +73,7 @@ def read_effects(path: str | Path) -> tuple[Placed, ...]:
             document = _mapping(document, 'the file', _PARTS).get('effects')
         if not isinstance(document, list):
             raise ArmError('it must be a list of effects, or have one under "effects"')
-        return tuple(_placed(item) for item in document)
+        return _sized(document, arm)
     except (ArmError, ParameterError) as error:
         raise ArmError(f'{path}: {error}') from None
 
@@ -60,20 +86,17 @@ def shipped_arms() -> tuple[str, ...]:
 
 def _document(text: str, source: str) -> Any:
     try:
-        return yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        where = getattr(error, 'problem_mark', None)
-        line = f' at line {where.line + 1}' if where else ''
-        problem = ' '.join(str(getattr(error, 'problem', error)).split())
-        raise ArmError(f'{source} is not YAML{line}: {problem}') from None
+        return yaml_document(text)
+    except YamlError as error:
+        raise ArmError(f'{source} is {error}') from None
 
 
 def _text(path: Path) -> str:
     if path.is_file():
         try:
-            return path.read_text(encoding='utf-8')
-        except (OSError, UnicodeDecodeError) as error:
-            raise ArmError(f'{path} cannot be read as text: {error}') from None
+            return text_of(path)
+        except YamlError as error:
+            raise ArmError(str(error)) from None
     if path.name == str(path) and path.name in shipped_arms():
         return (resources.files('hda_arm_sim.config') / path.name).read_text(encoding='utf-8')
     raise ArmError(f'no arm file {str(path)!r}; the shipped ones are {", ".join(shipped_arms())}')
@@ -102,11 +125,35 @@ def _arm(document: dict[str, Any]) -> Arm:
     joints = tuple(_joint(item, index) for index, item in
                    enumerate(_sequence(document['joints'], 'joints')))
     Arm(joints)                                     # they must fit before links are counted
-    return Arm(joints, _links(document['links'], len(joints)),
-               _group(Base, document.get('base', {})),
-               tuple(_placed(item) for item in _sequence(document.get('effects', []), 'effects')),
-               _group(Tolerances, document.get('tolerances', {})),
-               _provenance(document.get('provenance', {})))
+    arm = Arm(joints, _links(document['links'], len(joints)),
+              _group(Base, document.get('base', {})), (),
+              _group(Tolerances, document.get('tolerances', {})),
+              _provenance(document.get('provenance', {})))
+    return replace(arm, effects=_sized(_sequence(document.get('effects', []), 'effects'), arm))
+
+
+def _sized(items: Sequence[Any], arm: Arm | None) -> tuple[Placed, ...]:
+    """Return the effects of a list, each once, those without parameters at a typical size."""
+    listed: list[Placed] = []
+    for item in items:
+        placed = _placed(item)
+        name, joint = placed.effect.name, placed.joint
+        if (name, joint) in [(other.effect.name, other.joint) for other in listed]:
+            raise ArmError(f'{name} of {joint or "the arm"} is listed twice; an effect has one '
+                           'entry')
+        listed.append(placed if item.get('parameters') else Placed(_typical(placed, arm), joint))
+    return tuple(listed)
+
+
+def _typical(placed: Placed, arm: Arm | None) -> Effect:
+    """Return an effect at the size that is typical for the arm; raises ArmError if none is."""
+    name = placed.effect.name
+    if arm is None or name not in SIZED:
+        rules = ', '.join(f'{rule.name} [{rule.unit}]' if rule.unit else rule.name
+                          for rule in placed.effect.declarations())
+        raise ArmError(f'{name} is listed without parameters, which is nothing; give some of: '
+                       f'{rules}')
+    return typical(arm, name, placed.joint)
 
 
 def _group(kind: type[Declared], values: Any, owner: str = '') -> Any:
@@ -128,8 +175,8 @@ def _joint(item: Any, index: int) -> Joint:
     values = {key: _number(value) for key, value in
               _mapping(item, f'joints[{index}]', ('name', *_JOINT_PARTS, *own)).items()}
     label = values.pop('name', None)
-    if not isinstance(label, str) or not label.isidentifier():
-        raise ArmError(f'joints[{index}].name must be a name like joint1, got {label!r}')
+    if not isinstance(label, str) or not _is_name(label):
+        raise ArmError(f'joints[{index}].name must be a name like joint1, got {label!r:.60}')
     for part, kind in _JOINT_PARTS.items():
         if part in values:
             values[part] = _part(kind, values[part], f'{label}.{part}')
@@ -137,6 +184,11 @@ def _joint(item: Any, index: int) -> Joint:
         return Joint(label=label, **values)
     except ParameterError as error:
         raise ArmError(str(error).replace('joint.', f'{label}.', 1)) from None
+
+
+def _is_name(label: str) -> bool:
+    """Tell whether topics of ROS can have this name: ASCII, and no two underscores in a row."""
+    return bool(_NAME.fullmatch(label)) and '__' not in label and len(label) <= _LONGEST
 
 
 def _part(kind: type[Declared], values: Any, owner: str) -> Any:
@@ -176,16 +228,13 @@ def _provenance(value: Any) -> tuple[tuple[str, str], ...]:
     return tuple((str(key), text) for key, text in value.items())
 
 
-def write_arm(arm: Arm, path: str | Path) -> None:
+def write_arm(arm: Arm, path: str | Path, *, force: bool = False) -> None:
     """Write an arm; the file appears whole or not at all. Raises ArmError."""
-    target = Path(path)
-    partial = target.with_name(target.name + '.partial')
     try:
-        partial.write_text(arm_to_text(arm), encoding='utf-8')
-        partial.replace(target)
-    except OSError as error:
-        partial.unlink(missing_ok=True)
-        raise ArmError(f'{target} cannot be written: {error.strerror}') from None
+        with whole_file(Path(path), force=force) as file:
+            file.write(arm_to_text(arm))
+    except OutputError as error:
+        raise ArmError(str(error)) from None
 
 
 def arm_to_text(arm: Arm) -> str:

@@ -10,11 +10,11 @@ sticking one breaks away, the step is cut there, so that the order survives dry 
 import numpy as np
 
 from .compiled import compiled, inlined
-from .effects.actuation import clipped_torque, lagging_torque
+from .effects.place import Commanded
 from .kernel import (BUDGET, COMMAND, COMMANDS, CURRENT, DRIVE, FORCE, FORCES, MODE,
                      MOTOR_VELOCITY, NOW, settle, slope, SLOPE_1, SLOPE_2, SLOPE_3, SLOPE_4, STAGE,
                      STATE, STATES, TIME, TRIAL)
-from .motor_side import shaft_torque
+from .motor_side import clipped, lagging, shaft_torque
 
 SIDES = 2               # contacts of a joint; their speeds are SIDES columns of the state apart
 MAX_EVENTS = 16         # in one step; a real arm has one or two
@@ -31,14 +31,13 @@ def _between(w, row, column, s):                                    # type: igno
 @inlined
 def _current(joint, w, j, dt, begin, s):                            # type: ignore[no-untyped-def]
     """Return what the current loop delivers at a fraction of a step, from its state at `begin`."""
-    command = clipped_torque(_between(w, j, COMMANDS, s), joint.torque_saturation.limit)
-    lag = joint.current_loop_lag.time_constant
-    if lag == 0.0:
+    command = clipped(joint, _between(w, j, COMMANDS, s))
+    if joint.current_loop_lag.time_constant == 0.0:
         return command
     if s == begin:
         return w[j, STATE + CURRENT]
-    last = clipped_torque(_between(w, j, COMMANDS, begin), joint.torque_saturation.limit)
-    return lagging_torque(command, last, w[j, STATE + CURRENT], (s - begin) * dt, lag)
+    last = clipped(joint, _between(w, j, COMMANDS, begin))
+    return lagging(joint, Commanded(command, last, w[j, STATE + CURRENT], (s - begin) * dt))
 
 
 @inlined

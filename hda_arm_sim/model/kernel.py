@@ -9,13 +9,13 @@ a dozen, because handing over many arrays costs more than the physics itself.
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled import compiled, inlined
+from .acting import added, passed
+from .compiled import compiled, inlined, Record
 from .effects.environment import base_acceleration
 from .effects.friction import bristle_rate, bristle_torque
-from .effects.transmission import (damping_torque, hysteresis_torque, played_rate,
-                                   played_torsion, slid, SLIDERS, transmission_error,
-                                   transmission_slope)
-from .link_side import base_coupling, base_push, cable, free_torque, tip_force
+from .effects.place import Bent, PLAY, Swung, TRANSMISSION, Turned, Twisted
+from .effects.transmission import damping_torque, hysteresis_torque, slid, SLIDERS
+from .link_side import base_coupling, base_push, free_torque, link_torque, tip_force
 from .motor_side import drag, friction_budget, ripple
 from .rigid import mass_matrix
 from .torsion import torque_from_guess
@@ -64,31 +64,36 @@ def registers(state: Array) -> Array:
 
 
 @inlined
-def transmission(joint, motor_angle):                               # type: ignore[no-untyped-def]
-    """Return e(theta_m) [rad] and the effective ratio 1/N + e'(theta_m), (69-70)."""
-    wave = joint.kinematic_error
-    if (wave.amplitude_1 == 0.0 and wave.amplitude_2 == 0.0 and wave.amplitude_4 == 0.0
-            and wave.amplitude_a == 0.0 and wave.amplitude_b == 0.0 and wave.amplitude_c == 0.0
-            and wave.amplitude_d == 0.0):
-        return 0.0, 1.0 / joint.ratio
-    return (_of_wave(transmission_error, wave, motor_angle),
-            1.0 / joint.ratio + _of_wave(transmission_slope, wave, motor_angle))
+def _left(at: Twisted, torsion: float) -> Twisted:
+    return Twisted(torsion, at.torsion_rate, at.state)
 
 
 @inlined
-def _of_wave(law, wave, motor_angle):                               # type: ignore[no-untyped-def]
-    """Return a law of the transmission error with all of its parameters."""
-    return law(motor_angle, wave.amplitude_1, wave.phase_1, wave.amplitude_2, wave.phase_2,
-               wave.amplitude_4, wave.phase_4, wave.order_a, wave.amplitude_a, wave.phase_a,
-               wave.order_b, wave.amplitude_b, wave.phase_b, wave.order_c, wave.amplitude_c,
-               wave.phase_c, wave.order_d, wave.amplitude_d, wave.phase_d)
+def _rate_left(at: Twisted, rate: float) -> Twisted:
+    return Twisted(at.torsion, rate, at.state)
+
+
+_turning, _leading = added(TRANSMISSION), added(TRANSMISSION, 'law_slope')
+_played, _played_rate = passed(PLAY, _left), passed(PLAY, _rate_left, 'law_rate')
+
+
+@inlined
+def transmission(joint: Record, motor_angle: float) -> tuple[float, float]:
+    """Return e(theta_m) [rad] and the effective ratio 1/N + e'(theta_m), (69-70)."""
+    at = Turned(motor_angle)
+    return _turning(joint, at, 0.0), 1.0 / joint.ratio + _leading(joint, at, 0.0)
+
+
+@inlined
+def played_torsion(joint: Record, torsion: float) -> float:
+    """Return what is left of a torsion to the spring behind all play, (68) [rad]."""
+    return _played(joint, Twisted(torsion, 0.0, 0.0), torsion)
 
 
 @inlined
 def spring_torque(joint, torsion, w, j):                            # type: ignore[no-untyped-def]
     """Return the torque of the spring alone, (14); renews the joint's guess [N*m]."""
-    if joint.backlash.half_width > 0.0:
-        torsion = played_torsion(torsion, joint.backlash.half_width)
+    torsion = played_torsion(joint, torsion)
     near, bend = 0.0, w[j, GUESS + 2]
     if bend > 0.0:
         near = w[j, GUESS + 1] + (torsion - w[j, GUESS]) / bend
@@ -100,18 +105,19 @@ def spring_torque(joint, torsion, w, j):                            # type: igno
 @inlined
 def gear_torque(joint, spring, torsion, torsion_rate, state):       # type: ignore[no-untyped-def]
     """Return the torque through the gear, (14) [N*m at the output, drives the link]."""
-    rate = played_rate(torsion, torsion_rate, joint.backlash.half_width)
-    return (spring + hysteresis_torque(state, joint.torsional_hysteresis.level)
-            + damping_torque(rate, joint.structural_damping.coefficient))
+    rate = _played_rate(joint, Twisted(torsion, torsion_rate, state), torsion_rate)
+    at = Twisted(torsion, rate, state)
+    return (spring + hysteresis_torque(joint.torsional_hysteresis, at)
+            + damping_torque(joint.structural_damping, at))
 
 
 @inlined
 def loop_state(joint, w, j, at, torsion):                           # type: ignore[no-untyped-def]
     """Return the hysteresis z in [-1, 1] at a torsion, from where its elements stand, (66)."""
-    width, total = joint.torsional_hysteresis.width, 0.0
+    own, total = joint.torsional_hysteresis, 0.0
     for place in range(SLIDERS):
-        total += slid(w[j, at + STRETCH + place], torsion - w[j, at + HYSTERESIS], width, place)
-    return total / (SLIDERS * width)
+        total += slid(own, w[j, at + STRETCH + place], torsion - w[j, at + HYSTERESIS], place)
+    return total / (SLIDERS * own.width)
 
 
 @compiled
@@ -126,7 +132,7 @@ def settle(arm, w):                                                 # type: igno
             change = torsion - w[j, STATE + HYSTERESIS]
             for place in range(SLIDERS):
                 w[j, STATE + STRETCH + place] = slid(
-                    w[j, STATE + STRETCH + place], change, joint.torsional_hysteresis.width, place)
+                    joint.torsional_hysteresis, w[j, STATE + STRETCH + place], change, place)
             w[j, STATE + HYSTERESIS] = torsion
 
 
@@ -149,8 +155,8 @@ def _motor_side(arm, w, j, at, to):                                 # type: igno
     bristles = joint.presliding_friction
     if bristles.stiffness > 0.0:
         bent = w[j, at + BRISTLE]
-        bending = bristle_rate(velocity, bent, budget, bristles.stiffness)
-        drive -= bristle_torque(bent, bending, bristles.stiffness, bristles.damping)
+        bending = bristle_rate(bristles, Bent(velocity, bent, 0.0, budget))
+        drive -= bristle_torque(bristles, Bent(velocity, bent, bending, budget))
         w[j, to + BRISTLE], budget = bending, 0.0
     net = 0.0 if mode == 0.0 and budget > 0.0 else drive - mode * budget
     w[j, to + MOTOR_ANGLE] = velocity
@@ -167,10 +173,10 @@ def _link_side(arm, inertia, w, at, to):                            # type: igno
     q2, dq2 = (w[1, at + LINK_ANGLE], w[1, at + LINK_VELOCITY]) if two else (0.0, 0.0)
     force_x, force_y = tip_force(arm.body, w[0, NOW], w[0, FORCE], w[1, FORCE])
     net1, net2 = free_torque(arm.body, inertia, q1, q2, dq1, dq2, force_x, force_y)
-    net1 += w[0, TORQUE] + cable(arm.joints[0], q1)
+    net1 += w[0, TORQUE] + link_torque(arm.joints[0], q1)
     m11, m12, m22 = inertia.p1, 0.0, 1.0
     if two:
-        net2 += w[1, TORQUE] + cable(arm.joints[1], q2)
+        net2 += w[1, TORQUE] + link_torque(arm.joints[1], q2)
         m11, m12, m22 = mass_matrix(inertia, q2)
     swing = arm.body.base_vibration
     if swing.amplitude == 0.0:
@@ -178,8 +184,7 @@ def _link_side(arm, inertia, w, at, to):                            # type: igno
         return
     c1, c2 = base_coupling(inertia, swing.direction, q1, q2)
     push = base_push(inertia, swing.direction, q1, q2, dq1, dq2, force_x, force_y)
-    free = base_acceleration(push, w[0, at + BASE_OFFSET], w[0, at + BASE_RATE],
-                             swing.frequency, swing.damping, swing.amplitude)
+    free = base_acceleration(swing, Swung(push, w[0, at + BASE_OFFSET], w[0, at + BASE_RATE]))
     share1, share2 = swing.amplitude * c1, swing.amplitude * c2
     _accelerate(arm, w, two, m11 - share1 * c1, m12 - share1 * c2, m22 - share2 * c2,
                 net1 - c1 * free, net2 - c2 * free, to)

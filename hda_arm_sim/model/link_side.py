@@ -6,29 +6,34 @@ See docs/model.md, 19.
 
 import numpy as np
 
-from .compiled import compiled, inlined
-from .effects.environment import contact_force
-from .effects.load import cable_torque, loaded
+from .acting import added, pair_added, passed
+from .compiled import compiled, inlined, Record
+from .effects.place import Carried, LINK_TORQUE, LOAD, Pulled, TIP, Touched
 from .rigid import coriolis, gravity_torque, Inertia, mass_matrix, tip_torque
 
 
+@inlined
+def _carried(at: Carried, inertia: Inertia) -> Carried:
+    return Carried(inertia, at.length1, at.length2)
+
+
+_loaded = passed(LOAD, _carried)
+_touched, _pulled = pair_added(TIP), added(LINK_TORQUE)
+
+
 @compiled
-def loaded_inertia(body):                                           # type: ignore[no-untyped-def]
+def loaded_inertia(body: Record) -> Inertia:
     """Return the inertia of the links with what they carry, (81)."""
     links = body.links
     bare = Inertia(links.p1, links.p2, links.p3, links.first, links.second, links.coupled)
-    return loaded(bare, links.length1, links.length2, body.payload.mass)
+    return _loaded(body, Carried(bare, links.length1, links.length2), bare)
 
 
 @inlined
-def tip_force(body, time, force_x, force_y):                        # type: ignore[no-untyped-def]
+def tip_force(body: Record, time: float, force_x: float,
+              force_y: float) -> tuple[float, float]:
     """Return all force on the tip in the base frame, x and y [N]."""
-    contact = body.external_contact
-    if contact.force == 0.0:
-        return force_x, force_y
-    more_x, more_y = contact_force(time, contact.force, contact.direction, contact.onset,
-                                   contact.duration)
-    return force_x + more_x, force_y + more_y
+    return _touched(body, Touched(time), (force_x, force_y))
 
 
 @inlined
@@ -44,12 +49,9 @@ def free_torque(                                                    # type: igno
 
 
 @inlined
-def cable(joint, link_angle):                                       # type: ignore[no-untyped-def]
-    """Return the torque of a joint's cable on its link [N*m]."""
-    spring = joint.cable_spring
-    if spring.stiffness == 0.0:
-        return 0.0
-    return cable_torque(link_angle, spring.stiffness, spring.rest_angle)
+def link_torque(joint: Record, link_angle: float) -> float:
+    """Return the torque of what pulls a joint's link, as a cable does [N*m at the output]."""
+    return _pulled(joint, Pulled(link_angle), 0.0)
 
 
 @compiled

@@ -10,13 +10,14 @@ from functools import cache
 import math
 from typing import Any, ClassVar
 
+from hda_msgs_json.errors import HdaError
 import numpy as np
 
 
 _LARGEST = 10 ** 300    # whole numbers far beyond it do not become floats
 
 
-class ParameterError(ValueError):
+class ParameterError(HdaError):
     """A value that its declaration does not allow."""
 
 
@@ -38,11 +39,17 @@ class Declaration:
                 f'{owner}.{self.name} must be a number in {self.unit or "no unit"} '
                 f'({self.meaning}), got {value!r}')
         number = float(min(max(value, -_LARGEST), _LARGEST) if isinstance(value, int) else value)
+        number = number if self.low <= number <= self.high else self._at_bound(number)
         if not self.low <= number <= self.high:                        # also refuses NaN
             raise ParameterError(
                 f'{owner}.{self.name} must lie in [{self.low:g}, {self.high:g}] '
                 f'{self.unit} ({self.meaning}), got {number:g}'.replace('  ', ' '))
         return number
+
+    def _at_bound(self, number: float) -> float:
+        """Return the bound that a number is but for rounding, as 1.5708 is a right angle."""
+        return next((bound for bound in (self.low, self.high) if number == float(f'{bound:g}')),
+                    number)
 
 
 def parameter(default: float, unit: str, low: float, high: float, meaning: str) -> Any:

@@ -17,9 +17,9 @@ PERIOD = 1.0        # [s]
 class Diagnostics:
     """Publish the report of a node every second of real time."""
 
-    def __init__(self, node: Node, report: Callable[[], Report]) -> None:
-        """Ask `report` for what to say, whenever it is time."""
-        self._node, self._report = node, report
+    def __init__(self, node: Node, report: Callable[[], Report], hardware: str) -> None:
+        """Ask `report` for what to say of some hardware, whenever it is time."""
+        self._node, self._report, self._hardware = node, report, hardware
         self._publisher = publisher(node, DIAGNOSTICS)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = node.create_timer(PERIOD, self.publish, clock=steady)
@@ -31,7 +31,7 @@ class Diagnostics:
     def _message(self, report: Report) -> DiagnosticArray:
         status = DiagnosticStatus(
             level=bytes([report.level]), name=self._node.get_fully_qualified_name().lstrip('/'),
-            message=report.message, hardware_id='')
+            message=report.message, hardware_id=self._hardware)
         status.values = [KeyValue(key=key, value=_shown(value))
                          for key, value in report.values.items()]
         message = DiagnosticArray(status=[status])

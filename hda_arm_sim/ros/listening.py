@@ -33,7 +33,11 @@ class Listening:
 
     def add(self, topic: Topic) -> None:
         """Listen to a topic, whether somebody publishes it yet or not."""
-        queue = subscribe(self._node, topic, partial(self._take, topic), depth=self._depth)
+        self._add(topic, adaptable=True)
+
+    def _add(self, topic: Topic, *, adaptable: bool) -> None:
+        queue = subscribe(self._node, topic, partial(self._take, topic), depth=self._depth,
+                          adaptable=adaptable)
         self._names[topic] = queue.topic_name
         self._queues[queue.topic_name] = topic, queue
 
@@ -69,7 +73,7 @@ class Listening:
     def _add_late(self, topic: Topic) -> None:
         try:
             schema(topic.message_type)
-            self.add(topic)
+            self._add(topic, adaptable=False)
             self._node.get_logger().info(f'{topic.name} has come')
         except (SchemaError, ImportError, AttributeError, ValueError,
                 InvalidTopicNameException) as error:
@@ -83,8 +87,9 @@ class Listening:
         The first subscription is left alone: executors stumble over one that is destroyed while
         something of it waits for them.
         """
-        if topic.reliability == 'reliable' and found.reliability == 'best_effort':
-            self.add(found)
+        if ((topic.reliability == 'reliable' and found.reliability == 'best_effort')
+                or (topic.durability == 'transient_local' and found.durability == 'volatile')):
+            self._add(found, adaptable=False)
 
     def _take(self, topic: Topic, message: bytes) -> None:
         """Hand over what comes, unless another subscription gets it too."""

@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from hda_msgs_json.topics import SAMPLED_DEPTH
+from hda_msgs_json.yaml_text import yaml_document, YamlError
 from rclpy.duration import Duration
 from rclpy.qos import DurabilityPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
-import yaml
 
 # rosbag2 wrote the numbers of rmw before it wrote words.
 BEST_EFFORT, TRANSIENT_LOCAL, MANUAL = (2, 'best_effort'), (1, 'transient_local'), (
@@ -53,7 +53,7 @@ def _shortest(profiles: Sequence[Mapping[str, Any]], policy: str) -> Duration:
 def _profiles(text: str) -> list[Mapping[str, Any]]:
     """Return the profiles of a text, none if it is damaged."""
     try:
-        found = yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError, RecursionError):
+        found = yaml_document(text)
+    except YamlError:
         return []
     return [each for each in found if isinstance(each, dict)] if isinstance(found, list) else []

@@ -33,14 +33,17 @@ class Parameters:
             name: node.get_parameter(name).value for name in node.list_parameters([], 0).names}
         self._asked: set[str] = set()
         self._groups: dict[str, tuple[Declared, Callable[[Any], None]]] = {}
+        self._allowed: dict[str, Callable[[Any], None]] = {}
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._apply)
 
-    def group(self, kind: type[Group], changed: Callable[[Group], None] | None = None) -> Group:
+    def group(self, kind: type[Group], changed: Callable[[Group], None] | None = None, *,
+              allowed: Callable[[Group], None] | None = None) -> Group:
         """
         Declare a group of numbers and return it with the values given; raises ParameterError.
 
         With `changed` the numbers can be set while the node runs, and it is told of the new group.
+        What `allowed` then raises a ParameterError for is not set.
         """
         rules = kind.declarations()
         values = kind(**{rule.name: self._given.get(rule.name, rule.default) for rule in rules})
@@ -49,11 +52,18 @@ class Parameters:
                           _number_descriptor(rule, read_only=changed is None))
         if changed is not None:
             self._groups[kind.name] = values, changed
+            self._allowed[kind.name] = allowed or (lambda group: None)
         return values
 
     def text(self, name: str, default: str, meaning: str) -> str:
         """Declare a text that is read at the start only; raises ParameterError."""
         return self._fixed(name, default, meaning, str, 'a text')
+
+    def word(self, name: str, default: str, meaning: str) -> str:
+        """Declare a text that may be `nan`, which YAML takes for a number; as `text` else."""
+        if (given := self._given.get(name)) != given:
+            self._given[name] = str(given)
+        return self.text(name, default, meaning)
 
     def texts(self, name: str, default: Sequence[str], meaning: str) -> list[str]:
         """Declare a list of texts that is read at the start only; raises ParameterError."""
@@ -93,7 +103,8 @@ class Parameters:
     def _check(self, changes: list[Parameter]) -> SetParametersResult:
         """Tell whether all changes are allowed."""
         try:
-            self._changed(changes)
+            for group in self._changed(changes):
+                self._allowed[group.name](group)
         except ParameterError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)

@@ -7,12 +7,15 @@ and have it arrive: what a busy listener has not taken yet ends with the process
 """
 
 from collections.abc import Callable, Sequence
+from functools import partial
 import gc
+import os
 import signal
 import sys
 import time
 from types import FrameType
 
+from hda_arm_sim.model.compiled import say_when_compiling
 import rclpy
 from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
@@ -21,13 +24,17 @@ from rclpy.task import Future
 from rclpy.utilities import ok, remove_ros_args, try_shutdown
 
 from .arm_node import ReportingNode, StartError
+from .early_end import EarlyEnd
+from .node_help import ASKING, help_text
+from .security import why_insecure
 
 try:                        # a quarter of the cost; here, because messages wait for no import
     from rclpy.experimental.events_executor import EventsExecutor as QuickExecutor
 except ImportError:
     QuickExecutor = SingleThreadedExecutor
 
-LONGEST_WAIT = 0.1      # of a spin: without an end, some releases of EventsExecutor hang [s]
+# Of a spin: without an end, some releases of EventsExecutor hang; each spin loses 34 bytes [s].
+LONGEST_WAIT = 0.2
 LONGEST_END = 5.0       # of waiting for listeners: DDS sends again what is lost every 3 s [s]
 DONE, FAILED, MISUSED = 0, 1, 2
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -44,21 +51,28 @@ class _Stop:
 
 
 def run(name: str, make_nodes: Callable[[], Sequence[ReportingNode]],
-        arguments: Sequence[str] | None = None) -> int:
+        arguments: Sequence[str] | None = None,
+        kinds: Sequence[type[ReportingNode]] = ()) -> int:
     """
     Make nodes, spin them until SIGINT, SIGTERM or the end of their work; returns the exit code.
 
     It is 0 then, and 2 after one line on standard error for arguments, parameters or files that
-    cannot be used.
+    cannot be used. `--help` alone tells the parameters of nodes of these kinds.
     """
+    given = list(sys.argv if arguments is None else arguments)
+    if set(given[1:2]) & set(ASKING):
+        sys.stdout.write(help_text(name, kinds))
+        return DONE
     stop = _Stop()
     for number in _SIGNALS:
         signal.signal(number, stop)
+    say_when_compiling(partial(_say, name))
     nodes: Sequence[ReportingNode] = ()
     code = MISUSED
     try:
-        _initialise(list(sys.argv if arguments is None else arguments))
-        nodes = make_nodes()
+        with EarlyEnd(DONE):
+            _initialise(given)
+            nodes = make_nodes()
         code = FAILED
         ended = _spin(name, nodes, stop)
         for node in nodes:
@@ -68,13 +82,19 @@ def run(name: str, make_nodes: Callable[[], Sequence[ReportingNode]],
     except ValueError as error:
         if type(error).__module__.partition('.')[0] not in _OWN_PACKAGES:
             raise
-        sys.stderr.write(f'{name}: {error}\n')
+        _say(name, str(error))
     finally:
         _end(nodes)
     return code
 
 
+def _say(name: str, said: str) -> None:
+    sys.stderr.write(f'{name}: {said}\n')
+
+
 def _initialise(arguments: list[str]) -> None:
+    if insecure := why_insecure(os.environ):
+        raise StartError(insecure)
     try:
         left = remove_ros_args(arguments)[1:]
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
@@ -105,7 +125,7 @@ def _spin(name: str, nodes: Sequence[ReportingNode], stop: _Stop) -> int:
         executor.remove_node(node)
     failures = [node.failure for node in nodes if node.failure]
     for failure in failures:
-        sys.stderr.write(f'{name}: {failure}\n')
+        _say(name, failure)
     return FAILED if failures else DONE
 
 

@@ -3,7 +3,7 @@
 from .actuation import (CommandDelay, CurrentLoopLag, DriveOffset, MotorCogging, MotorInertiaError,
                         TorqueConstantError, TorqueRipple, TorqueSaturation)
 from .catalogue import effect_named, EFFECTS, effects_of
-from .effect import Effect, Scope, Signals, Site
+from .effect import Effect, Scope, Site
 from .environment import BaseTilt, BaseVibration, ExternalContact
 from .friction import (AsymmetricFriction, CoulombFriction, LoadDependentFriction,
                        NonlinearViscousFriction, PositionDependentFriction, PreslidingFriction,
@@ -23,7 +23,7 @@ __all__ = [
     'InertialCoupling', 'KinematicError', 'LinkBearingFriction', 'LinkEncoderEccentricity',
     'LinkInertiaError', 'LoadDependentFriction', 'MotorCogging', 'MotorEncoderEccentricity',
     'MotorInertiaError', 'NonlinearViscousFriction', 'Payload', 'PositionDependentFriction',
-    'PreslidingFriction', 'Scope', 'Signals', 'Site', 'StiffeningError', 'StiffnessError',
+    'PreslidingFriction', 'Scope', 'Site', 'StiffeningError', 'StiffnessError',
     'StribeckFriction', 'StructuralDamping', 'ThermalViscosity', 'TorqueConstantError',
     'TorqueRipple', 'TorqueSaturation', 'TorsionalHysteresis', 'ViscousFriction',
     'WaveGeneratorCompliance',

@@ -6,66 +6,74 @@ from typing import ClassVar
 import numpy as np
 
 from .effect import Effect, Site
-from ..compiled import compiled
+from .hypothesis import Hypothesis, NO_OTHER_FORM, SCALE, Typical, wave
+from .place import (COMMAND, Commanded, Delivered, NUMBER, Place, SHAFT, Signal, Stated, TURN,
+                    Turned)
+from ..compiled import compiled, Record
 from ..parameter import parameter
 
 
 @compiled
-def ripple_torque(                                                  # type: ignore[no-untyped-def]
-        motor_angle, amplitude_2, phase_2, amplitude_4, phase_4):
+def ripple_torque(own: Record, at: Turned) -> Signal:
     """Return the torque of the ripple at the shaft, (54) [N*m motor]."""
-    return (amplitude_2 * np.sin(2.0 * motor_angle + phase_2)
-            + amplitude_4 * np.sin(4.0 * motor_angle + phase_4))
+    return (own.amplitude_2 * np.sin(2.0 * at.motor_angle + own.phase_2)
+            + own.amplitude_4 * np.sin(4.0 * at.motor_angle + own.phase_4))
 
 
 @compiled
-def cogging_torque(motor_angle, amplitude, order, phase):           # type: ignore[no-untyped-def]
+def cogging_torque(own: Record, at: Turned) -> Signal:
     """Return the torque of the cogging at the shaft, (55) [N*m motor]."""
-    return amplitude * np.sin(order * motor_angle + phase)
+    return own.amplitude * np.sin(own.order * at.motor_angle + own.phase)
 
 
 @compiled
-def scaled_torque(command, error):                                  # type: ignore[no-untyped-def]
+def scaled_torque(own: Record, at: Delivered) -> Signal:
     """Return the torque that a motor gives for a commanded one, (56) [N*m motor]."""
-    return (1.0 + error) * command
+    return (1.0 + own.error) * at.torque
 
 
 @compiled
-def biased_torque(command, offset):                                 # type: ignore[no-untyped-def]
+def biased_torque(own: Record, at: Delivered) -> Signal:
     """Return a torque with the bias of the drive, (57) [N*m motor]."""
-    return command + offset
+    return at.torque + own.offset
 
 
 @compiled
-def clipped_torque(command, limit):                                 # type: ignore[no-untyped-def]
+def clipped_torque(own: Record, at: Commanded) -> Signal:
     """Return the torque that the drive's limit leaves, (60) [N*m motor]."""
-    return np.minimum(np.maximum(command, -limit), limit)
+    return np.minimum(np.maximum(at.command, -own.limit), own.limit)
 
 
 @compiled
-def lagging_torque(                                                 # type: ignore[no-untyped-def]
-        command, last_command, state, elapsed, time_constant):
+def lagging_torque(own: Record, at: Commanded) -> Signal:
     """
     Return the torque some time [s] after it was `state`, (58) [N*m motor].
 
     The command goes along a line from `last_command` to `command` in that time, or stands still.
     """
-    pace = (command - last_command) / elapsed
-    return (command - time_constant * pace
-            + (state - last_command + time_constant * pace) * np.exp(-elapsed / time_constant))
+    pace = (at.command - at.last_command) / at.elapsed
+    return (at.command - own.time_constant * pace
+            + (at.state - at.last_command + own.time_constant * pace)
+            * np.exp(-at.elapsed / own.time_constant))
 
 
 @compiled
-def delayed_torque(command, last_command, elapsed, delay):          # type: ignore[no-untyped-def]
+def late_torque(delay: float, at: Commanded) -> Signal:
     """Return which of two held commands acts some time [s] after the later one came, (59)."""
-    late = 1.0 * (elapsed < delay)
-    return late * last_command + (1.0 - late) * command
+    late = 1.0 * (at.elapsed < delay)
+    return late * at.last_command + (1.0 - late) * at.command
 
 
 @compiled
-def heavier_rotor(nominal, error):                                  # type: ignore[no-untyped-def]
+def delayed_torque(own: Record, at: Commanded) -> Signal:
+    """Return the torque behind the whole delay, (59) [N*m motor]."""
+    return late_torque(own.delay, at)
+
+
+@compiled
+def heavier_rotor(own: Record, at: Stated) -> Signal:
     """Return the inertia of rotor and wave generator, (61) [kg*m^2 motor]."""
-    return nominal * (1.0 + error)
+    return at.nominal * (1.0 + own.error)
 
 
 @dataclass(frozen=True)
@@ -75,7 +83,15 @@ class TorqueRipple(Effect):
     name: ClassVar[str] = 'torque_ripple'
     cause: ClassVar[str] = 'torque ripple of the wave generator, twice and four times per turn'
     site: ClassVar[Site] = Site.MOTOR
+    place: ClassVar[Place] = TURN
+    acts: ClassVar[tuple[str, ...]] = ('amplitude_2', 'amplitude_4')
     law = staticmethod(ripple_torque)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        waves={**wave(2, 0.005), **wave(4, 0.005)}, alike=('motor_cogging', 'kinematic_error'),
+        experiment='the same slow speed at two loads')
+    typical: ClassVar[Typical | None] = Typical(
+        {'amplitude_2': 0.008, 'amplitude_4': 0.002},
+        {'phase_2': 0.5, 'phase_4': 1.0})
     amplitude_2: float = parameter(0.0, 'N*m', 0.0, 1.0, 'twice per motor turn, motor side')
     phase_2: float = parameter(0.0, 'rad', -7.0, 7.0, 'its phase')
     amplitude_4: float = parameter(0.0, 'N*m', 0.0, 1.0, 'four per motor turn, motor side')
@@ -89,7 +105,16 @@ class MotorCogging(Effect):
     name: ClassVar[str] = 'motor_cogging'
     cause: ClassVar[str] = 'cogging of the motor at a slot or pole order'
     site: ClassVar[Site] = Site.MOTOR
+    place: ClassVar[Place] = TURN
+    acts: ClassVar[tuple[str, ...]] = ('amplitude',)
     law = staticmethod(cogging_torque)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        waves={('amplitude', 'phase'): 0.005},
+        grid={'order': (1.0, 6.0, 7.0, 8.0, 12.0, 14.0, 21.0, 24.0, 28.0, 42.0)},
+        alike=('torque_ripple',), experiment='one motor turn at 2 rad/s')
+    typical: ClassVar[Typical | None] = Typical(
+        {'amplitude': 0.008},
+        {'order': 14.0, 'phase': 0.5})
     amplitude: float = parameter(0.0, 'N*m', 0.0, 1.0, 'cogging torque, motor side')
     order: float = parameter(14.0, '1/turn', 1.0, 1e3, 'waves per motor turn')
     phase: float = parameter(0.0, 'rad', -7.0, 7.0, 'phase at motor angle 0')
@@ -102,7 +127,11 @@ class TorqueConstantError(Effect):
     name: ClassVar[str] = 'torque_constant_error'
     cause: ClassVar[str] = 'the motor gives more or less torque than commanded'
     site: ClassVar[Site] = Site.MOTOR
+    place: ClassVar[Place] = SHAFT
     law = staticmethod(scaled_torque)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'error': 0.02}, alike=('link_inertia_error', 'stiffness_error'), experiment=SCALE)
+    typical: ClassVar[Typical | None] = Typical({'error': 0.06})
     error: float = parameter(0.0, '', -0.9, 2.0, 'relative error of torque per command')
 
 
@@ -113,7 +142,12 @@ class DriveOffset(Effect):
     name: ClassVar[str] = 'drive_offset'
     cause: ClassVar[str] = 'the drive adds a constant torque'
     site: ClassVar[Site] = Site.MOTOR
+    place: ClassVar[Place] = SHAFT
     law = staticmethod(biased_torque)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'offset': 0.005}, alike=('asymmetric_friction',), twin='asymmetric_friction',
+        experiment='a dwell at zero command, and a return run')
+    typical: ClassVar[Typical | None] = Typical({'offset': 0.007})
     offset: float = parameter(0.0, 'N*m', -5.0, 5.0, 'torque at zero command, motor side')
 
 
@@ -124,7 +158,14 @@ class CurrentLoopLag(Effect):
     name: ClassVar[str] = 'current_loop_lag'
     cause: ClassVar[str] = 'the current loop lags behind the commanded torque'
     site: ClassVar[Site] = Site.MOTOR
+    place: ClassVar[Place] = COMMAND
+    acts: ClassVar[tuple[str, ...]] = ('time_constant',)
     law = staticmethod(lagging_torque)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'time_constant': 0.001}, grid={'time_constant': (0.001, 0.004)},
+        alike=('command_delay',), form_error=0.02, form=NO_OTHER_FORM, form_share=0.002,
+        clear=4.0, below=30.0, experiment='a small multi-sine from 1 to 60 Hz')
+    typical: ClassVar[Typical | None] = Typical({}, {'time_constant': 0.004})
     time_constant: float = parameter(0.0, 's', 0.0, 0.1, 'of the current loop')
 
 
@@ -135,7 +176,14 @@ class CommandDelay(Effect):
     name: ClassVar[str] = 'command_delay'
     cause: ClassVar[str] = 'a dead time passes before a commanded torque acts'
     site: ClassVar[Site] = Site.MOTOR
+    place: ClassVar[Place] = COMMAND
+    acts: ClassVar[tuple[str, ...]] = ('delay',)
     law = staticmethod(delayed_torque)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'delay': 0.001}, grid={'delay': (0.001, 0.004)}, alike=('current_loop_lag',),
+        form_error=0.02, form=NO_OTHER_FORM, form_share=0.002, clear=4.0, below=30.0,
+        experiment='a small multi-sine from 1 to 60 Hz')
+    typical: ClassVar[Typical | None] = Typical({'delay': 0.0033})
     delay: float = parameter(0.0, 's', 0.0, 0.02, 'from the command to its torque')
 
 
@@ -146,7 +194,12 @@ class TorqueSaturation(Effect):
     name: ClassVar[str] = 'torque_saturation'
     cause: ClassVar[str] = 'the drive clips the torque below the commanded one'
     site: ClassVar[Site] = Site.MOTOR
+    place: ClassVar[Place] = COMMAND
     law = staticmethod(clipped_torque)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'limit': 0.02}, grid={'limit': (0.05, 0.1, 0.15, 0.2)},
+        alike=('torque_constant_error',), experiment='a motion that asks for the largest torque')
+    typical: ClassVar[Typical | None] = Typical({}, {'limit': 0.15})
     limit: float = parameter(1e4, 'N*m', 1e-6, 1e4, 'largest torque delivered, motor side')
 
 
@@ -157,5 +210,10 @@ class MotorInertiaError(Effect):
     name: ClassVar[str] = 'motor_inertia_error'
     cause: ClassVar[str] = 'the inertia of rotor and wave generator differs'
     site: ClassVar[Site] = Site.MOTOR
+    place: ClassVar[Place] = NUMBER
     law = staticmethod(heavier_rotor)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'error': 0.05}, alike=('torque_constant_error', 'link_inertia_error'),
+        experiment='fast small motions: the motor hardly moves the link')
+    typical: ClassVar[Typical | None] = Typical({'error': 0.1})
     error: float = parameter(0.0, '', -0.9, 5.0, 'relative error of the motor inertia')

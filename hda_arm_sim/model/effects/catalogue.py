@@ -10,6 +10,7 @@ from .friction import (AsymmetricFriction, CoulombFriction, LoadDependentFrictio
                        NonlinearViscousFriction, PositionDependentFriction, PreslidingFriction,
                        StribeckFriction, ThermalViscosity, ViscousFriction)
 from .load import CableSpring, InertialCoupling, LinkBearingFriction, LinkInertiaError, Payload
+from .place import Place
 from .sensing import (BearingCrosstalk, CoarseQuantisation, EncoderInterpolationError,
                       EncoderScaleError, LinkEncoderEccentricity, MotorEncoderEccentricity)
 from .timing import ClockSkew, DroppedSamples
@@ -68,6 +69,11 @@ def effect_named(name: str) -> type[Effect]:
             return effect
     valid = ', '.join(effect.name for effect in EFFECTS)
     raise ParameterError(f'no effect is named {name!r}; valid names: {valid}')
+
+
+def effects_at(place: Place) -> tuple[type[Effect], ...]:
+    """Return the effects that act at one place, in the order in which they do."""
+    return tuple(effect for effect in EFFECTS if effect.place is place)
 
 
 def effects_of(scope: Scope) -> tuple[type[Effect], ...]:

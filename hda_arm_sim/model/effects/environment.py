@@ -7,33 +7,37 @@ from typing import ClassVar
 import numpy as np
 
 from .effect import Effect, Scope, Site
-from ..compiled import compiled
+from .hypothesis import Hypothesis, Typical
+from .place import BASE, Place, Signal, Swung, TIP, Touched, Weighed, WEIGHT
+from ..compiled import compiled, Record
 from ..parameter import parameter
 
 EDGE = 0.1              # share of a contact in which its force rises, and in which it falls
 
 
 @compiled
-def downhill_pull(gravity, tilt, direction):                        # type: ignore[no-untyped-def]
+def downhill_pull(own: Record, at: Weighed) -> tuple[Signal, Signal]:
     """Return the part of gravity in the plane of a tilted base, x and y in base, (85) [m/s^2]."""
-    return gravity * np.sin(tilt) * np.cos(direction), gravity * np.sin(tilt) * np.sin(direction)
+    pull = at.gravity * np.sin(own.tilt)
+    return pull * np.cos(own.direction), pull * np.sin(own.direction)
 
 
 @compiled
-def contact_force(time, force, direction, onset, duration):         # type: ignore[no-untyped-def]
+def contact_force(own: Record, at: Touched) -> tuple[Signal, Signal]:
     """Return the force of a contact on the tip, x and y in the base frame, (86) [N]."""
-    ramp = np.minimum(time - onset, onset + duration - time) / (EDGE * duration)
+    left = own.onset + own.duration - at.time
+    ramp = np.minimum(at.time - own.onset, left) / (EDGE * own.duration)
     edge = np.minimum(np.maximum(ramp, 0.0), 1.0)
-    size = force * edge * edge * (3.0 - 2.0 * edge)
-    return size * np.cos(direction), size * np.sin(direction)
+    size = own.force * edge * edge * (3.0 - 2.0 * edge)
+    return size * np.cos(own.direction), size * np.sin(own.direction)
 
 
 @compiled
-def base_acceleration(                                              # type: ignore[no-untyped-def]
-        push, offset, offset_rate, frequency, damping, amplitude):
+def base_acceleration(own: Record, at: Swung) -> Signal:
     """Return the acceleration of a base that joints at rest leave to itself, (87) [m/s^2]."""
-    pace = 2.0 * np.pi * frequency
-    return amplitude * push - pace * (2.0 * damping * offset_rate + pace * offset)
+    pace = 2.0 * np.pi * own.frequency
+    return own.amplitude * at.push - pace * (2.0 * own.damping * at.offset_rate
+                                             + pace * at.offset)
 
 
 @dataclass(frozen=True)
@@ -43,8 +47,13 @@ class BaseTilt(Effect):
     name: ClassVar[str] = 'base_tilt'
     cause: ClassVar[str] = 'the base is not level, so gravity moves the links'
     site: ClassVar[Site] = Site.LINK
+    place: ClassVar[Place] = WEIGHT
     scope: ClassVar[Scope] = Scope.ARM
     law = staticmethod(downhill_pull)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        waves={('tilt', 'direction'): 0.005}, alike=('cable_spring',),
+        experiment='hold postures all round the base')
+    typical: ClassVar[Typical | None] = Typical({'tilt': 0.03}, {'direction': 0.7})
     tilt: float = parameter(0.0, 'rad', 0.0, math.pi / 2, 'angle between base and horizontal')
     direction: float = parameter(0.0, 'rad', -7.0, 7.0, 'downhill direction in the base frame')
 
@@ -56,8 +65,19 @@ class ExternalContact(Effect):
     name: ClassVar[str] = 'external_contact'
     cause: ClassVar[str] = 'something touches the tip for some time'
     site: ClassVar[Site] = Site.LINK
+    place: ClassVar[Place] = TIP
+    acts: ClassVar[tuple[str, ...]] = ('force',)
     scope: ClassVar[Scope] = Scope.ARM
     law = staticmethod(contact_force)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'force': 1.0, 'direction': 0.02, 'onset': 0.01, 'duration': 0.01},
+        alike=('payload',), form_share=0.08, form_error=0.03,
+        doubts={'direction': (0.03, ''), 'onset': (0.045, 'duration'),
+                'duration': (0.09, 'duration')},            # edges may take up to a fifth of it
+        experiment='the same motion again, with nothing near the arm')
+    typical: ClassVar[Typical | None] = Typical(
+        {'force': 20.0},
+        {'direction': 0.7, 'onset': 6.0, 'duration': 1.0})
     force: float = parameter(0.0, 'N', 0.0, 1e4, 'largest force on the tip')
     direction: float = parameter(0.0, 'rad', -7.0, 7.0, 'of the force, in the base frame')
     onset: float = parameter(0.0, 's', -1e6, 1e6, 'begin, from the start of the recording')
@@ -71,8 +91,16 @@ class BaseVibration(Effect):
     name: ClassVar[str] = 'base_vibration'
     cause: ClassVar[str] = 'a structural mode of the base swings with the arm'
     site: ClassVar[Site] = Site.LINK
+    place: ClassVar[Place] = BASE
+    acts: ClassVar[tuple[str, ...]] = ('amplitude',)
     scope: ClassVar[Scope] = Scope.ARM
     law = staticmethod(base_acceleration)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'amplitude': 0.002, 'frequency': 0.05, 'damping': 0.005, 'direction': 0.05},
+        alike=('kinematic_error',), experiment='sudden stops at several postures')
+    typical: ClassVar[Typical | None] = Typical(
+        {'damping': 0.04, 'amplitude': 0.025},
+        {'frequency': 11.0, 'direction': 0.7})
     frequency: float = parameter(10.0, 'Hz', 0.5, 200.0, 'of the mode with the joints locked')
     damping: float = parameter(0.02, '', 0.0, 1.0, 'damping ratio of the mode')
     amplitude: float = parameter(

@@ -11,86 +11,89 @@ from typing import ClassVar
 import numpy as np
 
 from .effect import Effect, Site
-from ..compiled import compiled
+from .hypothesis import Hypothesis, SLOW, Typical
+from .place import Bent, BRISTLES, DRAG, Dragged, DRY_LEVEL, FRICTION, Place, Rubbed, Signal
+from ..compiled import compiled, Record
 from ..parameter import parameter
 
 FASTEST = 2000.0        # relaxation of the bristles [1/s]; they are at rest within a sample anyway
 
 
 @compiled
-def dry_budget(level):                                              # type: ignore[no-untyped-def]
+def dry_budget(own: Record, at: Rubbed) -> Signal:
     """Return the Coulomb budget, (44) [N*m motor]."""
-    return level
+    return own.level
 
 
 @compiled
-def viscous_drag(motor_velocity, slope):                            # type: ignore[no-untyped-def]
+def viscous_drag(own: Record, at: Dragged) -> Signal:
     """Return the viscous torque that opposes the motor, (45) [N*m motor]."""
-    return slope * motor_velocity
+    return own.slope * at.motor_velocity
 
 
 @compiled
-def nonlinear_drag(motor_velocity, coefficient, exponent):          # type: ignore[no-untyped-def]
+def nonlinear_drag(own: Record, at: Dragged) -> Signal:
     """Return the drag that grows with a power of the speed, (46) [N*m motor]."""
-    return coefficient * np.sign(motor_velocity) * np.abs(motor_velocity) ** exponent
+    speed = at.motor_velocity
+    return own.coefficient * np.sign(speed) * np.abs(speed) ** own.exponent
 
 
 @compiled
-def stribeck_budget(motor_velocity, excess, speed):                 # type: ignore[no-untyped-def]
+def stribeck_budget(own: Record, at: Rubbed) -> Signal:
     """Return the extra budget near standstill, (47) [N*m motor]."""
-    return excess * np.exp(-(motor_velocity / speed) ** 2)
+    return own.excess * np.exp(-(at.motor_velocity / own.speed) ** 2)
 
 
 @compiled
-def bristle_rate(motor_velocity, state, budget, stiffness):         # type: ignore[no-untyped-def]
+def bristle_rate(own: Record, at: Bent) -> Signal:
     """Return dz/dt of bristles, whose deflection z settles at budget / stiffness, (48) [rad/s]."""
-    end, pace = _settling(motor_velocity, budget, stiffness)
-    return pace * (end - state)
+    end, pace = _settling(own, at)
+    return pace * (end - at.state)
 
 
 @compiled
-def bristle_after(motor_velocity, state, budget, stiffness, time):  # type: ignore[no-untyped-def]
+def bristle_after(own: Record, at: Bent, time: float) -> Signal:
     """Return the deflection after a time at one speed, the solution of (48) [rad]."""
-    end, pace = _settling(motor_velocity, budget, stiffness)
-    return end + (state - end) * np.exp(-pace * time)
+    end, pace = _settling(own, at)
+    return end + (at.state - end) * np.exp(-pace * time)
 
 
 @compiled
-def _settling(motor_velocity, budget, stiffness):                   # type: ignore[no-untyped-def]
+def _settling(own: Record, at: Bent) -> tuple[Signal, Signal]:
     """Return where bristles settle at a speed [rad], and how fast [1/s]."""
-    reach = np.maximum(budget, 1e-12) / stiffness
-    pace = np.minimum(np.abs(motor_velocity) / reach, FASTEST)
-    return np.sign(motor_velocity) * reach, pace
+    reach = np.maximum(at.budget, 1e-12) / own.stiffness
+    pace = np.minimum(np.abs(at.motor_velocity) / reach, FASTEST)
+    return np.sign(at.motor_velocity) * reach, pace
 
 
 @compiled
-def bristle_torque(state, state_rate, stiffness, damping):          # type: ignore[no-untyped-def]
+def bristle_torque(own: Record, at: Bent) -> Signal:
     """Return the torque of the bristles that opposes the motor, (49) [N*m motor]."""
-    return stiffness * state + damping * state_rate
+    return own.stiffness * at.state + own.damping * at.state_rate
 
 
 @compiled
-def asymmetric_budget(budget, sense, asymmetry):                    # type: ignore[no-untyped-def]
+def asymmetric_budget(own: Record, at: Rubbed) -> Signal:
     """Return the extra budget of one sense of motion (+1, -1; 0 at rest), (50) [N*m motor]."""
-    return budget * asymmetry * sense
+    return at.budget * own.asymmetry * at.sense
 
 
 @compiled
-def load_budget(joint_torque, ratio, coefficient):                  # type: ignore[no-untyped-def]
+def load_budget(own: Record, at: Rubbed) -> Signal:
     """Return the extra budget of a loaded mesh, (51) [N*m motor]."""
-    return coefficient * np.abs(joint_torque) / ratio
+    return own.coefficient * np.abs(at.joint_torque) / at.ratio
 
 
 @compiled
-def warming_drag(motor_velocity, time, amplitude, time_constant):   # type: ignore[no-untyped-def]
+def warming_drag(own: Record, at: Dragged) -> Signal:
     """Return the extra drag of cold grease, gone when the drive is warm, (52) [N*m motor]."""
-    return amplitude * np.exp(-time / time_constant) * motor_velocity
+    return own.amplitude * np.exp(-at.time / own.time_constant) * at.motor_velocity
 
 
 @compiled
-def position_budget(budget, link_angle, amplitude, order, phase):   # type: ignore[no-untyped-def]
+def position_budget(own: Record, at: Rubbed) -> Signal:
     """Return the extra budget at a place of the turn, (53) [N*m motor]."""
-    return budget * amplitude * np.sin(order * link_angle + phase)
+    return at.budget * own.amplitude * np.sin(own.order * at.link_angle + own.phase)
 
 
 @dataclass(frozen=True)
@@ -100,7 +103,11 @@ class CoulombFriction(Effect):
     name: ClassVar[str] = 'coulomb_friction'
     cause: ClassVar[str] = 'dry friction level of motor and wave generator differs'
     site: ClassVar[Site] = Site.MOTOR
+    place: ClassVar[Place] = DRY_LEVEL
     law = staticmethod(dry_budget)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'level': 0.01}, alike=('stribeck_friction',), experiment=SLOW)
+    typical: ClassVar[Typical | None] = Typical({'level': 0.012})
     level: float = parameter(0.0, 'N*m', 0.0, 5.0, 'dry friction level, motor side')
 
 
@@ -111,7 +118,12 @@ class ViscousFriction(Effect):
     name: ClassVar[str] = 'viscous_friction'
     cause: ClassVar[str] = 'viscous friction of motor and grease differs'
     site: ClassVar[Site] = Site.MOTOR
+    place: ClassVar[Place] = DRAG
     law = staticmethod(viscous_drag)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'slope': 5e-05}, alike=('thermal_viscosity', 'nonlinear_viscous_friction'),
+        experiment='at least three speeds, the same early and late')
+    typical: ClassVar[Typical | None] = Typical({'slope': 0.0002})
     slope: float = parameter(0.0, 'N*m*s/rad', 0.0, 1.0, 'viscous friction, motor side')
 
 
@@ -122,7 +134,13 @@ class NonlinearViscousFriction(Effect):
     name: ClassVar[str] = 'nonlinear_viscous_friction'
     cause: ClassVar[str] = 'viscous friction is not linear in speed (grease thins or churns)'
     site: ClassVar[Site] = Site.MOTOR
+    place: ClassVar[Place] = DRAG
+    acts: ClassVar[tuple[str, ...]] = ('coefficient',)
     law = staticmethod(nonlinear_drag)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'coefficient': 0.001, 'exponent': 0.1}, grid={'exponent': (0.5, 1.7)},
+        alike=('viscous_friction', 'stribeck_friction'), experiment='at least three speeds')
+    typical: ClassVar[Typical | None] = Typical({'coefficient': 0.003}, {'exponent': 0.5})
     coefficient: float = parameter(0.0, 'N*m', 0.0, 5.0, 'drag at 1 rad/s, motor side')
     exponent: float = parameter(0.5, '', 0.1, 3.0, 'power of the speed')
 
@@ -134,7 +152,14 @@ class StribeckFriction(Effect):
     name: ClassVar[str] = 'stribeck_friction'
     cause: ClassVar[str] = 'breakaway friction at low speed (boundary lubrication)'
     site: ClassVar[Site] = Site.MOTOR
+    place: ClassVar[Place] = FRICTION
+    acts: ClassVar[tuple[str, ...]] = ('excess',)
     law = staticmethod(stribeck_budget)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'excess': 0.01, 'speed': 1.0}, grid={'speed': (3.0, 10.0, 25.0)},
+        alike=('coulomb_friction', 'presliding_friction', 'motor_cogging'), form_error=0.02,
+        experiment=SLOW)
+    typical: ClassVar[Typical | None] = Typical({'excess': 0.02}, {'speed': 8.0})
     excess: float = parameter(0.0, 'N*m', 0.0, 5.0, 'breakaway excess over the sliding level')
     speed: float = parameter(5.0, 'rad/s', 0.1, 50.0, 'Stribeck speed, motor side')
 
@@ -146,8 +171,15 @@ class PreslidingFriction(Effect):
     name: ClassVar[str] = 'presliding_friction'
     cause: ClassVar[str] = 'friction builds up over a displacement after a reversal (bristles)'
     site: ClassVar[Site] = Site.MOTOR
+    place: ClassVar[Place] = BRISTLES
+    acts: ClassVar[tuple[str, ...]] = ('stiffness',)
     law = staticmethod(bristle_torque)
-    rate = staticmethod(bristle_rate)
+    law_rate = staticmethod(bristle_rate)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'stiffness': 1.0}, grid={'stiffness': (3.0, 10.0)},
+        alike=('stribeck_friction', 'current_loop_lag'), form_share=0.08, form_error=0.02,
+        experiment=SLOW)
+    typical: ClassVar[Typical | None] = Typical({'stiffness': 2.0, 'damping': 0.01})
     stiffness: float = parameter(
         0.0, 'N*m/rad', 0.0, 1e3, 'of the bristles, motor side; 0 for friction that sticks')
     damping: float = parameter(0.0, 'N*m*s/rad', 0.0, 0.2, 'of the bristles, motor side')
@@ -160,7 +192,13 @@ class AsymmetricFriction(Effect):
     name: ClassVar[str] = 'asymmetric_friction'
     cause: ClassVar[str] = 'dry friction differs with the direction of motion'
     site: ClassVar[Site] = Site.MOTOR
+    place: ClassVar[Place] = DRY_LEVEL
+    acts: ClassVar[tuple[str, ...]] = ('asymmetry',)
     law = staticmethod(asymmetric_budget)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'asymmetry': 0.1}, alike=('drive_offset',), twin='drive_offset',
+        experiment='a dwell at zero command, and a return run')
+    typical: ClassVar[Typical | None] = Typical({'asymmetry': 0.2})
     asymmetry: float = parameter(
         0.0, '', -0.95, 0.95, 'share by which the dry level is larger forwards, smaller backwards')
 
@@ -172,7 +210,13 @@ class LoadDependentFriction(Effect):
     name: ClassVar[str] = 'load_dependent_friction'
     cause: ClassVar[str] = 'mesh friction grows with the torque through the gear'
     site: ClassVar[Site] = Site.MOTOR
+    place: ClassVar[Place] = FRICTION
+    acts: ClassVar[tuple[str, ...]] = ('coefficient',)
     law = staticmethod(load_budget)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'coefficient': 0.1}, alike=('torque_constant_error',),
+        experiment='both directions under both signs of load')
+    typical: ClassVar[Typical | None] = Typical({'coefficient': 0.15})
     coefficient: float = parameter(
         0.0, '', 0.0, 0.9, 'friction per torque through the gear, both on the same side')
 
@@ -184,7 +228,14 @@ class ThermalViscosity(Effect):
     name: ClassVar[str] = 'thermal_viscosity'
     cause: ClassVar[str] = 'viscous friction falls as the drive warms up'
     site: ClassVar[Site] = Site.MOTOR
+    place: ClassVar[Place] = DRAG
+    acts: ClassVar[tuple[str, ...]] = ('amplitude',)
     law = staticmethod(warming_drag)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'amplitude': 0.0001, 'time_constant': 10.0}, grid={'time_constant': (20.0, 100.0)},
+        alike=('viscous_friction',), form_share=0.08, form_error=0.03,
+        experiment='the same motion early, in the middle and late')
+    typical: ClassVar[Typical | None] = Typical({'amplitude': 0.0003}, {'time_constant': 15.0})
     amplitude: float = parameter(
         0.0, 'N*m*s/rad', 0.0, 1.0, 'extra viscous slope at time 0, motor side')
     time_constant: float = parameter(300.0, 's', 1.0, 1e5, 'of the warming up')
@@ -197,7 +248,13 @@ class PositionDependentFriction(Effect):
     name: ClassVar[str] = 'position_dependent_friction'
     cause: ClassVar[str] = 'dry friction varies along the turn of the joint'
     site: ClassVar[Site] = Site.MOTOR
+    place: ClassVar[Place] = DRY_LEVEL
+    acts: ClassVar[tuple[str, ...]] = ('amplitude',)
     law = staticmethod(position_budget)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        waves={('amplitude', 'phase'): 0.1}, grid={'order': (1.0, 2.0, 3.0, 4.0, 6.0)},
+        alike=('asymmetric_friction',), experiment='a slow full turn of the link both ways')
+    typical: ClassVar[Typical | None] = Typical({'amplitude': 0.3}, {'order': 2.0, 'phase': 0.5})
     amplitude: float = parameter(0.0, '', 0.0, 0.95, 'variation as a share of the dry level')
     order: float = parameter(1.0, '1/turn', 0.1, 1e3, 'waves per turn of the link')
     phase: float = parameter(0.0, 'rad', -7.0, 7.0, 'phase at link angle 0')

@@ -6,43 +6,45 @@ from typing import ClassVar
 import numpy as np
 
 from .effect import Effect, Scope, Site
-from ..compiled import compiled
+from .hypothesis import Hypothesis, NO_OTHER_FORM, SCALE, Typical
+from .place import BEARING, Carried, LINK_TORQUE, LOAD, NUMBER, Place, Pulled, Signal, Stated
+from ..compiled import compiled, Record
 from ..parameter import parameter
 from ..rigid import Inertia
 
 
 @compiled
-def loaded(inertia, length1, length2, mass):                        # type: ignore[no-untyped-def]
+def loaded(own: Record, at: Carried) -> Inertia:
     """Return the inertia of links that carry a point mass at the tip, (81)."""
-    far = mass * length2 * length2
-    return Inertia(inertia.p1 + mass * length1 * length1 + far, inertia.p2 + far,
-                   inertia.p3 + mass * length1 * length2,
-                   inertia.first + mass * length1, inertia.second + mass * length2,
-                   inertia.coupled)
+    bare, far = at.inertia, own.mass * at.length2 * at.length2
+    return Inertia(bare.p1 + own.mass * at.length1 * at.length1 + far, bare.p2 + far,
+                   bare.p3 + own.mass * at.length1 * at.length2,
+                   bare.first + own.mass * at.length1, bare.second + own.mass * at.length2,
+                   bare.coupled)
 
 
 @compiled
-def heavier(nominal, error):                                        # type: ignore[no-untyped-def]
+def heavier(own: Record, at: Stated) -> Signal:
     """Return the inertia of the links about one joint, (82) [kg*m^2]."""
-    return nominal * (1.0 + error)
+    return at.nominal * (1.0 + own.error)
 
 
 @compiled
-def coupling(nominal, share):                                       # type: ignore[no-untyped-def]
+def coupling(own: Record, at: Stated) -> Signal:
     """Return how far the links feel each other, 0 to 1, (83)."""
-    return np.minimum(np.maximum(nominal + share, 0.0), 1.0)
+    return np.minimum(np.maximum(at.nominal + own.share, 0.0), 1.0)
 
 
 @compiled
-def bearing_budget(level):                                          # type: ignore[no-untyped-def]
+def bearing_budget(own: Record, at: Pulled) -> Signal:
     """Return the most torque that the link bearing can oppose, (80) [N*m at the output]."""
-    return level
+    return own.level
 
 
 @compiled
-def cable_torque(link_angle, stiffness, rest_angle):                # type: ignore[no-untyped-def]
+def cable_torque(own: Record, at: Pulled) -> Signal:
     """Return the torque of a cable on the link, (84) [N*m at the output]."""
-    return stiffness * (rest_angle - link_angle)
+    return own.stiffness * (own.rest_angle - at.link_angle)
 
 
 @dataclass(frozen=True)
@@ -52,8 +54,13 @@ class Payload(Effect):
     name: ClassVar[str] = 'payload'
     cause: ClassVar[str] = 'an unmodelled mass is fixed to the tip'
     site: ClassVar[Site] = Site.LINK
+    place: ClassVar[Place] = LOAD
     scope: ClassVar[Scope] = Scope.ARM
     law = staticmethod(loaded)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'mass': 0.5}, alike=('link_inertia_error',), form=2.0 * NO_OTHER_FORM,
+        form_share=0.002, experiment=SCALE)
+    typical: ClassVar[Typical | None] = Typical({'mass': 1.0})
     mass: float = parameter(0.0, 'kg', 0.0, 100.0, 'mass at the tip')
 
 
@@ -64,7 +71,12 @@ class LinkInertiaError(Effect):
     name: ClassVar[str] = 'link_inertia_error'
     cause: ClassVar[str] = 'the inertia of the link about its joint differs'
     site: ClassVar[Site] = Site.LINK
+    place: ClassVar[Place] = NUMBER
     law = staticmethod(heavier)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'error': 0.05}, alike=('payload', 'stiffness_error'),
+        experiment='accelerate at several elbow angles')
+    typical: ClassVar[Typical | None] = Typical({'error': 0.1})
     error: float = parameter(
         0.0, '', -0.9, 5.0, 'relative error of p1 (first joint) or p2 (second joint)')
 
@@ -76,8 +88,14 @@ class InertialCoupling(Effect):
     name: ClassVar[str] = 'inertial_coupling'
     cause: ClassVar[str] = 'the links feel each other: M(q) and C(q, dq) instead of constants'
     site: ClassVar[Site] = Site.LINK
+    place: ClassVar[Place] = NUMBER
     scope: ClassVar[Scope] = Scope.ARM
     law = staticmethod(coupling)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'share': -0.2}, grid={'share': (-0.2, 0.2)}, alike=('link_inertia_error',),
+        experiment='move one joint and hold the other, then swap',
+        ends=('share',))                                    # no coupling at all
+    typical: ClassVar[Typical | None] = Typical({'share': 1.0})
     share: float = parameter(
         0.0, '', -1.0, 1.0, '1 couples links that are given decoupled, -1 the other way round')
 
@@ -89,7 +107,12 @@ class LinkBearingFriction(Effect):
     name: ClassVar[str] = 'link_bearing_friction'
     cause: ClassVar[str] = 'dry friction of the link bearing'
     site: ClassVar[Site] = Site.LINK
+    place: ClassVar[Place] = BEARING
     law = staticmethod(bearing_budget)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'level': 0.3}, alike=('cable_spring',), form_share=0.08, form_error=0.006,
+        experiment='reversals at two loads', doubts={'level': (0.17, 'level')})
+    typical: ClassVar[Typical | None] = Typical({'level': 0.8})
     level: float = parameter(0.0, 'N*m', 0.0, 50.0, 'dry friction level, output side')
 
 
@@ -100,6 +123,12 @@ class CableSpring(Effect):
     name: ClassVar[str] = 'cable_spring'
     cause: ClassVar[str] = 'a cable or hose pulls the joint like a spring'
     site: ClassVar[Site] = Site.LINK
+    place: ClassVar[Place] = LINK_TORQUE
+    acts: ClassVar[tuple[str, ...]] = ('stiffness',)
     law = staticmethod(cable_torque)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'stiffness': 0.3, 'rest_angle': 0.3}, grid={'rest_angle': (-1.5, 1.5)},
+        alike=('base_tilt',), experiment='a slow sweep of the whole range')
+    typical: ClassVar[Typical | None] = Typical({'stiffness': 0.8}, {'rest_angle': 0.5})
     stiffness: float = parameter(0.0, 'N*m/rad', 0.0, 1e3, 'of the cable, output side')
     rest_angle: float = parameter(0.0, 'rad', -10.0, 10.0, 'link angle without pull')

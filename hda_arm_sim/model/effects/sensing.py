@@ -6,59 +6,80 @@ from typing import ClassVar
 import numpy as np
 
 from .effect import Effect, Site
-from ..compiled import compiled
+from .hypothesis import Hypothesis, Typical, wave
+from .place import Counted, COUNTS, LINK_READING, MOTOR_READING, Place, Read, Signal
+from ..compiled import compiled, Record
 from ..parameter import parameter
 
 
 @compiled
-def quantised(angle, step):                                         # type: ignore[no-untyped-def]
+def quantised(angle: Signal, step: float) -> Signal:
     """Return the angle in whole steps, (75); a step of zero is a perfect encoder [rad]."""
     return np.floor(angle / step + 0.5) * step if step > 0.0 else angle + 0.0
 
 
 @compiled
-def quantised_sides(                                                # type: ignore[no-untyped-def]
-        motor_angle, link_angle, motor_step, link_step):
+def quantised_sides(own: Record, at: Counted) -> tuple[Signal, Signal]:
     """Return both angles in whole steps, shaft and link, (75) [rad]."""
-    return quantised(motor_angle, motor_step), quantised(link_angle, link_step)
+    return quantised(at.motor_angle, own.motor_step), quantised(at.link_angle, own.link_step)
 
 
 @compiled
-def link_runout(                                                    # type: ignore[no-untyped-def]
-        angle, amplitude_1, phase_1, amplitude_2, phase_2):
+def link_runout(own: Record, at: Read) -> Signal:
     """Return what a link encoder off its axis adds to the angle, (71) [rad]."""
-    return (amplitude_1 * np.sin(angle + phase_1)
-            + amplitude_2 * np.sin(2.0 * angle + phase_2))
+    return (own.amplitude_1 * np.sin(at.angle + own.phase_1)
+            + own.amplitude_2 * np.sin(2.0 * at.angle + own.phase_2))
 
 
 @compiled
-def motor_runout(angle, amplitude, phase):                          # type: ignore[no-untyped-def]
+def link_runout_slope(own: Record, at: Read) -> Signal:
+    """Return how (71) changes with the angle [rad/rad]."""
+    turn = 0.5 * np.pi                  # a quarter of a wave: cosines in the place of sines
+    return (own.amplitude_1 * np.sin(at.angle + (own.phase_1 + turn))
+            + 2.0 * own.amplitude_2 * np.sin(2.0 * at.angle + (own.phase_2 + turn)))
+
+
+@compiled
+def motor_runout(own: Record, at: Read) -> Signal:
     """Return what a motor encoder off its axis adds to the angle, (72) [rad]."""
-    return amplitude * np.sin(angle + phase)
+    return own.amplitude * np.sin(at.angle + own.phase)
 
 
 @compiled
-def scale_excess(angle, error):                                     # type: ignore[no-untyped-def]
+def motor_runout_slope(own: Record, at: Read) -> Signal:
+    """Return how (72) changes with the angle [rad/rad]."""
+    return own.amplitude * np.sin(at.angle + (own.phase + 0.5 * np.pi))
+
+
+@compiled
+def scale_excess(own: Record, at: Read) -> Signal:
     """Return what a wrong scale adds to the angle, (73) [rad]."""
-    return error * angle
+    return own.error * at.angle
 
 
 @compiled
-def interpolation_wave(angle, amplitude, lines, phase):             # type: ignore[no-untyped-def]
+def scale_slope(own: Record, at: Read) -> Signal:
+    """Return how (73) changes with the angle [rad/rad]."""
+    return own.error + 0.0 * at.angle
+
+
+@compiled
+def interpolation_wave(own: Record, at: Read) -> Signal:
     """Return what the interpolation between two lines adds to the angle, (74) [rad]."""
-    return amplitude * np.sin(lines * angle + phase)
+    return own.amplitude * np.sin(own.lines * at.angle + own.phase)
 
 
 @compiled
-def tilting_moment(first, second, gravity, elbow):                  # type: ignore[no-untyped-def]
+def tilting_moment(first: float, second: float, gravity: float,
+                   elbow: Signal) -> tuple[Signal, Signal]:
     """Return the moment of the weight that tilts the bearings of joints 1 and 2, (76) [N*m]."""
     return gravity * (first + second * np.cos(elbow)), gravity * second + 0.0 * elbow
 
 
 @compiled
-def tilted_torsion(tilt_moment, coefficient):                       # type: ignore[no-untyped-def]
-    """Return the torsion that a tilting moment on the bearing feigns, (77) [rad]."""
-    return coefficient * tilt_moment
+def tilted_reading(own: Record, at: Read) -> Signal:
+    """Return what a tilting moment on the bearing takes from the link angle shown, (77) [rad]."""
+    return -(own.coefficient * at.tilt_moment)
 
 
 @dataclass(frozen=True)
@@ -68,6 +89,7 @@ class CoarseQuantisation(Effect):
     name: ClassVar[str] = 'coarse_quantisation'
     cause: ClassVar[str] = 'an encoder counts in larger steps than stated'
     site: ClassVar[Site] = Site.SENSING
+    place: ClassVar[Place] = COUNTS
     law = staticmethod(quantised_sides)
     motor_step: float = parameter(0.0, 'rad', 0.0, 0.1, 'step of the motor encoder, shaft')
     link_step: float = parameter(0.0, 'rad', 0.0, 0.1, 'step of the link encoder')
@@ -80,7 +102,16 @@ class LinkEncoderEccentricity(Effect):
     name: ClassVar[str] = 'link_encoder_eccentricity'
     cause: ClassVar[str] = 'the disc of the link encoder sits off its axis or out of round'
     site: ClassVar[Site] = Site.TORSION
+    place: ClassVar[Place] = LINK_READING
+    acts: ClassVar[tuple[str, ...]] = ('amplitude_1', 'amplitude_2')
     law = staticmethod(link_runout)
+    law_slope = staticmethod(link_runout_slope)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        waves={**wave(1, 5e-05), **wave(2, 5e-05)}, alike=('encoder_scale_error',),
+        experiment='a slow full turn of the link both ways')
+    typical: ClassVar[Typical | None] = Typical(
+        {'amplitude_1': 0.0002, 'amplitude_2': 6e-05},
+        {'phase_1': 0.5, 'phase_2': 1.0})
     amplitude_1: float = parameter(0.0, 'rad', 0.0, 0.05, 'once per link turn')
     phase_1: float = parameter(0.0, 'rad', -7.0, 7.0, 'its phase')
     amplitude_2: float = parameter(0.0, 'rad', 0.0, 0.05, 'twice per link turn')
@@ -94,7 +125,14 @@ class MotorEncoderEccentricity(Effect):
     name: ClassVar[str] = 'motor_encoder_eccentricity'
     cause: ClassVar[str] = 'the disc of the motor encoder sits off its axis'
     site: ClassVar[Site] = Site.TORSION
+    place: ClassVar[Place] = MOTOR_READING
+    acts: ClassVar[tuple[str, ...]] = ('amplitude',)
     law = staticmethod(motor_runout)
+    law_slope = staticmethod(motor_runout_slope)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        waves={('amplitude', 'phase'): 0.002}, alike=('kinematic_error',),
+        experiment='constant speed off the resonance at two loads')
+    typical: ClassVar[Typical | None] = Typical({'amplitude': 0.01}, {'phase': 0.5})
     amplitude: float = parameter(0.0, 'rad', 0.0, 0.2, 'once per motor turn, at the shaft')
     phase: float = parameter(0.0, 'rad', -7.0, 7.0, 'its phase')
 
@@ -106,7 +144,14 @@ class EncoderScaleError(Effect):
     name: ClassVar[str] = 'encoder_scale_error'
     cause: ClassVar[str] = 'encoder counts and gear ratio do not fit: torsion grows with the angle'
     site: ClassVar[Site] = Site.TORSION
+    place: ClassVar[Place] = LINK_READING
+    acts: ClassVar[tuple[str, ...]] = ('error',)
     law = staticmethod(scale_excess)
+    law_slope = staticmethod(scale_slope)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'error': 5e-05}, alike=('link_encoder_eccentricity',),
+        experiment='a slow full turn of the link both ways')
+    typical: ClassVar[Typical | None] = Typical({'error': 0.0003})
     error: float = parameter(0.0, '', -0.2, 0.2, 'relative excess of the link encoder')
 
 
@@ -117,6 +162,8 @@ class EncoderInterpolationError(Effect):
     name: ClassVar[str] = 'encoder_interpolation_error'
     cause: ClassVar[str] = 'the link encoder interpolates its lines unevenly'
     site: ClassVar[Site] = Site.SENSING
+    place: ClassVar[Place] = LINK_READING
+    acts: ClassVar[tuple[str, ...]] = ('amplitude',)
     law = staticmethod(interpolation_wave)
     amplitude: float = parameter(0.0, 'rad', 0.0, 1e-3, 'error of the link angle')
     lines: float = parameter(20000.0, '1/turn', 2.0, 1e6, 'lines of the link encoder per turn')
@@ -130,6 +177,12 @@ class BearingCrosstalk(Effect):
     name: ClassVar[str] = 'bearing_crosstalk'
     cause: ClassVar[str] = 'tilting of the bearing under the weight is read as torsion'
     site: ClassVar[Site] = Site.TORSION
-    law = staticmethod(tilted_torsion)
+    place: ClassVar[Place] = LINK_READING
+    acts: ClassVar[tuple[str, ...]] = ('coefficient',)
+    law = staticmethod(tilted_reading)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'coefficient': 1e-06}, alike=('link_encoder_eccentricity',),
+        experiment='the same posture with and without a payload')
+    typical: ClassVar[Typical | None] = Typical({'coefficient': 1e-05})
     coefficient: float = parameter(
         0.0, 'rad/(N*m)', -1e-3, 1e-3, 'torsion shown per tilting moment')

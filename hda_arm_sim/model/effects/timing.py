@@ -4,20 +4,28 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from .effect import Effect, Scope, Site
-from ..compiled import compiled
+from .hypothesis import Hypothesis, Typical
+from .place import CLOCK, Place, SAMPLE, Sampled, Sent, Signal
+from ..compiled import compiled, Record
 from ..parameter import parameter
 
 
 @compiled
-def sampled_late(angle, velocity, acceleration, skew):              # type: ignore[no-untyped-def]
-    """Return the angle that an encoder shows when read `skew` after the stamp, (78) [rad]."""
-    return angle + skew * (velocity + 0.5 * skew * acceleration)
+def sampled_late(late: float, at: Sampled) -> Signal:
+    """Return the angle that an encoder shows when read `late` [s] after the stamp, (78) [rad]."""
+    return at.angle + late * (at.velocity + 0.5 * late * at.acceleration)
 
 
 @compiled
-def lost(chance, rate):                                             # type: ignore[no-untyped-def]
+def skewed(own: Record, at: Sampled) -> Signal:
+    """Return the link angle read a skew later than that of the motor, (78) [rad]."""
+    return sampled_late(own.skew, at)
+
+
+@compiled
+def lost(own: Record, at: Sent) -> bool:
     """Tell whether a sample is lost, for a chance drawn evenly from [0, 1), (79)."""
-    return chance < rate
+    return at.chance < own.rate
 
 
 @dataclass(frozen=True)
@@ -27,7 +35,12 @@ class ClockSkew(Effect):
     name: ClassVar[str] = 'clock_skew'
     cause: ClassVar[str] = 'link and motor encoders are sampled at different times'
     site: ClassVar[Site] = Site.TIMING
-    law = staticmethod(sampled_late)
+    place: ClassVar[Place] = CLOCK
+    law = staticmethod(skewed)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'skew': 5e-05}, alike=('torsional_hysteresis',),
+        experiment='two constant speeds both ways')
+    typical: ClassVar[Typical | None] = Typical({'skew': 0.00015})
     skew: float = parameter(0.0, 's', -0.1, 0.1, 'link sampled after the motor by this time')
 
 
@@ -38,6 +51,8 @@ class DroppedSamples(Effect):
     name: ClassVar[str] = 'dropped_samples'
     cause: ClassVar[str] = 'samples are lost, and the one before is shown again'
     site: ClassVar[Site] = Site.TIMING
+    place: ClassVar[Place] = SAMPLE
+    acts: ClassVar[tuple[str, ...]] = ('rate',)
     scope: ClassVar[Scope] = Scope.ARM
     law = staticmethod(lost)
     rate: float = parameter(0.0, '', 0.0, 0.5, 'share of the samples that are lost')

@@ -1,99 +1,106 @@
 """Effects between motor and link: what the torsion is not (docs/model.md, 62-70)."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from .effect import Effect, Site
-from ..compiled import compiled
+from .hypothesis import Hypothesis, KNEES, LOOP, SCALE, Typical, wave
+from .place import GEAR, NUMBER, Place, PLAY, Signal, Stated, TRANSMISSION, Turned, Twisted
+from ..compiled import compiled, Record
 from ..parameter import parameter
 
 SLIDERS = 4             # friction elements of a hysteresis
 
 
 @compiled
-def transmission_error(                                           # type: ignore[no-untyped-def]
-        motor_angle, amplitude_1, phase_1, amplitude_2, phase_2, amplitude_4, phase_4,
-        order_a, amplitude_a, phase_a, order_b, amplitude_b, phase_b,
-        order_c, amplitude_c, phase_c, order_d, amplitude_d, phase_d):
+def transmission_error(own: Record, at: Turned) -> Signal:
     """Return e(theta_m), (69) [rad at the output]."""
-    error = (amplitude_1 * np.sin(motor_angle + phase_1)
-             + amplitude_2 * np.sin(2.0 * motor_angle + phase_2)
-             + amplitude_4 * np.sin(4.0 * motor_angle + phase_4))
-    if amplitude_a != 0.0:
-        error = error + amplitude_a * np.sin(order_a * motor_angle + phase_a)
-    if amplitude_b != 0.0:
-        error = error + amplitude_b * np.sin(order_b * motor_angle + phase_b)
-    if amplitude_c != 0.0:
-        error = error + amplitude_c * np.sin(order_c * motor_angle + phase_c)
-    if amplitude_d != 0.0:
-        error = error + amplitude_d * np.sin(order_d * motor_angle + phase_d)
+    error = (own.amplitude_1 * np.sin(at.motor_angle + own.phase_1)
+             + own.amplitude_2 * np.sin(2.0 * at.motor_angle + own.phase_2)
+             + own.amplitude_4 * np.sin(4.0 * at.motor_angle + own.phase_4))
+    if own.amplitude_a != 0.0:
+        error = error + own.amplitude_a * np.sin(own.order_a * at.motor_angle + own.phase_a)
+    if own.amplitude_b != 0.0:
+        error = error + own.amplitude_b * np.sin(own.order_b * at.motor_angle + own.phase_b)
+    if own.amplitude_c != 0.0:
+        error = error + own.amplitude_c * np.sin(own.order_c * at.motor_angle + own.phase_c)
+    if own.amplitude_d != 0.0:
+        error = error + own.amplitude_d * np.sin(own.order_d * at.motor_angle + own.phase_d)
     return error
 
 
 @compiled
-def transmission_slope(                                           # type: ignore[no-untyped-def]
-        motor_angle, amplitude_1, phase_1, amplitude_2, phase_2, amplitude_4, phase_4,
-        order_a, amplitude_a, phase_a, order_b, amplitude_b, phase_b,
-        order_c, amplitude_c, phase_c, order_d, amplitude_d, phase_d):
+def transmission_slope(own: Record, at: Turned) -> Signal:
     """Return e'(theta_m), (70): how the error changes the gear ratio [rad/rad]."""
     turn = 0.5 * np.pi                  # a quarter of a wave: cosines in the place of sines
-    return transmission_error(
-        motor_angle, amplitude_1, phase_1 + turn, 2.0 * amplitude_2, phase_2 + turn,
-        4.0 * amplitude_4, phase_4 + turn, order_a, order_a * amplitude_a, phase_a + turn,
-        order_b, order_b * amplitude_b, phase_b + turn, order_c, order_c * amplitude_c,
-        phase_c + turn, order_d, order_d * amplitude_d, phase_d + turn)
+    slope = (own.amplitude_1 * np.sin(at.motor_angle + (own.phase_1 + turn))
+             + 2.0 * own.amplitude_2 * np.sin(2.0 * at.motor_angle + (own.phase_2 + turn))
+             + 4.0 * own.amplitude_4 * np.sin(4.0 * at.motor_angle + (own.phase_4 + turn)))
+    if own.order_a * own.amplitude_a != 0.0:
+        slope = slope + own.order_a * own.amplitude_a * np.sin(
+            own.order_a * at.motor_angle + (own.phase_a + turn))
+    if own.order_b * own.amplitude_b != 0.0:
+        slope = slope + own.order_b * own.amplitude_b * np.sin(
+            own.order_b * at.motor_angle + (own.phase_b + turn))
+    if own.order_c * own.amplitude_c != 0.0:
+        slope = slope + own.order_c * own.amplitude_c * np.sin(
+            own.order_c * at.motor_angle + (own.phase_c + turn))
+    if own.order_d * own.amplitude_d != 0.0:
+        slope = slope + own.order_d * own.amplitude_d * np.sin(
+            own.order_d * at.motor_angle + (own.phase_d + turn))
+    return slope
 
 
 @compiled
-def played_torsion(torsion, half_width):                            # type: ignore[no-untyped-def]
+def played_torsion(own: Record, at: Twisted) -> Signal:
     """Return the torsion left to the spring after the play, (68) [rad]."""
-    return torsion - np.minimum(np.maximum(torsion, -half_width), half_width)
+    return at.torsion - np.minimum(np.maximum(at.torsion, -own.half_width), own.half_width)
 
 
 @compiled
-def played_rate(torsion, torsion_rate, half_width):                 # type: ignore[no-untyped-def]
+def played_rate(own: Record, at: Twisted) -> Signal:
     """Return the rate of what is left to the spring, none within the play, (68) [rad/s]."""
-    return torsion_rate * (np.abs(torsion) >= half_width)
+    return at.torsion_rate * (np.abs(at.torsion) >= own.half_width)
 
 
 @compiled
-def slid(stretch, change, width, place):                            # type: ignore[no-untyped-def]
+def slid(own: Record, stretch: Signal, change: Signal, place: int) -> Signal:
     """Return the stretch of one friction element after the torsion changed, (65) [rad]."""
-    reach = width * (2.0 * place + 1.0) / SLIDERS
+    reach = own.width * (2.0 * place + 1.0) / SLIDERS
     return np.minimum(np.maximum(stretch + change, -reach), reach)
 
 
 @compiled
-def hysteresis_torque(state, level):                                # type: ignore[no-untyped-def]
+def hysteresis_torque(own: Record, at: Twisted) -> Signal:
     """Return the torque of the hysteresis, (66) [N*m at the output]."""
-    return level * state
+    return own.level * at.state
 
 
 @compiled
-def damping_torque(torsion_rate, coefficient):                      # type: ignore[no-untyped-def]
+def damping_torque(own: Record, at: Twisted) -> Signal:
     """Return the torque of the torsion's damping, (67) [N*m at the output]."""
-    return coefficient * torsion_rate
+    return own.coefficient * at.torsion_rate
 
 
 @compiled
-def stiffer(nominal, error):                                        # type: ignore[no-untyped-def]
+def stiffer(own: Record, at: Stated) -> Signal:
     """Return the stiffness of the flexspline at zero torque, (62) [N*m/rad at the output]."""
-    return nominal * (1.0 + error)
+    return at.nominal * (1.0 + own.error)
 
 
 @compiled
-def bent(                                                           # type: ignore[no-untyped-def]
-        nominal, error, knee_1, second_stiffness, knee_2, third_stiffness):
+def bent(own: Record, at: Stated) -> tuple[Signal, float, float, float, float]:
     """Return curvature, knees and stiffnesses of the flexspline's law in force, (63)."""
-    return nominal * (1.0 + error), knee_1, second_stiffness, knee_2, third_stiffness
+    return (at.nominal * (1.0 + own.error), own.knee_1, own.second_stiffness, own.knee_2,
+            own.third_stiffness)
 
 
 @compiled
-def softer(nominal, compliance):                                    # type: ignore[no-untyped-def]
+def softer(own: Record, at: Stated) -> Signal:
     """Return the compliance of the wave generator at zero torque, (64) [rad/(N*m) motor side]."""
-    return np.maximum(nominal + compliance, 0.0)
+    return np.maximum(at.nominal + own.compliance, 0.0)
 
 
 @dataclass(frozen=True)
@@ -108,8 +115,19 @@ class KinematicError(Effect):
     name: ClassVar[str] = 'kinematic_error'
     cause: ClassVar[str] = 'transmission error of the gear at wave-generator orders'
     site: ClassVar[Site] = Site.TORSION
+    place: ClassVar[Place] = TRANSMISSION
+    acts: ClassVar[tuple[str, ...]] = (
+        'amplitude_1', 'amplitude_2', 'amplitude_4', 'amplitude_a', 'amplitude_b', 'amplitude_c',
+        'amplitude_d')
     law = staticmethod(transmission_error)
-    slope = staticmethod(transmission_slope)
+    law_slope = staticmethod(transmission_slope)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        waves={**wave(1, 2e-05), **wave(2, 2e-05), **wave(4, 2e-05)},
+        alike=('motor_encoder_eccentricity', 'torque_ripple'),
+        experiment='constant speed off the resonance at two loads')
+    typical: ClassVar[Typical | None] = Typical(
+        {'amplitude_2': 8e-05, 'amplitude_4': 2e-05},
+        {'phase_2': 0.5, 'phase_4': 1.0})
     amplitude_1: float = parameter(0.0, 'rad', 0.0, 0.05, 'once per motor turn, output side')
     phase_1: float = parameter(0.0, 'rad', -7.0, 7.0, 'its phase')
     amplitude_2: float = parameter(0.0, 'rad', 0.0, 0.05, 'twice per motor turn, output side')
@@ -137,7 +155,15 @@ class Backlash(Effect):
     name: ClassVar[str] = 'backlash'
     cause: ClassVar[str] = 'play between gear and load at the output flange'
     site: ClassVar[Site] = Site.TORSION
+    place: ClassVar[Place] = PLAY
+    acts: ClassVar[tuple[str, ...]] = ('half_width',)
     law = staticmethod(played_torsion)
+    law_rate = staticmethod(played_rate)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'half_width': 2e-05}, grid={'half_width': (5e-05, 0.00015)},
+        alike=('wave_generator_compliance', 'torsional_hysteresis'), form_share=0.08,
+        experiment=LOOP, doubts={'half_width': (0.1, 'half_width')})
+    typical: ClassVar[Typical | None] = Typical({'half_width': 8e-05})
     half_width: float = parameter(0.0, 'rad', 0.0, 0.01, 'half of the play, output side')
 
 
@@ -148,9 +174,15 @@ class TorsionalHysteresis(Effect):
     name: ClassVar[str] = 'torsional_hysteresis'
     cause: ClassVar[str] = 'rate-independent hysteresis of the flexspline'
     site: ClassVar[Site] = Site.TORSION
+    place: ClassVar[Place] = GEAR
     law = staticmethod(hysteresis_torque)
     slide = staticmethod(slid)
-    level: float = parameter(0.0, 'N*m', 0.0, 50.0, 'saturated torque of the loop, output side')
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'level': 0.3, 'width': 2e-05}, grid={'width': (3e-05, 0.0001, 0.0003)},
+        alike=('backlash', 'clock_skew', 'structural_damping'), form_share=0.2, form_error=0.12,
+        experiment=LOOP)
+    typical: ClassVar[Typical | None] = Typical({'level': 0.8}, {'width': 0.0002})
+    level: float = parameter(0.0, 'N*m', 0.0, 1e3, 'saturated torque of the loop, output side')
     width: float = parameter(
         1e-4, 'rad', 1e-6, 0.01, 'torsion at which half of the friction elements slide')
 
@@ -162,7 +194,12 @@ class StructuralDamping(Effect):
     name: ClassVar[str] = 'structural_damping'
     cause: ClassVar[str] = 'damping of the torsion differs'
     site: ClassVar[Site] = Site.TORSION
+    place: ClassVar[Place] = GEAR
     law = staticmethod(damping_torque)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'coefficient': 2.0}, alike=('torsional_hysteresis', 'clock_skew'),
+        experiment='excite the resonance, 15 to 50 Hz')
+    typical: ClassVar[Typical | None] = Typical({'coefficient': 15.0})
     coefficient: float = parameter(0.0, 'N*m*s/rad', 0.0, 1e4, 'D, output side')
 
 
@@ -173,7 +210,12 @@ class StiffnessError(Effect):
     name: ClassVar[str] = 'stiffness_error'
     cause: ClassVar[str] = 'the flexspline is stiffer or softer than stated'
     site: ClassVar[Site] = Site.TORSION
+    place: ClassVar[Place] = NUMBER
     law = staticmethod(stiffer)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'error': 0.05}, alike=('link_inertia_error', 'stiffening_error'), form_share=0.01,
+        experiment=SCALE)
+    typical: ClassVar[Typical | None] = Typical({'error': 0.1})
     error: float = parameter(0.0, '', -0.9, 5.0, 'relative error of the flexspline stiffness')
 
 
@@ -184,7 +226,14 @@ class StiffeningError(Effect):
     name: ClassVar[str] = 'stiffening_error'
     cause: ClassVar[str] = 'the flexspline stiffens with torque otherwise than stated'
     site: ClassVar[Site] = Site.TORSION
+    place: ClassVar[Place] = NUMBER
     law = staticmethod(bent)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'error': 0.3}, grid={'error': (-0.8, 0.5), ('knee_1', 'knee_2'): KNEES},
+        alike=('stiffness_error', 'wave_generator_compliance'), form_share=0.01,
+        form_power=0.0003, form_error=0.01, experiment='slow torques up to 60 % of the peak',
+        doubts={'error': (0.17, 'error')}, ends=('error',))         # no stiffening at all
+    typical: ClassVar[Typical | None] = Typical({'error': 0.8})
     error: float = parameter(0.0, '', -1.0, 10.0, 'relative error of c_f; -1 is a linear law')
     knee_1: float = parameter(
         0.0, 'N*m', 0.0, 1e4, 'torque T1 of the first knee of three segments; 0 for none')
@@ -194,6 +243,11 @@ class StiffeningError(Effect):
     third_stiffness: float = parameter(0.0, 'N*m/rad', 0.0, 1e7, 'K3, beyond T2')
 
 
+def rigid(joint: Any) -> float:
+    """Return the compliance that leaves a rigid wave generator, (64) [rad/(N*m) motor side]."""
+    return -1.0 / float(joint.torsion.wave_generator_stiffness)
+
+
 @dataclass(frozen=True)
 class WaveGeneratorCompliance(Effect):
     """Soft wind-up near zero torque that is larger or smaller than stated, (64)."""
@@ -201,6 +255,12 @@ class WaveGeneratorCompliance(Effect):
     name: ClassVar[str] = 'wave_generator_compliance'
     cause: ClassVar[str] = 'the soft wind-up of the wave generator near zero torque differs'
     site: ClassVar[Site] = Site.TORSION
+    place: ClassVar[Place] = NUMBER
     law = staticmethod(softer)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        free={'compliance': 0.1}, least={'compliance': rigid},
+        alike=('backlash', 'stiffening_error', 'stiffness_error'), form_power=0.001,
+        form_error=0.002, experiment=LOOP, doubts={'compliance': (0.25, 'compliance')})
+    typical: ClassVar[Typical | None] = Typical({'compliance': 0.5})
     compliance: float = parameter(
         0.0, 'rad/(N*m)', -1e3, 1e3, 'added to 1 / K_w0, motor side; -1 / K_w0 leaves none')

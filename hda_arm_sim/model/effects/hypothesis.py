@@ -1,0 +1,87 @@
+"""
+How an effect is looked for: what a fit may change, where it starts, and what else could be meant.
+
+These are declarations beside the law. Diagnosis, calibration and planning read them; none of them
+lists effects of its own.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+import math
+from typing import Any, TypeAlias
+
+Grid: TypeAlias = Mapping[
+    str | tuple[str, ...], tuple[float, ...] | tuple[tuple[float, ...], ...]]
+
+# Experiments that decide between several effects.
+LOOP = ('slow torque loops about zero at two amplitudes and two rates with the motor clamped; '
+        'constant speed both ways for skew')
+SCALE = 'hang a known mass on the tip of a tilted arm, or push it with a force sensor'
+SLOW = 'constant slow speeds over two motor turns, and reversals of different length'
+
+# Improvement by a curve beside a law of one form, where another one differs from it by little.
+NO_OTHER_FORM = 75.0
+
+# Of no segments, and of the data sheets of sizes 14, 17, 20 and 25 [N*m].
+KNEES = ((0.0, 0.0), (2.0, 6.9), (3.9, 12.0), (7.0, 25.0), (14.0, 48.0))
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """
+    How one effect is looked for.
+
+    `free` and `waves` name the numbers to fit with a typical size; `grid` lists starting values
+    of those numbers, or of several at once, that the residual does not depend on linearly, and
+    `least` bounds by the joint below which the law does not change any more. `form_error` is the
+    share of the effect's power that its law may leave, where the literature has laws of several
+    forms. A curve without a name at its site may improve the score by `form` and by `form_share`
+    of what the effect improves it, and may explain `form_power`, a share of the effect's power.
+    `doubts` are half-widths that intervals have for the same reason, as shares of another number
+    or absolute. `ends` are numbers at whose lower bound a part of the arm is gone: it means
+    something. `twin` is an effect that no motion tells from this one. What acts on the command
+    acts on the noise of the encoders that it repeats: two such effects are compared `below` a
+    frequency [Hz], and one of which the power over that of noise is less than `clear` is not told
+    from the first of `alike`, and no other `form` than the usual one is asked of it.
+    """
+
+    free: Mapping[str, float] = field(default_factory=dict)
+    waves: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    grid: Grid = field(default_factory=dict)
+    least: Mapping[str, Callable[[Any], float]] = field(default_factory=dict)     # of a joint
+    alike: tuple[str, ...] = ()
+    experiment: str = ''
+    form_error: float = 0.003
+    form: float = 300.0
+    form_share: float = 0.02
+    form_power: float = 0.0
+    doubts: Mapping[str, tuple[float, str]] = field(default_factory=dict)
+    ends: tuple[str, ...] = ()
+    twin: str = ''
+    clear: float = 0.0
+    below: float = math.inf
+
+    @property
+    def chosen(self) -> tuple[str, ...]:
+        """Return the names of the numbers that are chosen from the grid and not fitted."""
+        fitted = {*self.free, *(name for pair in self.waves for name in pair)}
+        names = [name for key in self.grid for name in ((key,) if isinstance(key, str) else key)]
+        return tuple(name for name in names if name not in fitted)
+
+
+@dataclass(frozen=True)
+class Typical:
+    """
+    A size at which an effect is worth finding: of a drive that is neither new nor broken.
+
+    Sizes are for an axis of 0.3 N*m at the motor and a ratio of 100. Numbers of `more` come on
+    top of what the arm has; those of `shape` replace it.
+    """
+
+    more: Mapping[str, float]
+    shape: Mapping[str, float] = field(default_factory=dict)
+
+
+def wave(order: int, size: float) -> dict[tuple[str, str], float]:
+    """Return a wave to fit: the names of its amplitude and phase, and its usual amplitude."""
+    return {(f'amplitude_{order}', f'phase_{order}'): size}

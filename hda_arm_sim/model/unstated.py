@@ -1,0 +1,48 @@
+"""What an arm file leaves open about a gear, and which values stand in its place."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from .parts import Joint
+from .torsion import TorsionLaw
+
+_OF_JOINT = ('ratio', 'motor_inertia')
+_OF_TORSION = ('flexspline_stiffness', 'flexspline_curvature', 'wave_generator_stiffness',
+               'wave_generator_curvature', 'damping', 'valid_torque')
+_INFINITE = float('inf')
+
+
+def unstated(joint: Mapping[str, Any]) -> dict[str, str]:
+    """
+    Return the keys of a gear that the entry of a joint does not have, and what stands for them.
+
+    Keys without a use are not missed: curvatures of a wave generator that is rigid, or of a
+    flexspline in straight segments.
+    """
+    torsion = joint.get('torsion')
+    given = torsion if isinstance(torsion, Mapping) else {}
+    found = {key: _value(Joint, key) for key in _OF_JOINT if key not in joint}
+    if not given:
+        stiffness = _value(TorsionLaw, 'flexspline_stiffness')
+        return {**found, 'torsion': f'a flexspline of {stiffness}'}
+    return {**found, **{f'torsion.{key}': _value(TorsionLaw, key) for key in _OF_TORSION
+                        if key not in given and _is_missed(key, given)}}
+
+
+def sentence(label: str, missing: Mapping[str, str]) -> str:
+    """Return one sentence on what a joint does not state."""
+    values = ', '.join(f'{key} ({value})' for key, value in missing.items())
+    return f"{label} does not state what its gear is; those of the paper's gear stand for {values}"
+
+
+def _value(kind: type[Joint] | type[TorsionLaw], key: str) -> str:
+    rule = kind.declaration(key)
+    return f'{rule.default:g} {rule.unit}'.strip()
+
+
+def _is_missed(key: str, torsion: Mapping[str, Any]) -> bool:
+    if key == 'flexspline_curvature':
+        return not torsion.get('knee_1')
+    if key == 'wave_generator_curvature':
+        return torsion.get('wave_generator_stiffness') != _INFINITE
+    return True
