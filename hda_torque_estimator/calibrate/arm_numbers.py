@@ -5,12 +5,9 @@ from dataclasses import dataclass, replace
 import math
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import effect_named
-from hda_arm_sim.model.parameter import Declaration, Declared
-from hda_arm_sim.model.parts import Encoder
-from hda_arm_sim.model.torsion import TorsionLaw
 import numpy as np
 
+from .bounds import declaration, entered
 from .fit import Fit
 from .terms import Term
 
@@ -18,7 +15,6 @@ NINETY = 1.645                  # sigmas of an interval that holds 90 %
 DOUBTFUL = 3.0                  # sigmas from what was known before
 STEP = 1e-3                     # of a sigma, for the slopes of numbers over unknowns
 LEAST = 0.2                     # of a tolerance, that a calibration leaves: arms change
-PARTS: dict[str, type[Declared]] = {'torsion': TorsionLaw, 'link_encoder': Encoder}
 
 _KNOWN_BY = {
     'stiffness': ('torsion.flexspline_stiffness',), 'torsion_zero': ('link_encoder.zero',),
@@ -29,18 +25,32 @@ _KNOWN_BY = {
 
 @dataclass(frozen=True)
 class Number:
-    """One number of the new arm file with its 90 % interval."""
+    """One number of the new arm file with its 90 % interval; `at_bound` is no real finding."""
 
     name: str
     value: float
     low: float
     high: float
     unit: str
+    at_bound: bool = False
 
     def __str__(self) -> str:
         """Return the number as a line of a report."""
         return (f'{self.name} = {self.value:.4g} {self.unit} '
-                f'({self.low:.4g} .. {self.high:.4g})')
+                f'({self.low:.4g} .. {self.high:.4g}){self.remark}')
+
+    @property
+    def remark(self) -> str:
+        """Return what must be known of the number before it is believed, '' for nothing."""
+        return ', at its bound: the arm file takes none beyond it' if self.at_bound else ''
+
+
+def number(name: str, value: float, sigma: float) -> Number:
+    """Return a number and its interval, both within what the arm file takes."""
+    rule = declaration(name)
+    low, middle, high = (float(np.clip(value + sign * NINETY * sigma, rule.low, rule.high))
+                         for sign in (-1.0, 0.0, 1.0))
+    return Number(name, middle, low, high, rule.unit, middle in (rule.low, rule.high))
 
 
 def numbers(terms: Sequence[Term], found: Fit) -> list[Number]:
@@ -49,59 +59,34 @@ def numbers(terms: Sequence[Term], found: Fit) -> list[Number]:
     for term in terms:
         part = slice(first, first := first + len(term.unknowns))
         values, covariance = found.values[part], found.covariance[part, part]
-        slopes = {name: np.zeros(len(values)) for name in term.numbers(values)}
+        slopes = {name: np.zeros(len(values)) for name in term.meant(values)}
         for place, sigma in enumerate(np.sqrt(np.diag(covariance))):
             moved = values + STEP * sigma * np.eye(len(values))[place]
-            for name, value in term.numbers(moved).items():
-                slopes[name][place] = (value - term.numbers(values)[name]) / (STEP * sigma)
+            for name, value in term.meant(moved).items():
+                slopes[name][place] = (value - term.meant(values)[name]) / (STEP * sigma)
         for name, value in term.numbers(values).items():
             sigma = float(np.sqrt(slopes[name] @ covariance @ slopes[name]))
-            found_numbers.append(_number(name, value, sigma))
+            found_numbers.append(number(name, value, sigma))
     return found_numbers
 
 
 def zero(arm: Arm, found: Fit) -> Number:
     """Return the mean zero of the link encoder; its interval is that of the recordings."""
     zeros = np.array([part.zero for part in found.balanced]) + arm.joints[0].link_encoder.zero
-    return _number('link_encoder.zero', float(zeros.mean()), float(zeros.std()))
+    return number('link_encoder.zero', float(zeros.mean()), float(zeros.std()))
 
 
 def rest(error: float, parts: int) -> Number:
     """Return an rms error over so many independent parts as what the law leaves [N*m]."""
-    return _number('torsion.deviation', error, error / math.sqrt(2.0 * parts))
-
-
-def _number(name: str, value: float, sigma: float) -> Number:
-    rule = _declaration(name)
-    low, high = (float(np.clip(value + sign * NINETY * sigma, rule.low, rule.high))
-                 for sign in (-1.0, 1.0))
-    return Number(name, value, low, high, rule.unit)
-
-
-def _declaration(name: str) -> Declaration:
-    owner, _, field = name.partition('.')
-    kind: type[Declared] = PARTS[owner] if owner in PARTS else effect_named(owner)
-    return kind.declaration(field)
+    return number('torsion.deviation', error, error / math.sqrt(2.0 * parts))
 
 
 def with_numbers(arm: Arm, label: str, found: Sequence[Number], source: str) -> Arm:
     """Return the arm with the numbers of a joint, and in its provenance their source."""
-    fields: dict[str, dict[str, float]] = {}
-    for number in found:
-        owner, _, field = number.name.partition('.')
-        fields.setdefault(owner, {})[field] = number.value
-    joint = arm.joint(label)
-    for owner, values in fields.items():
-        if owner in PARTS:
-            joint = replace(joint, **{owner: replace(getattr(joint, owner), **values)})
-        else:
-            known = arm.effect(owner, label)
-            arm = arm.with_effect(replace(known, **values), label)
-    joints = tuple(joint if old.label == label else old for old in arm.joints)
+    arm = entered(arm, label, {number.name: number.value for number in found})
     origins = {f'{label}.{number.name}': f'{number.low:.4g} .. {number.high:.4g} {number.unit} '
-               f'(90 %), from {source}' for number in found}
-    return replace(arm, joints=joints,
-                   provenance=tuple({**dict(arm.provenance), **origins}.items()))
+               f'(90 %){number.remark}, from {source}' for number in found}
+    return replace(arm, provenance=tuple({**dict(arm.provenance), **origins}.items()))
 
 
 def with_tolerances(arm: Arm, found: Mapping[str, Sequence[Number]]) -> Arm:

@@ -6,40 +6,51 @@ decided by what each gains on stretches that the fit has not seen.
 """
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+import math
+from typing import Any, NamedTuple
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects.friction import load_budget, stribeck_budget
+from hda_arm_sim.model.effects import Effect, LoadDependentFriction, StribeckFriction
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.optimize import least_squares
+from scipy.stats import t as student
 
-from .arm_numbers import NINETY, Number
-from .descent import FOLDS, noise_of, rms, STRETCH
+from .arm_numbers import NINETY, Number, number
+from .bounds import declaration
+from .descent import FOLDS, rms, STRETCH
 from .passage import Passage
+from ..diagnosis.motion import WINDOW
 
 Floats = NDArray[np.float64]
 SLOWEST = 1.0           # shaft speed from which friction slides for certain [rad/s]
 FEWEST = 200            # rows that slide
 GAIN = 0.01             # least relative gain that makes a part worth it
+CERTAIN = 3.0           # sigmas from zero, from which a part is there
+MOMENT = 1.0            # time that is left out to see what the numbers rest on [s]
+LEAST = 1e-9            # dry friction of which a share can be told [N*m]
+FEWEST_BESIDE = 3       # samples that derivatives see on either side at low rates
+LARGE = 3e-3            # error that counts less, for it passes for another cause [N*m motor]
+ASYMMETRY = 'asymmetric_friction.asymmetry'     # fitted in N*m, told as a share of the dry level
 
 
 class Sliding(NamedTuple):
-    """Rows in which a joint slides: speed, torque through the gear, friction (m,)."""
+    """Rows in which a joint slides one way: speed, torque through the gear, friction (m,)."""
 
     velocity: Floats    # [rad/s]
     load: Floats        # [N*m output]
     friction: Floats    # against the motion [N*m motor]
+    doubt: Floats       # (m, DOUBTS + 1) what loads and torque constant may add, one sigma each
     stretch: NDArray[np.int64]
+    moment: NDArray[np.int64]       # which second the row belongs to
 
 
 class Part(NamedTuple):
-    """A part of friction: names, units, where to begin and end, and its share of the law."""
+    """A part of friction: names, where to begin, and its share of the law."""
 
     names: tuple[str, ...]
-    units: tuple[str, ...]
     start: tuple[float, ...]
-    high: tuple[float, ...]
     torque: Callable[[Sliding, Floats, float], Floats]
 
 
@@ -47,16 +58,26 @@ def _asymmetric(seen: Sliding, values: Floats, ratio: float) -> Floats:
     return np.sign(seen.velocity) * values[0]
 
 
-DRY = Part(('coulomb_friction.level', 'viscous_friction.slope'), ('N*m', 'N*m*s/rad'),
-           (0.03, 1e-4), (5.0, 1.0),
+def _of_load(seen: Sliding, values: Floats, ratio: float) -> Floats:
+    return _budget(LoadDependentFriction, values, joint_torque=seen.load, ratio=ratio)
+
+
+def _near_rest(seen: Sliding, values: Floats, ratio: float) -> Floats:
+    return _budget(StribeckFriction, values, motor_velocity=seen.velocity)
+
+
+def _budget(kind: type[Effect], values: Floats, **signals: Floats | float) -> Floats:
+    """Return a law's budget for numbers that a fit tries, beyond their bounds as well."""
+    own = np.array(tuple(values), kind.record_type())[()]
+    return np.asarray(kind.law(own, kind.place.reads(**signals)))
+
+
+DRY = Part(('coulomb_friction.level', 'viscous_friction.slope'), (0.03, 1e-4),
            lambda seen, values, ratio: values[0] + values[1] * np.abs(seen.velocity))
 MORE = (
-    Part(('load_dependent_friction.coefficient',), ('',), (0.05,), (0.9,),
-         lambda seen, values, ratio: load_budget(seen.load, ratio, values[0])),
-    Part(('stribeck_friction.excess', 'stribeck_friction.speed'), ('N*m', 'rad/s'),
-         (0.01, 6.0), (5.0, 50.0),
-         lambda seen, values, ratio: stribeck_budget(seen.velocity, values[0], values[1])),
-    Part(('asymmetric_friction.asymmetry',), ('',), (0.0,), (1.0,), _asymmetric))
+    Part(('load_dependent_friction.coefficient',), (0.05,), _of_load),
+    Part(('stribeck_friction.excess', 'stribeck_friction.speed'), (0.01, 6.0), _near_rest),
+    Part((ASYMMETRY,), (0.0,), _asymmetric))
 
 
 def friction(arm: Arm, passages: Sequence[Passage]) -> list[Number]:
@@ -64,34 +85,62 @@ def friction(arm: Arm, passages: Sequence[Passage]) -> list[Number]:
     seen = sliding(arm, passages)
     if len(seen.friction) < FEWEST:
         return []
-    parts = [DRY]
-    best = _held_out(seen, parts, arm.joints[0].ratio)
-    while rest := [part for part in MORE if part not in parts]:
-        trials = [_held_out(seen, [*parts, part], arm.joints[0].ratio) for part in rest]
+    ratio, parts, rest = arm.joints[0].ratio, [DRY], list(MORE)
+    best = _held_out(seen, parts, ratio)
+    while rest:
+        trials = [_held_out(seen, [*parts, part], ratio) for part in rest]
+        part = rest.pop(int(np.argmin(trials)))
         if min(trials) > (1.0 - GAIN) * best:
             break
-        best = min(trials)
-        parts.append(rest[int(np.argmin(trials))])
-    return _numbers(seen, parts, arm.joints[0].ratio)
+        if _is_certain(seen, [*parts, part], ratio):
+            parts.append(part)
+            best = min(trials)
+    return _numbers(seen, parts, ratio)
+
+
+def _is_certain(seen: Sliding, parts: Sequence[Part], ratio: float) -> bool:
+    """Tell whether the size of the last part is not zero, for all that is in doubt."""
+    values, sigma = _known(seen, parts, ratio)
+    size = -len(parts[-1].names)
+    return bool(abs(values[size]) > CERTAIN * sigma[size])
 
 
 def sliding(arm: Arm, passages: Sequence[Passage]) -> Sliding:
     """Return the rows of passages in which the joint slides and its command is known."""
     joint, label = arm.joints[0], arm.labels[0]
     inertia = joint.motor_inertia * (1.0 + arm.effect('motor_inertia_error', label).values()[0])
-    columns, first = [], 0
+    parts, stretches, moments = [], 0, 0
     for passage in passages:
-        held = np.concatenate([passage.command[:1], passage.command[:-1]])
-        torque = 0.5 * (passage.command + held) - inertia * passage.motor_acceleration
-        rest = passage.thinned(torque - passage.reference / joint.ratio)
-        velocity, load = (passage.thinned(passage.motor_rate), passage.thinned(passage.reference))
-        used = passage.rows_used() & (np.abs(velocity) > SLOWEST) & np.isfinite(rest)
-        length = max(1, round(STRETCH / (passage.dt * passage.every)))
-        stretch = first + np.arange(len(rest)) // length
-        first = int(stretch[-1]) + 1
-        columns.append((velocity[used], load[used], (np.sign(velocity) * rest)[used],
-                        stretch[used]))
-    return Sliding(*(np.concatenate(column) for column in zip(*columns)))
+        part = _sliding(passage, inertia, joint.ratio, arm.tolerances.torque_constant)
+        parts.append(part._replace(stretch=stretches + part.stretch,
+                                   moment=moments + part.moment))
+        stretches += 1 + int(part.stretch.max(initial=0))
+        moments += 1 + int(part.moment.max(initial=0))
+    columns: list[Any] = [np.concatenate(column) for column in zip(*parts)]
+    return Sliding(*columns)
+
+
+def _sliding(passage: Passage, inertia: float, ratio: float, tolerance: float) -> Sliding:
+    """Return the rows of one passage; `tolerance` is that of the torque constant."""
+    rest = passage.thinned(passage.command - inertia * passage.motor_acceleration
+                           - passage.reference / ratio)
+    velocity, load = passage.thinned(passage.motor_rate), passage.thinned(passage.reference)
+    doubt = np.column_stack([passage.thinned(passage.doubt) / ratio,
+                             tolerance * passage.thinned(passage.command)])
+    sense = np.sign(velocity)
+    seconds = np.arange(len(rest)) * passage.dt * passage.every
+    used = passage.rows_used() & _one_way(passage) & np.isfinite(rest)
+    return Sliding(velocity[used], load[used], (sense * rest)[used],
+                   (sense[:, None] * doubt)[used], (seconds // STRETCH).astype(np.int64)[used],
+                   (seconds // MOMENT).astype(np.int64)[used])
+
+
+def _one_way(passage: Passage) -> NDArray[np.bool_]:
+    """Return the rows whose derivatives saw the shaft slide one way only, all the time."""
+    reach = 1 + 2 * math.ceil(max(0.5 * WINDOW / passage.dt, FEWEST_BESIDE))
+    slides = ((minimum_filter1d(passage.motor_rate, reach) > SLOWEST)
+              | (maximum_filter1d(passage.motor_rate, reach) < -SLOWEST))
+    return passage.thinned(slides.astype(float)) == 1.0
 
 
 def _law(seen: Sliding, parts: Sequence[Part], values: Floats, ratio: float) -> Floats:
@@ -106,15 +155,16 @@ def _law(seen: Sliding, parts: Sequence[Part], values: Floats, ratio: float) -> 
 def _fit(seen: Sliding, parts: Sequence[Part], ratio: float) -> tuple[Floats, Floats]:
     """Return the values of the parts, and the slopes of their errors (m, p)."""
     start = np.array([value for part in parts for value in part.start])
-    high = np.array([value for part in parts for value in part.high])
-    low = np.array([-1.0 if name.startswith('asym') else 0.1 if name.endswith('speed') else 0.0
-                    for part in parts for name in part.names])
+    names = [name for part in parts for name in part.names]
+    rules = [declaration('coulomb_friction.level' if name == ASYMMETRY else name)
+             for name in names]
+    low = [-rule.high if name == ASYMMETRY else rule.low for name, rule in zip(names, rules)]
 
     def error(values: Floats) -> Floats:
         return _law(seen, parts, values, ratio) - seen.friction
 
-    found = least_squares(error, start, bounds=(low, high), x_scale=np.maximum(start, 0.01),
-                          loss='soft_l1', f_scale=3e-3)
+    found = least_squares(error, start, bounds=(low, [rule.high for rule in rules]),
+                          x_scale=np.maximum(start, 0.01), loss='soft_l1', f_scale=LARGE)
     return found.x, np.asarray(found.jac)
 
 
@@ -129,22 +179,46 @@ def _held_out(seen: Sliding, parts: Sequence[Part], ratio: float) -> float:
 
 
 def _rows(seen: Sliding, chosen: NDArray[np.bool_]) -> Sliding:
-    return Sliding(seen.velocity[chosen], seen.load[chosen], seen.friction[chosen],
-                   seen.stretch[chosen])
+    columns: list[Any] = [column[chosen] for column in seen]
+    return Sliding(*columns)
+
+
+def _known(seen: Sliding, parts: Sequence[Part], ratio: float) -> tuple[Floats, Floats]:
+    """Return the values of the parts and their sigmas (p,)."""
+    values, slopes = _fit(seen, parts, ratio)
+    return values, _spread(seen, slopes, _law(seen, parts, values, ratio) - seen.friction)
 
 
 def _numbers(seen: Sliding, parts: Sequence[Part], ratio: float) -> list[Number]:
     """Return the numbers of the parts with intervals."""
-    values, slopes = _fit(seen, parts, ratio)
-    error = _law(seen, parts, values, ratio) - seen.friction
-    spread = np.sqrt(np.diag(np.linalg.pinv(slopes.T @ slopes, hermitian=True)))
-    spread *= noise_of(error, seen.stretch)
+    values, spread = _known(seen, parts, ratio)
     names = [name for part in parts for name in part.names]
-    units = [unit for part in parts for unit in part.units]
     found = []
-    for name, unit, value, sigma in zip(names, units, values, spread):
-        if name == 'asymmetric_friction.asymmetry':     # a share of the dry level
-            value, sigma = value / values[0], sigma / values[0]
-        found.append(Number(name, float(value), float(value - NINETY * sigma),
-                            float(value + NINETY * sigma), unit))
+    for name, value, sigma in zip(names, values, spread):
+        if name == ASYMMETRY:
+            value, sigma = value / max(values[0], LEAST), sigma / max(values[0], LEAST)
+        found.append(number(name, float(value), float(sigma)))
     return found
+
+
+def _spread(seen: Sliding, slopes: Floats, error: Floats) -> Floats:
+    """
+    Return the sigmas of values (p,) that a normal interval of 90 % needs.
+
+    They come from how far values move as each second is left out in turn, so errors may follow
+    each other; few seconds are little to know a sigma by (Student). What the loads and the torque
+    constant may be off by comes on top.
+    """
+    normal = slopes.T @ slopes
+    weighed = error * (1.0 + (error / LARGE) ** 2) ** 0.25      # of soft_l1, as the slopes are
+    left_out = []
+    for moment in np.unique(seen.moment):
+        own = slopes[seen.moment == moment]
+        pull = own.T @ weighed[seen.moment == moment]
+        left_out.append(np.linalg.lstsq(normal - own.T @ own, pull, rcond=None)[0])
+    count = len(left_out)
+    moved = np.stack(left_out) - np.mean(left_out, axis=0)
+    chance = (count - 1.0) / count * (moved ** 2).sum(axis=0)
+    certain = np.linalg.lstsq(normal, slopes.T @ seen.doubt, rcond=None)[0]
+    few = student.ppf(0.95, max(count - 1, 1)) / NINETY
+    return np.asarray(np.sqrt(few ** 2 * chance + (certain ** 2).sum(axis=1)))

@@ -55,7 +55,7 @@ def heard(states: JointSamples, wrenches: Mapping[str, WrenchSamples], name: str
     """
     stood = known.on(arm)
     check_names(states, arm, name)
-    seen = measurement_from(arm.labels, states)
+    seen = measurement_from(arm.labels, states, name)
     if len(seen.command) < FEWEST:
         raise CalibrationError(f'{name} is too short: it has {len(seen.command)} samples of all '
                                f'angles and motor torques, at least {FEWEST} are needed')

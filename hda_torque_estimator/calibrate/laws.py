@@ -6,7 +6,6 @@ scatter of such gears, or the arm's tolerance where that is larger.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 import math
 from typing import cast
 
@@ -16,6 +15,7 @@ from hda_arm_sim.model.effects import (ClockSkew, KinematicError, LinkEncoderEcc
 import numpy as np
 from numpy.typing import NDArray
 
+from .bounds import APART
 from .passage import Passage
 from .terms import Term, Unknown
 
@@ -24,7 +24,8 @@ STIFFNESS = 0.25        # scatter of a stiffness, on its logarithm
 CURVATURE = 0.5         # scatter of the stiffening, of its nominal value
 KNEE, CHORD = 0.3, 0.3  # scatter of knees and of the stiffness beyond, on their logarithms
 SOFTNESS = 0.5          # scatter of the soft wind-up, on its logarithm
-LEVEL = 1.5             # [N*m]
+LEVEL = 1.5             # scatter of a loop's torque on a joint of the usual torque [N*m]
+USUAL_TORQUE = 37.0     # valid torque of the law for which that is stated [N*m]
 WIDTH = 0.7             # scatter of a loop's width, on its logarithm
 USUAL_WIDTH = 1.5e-4    # [rad]
 SKEW = 5e-4             # [s]
@@ -67,16 +68,10 @@ def segments(arm: Arm, largest: float) -> Term:
 
     def numbers(values: Floats) -> dict[str, float]:
         found = first * np.exp(values)
-        found[2] = max(found[2], 1.01 * found[0])
+        found[2] = max(found[2], APART * found[0])
         return {f'torsion.{name}': float(value) for name, value in zip(names, found)}
 
-    def applied(arm: Arm, values: Floats) -> Arm:
-        joint, = arm.joints
-        fields = {name.partition('.')[2]: value for name, value in numbers(values).items()}
-        return replace(arm, joints=(replace(joint, torsion=replace(joint.torsion, **fields)),))
-
-    return Term(tuple(_logarithm(spread) for spread in (KNEE, CHORD, KNEE, CHORD)), applied,
-                numbers)
+    return Term(tuple(_logarithm(spread) for spread in (KNEE, CHORD, KNEE, CHORD)), numbers)
 
 
 def soft_wind_up(arm: Arm) -> Term:
@@ -92,61 +87,38 @@ def _logarithm(spread: float) -> Unknown:
 
 def _of_law(name: str, unknown: Unknown, number: Callable[[float], float]) -> Term:
     """Return a number of the torsion law as a term."""
-    def numbers(values: Floats) -> dict[str, float]:
-        return {f'torsion.{name}': number(float(values[0]))}
-
-    def applied(arm: Arm, values: Floats) -> Arm:
-        joint, = arm.joints
-        law = replace(joint.torsion, **{name: number(float(values[0]))})
-        return replace(arm, joints=(replace(joint, torsion=law),))
-
-    return Term((unknown,), applied, numbers)
+    return Term((unknown,), lambda values: {f'torsion.{name}': number(float(values[0]))})
 
 
 def damping(arm: Arm) -> Term:
     """Return the damping of the torsion."""
-    label = arm.labels[0]
-    known = cast(StructuralDamping, arm.effect(StructuralDamping.name, label)).coefficient
+    known = cast(StructuralDamping, arm.effect(StructuralDamping.name, arm.labels[0])).coefficient
     spread = DAMPING * max(known, LEAST_DAMPING)
-
-    def numbers(values: Floats) -> dict[str, float]:
-        return {'structural_damping.coefficient': max(float(values[0]), 0.0)}
-
     return Term((Unknown(known, spread, 0.0, known + WIDEST * spread, known),),
-                lambda arm, values: arm.with_effect(
-                    StructuralDamping(coefficient=max(float(values[0]), 0.0)), label), numbers)
+                lambda values: {'structural_damping.coefficient': float(values[0])})
 
 
 def loop(arm: Arm) -> Term:
     """Return the hysteresis: torque of the saturated loop, and its width in torsion."""
-    label = arm.labels[0]
-    known = cast(TorsionalHysteresis, arm.effect(TorsionalHysteresis.name, label))
+    known = cast(TorsionalHysteresis, arm.effect(TorsionalHysteresis.name, arm.labels[0]))
     width = known.width if known.level > 0.0 else USUAL_WIDTH
+    spread = LEVEL * max(arm.joints[0].torsion.valid_torque / USUAL_TORQUE, 1.0)
 
     def numbers(values: Floats) -> dict[str, float]:
-        return {'torsional_hysteresis.level': max(float(values[0]), 0.0),
+        return {'torsional_hysteresis.level': float(values[0]),
                 'torsional_hysteresis.width': width * math.exp(values[1])}
 
-    def applied(arm: Arm, values: Floats) -> Arm:
-        level, width = numbers(values).values()
-        return arm.with_effect(TorsionalHysteresis(level=level, width=width), label)
-
-    return Term((Unknown(known.level, LEVEL, 0.0, known.level + WIDEST * LEVEL,
-                         max(known.level, 0.3)),
-                 Unknown(0.0, WIDTH, -2.0 * WIDTH, 3.0 * WIDTH, 0.0)), applied, numbers)
+    return Term((Unknown(known.level, spread, 0.0, known.level + WIDEST * spread,
+                         max(known.level, 0.2 * spread)),
+                 Unknown(0.0, WIDTH, -2.0 * WIDTH, 3.0 * WIDTH, 0.0)), numbers)
 
 
 def skew(arm: Arm) -> Term:
     """Return the time between the readings of both encoders."""
-    label = arm.labels[0]
-    known = cast(ClockSkew, arm.effect(ClockSkew.name, label)).skew
-
-    def numbers(values: Floats) -> dict[str, float]:
-        return {'clock_skew.skew': float(values[0])}
-
+    known = cast(ClockSkew, arm.effect(ClockSkew.name, arm.labels[0])).skew
     return Term((Unknown(known, SKEW, known - 20 * SKEW, known + 20 * SKEW, known),),
-                lambda arm, values: arm.with_effect(ClockSkew(skew=float(values[0])), label),
-                numbers, lambda passage: passage.link_rate[:, None])
+                lambda values: {'clock_skew.skew': float(values[0])},
+                lambda passage: passage.link_rate[:, None])
 
 
 def waves(arm: Arm, orders: Sequence[float]) -> Term:
@@ -156,8 +128,7 @@ def waves(arm: Arm, orders: Sequence[float]) -> Term:
     Once and twice per link turn are laid to the disc of the link encoder, all others to the gear;
     for the torque it is one. Orders without a name of their own take the free places.
     """
-    joint = arm.joints[0]
-    places = _places(orders, joint.ratio)
+    places = _places(orders, arm.joints[0].ratio)
 
     def numbers(values: Floats) -> dict[str, float]:
         found: dict[str, float] = {}
@@ -169,18 +140,8 @@ def waves(arm: Arm, orders: Sequence[float]) -> Term:
             found[f'{owner}.phase_{name}'] = math.atan2(cosine, sine)
         return found
 
-    def applied(arm: Arm, values: Floats) -> Arm:
-        fields: dict[str, dict[str, float]] = {KinematicError.name: {},
-                                               LinkEncoderEccentricity.name: {}}
-        for name, value in numbers(values).items():
-            owner, _, field = name.partition('.')
-            fields[owner][field] = value
-        return (arm.with_effect(KinematicError(**fields[KinematicError.name]), joint.label)
-                .with_effect(LinkEncoderEccentricity(**fields[LinkEncoderEccentricity.name]),
-                             joint.label))
-
     return Term(tuple(Unknown(0.0, WAVE, -40 * WAVE, 40 * WAVE, 0.0)
-                      for _ in range(2 * len(orders))), applied, numbers,
+                      for _ in range(2 * len(orders))), numbers,
                 lambda passage: wave_columns(passage, orders))
 
 

@@ -8,7 +8,8 @@ known fix the scale of the torque; where there are none the inertia of the links
 from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import CableSpring, Signals
+from hda_arm_sim.model.effects.catalogue import effects_at
+from hda_arm_sim.model.effects.place import LINK_TORQUE
 from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY
 from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.model.rigid import coriolis, gravity_torque, Inertia, mass_matrix, tip_torque
@@ -36,8 +37,8 @@ def loads(arm: Arm, motion: Motion, force: Floats) -> Loads:
     links = arm.moving_links()
     weight = gravity_torque(inertia, body['pull'], body['direction'], *angle)
     push = tip_torque(links.length1, links.length2, *angle, force[:, 0], force[:, 1])
-    own = [arm.effect(CableSpring.name, label)(Signals(link_angle=angle[j]))
-           for j, label in enumerate(arm.labels)]
+    own = [sum(arm.effect(kind.name, label)(link_angle=angle[j])
+               for kind in effects_at(LINK_TORQUE)) for j, label in enumerate(arm.labels)]
     moved = _moving(inertia, motion)
     torque = np.stack([moved[j] - weight[j] - push[j] - own[j] for j in range(joints)], axis=1)
     doubt = [np.stack(_moving(part, motion)[:joints], axis=1) for part in _parts(inertia)]

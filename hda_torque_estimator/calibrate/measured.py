@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+from hda_msgs_json.errors import HdaError
 from hda_msgs_json.samples import JointSamples, WrenchSamples
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ Floats = NDArray[np.float64]
 FEWEST = 20         # samples of a joint, fewer say nothing about any parameter
 
 
-class CalibrationError(ValueError):
+class CalibrationError(HdaError):
     """Recordings from which nothing can be calibrated."""
 
 

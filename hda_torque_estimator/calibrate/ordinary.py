@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import laws
-from .arm_numbers import NINETY, Number, numbers, rest, with_numbers, with_tolerances
+from .arm_numbers import Number, number, numbers, rest, with_numbers, with_tolerances
 from .calibration import Calibration, HARDLY, one_joint, SPARSE
 from .descent import Descent, Found, held_out, known
 from .fit import Fit
@@ -201,5 +201,4 @@ def _numbers(arm: Arm, found: Found) -> tuple[Number, ...]:
               found.scaled[:size], ())
     sigma = float(np.sqrt(covariance[size, size]))
     zero = arm.joints[0].link_encoder.zero + found.zero()
-    return (*numbers(found.terms, fit),
-            Number('link_encoder.zero', zero, zero - NINETY * sigma, zero + NINETY * sigma, 'rad'))
+    return (*numbers(found.terms, fit), number('link_encoder.zero', zero, sigma))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from .loads import DOUBTS, loads
 from ..diagnosis.measurement import Measurement
-from ..diagnosis.motion import Motion, motion_of
+from ..diagnosis.motion import Motion, motion_of, smoothed
 from ..estimate import READINGS
 
 Floats = NDArray[np.float64]
@@ -29,7 +29,7 @@ class Passage(NamedTuple):
     reference: Floats           # (k,) torque through the gear [N*m]
     doubt: Floats               # (k, DOUBTS) what a known torque may be off by, one sigma each
     usable: Flags               # (k,)
-    command: Floats             # (k,) motor torque, shaft [N*m]
+    command: Floats             # (k,) motor torque about the sample, as smooth as rates [N*m]
     link_angle: Floats          # (k,) without delay [rad]
     link_rate: Floats           # (k,) without delay [rad/s]
     motor_rate: Floats          # (k,) without delay [rad/s]
@@ -89,6 +89,17 @@ def _passage(name: str, seen: Measurement, motion: Motion, j: int, torque: Float
     few = slice(None, None, max(1, round(SLOWEST / seen.dt)))
     return Passage(name, seen.dt * (few.step or 1), readings[few],
                    np.where(usable, torque, 0.0)[few], doubt[few], usable[few],
-                   seen.command[few, j], motion.state[few, j, LINK_ANGLE],
+                   _about(seen)[few, j], motion.state[few, j, LINK_ANGLE],
                    motion.state[few, j, LINK_VELOCITY], motion.state[few, j, MOTOR_VELOCITY],
                    motion.acceleration[few, j, 0])
+
+
+def _about(seen: Measurement) -> Floats:
+    """
+    Return the motor torques about each sample (k, n) [N*m].
+
+    A command holds from its sample on: about a sample stand the one before and its own. They are
+    as smooth as the accelerations beside them, before samples are left out.
+    """
+    before = np.concatenate([seen.command[:1], seen.command[:-1]])
+    return smoothed(0.5 * (seen.command + before), seen.dt)

@@ -6,6 +6,7 @@ from pathlib import Path
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import read_arm, write_arm
 from hda_msgs_json.bag import open_recording, Recording
+from hda_msgs_json.outputs import check_file
 from hda_msgs_json.samples import WrenchSamples
 from hda_msgs_json.topics import EXTERNAL_WRENCH, reference_joint_torque, REFERENCE_TIP_WRENCH
 
@@ -22,17 +23,19 @@ Words = Sequence[Sequence[str]]
 
 def run_calibration(bags: Sequence[Path], arm_file: str, out: Path, *,
                     joints: Sequence[str] | None = None, tilts: Words = (), payloads: Words = (),
-                    tell: Callable[[str], None] = lambda text: None) -> Calibration:
+                    tell: Callable[[str], None] = lambda text: None,
+                    force: bool = False) -> Calibration:
     """
     Write the arm that the recordings call for, and return what was found.
 
     With `joints`, the others stay as they are. `tilts` (bag, degrees, direction) and `payloads`
     (bag, kg) are what is known of a recording; `tell` hears what is being done. Raises
-    CalibrationError, GateError, BagError or ArmError; then nothing is written.
+    CalibrationError, GateError, BagError, ArmError or OutputError; then nothing is written.
     """
     places = [bag.resolve() for bag in bags]
     if twice := sorted({str(place) for place in places if places.count(place) > 1}):
         raise CalibrationError(f'{twice[0]} is given twice; each recording counts once')
+    check_file(out, force=force, reads=bags)
     arm = read_arm(arm_file)
     chosen = arm.labels if joints is None else [arm.joint(label).label for label in joints]
     known = stated(bags, tilts, payloads)
@@ -41,7 +44,7 @@ def run_calibration(bags: Sequence[Path], arm_file: str, out: Path, *,
         calibration = _from_sensors(arm, bags, opened, chosen)
     else:
         calibration = _from_loads(arm, bags, opened, known, chosen, tell)
-    write_arm(calibration.arm, out)
+    write_arm(calibration.arm, out, force=force)
     return calibration
 
 

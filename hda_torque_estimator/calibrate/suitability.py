@@ -4,18 +4,19 @@ from collections.abc import Sequence
 import math
 
 from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.parts import Joint
 import numpy as np
 from numpy.typing import NDArray
 
 from .measured import CalibrationError
 from .passage import Passage
+from ..conventions import wrong_convention
 
 Floats = NDArray[np.float64]
 SHORTEST = 10.0         # of usable samples [s]
 TURN = 2.0 * math.pi    # of the motor, the least travel each way [rad]
 FEWEST_LOADS = 1.0      # between the small and the large torques [N*m]
 SMALL, LARGE = 5.0, 95.0        # percentiles of the torque
-OFF = 3e-3              # relative error of a gear ratio that no encoder's scale has
 ALIKE = 0.6             # correlation from which a sign is certain
 APART = 0.10            # by which two torques of one joint may differ in scale
 LEAST_TORQUE = 0.5      # deviation from which the scale of a sensor can be told [N*m]
@@ -30,8 +31,7 @@ def check(arm: Arm, label: str, passages: Sequence[Passage]) -> None:
         raise CalibrationError(f'{label}: the recordings are too short: {seconds:.1f} s can be '
                                f'used, at least {SHORTEST:g} s are needed')
     _check_travel(label, passages)
-    _check_ratio(label, joint.ratio, passages)
-    _check_power(label, passages)
+    _check_conventions(joint, passages)
     _check_loads(label, passages)
     _check_sign(label, joint.ratio, passages)
 
@@ -60,29 +60,12 @@ def _check_travel(label: str, passages: Sequence[Passage]) -> None:
             'torsion; at least one motor turn each way is needed')
 
 
-def _check_ratio(label: str, ratio: float, passages: Sequence[Passage]) -> None:
-    """Check that the motor turns `ratio` times as far as the link, the same way."""
-    motor = np.concatenate([passage.readings[passage.usable, 0, 0]
-                            - passage.readings[passage.usable, 0, 0].mean()
-                            for passage in passages])
-    link = np.concatenate([passage.link_angle[passage.usable]
-                           - passage.link_angle[passage.usable].mean() for passage in passages])
-    found = float(link @ motor / max(float(link @ link), 1e-300))
-    if abs(found / ratio - 1.0) > OFF:
-        wrong = 'the sign of one encoder' if found < 0.0 else 'the ratio'
-        raise CalibrationError(
-            f'{label}: its motor turns {found:.5g} times per turn of the link where the arm file '
-            f'says {ratio:g}: {wrong} is wrong')
-
-
-def _check_power(label: str, passages: Sequence[Passage]) -> None:
-    """Check that the motor does not take power from a joint that it moves."""
-    power = _joined(passages, [passage.command * passage.motor_rate for passage in passages])
-    known = power[np.isfinite(power)]
-    if len(known) and known.mean() < 0.0 and known.mean() < -0.2 * np.abs(known).mean():
-        raise CalibrationError(
-            f'{label}: its motor brakes whenever it turns ({known.mean():.2g} W on average): the '
-            'motor torques have the wrong sign')
+def _check_conventions(joint: Joint, passages: Sequence[Passage]) -> None:
+    """Check signs, units and ratio of each passage."""
+    for passage in passages:
+        motor, link = passage.readings[passage.usable, 0, :2].T
+        if wrong := wrong_convention(joint, motor, link, passage.command[passage.usable]):
+            raise CalibrationError(wrong.mended_on_import())
 
 
 def _check_loads(label: str, passages: Sequence[Passage]) -> None:

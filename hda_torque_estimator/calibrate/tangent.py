@@ -1,7 +1,8 @@
 """How a joint's torque changes with its torsion along a recording, for many changes at once."""
 
 from hda_arm_sim.model.compiled import compiled
-from hda_arm_sim.model.effects.transmission import played_torsion, slid, SLIDERS
+from hda_arm_sim.model.effects.transmission import slid, SLIDERS
+from hda_arm_sim.model.kernel import played_torsion
 from hda_arm_sim.model.torsion import stiffness_at, torque_of_torsion
 import numpy as np
 
@@ -19,7 +20,7 @@ def tangents(joint, elastic, change, slope):                        # type: igno
     share = loop.level / (SLIDERS * loop.width)
     last = elastic[0]
     for k in range(elastic.shape[0]):
-        spring = played_torsion(elastic[k], joint.backlash.half_width)
+        spring = played_torsion(joint, elastic[k])
         torque = torque_of_torsion(law, joint.ratio, spring)
         stiffness = stiffness_at(law, joint.ratio, torque)
         for column in range(change.shape[1]):
@@ -28,7 +29,7 @@ def tangents(joint, elastic, change, slope):                        # type: igno
             continue
         for place in range(SLIDERS):
             free = stretch[place] + elastic[k] - last
-            stretch[place] = slid(stretch[place], elastic[k] - last, loop.width, place)
+            stretch[place] = slid(loop, stretch[place], elastic[k] - last, place)
             for column in range(change.shape[1]):
                 before = change[k - 1, column] if k > 0 else 0.0
                 moved[place, column] += change[k, column] - before

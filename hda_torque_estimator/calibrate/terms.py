@@ -6,7 +6,7 @@ cosine parts of a wave); the numbers are what an arm file holds (its amplitude a
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 import math
 from typing import cast, NamedTuple
 
@@ -16,6 +16,7 @@ from hda_arm_sim.model.effects import (ClockSkew, Effect, KinematicError,
 import numpy as np
 from numpy.typing import NDArray
 
+from .bounds import bounded, entered
 from .passage import Passage
 
 Floats = NDArray[np.float64]
@@ -44,32 +45,31 @@ class Unknown(NamedTuple):
 @dataclass(frozen=True)
 class Term:
     """
-    Some unknowns, how their values enter the arm of one joint, and the numbers they make.
+    Some unknowns, and the numbers of the arm file that they make.
 
     Unknowns that only add to the torsion say by how much, which saves a fit most of its work.
     """
 
     unknowns: tuple[Unknown, ...]
-    applied: Callable[[Arm, Floats], Arm]
-    numbers: Callable[[Floats], dict[str, float]]
+    meant: Callable[[Floats], dict[str, float]]         # what values stand for, in bounds or not
     turns: Callable[[Passage], Floats] | None = None    # torsion (k, unknowns) for one of each
+
+    def numbers(self, values: Floats) -> dict[str, float]:
+        """Return the numbers that values of the unknowns make, all of which an arm can have."""
+        return bounded(self.meant(values))
+
+    def applied(self, arm: Arm, values: Floats) -> Arm:
+        """Return an arm of one joint with values of the unknowns."""
+        return entered(arm, arm.labels[0], self.numbers(values))
 
 
 def stiffness(arm: Arm, reference_deviation: float) -> Term:
     """Return the stiffness of the flexspline; its logarithm is known to the arm's tolerance."""
     nominal = arm.joints[0].torsion.flexspline_stiffness
     spread = max(arm.tolerances.stiffness, LEAST_TOLERANCE)
-
-    def numbers(values: Floats) -> dict[str, float]:
-        return {'torsion.flexspline_stiffness': nominal * math.exp(values[0])}
-
-    def applied(arm: Arm, values: Floats) -> Arm:
-        joint, = arm.joints
-        law = replace(joint.torsion, flexspline_stiffness=nominal * math.exp(values[0]))
-        return replace(arm, joints=(replace(joint, torsion=law),))
-
     unknown = Unknown(0.0, spread, -WIDEST_FACTOR, WIDEST_FACTOR, 0.0)
-    return Term((unknown,), applied, numbers)
+    return Term((unknown,), lambda values: {
+        'torsion.flexspline_stiffness': nominal * math.exp(values[0])})
 
 
 def hysteresis(arm: Arm, reference_deviation: float) -> Term:
@@ -77,15 +77,9 @@ def hysteresis(arm: Arm, reference_deviation: float) -> Term:
     label = arm.labels[0]
     known = cast(TorsionalHysteresis, arm.effect('torsional_hysteresis', label))
     spread = WIDEST_LOOP * reference_deviation
-
-    def applied(arm: Arm, values: Floats) -> Arm:
-        found = replace(known, level=max(float(values[0]), 0.0), width=float(values[1]))
-        return arm.with_effect(found, label)
-
     return Term(
         (Unknown(min(known.level, spread), spread, 0.0, spread, 0.4 * spread),
          Unknown(WIDTH, WIDTH, 0.13 * WIDTH, 6.0 * WIDTH, WIDTH)),
-        applied,
         lambda values: {'torsional_hysteresis.level': float(values[0]),
                         'torsional_hysteresis.width': float(values[1])})
 
@@ -99,11 +93,7 @@ def skew(arm: Arm, reference_deviation: float) -> Term:
     """Return the time between the readings of both encoders."""
     label = arm.labels[0]
     known = cast(ClockSkew, arm.effect('clock_skew', label)).skew
-
-    def applied(arm: Arm, values: Floats) -> Arm:
-        return arm.with_effect(ClockSkew(skew=float(values[0])), label)
-
-    return Term((Unknown(known, SKEW, known - 5 * SKEW, known + 5 * SKEW, known),), applied,
+    return Term((Unknown(known, SKEW, known - 5 * SKEW, known + 5 * SKEW, known),),
                 lambda values: {'clock_skew.skew': float(values[0])})
 
 
@@ -118,8 +108,7 @@ OPTIONAL = (eccentricity,)      # where recordings left out of the fit get clear
 
 def _waves(arm: Arm, name: str, orders: Sequence[int], sigma: float, reach: float) -> Term:
     """Return waves of an effect, each as the sine and cosine parts of its amplitude and phase."""
-    label = arm.labels[0]
-    known = arm.effect(name, label)
+    known = arm.effect(name, arm.labels[0])
 
     def numbers(values: Floats) -> dict[str, float]:
         found = {}
@@ -128,13 +117,9 @@ def _waves(arm: Arm, name: str, orders: Sequence[int], sigma: float, reach: floa
             found[f'{name}.phase_{order}'] = math.atan2(cosine, sine)
         return found
 
-    def applied(arm: Arm, values: Floats) -> Arm:
-        fields = {name.partition('.')[2]: value for name, value in numbers(values).items()}
-        return arm.with_effect(replace(known, **fields), label)
-
     parts = [part for order in orders for part in _parts(known, order)]
     return Term(tuple(Unknown(part, sigma, part - reach, part + reach, part) for part in parts),
-                applied, numbers)
+                numbers)
 
 
 def _parts(known: Effect, order: int) -> tuple[float, float]:

@@ -10,10 +10,12 @@ The column map: what each column of a table means, and how it becomes a value of
 from dataclasses import dataclass, field
 from typing import Literal
 
+from hda_msgs_json.errors import HdaError
+
 Zero = float | Literal['first', 'mean']
 
 
-class ColumnMapError(ValueError):
+class ColumnMapError(HdaError):
     """A column map that cannot be read, or that does not fit its table."""
 
 

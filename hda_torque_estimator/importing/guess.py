@@ -1,6 +1,6 @@
 """Guess a column map from the names and the numbers of a table."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +9,7 @@ from .column_map import ColumnMapError
 from .headings import Heading, read_heading
 from .places import entries_by_name, Entry, patterns_of
 from .settle import Settling
-from .sightings import Columns, Floats, numbers, splits, time_step, time_unit
+from .sightings import Columns, Floats, is_dead, numbers, splits, time_step, time_unit
 from .units import TIME
 
 SPLITTERS = ('run', 'sample', 'trial', 'episode', 'experiment', 'recording', 'segment', 'seq',
@@ -36,12 +36,18 @@ class TimeEntry:
 
 @dataclass(frozen=True)
 class Guess:
-    """A guessed map: entries by their place, the gear ratio if it shows, columns without use."""
+    """A guessed map: entries by their place, gear ratios that show, columns without use."""
 
     time: TimeEntry
     entries: Mapping[str, Entry]
-    ratio: float | None
+    ratios: Mapping[int, float]
     unused: tuple[str, ...]
+
+    @property
+    def ratio(self) -> float | None:
+        """Return the gear ratio of all joints, None where they differ or do not show."""
+        shown = set(self.ratios.values())
+        return shown.pop() if len(shown) == 1 and {*self.joints} <= {*self.ratios} else None
 
     @property
     def joints(self) -> tuple[int, ...]:
@@ -52,7 +58,7 @@ class Guess:
 
 def guess(columns: Columns) -> Guess:
     """Return what the columns of a table most likely mean; raises ColumnMapError for nothing."""
-    headings = [read_heading(name) for name in columns]
+    headings = _alive([read_heading(name) for name in columns], columns)
     entries = entries_by_name(patterns_of(headings))
     if not entries:
         some = ', '.join(repr(name) for name in list(columns)[:4])
@@ -60,12 +66,23 @@ def guess(columns: Columns) -> Guess:
                              f'got {some or "no columns"}; write the map by hand')
     time = _time(headings, columns)
     settling = Settling(columns, time.seconds(columns), entries)
-    ratio = settling.settle()
+    ratios = settling.settle()
     used = {time.column, time.split} | {
         column for entry in settling.entries.values() for pattern in entry.patterns
         for column in pattern.columns.values()}
-    return Guess(time, settling.entries, ratio,
+    return Guess(time, settling.entries, ratios,
                  tuple(name for name in columns if name not in used))
+
+
+def _alive(headings: Sequence[Heading], columns: Columns) -> list[Heading]:
+    """
+    Return the headings but for those of columns that hold zeros alone.
+
+    A speed or a torque may be zero where a joint stands, if it is not at every joint.
+    """
+    alive = {heading.pattern for heading in headings if not is_dead(columns[heading.column])}
+    return [heading for heading in headings if heading.pattern in alive
+            and not (heading.kind == 'position' and is_dead(columns[heading.column]))]
 
 
 def _time(headings: Iterable[Heading], columns: Columns) -> TimeEntry:

@@ -37,8 +37,9 @@ def _time(time: TimeEntry) -> Iterator[str]:
 
 def _joints(guess: Guess) -> Iterator[str]:
     """Yield the joints: one pattern for all where they are numbered alike, else one by one."""
-    alike = all(tuple(pattern.columns) == guess.joints
-                for entry in guess.entries.values() for pattern in entry.patterns)
+    alike = (guess.ratio is not None or not guess.ratios) and all(
+        tuple(pattern.columns) == guess.joints and not entry.units and not entry.signs
+        for entry in guess.entries.values() for pattern in entry.patterns)
     names = [f'joint{place}' for place in range(1, len(guess.joints) + 1)]
     if alike and guess.joints in ((0,), tuple(range(1, len(names) + 1))):
         yield f'joints: [{", ".join(names)}]'
@@ -55,8 +56,9 @@ def _entries(guess: Guess, number: int | None, indent: str) -> Iterator[str]:
     """Yield the entries of a joint, or those of all joints."""
     present = {place: entry for place, entry in guess.entries.items()
                if number is None or number in entry.patterns[0].columns}
-    if guess.ratio is not None:
-        yield _line(f'{indent}ratio: {guess.ratio:g}', 'motor over link, as the angles move')
+    ratio = guess.ratio if number is None else guess.ratios.get(number)
+    if ratio is not None:
+        yield _line(f'{indent}ratio: {ratio:g}', 'motor over link, as the angles move')
     elif any(entry.side for entry in present.values()):
         yield _line(f'{indent}ratio: {FILL_IN}', 'motor over link')
     for side in SIDES:
@@ -73,11 +75,14 @@ def _entries(guess: Guess, number: int | None, indent: str) -> Iterator[str]:
 def _entry(key: str, entry: Entry, number: int | None) -> str:
     names = [_name(pattern.name if number is None else pattern.columns[number])
              for pattern in entry.patterns]
+    unit, sign = (entry.unit, entry.sign) if number is None else (
+        entry.unit_of(number), entry.sign_of(number))
+    known = UNITS.get(unit)
     parts = [f'column: {names[0] if len(names) == 1 else "[" + ", ".join(names) + "]"}',
-             f'unit: {entry.unit}']
-    unit = UNITS[entry.unit]
-    parts += [f'{constant.name}: {FILL_IN}' for constant in (unit.times, unit.over) if constant]
-    parts += ['sign: -1'] * (entry.sign < 0) + [f'side: {entry.side}'] * bool(entry.side)
+             f'unit: {unit if known else FILL_IN}']
+    parts += [f'{constant.name}: {FILL_IN}' for constant in (known.times, known.over)
+              if constant] if known else []
+    parts += ['sign: -1'] * (sign < 0) + [f'side: {entry.side}'] * bool(entry.side)
     others = f'; or {", ".join(map(_shown, entry.others[:MOST_SHOWN]))}' if entry.others else ''
     return _line(f'{key}: {{{", ".join(parts)}}}', entry.reason + others)
 

@@ -10,12 +10,17 @@ Kind = Literal['position', 'velocity', 'torque', 'current', 'time']
 WORD = re.compile(r'[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|\d+')
 BRACKETED = re.compile(r'^(.*?)\s*[\[(]\s*([^\])]+?)\s*[\])]\s*$')
 
+SIDED = re.compile(r'(motor|mot|rotor|shaft|link|load|joint)(.+)')
+COUNTED = ('inc', 'incs', 'count', 'counts', 'cnt', 'tick', 'ticks')
+
 KINDS: dict[str, Kind] = {
-    **dict.fromkeys(('torque', 'tau', 'trq', 'effort', 'moment'), 'torque'),
-    **dict.fromkeys(('current', 'cur', 'curr', 'iq', 'amps', 'i'), 'current'),
+    **dict.fromkeys(('torque', 'tau', 'trq', 'effort', 'moment', 'torques'), 'torque'),
+    **dict.fromkeys(('current', 'cur', 'curr', 'iq', 'amps', 'i', 'currents'),
+                    'current'),
     **dict.fromkeys(('velocity', 'vel', 'speed', 'omega', 'rate', 'dq', 'qd', 'qdot', 'dtheta',
-                     'thetad', 'thetadot'), 'velocity'),
-    **dict.fromkeys(('position', 'pos', 'angle', 'ang', 'theta', 'phi', 'q', 'enc', 'encoder'),
+                     'thetad', 'thetadot', 'velocities', 'speeds'), 'velocity'),
+    **dict.fromkeys(('position', 'pos', 'angle', 'ang', 'theta', 'phi', 'q', 'enc', 'encoder',
+                     'angles', 'positions', 'encoders'),
                     'position'),
     **dict.fromkeys(('time', 't', 'timestamp', 'stamp', 'clock'), 'time')}
 """What a word says of its column; of several words the first kind in this order counts."""
@@ -55,8 +60,8 @@ def read_heading(column: str) -> Heading:
     """Return what the name of a column says."""
     found = BRACKETED.match(column)
     name, bracketed = (found[1], found[2]) if found else (column, '')
-    words = [word.lower() for word in WORD.findall(name)]
-    words = [word for word in words if not word.isdigit()]
+    words = [part for word in WORD.findall(name) if not word.isdigit()
+             for part in _parted(word.lower())]
     ending = [word.lower() for word in WORD.findall(bracketed)] or words
     kind = _kind(words)
     unit, length = _unit(ending, kind)
@@ -66,6 +71,12 @@ def read_heading(column: str) -> Heading:
         words = words[:len(words) - length]
     number, pattern = _numbered(column, name)
     return Heading(column, pattern, frozenset(words), number, kind, unit)
+
+
+def _parted(word: str) -> tuple[str, ...]:
+    """Return the side and the rest of a word that names both, such as 'motorpos'."""
+    found = SIDED.match(word)
+    return (found[1], found[2]) if found and found[2] in {*KINDS, *COUNTED} else (word,)
 
 
 def _kind(words: Sequence[str]) -> Kind | None:

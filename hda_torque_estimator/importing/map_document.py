@@ -121,7 +121,7 @@ def _column(joint: _Joint, place: str, given: object, quantity: Quantity, side: 
 
 def _unit(entry: str, keys: Document, quantity: Quantity) -> Unit:
     name = keys.get('unit', next(iter(quantity.units)))
-    if name not in quantity.units:
+    if not isinstance(name, str) or name not in quantity.units:
         raise ColumnMapError(f'{entry}.unit must be a unit of {quantity.name}, one of '
                              f'{_listed(quantity.units)}, got {name!r}')
     return quantity.units[name]
@@ -150,7 +150,7 @@ def _sign(entry: str, keys: Document) -> float:
 def _across_gear(joint: _Joint, entry: str, keys: Document, quantity: Quantity,
                  side: str) -> float:
     stated = keys.get('side', side)
-    if stated not in SIDES:
+    if not isinstance(stated, str) or stated not in SIDES:
         raise ColumnMapError(f"{entry}.side must be 'motor' or 'link', got {stated!r}")
     if stated == side:
         return 1.0

@@ -6,7 +6,7 @@ the best of what is left.
 """
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from .headings import Heading
 
@@ -17,7 +17,9 @@ COMMAND = frozenset({'cmd', 'command', 'commanded', 'set', 'setpoint', 'des', 'd
                      'ref', 'reference', 'goal'})
 NEVER = frozenset({'temp', 'temperature', 'volt', 'voltage', 'power', 'error', 'err', 'std', 'var',
                    'flag', 'status', 'id', 'acc', 'accel', 'acceleration', 'brake', 'supply',
+                   'enable', 'enabled', 'limit',
                    'inertia', 'computed', 'cmptd', 'model', 'est', 'estimated', 'predicted'})
+ENCODER = frozenset({'enc', 'encoder'})
 MOTOR_POSITION, MOTOR_VELOCITY, MOTOR_EFFORT = 'motor.position', 'motor.velocity', 'motor.effort'
 LINK_POSITION, LINK_VELOCITY, REFERENCE = 'link.position', 'link.velocity', 'reference'
 PLACES = (MOTOR_POSITION, MOTOR_VELOCITY, MOTOR_EFFORT, LINK_POSITION, LINK_VELOCITY, REFERENCE)
@@ -50,6 +52,16 @@ class Entry:
     others: tuple[str, ...] = ()            # patterns that the place might mean as well
     side: str | None = None                 # where it is not the place's own
     sign: int = 1
+    units: Mapping[int, str] = field(default_factory=dict)      # of joints that have another
+    signs: Mapping[int, int] = field(default_factory=dict)
+
+    def unit_of(self, joint: int) -> str:
+        """Return the unit of a joint's column."""
+        return self.units.get(joint, self.unit)
+
+    def sign_of(self, joint: int) -> int:
+        """Return the sign of a joint's column."""
+        return self.signs.get(joint, self.sign)
 
 
 def weight(heading: Heading, place: str) -> float:
@@ -63,10 +75,10 @@ def weight(heading: Heading, place: str) -> float:
         if kind != quantity or words & COMMAND:
             return 0.0
         if motor or link:
-            return 3.0 if motor == place.startswith('motor') else 0.0
+            return 3.0 + 0.1 * bool(words & ENCODER) if motor == place.startswith('motor') else 0.0
         if place.startswith('link'):
             return 2.0 if words & {'q', 'dq', 'qd', 'qdot'} else 1.0
-        return 0.9 if words & {'theta', 'dtheta', 'thetadot', 'enc', 'encoder'} else 0.5
+        return 0.9 if words & {'theta', 'dtheta', 'thetadot', *ENCODER} else 0.5
     if place == REFERENCE:
         measured = kind == 'torque' and not words & COMMAND
         return (3.0 if words & SENSOR else 1.2 if link else 0.0) if measured else 0.0

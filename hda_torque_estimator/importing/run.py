@@ -10,7 +10,7 @@ import shutil
 from hda_arm_sim.model.parameter import ParameterError
 from hda_msgs_json.bag import BagWriter
 from hda_msgs_json.topics import JOINT_STATES, reference_joint_torque
-import yaml
+from hda_msgs_json.yaml_text import text_of, yaml_document, YamlError
 
 from .column_map import ColumnMap, ColumnMapError
 from .convert import convert, Imported
@@ -23,7 +23,7 @@ SHIPPED = resources.files('hda_arm_sim.config') / 'maps'
 NOT_IN_A_NAME = re.compile(r'[^\w.+-]')
 
 
-def run_import(table: Path, map_file: Path, out: Path) -> list[Path]:
+def run_import(table: Path, map_file: Path, out: Path, *, force: bool = False) -> list[Path]:
     """
     Write the recordings of a table as bags, and return their paths.
 
@@ -39,7 +39,8 @@ def run_import(table: Path, map_file: Path, out: Path) -> list[Path]:
         raise ColumnMapError(f'{map_file}: {error}') from None
     with ExitStack() as undo:
         for path, recording in bags.items():
-            _write(path, recording, {'table': table.name, 'map': text, 'split': recording.label})
+            about = {'table': table.name, 'map': text, 'split': recording.label}
+            _write(path, recording, about, force)
             undo.callback(shutil.rmtree, path, ignore_errors=True)
         undo.pop_all()
     return list(bags)
@@ -64,18 +65,16 @@ def _map_text(path: Path) -> str:
         raise ColumnMapError(f'no map file {str(path)!r}; the shipped ones are '
                              f'{", ".join(shipped_maps())}')
     try:
-        return (SHIPPED / path.name if shipped else path).read_text(encoding='utf-8')
-    except (OSError, UnicodeDecodeError) as error:
-        raise ColumnMapError(f'{path} cannot be read as text: {error}') from None
+        return (SHIPPED / path.name).read_text(encoding='utf-8') if shipped else text_of(path)
+    except YamlError as error:
+        raise ColumnMapError(str(error)) from None
 
 
 def _document(text: str) -> object:
     try:
-        return yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        where = getattr(error, 'problem_mark', None)
-        line = f' at line {where.line + 1}' if where else ''
-        raise ColumnMapError(f'not YAML{line}: {getattr(error, "problem", error)}') from None
+        return yaml_document(text)
+    except YamlError as error:
+        raise ColumnMapError(str(error)) from None
 
 
 def _named(out: Path, column_map: ColumnMap,
@@ -91,8 +90,8 @@ def _named(out: Path, column_map: ColumnMap,
         yield out.with_name(out.name + ending), recording
 
 
-def _write(path: Path, recording: Imported, metadata: dict[str, str]) -> None:
-    with BagWriter(path, metadata) as bag:
+def _write(path: Path, recording: Imported, metadata: dict[str, str], force: bool) -> None:
+    with BagWriter(path, metadata, force=force) as bag:
         bag.write_joint_states(JOINT_STATES, recording.joint_states)
         for joint, wrench in recording.references.items():
             bag.write_wrenches(reference_joint_torque(joint), wrench)

@@ -1,17 +1,25 @@
-"""Settle by the numbers in the columns what their names leave open: units, sides and signs."""
+"""
+Settle by the numbers in the columns what their names leave open: units, sides and signs.
 
-from collections.abc import Iterable
+Every joint tells for itself: encoders count the other way at one joint and not at the next.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from .headings import Heading
-from .places import (Entry, LINK_POSITION, LINK_VELOCITY, MOTOR_EFFORT, MOTOR_POSITION,
-                     MOTOR_VELOCITY)
-from .sightings import (angle_unit, Columns, FEWEST, Floats, motor_over_link, numbers, radians,
-                        SAME, speed_unit)
+from .places import (Entry, LINK, LINK_POSITION, LINK_VELOCITY, MOTOR, MOTOR_EFFORT,
+                     MOTOR_POSITION, MOTOR_VELOCITY)
+from .sightings import (angle_unit, Columns, FEWEST, Floats, is_whole, motor_over_link, numbers,
+                        radians, rate_over, SAME, speed_unit)
 
 LARGEST_RATIO = 1e4             # what a column map takes
+LESS = 0.5                      # of the link's travel, that no motor behind a gear has
+ALIKE = 5e-3                    # relative difference of ratios that are one
+UNKNOWN_UNIT = '?'              # of an angle behind a gear of which nothing else is known
 
 
 class Settling:
@@ -22,54 +30,163 @@ class Settling:
         self.entries = dict(entries)
         self._columns, self._seconds = columns, seconds
 
-    def settle(self) -> float | None:
-        """Complete units and sides; return the gear ratio if it can be seen."""
-        for place in (LINK_POSITION, MOTOR_POSITION):
-            if place in self.entries and not self._heading(place).unit:
-                self._settle_angle(place)
+    def settle(self) -> dict[int, float]:
+        """Complete units, sides and signs; return the gear ratios that can be seen, by joint."""
+        self._settle_angles()
+        if self._are_swapped():
+            self._swap()
+            self._settle_angles()
         for place in (MOTOR_VELOCITY, LINK_VELOCITY):
             if place in self.entries and not self._heading(place).unit:
                 self._settle_speed(place)
-        return self._settle_sides()
+        self._settle_links()
+        ratios = self._settle_sides()
+        for place in (MOTOR_VELOCITY, LINK_VELOCITY):
+            self._settle_way(place)
+        return ratios
+
+    def _settle_angles(self) -> None:
+        for place in (LINK_POSITION, MOTOR_POSITION):
+            if place in self.entries and not self._heading(place).unit:
+                self._settle_angle(place)
 
     def _settle_angle(self, place: str) -> None:
-        unit = angle_unit(self._column(place, self._moving(place)))
-        if place == LINK_POSITION or unit == 'count':
-            self._change(place, unit=unit, reason='unit by its size')
-        elif LINK_POSITION in self.entries and self.entries[LINK_POSITION].unit != 'count':
-            # Behind a gear the size of an angle says nothing.
-            self._change(place, unit=self.entries[LINK_POSITION].unit, reason='unit as the link')
+        """State the unit of each angle: counts by their own numbers, all others alike."""
+        columns = {n: self._column(place, n) for n in self._joints(place)}
+        told = {n: angle_unit(values) for n, values in columns.items()}
+        counting = 'count' in told.values()
+        units = {n: 'count' if unit == 'count' or counting and is_whole(columns[n]) else ''
+                 for n, unit in told.items()}
+        by_size = 'deg' if 'deg' in (told[n] for n in units if not units[n]) else 'rad'
+        for n in (n for n in units if not units[n]):
+            units[n] = by_size if place == LINK_POSITION else self._as_the_link(n)
+        reason = 'unit by its size'
+        if place == MOTOR_POSITION and 'count' not in units.values():
+            reason = 'unit as the link' if LINK_POSITION in self.entries else (
+                self.entries[place].reason)
+        if UNKNOWN_UNIT in units.values():
+            reason = 'behind a gear the size of an angle does not tell its unit'
+        self._state(place, 'unit', units, reason=reason)
+
+    def _as_the_link(self, joint: int) -> str:
+        """Return the unit of a motor's angle; behind a gear its size says nothing."""
+        link = self.entries.get(LINK_POSITION)
+        if link is None or joint not in link.patterns[0].columns:
+            return 'rad'
+        unit = link.unit_of(joint)
+        return UNKNOWN_UNIT if unit == 'count' else unit
 
     def _settle_speed(self, place: str) -> None:
+        """State the unit in which speeds are the rates of angles, by the joint that moves most."""
         position = place.replace('velocity', 'position')
         if position not in self.entries:
             return
-        joint = self._moving(position)
-        angle = radians(self._column(position, joint), self.entries[position].unit)
-        if unit := speed_unit(self._column(place, joint), angle, self._seconds):
-            self._change(place, unit=unit, reason='unit by the rate of the angle')
+        joint = max(self._joints(position), key=lambda n: _travel(self._column(position, n)))
+        angle = radians(self._column(position, joint), self.entries[position].unit_of(joint))
+        for way in (1.0, -1.0):
+            if found := speed_unit(way * self._column(place, joint), angle, self._seconds):
+                self._change(place, unit=found, reason='unit by the rate of the angle')
 
-    def _settle_sides(self) -> float | None:
-        """State the motor where it moves as far as the link, else see the gear ratio."""
+    def _settle_sides(self) -> dict[int, float]:
+        """State the motor where it moves as far as the link, else return the gear ratios."""
         if LINK_POSITION in self.entries and MOTOR_POSITION not in self.entries:
             self._at_link((MOTOR_EFFORT,), 'as the angles')
-        if not self.entries.keys() >= {MOTOR_POSITION, LINK_POSITION}:
-            return None
-        joint = self._moving(LINK_POSITION)
-        motor, link = (radians(self._column(place, joint), self.entries[place].unit)
-                       for place in (MOTOR_POSITION, LINK_POSITION))
-        slope = motor_over_link(motor, link)
-        if slope is None or 'count' in (self.entries[MOTOR_POSITION].unit,
-                                        self.entries[LINK_POSITION].unit):
-            return None
-        if slope < 0.0:
-            reason = f'{self.entries[MOTOR_POSITION].reason}; it runs against the link'
-            self._change(MOTOR_POSITION, sign=-1, reason=reason)
-        if abs(abs(slope) - 1.0) < SAME:
+        slopes = self._slopes()
+        if not slopes:
+            return {}
+        self._settle_ways(slopes)
+        known = {n: abs(slope) for n, slope in slopes.items() if self._is_in_units(n)}
+        if known and abs(float(np.median([*known.values()])) - 1.0) < SAME:
             self._at_link((MOTOR_POSITION, MOTOR_VELOCITY, MOTOR_EFFORT),
                           'moves as far as the link')
-            return None
-        return round(abs(slope), 1) if 1.0 < abs(slope) < LARGEST_RATIO else None
+            return {}
+        return self._rounded({n: slope for n, slope in known.items()
+                              if 1.0 < slope < LARGEST_RATIO})
+
+    def _settle_links(self) -> None:
+        """State the sign of links that run against their speed, which is the joint's own way."""
+        if not self.entries.keys() >= {LINK_POSITION, LINK_VELOCITY}:
+            return
+        slopes = {n: rate_over(self._column(LINK_VELOCITY, n), self._column(LINK_POSITION, n),
+                               self._seconds) or 1.0 for n in self._joints(LINK_POSITION)}
+        if against := sorted(n for n, slope in slopes.items() if slope < 0.0):
+            self._state(LINK_POSITION, 'sign', {n: -1 if n in against else 1 for n in slopes},
+                        reason=f'{self.entries[LINK_POSITION].reason}; it runs against the speed '
+                               f'of the joint{_of(against, slopes)}')
+
+    def _settle_ways(self, slopes: Mapping[int, float]) -> None:
+        """State the sign of each motor that moves, and say which do not."""
+        against = sorted(n for n, slope in slopes.items() if slope < 0.0)
+        still = sorted(set(self._joints(MOTOR_POSITION)) - set(slopes))
+        reason = self.entries[MOTOR_POSITION].reason
+        if against:
+            reason += '; it runs against the link' + _of(against, slopes)
+        if still:
+            reason += f'; its sign is not told{_of(still, ())}, too little moves'
+        self._state(MOTOR_POSITION, 'sign',
+                    {n: self._sign(LINK_POSITION, n) * (-1 if n in against else 1)
+                     for n in self._joints(MOTOR_POSITION)},
+                    reason=reason)
+
+    def _settle_way(self, place: str) -> None:
+        """Give speeds the sign with which they are the rates of the angles."""
+        position = place.replace('velocity', 'position')
+        if not self.entries.keys() >= {place, position}:
+            return
+        signs = {}
+        for n in self._joints(place):
+            slope = rate_over(self._column(place, n), self._column(position, n), self._seconds)
+            signs[n] = self._sign(position, n) * (-1 if (slope or 1.0) < 0.0 else 1)
+        self._state(place, 'sign', signs)
+
+    def _slopes(self) -> dict[int, float]:
+        """Return how far each motor moves for one of its link, where both move."""
+        if not self.entries.keys() >= {MOTOR_POSITION, LINK_POSITION}:
+            return {}
+        slopes = {}
+        for n in self._joints(MOTOR_POSITION):
+            motor, link = (radians(self._column(place, n), self._si(place, n))
+                           for place in (MOTOR_POSITION, LINK_POSITION))
+            if (slope := motor_over_link(motor, link)) is not None:
+                slopes[n] = slope
+        return slopes
+
+    def _are_swapped(self) -> bool:
+        """Tell whether what was taken for the motor moves less than the link."""
+        slopes = self._slopes()
+        silent = not any(self._heading(place).words & (MOTOR | LINK)
+                         for place in (MOTOR_POSITION, LINK_POSITION) if place in self.entries)
+        known = [abs(slope) for n, slope in slopes.items() if self._is_in_units(n) or silent and
+                 {self._si(MOTOR_POSITION, n), self._si(LINK_POSITION, n)} == {'count'}]
+        return bool(known) and float(np.median(known)) < LESS
+
+    def _swap(self) -> None:
+        """Take the link for the motor, and the motor for the link."""
+        for one, other in ((MOTOR_POSITION, LINK_POSITION), (MOTOR_VELOCITY, LINK_VELOCITY)):
+            if self.entries.keys() >= {one, other}:
+                self.entries[one], self.entries[other] = self.entries[other], self.entries[one]
+        for place, moves in ((MOTOR_POSITION, 'more'), (LINK_POSITION, 'less')):
+            self._change(place, reason=f'{self.entries[place].reason}; it moves {moves}')
+
+    def _is_in_units(self, joint: int) -> bool:
+        """Tell whether the travel of both sides of a joint can be compared."""
+        return not {'count', UNKNOWN_UNIT} & {self._si(MOTOR_POSITION, joint),
+                                              self._si(LINK_POSITION, joint)}
+
+    def _si(self, place: str, joint: int) -> str:
+        return self.entries[place].unit_of(joint)
+
+    def _sign(self, place: str, joint: int) -> int:
+        return self.entries[place].sign_of(joint)
+
+    def _rounded(self, ratios: Mapping[int, float]) -> dict[int, float]:
+        """Return ratios to a tenth; where they are alike, that of the joint that moves most."""
+        if not ratios:
+            return {}
+        joint = max(ratios, key=lambda n: _travel(self._column(LINK_POSITION, n)))
+        if all(abs(ratio / ratios[joint] - 1.0) < ALIKE for ratio in ratios.values()):
+            return dict.fromkeys(self._joints(LINK_POSITION), round(ratios[joint], 1))
+        return {n: round(ratio, 1) for n, ratio in ratios.items()}
 
     def _at_link(self, places: Iterable[str], why: str) -> None:
         for place in places:
@@ -77,10 +194,9 @@ class Settling:
                 self._change(place, side='link',
                              reason=f'{self.entries[place].reason}; at the link side: {why}')
 
-    def _moving(self, place: str) -> int:
-        """Return the number of the joint that moves most, 0 for names without number."""
-        columns = self.entries[place].patterns[0].columns
-        return max(columns, key=lambda n: _travel(numbers(self._columns, columns[n])))
+    def _joints(self, place: str) -> tuple[int, ...]:
+        """Return the numbers of the joints at a place, 0 for names without number."""
+        return tuple(self.entries[place].patterns[0].columns)
 
     def _column(self, place: str, joint: int) -> Floats:
         columns = self.entries[place].patterns[0].columns
@@ -91,6 +207,13 @@ class Settling:
     def _heading(self, place: str) -> Heading:
         return self.entries[place].patterns[0].heading
 
+    def _state(self, place: str, what: str, values: Mapping[int, str] | Mapping[int, int],
+               **changes: object) -> None:
+        """State a unit or a sign of every joint: the usual one, and those that are others."""
+        usual = Counter(values.values()).most_common(1)[0][0]
+        others = {n: value for n, value in values.items() if value != usual}
+        self._change(place, **{what: usual, f'{what}s': others}, **changes)
+
     def _change(self, place: str, **changes: object) -> None:
         self.entries[place] = replace(self.entries[place], **changes)   # type: ignore[arg-type]
 
@@ -98,3 +221,9 @@ class Settling:
 def _travel(values: Floats) -> float:
     known = values[np.isfinite(values)]
     return float(np.ptp(known)) if known.size >= FEWEST else 0.0
+
+
+def _of(joints: Iterable[int], all_of: Iterable[int]) -> str:
+    """Return words for some of the joints, none for all of them."""
+    some = list(joints)
+    return '' if some == sorted(all_of) else f' at {", ".join(map(str, some))}'

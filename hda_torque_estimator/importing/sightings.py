@@ -32,23 +32,39 @@ def angle_unit(values: Floats) -> str:
     known = values[np.isfinite(values)]
     if known.size < FEWEST:
         return 'rad'
-    if np.ptp(known) > MANY_COUNTS and (known == np.rint(known)).all():
+    if np.ptp(known) > MANY_COUNTS and is_whole(known):
         return 'count'
     return 'deg' if np.abs(known).max() > WIDEST_LINK else 'rad'
 
 
+def is_whole(values: Floats) -> bool:
+    """Tell whether a column holds whole numbers alone."""
+    known = values[np.isfinite(values)]
+    return bool(known.size and (known == np.rint(known)).all())
+
+
+def is_dead(values: NDArray[Any]) -> bool:
+    """Tell whether a column of numbers says nothing: zero, or not known, in every row."""
+    return values.dtype.kind in 'iufb' and not np.nan_to_num(values.astype(np.float64)).any()
+
+
 def speed_unit(speed: Floats, angle: Floats, seconds: Floats) -> str | None:
     """Return the unit in which a speed is the rate of an angle [rad], or None if it is not."""
-    if len(seconds) < FEWEST:
-        return None
-    with np.errstate(all='ignore'):
-        rate = (angle[2:] - angle[:-2]) / (seconds[2:] - seconds[:-2])
-    if (slope := through_zero(rate, speed[1:-1])) is None:
+    if (slope := rate_over(speed, angle, seconds)) is None:
         return None
     for name, unit in SPEED.units.items():
         if unit.over is None and abs(slope * unit.factor - 1.0) < SAME:
             return name
     return None
+
+
+def rate_over(speed: Floats, angle: Floats, seconds: Floats) -> float | None:
+    """Return how large a speed is for one of the rate of an angle, or None if it is not."""
+    if len(seconds) < FEWEST:
+        return None
+    with np.errstate(all='ignore'):
+        rate = (angle[2:] - angle[:-2]) / (seconds[2:] - seconds[:-2])
+    return through_zero(rate, speed[1:-1])
 
 
 def through_zero(x: Floats, y: Floats) -> float | None:
@@ -96,6 +112,6 @@ def splits(times: Floats, values: NDArray[Any]) -> bool:
 
 
 def radians(values: Floats, unit: str) -> Floats:
-    """Return angles [rad]; counts stay counts."""
-    known = ANGLE.units[unit]
-    return values * (known.factor if known.over is None else 1.0)
+    """Return angles [rad]; counts, and what has no known unit, stay as they are."""
+    known = ANGLE.units.get(unit)
+    return values * (known.factor if known and known.over is None else 1.0)

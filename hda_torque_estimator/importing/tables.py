@@ -1,14 +1,17 @@
 """Read tables from files: CSV (plain or compressed), Parquet, MAT and NPZ."""
 
+from collections import Counter
 from collections.abc import Callable, Iterator
 import csv
 import gzip
 from pathlib import Path
 import struct
-from typing import Any
+import tokenize
+from typing import Any, TypeVar
 import zipfile
 import zlib
 
+from hda_msgs_json.errors import HdaError
 import numpy as np
 from numpy.typing import NDArray
 import pyarrow as pa
@@ -18,15 +21,19 @@ from scipy.io import loadmat
 from scipy.io.matlab import MatReadError
 
 Columns = dict[str, NDArray[Any]]
+Table = TypeVar('Table', Columns, list[str])
 DELIMITERS = ',;\t|'
+MOST_COLUMNS = 10_000
+LONGEST_HEADER = 1 << 20         # characters of the line with the names
 
 # What the libraries raise on files that are cut off, damaged or of another kind.
 UNREADABLE = (
-    pa.ArrowException, zipfile.BadZipFile, zlib.error, struct.error, EOFError, LookupError,
-    MemoryError, MatReadError, NotImplementedError, OSError, OverflowError, TypeError, ValueError)
+    pa.ArrowException, zipfile.BadZipFile, zlib.error, struct.error, csv.Error,
+    tokenize.TokenError, MatReadError, ArithmeticError, AssertionError, AttributeError, EOFError,
+    LookupError, MemoryError, NameError, OSError, RuntimeError, SyntaxError, TypeError, ValueError)
 
 
-class TableError(ValueError):
+class TableError(HdaError):
     """A table that cannot be read."""
 
 
@@ -44,19 +51,30 @@ def read_table(path: Path) -> Columns:
     if not path.is_file():
         raise TableError(f'{path} does not exist, or is not a file')
     try:
-        return READERS[kind](path)
+        return _bounded(READERS[kind](path))
     except UNREADABLE as problem:
         reason = ' '.join(str(problem).split()) or type(problem).__name__
         raise TableError(f'{path} cannot be read as {kind}: {reason}') from problem
 
 
+def _bounded(columns: Table) -> Table:
+    """Return columns or their names; raises TableError for more than any robot has."""
+    if len(columns) > MOST_COLUMNS:
+        raise TableError(f'it has {len(columns)} columns, at most {MOST_COLUMNS} are read; rows '
+                         'and columns may be exchanged')
+    return columns
+
+
 def _read_csv(path: Path) -> Columns:
     opened = gzip.open if path.name.endswith('.gz') else open
     with opened(path, 'rt', encoding='utf-8-sig', newline='') as lines:
-        header = next(iter(lines), '')
+        header = lines.readline(LONGEST_HEADER)
+    if len(header) == LONGEST_HEADER:
+        raise TableError(f'its first line has {LONGEST_HEADER} characters or more')
     delimiter = max(DELIMITERS, key=header.count)
     names = next(csv.reader([header], delimiter=delimiter), [])
-    if twice := sorted({name for name in names if names.count(name) > 1}):
+    _bounded(names)
+    if twice := sorted(name for name, count in Counter(names).items() if count > 1):
         raise TableError(f'more than one column has the name {twice[0]!r}')
     return _arrow_columns(pyarrow.csv.read_csv(
         path, parse_options=pyarrow.csv.ParseOptions(delimiter=delimiter)))

@@ -87,7 +87,7 @@ def planned_motion(asked: Question, path: Path, duration: float, dt: float) -> M
 
 def _healthy(asked: Question, path: Path, duration: float) -> tuple[Motion, Run]:
     motion = planned_motion(asked, path, duration, _STEP)
-    return motion, run(asked.arm, asked.arm, motion, SEED)
+    return motion, run(asked.arm, asked.arm, motion, SEED, estimator=None)
 
 
 def _as_it_is(asked: Question, path: Path, duration: float) -> Weighed:

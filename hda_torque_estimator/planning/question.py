@@ -4,12 +4,13 @@ from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import Effect, effect_named, Scope
+from hda_arm_sim.model.typical_sizes import SIZED, typical
+from hda_msgs_json.errors import HdaError
 
-from .typical_sizes import SIZED, typical
 from ..diagnosis.hypotheses import HYPOTHESES
 
 
-class PlanError(ValueError):
+class PlanError(HdaError):
     """Two effects for which no motion can be planned."""
 
 

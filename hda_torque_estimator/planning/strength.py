@@ -84,7 +84,7 @@ def separation(asked: Question, motion: Motion, healthy: Run, least: float = -1.
 
 def _gap(arm: Arm, motion: Motion, noise: Array, has: Suspect, blamed: Suspect) -> float:
     """Return by how much blaming the wrong suspect is worse, 0 where it is no worse."""
-    measurement = _measured(arm, run(has.on(arm), arm, motion, SEED))
+    measurement = _measured(arm, run(has.on(arm), arm, motion, SEED, estimator=None))
     balancer = Balancer(measurement)
     fitter = Fitter(balancer, arm, noise, EFFECTIVE,
                     _training(balancer.time, measurement.duration))
