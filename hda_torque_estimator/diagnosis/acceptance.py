@@ -3,9 +3,10 @@ When a cause earns its place: by the score, and materially.
 
 It must explain much more than its freedom buys, and be well above what a healthy arm leaves. What
 the causes beside it may leave as one form of several is no reason for another, unless it explains
-nearly all of that, the more so if it is one that they are confused with. Where none is beside it,
-a certain one may even be less than noise: one that is quick enough passes for noise until it is
-known, and must stand out of what is noise then.
+nearly all of that, the more so if it is one that they are confused with. One that fits best where
+a number of it is at its bound stands for another (`limits`). Where none is beside it, a certain
+one may even be less than noise: one that is quick enough passes for noise until it is known, and
+must stand out of what is noise then.
 """
 
 from collections.abc import Sequence
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from .fit import Fit, Fitter
 from .hypotheses import HYPOTHESES
+from .limits import ends_at_limit
 from .nameless import best_curves
 from .term import Term
 
@@ -40,9 +42,9 @@ def threshold(fitter: Fitter, term: Term) -> float:
 
 def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term) -> bool:
     """Tell whether a term of an `extended` fit earns its place in it, by a fit without it."""
-    beside = [other for other in extended.accepted if other is not term]
+    beside = extended.causes_beside(term)
     improvement = without.score - extended.score
-    if improvement < threshold(fitter, term):
+    if improvement < threshold(fitter, term) or ends_at_limit(fitter, extended, term):
         return False
     if improvement > _CERTAIN and alone(fitter, term, beside):
         return True

@@ -13,28 +13,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .balance import Balancer, RATE
-from .gate import GateError
-from .measurement import joined, Measurement
+from .measurement import joined, Measurement, resampled
 from .nuisance import Zero
+from .rates import check_rate
 
 Array = NDArray[np.float64]
 _PASSES = 3             # the torsion law is not straight
-_SAME_RATE = 1e-3       # relative difference of sampling periods
 _LINK = 1               # side of a reading
 _SETTLED = 0.5          # of the noise, that a zero may still be off
 
 
 def together(recordings: Sequence[Measurement], sources: Sequence[str] = ()) -> Measurement:
-    """Return recordings of one arm as one measurement; raises GateError where rates differ."""
+    """
+    Return recordings of one arm as one measurement; raises GateError where rates differ much.
+
+    The clock of a driver is not the same on every day: all get the period of the first.
+    """
     first = recordings[0]
+    if len(recordings) == 1:
+        return first
     for place, other in enumerate(recordings):
-        if abs(other.dt / first.dt - 1.0) > _SAME_RATE:
-            raise GateError(
-                f'{sources[place] if sources else f"recording {place + 1}"} has '
-                f'{1.0 / other.dt:.5g} samples per second where '
-                f'{sources[0] if sources else "the first"} has {1.0 / first.dt:.5g}; diagnose '
-                'recordings of one rate together')
-    return joined(recordings, max(1, round(1.0 / (RATE * first.dt))))
+        check_rate(1.0 / other.dt, sources[place] if sources else f'recording {place + 1}',
+                   1.0 / first.dt, sources[0] if sources else 'the first')
+    return joined([resampled(one, first.dt) for one in recordings],
+                  max(1, round(1.0 / (RATE * first.dt))))
 
 
 def aligned(measurement: Measurement, arm: Arm) -> Measurement:

@@ -9,15 +9,17 @@ and leaves a rest, is lost and backs none.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 from hda_arm_sim.model.effects import effect_named
+from hda_arm_sim.model.effects.hypothesis import Hypothesis
 import numpy as np
 from numpy.typing import NDArray
 
 from .balance import RATE
 from .fit import Fit, Fitter
-from .hypotheses import HYPOTHESES, Hypothesis
+from .hypotheses import HYPOTHESES
 from .nameless import best_curves, Curve
 from .search import Found, MOST
 from .term import Place, Term
@@ -44,8 +46,7 @@ def backing(fitter: Fitter, found: Found, doubted: Sequence[Term] = ()) -> Backi
     may cancel each other, so each counts with no more power than was wrong at first.
     """
     trained = fitter.rows.mean()
-    fitter = Fitter(fitter.balancer, fitter.arm, fitter.noise, fitter.effective,
-                    np.ones_like(fitter.rows))                      # held-out stretches as well
+    fitter = replace(fitter, rows=np.ones_like(fitter.rows))        # held-out stretches as well
     noise = fitter.noise ** 2
     fit = fitter.at(found.last.terms, len(found.last.accepted), found.last.columns)
     lacking = [_lacking(fitter, fit, term) for term in fit.accepted]
@@ -133,5 +134,5 @@ def _shapeless(fitter: Fitter, fit: Fit, lacking: Sequence[Fit]) -> list[Term]:
 
 def _lacking(fitter: Fitter, fit: Fit, term: Term) -> Fit:
     """Return a fit as it is without one of its accepted terms."""
-    return fitter.at([other for other in fit.terms if other is not term],
-                     len(fit.accepted) - 1, fit.columns[:, :, ~fit.own(term)])
+    return fitter.at(fit.terms_beside(term), len(fit.accepted) - 1,
+                     fit.columns[:, :, ~fit.own(term)])

@@ -18,13 +18,15 @@ from functools import cached_property
 
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.compiled import compiled
-from hda_arm_sim.model.effects.actuation import clipped_torque, lagging_torque
+from hda_arm_sim.model.effects.catalogue import effects_at
 from hda_arm_sim.model.effects.friction import bristle_after
+from hda_arm_sim.model.effects.place import (
+    Bent, CLOCK, Commanded, LINK_READING, MOTOR_READING)
 from hda_arm_sim.model.kernel import (BASE_OFFSET, BASE_RATE, BRISTLE, COMMAND, LINK_ANGLE,
                                       LINK_VELOCITY, MODE, MOTOR_VELOCITY, NOW, REGISTERS, settle,
                                       slope, SLOPE_1, STATE, STATES, TORQUE)
 from hda_arm_sim.model.link_side import base_coupling, loaded_inertia
-from hda_arm_sim.model.motor_side import friction_budget, shaft_torque
+from hda_arm_sim.model.motor_side import clipped, friction_budget, lagging, shaft_torque
 from hda_arm_sim.model.rigid import mass_matrix
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +46,8 @@ _REST = 2e-3            # link speed at which a bearing may stick [rad/s]
 _MARGIN = 12            # samples beyond the filter's reach, for the polynomials
 _STOP = 0.006           # for which a shaft that turns round is slow [s]
 _SLOW = 0.3             # shaft speed below which dry friction is not known [rad/s]
+_SENSED = ('motor_encoder', 'link_encoder', *(
+    effect.name for place in (MOTOR_READING, LINK_READING, CLOCK) for effect in effects_at(place)))
 MEASURED = 4           # states that a motion gives; the kernel's others are its memory
 
 
@@ -187,9 +191,7 @@ def _lasting(marked: NDArray[np.bool_], least: int) -> NDArray[np.bool_]:
 def _sensing(arm: Arm) -> bytes:
     """Return what the motion depends on: all that stands between an angle and its reading."""
     joints = arm.record().joints
-    return b''.join(np.ascontiguousarray(joints[name]).tobytes()
-                    for name in joints.dtype.names or ()
-                    if 'encoder' in name or name in ('clock_skew', 'bearing_crosstalk'))
+    return b''.join(np.ascontiguousarray(joints[name]).tobytes() for name in _SENSED)
 
 
 def _centred(command: Array) -> Array:
@@ -207,10 +209,10 @@ def _deliver(arm, command, dt, delivered):                          # type: igno
         for k in range(command.shape[0]):
             new, old = command[max(k - whole, 0), j], command[max(k - whole - 1, 0), j]
             mean = new + (late - whole) * (old - new)
-            mean = clipped_torque(mean, joint.torque_saturation.limit)
+            mean = clipped(joint, mean)
             if lag > 0.0:
                 before = current if k > 0 else mean
-                current = lagging_torque(mean, mean, before, dt, lag)
+                current = lagging(joint, Commanded(mean, mean, before, dt))
                 mean = mean - (current - before) * lag / dt     # the lag's mean over the sample
             delivered[k, j] = shaft_torque(joint, mean)
 
@@ -242,11 +244,11 @@ def _along(                                                         # type: igno
 @compiled
 def _bend(joint, w, j, dt):                                         # type: ignore[no-untyped-def]
     """Bend the bristles for a sample, under the torque of the one before."""
-    stiffness = joint.presliding_friction.stiffness
-    if stiffness > 0.0:
+    if joint.presliding_friction.stiffness > 0.0:
         rate, angle = w[j, STATE + MOTOR_VELOCITY], w[j, STATE + LINK_ANGLE]
         budget = friction_budget(joint, rate, np.sign(rate), w[j, TORQUE], angle)
-        w[j, STATE + BRISTLE] = bristle_after(rate, w[j, STATE + BRISTLE], budget, stiffness, dt)
+        at = Bent(rate, w[j, STATE + BRISTLE], 0.0, budget)
+        w[j, STATE + BRISTLE] = bristle_after(joint.presliding_friction, at, dt)
 
 
 @compiled

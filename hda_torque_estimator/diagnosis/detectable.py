@@ -7,6 +7,7 @@ declared for an effect, this motion cannot show.
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 import math
 from typing import NamedTuple
 
@@ -37,8 +38,7 @@ class Point(NamedTuple):
 def smallest_in_balances(fitter: Fitter, found: Found, fit: Fit,
                          names: Sequence[str]) -> Iterator[Smallest]:
     """Yield the smallest size of each effect and place that shows beside what `fit` knows."""
-    coarse = Fitter(fitter.balancer.thinned, fitter.arm, fitter.noise, fitter.effective,
-                    fitter.rows)
+    coarse = replace(fitter, balancer=fitter.balancer.thinned)
     sight = Visibility(coarse, found, coarse.at(fit.terms, len(fit.accepted), fit.columns))
     for name in names:
         yield from _of_effect(sight, name)

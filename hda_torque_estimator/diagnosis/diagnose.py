@@ -17,11 +17,13 @@ from numpy.typing import NDArray
 from .alignment import aligned, is_aligned
 from .backing import Backing, backing
 from .balance import Balancer
+from .candidates import with_sizes
 from .excitation import cannot_tell, nothing_seen, remarks, smallest_sizes
 from .fit import Fit, Fitter
 from .healthy import healthy_twin, noise_of, torque_noise_of
 from .hypotheses import HYPOTHESES
 from .instruments import unbiased
+from .limits import limited
 from .located import split_at_contact
 from .measurement import Measurement
 from .nuisance import Zero
@@ -32,6 +34,7 @@ from .report import Alike, Diagnosis, Finding, Part, RecordingFacts, TotalGain
 from .reversals import turning_round
 from .running_clock import inside, Spans, split
 from .search import Found, search, without_noise
+from .slow_rate import FAST, rate_hides
 from .straight import straight
 from .term import Place
 from .unexplained import unexplained
@@ -80,7 +83,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     names = sought_effects() if names is None else names
     raw = raw_readings(measurement, arm, names, training)
     fitter, found, training, held_out = _searched(raw, names, training, held_out)
-    found, plain = _reconsidered(fitter, found, names)
+    fitter, found, plain = _reconsidered(fitter, found, names)
     last = fitter.on(found.last.terms)
     judged = backing(fitter, found, (*misplaced(fitter, found), *straight(fitter, found.last)))
     twin = Balancer(healthy_twin(fitter.balancer, last, 1, torque_noise_of(
@@ -91,22 +94,39 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
                         held_out)
     pairs = alike(found, judged)
     shown = raw_findings(raw, measurement, fitter.balancer, arm, evidence.extended, held_out)
-    told = (*shown, *_findings(evidence, found, pairs))
+    fitted = (*shown, *_findings(evidence, found, pairs))
+    told = tuple(one for one in fitted if limited(one) is None)
     total = (raw_total(shown) if told and told == shown else
              gains(fitter.balancer, evidence.twin, evidence.before, evidence.extended,
                    held_out).total())
     rest = unexplained(fitter, stands) if judged.unexplained.any() else None
     sizes = smallest_sizes(fitter, found, kept, raw, training, names)
-    verdict = _verdict(judged, told, bool(pairs))
+    verdict = _verdict(judged, told, bool(pairs), len(fitted) > len(told))
+    limit = None
     if verdict == 'no_discrepancy' and cannot_tell(sizes, arm, about):
-        verdict = 'insufficient_excitation'
+        verdict, limit = 'insufficient_excitation', 'rate' if rate_hides(
+            fitter.balancer, evidence.extended, names, about, EFFECTIVE) else 'motion'
     diagnosis = Diagnosis(
-        verdict, told, pairs, rest, tuple(one.row() for one in sizes), total,
+        verdict, told, with_sizes(fitter, stands, pairs), rest,
+        tuple(one.row() for one in sizes), total,
         residuals(fitter, found.first, stands, inside(fitter.balancer.time, held_out)),
         replace(facts, training=training, held_out=held_out), arm_file, version, seconds,
-        remarks(sizes, arm, about))
-    model = fitter.on([term for term in stands.terms if not isinstance(term, Zero)])
-    return Conclusion(diagnosis, extended_by(raw.causes, model), evidence)
+        (*filter(None, map(limited, fitted)),
+         *remarks(sizes, arm, about, FAST if limit == 'rate' else None)), limited_by=limit)
+    return Conclusion(diagnosis, _model(evidence, raw, told, pairs), evidence)
+
+
+def _model(evidence: Evidence, raw: RawReadings, told: Sequence[Finding],
+           pairs: Sequence[Alike]) -> Arm:
+    """Return the arm with what is told, the first of what looks alike, and all tolerances."""
+    named = {(one.effect, one.joint) for one in told}
+    named.update(place for pair in pairs for place in pair.effects)
+    fit = evidence.fit
+    model = evidence.fitter.on([
+        *(term for term in fit.accepted if term.place in named),
+        *(term for term in fit.nuisance if not isinstance(term, Zero))])
+    return extended_by([cause for cause in raw.causes
+                        if (cause.effect.name, cause.joint) in named], model)
 
 
 def _facts(measurement: Measurement, training: Spans, held_out: Spans,
@@ -131,7 +151,7 @@ def _searched(raw: RawReadings, names: Sequence[str], training: Spans,
         raw = raw._replace(measurement=aligned(raw.measurement, arm))
         fitter = _fitter(raw, training)
         seen, unseen = _split(fitter, arm, names, training, held_out)
-        fitter.rows = inside(fitter.balancer.time, seen)
+        fitter = replace(fitter, rows=inside(fitter.balancer.time, seen))
         found = search(fitter, names)
         arm = fitter.on(found.last.terms)
         if is_aligned(fitter.balancer, arm, fitter.noise) and (
@@ -140,19 +160,20 @@ def _searched(raw: RawReadings, names: Sequence[str], training: Spans,
     return fitter, found, seen, unseen
 
 
-def _reconsidered(fitter: Fitter, found: Found, names: Sequence[str]) -> tuple[Found, Array]:
+def _reconsidered(fitter: Fitter, found: Found,
+                  names: Sequence[str]) -> tuple[Fitter, Found, Array]:
     """
-    Return what is found with the noise beside the causes, and what resolution alone leaves (c,).
+    Return a fitter with the noise beside the causes, what it finds, and what resolution leaves.
 
     A wrong extension makes noise of its own, so the fitter's noise only falls. Where it falls far,
     it had hidden something.
     """
     taken = fitter.noise
     noise, plain = noise_of(fitter.balancer, fitter.on(found.last.terms))
-    fitter.noise = np.minimum(taken, noise)
+    fitter = replace(fitter, noise=np.minimum(taken, noise))
     if (fitter.noise < _QUIETER * taken).any():
         found = search(fitter, names, found)
-    return without_noise(fitter, found), plain
+    return fitter, without_noise(fitter, found), plain
 
 
 def _fitter(raw: RawReadings, training: Spans) -> Fitter:
@@ -200,12 +221,13 @@ def _unmoved(facts: RecordingFacts, arm: Arm, arm_file: str, version: str,
     none, sizes = float('nan'), nothing_seen(arm, sought_effects())
     nothing = TotalGain(none, none, none, none, none, none, METRIC, '1')
     return Diagnosis('insufficient_excitation', (), (), None, tuple(one.row() for one in sizes),
-                     nothing, (), facts, arm_file, version, seconds, remarks(sizes, arm, ()))
+                     nothing, (), facts, arm_file, version, seconds, remarks(sizes, arm, ()),
+                     limited_by='motion')
 
 
-def _verdict(judged: Backing, told: tuple[Finding, ...], tied: bool) -> str:
-    """Return the verdict that the findings and the rest call for."""
-    if judged.unexplained.any():
+def _verdict(judged: Backing, told: tuple[Finding, ...], tied: bool, at_limit: bool) -> str:
+    """Return the verdict that the findings, one that is limited, and the rest call for."""
+    if judged.unexplained.any() or at_limit:
         return 'unknown'
     if tied:
         return 'ambiguous'

@@ -25,6 +25,7 @@ from .smallest import hidden, places, Smallest, WEAKER
 from .term import Place
 
 _LEAST = 0.6            # share of the effects that must have been seen for silence to mean health
+_PLAN = 'hda plan finds motions that separate two of them'
 _LISTED = 6             # effects that a sentence names
 
 
@@ -49,8 +50,13 @@ def cannot_tell(sizes: Sequence[Smallest], arm: Arm, about: Sequence[Place]) -> 
     return len(_unseen(sizes, arm)) > (1.0 - _LEAST) * len({one.effect for one in sizes})
 
 
-def remarks(sizes: Sequence[Smallest], arm: Arm, about: Sequence[Place]) -> tuple[str, ...]:
-    """Return sentences on what the recording could not have shown."""
+def remarks(sizes: Sequence[Smallest], arm: Arm, about: Sequence[Place],
+            rate: float | None = None) -> tuple[str, ...]:
+    """
+    Return sentences on what the recording could not have shown.
+
+    A `rate` [Hz] is to blame where it is given: the same motion, sampled so, would have.
+    """
     told = [f'asked about {one.effect} at {one.joint or "the arm"}: {_limit(one)}'
             for one in _missed(sizes, arm, about)]
     unseen = _unseen(sizes, arm)
@@ -58,7 +64,8 @@ def remarks(sizes: Sequence[Smallest], arm: Arm, about: Sequence[Place]) -> tupl
         rest = f' and {len(unseen) - _LISTED} more' if len(unseen) > _LISTED else ''
         told.append(f'{len(unseen)} of {len({one.effect for one in sizes})} effects could not '
                     f'have been seen at a typical size ({", ".join(unseen[:_LISTED])}{rest}); '
-                    'hda plan finds motions that show more')
+                    + (_PLAN if rate is None else f'the rate is to blame: the same motion at '
+                       f'{rate:g} samples per second would have shown enough'))
     return tuple(told)
 
 

@@ -1,8 +1,9 @@
 """Fit terms to the balances of one measurement: Gauss-Newton with the exact model."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from operator import is_
+from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm, ArmError
 from hda_arm_sim.model.effects import effect_named, Scope, Site
@@ -25,6 +26,13 @@ _FINE = 0.01            # share of the usual step in a derivative: noise is the 
 FAR = 100.0             # improvement by a step after which no derivative is as it was
 
 
+class _Base(NamedTuple):
+    """Terms that were changed last, and what they leave as they are (m, c) [N*m]."""
+
+    terms: tuple[AnyTerm, ...]
+    residual: Array
+
+
 @dataclass(frozen=True, eq=False)
 class Fit:
     """Terms at their best: what was accepted, what only may differ, and what is left."""
@@ -41,20 +49,29 @@ class Fit:
         """Return all terms, the accepted ones first."""
         return self.accepted + self.nuisance
 
+    def terms_beside(self, term: AnyTerm) -> list[AnyTerm]:
+        """Return all terms but one."""
+        return [other for other in self.terms if other is not term]
+
+    def causes_beside(self, term: Term) -> list[Term]:
+        """Return the accepted terms but one."""
+        return [other for other in self.accepted if other is not term]
+
     def own(self, term: AnyTerm) -> NDArray[np.bool_]:
         """Return which columns are those of a term (p,)."""
         return np.concatenate([np.full(other.size, other is term) for other in self.terms])
 
 
+@dataclass(frozen=True, eq=False)
 class Fitter:
     """Fits on some rows of the balances of one measurement, for one arm as given."""
 
-    def __init__(self, balancer: Balancer, arm: Arm, noise: Array, effective: float,
-                 rows: NDArray[np.bool_]) -> None:
-        """`noise` (c,) is what a healthy arm leaves [N*m], `rows` (m,) those to be used."""
-        self.balancer, self.arm = balancer, arm
-        self.noise, self.effective, self.rows = noise, effective, rows
-        self._base: tuple[tuple[AnyTerm, ...], Array] | None = None     # terms last changed
+    balancer: Balancer
+    arm: Arm
+    noise: Array                # (c,) standard deviation that a healthy arm leaves [N*m]
+    effective: float            # share of samples that are independent
+    rows: NDArray[np.bool_]     # (m,) those to be used
+    _base: list['_Base'] = field(default_factory=list, init=False, repr=False)  # the last, if any
 
     def on(self, terms: Sequence[AnyTerm]) -> Arm:
         """Return the arm as given with these terms."""
@@ -183,9 +200,9 @@ class Fitter:
 
         Noise is the same in both, so fewer samples tell as much.
         """
-        if self._base is None or not _same(self._base[0], terms):
-            self._base = tuple(terms), self.balancer.thinned(self.on(terms)).residual
-        return self.balancer.thinned(arm).residual - self._base[1]
+        if not self._base or not _same(self._base[0].terms, terms):
+            self._base[:] = [_Base(tuple(terms), self.balancer.thinned(self.on(terms)).residual)]
+        return self.balancer.thinned(arm).residual - self._base[0].residual
 
     def _difference(self, terms: Sequence[AnyTerm], among: Sequence[AnyTerm],
                     group: list[tuple[int, int, int]], columns: Array) -> None:

@@ -5,7 +5,7 @@ A residual follows a coordinate x if r = w f(x) for some curve f, found by least
 x. The carrier w is 1, the direction of the shaft (friction that varies along x) or the torque
 (stiffness or mesh loss that varies along x). What the carrier alone tells is not the coordinate's:
 it is what x tells when it is shifted in time against the residual. Over time a residual follows
-a slow curve, or one line.
+a slow curve, or one line. The text of a report and all of its figures ask here.
 """
 
 from collections.abc import Iterator, Mapping
@@ -19,14 +19,21 @@ from scipy.optimize import minimize_scalar
 Array = NDArray[np.float64]
 Bins = NDArray[np.int64]
 TURN = 2.0 * math.pi
+WRAPPED = 'motor_angle'             # the coordinate that counts modulo one turn
 TRAVEL = 2.0                        # least motor turns in which a period of one turn shows
 _ANGLES = ('link_angle', 'other_link_angle')
-_CARRYING = ('motor_velocity', 'link_velocity', 'joint_torque', 'motor_torque')
-_BINS, _TURN_BINS = 24, 60
+VELOCITIES = ('motor_velocity', 'link_velocity')
+# Carriers that a coordinate is, or goes with: a curve along it holds what they would tell.
+_HELD = {**dict.fromkeys(VELOCITIES, ('direction', 'torque')), 'joint_torque': ('torque',),
+         'motor_torque': ('direction', 'torque')}
+BINS = 24
+TURN_BINS = 120                    # of a motor turn: cogging has up to 42 periods in it
+_FASTEST = 0.98                     # share of the speeds within the bins of a velocity
 _PER_BIN = 15                       # least samples in a bin, on average
 _SHIFTS = 16
 _CARRIED = 0.05                     # by which a carrier must tell more than none
 _EVERYTHING = 0.05                  # by which time, which everything follows, must tell more
+_OTHER_SIDE = 0.02                  # by which the velocity of the other side must tell more
 _ORDERS = np.arange(0.5, 13.0, 0.25)        # of a link turn: higher ones move too fast to tell
 _FINER = 4                          # points of a spectrum in the width of a line
 _WAVE = 0.7                         # least share of a curve that makes it a wave
@@ -49,24 +56,34 @@ class Wave(NamedTuple):
 
 
 def follow(time: Array, values: Array, valid: NDArray[np.bool_],
-           coordinates: Mapping[str, Array]) -> list[Following]:
+           coordinates: Mapping[str, Array], velocity: str = '') -> list[Following]:
     """
     Return how far values (m,) follow time [s] and each coordinate (m,), the most first.
 
-    `coordinates` holds `motor_velocity` and `joint_torque` for the carriers.
+    `coordinates` holds `motor_velocity` and `joint_torque` for the carriers. `velocity` names the
+    one of the values' own side: shaft and link have nearly the same.
     """
+    if not valid.any():
+        return [Following('time', '', 0.0)]
     rest = np.where(valid, values - values[valid].mean(), 0.0)
     carriers = {'': valid.astype(float),
                 'direction': np.where(valid, np.sign(coordinates['motor_velocity']), 0.0),
                 'torque': np.where(valid, coordinates['joint_torque'], 0.0)}
     found = [over_time(time, rest, valid)]
     for name, along in coordinates.items():
-        if name == 'motor_angle' and np.ptp(along[valid]) < TRAVEL * TURN:
-            continue                # a part of a turn looks like the link angle
-        found.append(max((_carried(name, along, carrier, weight, rest, valid)
-                          for carrier, weight in carriers.items()
-                          if not (carrier and name in _CARRYING)), key=_rank))
-    return sorted(found, key=_rank, reverse=True)
+        if _varies(name, along[valid]):
+            found.append(max((_carried(name, along, carrier, weight, rest, valid)
+                              for carrier, weight in carriers.items()
+                              if carrier not in _HELD.get(name, ())), key=_rank))
+    other = velocity and VELOCITIES[VELOCITIES.index(velocity) - 1]
+    return sorted(found, reverse=True, key=lambda told: _rank(told) - _OTHER_SIDE * (
+        told.coordinate == other))
+
+
+def _varies(name: str, along: Array) -> bool:
+    """Tell whether a coordinate varies enough; a part of a turn looks like the link angle."""
+    travel = float(np.ptp(along))
+    return travel >= TRAVEL * TURN if name == WRAPPED else travel > 0.0
 
 
 def _rank(told: Following) -> float:
@@ -121,7 +138,7 @@ def _carried(name: str, along: Array, carrier: str, weight: Array, rest: Array,
 def _line(name: str, along: Array, weight: Array, rest: Array, told: float,
           count: int) -> float | None:
     """Return the order [1/turn] of the wave that a dependence on an angle is, if it is one."""
-    if name == 'motor_angle':
+    if name == WRAPPED:
         orders = np.arange(1.0, count // 2)
     elif name in _ANGLES:
         orders = _ORDERS
@@ -135,12 +152,16 @@ def _line(name: str, along: Array, weight: Array, rest: Array, told: float,
 
 def _bins(name: str, along: Array, valid: NDArray[np.bool_]) -> tuple[Bins, int]:
     """Return the bin (m,) of each sample, and how many bins there are."""
-    most = _TURN_BINS if name == 'motor_angle' else _BINS
+    most = TURN_BINS if name == WRAPPED else BINS
     count = int(np.clip(valid.sum() // _PER_BIN, 2, most))
-    if name == 'motor_angle':
+    if name == WRAPPED:
         place = (np.mod(along, TURN) / TURN * count).astype(np.int64)
         return np.minimum(place, count - 1), count
-    edges = np.quantile(along[valid], np.arange(1, count) / count)
+    if name in VELOCITIES:          # finer where friction turns, at low speed
+        reach = np.linspace(-1.0, 1.0, count + 1)[1:-1]
+        edges = np.quantile(np.abs(along[valid]), _FASTEST) * reach ** 3
+    else:
+        edges = np.quantile(along[valid], np.arange(1, count) / count)
     return np.searchsorted(edges, along, side='right').astype(np.int64), count
 
 

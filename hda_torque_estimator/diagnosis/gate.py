@@ -1,27 +1,26 @@
 """
 What raw data must fulfil before anything is concluded from it, and what mends it.
 
-A recording in other units, or with a flipped sign, would be explained by wrong causes; it is
-recognised by the ratio of the two encoders' travel and by the steps in which they count.
+A recording in other units, or with a flipped sign, would be explained by wrong causes;
+`conventions.py` recognises it.
 """
 
 from dataclasses import dataclass, replace
 import math
 
 from hda_arm_sim.model.arm import Arm
+from hda_msgs_json.errors import HdaError
 from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import motor_name
 import numpy as np
-from numpy.typing import NDArray
 
 from .measurement import Measurement
+from ..conventions import wrong_convention
 
-Array = NDArray[np.float64]
 SHORTEST = 5.0          # recording from which anything can be concluded [s]
-_TRAVEL = 0.02          # link travel from which the ratio of the encoders is known [rad]
 
 
-class GateError(ValueError):
+class GateError(HdaError):
     """A recording on which no diagnosis may be built."""
 
 
@@ -67,52 +66,11 @@ def mended(samples: JointSamples, arm: Arm, mending: Mending, source: str) -> Jo
 
 
 def check(measurement: Measurement, arm: Arm, source: str) -> None:
-    """Raise GateError for a recording that is too short or in other units than it should be."""
+    """Raise GateError for a recording that is too short or has other conventions than the arm."""
     if measurement.duration < SHORTEST:
         raise GateError(f'{source}: {measurement.duration:.2g} s are too short; record at least '
                         f'{SHORTEST:g} s, better 60 s')
     for column, joint in enumerate(arm.joints):
         motor, link = measurement.reading[:, column].T
-        if np.ptp(link) < _TRAVEL and np.ptp(motor) < _TRAVEL * joint.ratio:
-            continue
-        _check_ratio(_slope(link, motor), joint.ratio, joint.label, source)
-        _check_step(motor, joint.motor_encoder.step, motor_name(joint.label), source)
-
-
-def _slope(link: Array, motor: Array) -> float:
-    """Return how far the motor turns for each rad of the link."""
-    link, motor = link - link.mean(), motor - motor.mean()
-    return float(link @ motor) / max(float(link @ link), 1e-300)
-
-
-def _check_ratio(slope: float, ratio: float, label: str, source: str) -> None:
-    if abs(slope / ratio - 1.0) < 0.1:
-        return
-    causes: tuple[tuple[float, str], ...] = (
-        (-ratio, f'a flipped sign: say --flip {motor_name(label)} or --flip {label}'),
-        (1.0, 'a motor angle that is divided by the ratio already: say --motor-at-link'),
-        (-1.0, 'a motor angle divided by the ratio, with a flipped sign: say --motor-at-link '
-               f'--flip {motor_name(label)}'),
-        (ratio * 180.0 / math.pi, 'a motor angle in degrees beside a link angle in rad: convert '
-                                  'one of them on import (unit: deg)'),
-        (ratio * math.pi / 180.0, 'a link angle in degrees beside a motor angle in rad: convert '
-                                  'one of them on import (unit: deg)'))
-    for expected, cause in causes:
-        if abs(slope / expected - 1.0) < 0.1:
-            raise GateError(f'{source}: the motor of {label} turns {slope:.4g} for 1 of the link '
-                            f'where the gear ratio is {ratio:g}; that is {cause}')
-    raise GateError(f'{source}: the motor of {label} turns {slope:.4g} for 1 of the link where '
-                    f'the gear ratio is {ratio:g}; correct "ratio" in the arm file')
-
-
-def _check_step(angle: Array, expected: float, name: str, source: str) -> None:
-    """Recognise degrees by the steps in which an encoder counts."""
-    changes = np.abs(np.diff(angle))
-    changes = changes[changes > 1e-12]
-    if expected <= 0.0 or not len(changes):
-        return
-    step = float(np.percentile(changes, 1.0))
-    whole = step / (expected * 180.0 / math.pi)
-    if abs(whole - 1.0) < 0.02:
-        raise GateError(f'{source}: {name} counts in steps of {step:.3g} where {expected:.3g} rad '
-                        'is right; the angles are in degrees: say --degrees')
+        if wrong := wrong_convention(joint, motor, link, measurement.command[:, column]):
+            raise GateError(f'{source}: {wrong.mended_by_options()}')

@@ -14,6 +14,7 @@ from ..closed_loop import run
 
 Array = NDArray[np.float64]
 _MOST = 30.0            # times as noisy as resolution alone that is still believed
+_UNSEEN = 1.0           # noise of a balance that never holds, for which any will do [N*m]
 
 
 def healthy_twin(balancer: Balancer, arm: Arm, seed: int, torque_noise: float = 0.0,
@@ -32,7 +33,7 @@ def healthy_twin(balancer: Balancer, arm: Arm, seed: int, torque_noise: float = 
         time = measured.dt * np.arange(len(angle), dtype=np.float64)
         asked = Motion(time, angle, rate, np.zeros((len(angle), 2)))
         own = arm_during(arm, piece, measured.dt)
-        made = run(own, own, asked, seed + place)
+        made = run(own, own, asked, seed + place, estimator=None)
         reading[piece], command[piece] = made.reading[:, :, :2], made.command
     random = np.random.default_rng(seed)
     command += torque_noise * random.standard_normal(command.shape)
@@ -57,7 +58,7 @@ def noise_of(balancer: Balancer, arm: Arm, seed: int = 0) -> tuple[Array, Array]
     """
     made = healthy_twin(balancer, arm, seed)
     theirs, ours = Balancer(made)(arm), balancer(arm)
-    plain = np.array([column[valid].std() for column, valid in
+    plain = np.array([column[valid].std() if valid.any() else _UNSEEN for column, valid in
                       zip(theirs.residual.T, theirs.valid.T)])
     sharp = np.clip(balancer.measurement.reading_noise() / made.reading_noise(), 1.0, _MOST)
     joints = len(arm.joints)
@@ -66,7 +67,9 @@ def noise_of(balancer: Balancer, arm: Arm, seed: int = 0) -> tuple[Array, Array]
     rough = _roughness(ours.residual, ours.valid), _roughness(theirs.residual, theirs.valid)
     white = (rough[0][:joints] ** 2 - (sharp[:, 0] * rough[1][:joints]) ** 2) / _white_roughness(
         balancer, seed) ** 2
-    ratio = np.clip(np.nan_to_num(rough[0] / rough[1], nan=1.0), 1.0, _MOST)[joints:]
+    ratio = np.clip(np.nan_to_num(np.divide(
+        rough[0], rough[1], where=rough[1] > 0.0, out=np.ones_like(rough[0])), nan=1.0),
+        1.0, _MOST)[joints:]
     return np.concatenate([
         np.sqrt(motor ** 2 + np.maximum(np.nan_to_num(white), 0.0)),
         np.fmin(torsion, plain[joints:] * ratio)]), plain

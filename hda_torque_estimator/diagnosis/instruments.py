@@ -8,6 +8,8 @@ motion has other noise: its derivatives tell the same directions and go with not
 random in the recording (Janot, Vandanjon and Gautier 2014, for rigid robots).
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,8 +29,7 @@ def unbiased(fitter: Fitter, fit: Fit, twin: Balancer) -> Fit:
     Fine waves, on which the twin is not at the same place, keep their own columns. A fit of which
     a cause would move too far, or that would fit much worse, is returned as it was.
     """
-    theirs = Fitter(twin, fitter.arm, fitter.noise, fitter.effective, fitter.rows).derivatives(
-        fit.terms, fit.terms)
+    theirs = replace(fitter, balancer=twin).derivatives(fit.terms, fit.terms)
     valid = fitter.valid(fit.balance)
     columns = _projected(fit.columns, theirs, np.where(valid, 1.0 / np.sqrt(fit.variance), 0.0))
     step = solve(condense(fit.balance.residual, columns, valid), fitter.noise, fitter.effective,

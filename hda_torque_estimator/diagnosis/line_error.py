@@ -3,7 +3,8 @@ Find the error of a link encoder that repeats with every line of its scale, and 
 
 What a local polynomial leaves of the readings is folded over the angle for every number of lines
 at once; the strongest wave is then fitted by least squares through the same filter, so that slow
-stretches, where the polynomial follows the wave, neither help nor mislead.
+stretches, where the polynomial follows the wave, neither help nor mislead. Stretches in which the
+samples do not resolve a wave are left aside (`line_alias`).
 """
 
 from collections.abc import Iterator
@@ -17,18 +18,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
+from .line_alias import agrees, counting, moves, resolved
 from .measurement import Measurement
 from .raw_cause import number, RawCause, THRESHOLD
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-LINK = 1                # side of a reading
+MOTOR, LINK = 0, 1      # sides of a reading
 _WINDOW, _DEGREE = 0.021, 5     # of the polynomials [s]
 _BINS = 2 ** 18         # of one turn
 _FEWEST, _MOST = 1000, 2 ** 16  # lines per turn that are looked for; fewer, the arm may follow
 _SHARE = 0.05           # of the rest's power, below which a wave is immaterial
 _HINT = 0.01            # of it, by folding alone, from which a wave is fitted
 _WHOLE_STEPS = 4.0      # least counts of the encoder in a line
+_BAND = 1.4             # from the fewest lines to the most that are looked for in the same rows
 _NEAR = 2               # lines about the strongest that are fitted exactly
 _ROUNDS = 3             # the angle behind a reading is known better each time
 _TRIED = (2500.0, 6000.0, 20000.0)          # lines for which the smallest wave is sought
@@ -43,8 +46,14 @@ class Wave(NamedTuple):
     effect: EncoderInterpolationError
     before: float           # power of the rest without the wave [rad^2]
     after: float            # and with it
-    samples: int
+    rows: Mask              # (k,) in which it was fitted
+    columns: Array          # (2, m) its sine and cosine there
     spread: Array           # (2,) deviations of amplitude [rad] and lines
+
+    @property
+    def score(self) -> float:
+        """Return twice the gain of log likelihood."""
+        return int(self.rows.sum()) * math.log(self.before / self.after)
 
 
 def uneven_lines(measurement: Measurement, arm: Arm, seen: Mask) -> Iterator[RawCause]:
@@ -53,33 +62,49 @@ def uneven_lines(measurement: Measurement, arm: Arm, seen: Mask) -> Iterator[Raw
 
     Phases are those at readings of zero.
     """
-    for column, label in enumerate(arm.labels):
+    for column, (label, joint) in enumerate(zip(arm.labels, arm.joints)):
+        motor, link = measurement.reading[:, column].T
         step = arm.effect(CoarseQuantisation.name, label).values()[LINK]
-        wave = wave_of(measurement.reading[:, column, LINK], measurement.dt, seen, step)
-        if wave is None or wave.before - wave.after < _SHARE * wave.before:
-            continue
-        score = wave.samples * math.log(wave.before / wave.after)
-        if score > THRESHOLD:
+        wave = wave_of(link, measurement.dt, seen, step)
+        if wave is not None and wave.before - wave.after >= _SHARE * wave.before \
+                and wave.score > THRESHOLD \
+                and _of_one_encoder(wave, motor / joint.ratio, link, measurement.dt, step):
             size, slope = (_NORMAL_90 * wave.spread).tolist()
             yield RawCause(wave.effect, label, {
                 'amplitude': number(wave.effect, 'amplitude', size),
                 'lines': number(wave.effect, 'lines', slope),
                 'phase': number(wave.effect, 'phase', size / wave.effect.amplitude),
-            }, score, ((column, LINK),))
+            }, wave.score, ((column, LINK),))
+
+
+def _of_one_encoder(wave: Wave, motor: Array, link: Array, dt: float, step: float) -> bool:
+    """Tell whether a wave is the link encoder's: no counting, no movement, one phase always."""
+    window, rows = _window(dt), wave.rows
+    rest = _fast(link, window)[rows]
+    return (wave.effect.amplitude > counting(step)
+            and not moves(wave.columns, rest, _fast(motor, window)[rows])
+            and agrees(_speed(link, dt)[rows], wave.columns, rest))
 
 
 def smallest_wave(angle: Array, dt: float, seen: Mask, step: float) -> float | None:
     """Return the smallest amplitude of a wave that readings (k,) would show [rad], or None."""
     window, good = _window(dt), _inner(seen, _window(dt))
-    rest = _fast(angle, window)[good]
-    power = float(rest @ rest) / max(len(rest), 1)
-    passed = [float(np.mean(_fast(np.sin(lines * angle), window)[good] ** 2))
-              for lines in _TRIED if lines < _most(step)] if good.any() else []
-    needed = max(_SHARE, -math.expm1(-THRESHOLD / max(len(rest), 1)))
-    if not passed or max(passed) < _PASSED:
-        return None
-    size = math.sqrt(needed / (1.0 - needed) * power / max(passed))
+    rest, speed = _fast(angle, window), _speed(angle, dt)
+    sizes = [_smallest(rest, _fast(np.sin(lines * angle), window),
+                       good & resolved(speed, lines, dt)) for lines in _TRIED
+             if lines < _most(step)]
+    size = max(min(sizes, default=math.inf), counting(step))
     return size if size <= EncoderInterpolationError.declaration('amplitude').high else None
+
+
+def _smallest(rest: Array, wave: Array, rows: Mask) -> float:
+    """Return how many of a wave (k,) would show beside a rest (k,) in these rows."""
+    passed = float(np.mean(wave[rows] ** 2)) if rows.any() else 0.0
+    if passed < _PASSED:
+        return math.inf
+    power = float(np.mean(rest[rows] ** 2))
+    needed = max(_SHARE, -math.expm1(-THRESHOLD / int(rows.sum())))
+    return math.sqrt(needed / (1.0 - needed) * power / passed)
 
 
 def without_waves(measurement: Measurement, causes: list[RawCause],
@@ -96,18 +121,24 @@ def without_waves(measurement: Measurement, causes: list[RawCause],
 
 def wave_of(angle: Array, dt: float, seen: Mask, step: float) -> Wave | None:
     """Return the strongest wave in readings (k,) of an encoder with this step [rad]."""
-    window = _window(dt)
+    window, speed = _window(dt), _speed(angle, dt)
     rest, good = _fast(angle, window), _inner(seen, window)
-    lines, behind = _strongest(angle[good], rest[good], _most(step)), angle
+    lines, behind = _strongest(angle, rest, good, speed * dt, _most(step)), angle
     if lines is None:
         return None
+    rows = good & resolved(speed, lines + _NEAR, dt)
     near = range(max(lines - _NEAR, 2), lines + _NEAR + 1)
-    best = min((_fitted(behind, rest, window, good, trial) for trial in near),
+    best = min((_fitted(behind, rest, window, rows, trial) for trial in near),
                key=lambda wave: wave.after)
     for _ in range(_ROUNDS):
         behind = _behind(angle, best.effect)
-        best = _fitted(behind, rest, window, good, round(best.effect.lines))
+        best = _fitted(behind, rest, window, rows, round(best.effect.lines))
     return best
+
+
+def _speed(angle: Array, dt: float) -> Array:
+    """Return the speed of readings (k,) by the same polynomials [rad/s]."""
+    return np.asarray(savgol_filter(angle, _window(dt), _DEGREE, deriv=1, delta=dt))
 
 
 def _window(dt: float) -> int:
@@ -127,29 +158,41 @@ def _most(step: float) -> int:
     return _MOST if step <= 0.0 else min(_MOST, int(2.0 * math.pi / step / _WHOLE_STEPS))
 
 
-def _strongest(angle: Array, rest: Array, most: int) -> int | None:
-    """Return the lines per turn over which the rest adds up to the largest wave, if to one."""
-    if most <= _FEWEST or not rest.any():
-        return None
+def _strongest(angle: Array, rest: Array, good: Mask, travel: Array, most: int) -> int | None:
+    """
+    Return the lines per turn over which the rest adds up to the largest wave, if to one.
+
+    All are (k,), `travel` from sample to sample [rad]. Each band of lines is folded over the rows
+    that resolve it.
+    """
     place = np.floor(angle * (_BINS / (2.0 * math.pi))).astype(np.int64) % _BINS
-    folded = np.abs(np.fft.rfft(np.bincount(place, rest, _BINS))[_FEWEST:most])
-    share = 2.0 * float(folded.max()) ** 2 / (len(rest) * float(rest @ rest))
-    return int(np.argmax(folded)) + _FEWEST if share > _HINT else None
+    best, strongest, fewest = 0.0, None, _FEWEST
+    while fewest < most:
+        end = min(math.ceil(_BAND * fewest), most)
+        rows = good & resolved(travel, end, 1.0)
+        power = float(rest[rows] @ rest[rows])
+        if power > 0.0:
+            folded = np.abs(np.fft.rfft(np.bincount(place[rows], rest[rows], _BINS))[fewest:end])
+            gained = 2.0 * float(folded.max()) ** 2 / power         # share of it, times samples
+            if gained > max(_HINT * int(rows.sum()), best):
+                best, strongest = gained, int(np.argmax(folded)) + fewest
+        fewest = end
+    return strongest
 
 
-def _fitted(behind: Array, rest: Array, window: int, good: Mask, lines: int) -> Wave:
+def _fitted(behind: Array, rest: Array, window: int, rows: Mask, lines: int) -> Wave:
     """Return the wave of so many lines over the angle behind the readings."""
     turn = lines * behind
-    columns = np.stack([_fast(np.sin(turn), window)[good], _fast(np.cos(turn), window)[good]])
-    normal, power = columns @ columns.T, float(rest[good] @ rest[good])
-    along, across = np.linalg.solve(normal, columns @ rest[good])
-    left, count = rest[good] - along * columns[0] - across * columns[1], int(good.sum())
+    columns = np.stack([_fast(np.sin(turn), window)[rows], _fast(np.cos(turn), window)[rows]])
+    normal, power = columns @ columns.T, float(rest[rows] @ rest[rows])
+    along, across = np.linalg.solve(normal, columns @ rest[rows])
+    left, count = rest[rows] - along * columns[0] - across * columns[1], int(rows.sum())
     highest = EncoderInterpolationError.declaration('amplitude').high
     effect = EncoderInterpolationError(min(math.hypot(along, across), highest), float(lines),
                                        math.atan2(across, along))
     size = math.sqrt(float(left @ left) / count * np.linalg.inv(normal).trace() / 2.0)
-    slope = size / max(effect.amplitude, 1e-30) / max(float(behind[good].std()), 1e-12)
-    return Wave(effect, power, float(left @ left), count, np.array([size, slope]))
+    slope = size / max(effect.amplitude, 1e-30) / max(float(behind[rows].std()), 1e-12)
+    return Wave(effect, power, float(left @ left), rows, columns, np.array([size, slope]))
 
 
 def _fast(signal: Array, window: int) -> Array:
@@ -161,5 +204,5 @@ def _behind(angle: Array, wave: Effect) -> Array:
     """Return the angle behind readings (k,) that carry a wave [rad]."""
     behind = angle
     for _ in range(_INVERSE):
-        behind = angle - wave.law(behind, *wave.values())
+        behind = angle - wave(angle=behind)
     return behind

@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import BaseVibration, Effect, ExternalContact
-from hda_arm_sim.model.effects.environment import contact_force
 from hda_arm_sim.model.kernel import LINK_ANGLE
 from hda_arm_sim.model.parts import Links
 from hda_arm_sim.model.rigid import tip_torque
@@ -124,7 +123,7 @@ def _sums(leverage: Array, residual: Array, weight: Array) -> Array:
 def _profile(duration: float) -> Array:
     """Return the course of a contact of 1 N, from its begin on at the balances' rate."""
     time = np.arange(round(duration * RATE) + 1) / RATE
-    return np.asarray(contact_force(time, 1.0, 0.0, 0.0, duration)[0])
+    return np.asarray(ExternalContact(force=1.0, duration=duration)(time=time)[0])
 
 
 def _forces(sums: Array, profile: Array) -> tuple[Array, Array]:

@@ -3,6 +3,8 @@ Find samples that were lost, repeated or late, and put in what the encoders woul
 
 A reading of another time than its stamp says is off by speed times that time, in all encoders at
 once. Against the curve through its neighbours, each sample gives the time by which it slipped.
+What slips by itself, where an encoder counts coarsely, a clock jitters or a motion is quicker than
+the samples tell, does so all about: a sample must slip far more than those near it usually do.
 """
 
 from typing import NamedTuple
@@ -11,13 +13,14 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import CoarseQuantisation, DroppedSamples
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import convolve1d, maximum_filter1d
+from scipy.ndimage import convolve1d, maximum_filter1d, median_filter
 from scipy.signal import savgol_filter
 from scipy.special import xlogy
 from scipy.stats import chi2
 
 from .measurement import Measurement
 from .raw_cause import RawCause, THRESHOLD
+from .repeats import repeats_of
 from .report import Number
 
 Array = NDArray[np.float64]
@@ -27,8 +30,10 @@ _LEAST = 0.2            # slip that counts [samples]
 _SURE = 8.0             # standard deviations of the slip that it must be away from zero
 _COMMON = 0.8           # least share of a sample's deviation that one slip must explain
 _REACH = 4              # neighbours on each side through which a curve is laid
+_NEARBY = 25            # samples on each side that tell how much samples slip by themselves
 _PASSES = 12            # slipped samples next to each other come to light one by one
 _RATES = 200            # that are tried
+_MEDIAN = 0.6745        # of the absolute values of noise, over its standard deviation
 _GAP = 10               # samples absent in a row that are lost samples, not a pause
 
 
@@ -37,7 +42,7 @@ class Slips(NamedTuple):
 
     reading: Array
     slipped: Mask           # seen in the readings
-    watched: Mask           # moved fast enough to be seen if they had slipped
+    watched: Mask           # moved fast enough to be seen if they had slipped or repeated
     lost: Mask              # told by the stamps
 
 
@@ -67,13 +72,14 @@ def smallest_rate(slips: Slips, seen: Mask) -> float | None:
 
 def slips_of(measurement: Measurement, arm: Arm) -> Slips:
     """Return the slipped samples of a measurement whose encoders count as those of `arm`."""
-    kernel = _through_neighbours()
+    kernel, steps = _through_neighbours(), _steps(arm)
     reading, absent = measurement.reading.copy(), measurement.put_in
-    scatter = _scatter(reading - convolve1d(reading, kernel, axis=0), _steps(arm),
+    scatter = _scatter(reading - convolve1d(reading, kernel, axis=0), steps,
                        float(np.sqrt(1.0 + kernel @ kernel)))
-    slipped = np.zeros(len(reading), bool)
     ends = np.zeros(len(reading), bool)
     ends[:2 * _REACH], ends[-2 * _REACH:] = True, True
+    again = repeats_of(reading, steps)
+    slipped = again.repeated & ~(ends | absent)
     watched = slipped
     for _ in range(_PASSES):
         curve = convolve1d(reading, kernel, axis=0)
@@ -83,7 +89,8 @@ def slips_of(measurement: Measurement, arm: Arm) -> Slips:
             break
         slipped |= fresh
         reading[slipped | absent] = curve[slipped | absent]
-    return Slips(reading, slipped, watched & ~(ends | absent), absent & ~_paused(absent))
+    return Slips(reading, slipped, (watched | again.watched) & ~(ends | absent),
+                 absent & ~_paused(absent))
 
 
 def _slipping(reading: Array, curve: Array, scatter: Array) -> tuple[Mask, Mask]:
@@ -92,11 +99,16 @@ def _slipping(reading: Array, curve: Array, scatter: Array) -> tuple[Mask, Mask]
     away = (reading - curve) / scatter
     power = (speed ** 2).sum(axis=(1, 2)) + 1e-30
     slip = (away * speed).sum(axis=(1, 2)) / power
-    spread = 1.0 / np.sqrt(power)
+    spread = _usual(slip * np.sqrt(power)) / np.sqrt(power)
     common = slip ** 2 * power > _COMMON * (away ** 2).sum(axis=(1, 2))
     clear = (np.abs(slip) > np.maximum(_LEAST, _SURE * spread)) & common
     highest = np.abs(slip) >= maximum_filter1d(np.abs(slip), 2 * _REACH + 1)
     return clear & highest, _SURE * spread < _LEAST
+
+
+def _usual(slip: Array) -> Array:
+    """Return by how much more than noise samples slip where they are (k,), from slips over it."""
+    return np.maximum(median_filter(np.abs(slip), 2 * _NEARBY + 1) / _MEDIAN, 1.0)
 
 
 def _through_neighbours() -> Array:
@@ -110,7 +122,7 @@ def _through_neighbours() -> Array:
 
 def _scatter(away: Array, steps: Array, gain: float) -> Array:
     """Return how far readings of healthy samples are from their curves (n, 2) [rad]."""
-    usual = np.median(np.abs(away), axis=0) / 0.6745
+    usual = np.median(np.abs(away), axis=0) / _MEDIAN
     return np.maximum(np.maximum(usual, gain * steps / np.sqrt(12.0)), 1e-12)
 
 

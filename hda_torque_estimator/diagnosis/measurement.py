@@ -1,19 +1,27 @@
 """A recording as the diagnosis sees it: both angles and the commanded torque on a time grid."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
+from hda_msgs_json.errors import HdaError
 from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import motor_name
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from ..readings import readings
 
 Array = NDArray[np.float64]
 SEGMENT = 0.5           # of an estimate of noise [s]
 QUIET = 0.25            # share of segments that an effect surely leaves quiet
+FINEST = 1e-6           # period of a grid: no encoder is read more often [s]
+EMPTIEST = 4.0          # places of a grid for each sample: beyond, most would be made up
 _FOURTH = 70.0          # power of the fourth differences of white noise, over its own
+
+
+class StampsError(HdaError):
+    """Stamps from which no even grid can be made."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,23 +101,59 @@ def joined(recordings: Sequence[Measurement], grain: int = 1) -> Measurement:
         np.concatenate([one.command[:length] for one, length in zip(recordings, lengths)]),
         tuple(begin + place for one, length, begin in zip(recordings, lengths, begins)
               for place in one.absent if place < length), tuple(begins),
-        np.concatenate([one.past[:length] for one, length in zip(recordings, lengths)]))
+        _past(recordings, lengths))
 
 
-def measurement_from(labels: tuple[str, ...], samples: JointSamples) -> Measurement:
+def _past(recordings: Sequence[Measurement], lengths: Sequence[int]) -> Array:
+    """Return how far all are past their ticks, 0 where nothing is known; empty if nowhere."""
+    if not any(len(one.past) for one in recordings):
+        return np.zeros(0)
+    return np.concatenate([one.past[:length] if len(one.past) else np.zeros(length)
+                           for one, length in zip(recordings, lengths)])
+
+
+def resampled(measurement: Measurement, dt: float) -> Measurement:
+    """
+    Return a measurement with another period, as it is where less than a sample apart at the end.
+
+    Angles go along splines; a command is the mean of those in force. Nothing is known any more
+    about when each sample was taken.
+    """
+    count = len(measurement.command)
+    if abs(dt / measurement.dt - 1.0) * count < 1.0:
+        return replace(measurement, dt=dt)
+    time = measurement.time
+    grid = dt * np.arange(int(time[-1] / dt) + 1)
+    asked = measurement.dt * np.arange(count + 1)
+    whole = np.concatenate([np.zeros((1, measurement.command.shape[1])),
+                            np.cumsum(measurement.command, axis=0)]) * measurement.dt
+    edges = np.append(grid, grid[-1] + dt)
+    given = np.stack([np.interp(edges, asked, column) for column in whole.T], axis=1)
+    absent = {min(round(place * measurement.dt / dt), len(grid) - 1)
+              for place in measurement.absent}
+    return Measurement(measurement.labels, dt, CubicSpline(time, measurement.reading)(grid),
+                       np.diff(given, axis=0) / dt, tuple(sorted(absent)))
+
+
+def measurement_from(labels: tuple[str, ...], samples: JointSamples,
+                     source: str = 'the recording') -> Measurement:
     """
     Return the joint states on the even grid of their usual period.
 
     Stamps that jitter by less than half a period only tell by how much a sample was past its tick;
-    where samples are missing, angles are joined by straight lines and commands held.
+    where samples are missing, angles are joined by straight lines and commands held. Raises
+    StampsError, naming the source, for stamps that are on no such grid.
     """
     reading = readings(labels, samples)[:, :, :2]
     command = samples.select([motor_name(label) for label in labels]).effort
     keep = np.isfinite(reading).all(axis=(1, 2)) & np.isfinite(command).all(axis=1)
-    keep &= np.diff(samples.stamps, prepend=samples.stamps[:1] - 1) > 0
+    latest = np.maximum.accumulate(samples.stamps)
+    keep &= np.diff(latest, prepend=latest[:1] - 1) > 0
     stamps = samples.stamps[keep]
+    _check_count(stamps, samples.stamps, source)
     since = (stamps - stamps[0]) * 1e-9
     dt = _period(since)
+    _check_grid(since, dt, source)
     ticks = np.round(since / dt).astype(np.int64)
     ticks = np.maximum(ticks, np.arange(len(ticks)))
     past = since - dt * ticks
@@ -124,6 +168,30 @@ def measurement_from(labels: tuple[str, ...], samples: JointSamples) -> Measurem
     return Measurement(labels, dt, full.reshape(len(grid), *reading.shape[1:]),
                        command[keep][held], tuple(absent.tolist()),
                        past=np.interp(grid, ticks, past))
+
+
+def _check_count(kept: NDArray[np.int64], stamps: NDArray[np.int64], source: str) -> None:
+    """Raise StampsError where there are no two samples, or most stamps are of another time."""
+    growing = np.diff(np.maximum.accumulate(stamps), prepend=stamps[:1] - 1) > 0
+    if len(stamps) > 1 and 2 * growing.sum() < len(stamps):
+        raise StampsError(f'{source}: only {growing.sum()} of {len(stamps)} stamps are later than '
+                          'all before them; record the time of each sample in its header')
+    if len(kept) < 2:
+        raise StampsError(f'{source} is too short: it has {len(kept)} samples of all angles and '
+                          'motor torques')
+
+
+def _check_grid(since: Array, dt: float, source: str) -> None:
+    """Raise StampsError for a grid that no encoder is read at, or that is nearly empty."""
+    if dt < FINEST:
+        raise StampsError(f'{source}: its stamps are {dt:.3g} s apart, at least {FINEST:g} s is '
+                          'right; record the time of each sample in its header [ns]')
+    if since[-1] > EMPTIEST * dt * len(since):
+        at = int(np.argmax(np.diff(since)))
+        before, after = since[at:at + 2]
+        raise StampsError(f'{source}: its {len(since)} samples of {dt:.3g} s are spread over '
+                          f'{since[-1]:.4g} s; the stamps jump by {after - before:.4g} s after '
+                          f'{before:.4g} s: cut the recording there')
 
 
 def _period(since: Array) -> float:

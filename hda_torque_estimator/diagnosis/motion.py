@@ -72,6 +72,11 @@ def jolts(measurement: Measurement) -> NDArray[np.bool_]:
     return np.asarray((apart > usual).any(axis=1))
 
 
+def smoothed(values: Array, dt: float) -> Array:
+    """Return values (k, ...) as smooth as the motion is: polynomials over the same window."""
+    return _derivative(values, 0, WINDOW, dt)
+
+
 def _derivative(angles: Array, order: int, window: float, dt: float) -> Array:
     """Return a derivative of angles by polynomials over a window [s]."""
     length = max(_DEGREE + 2, 2 * round(0.5 * window / dt) + 1)

@@ -1,6 +1,6 @@
 """A recording of motors alone: shaft angles and torques on a time grid, and what moves in them."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 from .gate import GateError
+from .rates import check_rate
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -19,8 +20,9 @@ SHORTEST = 2.0          # recording of a sweep from which friction and ripple ca
 _WINDOW, _DEGREE = 0.041, 3     # of the polynomials that give speeds [s]
 _TRAVEL = 0.02          # link travel below which a joint was held still [rad]
 _SLOW = 0.3             # shaft speed below which dry friction is not known [rad/s]
-_BLOCKS = 12            # stretches of a sweep,
+_BLOCKS = 12            # stretches of the motion of a sweep,
 HELD = 3               # of so many of which one is held out
+_LEAST = 2              # windows of the polynomials in a stretch that tells something
 
 
 class Sweep(NamedTuple):
@@ -42,9 +44,13 @@ class Sweep(NamedTuple):
 
     @property
     def block(self) -> NDArray[np.int64]:
-        """Return the stretch of each row (k,)."""
-        length = self.time[-1] - self.time[0] + self.dt
-        return np.asarray((self.time - self.time[0]) / length * _BLOCKS, np.int64)
+        """
+        Return the stretch of each row (k,): all have as much of the motion, so none is empty.
+
+        A joint may move in a small part of a recording alone.
+        """
+        moved: NDArray[np.int64] = np.cumsum(self.moving) - self.moving
+        return np.minimum(moved * _BLOCKS // max(int(self.moving.sum()), 1), _BLOCKS - 1)
 
     @property
     def both_ways(self) -> bool:
@@ -60,18 +66,59 @@ def is_motor_side(samples: JointSamples, arm: Arm) -> bool:
     return bool(motors) and not np.isfinite(samples.select(links).position).any()
 
 
-def sweeps_of(samples: JointSamples, arm: Arm, source: str) -> list[Sweep]:
-    """Return the joints that move in a recording; raises GateError if it cannot be used."""
-    found = [sweep for joint in arm.joints if motor_name(joint.label) in samples.names
-             for sweep in _sweep(samples, joint, source)]
-    if found and found[0].time[-1] - found[0].time[0] < SHORTEST:
-        raise GateError(f'{source}: {found[0].time[-1] - found[0].time[0]:.2g} s are too short; '
-                        f'record at least {SHORTEST:g} s')
-    return found
+def sweeps_of(samples: JointSamples, arm: Arm, source: str,
+              period: float | None = None) -> list[Sweep]:
+    """
+    Return the joints that move in a recording, sampled every `period` [s] or as recorded.
+
+    Raises GateError if it cannot be used.
+    """
+    return [sweep for joint in arm.joints if motor_name(joint.label) in samples.names
+            for sweep in _sweep(samples, joint, source, period)]
 
 
-def _sweep(samples: JointSamples, joint: Joint, source: str) -> Sequence[Sweep]:
-    """Return the sweep of a joint, none where it was held still."""
+def sweeps_together(recordings: Mapping[str, JointSamples], arm: Arm) -> list[Sweep]:
+    """
+    Return the joints that move in several recordings of one arm, by their names.
+
+    A joint that moves in several has them one after another, with the angles as they are: its
+    motor encoder is taken to keep its zero. Raises GateError where one cannot be used, or where
+    the rates differ.
+    """
+    periods = {source: period_of(samples) for source, samples in recordings.items()}
+    first = next(iter(periods))
+    for source, period in periods.items():
+        check_rate(1.0 / period, source, 1.0 / periods[first], first)
+    found: dict[str, Sweep] = {}
+    begin = 0.0
+    for source, samples in recordings.items():
+        for sweep in sweeps_of(samples, arm, source, periods[first]):
+            later = sweep._replace(time=sweep.time + begin)
+            label = sweep.joint.label
+            found[label] = _after(found[label], later) if label in found else later
+        begin += length_of(samples)
+    return [found[joint.label] for joint in arm.joints if joint.label in found]
+
+
+def period_of(samples: JointSamples) -> float:
+    """Return the usual period of a recording [s]."""
+    return float(np.median(np.diff(samples.stamps))) * 1e-9
+
+
+def length_of(samples: JointSamples) -> float:
+    """Return how long a recording lasts, up to where a next one may begin [s]."""
+    return float(samples.stamps[-1] - samples.stamps[0]) * 1e-9 + period_of(samples)
+
+
+def _after(first: Sweep, second: Sweep) -> Sweep:
+    """Return two sweeps of one joint as one."""
+    return Sweep(first.joint, first.dt, *(np.concatenate(pair)
+                                          for pair in zip(first[2:], second[2:])))
+
+
+def _sweep(samples: JointSamples, joint: Joint, source: str,
+           period: float | None) -> Iterator[Sweep]:
+    """Yield the sweep of a joint, none where it was held still or hardly moved."""
     name = motor_name(joint.label)
     motor = samples.select([name])
     angle, torque = motor.position[:, 0], motor.effort[:, 0]
@@ -80,9 +127,12 @@ def _sweep(samples: JointSamples, joint: Joint, source: str) -> Sequence[Sweep]:
         raise GateError(f'{source}: no motor torque of {joint.label}; record the commanded torque '
                         f'as the effort of {name}')
     if good.sum() < 100 or np.ptp(angle[good]) < _TRAVEL * joint.ratio:
-        return ()
+        return
     since = (samples.stamps[good] - samples.stamps[good][0]) * 1e-9
-    dt = float(np.median(np.diff(since)))
+    dt = float(np.median(np.diff(since))) if period is None else period
+    if since[-1] < SHORTEST:
+        raise GateError(f'{source}: {since[-1]:.2g} s are too short; record at least '
+                        f'{SHORTEST:g} s')
     time = dt * np.arange(int(since[-1] / dt) + 1, dtype=np.float64)
     angle, torque = (np.interp(time, since, values[good]) for values in (angle, torque))
     window = max(_DEGREE + 2, 2 * round(0.5 * _WINDOW / dt) + 1)
@@ -90,4 +140,5 @@ def _sweep(samples: JointSamples, joint: Joint, source: str) -> Sequence[Sweep]:
                            for order in (1, 2))
     moving = np.abs(speed) > _SLOW
     moving[:window], moving[-window:] = False, False
-    return (Sweep(joint, dt, time, angle, speed, acceleration, torque, moving),)
+    if moving.sum() >= _BLOCKS * _LEAST * window:
+        yield Sweep(joint, dt, time, angle, speed, acceleration, torque, moving)

@@ -12,15 +12,15 @@ import math
 from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import (CoulombFriction, Effect, EFFECTS, MotorCogging, Scope, Site,
-                                       ViscousFriction)
+from hda_arm_sim.model.effects import (CoulombFriction, DriveOffset, Effect, EFFECTS,
+                                       MotorCogging, Scope, Site, ViscousFriction)
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from .motor_record import HELD, Sweep
-from .report import (Alike, Detectable, Diagnosis, Evidence, Finding, Number, RecordingFacts,
-                     Residual, TotalGain, Unexplained)
+from .report import (Alike, Candidate, Detectable, Diagnosis, Evidence, Finding, Number, Part,
+                     RecordingFacts, Residual, told, TotalGain, Unexplained)
 from .ripple import Line, STANDS_OUT, strongest_line, waves
 from .verdict import Gains
 
@@ -69,7 +69,21 @@ def explained(sweep: Sweep) -> Explained:
         if _repeats(sweep, line, rest, _rest(sweep, more)):
             columns = more
             lines.append(line)
-    return _fitted(sweep, columns, tuple(lines))
+    return _without_losses(_fitted(sweep, columns, tuple(lines)))
+
+
+def _without_losses(part: Explained) -> Explained:
+    """Return what explains a torque without lines that lose on the held-out stretches."""
+    first = _base(part.sweep).shape[1]
+    gains = [_gain_without(part, [first + 2 * number, first + 2 * number + 1]).removed()
+             for number in range(len(part.lines))]
+    if all(gain > 0.0 for gain in gains):
+        return part
+    worst = int(np.argmin(gains))
+    kept = [column for column in range(part.columns.shape[1])
+            if column not in (first + 2 * worst, first + 2 * worst + 1)]
+    return _without_losses(_fitted(part.sweep, part.columns[:, kept],
+                                   part.lines[:worst] + part.lines[worst + 1:]))
 
 
 def _repeats(sweep: Sweep, line: Line, before: Array, after: Array) -> bool:
@@ -89,10 +103,10 @@ class MotorConclusion(NamedTuple):
 
 
 def diagnose_motors(sweeps: Sequence[Sweep], arm: Arm, *, arm_file: str = '',
-                    version: str = '') -> MotorConclusion:
-    """Return what the torques of motors show."""
+                    version: str = '', bags: Sequence[Part] = ()) -> MotorConclusion:
+    """Return what the torques of motors show; several recordings are `bags`."""
     parts = tuple(explained(sweep) for sweep in sweeps)
-    findings = tuple(found for part in parts for found in _findings(part))
+    findings = told(found for part in parts for found in _findings(part))
     pairs = tuple(_one_way(part) for part in parts if not part.sweep.both_ways)
     rests = [rest for part in parts for rest in _unexplained(part)]
     verdict = ('insufficient_excitation' if not parts else 'unknown' if rests else
@@ -100,21 +114,23 @@ def diagnose_motors(sweeps: Sequence[Sweep], arm: Arm, *, arm_file: str = '',
     remarks = [_SIDE, *(_level(part) for part in parts if not part.sweep.both_ways)]
     diagnosis = Diagnosis(
         verdict, findings, pairs, rests[0] if rests else None, tuple(_unseen(parts)),
-        _total(parts), tuple(_residual(part) for part in parts), _facts(sweeps), arm_file,
-        version, 0.0, tuple(remarks))
-    return MotorConclusion(diagnosis, _extended(arm, parts), parts)
+        _total(parts), tuple(_residual(part) for part in parts), _facts(sweeps, bags),
+        arm_file, version, 0.0, tuple(remarks))
+    return MotorConclusion(diagnosis, _extended(arm, findings), parts)
 
 
-def _facts(sweeps: Sequence[Sweep]) -> RecordingFacts:
-    """Return what was diagnosed, and which stretches of it were held out."""
+def _facts(sweeps: Sequence[Sweep], bags: Sequence[Part]) -> RecordingFacts:
+    """Return what was diagnosed, and what of the first joint's motion was held out."""
     if not sweeps:
         return RecordingFacts(0.0, 0, math.nan, (), ())
     sweep = sweeps[0]
     spans = [(float(rows[0]), float(rows[-1]) + sweep.dt) for rows in np.split(
         sweep.time, np.flatnonzero(np.diff(sweep.block)) + 1)]
     held = spans[HELD - 1::HELD]
-    return RecordingFacts(float(sweep.time[-1]), len(sweep.time), 1.0 / sweep.dt,
-                          tuple(span for span in spans if span not in held), tuple(held))
+    duration = max(float(one.time[-1]) for one in sweeps)
+    return RecordingFacts(duration, round(duration / sweep.dt) + 1, 1.0 / sweep.dt,
+                          tuple(span for span in spans if span not in held), tuple(held),
+                          tuple(bags) if len(bags) > 1 else ())
 
 
 def _base(sweep: Sweep) -> Array:
@@ -204,30 +220,43 @@ def _wave(part: Explained, number: int) -> MotorCogging:
 
 def _finding(part: Explained, effect: Effect, label: str, places: Sequence[int],
              numbers: dict[str, tuple[float, float]], score: float, least: float) -> Finding:
-    told = {name: Number(value, type(effect).declaration(name).unit,
-                         value - _NORMAL_90 * spread, value + _NORMAL_90 * spread)
-            for name, (value, spread) in numbers.items()}
-    return Finding(effect.name, label, effect.site.value, effect.cause, told,
+    known = {name: Number(value, type(effect).declaration(name).unit,
+                          value - _NORMAL_90 * spread, value + _NORMAL_90 * spread)
+             for name, (value, spread) in numbers.items()}
+    return Finding(effect.name, label, effect.site.value, effect.cause, known,
                    Evidence(score, least, None, math.exp(min(0.5 * score, 700.0))),
                    _gain_without(part, places).gain())
 
 
 def _one_way(part: Explained) -> Alike:
-    label = part.sweep.joint.label
-    return Alike(((CoulombFriction.name, label), ('drive_offset', label)),
-                 'the same sweep back')
+    """Return what a sweep in one direction cannot tell apart, each as if it alone resisted."""
+    label, (resists, reach) = part.sweep.joint.label, _resistance(part)
+    way = float(np.sign(np.median(part.sweep.speed[part.sweep.moving])))
+    sizes = (CoulombFriction, 'level', resists), (DriveOffset, 'offset', -way * resists)
+    return Alike(tuple((kind.name, label) for kind, _, _ in sizes), 'the same sweep back', tuple(
+        Candidate(kind.name, label, {name: Number(size, kind.declaration(name).unit,
+                                                  size - reach, size + reach)}, False)
+        for kind, name, size in sizes) if resists > 0.0 else ())
+
+
+def _resistance(part: Explained) -> tuple[float, float]:
+    """Return the torque that resists a sweep at its mean speed, and how far it is in doubt."""
+    friction = [_LOAD, _LOAD + 1]
+    speed = float(np.abs(part.sweep.speed[part.sweep.moving]).mean())
+    along = np.array([1.0, speed])
+    left = part.without(())[part.sweep.moving & part.sweep.held_out]
+    return float(along @ part.numbers[friction]), _NORMAL_90 * float(left.std())
 
 
 def _level(part: Explained) -> str:
     """Return how much resists a sweep in one direction, at its mean speed."""
     friction, use = [_LOAD, _LOAD + 1], part.sweep.moving & part.sweep.held_out
     speed = float(np.abs(part.sweep.speed[part.sweep.moving]).mean())
-    resists = float(np.array([1.0, speed]) @ part.numbers[friction])
     without, left = (float(np.sqrt(np.mean(part.without(taken)[use] ** 2)))
                      for taken in (friction, ()))
-    return (f'{part.sweep.joint.label} moves one way: {resists:.3g} N*m at the shaft resist at '
-            f'{speed:.3g} rad/s, friction and offset together; the held-out error is {left:.2g} '
-            f'N*m with it and {without:.2g} N*m without')
+    return (f'{part.sweep.joint.label} moves one way: {_resistance(part)[0]:.3g} N*m at the shaft '
+            f'resist at {speed:.3g} rad/s, friction and offset together; the held-out error is '
+            f'{left:.2g} N*m with it and {without:.2g} N*m without')
 
 
 def _unexplained(part: Explained) -> Iterator[Unexplained]:
@@ -272,16 +301,15 @@ def _unseen(parts: Sequence[Explained]) -> Iterator[Detectable]:
                 yield Detectable(kind.name, part.sweep.joint.label, None, unit)
 
 
-def _extended(arm: Arm, parts: Sequence[Explained]) -> Arm:
-    """Return the arm with the friction that is known and the strongest line of each motor."""
-    for part in parts:
-        label = part.sweep.joint.label
-        for found in _findings(part):
-            if found.effect != MotorCogging.name:
-                (name, number), = found.parameters.items()
-                arm = arm.with_effect(replace(arm.effect(found.effect, label),
-                                              **{name: number.value}), label)
-        if part.lines:
-            arm = arm.with_effect(max((_wave(part, number) for number in range(len(part.lines))),
-                                      key=lambda wave: wave.amplitude), label)
+def _extended(arm: Arm, findings: Sequence[Finding]) -> Arm:
+    """Return the arm with the friction that is told and the strongest line of each motor."""
+    strongest: dict[str | None, float] = {}
+    for found in findings:
+        numbers = {name: number.value for name, number in found.parameters.items()}
+        if found.effect == MotorCogging.name:
+            if numbers['amplitude'] < strongest.get(found.joint, 0.0):
+                continue
+            strongest[found.joint] = numbers['amplitude']
+        arm = arm.with_effect(replace(arm.effect(found.effect, found.joint), **numbers),
+                              found.joint)
     return arm

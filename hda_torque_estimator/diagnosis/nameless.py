@@ -23,6 +23,7 @@ _LINK_ORDERS = (1, 2, 3, 4, 6)
 _MOTOR_ORDERS = (1, 2, 4, 6, 8, 12)
 # Beside these two, what follows the torque lets a motor balance shrink with all of its noise.
 _SCALED, _SCALE = {'torque_constant_error', 'motor_inertia_error'}, ('motor', 'joint_torque^1')
+_AT_REST = 1e-30        # mean square of a shape, below which nothing moved that makes it
 
 
 class Curve(NamedTuple):
@@ -54,7 +55,8 @@ def best_curves(fitter: Fitter, fit: Fit, joints: Collection[str]) -> dict[str, 
         along = {name: values[:, place] for name, values in coordinates.items()}
         scaled = {term.name for term in fit.accepted if term.joint == label} >= _SCALED
         forms = dict(_forms(fitter.balancer.time, along))
-        shapes = np.stack([shape / np.sqrt(np.mean(shape ** 2)) for shape in forms.values()], 1)
+        columns = np.stack(list(forms.values()), 1)
+        shapes = columns / np.sqrt(np.maximum(np.mean(columns ** 2, axis=0), _AT_REST))
         for site, channels in _sites(fitter, label).items():
             more = np.zeros((len(shapes), len(fitter.noise), shapes.shape[1]))
             more[:, channels] = shapes[:, None]

@@ -4,8 +4,11 @@ from collections.abc import Iterable, Mapping
 from html import escape
 import math
 
-from .report import Diagnosis, Finding, Gain, Number, OwnGain, Part, VERDICTS
-from ..pages.document import captioned, code, document, figure, section, table, unit
+from hda_arm_sim.model.effects import EFFECTS
+
+from .report import Alike, Candidate, Diagnosis, Finding, Gain, Number, OwnGain, Part
+from ..pages.document import (
+    captioned, card, code, document, facts_table, figure, number, section, table, unit)
 
 CAPTIONS = {
     'residuals': 'What each balance misses over time. The arm as given leaves the wide band; the '
@@ -20,13 +23,12 @@ CAPTIONS = {
     'motor': 'A motor alone. Left: its torque over a held-out stretch, measured, and as load, '
              'friction and the lines found call for it. Right: what load and friction leave, over '
              'the turn of the motor; with the lines it should be flat.',
-    'example': 'One window simulated from the measured state. The extended arm should cover the '
-               'measurement; the arm as given departs from it.',
 }
 _FINDING = ('What gives {} away: the line is the median of the residual, the band its middle '
             'half. Without the cause it follows the coordinate; with it, it should be flat at '
             'zero.')
 _OTHER = 'Figure {}.'
+_OWN = 'finding_'       # begins the names of the causes' own figures
 _CERTAIN = 1e6                      # odds beyond which the number says nothing more
 
 
@@ -37,8 +39,8 @@ def page(diagnosis: Diagnosis, figures: Mapping[str, str]) -> str:
     `figures` are SVG elements by the names of `plots.figures`, in the order of the page. They go
     in as they are; all other text is escaped.
     """
-    headline = VERDICTS[diagnosis.verdict]
-    parts = [f'<h1>{escape(headline)}</h1>', _summary(diagnosis), _findings(diagnosis),
+    headline = diagnosis.headline
+    parts = [f'<h1>{escape(headline)}</h1>', _summary(diagnosis), _findings(diagnosis, figures),
              _ambiguous(diagnosis), _unexplained(diagnosis), _gain(diagnosis),
              _prediction(diagnosis),
              _figures(diagnosis, figures), _residuals(diagnosis), _detectable(diagnosis),
@@ -48,54 +50,84 @@ def page(diagnosis: Diagnosis, figures: Mapping[str, str]) -> str:
 
 
 def _summary(diagnosis: Diagnosis) -> str:
-    told = [f'{code(found.effect)} at {escape(_place(found.joint))}'
-            for found in diagnosis.findings]
+    told = [_named(found.effect, found.joint) for found in diagnosis.findings]
     named = f'Named: {", ".join(told)}. ' if told else 'No cause is named. '
     removed = f'On data that no fit has seen {_removed(diagnosis.gain)} of the excess error is ' \
               'removed.' if told else ''
     return f'<p class="lead">{named}{removed}</p>'
 
 
-def _findings(diagnosis: Diagnosis) -> str:
+def _findings(diagnosis: Diagnosis, drawn: Mapping[str, str]) -> str:
     if not diagnosis.findings:
         return ''
-    rows = [[code(found.effect), escape(_place(found.joint)), escape(found.site),
-             escape(found.cause), _numbers(found.parameters), _evidence(found),
-             _removed(found.gain) + _placebo(found.gain)] for found in diagnosis.findings]
-    return section('Causes', table(
-        ('effect', 'where', 'site', 'cause', 'parameters, 90 % interval', 'evidence',
-         'excess error removed, held out'), rows))
+    return section('Causes', ''.join(
+        _finding(found, drawn.get(f'{_OWN}{place}', ''))
+        for place, found in enumerate(diagnosis.findings, 1)))
 
 
-def _numbers(parameters: Mapping[str, Number]) -> str:
-    return '<br>'.join(
-        f'<span class="number">{escape(name)} = {figure(number.value)} '
-        f'[{figure(number.low)}, {figure(number.high)}] {escape(unit(number.unit))}'.rstrip()
-        + '</span>'
-        for name, number in parameters.items())
+def _finding(found: Finding, svg: str) -> str:
+    """Return one cause: where and why, its numbers, what speaks for it, and its figure."""
+    named = f'{found.effect} at {_place(found.joint)}'
+    return card(_named(found.effect, found.joint), '\n'.join([
+        f'<p>{escape(_capital(found.cause))}. Site: {escape(found.site)}.</p>',
+        _numbers(found.effect, found.parameters),
+        f'<p>Removes {_removed(found.gain)} of the excess error, held out{_placebo(found.gain)}. '
+        f'{_evidence(found)}</p>', captioned(svg, _FINDING.format(named)) if svg else '']))
+
+
+def _numbers(effect: str, parameters: Mapping[str, Number]) -> str:
+    rows = [[f'{code(name)}{_meaning(effect, name)}', number(value.value), _within(value),
+             escape(unit(value.unit))] for name, value in parameters.items()]
+    return table(('parameter', 'value', '90 % interval', 'unit'), rows) if rows else ''
+
+
+def _within(value: Number) -> str:
+    if value.chosen:
+        return 'chosen, not fitted'
+    return f'{number(value.low)} to {number(value.high)}'
+
+
+def _meaning(effect: str, name: str) -> str:
+    """Return what a parameter means, in the words of its declaration."""
+    known = next((kind for kind in EFFECTS if kind.name == effect), None)
+    meanings = {} if known is None else {
+        rule.name: rule.meaning for rule in known.declarations()}
+    return f'<br><small>{escape(meanings[name])}</small>' if name in meanings else ''
 
 
 def _evidence(found: Finding) -> str:
     evidence = found.evidence
-    score = f'score {figure(evidence.score)}, threshold {figure(evidence.threshold)}'
+    score = f'Score {figure(evidence.score)}, threshold {figure(evidence.threshold)}'
     if evidence.runner_up is None:
-        return f'{score}<br>no runner-up'
+        return f'{score}; no runner-up.'
     odds = f'more than {_CERTAIN:,.0f}' if evidence.odds > _CERTAIN else figure(evidence.odds)
-    return f'{score}<br>{odds} to 1 against {code(evidence.runner_up)}'
+    return f'{score}; {odds} to 1 against {code(evidence.runner_up)}.'
 
 
 def _placebo(gain: Gain) -> str:
     if not isinstance(gain, OwnGain):
         return ''
-    return f'<br>a placebo of equal freedom {100.0 * gain.placebo:.1f} %'
+    return f'; a placebo of equal freedom {100.0 * gain.placebo:.1f} %'
 
 
 def _ambiguous(diagnosis: Diagnosis) -> str:
-    rows = [[' or '.join(f'{code(effect)} at {escape(_place(joint))}'
-                         for effect, joint in alike.effects), escape(alike.experiment)]
-            for alike in diagnosis.ambiguous]
-    return section('What this recording cannot tell apart', table(
-        ('explain it equally well', 'the experiment that decides'), rows)) if rows else ''
+    if not diagnosis.ambiguous:
+        return ''
+    return section('What this recording cannot tell apart',
+                   ''.join(map(_alike, diagnosis.ambiguous)))
+
+
+def _alike(alike: Alike) -> str:
+    """Return causes that explain a recording equally well, each with its own numbers."""
+    sizes = ''.join(f'<h4>{_named(one.effect, one.joint)}{_held(one)}</h4>\n'
+                    + _numbers(one.effect, one.parameters) for one in alike.candidates)
+    return card(' or '.join(_named(*place) for place in alike.effects),
+                f'<p>Each explains the recording as well as the other. What decides: '
+                f'{escape(alike.experiment)}.</p>\n{sizes}')
+
+
+def _held(one: Candidate) -> str:
+    return f', which {code("model.yaml")} holds' if one.in_model else ''
 
 
 def _unexplained(diagnosis: Diagnosis) -> str:
@@ -107,7 +139,7 @@ def _unexplained(diagnosis: Diagnosis) -> str:
 
 def _gain(diagnosis: Diagnosis) -> str:
     gain = diagnosis.gain
-    rows = [[figure(gain.before), figure(gain.after), figure(gain.floor), _removed(gain)]]
+    rows = [[number(gain.before), number(gain.after), number(gain.floor), _removed(gain)]]
     scale = unit(gain.unit)
     return section('Gain on held-out data', f'<p>{escape(_capital(gain.metric))}.</p>' + table(
         tuple(_with_unit(name, scale) for name in ('arm as given', 'extended arm',
@@ -116,7 +148,7 @@ def _gain(diagnosis: Diagnosis) -> str:
 
 
 def _prediction(diagnosis: Diagnosis) -> str:
-    rows = [[f'{figure(row.horizon)} s', figure(row.before), figure(row.after), figure(row.floor),
+    rows = [[number(row.horizon, 's'), number(row.before), number(row.after), number(row.floor),
              escape(unit(row.unit))] for row in diagnosis.prediction]
     return section('Prediction of held-out data, by how far it looks ahead', table(
         ('horizon', 'arm as given', 'extended arm', 'noise floor', 'unit, rms'),
@@ -124,21 +156,21 @@ def _prediction(diagnosis: Diagnosis) -> str:
 
 
 def _figures(diagnosis: Diagnosis, drawn: Mapping[str, str]) -> str:
-    return section('Simulated against measured', ''.join(
-        captioned(svg, _caption(diagnosis, name)) for name, svg in drawn.items())) if drawn else ''
+    """Return the figures that belong to no cause alone."""
+    shown = {f'{_OWN}{place}' for place in range(1, len(diagnosis.findings) + 1)}
+    rest = ''.join(captioned(svg, _caption(name)) for name, svg in drawn.items()
+                   if name not in shown)
+    return section('Simulated against measured', rest) if rest else ''
 
 
-def _caption(diagnosis: Diagnosis, name: str) -> str:
-    kind, _, number = name.partition('_')
-    if kind == 'finding' and number.isdigit() and 0 < int(number) <= len(diagnosis.findings):
-        found = diagnosis.findings[int(number) - 1]
-        return _FINDING.format(f'{found.effect} at {_place(found.joint)}')
+def _caption(name: str) -> str:
+    kind = name.partition('_')[0]
     return CAPTIONS.get(name, CAPTIONS.get(kind, _OTHER.format(name.replace('_', ' '))))
 
 
 def _residuals(diagnosis: Diagnosis) -> str:
-    rows = [[escape(row.site), escape(_place(row.joint)), figure(row.before), figure(row.after),
-             figure(row.floor), escape(unit(row.unit))] for row in diagnosis.residuals]
+    rows = [[escape(row.site), escape(_place(row.joint)), number(row.before), number(row.after),
+             number(row.floor), escape(unit(row.unit))] for row in diagnosis.residuals]
     return section('Residuals of the balances, rms on held-out data', table(
         ('balance', 'where', 'arm as given', 'extended arm', 'noise floor', 'unit'),
         rows)) if rows else ''
@@ -147,7 +179,7 @@ def _residuals(diagnosis: Diagnosis) -> str:
 def _detectable(diagnosis: Diagnosis) -> str:
     rows = [[code(row.effect), escape(_place(row.joint)),
              'cannot be shown by this motion' if row.smallest_detectable is None
-             else f'{figure(row.smallest_detectable)} {escape(unit(row.unit))}']
+             else number(row.smallest_detectable, row.unit)]
             for row in diagnosis.excitation]
     said = ''.join(f'<p>{escape(_capital(remark))}.</p>' for remark in diagnosis.remarks)
     return section('Smallest size that this recording could have shown', said + table(
@@ -162,9 +194,7 @@ def _recording(diagnosis: Diagnosis) -> str:
             ('held out', _spans(facts.held_out)), ('arm', code(diagnosis.arm)),
             ('version', escape(diagnosis.version)),
             ('time taken', f'{figure(diagnosis.seconds)} s')]
-    return section('Recording', '<table class="facts"><tbody>' + ''.join(
-        f'<tr><th scope="row">{name}</th><td>{value}</td></tr>\n' for name, value in rows)
-        + '</tbody></table>')
+    return section('Recording', facts_table(rows))
 
 
 def _bags(bags: Iterable[Part]) -> list[tuple[str, str]]:
@@ -199,6 +229,10 @@ def _with_unit(name: str, scale: str) -> str:
 
 def _capital(sentence: str) -> str:
     return sentence[:1].upper() + sentence[1:]
+
+
+def _named(effect: str, joint: str | None) -> str:
+    return f'{code(effect)} at {escape(_place(joint))}'
 
 
 def _place(joint: str | None) -> str:

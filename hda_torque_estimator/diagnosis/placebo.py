@@ -36,7 +36,7 @@ def placebo_shares(fitter: Fitter, fit: Fit, term: Term) -> Shares:
     Everything else that is free is fitted anew beside either, on the rows of the fitter.
     """
     keep = fit.own(term)
-    others = [other for other in fit.terms if other is not term]
+    others = fit.terms_beside(term)
     known, away, free = fit.columns[:, :, ~keep], fitter.away(others), deviations(others)
     lacking = fitter.balancer(fitter.on(others)).residual
     rows = fit.balance.valid & ~fitter.rows[:, None]

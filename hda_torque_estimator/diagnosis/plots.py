@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .balance import BANDWIDTH
-from .exhibits import along, binned, Dependence, dependences, Example, Exhibits, TURN, WRAPPED
-from .following import follow, Following
+from .exhibits import along, binned, Exhibits
+from .following import BINS, Following, TURN, TURN_BINS, WRAPPED
 from .report import Diagnosis, Finding, Unexplained
+from .unexplained import Rest
 from ..pages.drawing import AFTER, band, BEFORE, FLOOR, INK, plain, STYLE
 
 Array = NDArray[np.float64]
@@ -28,7 +29,6 @@ COORDINATES = {
     'motor_torque': 'motor torque, shaft [N·m]',
 }
 BALANCES = ('A, motor', 'B, torsion')
-_BINS, _TURN_BINS = 30, 60
 
 
 def figures(diagnosis: Diagnosis, exhibits: Exhibits) -> dict[str, Figure]:
@@ -37,11 +37,8 @@ def figures(diagnosis: Diagnosis, exhibits: Exhibits) -> dict[str, Figure]:
     for number, finding in enumerate(diagnosis.findings, 1):
         drawn[f'finding_{number}'] = finding_figure(finding, exhibits)
     if diagnosis.unexplained is not None:
-        rest = diagnosis.unexplained
-        drawn['unexplained'] = rest_figure(rest, exhibits.rest())
+        drawn['unexplained'] = rest_figure(diagnosis.unexplained, exhibits.rest())
     drawn['prediction'] = prediction_figure(exhibits)
-    if exhibits.example is not None:
-        drawn['example'] = example_figure(exhibits.labels, exhibits.example)
     return drawn
 
 
@@ -75,35 +72,33 @@ def finding_figure(finding: Finding, exhibits: Exhibits) -> Figure:
     return _against(own, column, finding.effect, ('without this cause', 'with it'))
 
 
-def rest_figure(rest: Unexplained, exhibits: Exhibits) -> Figure:
-    """Draw the map of a rest, the exhibits' `after`: what it follows, how, and its spectrum."""
-    column = _column_of(rest, exhibits)
-    place, side = column % len(exhibits.labels), column // len(exhibits.labels)
-    valid, values = exhibits.valid[:, column], exhibits.after[:, column]
-    found = follow(exhibits.time, values, valid, {
-        name: along[:, place] for name, along in exhibits.coordinates.items()})
-    best = next((told for told in found if told.coordinate == rest.depends_on), found[0])
+def rest_figure(told: Unexplained, rest: Rest) -> Figure:
+    """Draw the map of a rest: what it follows, how, and its spectrum."""
+    place = (int(np.argmax(rest.powers())) if told.joint is None
+             else rest.labels.index(told.joint))
+    column = rest.column(place, told.site)
+    found = rest.followed(column)
+    best = next((each for each in found if each.coordinate == told.depends_on), found[0])
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(7.6, 3.3))
         bars, curve, spectrum = figure.subplots(1, 3, width_ratios=(0.8, 1.2, 1.0))
         figure.subplots_adjust(0.16, 0.25, 0.99, 0.88, 0.45)
         _bars(bars, found)
-        _curve(curve, exhibits, column, best)
-        _spectrum(spectrum, exhibits.time, np.where(valid, values, 0.0))
-        figure.suptitle(plain(f'unexplained: {exhibits.labels[place]}, balance {BALANCES[side]}'),
-                        x=0.01, ha='left', fontsize=9.5)
+        _curve(curve, rest, column, best, AFTER)
+        curve.set_xlabel(_name_of(best))
+        curve.set_ylabel('residual, output [N·m]')
+        _spectrum(spectrum, rest.time,
+                  np.where(rest.valid[:, column], rest.residual[:, column], 0.0))
+        figure.suptitle(plain(f'unexplained: {_where(rest.labels, column)}'), x=0.01, ha='left',
+                        fontsize=9.5)
         handles, names = curve.get_legend_handles_labels()
         figure.legend(handles, names, ncols=len(names), loc='lower left')
     return figure
 
 
-def _column_of(rest: Unexplained, exhibits: Exhibits) -> int:
-    """Return the column in which a rest shows: A for the motor, B for all else."""
-    joints = len(exhibits.labels)
-    first = 0 if rest.site == 'motor' else joints
-    power = np.where(exhibits.valid, exhibits.after ** 2, 0.0).sum(axis=0)
-    return max((first + place for place, label in enumerate(exhibits.labels)
-                if rest.joint in (None, label)), key=lambda column: float(power[column]))
+def _where(labels: tuple[str, ...], column: int) -> str:
+    """Return the joint and the balance of a column."""
+    return f'{labels[column % len(labels)]}, balance {BALANCES[column // len(labels)]}'
 
 
 def _bars(axes: Axes, found: list[Following]) -> None:
@@ -117,24 +112,21 @@ def _bars(axes: Axes, found: list[Following]) -> None:
     axes.set_xlabel('power told [%]')
 
 
-def _curve(axes: Axes, exhibits: Exhibits, column: int, told: Following) -> None:
-    """Draw the rest along a coordinate, apart for both signs of what the curve multiplies."""
-    valid = exhibits.valid[:, column]
-    like = Dependence(told.coordinate, bool(told.carrier), told.share, 0.0, told.line)
-    along_it, values = along(exhibits, like, column)[valid], exhibits.after[valid, column]
+def _curve(axes: Axes, rest: Rest, column: int, told: Following, colour: str) -> None:
+    """Draw a rest along what it follows, apart for both signs of what the curve multiplies."""
+    valid = rest.valid[:, column]
+    coordinate, values = along(rest, told, column)[valid], rest.residual[valid, column]
     parts = [('median', np.ones(len(values), bool), '-')]
     if told.carrier:
         name = {'direction': 'motor_velocity', 'torque': 'joint_torque'}[told.carrier]
-        sign = exhibits.coordinates[name][valid, column % len(exhibits.labels)] > 0.0
+        sign = rest.coordinates[name][valid, column % len(rest.labels)] > 0.0
         parts = [(f'median, {told.carrier} positive', sign, '-'),
                  (f'median, {told.carrier} negative', ~sign, '--')]
     for name, rows, line in parts:
-        _spread(axes, along_it[rows], values[rows], AFTER, line, name, _bins(like))
+        _spread(axes, coordinate[rows], values[rows], colour, line, name, _bins(told))
     axes.axhline(0.0, color=INK, linewidth=0.6)
     if told.coordinate == WRAPPED:
         _turn_ticks(axes)
-    axes.set_xlabel(_name_of(like))
-    axes.set_ylabel('residual, output [N·m]')
 
 
 def _spectrum(axes: Axes, time: Array, values: Array) -> None:
@@ -150,36 +142,21 @@ def _spectrum(axes: Axes, time: Array, values: Array) -> None:
 
 def _against(exhibits: Exhibits, column: int, title: str, names: tuple[str, ...]) -> Figure:
     """Draw one panel for each name: the residual before, and after, over what it follows."""
-    told, joints = dependences(exhibits, column)[0], len(exhibits.labels)
-    where = f'{exhibits.labels[column % joints]}, balance {BALANCES[column // joints]}'
+    missed = exhibits.missed()
+    told = missed.followed(column)[0]
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(7.6 if len(names) > 1 else 4.8, 3.3), layout='constrained')
         panels = figure.subplots(1, len(names), sharey=True, sharex=True, squeeze=False)[0]
-        for axes, name, residual, colour in zip(
-                panels, names, (exhibits.before, exhibits.after), (BEFORE, AFTER)):
-            _dependence(axes, exhibits, residual, column, told, colour)
+        for axes, name, rest, colour in zip(panels, names, (missed, exhibits.rest()),
+                                            (BEFORE, AFTER)):
+            _curve(axes, rest, column, told, colour)
             axes.set_title(name)
             axes.set_xlabel(_name_of(told))
-        figure.suptitle(plain(f'{title}: {where}'), x=0.01, ha='left', fontsize=9.5)
+        figure.suptitle(plain(f'{title}: {_where(exhibits.labels, column)}'), x=0.01, ha='left',
+                        fontsize=9.5)
         panels[0].set_ylabel('residual, output [N·m]')
         _legend(figure, panels[0], below=True)
     return figure
-
-
-def _dependence(axes: Axes, exhibits: Exhibits, residual: Array, column: int, told: Dependence,
-                colour: str) -> None:
-    """Draw a residual (m, 2 n) over what it follows, by direction where that matters."""
-    valid = exhibits.valid[:, column]
-    coordinate, values = along(exhibits, told, column)[valid], residual[valid, column]
-    shaft = exhibits.coordinates['motor_velocity'][valid, column % len(exhibits.labels)]
-    parts = [('median', np.ones(len(values), bool), '-')]
-    if told.by_direction:
-        parts = [('median, forward', shaft > 0.0, '-'), ('median, backward', shaft <= 0.0, '--')]
-    for name, rows, line in parts:
-        _spread(axes, coordinate[rows], values[rows], colour, line, name, _bins(told))
-    axes.axhline(0.0, color=INK, linewidth=0.6)
-    if told.coordinate == WRAPPED:
-        _turn_ticks(axes)
 
 
 def prediction_figure(exhibits: Exhibits) -> Figure:
@@ -202,44 +179,15 @@ def prediction_figure(exhibits: Exhibits) -> Figure:
     return figure
 
 
-def example_figure(labels: tuple[str, ...], example: Example) -> Figure:
-    """Draw one window: every angle measured and simulated, and how far off it is simulated."""
-    joints = len(labels)
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(7.6, 0.7 + 3.0 * joints), layout='constrained')
-        panels = figure.subplots(2 * joints, 2, sharex=True)
-        for column, (moved, missed) in enumerate(panels):
-            label, side = labels[column % joints], ('motor', 'link')[column // joints]
-            measured = example.measured[:, column]
-            moved.plot(example.time, measured - measured[0], color=INK, label='measured')
-            for name, angle, colour, line in (('arm as given', example.before, BEFORE, '--'),
-                                              ('extended arm', example.after, AFTER, ':')):
-                angle = angle[:, column]
-                moved.plot(example.time, angle - measured[0], line, color=colour, label=name,
-                           linewidth=2.0)
-                missed.plot(example.time, 1e3 * (angle - measured), line, color=colour,
-                            linewidth=2.0)
-            missed.axhline(0.0, color=INK)
-            moved.set_title(plain(f'{label}, {side}'))
-            missed.set_title('simulated minus measured')
-            moved.set_ylabel('angle moved,\noutput [rad]')
-            missed.set_ylabel('error, output\n[mrad]')
-        for axes in panels[-1]:
-            axes.set_xlabel(COORDINATES['time'])
-        _legend(figure, panels[0, 0])
-        figure.align_ylabels()
-    return figure
-
-
-def _name_of(told: Dependence) -> str:
-    """Return what stands at the axis of a dependence."""
+def _name_of(told: Following) -> str:
+    """Return what stands at the axis of what a residual follows."""
     if told.coordinate == 'time' and told.line is not None:
         return f'time in the period of {told.line:.4g} Hz [s]'
     return COORDINATES[told.coordinate]
 
 
-def _bins(told: Dependence) -> int:
-    return _TURN_BINS if told.coordinate == WRAPPED else _BINS
+def _bins(told: Following) -> int:
+    return TURN_BINS if told.coordinate == WRAPPED else BINS
 
 
 def _floor(axes: Axes, floor: float) -> None:

@@ -24,7 +24,7 @@ from .line_error import uneven_lines, without_waves
 from .lost_samples import lost_samples, slips_of
 from .measurement import joined, Measurement
 from .raw_cause import RawCause, THRESHOLD
-from .report import Evidence, Finding, TotalGain
+from .report import Evidence, Finding, told, TotalGain
 from .running_clock import inside, Spans, within
 from .verdict import Gains
 from ..closed_loop import run
@@ -103,12 +103,12 @@ def extended_by(causes: Sequence[RawCause], arm: Arm) -> Arm:
 def raw_findings(raw: RawReadings, measured: Measurement, balancer: Balancer, given: Arm,
                  extended: Arm, held_out: Spans) -> tuple[Finding, ...]:
     """
-    Return the causes as findings, each with its own gain.
+    Return the causes that gain on held-out stretches as findings, each with its own gain.
 
     `measured` are the readings as recorded, `balancer` holds them mended, `given` is the arm
     without all causes, `extended` the one that gives the mended readings.
     """
-    told = []
+    gaining = []
     for cause in raw.causes:
         late, place = cause.effect.name == DroppedSamples.name, cause.recording
         piece = measured.pieces()[place]
@@ -118,10 +118,10 @@ def raw_findings(raw: RawReadings, measured: Measurement, balancer: Balancer, gi
                       _motion(balancer, extended, piece), given, whole,
                       within(held_out, piece, measured.dt)).gain()
         odds = float(np.exp(min(0.5 * cause.score, 700.0)))
-        told.append(Finding(cause.effect.name, cause.joint, cause.effect.site.value,
-                            cause.effect.cause, cause.numbers,
-                            Evidence(cause.score, THRESHOLD, None, odds), gain))
-    return tuple(told)
+        gaining.append(Finding(cause.effect.name, cause.joint, cause.effect.site.value,
+                               cause.effect.cause, cause.numbers,
+                               Evidence(cause.score, THRESHOLD, None, odds), gain))
+    return told(gaining)
 
 
 def raw_total(findings: Sequence[Finding]) -> TotalGain:
@@ -142,7 +142,7 @@ def _motion(balancer: Balancer, arm: Arm, piece: slice) -> Motion:
 
 def _readings(arm: Arm, motion: Motion, seed: int) -> Array:
     """Return the angles (k, n, 2) that a simulated arm shows along a motion."""
-    return run(arm, arm, motion, seed).reading[:, :, :2]
+    return run(arm, arm, motion, seed, estimator=None).reading[:, :, :2]
 
 
 def _scatter(reading: Array, spans: Spans, dt: float,

@@ -1,6 +1,6 @@
 """Findings as the report tells them: JSON for machines, sentences for people."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 import math
 from typing import Any
@@ -13,6 +13,8 @@ VERDICTS = {
     'insufficient_excitation': 'Insufficient excitation: this motion cannot show what is wrong.',
     'unknown': 'Unknown: something is wrong that no effect of the catalogue explains.',
 }
+RATE_TOO_LOW = ('Insufficient rate: this motion would show what is wrong, sampled more often; at '
+                'this rate it cannot.')
 NOTHING = 'nothing'     # what a rest follows that no coordinate tells
 _COORDINATES = {
     'time': 'time', 'motor_velocity': 'the speed of the motor',
@@ -24,12 +26,17 @@ _COORDINATES = {
 
 @dataclass(frozen=True)
 class Number:
-    """A fitted number with its 90 % interval."""
+    """A fitted number with its 90 % interval; one that was chosen from a list has no width."""
 
     value: float
     unit: str
     low: float
     high: float
+
+    @property
+    def chosen(self) -> bool:
+        """Tell whether the number was chosen from a list, as the order of a wave is."""
+        return self.low == self.high
 
 
 @dataclass(frozen=True)
@@ -79,12 +86,36 @@ class Finding:
     gain: Gain
 
 
+def told(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """
+    Return the findings that may be told: each gains on data that no fit has seen.
+
+    All routes ask this, whatever else they ask: what removes nothing there explains nothing.
+    """
+    return tuple(found for found in findings if found.gain.removed > 0.0)
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One of several causes that explain a recording equally well, as large as it would be."""
+
+    effect: str
+    joint: str | None
+    parameters: Mapping[str, Number]
+    in_model: bool              # whether the extended arm holds it
+
+    def sentence(self) -> str:
+        """Return the cause with its numbers."""
+        return f'{self.effect} at {self.joint or "the arm"}: {_numbers(self.parameters)}'
+
+
 @dataclass(frozen=True)
 class Alike:
     """Causes that explain the recording equally well, and the experiment that separates them."""
 
     effects: tuple[tuple[str, str | None], ...]
     experiment: str
+    candidates: tuple[Candidate, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -190,6 +221,24 @@ class Diagnosis:
     seconds: float
     remarks: tuple[str, ...] = ()   # on what the recording could not have shown
     prediction: tuple[Prediction, ...] = ()
+    limited_by: str | None = None   # of insufficient excitation: 'motion' or 'rate'
+
+    @property
+    def headline(self) -> str:
+        """Return the verdict as a sentence."""
+        return RATE_TOO_LOW if self.limited_by == 'rate' else VERDICTS[self.verdict]
+
+    def notes(self) -> list[str]:
+        """Return what must be known of the extended arm beside its numbers."""
+        told = []
+        for alike in self.ambiguous:
+            held = [one for one in alike.candidates if one.in_model]
+            others = [one for one in alike.candidates if not one.in_model]
+            if others:
+                told.append(f'holds {held[0].sentence() if held else "none of these"}')
+                told += [f'{"as well explained by" if held else "either"} {one.sentence()}'
+                         for one in others]
+        return told
 
     def document(self) -> dict[str, Any]:
         """Return the JSON document; numbers that do not exist are null."""
@@ -200,9 +249,8 @@ class Diagnosis:
 
     def sentences(self) -> list[str]:
         """Return the diagnosis for people, best first."""
-        return [VERDICTS[self.verdict], *(_finding_sentence(found) for found in self.findings),
-                *(f'  these look alike here: {_places(alike.effects)}; run {alike.experiment}'
-                  for alike in self.ambiguous),
+        return [self.headline, *(_finding_sentence(found) for found in self.findings),
+                *(line for alike in self.ambiguous for line in _alike_sentences(alike)),
                 *_unexplained_sentences(self.unexplained),
                 *(f'  {remark}' for remark in self.remarks)]
 
@@ -218,10 +266,26 @@ def _plain(value: Any) -> Any:
 
 
 def _finding_sentence(found: Finding) -> str:
-    numbers = ', '.join(f'{name} = {number.value:.4g} [{number.low:.4g}, {number.high:.4g}] '
-                        f'{number.unit}'.rstrip() for name, number in found.parameters.items())
-    return (f'  {found.joint or "arm":<7} {found.effect:<28} {found.cause}: {numbers}; removes '
+    return (f'  {found.joint or "arm":<7} {found.effect:<28} {found.cause}: '
+            f'{_numbers(found.parameters)}; removes '
             f'{100.0 * found.gain.removed:.1f} % of the excess error{_placebo(found.gain)}')
+
+
+def _numbers(parameters: Mapping[str, Number]) -> str:
+    return ', '.join(_written(name, number) for name, number in parameters.items())
+
+
+def _written(name: str, number: Number) -> str:
+    within = '' if number.chosen else f' [{number.low:.4g}, {number.high:.4g}]'
+    return f'{name} = {number.value:.4g}{within} {number.unit}'.rstrip()
+
+
+def _alike_sentences(alike: Alike) -> list[str]:
+    """Return which causes look alike, what decides, and how large each would be."""
+    return [f'  these look alike here: {_places(alike.effects)}; what decides: '
+            f'{alike.experiment}',
+            *(f'    {one.sentence()}' + (' (in model.yaml)' if one.in_model else '')
+              for one in alike.candidates)]
 
 
 def _placebo(gain: Gain) -> str:

@@ -140,7 +140,7 @@ def _turns(fitter: Fitter, found: Found) -> Iterator[Found]:
 
 def _other_law(fitter: Fitter, found: Found, term: Term) -> Iterator[Found]:
     """Yield what was found with the law of a cause that fits best beside all others."""
-    others = [other for other in found.last.accepted if other is not term]
+    others = found.last.causes_beside(term)
     without = fitter.fit(others, found.last.nuisance)
     laws = _starts(fitter.on(others), term.name, term.joint)
     best = _exact(fitter, _refits(fitter, without, laws))
@@ -159,7 +159,7 @@ def _weighed_again(fitter: Fitter, found: Found) -> Found:
                 or reason.runner_up_gap > _CLOSE * reason.improvement):
             continue
         own, = (term for term in fit.accepted if term.place == place)
-        others = [term for term in fit.accepted if term is not own]
+        others = fit.causes_beside(own)
         best, other, gap = leading(fitter, found.first, [
             fitter.fit([*others, term], fit.nuisance) for term in (own, rival)], ())
         if _place(best) != place and not accepted(
@@ -249,7 +249,7 @@ def _without_unneeded(fitter: Fitter, first: Fit, fit: Fit) -> Fit:
     That may be the latest itself: others may have gone on only because it gave way to them.
     """
     for term in fit.accepted:
-        fewer = fitter.fit([other for other in fit.accepted if other is not term], fit.nuisance)
+        fewer = fitter.fit(fit.causes_beside(term), fit.nuisance)
         if not accepted(fitter, first, fewer, fit, term):
             return _without_unneeded(fitter, first, fewer)
     return fit
@@ -264,7 +264,7 @@ def _simplified(fitter: Fitter, fit: Fit, names: Sequence[str],
     one that takes its place is added.
     """
     for term in fit.accepted[:-1]:
-        others = [other for other in fit.accepted if other is not term]
+        others = fit.causes_beside(term)
         for start in _simpler(fitter.on(others), term, names):
             trial = fitter.fit([*others, start], fit.nuisance)
             gap = fit.score - trial.score + freedom(fitter, term) - freedom(fitter, start)

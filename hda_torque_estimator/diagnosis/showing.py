@@ -19,12 +19,13 @@ def exhibits_of(evidence: Evidence) -> Exhibits:
     """Return the exhibits of a conclusion."""
     fitter, fit = evidence.fitter, evidence.fit
     balancer = fitter.balancer
-    lacking = {term.place: balancer(fitter.on(
-        [other for other in fit.terms if other is not term])).residual for term in fit.accepted}
+    lacking = {term.place: balancer(fitter.on(fit.terms_beside(term))).residual
+               for term in fit.accepted}
     return Exhibits(
         balancer.time, fitter.arm.labels, balancer(evidence.before).residual,
-        fit.balance.residual, fit.balance.valid, coordinates_of(balancer, evidence.extended),
-        np.array(HORIZONS), _predicted(balancer, evidence.before, evidence),
+        fit.balance.residual, fit.balance.valid, fitter.noise,
+        coordinates_of(balancer, evidence.extended), np.array(HORIZONS),
+        _predicted(balancer, evidence.before, evidence),
         _predicted(balancer, evidence.extended, evidence),
         _predicted(evidence.twin, evidence.extended, evidence), lacking=lacking)
 

@@ -10,10 +10,10 @@ from typing import NamedTuple
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import (Effect, effect_named, PreslidingFriction, Scope,
                                        TorqueSaturation)
+from hda_arm_sim.model.typical_sizes import SIZED, typical
 
 from .hypotheses import HYPOTHESES
 from .report import Detectable
-from ..planning.typical_sizes import SIZED, typical
 
 WEAKER = (PreslidingFriction.name, TorqueSaturation.name)   # the larger their number is
 

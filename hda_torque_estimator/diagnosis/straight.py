@@ -6,7 +6,6 @@ tells a disc is how it bends beside the best straight line, which must show in t
 """
 
 from hda_arm_sim.model.effects import LinkEncoderEccentricity
-from hda_arm_sim.model.effects.sensing import link_runout
 from hda_arm_sim.model.kernel import LINK_ANGLE
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +30,7 @@ def _bend(fitter: Fitter, fit: Fit, term: Term, disc: LinkEncoderEccentricity) -
     valid = fitter.valid(fit.balance)
     motion = fitter.balancer.motion(fitter.on(fit.terms))
     angle = motion.state[::fitter.balancer.every, place, LINK_ANGLE]
-    error = link_runout(angle, disc.amplitude_1, disc.phase_1, disc.amplitude_2, disc.phase_2)
+    error = disc(angle=angle)
     seen = valid[:, torsion]
     line = np.polynomial.Polynomial.fit(angle[seen], error[seen], 1)
     zero, = (other for other in fit.nuisance

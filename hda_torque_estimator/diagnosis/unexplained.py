@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .coordinates import coordinates_of
 from .fit import Fit, Fitter
-from .following import follow, Following
+from .following import follow, Following, VELOCITIES
 from .pattern import pair_of, power
 from .report import NOTHING, Unexplained
 
@@ -42,11 +42,22 @@ class Rest(NamedTuple):
         """Return the coordinates (m,) of a joint."""
         return {name: values[:, place] for name, values in self.coordinates.items()}
 
+    def followed(self, column: int) -> list[Following]:
+        """Return what a column follows, the most first."""
+        side, place = divmod(column, len(self.labels))
+        return follow(self.time, self.residual[:, column], self.valid[:, column],
+                      self.along(place), VELOCITIES[side])
+
     def excess(self) -> Array:
         """Return the power (2 n,) of each column beyond that of noise, 0 where at the noise."""
         powers = np.array([power(column[valid]) for column, valid in
                            zip(self.residual.T, self.valid.T)])
         return np.where(powers > (LEAST * self.noise) ** 2, powers - self.noise ** 2, 0.0)
+
+    def powers(self) -> Array:
+        """Return the larger excess of both balances of each joint (n,)."""
+        joints, excess = len(self.labels), self.excess()
+        return np.maximum(excess[:joints], excess[joints:])
 
 
 def unexplained(fitter: Fitter, fit: Fit) -> Unexplained | None:
@@ -63,12 +74,12 @@ def rest_of(fitter: Fitter, fit: Fit) -> Rest:
 
 def told_of(rest: Rest) -> Unexplained | None:
     """Return where a rest sits and what it follows, None if it is at the noise."""
-    joints, excess = len(rest.labels), rest.excess()
-    powers = np.maximum(excess[:joints], excess[joints:])
+    joints, powers = len(rest.labels), rest.powers()
     if not powers.any():
         return None
     place = int(np.argmax(powers))
-    site, told = site_of(rest, place), followed(rest, place)[0]
+    site = site_of(rest, place)
+    told = rest.followed(rest.column(place, site))[0]
     whole = site == 'link' and joints > 1 and all(
         found > _ARM * powers[place] and site_of(rest, other) == 'link'
         for other, found in enumerate(powers))
@@ -84,13 +95,7 @@ def site_of(rest: Rest, place: int) -> str:
     return pair_of(rest.residual, rest.valid, rest.noise, place).site()
 
 
-def followed(rest: Rest, place: int) -> list[Following]:
-    """Return what a rest at a joint follows, the most first."""
-    column = rest.column(place, site_of(rest, place))
-    return follow(rest.time, rest.residual[:, column], rest.valid[:, column], rest.along(place))
-
-
 def _timed(site: str, told: Following) -> str:
     """Return `timing` for a torsion that is off as the speed is: the angles are of two times."""
-    late = told.coordinate in ('motor_velocity', 'link_velocity') and told.share > _TIMING
+    late = told.coordinate in VELOCITIES and told.share > _TIMING
     return 'timing' if site == 'torsion' and late else site

@@ -5,16 +5,17 @@ from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import effect_named
+from hda_arm_sim.model.effects.hypothesis import Hypothesis
 import numpy as np
 from numpy.typing import NDArray
 
 from .backing import Backing
 from .balance import Balancer
 from .fit import Fit, Fitter
-from .hypotheses import HYPOTHESES, Hypothesis
+from .hypotheses import HYPOTHESES
 from .placebo import placebo_shares
 from .predict import HORIZON, prediction_errors
-from .report import Alike, Evidence, Finding, Gain, Number, OwnGain, Residual, TotalGain
+from .report import Alike, Evidence, Finding, Gain, Number, OwnGain, Residual, told, TotalGain
 from .running_clock import Spans
 from .search import Evidence as Reason
 from .search import Found
@@ -24,8 +25,11 @@ from .term import Place, Term
 Array = NDArray[np.float64]
 _NORMAL_90 = 1.645
 _RESAMPLES = 400
+_LEAST = 1e-30          # mean squared error of a prediction that counts as none [rad^2]
 TIED = 20.0             # difference of scores below which two causes explain equally well,
 TIED_SHARE = 0.002      # and likewise in shares of what the cause improves: no law is exact
+NO_MOTION = ('none that moves the arm, as no motion separates them; read the torque of the drive '
+             'in a dwell at zero command')
 METRIC = (f'mean squared error of motor angles, link angles and torsions predicted over '
           f'{HORIZON:g} s from measured states on held-out stretches, each over its noise floor')
 
@@ -68,7 +72,7 @@ def gains(balancer: Balancer, twin: Balancer, before: Arm, after: Arm, spans: Sp
     """Return how well both arms predict the held-out stretches; `twin` shows the floor."""
     parts = [prediction_errors(source, arm, spans) for source, arm in
              ((balancer, before), (balancer, after), (twin, after))]
-    floor = parts[2].mean(axis=0)
+    floor = np.maximum(parts[2].mean(axis=0), _LEAST)       # ideal encoders show no noise
     return Gains(*((part / floor).mean(axis=1) for part in parts))
 
 
@@ -80,20 +84,20 @@ def findings(fitter: Fitter, fit: Fit, reasons: Mapping[Place, Reason], nameable
     A cause that does not gain on the held-out stretches, or no more there than its placebo, is
     not told, nor one that has vanished without others; the largest comes first.
     """
-    covariance, told = fitter.covariance(fit), []
+    covariance, gaining = fitter.covariance(fit), []
     for term in fit.accepted:
         if term not in nameable or _vanished(term):
             continue
         own = fit.own(term)
         part = covariance[own][:, own]
-        others = [other for other in fit.terms if other is not term]
-        gain = gains(fitter.balancer, twin, fitter.on(others), fitter.on(fit.terms), spans).gain()
+        gain = gains(fitter.balancer, twin, fitter.on(fit.terms_beside(term)),
+                     fitter.on(fit.terms), spans).gain()
         shares = placebo_shares(fitter, fit, term)
         # Zero: a draw without any window in which an event lies.
         if not gain.low < 0.0 and shares.cause > shares.placebo:
-            told.append(_finding(fitter, term, part, reasons[term.place],
-                                 gain.beside(shares.placebo)))
-    return tuple(sorted(told, key=lambda finding: -finding.evidence.score))
+            gaining.append(_finding(fitter, term, part, reasons[term.place],
+                                    gain.beside(shares.placebo)))
+    return tuple(sorted(told(gaining), key=lambda finding: -finding.evidence.score))
 
 
 def _vanished(term: Term) -> bool:
@@ -109,14 +113,15 @@ def _finding(fitter: Fitter, term: Term, covariance: Array, reason: Reason,
     rival = None if reason.runner_up is None else reason.runner_up.name
     odds = float(np.exp(min(0.5 * reason.runner_up_gap, 700.0)))
     return Finding(term.name, term.joint, kind.site.value, kind.cause,
-                   _numbers(fitter, term, covariance),
+                   numbers_of(fitter, term, covariance),
                    Evidence(reason.improvement, reason.threshold, rival, odds), gain)
 
 
-def _numbers(fitter: Fitter, term: Term, covariance: Array) -> dict[str, Number]:
-    """Return the numbers of a term with 90 % intervals; waves as amplitude and phase."""
+def numbers_of(fitter: Fitter, term: Term, covariance: Array) -> dict[str, Number]:
+    """Return the numbers of a term with 90 % intervals; waves as order, amplitude and phase."""
     reach = _NORMAL_90 * np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    numbers = {}
+    numbers = {name: _number(term, name, 0.0) for name in HYPOTHESES[term.name].chosen
+               if getattr(term.effect, name)}
     for place, name in enumerate(term.free):
         numbers[name] = _number(term, name, float(np.hypot(reach[place], _doubt(
             fitter, term, name))))
@@ -141,8 +146,8 @@ def _doubt(fitter: Fitter, term: Term, name: str) -> float:
 
 
 def _number(term: Term, name: str, reach: float) -> Number:
-    value = getattr(term.effect, name)
-    return Number(value, type(term.effect).declaration(name).unit, value - reach, value + reach)
+    value, rule = getattr(term.effect, name), type(term.effect).declaration(name)
+    return Number(value, rule.unit, max(value - reach, rule.low), min(value + reach, rule.high))
 
 
 def alike(found: Found, judged: Backing) -> tuple[Alike, ...]:
@@ -164,7 +169,9 @@ def alike(found: Found, judged: Backing) -> tuple[Alike, ...]:
                 and reason.runner_up_gap < max(TIED, TIED_SHARE * reason.improvement)):
             other = rival.place
         if other is not None:
-            pairs.append(Alike((term.place, other), sought.experiment))
+            by_nature = sought.twin and other == (sought.twin, term.joint)
+            pairs.append(Alike((term.place, other), NO_MOTION if by_nature else
+                               sought.experiment))
     return tuple(pairs)
 
 
@@ -179,5 +186,6 @@ def residuals(fitter: Fitter, first: Fit, last: Fit,
             valid = fit.balance.valid[:, place] & held_out
             left.append(float(np.sqrt(np.mean(fit.balance.residual[valid, place] ** 2)))
                         if valid.any() else np.nan)
-        rows.append(Residual(site, label, left[0], left[1], float(fitter.noise[place]), 'N*m'))
+        rows.append(Residual(site, label, left[0], left[1], float(fitter.noise[place])
+                             if last.balance.valid[:, place].any() else np.nan, 'N*m'))
     return tuple(rows)

@@ -1,0 +1,70 @@
+"""
+What else looks like a wave over the lines of an encoder, and how it is told from one.
+
+Between two samples a wave must not pass more than half a cycle: a faster one is the alias of any
+other. Counting makes waves of its own, at any number of lines once they are sampled. Jitter of the
+stamps, and what really moves, show in the motor as well as in the link. And a wave that belongs
+to the angle has one phase, in whatever direction and however often a place is passed.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+_CYCLES = 0.45          # of a wave between two samples that are told apart; at 0.5 none is
+_STRETCHES = 6          # in time, and in each of both directions, that must agree
+# Least share of what stretches gain alone that one wave gains: aliases of counts have 0.71 to 0.82
+# of it, waves of encoders more than 0.99.
+_AGREED = 0.9
+_MOVING = 0.5           # of its size at the link, from which a wave at the motor is the same
+
+
+def resolved(speed: Array, lines: float, dt: float) -> Mask:
+    """Return where a speed (k,) [rad/s] is slow enough for a wave of so many lines per turn."""
+    return np.asarray(np.abs(speed) * lines * dt < 2.0 * math.pi * _CYCLES)
+
+
+def counting(step: float) -> float:
+    """Return the largest wave that counting in steps [rad] makes: of a sawtooth, the first."""
+    return step / math.pi
+
+
+def agrees(speed: Array, columns: Array, rest: Array) -> bool:
+    """
+    Tell whether stretches of a recording, each alone, show the wave that they show together.
+
+    `columns` (2, k) are its sine and cosine, `rest` (k,) what they are to explain.
+    """
+    numbers, left = _explained(columns, rest)
+    usual = left / max(len(rest) - 2, 1)        # power that noise alone gives each number
+    together, alone = float(rest @ rest) - left, 0.0
+    for rows in np.array_split(np.arange(len(rest)), _STRETCHES):
+        for way in (speed[rows] > 0.0, speed[rows] < 0.0):
+            part = rows[way]
+            if len(part) > 2:
+                gained = float(rest[part] @ rest[part]) - _explained(columns[:, part],
+                                                                     rest[part])[1]
+                alone += max(gained - 2.0 * usual, 0.0)
+    return together >= _AGREED * alone
+
+
+def moves(columns: Array, link: Array, motor: Array) -> bool:
+    """
+    Tell whether a wave in the link's rest (k,) is in the motor's (k,), over the ratio, as well.
+
+    Then it is a movement, or a sample that was taken at another time: no error of one encoder.
+    """
+    (at_link, _), (at_motor, left) = _explained(columns, link), _explained(columns, motor)
+    spread = math.sqrt(left / len(motor) * float(np.linalg.pinv(columns @ columns.T).trace()))
+    size = math.hypot(*at_motor)
+    return size > _MOVING * math.hypot(*at_link) and size > 3.0 * spread
+
+
+def _explained(columns: Array, rest: Array) -> tuple[Array, float]:
+    """Return the numbers (2,) of columns that fit a rest (k,) best, and the power left."""
+    numbers = np.linalg.pinv(columns @ columns.T) @ (columns @ rest)
+    left = rest - numbers @ columns
+    return numbers, float(left @ left)

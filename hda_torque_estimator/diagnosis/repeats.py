@@ -1,0 +1,44 @@
+"""
+Readings that are the one before once more, while the arm moved.
+
+An encoder that counts coarsely repeats by itself when it is slow, so it is asked only where it
+moves by more than its counts from sample to sample; all that do must repeat at once, and the next
+reading must make up for it: an arm that really stops does not jump.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import savgol_filter
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+_WINDOW, _DEGREE = 17, 3        # of the polynomials that give the usual change [samples]
+_COUNTS = 2.0           # counts from sample to sample, from which none repeats by itself
+_MADE_UP = 1.5          # usual changes that the reading after a repeated one makes, of 2
+
+
+class Repeats(NamedTuple):
+    """Which samples (k,) repeat the one before, and which would show it."""
+
+    repeated: Mask
+    watched: Mask
+
+
+def repeats_of(reading: Array, steps: Array) -> Repeats:
+    """Return the repeated samples of readings (k, n, 2) of encoders with these steps (n, 2)."""
+    change = np.diff(reading, axis=0, prepend=reading[:1])
+    usual = savgol_filter(reading, _WINDOW, _DEGREE, deriv=1, axis=0)
+    quick = np.abs(usual) > _COUNTS * np.maximum(steps, _smallest(change))
+    after = np.roll(change, -1, axis=0)
+    again = (change == 0.0) & (after * np.sign(usual) > _MADE_UP * np.abs(usual))
+    watched = np.asarray(quick.any(axis=(1, 2)))
+    return Repeats(watched & (again | ~quick).all(axis=(1, 2)), watched)
+
+
+def _smallest(change: Array) -> Array:
+    """Return the smallest changes (n, 2) that encoders show, a count if they count."""
+    size = np.where(change == 0.0, np.inf, np.abs(change))
+    least = size.min(axis=0)
+    return np.where(np.isfinite(least), least, 0.0)
