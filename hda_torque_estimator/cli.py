@@ -7,7 +7,12 @@ import json
 import os
 import sys
 from typing import NoReturn
+import warnings
 
+from hda_msgs_json.printable import one_line, printable
+
+from .commands.outcome import without_nan
+from .told_errors import DEBUG, ToldErrors
 from .version import version
 
 # A command's module is imported only when it is asked for, so that `hda` starts at once.
@@ -23,8 +28,10 @@ COMMANDS = {
     'repair': 'make a bag that was cut off whole',
     'info': 'what a bag holds, and what it can and cannot show',
 }
-DONE, MISUSED = 0, 2
-_OWN_PACKAGES = ('hda_msgs_json', 'hda_arm_sim', 'hda_torque_estimator')
+DONE, MISUSED, INTERRUPTED = 0, 2, 130
+
+# More threads double the processor time of matrices as small as ours, and move last bits.
+THREADS = ('OPENBLAS_NUM_THREADS', 'OMP_NUM_THREADS', 'MKL_NUM_THREADS')
 
 
 class _Parser(argparse.ArgumentParser):
@@ -32,19 +39,45 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Print one line and leave with 2."""
-        self.exit(MISUSED, f'{self.prog}: {message}; see {self.prog} --help\n')
+        self.exit(MISUSED, one_line(f'{self.prog}: {message}; see {self.prog} --help') + '\n')
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code: 0 done, 2 wrong use or unusable input."""
+    for name in THREADS:                                # before the first import of numpy
+        os.environ.setdefault(name, '1')
     words = list(sys.argv[1:] if arguments is None else arguments)
     command = next((word for word in words if not word.startswith('-')), None)
+    told = ToldErrors()
+    try:
+        with told, warnings.catch_warnings():
+            if not os.environ.get(DEBUG):
+                warnings.simplefilter('ignore')         # of libraries: they name no mistake
+            return _run(command, words)
+    except KeyboardInterrupt:
+        print('hda: interrupted', file=sys.stderr)
+        return INTERRUPTED
+    print(one_line(f'hda {command}: {told.sentence}'), file=sys.stderr)
+    return MISUSED
+
+
+def _run(command: str | None, words: Sequence[str]) -> int:
+    """Run a command and print what it found."""
     parser = _parser(command)
     options = parser.parse_args(words)
     if options.command is None:
         parser.print_help()
         return MISUSED
-    return _run(options)
+    outcome = _module(options.command).execute(options)
+    shown = (json.dumps(without_nan(outcome.report), allow_nan=False) if options.json else
+             printable(outcome.text, keep='\n'))
+    try:
+        print(shown, flush=True)
+    except OSError as error:                            # else Python tries it again at the end
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if not isinstance(error, BrokenPipeError):
+            raise
+    return DONE
 
 
 def _parser(command: str | None) -> argparse.ArgumentParser:
@@ -64,24 +97,6 @@ def _parser(command: str | None) -> argparse.ArgumentParser:
 
 def _module(name: str):                                             # type: ignore[no-untyped-def]
     return import_module(f'.commands.{name}_command', __package__)
-
-
-def _run(options: argparse.Namespace) -> int:
-    try:
-        outcome = _module(options.command).execute(options)
-        print(json.dumps(outcome.report, allow_nan=False) if options.json else outcome.text)
-        sys.stdout.flush()
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    except KeyboardInterrupt:
-        print('hda: interrupted', file=sys.stderr)
-        return 130
-    except ValueError as error:
-        if type(error).__module__.split('.')[0] not in _OWN_PACKAGES:
-            raise
-        print(f'hda {options.command}: {error}', file=sys.stderr)
-        return MISUSED
-    return DONE
 
 
 if __name__ == '__main__':

@@ -11,7 +11,8 @@ from .estimator_node import TorqueEstimator
 
 def main() -> int:
     """Run all three until told to end, and return the exit code."""
-    return run('composed_node', lambda: [ArmSim(), TorqueEstimator(), JtfController()])
+    kinds = (ArmSim, TorqueEstimator, JtfController)
+    return run('composed_node', lambda: [kind() for kind in kinds], kinds=kinds)
 
 
 if __name__ == '__main__':

@@ -45,6 +45,12 @@ def feel(                                                           # type: igno
     memory[CALM] = 0.0 if felt > _RELEASE * contact_deviations else memory[CALM] + dt
     if memory[CALM] >= _HOLD:
         memory[TOUCHING] = 0.0
+    return level(memory)
+
+
+@compiled
+def level(memory):                                                  # type: ignore[no-untyped-def]
+    """Return the level by what was felt so far."""
     if memory[COLLIDED] > 0.0:
         return COLLISION
     return CONTACT if memory[TOUCHING] > 0.0 else FREE

@@ -1,6 +1,6 @@
 """PD control on the motor side with joint torque feedback, safe by construction."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, NamedTuple
 
 from hda_arm_sim.model.arm import Arm
@@ -31,6 +31,22 @@ class ControllerSettings(Declared):
         100.0, 'N*m/s', 1e-3, 1e6, 'fastest change of a motor torque')
     handover_time: float = parameter(
         0.2, 's', 1e-3, 10.0, 'time in which the law is phased in after enabling')
+
+
+QUICKEST = 0.25         # of a rotor's speed that K_D may take per millisecond: 36 deg of lag
+
+
+def bearable(arm: Arm, settings: ControllerSettings) -> ControllerSettings:
+    """
+    Return settings with gains that the lightest rotor of an arm bears at 1 kHz or above.
+
+    Above its resonance a rotor turns alone, and a loop of 2.5 ms (a sample and a half, and the
+    low-pass of the speed) turns the phase by 36 deg where K_D / J is 250 rad/s.
+    """
+    lightest = float(min(arm.record().joints['motor_inertia']))
+    share = min(1.0, QUICKEST * lightest / 1e-3 / settings.velocity_gain)
+    return replace(settings, position_gain=share * settings.position_gain,
+                   velocity_gain=share * settings.velocity_gain)
 
 
 class _CompiledSettings(NamedTuple):

@@ -9,12 +9,12 @@ simulation all run this function, so they give the same bits.
 from hda_arm_sim.model.compiled import compiled, inlined
 from hda_arm_sim.model.effects.transmission import SLIDERS
 from hda_arm_sim.model.encoders import tilt_moments
-from hda_arm_sim.model.link_side import cable
+from hda_arm_sim.model.link_side import link_torque
 from hda_arm_sim.model.rigid import gravity_torque
 from hda_arm_sim.model.torsion import torsion_of_torque
 import numpy as np
 
-from . import contact, fusion, payload
+from . import belief, contact, fusion, payload
 from .momentum import expected_rate, hold, inertia_doubt, momentum
 from .route_errors import (ERRORS, motor_effects, motor_torque, STIFFNESS, torque_effects,
                            torsion_effects, TORSION_ERRORS)
@@ -47,8 +47,9 @@ MEMORY = PAYLOAD + payload.MEMORY
  EXTERNAL_TORQUE, EXTERNAL_DEVIATION,   # by the environment [N*m], NaN without links
  BEYOND_RANGE,                          # 1 where the torque exceeds the law's valid range
  MOTOR_SHARE,                           # of the motor's torque in what is known of the torque
- ) = range(8)
-RESULTS = 8
+ DOUBT,                                 # why a torque is not believed, a number of `belief.py`
+ ) = range(9)
+RESULTS = 9
 
 # Results of the tip: force ON the tip [N], covariances [N^2] by rows.
 TOOL_X, TOOL_Y, BASE_X, BASE_Y, TOOL_COVARIANCE, BASE_COVARIANCE = 0, 1, 2, 3, 4, 8
@@ -111,7 +112,7 @@ def _joint(                                                         # type: igno
         memory[j, TURNED_TORSION] = elastic
     memory[j, LAST_TORSION] = elastic
     torque = torque_through_gear(joint, elastic, rate, loop)
-    torque *= 1.0 + known.stiffness * learnt[STIFFNESS]
+    torque *= fusion.stiffness_factor(known.stiffness, learnt[STIFFNESS])
     gain = _share(settings.torsion_bandwidth, dt) / dt if dt > 0.0 else 0.0
     stiffness, random = reading_deviation(joint, torque, gain)
     torque_effects(known, torque, stiffness, effect)
@@ -119,11 +120,16 @@ def _joint(                                                         # type: igno
     if settings.fusion > 0.0 and joint.coulomb_friction.level > 0.0:
         _compare(joint, settings, learning, motor_angle, memory[j, MOTOR_VELOCITY], link_angle,
                  command[j], torque, stiffness, effect, dt)
+    apart = random ** 2 + joint.torsion.deviation ** 2      # of it the motor corrects nothing
+    if fusion.falls_back(learning):
+        elastic += wrong
+        torque = torque_through_gear(joint, elastic, rate, loop)
+        now, apart = before, apart + learning[fusion.EXCESS] ** 2
     result[j, TORSION], result[j, KINEMATIC_TORSION] = total, kinematic
     result[j, TORQUE] = torque
-    apart = random ** 2 + joint.torsion.deviation ** 2      # of it the motor corrects nothing
+    result[j, DOUBT] = belief.of_fusion(learning)
     result[j, TORQUE_DEVIATION] = np.sqrt(apart + now)
-    result[j, MOTOR_SHARE] = 1.0 - (apart + now) / max(apart + before, 1e-300)
+    result[j, MOTOR_SHARE] = max(1.0 - (apart + now) / max(apart + before, 1e-300), 0.0)
     result[j, BEYOND_RANGE] = 1.0 if abs(elastic) > joint.torsion.valid_torsion else 0.0
     return link_angle
 
@@ -264,7 +270,7 @@ def add_to_tare(record, settings, inertia, memory):                 # type: igno
                             memory[0, LAST_LINK], memory[joints - 1, LAST_LINK])
     for j in range(joints):
         joint = record.joints[j]
-        load = cable(joint, memory[j, LAST_LINK])
+        load = link_torque(joint, memory[j, LAST_LINK])
         if settings.links > 0.0 and record.body.pull > 0.0:
             load += weight[min(j, 1)]
         expected = torsion_of_torque(joint.torsion, joint.ratio, -load)

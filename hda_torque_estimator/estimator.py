@@ -18,11 +18,15 @@ from hda_arm_sim.model.plain import inertia_of, plain
 import numpy as np
 from numpy.typing import NDArray
 
-from . import estimate
+from . import belief, estimate, fusion
+from .contact import level
 from .route_errors import Known, known
+from .sample_watch import LARGEST, watch_limits, WATCH_MEMORY
+from .stamp_order import AFRESH, BACK, follow, follow_one, ORDER, TWO
 
 Array = NDArray[np.float64]
 PART = 1 << 15          # samples of a part: small enough for a cache, large enough to pay
+FARTHEST = 1e4          # angle of a link that may be turned (choice) [rad]
 
 
 class Refusal(Enum):
@@ -31,6 +35,9 @@ class Refusal(Enum):
     NONE = 'accepted'
     NOT_FINITE = 'an angle is NaN or infinite'
     NOT_LATER = 'its stamp is not later than that of the sample before'
+
+
+_REFUSALS = (Refusal.NONE, Refusal.NOT_FINITE, Refusal.NOT_LATER)
 
 
 @dataclass(frozen=True)
@@ -112,7 +119,11 @@ class Estimator:
         self._inertia = loaded_inertia(self._record.body)
         self.tune(settings)
         self._memory = np.zeros((joints, estimate.MEMORY))
-        self._last: int | None = None
+        self._limits = watch_limits(arm)
+        self._limits[:, LARGEST] = np.maximum(self._limits[:, LARGEST], FARTHEST)
+        self._watch = np.zeros((joints, WATCH_MEMORY))
+        self._belief = np.zeros((joints, belief.MEMORY))
+        self._order, self._seconds = np.zeros(ORDER, np.int64), np.zeros(1)
         self._tare_left = 0.0
         self._tared = 0
 
@@ -124,8 +135,9 @@ class Estimator:
 
     def reset(self) -> None:
         """Forget every sample, filter and tare."""
-        self._memory[:] = 0.0
-        self._last, self._tare_left, self._tared = None, 0.0, 0
+        for memory in (self._memory, self._watch, self._belief, self._order):
+            memory[:] = 0
+        self._tare_left, self._tared = 0.0, 0
 
     def tare(self) -> None:
         """Take the mean torsion of the coming `tare_time` for that of an arm without contact."""
@@ -161,17 +173,27 @@ class Estimator:
         `command` (n,) is the motor torque in force from this sample on [N*m at the shaft]; without
         it the torsion stands alone. A refused sample changes nothing.
         """
-        refusal = self._refusal(stamp, reading)
+        place, dt = follow_one(self._order, stamp, estimate.usable(reading),
+                               self.settings.longest_gap)
+        refusal = _REFUSALS[place]
         if refusal is Refusal.NONE:
-            dt = self._seconds(stamp)
-            _run(*self._plain, self._numbers, self._memory,
-                 np.ascontiguousarray(reading)[np.newaxis],
-                 self._unknown if command is None else command[np.newaxis],
-                 np.array([dt]), self._result, self._tips)
-            self._last = stamp
-            if self._tare_left > 0.0:
-                self._go_on_taring(dt)
+            self._seconds[0] = dt
+            self._step(np.ascontiguousarray(reading)[np.newaxis],
+                       self._unknown if command is None else command[np.newaxis], self._seconds,
+                       self._result, self._tips)
+            if self._tare_left > 0.0 and self.believed:
+                self._go_on_taring(min(max(dt, 0.0), self.settings.longest_gap))
         return refusal
+
+    @property
+    def believed(self) -> bool:
+        """Tell whether the last sample could be estimated from."""
+        return bool(np.isfinite(self.joints[:, estimate.TORQUE]).all())
+
+    @property
+    def unbelieved(self) -> int:
+        """Return how many samples no arm can have shown, since the last reset or gap."""
+        return int(self._belief[0, belief.UNBELIEVED])
 
     def run(self, stamps: NDArray[np.int64], reading: Array,
             command: Array | None = None) -> Estimates:
@@ -192,48 +214,37 @@ class Estimator:
 
         The parts, of `size` samples, are views of them in order. Arguments are those of `run`.
         """
-        finite = np.isfinite(reading[:, :, :2]).all(axis=(1, 2))
-        latest = np.maximum.accumulate(np.where(finite, stamps, np.iinfo(np.int64).min))
-        before = np.concatenate([[np.iinfo(np.int64).min if self._last is None else self._last],
-                                 latest[:-1]])
-        used = finite & (stamps > np.maximum.accumulate(before))
+        refusals, seconds = self._follow(stamps, reading)
+        used = refusals == 0
         given = np.full(reading.shape[:2], np.nan) if command is None else command
         count = int(used.sum())
         whole = Estimates(stamps[used], np.empty((count, len(self.arm.joints), estimate.RESULTS)),
                           np.empty((count, estimate.TIP_RESULTS)), np.flatnonzero(~used))
         return whole, self._parts(whole, np.ascontiguousarray(reading[used]),
-                                  np.ascontiguousarray(given[used]), size)
+                                  np.ascontiguousarray(given[used]), seconds[used], size)
 
-    def _parts(self, whole: Estimates, reading: Array, command: Array,
+    def _parts(self, whole: Estimates, reading: Array, command: Array, seconds: Array,
                size: int) -> Iterator[Estimates]:
         """Fill estimates part by part, and yield each part."""
-        stamps = whole.stamps
-        gaps = np.diff(stamps) * 1e-9
-        seconds = np.where(gaps > self.settings.longest_gap, 0.0, gaps)
-        first = np.array([self._seconds(int(stamp)) for stamp in stamps[:1]])
-        seconds = np.concatenate([first, seconds])
-        for begin in range(0, len(stamps), size):
+        for begin in range(0, len(whole.stamps), size):
             rows = slice(begin, begin + size)
-            part = Estimates(stamps[rows], whole.joints[rows], whole.tip[rows],
+            part = Estimates(whole.stamps[rows], whole.joints[rows], whole.tip[rows],
                              np.empty(0, np.intp))
-            _run(*self._plain, self._numbers, self._memory, reading[rows], command[rows],
-                 seconds[rows], part.joints, part.tip)
-            self._last = int(part.stamps[-1])
+            self._step(reading[rows], command[rows], seconds[rows], part.joints, part.tip)
             yield part
 
-    def _refusal(self, stamp: int, reading: Array) -> Refusal:
-        if not estimate.usable(reading):
-            return Refusal.NOT_FINITE
-        if self._last is not None and stamp <= self._last:
-            return Refusal.NOT_LATER
-        return Refusal.NONE
+    def _follow(self, stamps: NDArray[np.int64],
+                reading: Array) -> tuple[NDArray[np.int64], Array]:
+        """Return refusals (k,), as places in `_REFUSALS`, and times since the last samples."""
+        refusals, seconds = np.empty(len(stamps), np.int64), np.empty(len(stamps))
+        finite = np.isfinite(reading[:, :, :2]).all(axis=(1, 2))
+        follow(self._order, stamps, finite, self.settings.longest_gap, refusals, seconds)
+        return refusals, seconds
 
-    def _seconds(self, stamp: int) -> float:
-        """Return the time since the last sample, 0 where the filters must start afresh [s]."""
-        if self._last is None:
-            return 0.0
-        dt = (stamp - self._last) * 1e-9
-        return 0.0 if dt > self.settings.longest_gap else dt
+    def _step(self, reading: Array, command: Array, seconds: Array, joints: Array,
+              tip: Array) -> None:
+        _run(*self._plain, self._numbers, self._limits, self._watch, self._belief, self._memory,
+             reading, command, seconds, joints, tip)
 
     def _go_on_taring(self, dt: float) -> None:
         estimate.add_to_tare(self._record, self._settings, self._inertia, self._memory)
@@ -241,6 +252,7 @@ class Estimator:
         self._tare_left -= dt
         if self._tare_left <= 1e-12:
             self._memory[:, estimate.ZERO] += self._memory[:, estimate.TARE_SUM] / self._tared
+            self._memory[:, estimate.FUSION + fusion.SLIPPED] = 0.0
             self._tare_left = 0.0
 
 
@@ -270,7 +282,8 @@ def compiled_settings(arm: Arm, settings: EstimatorSettings) -> _CompiledSetting
 
 @compiled
 def _run(                                                           # type: ignore[no-untyped-def]
-        joints, body, inertia, settings, memory, reading, command, seconds, result, tip):
+        joints, body, inertia, settings, limits, watch, doubts, memory, reading, command, seconds,
+        result, tip):
     """
     Estimate samples (k, n, READINGS) and commands (k, n), with the times since the last ones (k,).
 
@@ -282,6 +295,40 @@ def _run(                                                           # type: igno
         n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8], n[9], n[10],
         Known(n[11], n[12], n[13], n[14], n[15], n[16], n[17], n[18], n[19], n[20]))
     record, rigid = ArmRecord(joints, body[0]), inertia_of(inertia)
+    clean, given, told = np.empty_like(reading[0]), np.empty_like(command[0]), np.zeros(5)
+    held = np.empty((reading.shape[1], 3))
     for i in range(reading.shape[0]):
-        estimate.step(record, numbers, rigid, memory, reading[i], command[i],
-                      seconds[i], result[i], tip[i])
+        back, two = seconds[i] <= BACK, seconds[i] >= TWO
+        passed = AFRESH if back else seconds[i] - TWO if two else seconds[i]
+        if back:
+            _forget(memory, doubts)
+        belief.sane(limits, joints, reading[i], command[i], clean, given)
+        dt = belief.look(record, limits, watch, doubts, reading[i], passed, told)
+        if back or two:
+            belief.blame(doubts, belief.CLOCK_BACK if back else belief.TWO_PUBLISHERS)
+        if dt < 0.0:
+            result[i, :, :] = np.nan
+            tip[i, :] = np.nan
+            result[i, :, estimate.DOUBT] = 0.0
+            tip[i, estimate.CONTACT_LEVEL] = level(memory[0, estimate.CONTACT:])
+        else:
+            belief.feel_slips(limits, doubts, memory[:, estimate.FUSION:],
+                              numbers.known.torsion_zero, clean, dt)
+            estimate.step(record, numbers, rigid, memory, clean, given, dt, result[i], tip[i])
+            for j in range(result.shape[1]):
+                held[j, 0] = result[i, j, estimate.EXTERNAL_TORQUE]
+                held[j, 1] = result[i, j, estimate.EXTERNAL_DEVIATION]
+                held[j, 2] = result[i, j, estimate.TORQUE]
+            belief.feel_standstill(record, limits, doubts, clean, held, dt)
+        for j in range(result.shape[1]):
+            result[i, j, estimate.DOUBT] = belief.doubt(doubts, j, result[i, j, estimate.DOUBT])
+
+
+@compiled
+def _forget(memory, doubts):                                        # type: ignore[no-untyped-def]
+    """Begin as after a start, but with the zero of the last tare."""
+    for j in range(memory.shape[0]):
+        zero = memory[j, estimate.ZERO]
+        memory[j, :] = 0.0
+        doubts[j, :] = 0.0
+        memory[j, estimate.ZERO] = zero

@@ -5,6 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import contact, estimate
+from .belief_words import doubts_told
 from .live_estimator import LiveEstimator
 from .route_health import told, UNTAUGHT, WELL
 
@@ -25,8 +26,13 @@ def estimator_report(live: LiveEstimator, pace: Pace, refusals: Refusals) -> Rep
     if any(words not in (WELL, UNTAUGHT) and not words.startswith('unknown')
            for words in health.values()):
         level, message = max(level, Level.WARN), f'a joint changed, {message}'
+    doubts = _doubts(live)
+    if doubts:
+        level, message = max(level, Level.WARN), f'{doubts[0]}, {message}'
     return Report(level, message, {
         **pace.values(),
+        'doubts': '; '.join(doubts) or 'none',
+        'samples not believed': live.estimator.unbelieved,
         'samples answered': live.answered,
         'samples lost': live.gaps.lost,
         'longest gap [ms]': live.gaps.longest * 1e-6,
@@ -38,6 +44,11 @@ def estimator_report(live: LiveEstimator, pace: Pace, refusals: Refusals) -> Rep
         'tip force partly hidden': bool(live.estimator.tip[estimate.SINGULAR] > 0.0),
         'tare under way': live.estimator.taring,
         **refusals.values()})
+
+
+def _doubts(live: LiveEstimator) -> list[str]:
+    estimator = live.estimator
+    return doubts_told(estimator.arm.labels, estimator.joints[:, estimate.DOUBT].tolist())
 
 
 def _touch(live: LiveEstimator) -> str:

@@ -11,7 +11,7 @@ from hda_arm_sim.model.compiled import compiled, inlined
 import numpy as np
 
 from .learning import fade, renew
-from .route_errors import ERRORS
+from .route_errors import ERRORS, ZERO
 
 # Memory, per joint.
 (LAST_COMMAND,                          # in force since the last sample [N*m motor]
@@ -21,8 +21,13 @@ from .route_errors import ERRORS
  SENSE, STEADY,                         # of the motion, and how many halves it has lasted
  SINCE,                                 # the errors were renewed [s]
  MISFIT, DIFFERENCE,                    # squared differences over expected ones; mean difference
- ) = range(12)
-_SUMS = 12                              # over the present half: value and effects
+ LASTING, HEARD,                        # misfit over longer, and for how long [s]
+ APART, CHANGED, IMPOSSIBLE,            # time for which the two ways must still agree until they
+                                        # correct each other, and are believed, again [s]
+ EXCESS,                                # beyond what the motor can give [N*m]
+ SLIPPED, SIDE,                         # the same time after a slip, and which side it was
+ ) = range(20)
+_SUMS = 20                              # over the present half: value and effects
 _MOMENTS = _SUMS + 1 + ERRORS           # the same, weighed by the time in it
 _RISEN = _MOMENTS + 1 + ERRORS          # of the last half, weighed by its rising edge
 LEARNT = _RISEN + 1 + ERRORS            # errors (ERRORS,) in units of their sigma
@@ -38,6 +43,15 @@ _LASTING = 100.0        # windows that share what no law of the torsion tells
 _WORST = 1e4            # misfit that a single window may show
 _PATIENCE = 1.0         # over which misfits are averaged [s]
 _FITTING = 5.0          # misfit up to which errors are as large as their tolerances say
+_GOES_ON = 0.5          # of the last half's speed: below a third a shaft stops inside this one
+_LONG = 5.0             # over which misfits tell that something changed [s]
+_FAR = 10.0             # tolerances of all errors, beyond which neither way corrects the other
+_HOPELESS = 30.0        # beyond which there is nothing to learn
+_SUDDEN = 8.0           # deviations of what is known now; healthy arms: docs/estimation.md
+_FRICTION = 2.0         # times the dry friction known, that a motor may have at most
+_CERTAIN = 4.0          # deviations beyond what the motor can give
+_AGREED = 0.5           # time for which both must agree before they are believed again [s]
+STIFFEST, SOFTEST = 2.0, 0.5    # factor of the stiffness that may be learnt
 _DOUBT = 0.1            # variance added to every error per second and misfit beyond that [1/s]
 
 
@@ -47,10 +61,29 @@ def errors_learnt(memory):                                          # type: igno
     return memory[LEARNT:_GAINED]
 
 
+@compiled
+def stiffness_factor(known_stiffness, learnt):                      # type: ignore[no-untyped-def]
+    """Return by how much the stiffness is corrected; bounded, as no gear changes more, (F2)."""
+    return min(max(1.0 + known_stiffness * learnt, SOFTEST), STIFFEST)
+
+
+@inlined
+def falls_back(memory):                                             # type: ignore[no-untyped-def]
+    """Tell whether torsion and motor are too far apart to correct each other."""
+    return memory[APART] > 0.0 or memory[IMPOSSIBLE] > 0.0
+
+
 @inlined
 def gained(memory):                                                 # type: ignore[no-untyped-def]
     """Return the covariance of the errors less the identity (ERRORS, ERRORS)."""
     return memory[_GAINED:MEMORY].reshape((ERRORS, ERRORS))
+
+
+@compiled
+def slipped(memory, side, size):                                    # type: ignore[no-untyped-def]
+    """Doubt the zero, by the slip's size in tolerances, until both ways have agreed again."""
+    memory[SLIPPED], memory[SIDE] = _AGREED, side
+    memory[_GAINED + ZERO * (ERRORS + 1)] += size ** 2
 
 
 @compiled
@@ -106,7 +139,7 @@ def close_half(                                                     # type: igno
     steady = sense != 0.0 and sense == memory[SENSE]
     memory[STEADY] = memory[STEADY] + 1.0 if steady else 0.0
     memory[SENSE] = sense
-    if memory[STEADY] >= _SETTLED and memory[SPAN] > 0.0:
+    if memory[SPAN] > 0.0:
         mean = 0.5 * (time + memory[SPAN])
         speeding = (moved / time - (memory[BEGIN] - memory[BEFORE]) / memory[SPAN]) / mean
         effect = np.empty(ERRORS)
@@ -115,7 +148,14 @@ def close_half(                                                     # type: igno
         difference = (_hat(memory, 0, time) / mean
                       + joint.ratio * joint.motor_inertia * speeding)
         noise = _noise(joint, stiffness, mean, memory[SAMPLES])
-        _learn(memory, difference, effect, noise, joint.torsion.deviation ** 2, mean, span)
+        lawless = joint.torsion.deviation ** 2
+        settled = memory[STEADY] >= _SETTLED
+        friction = joint.ratio * joint.coulomb_friction.level
+        goes_on = abs(moved) / time > _GOES_ON * abs(memory[BEGIN] - memory[BEFORE]) / memory[SPAN]
+        _hold_against(memory, difference, effect, noise + lawless, friction,
+                      settled and goes_on, time)
+        if settled and _teachable(memory, difference, effect, noise + lawless):
+            _learn(memory, difference, effect, noise, lawless, mean, span)
     for i in range(1 + ERRORS):
         memory[_RISEN + i] = memory[_MOMENTS + i] / time
     memory[_SUMS:_RISEN] = 0.0
@@ -145,6 +185,71 @@ def _noise(joint, stiffness, time, samples):                        # type: igno
 
 
 @compiled
+def _hold_against(                                                  # type: ignore[no-untyped-def]
+        memory, difference, effect, unshared, friction, settled, time):
+    """
+    Judge by one window whether torsion and motor can both be right.
+
+    `unshared` is the variance of what is none of the errors [N^2*m^2], `friction` the dry friction
+    known [N*m at the link], which is taken for unknown here: only what a motor cannot give, with
+    no friction or twice as much, is impossible. Standing still it holds either way.
+    """
+    alone, before = _alone(memory, difference, effect, unshared)
+    slack = friction * (_FRICTION - 1.0 if settled else _FRICTION + 1.0)
+    excess = abs(alone) - slack - _CERTAIN * np.sqrt(before)
+    memory[EXCESS] = max(excess, 0.0)
+    memory[IMPOSSIBLE] = _AGREED if excess > 0.0 else max(memory[IMPOSSIBLE] - time, 0.0)
+    if not settled:
+        return
+    far = alone ** 2 > _FAR ** 2 * before
+    memory[APART] = _AGREED if far else max(memory[APART] - time, 0.0)
+    likely = effect @ (effect + gained(memory) @ effect) + unshared
+    misfit = difference ** 2 / likely
+    sudden = (misfit > _SUDDEN ** 2 * max(_usual(memory), 1.0)
+              and difference ** 2 > _CERTAIN ** 2 * before)
+    memory[CHANGED] = _AGREED if sudden else max(memory[CHANGED] - time, 0.0)
+    if misfit <= 1.0:
+        memory[SLIPPED] = max(memory[SLIPPED] - time, 0.0)
+    if np.isfinite(misfit):
+        memory[MISFIT] += _share(time, _PATIENCE) * (min(misfit, _WORST) - memory[MISFIT])
+        memory[LASTING] += _share(time, _LONG) * (min(misfit, _WORST) - memory[LASTING])
+        memory[HEARD] += time
+        memory[DIFFERENCE] += _share(time, _PATIENCE) * (difference - memory[DIFFERENCE])
+
+
+@inlined
+def _share(time, patience):                                         # type: ignore[no-untyped-def]
+    return 1.0 - np.exp(-time / patience)
+
+
+@inlined
+def _usual(memory):                                                 # type: ignore[no-untyped-def]
+    """Return the misfit over the last seconds, however short they were."""
+    if memory[HEARD] == 0.0:
+        return 0.0
+    return memory[LASTING] / (1.0 - np.exp(-memory[HEARD] / _LONG))
+
+
+@compiled
+def usual_misfit(memory):                                           # type: ignore[no-untyped-def]
+    """Return squared differences over those that tolerances allow, mean of the last seconds."""
+    return _usual(memory)
+
+
+@inlined
+def _alone(memory, difference, effect, unshared):                   # type: ignore[no-untyped-def]
+    """Return a difference [N*m] and its variance as before anything was learnt."""
+    return (difference + effect @ errors_learnt(memory), effect @ effect + unshared)
+
+
+@inlined
+def _teachable(memory, difference, effect, unshared):               # type: ignore[no-untyped-def]
+    """Tell whether errors of the size of tolerances may be behind a difference."""
+    alone, before = _alone(memory, difference, effect, unshared)
+    return memory[EXCESS] == 0.0 and alone ** 2 < _HOPELESS ** 2 * before
+
+
+@compiled
 def _learn(                                                         # type: ignore[no-untyped-def]
         memory, difference, effect, noise, lawless, time, span):
     """
@@ -161,9 +266,6 @@ def _learn(                                                         # type: igno
     likely = expected + noise + lawless
     if not np.isfinite(difference * likely):
         return
-    share = 1.0 - np.exp(-time / _PATIENCE)
-    memory[MISFIT] += share * (min(difference ** 2 / likely, _WORST) - memory[MISFIT])
-    memory[DIFFERENCE] += share * (difference - memory[DIFFERENCE])
     for i in range(ERRORS):
         gain[i, i] += _DOUBT * max(memory[MISFIT] - _FITTING, 0.0) * time
     variance = expected + (_CORRELATED * noise + _LASTING * lawless) * max(memory[MISFIT], 1.0)

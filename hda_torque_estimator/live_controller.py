@@ -13,7 +13,7 @@ from typing import ClassVar, NamedTuple
 from hda_arm_sim.health import Refused
 from hda_arm_sim.inputs import EffortReader
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.parameter import Declared, parameter
+from hda_arm_sim.model.parameter import Declared, parameter, ParameterError
 from hda_msgs_json.cdr import JointStateEncoder
 from hda_msgs_json.topics import JOINT_STATES, JOINT_TORQUES, motor_name
 import numpy as np
@@ -22,13 +22,19 @@ from numpy.typing import NDArray
 from .controller import Controller, ControllerSettings
 from .estimate import MOTOR_READING
 from .gaps import Gaps
+from .loop_stability import is_stable, stable_range
 from .pairing import Pair, Pairing
 from .readings import SIDES
-from .reference import hold, reference_from, TrajectoryError
+from .reference import hold, LARGEST_STEP, reference_from, TrajectoryError
+from .sample_faults import Fault
 from .sample_reader import not_later, SampleReader
+from .sample_watch import SampleWatch
+from .target_check import Checked
 from .watchdog import Watchdog
 
 Array = NDArray[np.float64]
+NOMINAL_PERIOD = 1e-3   # of samples until their stamps tell it [s]
+BEYOND = 10.0           # of the torque for which a gear's law is valid: no estimate of this arm
 
 
 @dataclass(frozen=True)
@@ -53,17 +59,25 @@ class LiveController:
     """Answer samples with commands while enabled; `stopped` says why it is not."""
 
     def __init__(self, arm: Arm, settings: ControllerSettings = ControllerSettings(),
-                 watch: WatchSettings = WatchSettings(), *, enabled: bool = False) -> None:
-        """Prepare for an arm, compiled; with `enabled` it takes over at the first sample."""
+                 watch: WatchSettings = WatchSettings(), *, enabled: bool = False,
+                 allow_unstable_gain: bool = False) -> None:
+        """
+        Prepare for an arm, compiled; with `enabled` it takes over at the first sample.
+
+        Raises ParameterError for torque feedback that this arm does not bear, unless allowed.
+        """
         _warm_up(arm)
         self.controller = Controller(arm, settings)
+        self.gaps = Gaps()
+        self._any_gain = allow_unstable_gain
         self.watchdog = Watchdog(watch.sample_timeout)
         self.stopped = ''
-        self.gaps = Gaps()
         self.answered = self.limited = 0
         self._limits = np.array([joint.torque_limit for joint in arm.joints])
         self._ratios = np.array([joint.ratio for joint in arm.joints])
         self._read = SampleReader(arm)
+        self._samples = SampleWatch(arm, apart=LARGEST_STEP)
+        self._largest = np.array([BEYOND * joint.torsion.valid_torque for joint in arm.joints])
         self._read_torque = EffortReader(arm.labels)
         motors = [motor_name(label) for label in arm.labels]
         self._encode = JointStateEncoder(motors, position=False, velocity=False)
@@ -71,7 +85,14 @@ class LiveController:
         self._last: Pair | None = None
         self._usable = Watchdog(watch.sample_timeout)
         self._fault = ''
-        self._enable_first = enabled
+        self._doubt = Watchdog(watch.sample_timeout)    # fed by samples that cannot be
+        self._enable_first, self._in_doubt = enabled, False
+        self.check_gain(settings)
+
+    @property
+    def unsettled(self) -> bool:
+        """Tell whether it is enabled, and the last message was refused: it may stop soon."""
+        return self.enabled and self._in_doubt
 
     @property
     def enabled(self) -> bool:
@@ -84,13 +105,22 @@ class LiveController:
         return 0 if self._last is None else self._last.stamp
 
     def sample(self, message: bytes, now: float) -> bytes | None:
-        """Take a joint state; returns a command if one is due. Raises Refused."""
+        """
+        Take a joint state; returns a command if one is due. Raises Refused.
+
+        A sample that this arm cannot have gives zero torque at once, as the last command.
+        """
         try:
-            stamp, angle = self._usable_sample(message)
+            stamp, reading = self._read(message)
+            fault = self._judged(stamp, np.ascontiguousarray(reading[:, :SIDES]), now)
         except Refused as refused:
-            self._fault = str(refused)
+            self._fault, self._in_doubt = str(refused), True
             raise
+        self._in_doubt = False
+        if fault:
+            return self._stop(fault)
         self._usable.feed(now)
+        angle = reading[:, MOTOR_READING].copy()
         if self.controller.settings.torque_feedback == 0.0:
             return self._answer(Pair(stamp, angle, np.zeros_like(angle)), now)
         return self._answer(self._pairing.add_angle(stamp, angle), now)
@@ -102,6 +132,8 @@ class LiveController:
         stamp, torque = self._read_torque(message)
         if not np.isfinite(torque).all():
             raise Refused('torque not finite', f'torques must be finite, got {torque.tolist()}')
+        if (np.abs(torque) > self._largest).any():
+            return self._impossible_torque(torque)
         return self._answer(self._pairing.add_torque(stamp, torque), now)
 
     def watch(self, now: float) -> bytes | None:
@@ -114,8 +146,26 @@ class LiveController:
         """Take over where the arm is; raises Refused without samples that can be used."""
         if self._last is None or not self.watchdog.alive(now):
             raise Refused('enabled too early', f'not enabled: {self._why(now)}')
+        if self._doubt.alive(now):
+            raise Refused('enabled too early', f'not enabled: {self._fault}')
+        try:
+            self.check_gain(self.controller.settings)
+        except ParameterError as error:
+            raise Refused('gain not stable', f'not enabled: {error}') from None
         if not self.enabled:
             self._take_over(self._last)
+
+    def check_gain(self, settings: ControllerSettings) -> None:
+        """Raise ParameterError for a K_J that this arm does not bear at its rate."""
+        arm, period = self.controller.arm, self._samples.period or NOMINAL_PERIOD
+        unknown = arm.links is None or len(arm.joints) > 2
+        if settings.torque_feedback == 0.0 or self._any_gain or unknown:
+            return
+        if not is_stable(arm, settings, period):
+            raise ParameterError(
+                f'torque_feedback must be {stable_range(arm, settings, period)} for this arm at '
+                f'{1.0 / period:.0f} Hz with these gains, got {settings.torque_feedback:g}; '
+                'allow_unstable_gain:=true takes it all the same')
 
     def disable(self) -> bytes | None:
         """Let the motors go; returns the last command, zero, if one is due."""
@@ -126,34 +176,66 @@ class LiveController:
 
     def follow(self, trajectory: Trajectory) -> None:
         """Follow a trajectory that begins with the last sample; raises Refused."""
+        now = self.present()
+        try:
+            self.controller.follow(
+                reference_from(self.controller.arm, *trajectory, now), self.stamp)
+        except TrajectoryError as error:
+            raise Refused('target out of bounds', str(error)) from None
+
+    def follow_checked(self, checked: Checked) -> None:
+        """Follow a way that was checked elsewhere; raises Refused."""
+        now = self.present()
+        try:
+            self.controller.follow(checked.joining(self.controller.arm, now), self.stamp)
+        except TrajectoryError as error:
+            raise Refused('target out of bounds', str(error)) from None
+
+    def present(self) -> Array:
+        """Return the present reference (n, 2) [rad, rad/s]; raises Refused without one."""
         now = self.controller.present_reference(self.stamp)
         if now is None or not self.enabled:
             raise Refused('not enabled', 'a target needs an enabled controller; call '
                           'jtf_controller/enable before')
-        try:
-            reference = reference_from(self.controller.arm, *trajectory, now)
-        except TrajectoryError as error:
-            raise Refused('target out of bounds', str(error)) from None
-        self.controller.follow(reference, self.stamp)
+        return now
 
     def watch_for(self, watch: WatchSettings) -> None:
         """Give up after another time from now on."""
-        self.watchdog.timeout = self._usable.timeout = watch.sample_timeout
+        for each in (self.watchdog, self._usable, self._doubt):
+            each.timeout = watch.sample_timeout
 
-    def _usable_sample(self, message: bytes) -> tuple[int, Array]:
-        stamp, reading = self._read(message)
-        if not np.isfinite(reading[:, :SIDES]).all():
-            raise self._read.not_finite(stamp, reading)
-        if self.enabled and stamp <= self.stamp:
-            raise not_later(stamp, self.stamp)
-        return stamp, reading[:, MOTOR_READING].copy()
+    def _judged(self, stamp: int, angles: Array, now: float) -> str:
+        """Return why to stop at a sample, nothing if it can be used; raises Refused."""
+        last = self._samples.stamp
+        fault = self._samples.look(stamp, angles)
+        if fault and not self.enabled and fault is not Fault.NOT_FINITE:
+            if not fault.of_stamps:
+                self._fault = self._samples.sentence
+                self._doubt.feed(now)
+            self._samples.begin()               # another run of the arm, or other zeros
+            fault = self._samples.look(stamp, angles)
+        if fault is Fault.NOT_FINITE:
+            raise self._read.not_finite(stamp, angles)
+        if fault is Fault.NOT_LATER:
+            raise not_later(stamp, last)
+        if fault and not self.enabled:
+            raise Refused(fault.reason, self._samples.sentence)
+        return self._samples.sentence
+
+    def _impossible_torque(self, torque: Array) -> bytes | None:
+        joint = int(np.argmax(np.abs(torque) / self._largest))
+        sentence = (f'the torque of {self.controller.arm.labels[joint]} must lie within '
+                    f'+-{self._largest[joint]:g} N*m, got {torque[joint]:g} N*m')
+        if not self.enabled:
+            raise Refused('torque impossible', sentence)
+        return self._stop(sentence)
 
     def _answer(self, pair: Pair | None, now: float) -> bytes | None:
         if pair is None:
             return None
         last, self._last = self._last, pair
         self.watchdog.feed(now)
-        if self._enable_first:
+        if self._enable_first and not self._doubt.alive(now):
             self._take_over(pair)
         if not self.enabled:
             return None
@@ -161,6 +243,8 @@ class LiveController:
             return self._stop(f'{(pair.stamp - last.stamp) * 1e-9:g} s lie between two stamps of '
                               f'{JOINT_STATES.name}')
         command = self.controller.update(*pair)
+        if not np.isfinite(command).all():
+            return self._stop(f'the law gives {command.tolist()} N*m, which must be finite')
         self.answered += 1
         self.gaps.add(pair.stamp)
         self.limited += int((np.abs(command) >= self._limits).any())
@@ -189,7 +273,9 @@ class LiveController:
 
 def _warm_up(arm: Arm) -> None:
     """Have every compiled function loaded, which may take longer than a sample."""
+    SampleWatch(arm).look(1, np.zeros((len(arm.joints), SIDES)))
     scratch, zeros = Controller(arm), np.zeros(len(arm.joints))
+    reference_from(arm, arm.labels, [1.0], [zeros.tolist()], [], np.zeros((len(zeros), 2)))
     scratch.enable()
     for stamp in (1, 2):
         scratch.update(stamp, zeros, zeros)

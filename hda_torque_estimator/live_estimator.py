@@ -40,7 +40,7 @@ class LiveEstimator:
     """Answer one joint state after another."""
 
     def __init__(self, arm: Arm, settings: EstimatorSettings = EstimatorSettings(),
-                 state: StateSettings = StateSettings()) -> None:
+                 state: StateSettings = StateSettings(), unobserved: str = 'nan') -> None:
         """Prepare for an arm, with everything compiled before the first sample comes."""
         _warm_up(arm)
         self.estimator = Estimator(arm, settings)
@@ -48,7 +48,7 @@ class LiveEstimator:
         self.answered = 0
         self._last = 0
         self._read = SampleReader(arm)
-        self._encode = EstimateEncoder(arm)
+        self._encode = EstimateEncoder(arm, unobserved)
         self._write_state = StateWriter(arm)
         self._pacer = Pacer(state.state_rate)
 
@@ -60,7 +60,10 @@ class LiveEstimator:
         if fault is Refusal.NOT_FINITE:
             raise self._read.not_finite(stamp, reading)
         if fault is Refusal.NOT_LATER:
-            raise not_later(stamp, self._last, '; after a jump back call torque_estimator/reset')
+            raise not_later(stamp, self._last, '; after a jump back of less than 1 s call '
+                            'torque_estimator/reset')
+        if stamp <= self._last:
+            self.gaps.restart()
         self._last = stamp
         self.answered += 1
         self.gaps.add(stamp)

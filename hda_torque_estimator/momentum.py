@@ -1,7 +1,7 @@
 """External torque from torsion torque and motion: a momentum observer (docs/model.md, 32-33)."""
 
 from hda_arm_sim.model.compiled import compiled
-from hda_arm_sim.model.link_side import cable
+from hda_arm_sim.model.link_side import link_torque
 from hda_arm_sim.model.rigid import gravity_torque, mass_matrix, momentum_drift
 import numpy as np
 
@@ -26,8 +26,8 @@ def hold(joint, angle, velocity):                                   # type: igno
     """
     level = joint.link_bearing_friction.level
     if abs(velocity) < _AT_REST:
-        return cable(joint, angle), level
-    return cable(joint, angle) - level * np.sign(velocity), 0.0
+        return link_torque(joint, angle), level
+    return link_torque(joint, angle) - level * np.sign(velocity), 0.0
 
 
 @compiled

@@ -1,11 +1,12 @@
 """The `bag_player` executable: a recording onto its topics again, in time, with /clock."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import takewhile
 import sys
 from threading import Thread
 import time
+from typing import Any, ClassVar
 
 from hda_arm_sim.health import Level, Report
 from hda_arm_sim.model.parameter import ParameterError
@@ -38,19 +39,28 @@ LATEST_CLOCK = 1 << 61      # the seconds of /clock have 31 bits [ns]
 class BagPlayer(ReportingNode):
     """Publish the bytes of a recording in the order and at the pace of their log times."""
 
+    PURPOSE = 'Play a recording onto its topics again, in time, with /clock.'
+    OPTIONS: ClassVar[Mapping[str, tuple[Any, str]]] = {
+        'bag': ('', 'directory of a bag, or an .mcap file'),
+        'topics': ([''], 'names or patterns of topics to play, all without any'),
+        'exclude': ([''], 'names or patterns of topics not to play'),
+        'wait_for': ([''], 'topics that must have a subscriber, any without one'),
+        'loop': (False, 'begin again at the end'),
+        'paused': (False, 'pause before the first message')}
+    GROUPS = (PlaySettings, RateSettings)
+
     def __init__(self) -> None:
         """Open the bag; raises what a wrong parameter or file raises."""
         super().__init__('bag_player')
-        path = self.parameters.text('bag', '', 'directory of a bag, or an .mcap file')
-        wanted = self._names('topics', 'names or patterns of topics to play, all without any')
-        unwanted = self._names('exclude', 'names or patterns of topics not to play')
-        needed = self._names('wait_for', 'topics that must have a subscriber, any without one')
+        path = self.parameters.text('bag', *self.OPTIONS['bag'])
+        wanted, unwanted, needed = map(self.names, ('topics', 'exclude', 'wait_for'))
         self._settings = self.parameters.group(PlaySettings)
-        loop = self.parameters.flag('loop', False, 'begin again at the end')
-        paused = self.parameters.flag('paused', False, 'pause before the first message')
+        loop = self.parameters.flag('loop', *self.OPTIONS['loop'])
+        paused = self.parameters.flag('paused', *self.OPTIONS['paused'])
         rate = self.parameters.group(RateSettings, self._change_rate).rate
         if not path:
             raise ParameterError('bag must name a recording, got nothing')
+        self.hardware = path
         self._recording = open_recording(path)
         for warning in self._recording.warnings:
             self.get_logger().warning(warning)
@@ -64,14 +74,11 @@ class BagPlayer(ReportingNode):
                 self.failure or f'{path}: there is no message in what should be played')
         for name, act in (('pause', self._pause), ('resume', self._resume),
                           ('step', self._step)):
-            self.create_service(Trigger, f'bag_player/{name}', _answering(act))
+            self.serve(Trigger, name, _answering(act))
         self.begin()
         self._closed = False
         self._thread = Thread(target=self._play)
         self._thread.start()
-
-    def _names(self, name: str, meaning: str) -> list[str]:
-        return [each for each in self.parameters.texts(name, [''], meaning) if each]
 
     def _advertise(self, names: Sequence[str]) -> dict[str, Publisher]:
         """Return a publisher for every topic that ROS knows the type of."""
@@ -192,7 +199,7 @@ def _answering(act: Callable[[], str]) -> Callable[[Trigger.Request, Trigger.Res
 def main() -> int:
     """Play until the end, or until told to end, and return the exit code."""
     sys.setswitchinterval(TAKE_TURNS)
-    return run('bag_player', lambda: [BagPlayer()])
+    return run('bag_player', lambda: [BagPlayer()], kinds=[BagPlayer])
 
 
 if __name__ == '__main__':

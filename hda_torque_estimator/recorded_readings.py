@@ -11,10 +11,11 @@ from hda_arm_sim.health import Refused
 from hda_arm_sim.model.arm import Arm
 from hda_msgs_json.bag import BagError, Recording
 from hda_msgs_json.columns import NamesError
-from hda_msgs_json.topics import JOINT_STATES
+from hda_msgs_json.topics import JOINT_STATE, JOINT_STATES
 import numpy as np
 from numpy.typing import NDArray
 
+from .driver_states import Driver, DriverStates
 from .readings import motor_commands, readings
 from .sample_reader import SampleReader
 
@@ -32,17 +33,43 @@ class RecordedReadings(NamedTuple):
     unreadable: int = 0
 
 
-def recorded_readings(arm: Arm, recording: Recording) -> RecordedReadings:
-    """Return what the joint states hold; raise BagError or NamesError if that is nothing."""
+def recorded_readings(arm: Arm, recording: Recording,
+                      driver: Driver = Driver()) -> RecordedReadings:
+    """
+    Return what the joint states hold; raise BagError or NamesError if that is nothing.
+
+    Those of a driver with names and topics of its own go the way that they go in a node.
+    """
+    if any(driver):
+        return _of_driver(arm, recording, driver)
     try:
         samples = recording.joint_states()
         return RecordedReadings(samples.stamps, readings(arm.labels, samples),
                                 motor_commands(arm.labels, samples))
     except (BagError, NamesError):
-        found = _one_by_one(arm, recording.raw(JOINT_STATES.name)[1])
+        found = _one_by_one(arm, recording.raw(JOINT_STATES.name, JOINT_STATE)[1])
         if not len(found.stamps):
             raise
         return found
+
+
+def _of_driver(arm: Arm, recording: Recording, driver: Driver) -> RecordedReadings:
+    states = DriverStates(arm.labels, driver)
+    arrived = [(time, topic.name, message) for topic in states.topics
+               for time, message in zip(*recording.raw(topic.name))]
+    messages, refused = [], 0
+    for _, topic, message in sorted(arrived, key=lambda each: int(each[0])):
+        try:
+            sample = states(topic, message)
+        except Refused:
+            refused += 1
+        else:
+            messages += [sample] if sample is not None else []
+    found = _one_by_one(arm, messages)
+    if not len(found.stamps):
+        topics = ' and '.join(topic.name for topic in states.topics)
+        raise BagError(f'{recording.path}: no sample of both sides in {topics} can be read')
+    return found._replace(unreadable=found.unreadable + refused)
 
 
 def _one_by_one(arm: Arm, messages: list[bytes]) -> RecordedReadings:

@@ -1,11 +1,13 @@
 """The `bag_recorder` executable: every topic of the system to a bag that survives a crash."""
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 import json
 import sys
-from typing import Any
+import time
+from typing import Any, ClassVar
 
 from hda_arm_sim.health import Level, Report
 from hda_arm_sim.model.files import arm_to_text
@@ -19,9 +21,11 @@ from hda_msgs_json.bag_writer import Split
 from hda_msgs_json.topics import Topic
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
+from rclpy.expand_topic_name import expand_topic_name
 from std_srvs.srv import Trigger
 
 from .held_messages import Held, HeldMessages
+from .log_clock import LogClock
 from .recorded_topics import awaited, chosen_topics
 from .recorder_settings import RecorderSettings
 from .topic_choice import matches
@@ -36,22 +40,33 @@ NODES = ('arm_sim', 'torque_estimator', 'jtf_controller')
 class BagRecorder(ArmNode):
     """Write the bytes of every message to a bag, at the time of their arrival."""
 
+    PURPOSE = 'Record topics to a bag that a crash or a kill leaves readable.'
+    OPTIONS: ClassVar[Mapping[str, tuple[Any, str]]] = {
+        **ArmNode.OPTIONS,
+        'output': ('', 'directory of the bag, which must be new'),
+        'topics': ([''], 'names or patterns of topics to record, also of late ones; those of the '
+                         'system without any'),
+        'exclude': ([''], 'names or patterns of topics not to record'),
+        'compression': ('zstd', 'zstd, lz4 or none'),
+        'paused': (False, 'pause before the first message')}
+    GROUPS = (RecorderSettings,)
     LINGER = 0.2        # what was sent before the end still comes in [s]
 
     def __init__(self) -> None:
         """Open the bag; raises what a wrong parameter or file raises."""
         super().__init__('bag_recorder')
-        output = self.parameters.text('output', '', 'directory of the bag, which must be new')
-        self._wanted = self._names('topics', 'names or patterns of topics to record, also of late '
-                                             'ones; those of the system without any')
-        self._unwanted = self._names('exclude', 'names or patterns of topics not to record')
-        compression = self.parameters.text('compression', 'zstd', 'zstd, lz4 or none')
-        self._paused = self.parameters.flag('paused', False, 'pause before the first message')
+        output = self.parameters.text('output', *self.OPTIONS['output'])
+        self._wanted, self._unwanted = self.names('topics'), self.names('exclude')
+        compression = self.parameters.text('compression', *self.OPTIONS['compression'])
+        self._paused = self.parameters.flag('paused', *self.OPTIONS['paused'])
         settings = self.parameters.group(RecorderSettings)
         if not output:
             raise ParameterError('output must name the directory of the bag, got nothing')
         self._held = HeldMessages[Topic](round(settings.snapshot_time * 1e9)
                                          ) if settings.snapshot_time else None
+        self._log_clock = LogClock(simulated=self.get_parameter('use_sim_time').value)
+        self._early: list[tuple[Topic, bytes]] = []         # whose time is not known yet
+        self._gave_up = False
         self._counts: Counter[str] = Counter()
         self._parameters_of: dict[str, Any] = {self.get_name(): self.parameters.values()}
         self._bag = BagWriter(output, self._about(), compression=compression, whole=False,
@@ -60,12 +75,9 @@ class BagRecorder(ArmNode):
         self._serve()
         self._remote = RemoteParameters(self, NODES, self._on_parameters)
         self.begin()
-        self._timer = self.create_timer(FLUSH_PERIOD, partial(self._try, self._bag.flush),
+        self._timer = self.create_timer(FLUSH_PERIOD, partial(self._try, self._flush),
                                         clock=Clock(clock_type=ClockType.STEADY_TIME))
         self._listen()              # last: what comes before the node spins, a kill would take
-
-    def _names(self, name: str, meaning: str) -> list[str]:
-        return [each for each in self.parameters.texts(name, [''], meaning) if each]
 
     def _listen(self) -> None:
         topics = chosen_topics(self.arm, self._wanted, self._unwanted)
@@ -74,17 +86,25 @@ class BagRecorder(ArmNode):
                                       'what others publish there is recorded')
         self._listening = Listening(self, self._on_message, wanted=self._is_wanted, depth=DEPTH)
         for topic in topics:
-            self._listening.add(topic)
+            self._listening.add(self._named(topic))
         self.get_logger().info(f'recording {len(topics)} topics to {self._bag.path}')
 
     def _serve(self) -> None:
-        for name, serve in (('pause', self._pause), ('resume', self._resume),
-                            ('snapshot', self._snapshot)):
-            self.create_service(Trigger, f'bag_recorder/{name}', serve)
+        for name, answer in (('pause', self._pause), ('resume', self._resume),
+                             ('snapshot', self._snapshot)):
+            self.serve(Trigger, name, answer)
 
     def _is_wanted(self, name: str) -> bool:
         """Tell whether a topic that is not of the system shall be recorded."""
-        return matches(name, self._wanted) and not matches(name, self._unwanted)
+        names = {name, name.removeprefix(self.get_namespace())}
+        return (any(matches(each, self._wanted) for each in names)
+                and not any(matches(each, self._unwanted) for each in names))
+
+    def _named(self, topic: Topic) -> Topic:
+        """Return a topic with its name in the namespace of this node, if it is in one."""
+        space = self.get_namespace()
+        return topic if space == '/' else replace(
+            topic, name=expand_topic_name(topic.name, self.get_name(), space))
 
     def _about(self) -> dict[str, str]:
         """Return what the bag says of itself."""
@@ -96,11 +116,31 @@ class BagRecorder(ArmNode):
     def _on_message(self, topic: Topic, message: bytes) -> None:
         if self._paused:
             return
-        held = Held(topic, self.get_clock().now().nanoseconds, message)
-        if self._held is None:
-            self._write(held)
-        else:
-            self._held.add(held)
+        self._early.append((topic, message))
+        self._stamp()
+
+    def _stamp(self) -> None:
+        """Give what has come its time, as soon as that is known."""
+        if not self._early:
+            return
+        now = self._log_clock.time(self.get_clock().now().nanoseconds, time.time_ns())
+        if now is None:
+            return
+        if self._log_clock.gave_up and not self._gave_up:
+            self._gave_up = True
+            self.get_logger().warning('use_sim_time is true, but nobody tells the time on /clock: '
+                                      'messages are recorded at the time of this machine')
+        early, self._early = self._early, []
+        for topic, message in early:
+            held = Held(topic, now, message)
+            if self._held is None:
+                self._write(held)
+            else:
+                self._held.add(held)
+
+    def _flush(self) -> None:
+        self._stamp()
+        self._bag.flush()
 
     def _write(self, held: Held[Topic]) -> None:
         self._counts[held.topic.name] += 1
@@ -151,12 +191,14 @@ class BagRecorder(ArmNode):
     def close(self) -> None:
         """Write what still waits in the queues, index and summary."""
         self._listening.drain()
+        self._log_clock.hurry()
+        self._stamp()
         self._bag.close()
 
 
 def main() -> int:
     """Record until told to end, and return the exit code."""
-    return run('bag_recorder', lambda: [BagRecorder()])
+    return run('bag_recorder', lambda: [BagRecorder()], kinds=[BagRecorder])
 
 
 if __name__ == '__main__':

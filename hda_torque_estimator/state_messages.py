@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import estimate
+from .belief_words import believed, doubts_told
 from .contact import contact_name
 from .estimator import Estimates
 
@@ -85,8 +86,9 @@ class StateWriter:
         beyond = (joints[:, :, estimate.BEYOND_RANGE] > 0.0).tolist()
         singular = (tip[:, estimate.SINGULAR] > 0.0).tolist()
         level = [contact_name(value) for value in tip[:, estimate.CONTACT_LEVEL].tolist()]
-        verdicts = [_verdict(self._labels, tuple(too_far), hidden, taring)
-                    for too_far, hidden in zip(beyond, singular)]
+        doubts = joints[:, :, estimate.DOUBT].tolist()
+        verdicts = [_verdict(self._labels, tuple(too_far), tuple(doubted), hidden, taring)
+                    for too_far, doubted, hidden in zip(beyond, doubts, singular)]
         of_joints = (joints[:, j, index] for index in JOINT_NUMBERS.values()
                      for j in range(len(self._labels)))
         columns = (stamps, *map(_words, of_joints), [verdict.valid for verdict in verdicts],
@@ -133,13 +135,15 @@ class _Verdict(NamedTuple):
 
 
 @lru_cache
-def _verdict(labels: tuple[str, ...], beyond: tuple[bool, ...], singular: bool,
-             taring: bool) -> _Verdict:
-    flags = [f'{label}: the torque exceeds the valid range of the torsion law'
-             for label, too_far in zip(labels, beyond) if too_far]
+def _verdict(labels: tuple[str, ...], beyond: tuple[bool, ...], doubts: tuple[float, ...],
+             singular: bool, taring: bool) -> _Verdict:
+    flags = doubts_told(labels, doubts)
+    flags += [f'{label}: the torque exceeds the valid range of the torsion law'
+              for label, too_far in zip(labels, beyond) if too_far]
     if singular:
         flags.append('tip: the force along the last link cannot be observed in this posture')
     if taring:
         flags.append('a tare is under way')
-    valid = ','.join(_truth(not too_far) for too_far in beyond)
+    valid = ','.join(_truth(not too_far and believed(doubt))
+                     for too_far, doubt in zip(beyond, doubts))
     return _Verdict(f'[{valid}]', json.dumps(flags, separators=(',', ':')))

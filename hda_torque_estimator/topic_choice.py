@@ -3,8 +3,10 @@
 from collections.abc import Iterable, Sequence
 from fnmatch import fnmatchcase
 
+from hda_msgs_json.errors import HdaError
 
-class TopicError(ValueError):
+
+class TopicError(HdaError):
     """A name or pattern that no topic has."""
 
 

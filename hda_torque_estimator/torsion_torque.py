@@ -6,11 +6,12 @@ torsion, through the inverse of the torsion law; hysteresis and damping on top.
 """
 
 from hda_arm_sim.model.compiled import compiled
+from hda_arm_sim.model.effects.place import Sampled
 from hda_arm_sim.model.effects.timing import sampled_late
-from hda_arm_sim.model.effects.transmission import played_torsion, slid, SLIDERS
+from hda_arm_sim.model.effects.transmission import slid, SLIDERS
 from hda_arm_sim.model.encoders import (link_angle_behind, link_gain, motor_angle_behind,
                                         motor_gain)
-from hda_arm_sim.model.kernel import gear_torque, transmission
+from hda_arm_sim.model.kernel import gear_torque, played_torsion, transmission
 from hda_arm_sim.model.torsion import stiffness_at, torque_of_torsion
 import numpy as np
 
@@ -20,7 +21,8 @@ def shaft(joint, reading, rate):                                    # type: igno
     """Return angle and velocity of the shaft at the stamp, from what its encoder shows."""
     angle = motor_angle_behind(joint, reading - joint.motor_encoder.zero)
     velocity = rate / motor_gain(joint, angle)
-    return sampled_late(angle, velocity, 0.0, -joint.motor_encoder.sampling_time), velocity
+    at = Sampled(angle, velocity, 0.0)
+    return sampled_late(-joint.motor_encoder.sampling_time, at), velocity
 
 
 @compiled
@@ -29,7 +31,7 @@ def link(joint, tilt_moment, reading, rate):                        # type: igno
     angle = link_angle_behind(joint, reading - joint.link_encoder.zero, tilt_moment)
     velocity = rate / link_gain(joint, angle)
     late = joint.motor_encoder.sampling_time + joint.clock_skew.skew
-    return sampled_late(angle, velocity, 0.0, -late), velocity
+    return sampled_late(-late, Sampled(angle, velocity, 0.0)), velocity
 
 
 @compiled
@@ -48,17 +50,17 @@ def slide(joint, change, stretch):                                  # type: igno
 
     Returns the hysteresis z in [-1, 1].
     """
-    width, total = joint.torsional_hysteresis.width, 0.0
+    own, total = joint.torsional_hysteresis, 0.0
     for place in range(SLIDERS):
-        stretch[place] = slid(stretch[place], change, width, place)
+        stretch[place] = slid(own, stretch[place], change, place)
         total += stretch[place]
-    return total / (SLIDERS * width)
+    return total / (SLIDERS * own.width)
 
 
 @compiled
 def torque_through_gear(joint, torsion, torsion_rate, state):       # type: ignore[no-untyped-def]
     """Return the torque through the gear of an elastic torsion, (30) [N*m at the output]."""
-    spring = played_torsion(torsion, joint.backlash.half_width)
+    spring = played_torsion(joint, torsion)
     torque = torque_of_torsion(joint.torsion, joint.ratio, spring)
     return gear_torque(joint, torque, torsion, torsion_rate, state)
 

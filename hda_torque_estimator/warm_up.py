@@ -1,13 +1,15 @@
-"""
-Compile every law into the cache, once after an installation.
+"""The `warm_up` executable: compile every law into the cache, once after an installation."""
 
-Run it as `python -m hda_torque_estimator.warm_up`.
-"""
+import signal
+import sys
+from types import FrameType
 
 from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.compiled import cache_folder, say_when_compiling
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_arm_sim.plant import Plant
+from hda_arm_sim.ros.early_end import EarlyEnd
 from hda_arm_sim.simulate import rest, rollout
 import numpy as np
 
@@ -15,8 +17,15 @@ from .closed_loop import run
 from .controller import Controller
 from .estimate import TORQUE
 from .estimator import Estimator
+from .sample_watch import SampleWatch
 
+ARMS = ('hda_arm.yaml', 'paper_single_axis.yaml')       # two joints with links, one joint
 _DT = 1e-3              # [s]
+_USAGE = """usage: warm_up
+
+Compile what the nodes and the commands need, once after an installation. Without it, the first
+start of each takes up to a minute longer. HDA_CACHE_DIR names the folder of the compiled code.
+"""
 
 
 def warm_up(arm: Arm) -> None:
@@ -29,13 +38,40 @@ def warm_up(arm: Arm) -> None:
     plant, estimator, controller = Plant(arm, start, _DT, 0), Estimator(arm), Controller(arm)
     controller.enable()
     estimator.tare()
+    watch = SampleWatch(arm)
     for k in range(3):
         reading = plant.sample()
+        watch.look(k, reading)
         estimator.update(k, reading, np.zeros(len(arm.joints)))
         command = controller.update(k, reading[:, 0].copy(), estimator.joints[:, TORQUE].copy())
         plant.advance(command, np.zeros(2))
     estimator.run(np.arange(3, 6), loop.reading[:3], loop.command[:3])
 
 
+def main() -> int:
+    """Compile, say where it is kept, and return the exit code."""
+    if sys.argv[1:]:
+        asked = sys.argv[1:] in (['-h'], ['--help'])
+        (sys.stdout if asked else sys.stderr).write(
+            _USAGE if asked else f'warm_up: there are no arguments, got {sys.argv[1]!r}\n')
+        return 0 if asked else 2
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _ignore)                  # EarlyEnd sees to it
+    say_when_compiling(_say)
+    with EarlyEnd(1):
+        for name in ARMS:
+            warm_up(read_arm(name))
+    sys.stdout.write(f'everything is compiled in {cache_folder("").parent}\n')
+    return 0
+
+
+def _say(said: str) -> None:
+    sys.stderr.write(f'warm_up: {said}\n')
+
+
+def _ignore(number: int, frame: FrameType | None) -> None:
+    """Let another thread end the process."""
+
+
 if __name__ == '__main__':
-    warm_up(read_arm('hda_arm.yaml'))
+    sys.exit(main())

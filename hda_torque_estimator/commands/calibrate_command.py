@@ -5,6 +5,9 @@ from collections.abc import Callable
 from pathlib import Path
 import sys
 
+from hda_msgs_json.printable import printable
+
+from .out_option import add_out
 from .outcome import Outcome
 from ..calibrate.run import run_calibration
 
@@ -23,15 +26,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
                              '(degrees from the x axis of the base); its weight is then known')
     parser.add_argument('--payload', action='append', default=[], nargs=2,
                         metavar=('BAG', 'KG'), help='a mass that hung at the tip in this bag')
-    parser.add_argument('--out', required=True, type=Path, metavar='FILE',
-                        help='model file to write')
+    add_out(parser, 'FILE', 'model file to write')
 
 
 def execute(options: argparse.Namespace) -> Outcome:
     """Calibrate and write; raises the project's errors."""
     found = run_calibration(options.bags, options.arm, options.out, joints=options.joint,
                             tilts=options.tilt, payloads=options.payload,
-                            tell=_progress(options.json))
+                            tell=_progress(options.json), force=options.force)
     _progress(options.json)('')
     return Outcome(f'{options.out}\n{found.text()}', {'arm': str(options.out), **found.report()})
 
@@ -42,6 +44,6 @@ def _progress(quiet: bool) -> Callable[[str], None]:
         return lambda text: None
 
     def show(text: str) -> None:
-        sys.stderr.write(f'\r\033[K{text}')
+        sys.stderr.write(f'\r\033[K{printable(text)}')
         sys.stderr.flush()
     return show

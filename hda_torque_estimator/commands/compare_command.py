@@ -8,14 +8,15 @@ from hda_msgs_json.bag import open_recording, Recording
 from hda_msgs_json.samples import JointSamples, WrenchSamples
 from hda_msgs_json.topics import JOINT_STATE, WRENCH_STAMPED
 
+from .out_option import add_out
 from .outcome import Outcome
-from .whole_directory import save_figures, whole_directory, write_json
+from .whole_directory import check_directory, save_figures, whole_directory, write_json
 from ..comparison.align import MODES
 from ..comparison.compare import compare, Comparison
 from ..comparison.page import page
 from ..comparison.plots import figures
 from ..comparison.report import document, sentences
-from ..comparison.signals import Bag, bag_of, CompareError
+from ..comparison.signals import Bag, bag_of
 from ..version import version
 
 
@@ -23,8 +24,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument('first', type=Path, metavar='BAG1', help='what the other is held against')
     parser.add_argument('second', type=Path, metavar='BAG2', help='what may differ')
-    parser.add_argument('--out', required=True, type=Path, metavar='DIR',
-                        help='directory to write: compare.html, compare.json, figures')
+    add_out(parser, 'DIR', 'directory to write: compare.html, compare.json, figures')
     parser.add_argument('--align', choices=MODES, default='drift',
                         help='what to find from the signals: offset and drift of the second '
                              'clock, its offset, or none to believe the stamps')
@@ -32,13 +32,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(options: argparse.Namespace) -> Outcome:
     """Compare and write; raises the project's errors."""
-    if options.out.exists():
-        raise CompareError(f'{options.out} exists; name another place for the comparison')
+    check_directory(options.out, force=options.force, reads=[options.first, options.second])
     first, second = (open_recording(path) for path in (options.first, options.second))
     found = compare(_bag(first), _bag(second), options.align)
     warnings = [f'{bag.path}: {warning}' for bag in (first, second) for warning in bag.warnings]
     report = {**document(found, version()), 'warnings': warnings}
-    _write(found, report, options.out)
+    with whole_directory(options.out, force=options.force) as partial:
+        _write(found, report, partial)
     lines = [*sentences(found), *(f'  warning: {warning}' for warning in warnings)]
     return Outcome('\n'.join(lines), report)
 
@@ -55,8 +55,7 @@ def _bag(recording: Recording) -> Bag:
 
 
 def _write(found: Comparison, report: dict[str, Any], out: Path) -> None:
-    """Write the directory; it appears whole or not at all."""
-    with whole_directory(out, CompareError) as partial:
-        write_json(partial / 'compare.json', report)
-        inline = save_figures(figures(found), partial, vectors=False)
-        (partial / 'compare.html').write_text(page(found, version(), inline), encoding='utf-8')
+    """Write the numbers, the figures and the page."""
+    write_json(out / 'compare.json', report)
+    inline = save_figures(figures(found), out, vectors=False)
+    (out / 'compare.html').write_text(page(found, version(), inline), encoding='utf-8')

@@ -9,13 +9,20 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import arm_to_text, read_arm
 from hda_msgs_json.ahead import drawn_ahead
 from hda_msgs_json.bag import BagWriter, open_recording, Recording
+from hda_msgs_json.errors import HdaError
+from hda_msgs_json.outputs import check_directory
 from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import (ESTIMATOR_STATE, reference_joint_torque, REFERENCE_TIP_WRENCH,
                                   truth_joint_torque, TRUTH_TIP_WRENCH)
 import numpy as np
+from numpy.typing import NDArray
 
+from .out_option import add_out
 from .outcome import Outcome
+from .. import estimate
 from ..accuracy import Errors, errors
+from ..belief_words import doubt_shares
+from ..conventions import check_conventions
 from ..estimate_messages import estimate_samples
 from ..estimator import Estimates, Estimator
 from ..recorded_readings import recorded_readings
@@ -23,7 +30,7 @@ from ..recorded_settings import recorded_settings, RecordedSettings
 from ..state_messages import state_samples
 
 
-class EstimateError(ValueError):
+class EstimateError(HdaError):
     """A recording from which nothing can be estimated."""
 
 
@@ -31,7 +38,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument('bag', type=Path, metavar='BAG', help='bag with joint_states')
     parser.add_argument('--arm', required=True, help='model file, or the name of a shipped one')
-    parser.add_argument('--out', required=True, type=Path, metavar='BAG2', help='bag to write')
+    add_out(parser, 'BAG2', 'bag to write')
     parser.add_argument('--default-settings', action='store_true',
                         help='ignore the settings of the estimator that the bag tells')
     parser.add_argument('--fusion', choices=('on', 'off'),
@@ -41,32 +48,38 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(options: argparse.Namespace) -> Outcome:
     """Estimate and write; raises the project's errors."""
+    check_directory(options.out, force=options.force, reads=[options.bag])
     arm = read_arm(options.arm)
     recording = open_recording(options.bag)
     settings = _settings(options, recording)
-    found = recorded_readings(arm, recording)
+    found = recorded_readings(arm, recording, settings.driver)
+    check_conventions(arm, found.reading, found.command, str(options.bag))
     estimates, parts = Estimator(arm, settings.estimator).in_parts(
         found.stamps, found.reading, found.command)
     if not len(estimates.stamps):
         raise EstimateError(f'{options.bag}: none of {len(found.stamps)} joint states has finite '
                             'angles and a stamp later than the one before')
     last: int | None = None
+    if (back := np.flatnonzero(np.diff(estimates.stamps) < 0)).size:
+        raise EstimateError(f'{options.bag}: stamps go back at sample {back[0] + 1}, a loop or a '
+                            'restart while it was recorded; split it there')
     about = {'arm': arm_to_text(arm), 'source': str(options.bag.name), **settings.to_metadata()}
-    with BagWriter(options.out, about) as bag:
+    with BagWriter(options.out, about, force=options.force) as bag:
         for part in drawn_ahead(parts, 1):      # another thread estimates, this one writes
-            _write(bag, arm, part, settings.state.state_rate, before=last)
+            _write(bag, arm, part, settings, before=last)
             last = int(part.stamps[-1])
-    return _outcome(options, arm, estimates, _all_errors(recording, arm, estimates),
+        found_errors = _all_errors(recording, arm, estimates)   # damaged truth: no bag stands
+    return _outcome(options, arm, estimates, found_errors,
                     len(estimates.refused) + found.unreadable)
 
 
-def _write(bag: BagWriter, arm: Arm, part: Estimates, state_rate: float, *,
+def _write(bag: BagWriter, arm: Arm, part: Estimates, settings: RecordedSettings, *,
            before: int | None) -> None:
     """Write the messages of some estimates, which come after those at the stamp `before`."""
-    for topic, samples in estimate_samples(arm, part).items():
+    for topic, samples in estimate_samples(arm, part, settings.unobserved).items():
         (bag.write_joint_states if isinstance(samples, JointSamples)
          else bag.write_wrenches)(topic, samples)                   # type: ignore[arg-type]
-    bag.write_texts(ESTIMATOR_STATE, state_samples(arm, part, state_rate, before))
+    bag.write_texts(ESTIMATOR_STATE, state_samples(arm, part, settings.state.state_rate, before))
     bag.merge()
 
 
@@ -105,22 +118,33 @@ def _held(recording: Recording, topic: str) -> str | None:
 
 def _outcome(options: argparse.Namespace, arm: Arm, estimates: Estimates,
              found: dict[str, Errors], refused: int) -> Outcome:
+    doubted = doubt_shares(arm.labels, estimates.joints[:, :, estimate.DOUBT])
     report: dict[str, Any] = {
         'bag': str(options.out), 'samples': len(estimates.stamps),
         'refused': refused, 'joints': list(arm.labels),
-        'largest_torque': np.abs(estimates.torque).max(axis=0).tolist(),
+        'largest_torque': _largest(estimates).tolist(),
+        'doubts': doubted,
         'errors': {name: {key: None if np.isnan(value) else value
                           for key, value in error._asdict().items()}
                    for name, error in found.items()}}
     torques = ', '.join(f'{value:.2f}' for value in report['largest_torque'])
     lines = [f'{options.out}: {len(estimates.stamps)} samples, {refused} refused, '
              f'joint torques up to {torques} N*m']
+    lines += [f'  {100.0 * share:.3g} % of the samples: {words}'
+              for words, share in doubted.items()]
     if arm.links is None:
         lines.append('  no external torque and no tip force: the arm file says "links: none"')
     lines += [f'  error against {name}: {error.rms:.3f} {_unit(name)} rms '
               f'({error.rms_without_mean:.3f} without its mean), at most {error.largest:.3f}'
               for name, error in found.items()]
     return Outcome('\n'.join(lines), report)
+
+
+def _largest(estimates: Estimates) -> NDArray[np.float64]:
+    """Return the largest torque of each joint, NaN where none was estimated."""
+    size = np.abs(estimates.torque)
+    known = np.isfinite(size)
+    return np.where(known.any(axis=0), np.where(known, size, 0.0).max(axis=0), np.nan)
 
 
 def _unit(name: str) -> str:

@@ -2,20 +2,26 @@
 
 import argparse
 from collections.abc import Callable, Sequence
+import os
 from pathlib import Path
 from typing import NamedTuple
 
+from hda_msgs_json.bag_files import METADATA_FILE
+from hda_msgs_json.errors import HdaError
+
 from .outcome import Outcome
-from .whole_directory import whole_directory, write_json
+from .whole_directory import check_directory, whole_directory, write_json
 from ..fleet.fleet_report import fleet_document, fleet_page, Line, line_of
 from ..fleet.spread import over_machines, over_processes
+from ..told_errors import ToldErrors
 from ..version import version
 
 Diagnose = Callable[[argparse.Namespace], Outcome]
+ENDINGS = ('.mcap', '.mcap.zstd')
 OWN = ('--workers', '--scheduler')      # options that need --each
 
 
-class FleetError(ValueError):
+class FleetError(HdaError):
     """Bags that cannot be diagnosed as a fleet."""
 
 
@@ -50,10 +56,9 @@ def check(options: argparse.Namespace) -> None:
 
 def execute(diagnose: Diagnose, options: argparse.Namespace) -> Outcome:
     """Diagnose every bag and write the table; raises FleetError if none could be diagnosed."""
-    if options.out.exists():
-        raise FleetError(f'{options.out} exists; name another place for the diagnoses')
     bags = _named([bag for path in options.bags for bag in bags_in(path)])
-    with whole_directory(options.out, FleetError) as partial:
+    check_directory(options.out, force=options.force, reads=bags.values())
+    with whole_directory(options.out, force=options.force) as partial:
         lines = _lines([_job(diagnose, options, bag, name, partial)
                         for name, bag in bags.items()], options)
         told = fleet_document(lines, options.arm, version())
@@ -64,20 +69,41 @@ def execute(diagnose: Diagnose, options: argparse.Namespace) -> Outcome:
 
 
 def bags_in(path: Path) -> list[Path]:
-    """Return the bag at a path, or all bags in it if it is a directory of bags."""
-    if not path.is_dir() or (path / 'metadata.yaml').exists() or any(path.glob('*.mcap')):
+    """
+    Return the bag at a path, or all bags in it if it is a directory of bags.
+
+    A bag is a directory with `metadata.yaml`, one with .mcap files where a recording was cut off
+    before that was written, or a loose .mcap file. Raises FleetError where there is none.
+    """
+    if not path.is_dir() or (path / METADATA_FILE).exists():
         return [path]
-    found = sorted(entry.parent for entry in path.glob('*/metadata.yaml'))
+    folders = [entry for entry in path.iterdir() if entry.is_dir() and (
+        (entry / METADATA_FILE).exists() or _loose(entry))]
+    loose = _loose(path)
+    if not folders and len({_of_split(file) for file in loose}) == 1:
+        return [path]
+    found = sorted([*folders, *loose])
     if not found:
         raise FleetError(f'{path} holds no bags; name bags, or a directory of them')
     return found
+
+
+def _loose(directory: Path) -> list[Path]:
+    """Return the MCAP files that stand in a directory."""
+    return [file for ending in ENDINGS for file in directory.glob(f'*{ending}') if file.is_file()]
+
+
+def _of_split(file: Path) -> str:
+    """Return the name that the files of one split recording share: bag of bag_0.mcap."""
+    stem, _, number = file.name.partition('.')[0].rpartition('_')
+    return stem if stem and number.isdecimal() else file.name
 
 
 def _named(bags: Sequence[Path]) -> dict[str, Path]:
     """Return bags by the names of their directories; raises FleetError where two have one."""
     named: dict[str, Path] = {}
     for bag in bags:
-        name = bag.name.removesuffix('.mcap')
+        name = Path(os.path.abspath(bag)).name.removesuffix('.mcap')
         if name in named:
             raise FleetError(f'{named[name]} and {bag} would both be written to {name}; give one '
                              'of them another name')
@@ -96,8 +122,9 @@ def _job(diagnose: Diagnose, options: argparse.Namespace, bag: Path, name: str,
 
 def _lines(jobs: Sequence[Job], options: argparse.Namespace) -> list[Line]:
     """Return the line of every bag; raises FleetError where no bag could be diagnosed."""
-    lines = (over_processes(line, jobs, options.workers) if options.scheduler is None else
-             over_machines(line, jobs, options.scheduler))
+    lines = (over_processes(line, jobs, options.workers, failed=failed)
+             if options.scheduler is None else
+             over_machines(line, jobs, options.scheduler, failed=failed))
     if all(one.error is not None for one in lines):
         raise FleetError(f'none of {len(lines)} bags could be diagnosed; the first: '
                          f'{lines[0].error}')
@@ -106,7 +133,11 @@ def _lines(jobs: Sequence[Job], options: argparse.Namespace) -> list[Line]:
 
 def line(job: Job) -> Line:
     """Return the line of one bag; what is wrong with it is its line and stops no other."""
-    try:
+    with ToldErrors() as told:
         return line_of(str(job.bag), job.directory, job.diagnose(job.options).report)
-    except (ValueError, OSError) as error:
-        return Line(str(job.bag), job.directory, None, error=' '.join(str(error).split()))
+    return failed(job, told.sentence or '')
+
+
+def failed(job: Job, reason: str) -> Line:
+    """Return the line of a bag that could not be diagnosed."""
+    return Line(str(job.bag), job.directory, None, error=reason)

@@ -3,11 +3,14 @@
 import argparse
 from pathlib import Path
 
+from hda_msgs_json.errors import HdaError
+
+from .out_option import add_out
 from .outcome import Outcome
 from ..importing.run import guess_map, run_import, shipped_maps
 
 
-class ImportUseError(ValueError):
+class ImportUseError(HdaError):
     """Raised when the options do not say what to do."""
 
 
@@ -18,8 +21,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
                         help='print a map guessed from names and numbers, to be edited')
     parser.add_argument('--map', type=Path, metavar='FILE',
                         help=f'column map, or a shipped one: {", ".join(shipped_maps())}')
-    parser.add_argument('--out', type=Path, metavar='BAG',
-                        help='bag to write; a map that splits the table adds _VALUE to it')
+    add_out(parser, 'BAG', 'bag to write; a map that splits the table adds _VALUE to it',
+            required=False)
 
 
 def execute(options: argparse.Namespace) -> Outcome:
@@ -29,5 +32,6 @@ def execute(options: argparse.Namespace) -> Outcome:
         return Outcome(text.rstrip(), {'map': text})
     if options.map is None or options.out is None:
         raise ImportUseError('give --map FILE and --out BAG, or --guess for a map to edit')
-    bags = [str(path) for path in run_import(options.table, options.map, options.out)]
+    written = run_import(options.table, options.map, options.out, force=options.force)
+    bags = [str(path) for path in written]
     return Outcome('\n'.join(bags), {'bags': bags})

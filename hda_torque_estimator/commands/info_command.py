@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from hda_msgs_json.bag import open_recording, Recording
+from hda_msgs_json.printable import printable
 from hda_msgs_json.topics import JOINT_STATES
 
 from .outcome import Outcome
@@ -52,11 +53,12 @@ def _time_lines(time: StampFacts) -> list[str]:
 
 
 def _name_lines(names: tuple[NameFacts, ...]) -> list[str]:
-    wide = max(len(fact.name) for fact in names) if names else 0
+    shown = [printable(fact.name) for fact in names]
+    wide = max(map(len, shown), default=0)
     head = f'  {"name":<{wide}}  {"from":>10} {"to rad":>10} {"rad/s":>9} {"step rad":>10}  also'
     return [head, *(
-        f'  {fact.name:<{wide}}  {fact.low:10.4f} {fact.high:10.4f} {fact.fastest:9.3f} '
-        f'{fact.step:10.2e}  {", ".join(_also(fact))}' for fact in names)]
+        f'  {name:<{wide}}  {fact.low:10.4f} {fact.high:10.4f} {fact.fastest:9.3f} '
+        f'{fact.step:10.2e}  {", ".join(_also(fact))}' for name, fact in zip(shown, names))]
 
 
 def _also(fact: NameFacts) -> list[str]:

@@ -1,5 +1,6 @@
 """What a command hands back: lines for people and the same for machines."""
 
+import math
 from typing import Any, NamedTuple
 
 
@@ -8,3 +9,12 @@ class Outcome(NamedTuple):
 
     text: str
     report: dict[str, Any]
+
+
+def without_nan(value: Any) -> Any:
+    """Return a report with null for each number that JSON does not have."""
+    if isinstance(value, dict):
+        return {key: without_nan(one) for key, one in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [without_nan(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,15 +1,16 @@
 """`hda plan`: a motion within the arm's limits that separates two effects."""
 
 import argparse
-from pathlib import Path
 import sys
 import time
 from typing import Any
 
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motion_file import write_motion
+from hda_msgs_json.outputs import check_file
 import numpy as np
 
+from .out_option import add_out
 from .outcome import Outcome
 from ..diagnosis.verdict import TIED
 from ..planning.plan import Plan, plan, planned_motion, Progress
@@ -25,20 +26,20 @@ def configure(parser: argparse.ArgumentParser) -> None:
                         help='two effects of the catalogue; EFFECT@JOINT names the joint')
     parser.add_argument('--duration', type=float, default=24.0, metavar='S',
                         help='seconds of the motion, 24 unless given')
-    parser.add_argument('--out', required=True, type=Path, metavar='FILE',
-                        help='CSV to write: time, link angles and rates')
+    add_out(parser, 'FILE', 'CSV to write: time, link angles and rates')
 
 
 def execute(options: argparse.Namespace) -> Outcome:
     """Plan and write; raises the project's errors."""
     begin = time.monotonic()
     asked = question(read_arm(options.arm), *options.between)
-    if options.out.is_dir() or not options.out.absolute().parent.is_dir():
+    check_file(options.out, force=options.force)
+    if not options.out.absolute().parent.is_dir():
         raise PlanError(f'{options.out} cannot be written: name a file in a folder that exists')
     found = plan(asked, options.duration, _progress(options.json))
     if found.separates:
         write_motion(options.out, planned_motion(asked, found.best.path, options.duration, _STEP),
-                     asked.arm.labels)
+                     asked.arm.labels, force=options.force)
     report = _report(options, asked, found, time.monotonic() - begin)
     return Outcome(_told(options, asked, found), report)
 

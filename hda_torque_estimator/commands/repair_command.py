@@ -4,22 +4,25 @@ import argparse
 from pathlib import Path
 
 from hda_msgs_json.bag_repair import repair
+from hda_msgs_json.outputs import check_directory
 
+from .out_option import add_out
 from .outcome import Outcome
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument('bag', type=Path, metavar='BAG', help='bag directory or .mcap file')
-    parser.add_argument('--out', type=Path, metavar='BAG',
-                        help='bag to write; NAME_repaired beside the original unless given')
+    add_out(parser, 'BAG', 'bag to write; NAME_repaired beside the original unless given',
+            required=False)
 
 
 def execute(options: argparse.Namespace) -> Outcome:
     """Repair a bag; raises the project's errors."""
     bag = options.bag.absolute()
     out = options.out or bag.with_name(f'{bag.stem if bag.is_file() else bag.name}_repaired')
-    done = repair(bag, out)
+    check_directory(out, force=options.force, reads=[bag])
+    done = repair(bag, out, force=options.force)
     lines = [f'{out}: {done.messages} messages of {done.topics} topics',
              *(f'  warning: {sentence}' for sentence in done.warnings)]
     return Outcome('\n'.join(lines), {

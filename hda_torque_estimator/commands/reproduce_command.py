@@ -9,10 +9,11 @@ from typing import Any
 
 from hda_arm_sim.model.files import read_arm
 
+from .out_option import add_out
 from .outcome import Outcome
 from .whole_directory import save_figures, whole_directory, write_json
 from ..reproduction.catalogue import chosen, Entry, FIGURES
-from ..reproduction.exhibit import Arms, Exhibit, ReproductionError
+from ..reproduction.exhibit import Arms, Exhibit
 from ..reproduction.page import page
 from ..reproduction.plots import draw
 from ..reproduction.report import document, file_name
@@ -25,17 +26,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument('figures', nargs='*', metavar='FIGURE',
                         help=f'{", ".join(FIGURES)}; all unless given')
-    parser.add_argument('--out', required=True, type=Path, metavar='DIR',
-                        help='directory to write: paper.html, paper.json, figures')
+    add_out(parser, 'DIR', 'directory to write: paper.html, paper.json, figures')
 
 
 def execute(options: argparse.Namespace) -> Outcome:
     """Make the figures and write them; raises the project's errors."""
     begin = time.monotonic()
     entries = chosen(options.figures)
-    if options.out.exists():
-        raise ReproductionError(f'{options.out} exists; name another place for the figures')
-    with whole_directory(options.out, ReproductionError) as partial:
+    with whole_directory(options.out, force=options.force) as partial:
         made = _made(entries, quiet=options.json)
         report = document(made, version(), time.monotonic() - begin)
         _write(made, report, partial)

@@ -13,9 +13,10 @@ from hda_arm_sim.simulate import checked
 from hda_msgs_json.bag import BagWriter
 import numpy as np
 
+from .out_option import add_out
 from .outcome import Outcome
 from ..closed_loop import Run, run
-from ..controller import ControllerSettings
+from ..controller import bearable, ControllerSettings
 from ..recorded import write_run
 
 _USUAL = 60.0           # duration of a motion by its name [s]
@@ -31,18 +32,19 @@ def configure(parser: argparse.ArgumentParser) -> None:
                         help=f'{motions}; or a file that hda plan has written')
     parser.add_argument('--duration', type=float, metavar='S',
                         help='seconds; 60 unless given, or all of the file')
-    parser.add_argument('--rate', type=float, default=1000.0, metavar='HZ', help='samples')
+    parser.add_argument('--rate', type=float, default=1000.0, metavar='HZ',
+                        help='samples; the control loop runs at 1 kHz or above')
     parser.add_argument('--seed', type=int, default=0, metavar='N', help='of motion and noise')
     parser.add_argument('--torque-feedback', type=float, default=0.0, metavar='K_J',
                         help='-1 follows a push, between 0 and 1 rejects it')
-    parser.add_argument('--out', required=True, type=Path, metavar='BAG', help='bag to write')
+    add_out(parser, 'BAG', 'bag to write')
 
 
 def execute(options: argparse.Namespace) -> Outcome:
     """Simulate and write; raises the project's errors."""
     known = checked(read_arm(options.arm))
     true = _with_effects(known, options.effects)
-    settings = ControllerSettings(torque_feedback=options.torque_feedback)
+    settings = bearable(known, ControllerSettings(torque_feedback=options.torque_feedback))
     sampled = SimulationSettings(rate=options.rate, seed=options.seed)
     asked = _motion(options, known, 1.0 / sampled.rate)
     about = {'arm': arm_to_text(known), 'seed': str(options.seed),
@@ -51,7 +53,7 @@ def execute(options: argparse.Namespace) -> Outcome:
              'effects': json.dumps([[placed.effect.name, placed.joint,
                                      dict(zip(_names(placed.effect), placed.effect.values()))]
                                     for placed in true.effects])}
-    with BagWriter(options.out, about) as bag:
+    with BagWriter(options.out, about, force=options.force) as bag:
         made = run(true, known, asked, options.seed, controller=settings)
         write_run(bag, known, made)
     return _outcome(options.out, asked, made)
@@ -67,7 +69,7 @@ def _motion(options: argparse.Namespace, arm: Arm, dt: float) -> Motion:
 
 
 def _with_effects(arm: Arm, path: str | None) -> Arm:
-    for placed in read_effects(path) if path else ():
+    for placed in read_effects(path, arm) if path else ():
         arm = arm.with_effect(placed.effect, placed.joint)
     return arm
 

@@ -1,37 +1,17 @@
-"""A directory that appears whole or not at all, and how figures are put into it."""
+"""What goes into a directory that appears whole or not at all: reports and figures."""
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 import json
 from pathlib import Path
-import shutil
-import tempfile
 from typing import Any
 
+from hda_msgs_json.outputs import check_directory, whole_directory
+import matplotlib
 from matplotlib.figure import Figure
 
-from ..pages.drawing import inline_svg
+from ..pages.drawing import inline_svg, STYLE
 
-
-@contextmanager
-def whole_directory(out: Path, unwritable: type[ValueError]) -> Iterator[Path]:
-    """
-    Give a fresh directory beside `out`, which becomes `out` at the end and is gone on any error.
-
-    What the disk refuses is raised as `unwritable`.
-    """
-    partial: Path | None = None
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        partial = Path(tempfile.mkdtemp(prefix=f'.{out.name}.', dir=out.parent))
-        yield partial
-        partial.chmod(0o755)
-        partial.rename(out)
-    except OSError as error:
-        raise unwritable(f'{out} cannot be written: {error.strerror}') from None
-    finally:
-        if partial is not None:
-            shutil.rmtree(partial, ignore_errors=True)
+__all__ = ['check_directory', 'save_figures', 'whole_directory', 'write_json']
 
 
 def write_json(path: Path, document: Mapping[str, Any]) -> None:
@@ -46,6 +26,7 @@ def save_figures(figures: Mapping[str, Figure], out: Path, *,
     for name, figure in figures.items():
         figure.savefig(out / f'{name}.png', dpi=150)
         if vectors:
-            figure.savefig(out / f'{name}.svg')
+            with matplotlib.rc_context(STYLE):      # with its salt, names are those of last time
+                figure.savefig(out / f'{name}.svg', metadata={'Date': None})
         inline[name] = inline_svg(figure, name)
     return inline

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from hda_msgs_json.errors import HdaError
 from hda_msgs_json.samples import JointSamples, Stamps, WrenchSamples
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ _MOST_PERIODS = 20_000_000          # in a bag: five hours at 1 kHz
 _INFINITE = 1e100                   # numbers whose squares would overflow are none
 
 
-class CompareError(ValueError):
+class CompareError(HdaError):
     """Two bags that cannot be compared."""
 
 

@@ -5,6 +5,9 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from html import escape
 from typing import Any
+from urllib.parse import quote
+
+from hda_msgs_json.printable import printable
 
 from ..pages.document import code, document, figure, section, table
 
@@ -39,9 +42,9 @@ class Line:
     def sentence(self) -> str:
         """Return the line for people."""
         if self.error is not None:
-            return f'{self.directory}: {FAILED}: {self.error}'
+            return f'{printable(self.directory)}: {FAILED}: {self.error}'
         told = ', '.join(cause.place() for cause in self.findings)
-        return f'{self.directory}: {(self.verdict or "").replace("_", " ")}' + (
+        return f'{printable(self.directory)}: {(self.verdict or "").replace("_", " ")}' + (
             f': {told}' if told else '')
 
 
@@ -86,12 +89,14 @@ def fleet_page(lines: Sequence[Line], arm: str, version: str) -> str:
 
 def _row(line: Line) -> list[str]:
     if line.error is not None:
-        return [code(line.bag), FAILED, escape(line.error), '']
+        return [code(printable(line.bag)), FAILED, escape(line.error), '']
     causes = '<br>'.join(
         f'{code(cause.effect)} at {escape(cause.joint or "the arm")}'
         + ('' if cause.removed is None else f', {100.0 * cause.removed:.1f} %')
         for cause in line.findings)
-    return [f'<a href="{escape(line.directory)}/report.html">{code(line.bag)}</a>',
+    # Relative and percent-encoded, or a name such as `javascript:...` or `a#b` is no directory.
+    place = quote(line.directory, safe='', errors='surrogateescape')
+    return [f'<a href="./{place}/report.html">{code(printable(line.bag))}</a>',
             escape((line.verdict or '').replace('_', ' ')), causes, figure(line.seconds)]
 
 

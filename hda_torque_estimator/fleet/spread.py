@@ -2,51 +2,125 @@
 Spread independent work over processes, or over machines with Dask.
 
 Every item is worked on by the same function wherever it runs, and results come back in the order
-of the items, so that neither the number of workers nor where they are changes an answer.
+of the items, so that neither the number of workers nor where they are changes an answer. An item
+that crashes its process, or asks for more memory than its share, ends no other.
 """
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from importlib import import_module
 from multiprocessing import get_context
+from multiprocessing.connection import Connection
 import os
+from pathlib import Path
+import resource
+import signal
 from typing import Any, TypeVar
+
+from hda_msgs_json.errors import HdaError
+
+from ..told_errors import ToldErrors
 
 Item = TypeVar('Item')
 Result = TypeVar('Result')
 PATIENCE = 10.0         # for a scheduler to answer [s]
+RESERVED = 2 << 30      # addresses beside the share: libraries take 0.7 GiB, most of it unused
+LEAST_SHARE = 1 << 30   # memory in which an ordinary recording is diagnosed [bytes]
+CONTAINER = ('/sys/fs/cgroup/memory.max', '/sys/fs/cgroup/memory/memory.limit_in_bytes')
 
 
-class SpreadError(ValueError):
-    """Workers that cannot be had."""
+class SpreadError(HdaError):
+    """Workers that cannot be had, or that failed."""
+
+
+def _refuse(item: object, reason: str) -> Any:
+    """Raise SpreadError for an item whose worker failed."""
+    raise SpreadError(f'{item}: {reason}')
 
 
 def over_processes(work: Callable[[Item], Result], items: Sequence[Item],
-                   workers: int | None = None) -> list[Result]:
+                   workers: int | None = None, *,
+                   failed: Callable[[Item, str], Result] = _refuse) -> list[Result]:
     """
-    Return the results of all items, on so many processes, or as many as there are cores.
+    Return the results of all items, each from a process of its own.
 
-    Raises SpreadError unless there is at least one worker.
+    So many run at once, or as many as there are cores. `failed` makes the result of an item whose
+    process failed, from the reason. Raises SpreadError unless there is at least one worker.
     """
     count = min(os.cpu_count() or 1 if workers is None else workers, len(items))
     if workers is not None and workers < 1:
         raise SpreadError(f'--workers must be at least 1, got {workers}')
-    if count <= 1:
-        return [work(item) for item in items]
-    with ProcessPoolExecutor(count, mp_context=get_context('spawn')) as pool:
-        return list(pool.map(work, items))
+    share = max(machine_memory() // max(count, 1), LEAST_SHARE)
+    pool = ThreadPoolExecutor(max(count, 1))
+    try:
+        return list(pool.map(partial(_apart, work, failed, share), items))
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
-def over_machines(work: Callable[[Item], Result], items: Sequence[Item],
-                  scheduler: str) -> list[Result]:
+def machine_memory() -> int:
+    """Return the memory of this machine, or of the container that we are in [bytes]."""
+    limits = [Path(place).read_text().strip() for place in CONTAINER if Path(place).is_file()]
+    return min([os.sysconf('SC_PAGE_SIZE') * os.sysconf('SC_PHYS_PAGES'),
+                *(int(limit) for limit in limits if limit.isdecimal())])
+
+
+def _apart(work: Callable[[Item], Result], failed: Callable[[Item, str], Result], share: int,
+           item: Item) -> Result:
+    """Return the result of one item from a process with its share of memory [bytes]."""
+    context = get_context('spawn')
+    here, there = context.Pipe(duplex=False)
+    process = context.Process(target=_work, args=(there, work, item, share), daemon=True)
+    try:
+        process.start()
+    except OSError as error:
+        return failed(item, f'no process could be started for it: {error.strerror}')
+    there.close()
+    try:
+        result, reason = here.recv()
+    except (EOFError, OSError):
+        process.join()
+        result, reason = None, _end(process.exitcode or 0)
+    process.join()
+    return result if reason is None else failed(item, reason)
+
+
+def _work(there: Connection, work: Callable[[Item], Result], item: Item, share: int) -> None:
+    """Send the result of an item, or the reason why there is none."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    _, most = resource.getrlimit(resource.RLIMIT_AS)
+    limit = RESERVED + share
+    resource.setrlimit(resource.RLIMIT_AS, (limit if most < 0 else min(limit, most), most))
+    told = ToldErrors()
+    with told:
+        there.send((work(item), None))
+    if told.sentence is not None:
+        there.send((None, told.sentence))
+
+
+def _end(code: int) -> str:
+    """Return how a process ended that sent nothing."""
+    if code >= 0:
+        return f'its process ended with {code}'
+    name = signal.Signals(-code).name
+    return f'its process was ended by {name}' + (
+        ', as where memory runs out' if -code == signal.SIGKILL else '')
+
+
+def over_machines(work: Callable[[Item], Result], items: Sequence[Item], scheduler: str, *,
+                  failed: Callable[[Item, str], Result] = _refuse) -> list[Result]:
     """
     Return the results of all items, from the workers of a Dask scheduler.
 
-    Raises SpreadError where Dask is not installed or the scheduler does not answer.
+    `failed` makes the result of an item whose worker failed, from the reason. Raises SpreadError
+    where Dask is not installed or the scheduler does not answer.
     """
     with _client(scheduler) as client:
-        results: list[Result] = client.gather(client.map(work, items, pure=False))
-    return results
+        futures = client.map(work, items, pure=False)
+        return [future.result() if (error := future.exception()) is None else
+                failed(item, f'its worker failed: {error}')
+                for item, future in zip(items, futures)]
 
 
 def _client(scheduler: str) -> Any:

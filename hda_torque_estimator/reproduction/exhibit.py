@@ -9,13 +9,14 @@ from enum import Enum
 from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
+from hda_msgs_json.errors import HdaError
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
 
-class ReproductionError(ValueError):
+class ReproductionError(HdaError):
     """A figure that is not in the paper, or a place where it cannot be written."""
 
 

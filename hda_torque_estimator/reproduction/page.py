@@ -10,8 +10,10 @@ from .report import file_name
 from ..pages.document import captioned, code, document, section, table, unit
 
 _TITLE = 'The paper, reproduced and corrected'
-_LEAD = ('Every figure and table of the paper that a computer can give, made by the simulator, '
-         'the estimator and the controller of this package. "Printed" is what the equations give '
+PAPER = 'Torque Estimation Technique for a Harmonic Drive Robotic Arm'
+_LEAD = (f'The paper is "{PAPER}"; its text at hand names no authors, year or journal. '
+         'Every figure and table of it that a computer can give is made by the simulator, the '
+         'estimator and the controller of this package. "Printed" is what the equations give '
          'as they stand in the paper, "consistent" what they give once signs, sides and units '
          'agree. The derivations are in docs/errata.md. Fig. 1, 4, 8 and 13 are drawings and '
          'photographs.')
