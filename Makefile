@@ -11,9 +11,17 @@ VERSION := $(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2
 READY := $(VENV)/.ready-$(VERSION)
 PACKAGES := hda_msgs_json hda_arm_sim hda_torque_estimator
 STUDIES := kills estimation torque diagnosis
+BENCHMARKS := $(wildcard benchmarks/bench_*.py) $(STUDIES:%=benchmarks/%.py)
+FAULTS := controller_faults estimator_faults recorder_slope bad_inputs
+QUICK :=
+
+# Run each program of $(1), go on where one fails, and say at the end which did.
+run_each = failed=; for script in $(1); do \
+	  echo "$$script"; $(BIN)/python $$script $(if $(QUICK),--quick) || failed="$$failed $$script"; \
+	done; if test -n "$$failed"; then echo "failed:$$failed" >&2; exit 1; fi
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint bench fuzz soak lock clean
+.PHONY: help setup demo test lint bench fuzz faults soak lock clean
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-8s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -31,12 +39,14 @@ lint: $(READY)  ## check style and types
 	$(BIN)/mypy
 	$(BIN)/python -m pytest -q --tb=short --show-capture=no -m linter
 
-bench: $(READY)  ## measure speed against the peers, then accuracy (hours)
-	for script in benchmarks/bench_*.py $(STUDIES:%=benchmarks/%.py); do \
-	  $(BIN)/python $$script || exit; done
+bench: $(READY)  ## measure speed beside peers, then accuracy: hours; QUICK=1 only starts all
+	@$(call run_each,$(BENCHMARKS))
 
 fuzz: $(READY)  ## run the property tests with many more examples
 	$(BIN)/python -m pytest -n $(WORKERS) -m hypothesis --hypothesis-profile=fuzz
+
+faults: $(READY)  ## inject faults and bad inputs, and count what went unnoticed (minutes)
+	@$(call run_each,$(FAULTS:%=benchmarks/%.py))
 
 soak: $(READY)  ## run the nodes for a long time and watch rate, latency and memory
 	$(BIN)/python benchmarks/soak.py
@@ -55,8 +65,8 @@ $(READY): $(LOCKS) setup.py setup.cfg
 	  exit 2;; esac
 	@echo 'Setting up $(VENV) with Python $(VERSION), once, for a minute or two'
 	test -x $(BIN)/pip -a -d $(VENV)/lib/python$(VERSION) || $(PYTHON) -m venv --clear $(VENV)
-	$(BIN)/python -m pip install -qq --disable-pip-version-check $(LOCKS:%=-r %)
+	$(BIN)/python -m pip install -qq --disable-pip-version-check --require-hashes $(LOCKS:%=-r %)
 	$(BIN)/python -m pip install -qq --disable-pip-version-check --no-build-isolation --no-deps -e .
-	$(BIN)/python -m hda_torque_estimator.warm_up
+	$(BIN)/python -m hda_torque_estimator.warm_up > /dev/null
 	rm -f $(VENV)/.ready-*
 	touch $@

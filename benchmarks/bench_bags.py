@@ -24,16 +24,18 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 import numpy as np
 from rosbags.highlevel import AnyReader
+from size import parser, verdict
 
 SECONDS, RATE, REPEATS = 600.0, 1000, 5
+TINY = 3.0                          # of a tiny case [s]
 FASTER, MEMORY, REAL_TIME = 50.0, 3.0, 300.0       # than a peer; of the arrays; than real time
 NAMES = ('joint1', 'joint1_motor', 'joint2', 'joint2_motor')
 MOTOR_STEP, LINK_STEP = 2.0 * np.pi / 16384, 2.0 * np.pi / 4e6     # of the encoders [rad]
 
 
-def recording() -> JointSamples:
+def recording(seconds: float) -> JointSamples:
     """Return what the driver of a moving arm publishes, in steps of its encoders."""
-    count = round(SECONDS * RATE)
+    count = round(seconds * RATE)
     moments = np.arange(count) / RATE
     angles = np.stack([np.sin(0.7 * moments), 0.5 * np.sin(1.1 * moments)], axis=1)
     position = np.empty((count, len(NAMES)))
@@ -90,19 +92,21 @@ def peak_of_arrays(bag: Path) -> float:
 
 def estimate_options(bag: Path, out: Path) -> Namespace:
     """Return what `hda estimate` takes from its command line."""
-    parser = ArgumentParser()
-    estimate_command.configure(parser)
-    return parser.parse_args([str(bag), '--arm', 'hda_arm.yaml', '--out', str(out)])
+    known = ArgumentParser()
+    estimate_command.configure(known)
+    return known.parse_args([str(bag), '--arm', 'hda_arm.yaml', '--out', str(out)])
 
 
 def main() -> int:
     """Measure everything and print a table."""
+    quick = parser(__doc__).parse_args().quick
+    length, repeats = (TINY, 1) if quick else (SECONDS, REPEATS)
     with TemporaryDirectory() as directory:
         bag, kept = Path(directory) / 'bag', True
         with BagWriter(bag, {}) as writer:
-            writer.write_joint_states(JOINT_STATES, recording())
-        ours, samples = timed(lambda: open_recording(bag).joint_states(), REPEATS)
-        print(f'{SECONDS:g} s of four names at {RATE} Hz, zstd, to arrays')
+            writer.write_joint_states(JOINT_STATES, recording(length))
+        ours, samples = timed(lambda: open_recording(bag).joint_states(), repeats)
+        print(f'{length:g} s of four names at {RATE} Hz, zstd, to arrays')
         print(f'{"this project":24}{ours:>8.3f} s')
         for name, read in (('rosbags', of_rosbags), ('mcap-ros2-support', of_mcap)):
             seconds, arrays = timed(lambda read=read: gathered(read(bag)))     # type: ignore[misc]
@@ -113,16 +117,15 @@ def main() -> int:
             del arrays
         memory = peak_of_arrays(bag)
         print(f'{"memory":24}{memory:>8.2f} times the arrays')
-        outs = [Path(directory) / f'estimates_{number}' for number in range(1 + REPEATS)]
+        outs = [Path(directory) / f'estimates_{number}' for number in range(1 + repeats)]
         times = [timed(partial(estimate_command.execute, estimate_options(bag, out)))[0]
                  for out in outs]
         seconds = min(times[1:])
         for name, each in (('hda estimate, first', times[0]), ('hda estimate, again', seconds)):
-            print(f'{name:24}{each:>8.3f} s{SECONDS / each:>10.0f} times real time')
-    kept &= memory <= MEMORY and SECONDS / seconds >= REAL_TIME
-    print(f'at least {FASTER:g} times faster than either, {MEMORY:g} times the arrays at most, '
-          f'{REAL_TIME:g} times real time: {"yes" if kept else "NO"}')
-    return 0 if kept else 1
+            print(f'{name:24}{each:>8.3f} s{length / each:>10.0f} times real time')
+    kept &= memory <= MEMORY and length / seconds >= REAL_TIME
+    return verdict(f'at least {FASTER:g} times faster than either, {MEMORY:g} times the arrays at '
+                   f'most, {REAL_TIME:g} times real time', kept, quick=quick)
 
 
 if __name__ == '__main__':

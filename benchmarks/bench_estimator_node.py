@@ -10,6 +10,7 @@ import json
 import resource
 import sys
 import time
+from typing import Any
 
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import HOME
@@ -24,9 +25,11 @@ from hda_torque_estimator.live_estimator import Answer, LiveEstimator
 from hda_torque_estimator.readings import reading_names
 from nodes import Listener, own_domain, process
 import numpy as np
+from size import parser, verdict
 
 LIMIT = 100.0           # [us]
 RATE, SECONDS, SKIPPED = 1000, 15, 1000
+TINY = 1, 100           # seconds and samples skipped of a tiny case
 ARM = read_arm('hda_arm.yaml')
 NAMES = reading_names(ARM.labels)
 ANGLES = np.array([100.0 * HOME[0], HOME[0], 100.0 * HOME[1], HOME[1]])
@@ -66,21 +69,21 @@ class Echo(Timed):
 class Measured(TorqueEstimator):
     """The node with another way to answer, and a stopwatch around its callback."""
 
-    def __init__(self, answer: Timed) -> None:
-        """Answer as this does."""
+    def __init__(self, answer: Timed, skipped: int) -> None:
+        """Answer as this does; so many samples at the start do not count."""
         super().__init__()
-        self._answer, self._callbacks, self._cpu = answer, [], 0.0
+        self._answer, self._callbacks, self._cpu, self._skipped = answer, [], 0.0, skipped
 
-    def _on_sample(self, message: bytes) -> None:
+    def _on_sample(self, *heard: Any) -> None:
         began = time.perf_counter()
-        super()._on_sample(message)
+        super()._on_sample(*heard)
         self._callbacks.append(time.perf_counter() - began)
-        if len(self._callbacks) == SKIPPED:
+        if len(self._callbacks) == self._skipped:
             self._cpu = cpu()
 
     def close(self) -> None:
         """Tell median and ninth decile of work and callback, and CPU time per sample, in us."""
-        samples = len(self._callbacks) - SKIPPED
+        samples = len(self._callbacks) - self._skipped
         sys.stdout.write(json.dumps({
             'samples': samples, 'cpu': (cpu() - self._cpu) / samples * MICROSECONDS,
             'work': deciles(self._answer.times[-samples:]),
@@ -108,25 +111,25 @@ def deciles(times: list[float]) -> list[float]:
     return (np.percentile(times, [50, 90]) * MICROSECONDS).tolist()
 
 
-def measure(kind: str) -> dict[str, object]:
+def measure(kind: str, seconds: int, skipped: int) -> dict[str, object]:
     """Return what a kind of node tells after a stream of samples."""
     listener = Listener()
-    with process(__file__, 'sink'), process(__file__, kind) as measured:
+    with process(__file__, 'sink'), process(__file__, kind, str(skipped)) as measured:
         send = publisher(listener.node, JOINT_STATES)
         topics = [topic.name for topic in estimate_topics(ARM)]
         listener.until(lambda: send.get_subscription_count() == 1 and all(
             listener.node.count_subscribers(name) == 1 for name in topics), 'the nodes')
         listener.spin(1.0)
-        stream(send.publish)
+        stream(send.publish, RATE * seconds)
     listener.close()
     said, _ = measured.communicate()
     return json.loads(said)
 
 
-def stream(send) -> None:                                   # type: ignore[no-untyped-def]
+def stream(send, count: int) -> None:                       # type: ignore[no-untyped-def]
     """Send samples of an arm that moves a little, on an absolute schedule."""
     encode = JointStateEncoder(NAMES, effort=False)
-    begin, count = time.monotonic(), RATE * SECONDS
+    begin = time.monotonic()
     offsets = 1e-3 * np.sin(np.arange(count) / RATE)
     for k, offset in enumerate(offsets):
         send(encode(10**9 + k * 10**9 // RATE, ANGLES + offset, np.zeros(len(ANGLES))))
@@ -135,8 +138,10 @@ def stream(send) -> None:                                   # type: ignore[no-un
 
 def main() -> int:
     """Measure both and print a table."""
+    quick = parser(__doc__).parse_args().quick
+    size = TINY if quick else (SECONDS, SKIPPED)
     with own_domain():
-        echo, estimator = measure('echo'), measure('estimator')
+        echo, estimator = measure('echo', *size), measure('estimator', *size)
     print(f'{"us per sample":24}{"bare echo":>22}{"estimator":>22}{"ratio":>8}')
     for name, key in (('own work', 'work'), ('whole callback', 'callback')):
         bare, full = echo[key], estimator[key]
@@ -146,15 +151,14 @@ def main() -> int:
     print(f'{"processor time":24}{echo["cpu"]:>22.1f}{estimator["cpu"]:>22.1f}'
           f'{estimator["cpu"] / echo["cpu"]:>8.2f}')
     kept = estimator['work'][0] <= LIMIT
-    print(f'{estimator["samples"]} samples; own work {estimator["work"][0]:.1f} us, at most '
-          f'{LIMIT:g} us: {"yes" if kept else "NO"}')
-    return 0 if kept else 1
+    return verdict(f'{estimator["samples"]} samples; own work {estimator["work"][0]:.1f} us, at '
+                   f'most {LIMIT:g} us', kept, quick=quick)
 
 
-CHILDREN = {'sink': Sink, 'echo': lambda: Measured(Echo()),
-            'estimator': lambda: Measured(Timed())}
+CHILDREN = {'sink': Sink, 'echo': lambda: Measured(Echo(), int(sys.argv[2])),
+            'estimator': lambda: Measured(Timed(), int(sys.argv[2]))}
 
 if __name__ == '__main__':
-    if len(sys.argv) > 1:
+    if sys.argv[1:] and sys.argv[1] in CHILDREN:
         sys.exit(run(sys.argv[1], lambda: [CHILDREN[sys.argv[1]]()], sys.argv[:1]))
     sys.exit(main())

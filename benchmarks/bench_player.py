@@ -24,9 +24,10 @@ from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import JOINT_STATES
 from nodes import Listener, own_domain, process
 import numpy as np
+from size import parser, verdict
 
 NAMES = ('joint1', 'joint2', 'joint1_motor', 'joint2_motor')
-SECONDS, RATE, START = 20, 1000, 10**9
+SECONDS, TINY, RATE, START = 20, 2, 1000, 10**9
 LIMIT = 1000.0          # of the player at the 99th percentile [us]
 MODULE = 'hda_torque_estimator.player_node'
 
@@ -56,10 +57,10 @@ class Ear(ReportingNode):
             'count': len(self._heard), 'errors': np.percentile(errors, [50, 99, 100]).tolist()}))
 
 
-def samples() -> JointSamples:
+def samples(seconds: int) -> JointSamples:
     """Return joint states at an even rate."""
-    numbers = np.random.default_rng(0).normal(size=(3, SECONDS * RATE, len(NAMES)))
-    return JointSamples(START + np.arange(SECONDS * RATE) * (10**9 // RATE), NAMES, *numbers)
+    numbers = np.random.default_rng(0).normal(size=(3, seconds * RATE, len(NAMES)))
+    return JointSamples(START + np.arange(seconds * RATE) * (10**9 // RATE), NAMES, *numbers)
 
 
 def loop(messages: list[bytes]) -> None:
@@ -85,10 +86,12 @@ def heard(play) -> dict[str, object]:                       # type: ignore[no-un
 
 def main() -> int:
     """Measure both and print a table."""
+    quick = parser(__doc__).parse_args().quick
+    seconds = TINY if quick else SECONDS
     with own_domain(), tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / 'bag'
         with BagWriter(path, {}) as bag:
-            bag.write_joint_states(JOINT_STATES, samples())
+            bag.write_joint_states(JOINT_STATES, samples(seconds))
         messages = open_recording(path).raw('joint_states')[1]
         bare = heard(lambda: loop(messages))
         player = heard(lambda: subprocess.run(
@@ -98,13 +101,12 @@ def main() -> int:
     for name, row in (('bare loop', bare), ('bag_player', player)):
         print(f'{name:20}' + ''.join(f'{error:10.1f}' for error in row['errors'])
               + f'{row["count"]:>10}')
-    kept = player['count'] == SECONDS * RATE and player['errors'][1] < LIMIT
-    print(f'{SECONDS} s at {RATE} Hz; all messages, and under {LIMIT:g} us at p99: '
-          f'{"yes" if kept else "NO"}')
-    return 0 if kept else 1
+    kept = player['count'] == seconds * RATE and player['errors'][1] < LIMIT
+    return verdict(f'{seconds} s at {RATE} Hz; all messages, and under {LIMIT:g} us at p99', kept,
+                   quick=quick)
 
 
 if __name__ == '__main__':
-    if len(sys.argv) > 1:
+    if 'ear' in sys.argv:
         sys.exit(run(sys.argv[1], lambda: [Ear()], sys.argv[:1]))
     sys.exit(main())

@@ -1,8 +1,8 @@
 """
 Record joint states at 2 kHz for a minute, and count what is missing and what it costs.
 
-`bench_recorder.py [SECONDS]`, 60 unless given. No message may be missing, all must be in order,
-and the recorder may take a third of a core.
+`bench_recorder.py [SECONDS] [--quick]`, 60 unless given. No message may be missing, all
+must be in order, and the recorder may take a third of a core.
 """
 
 import os
@@ -18,8 +18,10 @@ from hda_msgs_json.cdr import JointStateEncoder
 from hda_msgs_json.topics import JOINT_STATES
 from nodes import Listener, nodes, own_domain
 import numpy as np
+from size import parser, verdict
 
 RATE = 2000
+TINY = 1                # time of a tiny case [s]
 NAMES = ('joint1', 'joint2', 'joint1_motor', 'joint2_motor')
 LIMIT = 1.0 / 3.0       # of a core
 MODULE = 'hda_torque_estimator.recorder_node'
@@ -60,16 +62,19 @@ def measure(bag: Path, count: int) -> tuple[float, float]:
 
 def main() -> int:
     """Measure, and print one line."""
-    count = RATE * (int(sys.argv[1]) if len(sys.argv) > 1 else 60)
+    known = parser(__doc__)
+    known.add_argument('seconds', nargs='?', type=int, default=60)
+    asked = known.parse_args()
+    count = RATE * (TINY if asked.quick else asked.seconds)
     with own_domain(), tempfile.TemporaryDirectory() as folder:
         bag = Path(folder) / 'bag'
         lasted, used = measure(bag, count)
         found = open_recording(bag).joint_states().position[:, 0]
     missing, share = count - len(found), used / lasted
     kept = missing == 0 and np.array_equal(found, np.arange(count)) and share < LIMIT
-    print(f'{count} joint states in {lasted:.1f} s, {missing} missing; {share:.3f} of a core, at '
-          f'most {LIMIT:.3f}; all in order and in time: {"yes" if kept else "NO"}')
-    return 0 if kept else 1
+    return verdict(f'{count} joint states in {lasted:.1f} s, {missing} missing; {share:.3f} of a '
+                   f'core, at most {LIMIT:.3f}; all in order and in time', kept,
+                   quick=asked.quick)
 
 
 if __name__ == '__main__':

@@ -18,13 +18,15 @@ from hda_arm_sim.motions import HOME, motion
 from hda_arm_sim.simulate import rest, rollout, STEP
 from hda_torque_estimator.closed_loop import run
 import numpy as np
+from size import parser, verdict
 
 SECONDS, REPEATS = 60.0, 5
+TINY = 2.0                          # of a tiny case [s]
 FASTER, START = 200.0, 1.5          # than real time; [s]
 ARM = read_arm('hda_arm.yaml')
 
 
-def best(work: Callable[[], object], repeats: int = REPEATS) -> float:
+def best(work: Callable[[], object], repeats: int) -> float:
     """Return the shortest time of some runs, after one to warm up [s]."""
     work()
     times = []
@@ -35,17 +37,17 @@ def best(work: Callable[[], object], repeats: int = REPEATS) -> float:
     return min(times)
 
 
-def free() -> None:
+def free(length: float) -> None:
     """Simulate an arm that is pushed around, without any control."""
-    moments = np.arange(0.0, SECONDS, 1e-3)
+    moments = np.arange(0.0, length, 1e-3)
     torque = 0.1 * np.sin(np.outer(moments, [1.0, 2.0]))
     rollout(ARM, rest(ARM, HOME), torque, np.zeros((len(moments), 2)), 1e-3)
 
 
-def started(*words: str) -> float:
+def started(repeats: int, *words: str) -> float:
     """Return the median time that a command takes [s]."""
     times = []
-    for _ in range(REPEATS + 1):
+    for _ in range(repeats + 1):
         began = time.perf_counter()
         subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
         times.append(time.perf_counter() - began)
@@ -54,21 +56,24 @@ def started(*words: str) -> float:
 
 def main() -> int:
     """Measure everything and print a table."""
-    asked = motion('rich', 2, SECONDS, 1e-3, 0)
-    rows = [('free arm', best(free)), ('closed loop', best(lambda: run(ARM, ARM, asked, 0)))]
-    print(f'{SECONDS:g} s of two joints, step {STEP * 1e3:.3f} ms, one core')
+    quick = parser(__doc__).parse_args().quick
+    length, repeats = (TINY, 1) if quick else (SECONDS, REPEATS)
+    asked = motion('rich', 2, length, 1e-3, 0)
+    rows = [('free arm', best(lambda: free(length), repeats)),
+            ('closed loop', best(lambda: run(ARM, ARM, asked, 0), repeats))]
+    print(f'{length:g} s of two joints, step {STEP * 1e3:.3f} ms, one core')
     for name, seconds in rows:
-        print(f'{name:24}{seconds:>8.3f} s{SECONDS / seconds:>10.0f} times real time')
+        print(f'{name:24}{seconds:>8.3f} s{length / seconds:>10.0f} times real time')
     hda = Path(sys.executable).with_name('hda')
     words = [str(hda)] if hda.is_file() else [sys.executable, '-m', 'hda_torque_estimator.cli']
-    bare, start = started(sys.executable, '-c', 'pass'), started(*words, 'simulate', '--help')
+    bare = started(repeats, sys.executable, '-c', 'pass')
+    start = started(repeats, *words, 'simulate', '--help')
     for name, seconds in (('python alone', bare), ('hda simulate --help', start)):
         print(f'{name:24}{seconds:>8.3f} s{seconds / bare:>10.1f} times python')
-    faster = SECONDS / rows[0][1]
+    faster = length / rows[0][1]
     kept = faster >= FASTER and start <= START
-    print(f'at least {FASTER:g} times real time and a start of at most {START:g} s: '
-          f'{"yes" if kept else "NO"}')
-    return 0 if kept else 1
+    return verdict(f'at least {FASTER:g} times real time and a start of at most {START:g} s', kept,
+                   quick=quick)
 
 
 if __name__ == '__main__':

@@ -2,15 +2,15 @@
 Measure how often a diagnosis is right, on recordings of the independent truth in `test/truth/`.
 
     diagnosis.py [--records N] [--healthy N] [--pairs N] [--triples N] [--workers N] [--first SEED]
-                 [--limit SECONDS] [--kept FILE]
+                 [--limit SECONDS] [--kept FILE] [--page FILE] [--quick]
 
-Hides effects in 60 s recordings at 1 kHz, diagnoses them, and writes `docs/accuracy.md`: the table
-of what was asked and reached, and what was called what. Seeds from FIRST on are used here alone.
-Outcomes are kept in FILE as they come, so that a study that was stopped goes on where it was;
-they hold for one state of the code.
+Hides effects in 60 s recordings at 1 kHz, diagnoses them, and writes a page, `docs/accuracy.md`:
+the table of what was asked and reached, and what was called what. Seeds from FIRST on are used
+here alone. Outcomes are kept in FILE as they come, so that a study that was stopped goes on where
+it was; they hold for one state of the code.
 """
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from concurrent.futures import as_completed, ProcessPoolExecutor
@@ -19,6 +19,7 @@ from itertools import islice
 import json
 from pathlib import Path
 import sys
+import tempfile
 import time
 from typing import Any
 
@@ -28,6 +29,7 @@ from hda_torque_estimator.diagnosis.diagnose import diagnose, sought_effects
 from hda_torque_estimator.diagnosis.measurement import measurement_from
 from hidden_truth import CATALOGUE, draw, OUTSIDE, published, scattered
 import numpy as np
+from size import parser
 
 ROOT = Path(__file__).resolve().parents[1]
 ARM = read_arm('hda_arm.yaml')
@@ -102,12 +104,13 @@ def attempted(case: Case) -> dict[str, Any]:
 
 def asked_for(words: Sequence[str]) -> Namespace:
     """Return the sizes of the study."""
-    parser = ArgumentParser(description=__doc__)
+    known = parser(__doc__)
     for name, default in (('records', 10), ('healthy', 300), ('pairs', 100), ('triples', 40),
                           ('workers', 2), ('first', 20000), ('limit', 0)):
-        parser.add_argument(f'--{name}', type=int, default=default)
-    parser.add_argument('--kept', type=Path, default=ROOT / 'out' / 'diagnosis.jsonl')
-    return parser.parse_args(words)
+        known.add_argument(f'--{name}', type=int, default=default)
+    known.add_argument('--kept', type=Path, default=ROOT / 'out' / 'diagnosis.jsonl')
+    known.add_argument('--page', type=Path, default=ROOT / 'docs' / 'accuracy.md')
+    return known.parse_args(words)
 
 
 def kept_in(path: Path) -> dict[str, dict[str, Any]]:
@@ -135,6 +138,20 @@ def study(todo: Sequence[Case], asked: Namespace) -> None:
 def main() -> int:
     """Run the study and write the page."""
     asked = asked_for(sys.argv[1:])
+    if not asked.quick:
+        return run(asked)
+    with tempfile.TemporaryDirectory() as folder:
+        return run(tiny(asked, Path(folder)))
+
+
+def tiny(asked: Namespace, folder: Path) -> Namespace:
+    """Return the study of one healthy arm, which leaves its outcome and page in a folder."""
+    return Namespace(**{**vars(asked), 'records': 0, 'pairs': 0, 'triples': 0, 'healthy': 1,
+                        'workers': 1, 'kept': folder / 'kept.jsonl', 'page': folder / 'page.md'})
+
+
+def run(asked: Namespace) -> int:
+    """Run what is asked for and write the page."""
     planned = list(cases(asked))
     known = kept_in(asked.kept)
     left = [planned[k] for k in np.random.default_rng(asked.first).permutation(len(planned))
@@ -143,7 +160,7 @@ def main() -> int:
     results = kept_in(asked.kept)
     wanted = [results[case.key()] for case in planned if case.key() in results]
     print(Counter(result['group'] for result in wanted))
-    (ROOT / 'docs' / 'accuracy.md').write_text(page(wanted, len(planned)), encoding='utf-8')
+    asked.page.write_text(page(wanted, len(planned)), encoding='utf-8')
     return 0
 
 

@@ -1,14 +1,13 @@
 """
 Measure torque, tip force, contacts and intervals on the independent truth in `test/truth/`.
 
-    estimation.py [--recordings N] [--minutes M] [--first SEED]
+    estimation.py [--recordings N] [--minutes M] [--first SEED] [--quick]
 
 Every arm is wrong by as much as its tolerances say. Prints the errors of the torque by torsion
 alone and by both ways, how much 90 % intervals hold, the error of the tip force while moving, how
 soon a push of 5 N is felt, and how often free motion is taken for a contact.
 """
 
-from argparse import ArgumentParser
 from collections.abc import Sequence
 from itertools import cycle, islice
 from typing import NamedTuple
@@ -20,12 +19,14 @@ from hidden_truth import TruthRecord
 import numpy as np
 from numpy.typing import NDArray
 from pushes import alarms, BEGUN, delays, force_error, PUSH, SOON, sudden, WITHIN
+from size import parser
 from tolerated import DT, pushed, reading, tolerated
 
 ARM = read_arm('hda_arm.yaml')
 ALONE = EstimatorSettings(fusion=0.0)
 MOTIONS = ('rich', 'sine', 'turn')
-SECONDS = 20.0
+SECONDS, MINUTE = 20.0, 60.0
+TINY = 6.0                          # of all recordings of a tiny case [s]
 
 Array = NDArray[np.float64]
 
@@ -45,10 +46,10 @@ def estimates(seen: TruthRecord, settings: EstimatorSettings = EstimatorSettings
     return Estimator(ARM, settings).run(seen.stamps, reading(seen), seen.command)
 
 
-def moving(path: str, seed: int) -> Row:
+def moving(path: str, seed: int, seconds: float) -> Row:
     """Return what a recording with soft pushes says."""
-    force = pushed(round(SECONDS / DT) + 1, 15.0, np.random.default_rng([seed, 5]))
-    seen = tolerated(ARM.tolerances, path, seed, SECONDS, force)
+    force = pushed(round(seconds / DT) + 1, 15.0, np.random.default_rng([seed, 5]))
+    seen = tolerated(ARM.tolerances, path, seed, seconds, force)
     both, alone = estimates(seen), estimates(seen, ALONE)
     off = np.abs(both.torque - seen.joint_torque)[BEGUN:]
     pulled = np.abs(both.external_torque - seen.external)[BEGUN:]
@@ -59,28 +60,32 @@ def moving(path: str, seed: int) -> Row:
         force_error(both, seen, force))
 
 
-def felt_after(path: str, seed: int) -> list[float]:
+def felt_after(path: str, seed: int, seconds: float) -> list[float]:
     """Return when each sudden push was felt [ms], inf where it was not."""
-    begins, force = sudden(round(SECONDS / DT) + 1, np.random.default_rng([seed, 9]))
-    seen = tolerated(ARM.tolerances, path, seed, SECONDS, force)
+    begins, force = sudden(round(seconds / DT) + 1, np.random.default_rng([seed, 9]))
+    seen = tolerated(ARM.tolerances, path, seed, seconds, force)
     return delays(estimates(seen), seen, begins)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure and print."""
-    parser = ArgumentParser(description=__doc__.split('\n')[1])
-    parser.add_argument('--recordings', type=int, default=12)
-    parser.add_argument('--minutes', type=int, default=10)
-    parser.add_argument('--first', type=int, default=500, metavar='SEED')
-    chosen = parser.parse_args(arguments)
+    known = parser(__doc__)
+    known.add_argument('--recordings', type=int, default=12)
+    known.add_argument('--minutes', type=int, default=10)
+    known.add_argument('--first', type=int, default=500, metavar='SEED')
+    chosen = known.parse_args(arguments)
+    seconds, minute = (TINY, TINY) if chosen.quick else (SECONDS, MINUTE)
+    if chosen.quick:
+        chosen.recordings = chosen.minutes = 1
     paths = list(islice(cycle(MOTIONS), max(chosen.recordings, chosen.minutes)))
-    rows = [moving(path, chosen.first + k) for k, path in enumerate(paths[:chosen.recordings])]
+    rows = [moving(path, chosen.first + k, seconds)
+            for k, path in enumerate(paths[:chosen.recordings])]
     mean = Row(*np.mean(rows, axis=0))
     felt = [delay for k, path in enumerate(paths[:chosen.recordings])
-            for delay in felt_after(path, chosen.first + 100 + k)]
-    free = [alarms(estimates(tolerated(ARM.tolerances, path, chosen.first + 200 + k, 60.0)))
+            for delay in felt_after(path, chosen.first + 100 + k, seconds)]
+    free = [alarms(estimates(tolerated(ARM.tolerances, path, chosen.first + 200 + k, minute)))
             for k, path in enumerate(paths[:chosen.minutes])]
-    print(f'{len(rows)} recordings of {SECONDS:g} s, moving and pushed')
+    print(f'{len(rows)} recordings of {seconds:g} s, moving and pushed')
     print(f'  torque, mean absolute error   torsion alone {mean.alone:.4f} N*m, both ways '
           f'{mean.fused:.4f} N*m: {100.0 * (1.0 - mean.fused / mean.alone):.0f} % lower')
     print(f'  90 % intervals hold           torque {100.0 * mean.torque_held:.1f} %, '
@@ -91,7 +96,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
           f'{sum(np.array(felt) <= SOON)} within {SOON:g} ms, after {np.median(felt):.0f} ms, '
           f'at the latest {max(felt):.0f} ms')
     print(f'  free motion taken for contact {sum(count for count, _ in free)} times in '
-          f'{len(free)} min; largest {max(most for _, most in free):.1f} deviations')
+          f'{len(free) * minute / 60.0:g} min; largest {max(most for _, most in free):.1f} '
+          'deviations')
 
 
 if __name__ == '__main__':

@@ -1,8 +1,8 @@
 """
 Run the closed loop and the recorder for a long time; watch rate, losses, latency and memory.
 
-`soak.py [MINUTES]`, ten unless given. Memory may not grow by more than a tenth after the first
-minute, and no sample may get lost.
+`soak.py [MINUTES] [--quick]`, ten unless given. Memory may not grow by more than a tenth after
+the first minute, and no sample may get lost.
 """
 
 from pathlib import Path
@@ -12,8 +12,10 @@ import tempfile
 
 from bench_three_processes import CONTROL, lost
 from nodes import Listener, nodes, own_domain
+from size import parser, verdict
 
-RATE = 500.0            # [Hz]
+RATE, MINUTE = 500.0, 60.0      # [Hz]; between lines [s]
+TINY = 50.0, 2.0, 2             # rate, time between lines, and lines of a tiny case
 GROWTH = 1.1            # of the memory after the first minute
 NAMES = ('arm_sim', 'torque_estimator', 'jtf_controller', 'bag_recorder')
 
@@ -26,9 +28,12 @@ def memory(process_id: int) -> float:
 
 def main() -> int:
     """Run, print a line every minute, and return 1 if something got lost or grew."""
-    minutes = int(sys.argv[1]) if len(sys.argv) > 1 else 10
+    known = parser(__doc__)
+    known.add_argument('minutes', nargs='?', type=int, default=10)
+    asked = known.parse_args()
+    rate, span, minutes = TINY if asked.quick else (RATE, MINUTE, asked.minutes)
     with own_domain(), tempfile.TemporaryDirectory() as folder, nodes(
-            ('hda_arm_sim.main', f'rate:={RATE}'), ('hda_torque_estimator.estimator_node',),
+            ('hda_arm_sim.main', f'rate:={rate}'), ('hda_torque_estimator.estimator_node',),
             ('hda_torque_estimator.controller_node', *CONTROL),
             ('hda_torque_estimator.recorder_node', f'output:={folder}/bag')) as running:
         listener = Listener()
@@ -38,7 +43,7 @@ def main() -> int:
         print('minute  commands [Hz]  latency [ms]  lost  ' + '  '.join(
             f'{name} [MB]' for name in NAMES))
         for minute in range(1, minutes + 1):
-            listener.spin(60.0)
+            listener.spin(span)
             used.append([memory(process.pid) for process in running])
             controller = listener.last['jtf_controller']
             print(f'{minute:>6}{float(controller["rate [Hz]"]):>15.1f}'
@@ -49,9 +54,8 @@ def main() -> int:
         listener.close()
     grown = max(last / first for first, last in zip(used[0], used[-1]))
     kept = missing == 0 and grown <= GROWTH
-    print(f'{missing} lost; memory grew to {grown:.2f} times that after the first minute: '
-          f'{"well" if kept else "NOT WELL"}')
-    return 0 if kept else 1
+    return verdict(f'{missing} lost; memory grew to {grown:.2f} times that after the first minute',
+                   kept, quick=asked.quick, words=('well', 'NOT WELL'))
 
 
 if __name__ == '__main__':

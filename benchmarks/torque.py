@@ -1,7 +1,7 @@
 """
 Measure how well a calibrated arm tells its joint torques, on an arm that hides what is wrong.
 
-    torque.py [--arms N] [--first SEED]
+    torque.py [--arms N] [--first SEED] [--quick]
 
 Each arm is one of `torque_arm.py`: it is recorded free, on a wedge and pulled at the tip, then
 calibrated by `hda calibrate` from these bags, then judged on other motions: its torques under
@@ -9,7 +9,6 @@ load, the force at a tip that is pushed while it moves, and its silence while no
 paper's method (polynomial of degree 5, its equations as corrected) is fitted to the same bags.
 """
 
-from argparse import ArgumentParser
 from collections.abc import Iterator, Sequence
 import math
 from pathlib import Path
@@ -34,6 +33,7 @@ from hidden_truth import TruthRecord
 import numpy as np
 from numpy.typing import NDArray
 from pushes import alarms, BEGUN, delays, force_error, PUSH, SOON, sudden, WITHIN
+from size import parser
 from tolerated import pushed, reading
 from torque_arm import calibration, DT, JOINTS, moved, Recorded, recorded, standing, turning
 
@@ -44,8 +44,20 @@ FELT = 2.7                      # `contact_deviations` of a calibrated arm, see 
 TORSION_ALONE = EstimatorSettings(fusion=0.0, contact_deviations=FELT)
 WAYS = {'torsion alone': TORSION_ALONE, 'both ways': EstimatorSettings(contact_deviations=FELT)}
 HIGH = (12.0, 27.0)             # torques beyond the bars in N*m [N*m]
-MOTIONS, MINUTE = ('rich', 'sine', 'turn'), 60.0
+MOTIONS = ('rich', 'sine', 'turn')
 SOFT = 15.0                     # largest of the soft pushes [N]
+
+
+class Lengths(NamedTuple):
+    """How long the recordings last [s]."""
+
+    calibration: float
+    turning: float
+    standing: float
+    pushed: float
+
+
+WHOLE, TINY = Lengths(60.0, 60.0, 40.0, 60.0), Lengths(12.0, 4.0, 4.0, 6.0)
 
 
 class Errors(NamedTuple):
@@ -87,44 +99,47 @@ ROWS = (Row('turning under steps and waves up to 12 N*m (Fig. 11), mean', 'N*m',
 
 def main() -> None:
     """Print the table."""
-    parser = ArgumentParser(description=__doc__.strip().splitlines()[0])
-    parser.add_argument('--arms', type=int, default=3, help='arms that are measured')
-    parser.add_argument('--first', type=int, default=200, help='seed of the first one')
-    asked = parser.parse_args()
+    known = parser(__doc__)
+    known.add_argument('--arms', type=int, default=3, help='arms that are measured')
+    known.add_argument('--first', type=int, default=200, help='seed of the first one')
+    asked = known.parse_args()
+    lengths, arms = (TINY, 1) if asked.quick else (WHOLE, asked.arms)
     found, pushes = [], list[list[Pushed]]()
-    for seed in range(asked.first, asked.first + asked.arms):
+    for seed in range(asked.first, asked.first + arms):
         begin = time.monotonic()
         with tempfile.TemporaryDirectory() as folder:
-            calibrated, methods = _calibrated(seed, Path(folder))
-        found.append(measured(seed, calibrated, methods))
-        pushes.append(pushed_tip(seed, calibrated))
+            calibrated, methods = _calibrated(seed, Path(folder), lengths)
+        found.append(measured(seed, calibrated, methods, lengths))
+        pushes.append(pushed_tip(seed, calibrated, lengths))
         print(f'arm {seed}: {time.monotonic() - begin:.0f} s', flush=True)
     print('\n'.join([table(found), *(line for name, each in zip(WAYS, zip(*pushes))
                                      for line in of_pushes(name, each))]))
 
 
-def measured(seed: int, calibrated: Arm,
-             methods: Sequence[PolynomialMethod]) -> dict[str, tuple[Errors, Errors]]:
+def measured(seed: int, calibrated: Arm, methods: Sequence[PolynomialMethod],
+             lengths: Lengths) -> dict[str, tuple[Errors, Errors]]:
     """Return the errors of the calibrated arm of a seed and of the paper's method, by motion."""
-    tests = {'turning': turning(12.0), 'standing': standing(0.0, 12.0),
-             'high': standing(19.5, 7.5)}
+    tests = {'turning': turning(12.0, lengths.turning),
+             'standing': standing(0.0, 12.0, lengths.standing),
+             'high': standing(19.5, 7.5, lengths.standing)}
     return {name: _judged(recorded(seed, loaded, 10 * seed + place), calibrated, methods)
             for place, (name, loaded) in enumerate(tests.items(), start=5)}
 
 
-def pushed_tip(seed: int, calibrated: Arm) -> list[Pushed]:
+def pushed_tip(seed: int, calibrated: Arm, lengths: Lengths) -> list[Pushed]:
     """Return what the calibrated arm of a seed says of pushes and of free motion, by `WAYS`."""
     seen = [(soft, begins, [moved(seed, angle, force, own + k)
                             for k, force in enumerate((soft, hard, np.zeros_like(soft)))])
-            for own, angle, soft, begins, hard in _drawn(seed)]
+            for own, angle, soft, begins, hard in _drawn(seed, lengths.pushed)]
     return [_pushed(Estimator(calibrated, settings), seen) for settings in WAYS.values()]
 
 
-def _drawn(seed: int) -> Iterator[tuple[int, Array, Array, NDArray[np.int64], Array]]:
+def _drawn(seed: int, seconds: float
+           ) -> Iterator[tuple[int, Array, Array, NDArray[np.int64], Array]]:
     """Yield seed, angles, soft pushes, moments of the hard ones and these, for each motion."""
     for place, path in enumerate(MOTIONS):
         random, own = np.random.default_rng([seed, place]), 10_000 * seed + 10 * place
-        angle = motion(path, len(JOINTS), MINUTE, DT, own).angle
+        angle = motion(path, len(JOINTS), seconds, DT, own).angle
         soft = pushed(len(angle), SOFT, random)
         yield own, angle, soft, *sudden(len(angle), random)
 
@@ -132,16 +147,17 @@ def _drawn(seed: int) -> Iterator[tuple[int, Array, Array, NDArray[np.int64], Ar
 def _pushed(estimator: Estimator,
             seen: Sequence[tuple[Array, NDArray[np.int64], list[TruthRecord]]]) -> Pushed:
     """Return what an estimator says of recordings with soft pushes, hard ones and none."""
-    off, felt, raised, held, wrong = [], list[float](), 0, [], []
+    off, felt, raised, held, wrong, free_time = [], list[float](), 0, [], [], 0.0
     for force, begins, (soft, hard, free) in seen:
         off.append(force_error(_estimates(estimator, soft), soft, force))
         felt += delays(_estimates(estimator, hard), hard, begins)
         told = _estimates(estimator, free)
         raised += alarms(told)[0]
+        free_time += DT * len(free.stamps)
         error = np.abs(told.torque - free.joint_torque)[BEGUN:]
         held.append((error < WITHIN * told.torque_deviation[BEGUN:]).mean())
         wrong.append(error.mean())
-    return Pushed(float(np.mean(off)), felt, raised, len(seen) * MINUTE / 60.0,
+    return Pushed(float(np.mean(off)), felt, raised, free_time / 60.0,
                   float(np.mean(held)), float(np.mean(wrong)))
 
 
@@ -151,10 +167,11 @@ def _estimates(estimator: Estimator, seen: TruthRecord) -> Estimates:
     return estimator.run(seen.stamps, reading(seen), seen.command)
 
 
-def _calibrated(seed: int, folder: Path) -> tuple[Arm, list[PolynomialMethod]]:
+def _calibrated(seed: int, folder: Path,
+                lengths: Lengths) -> tuple[Arm, list[PolynomialMethod]]:
     """Return the calibrated arm of a seed and the paper's method, both from the same bags."""
     bags, tilts = [], []
-    for place, (name, loaded) in enumerate(zip(BAGS, calibration())):
+    for place, (name, loaded) in enumerate(zip(BAGS, calibration(lengths.calibration))):
         bags.append(written(folder / name, recorded(seed, loaded, 10 * seed + place)))
         if loaded.tilt:
             tilts.append((name, f'{math.degrees(loaded.tilt):.12g}', '0'))
@@ -224,7 +241,7 @@ def of_pushes(way: str, found: Sequence[Pushed]) -> list[str]:
             f'{np.mean([one.force for one in found]):.2f} N | - | - |',
             f'| a push of {PUSH:g} N is felt, {way} | {SOON:g} ms | {soon} of {len(felt)} so '
             f'soon, median {np.median(felt):.0f} ms, last {max(felt):.0f} ms | - | - |',
-            f'| contacts in {sum(one.minutes for one in found):g} min of free motion, {way} | 0 '
+            f'| contacts in {sum(one.minutes for one in found):.3g} min of free motion, {way} | 0 '
             f'| {sum(one.alarms for one in found)} | - | - |',
             f'| 90 % intervals of these torques hold, {way} | 85 to 95 % | '
             f'{100.0 * np.mean([one.held for one in found]):.0f} % | - | - |',

@@ -89,7 +89,7 @@ def _end(number: int, frame: object) -> None:
 
 @contextmanager
 def _domain(out: Path) -> Iterator[None]:
-    """Use a ROS domain that no other run on this machine has, and stay on this machine."""
+    """Use a ROS domain that no other run has, and stay on this machine unless told otherwise."""
     with ExitStack() as claims:
         for domain in range(1, 102):
             claim = claims.enter_context(socket.socket(socket.AF_UNIX))
@@ -100,8 +100,8 @@ def _domain(out: Path) -> Iterator[None]:
                 continue
         else:
             raise DemoError('all ROS domains are in use by other runs on this machine')
-        os.environ.update(ROS_DOMAIN_ID=str(domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST',
-                          ROS_LOG_DIR=str(out / 'log'))
+        os.environ.update(ROS_DOMAIN_ID=str(domain), ROS_LOG_DIR=str(out / 'log'))
+        os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
         os.environ.pop('ROS_LOCALHOST_ONLY', None)
         yield
 

@@ -1,6 +1,14 @@
-"""The operator of the demo: enables the controller, sends a motion, pushes the tip."""
+"""
+The operator of the demo: enables the controller, sends a motion, pushes the tip.
 
+Beside simulator, estimator, controller and recorder it runs by itself as well:
+
+    demo_operator.py [--duration SECONDS]
+"""
+
+from argparse import ArgumentParser
 from collections.abc import Callable
+import sys
 import time
 
 from builtin_interfaces.msg import Duration
@@ -154,3 +162,19 @@ def _trajectory(made: Motion) -> JointTrajectory:
             positions=angle.tolist(), velocities=rate.tolist(),
             time_from_start=Duration(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)))
     return message
+
+
+def main() -> int:
+    """Operate the nodes that run already, and return the exit code."""
+    parser = ArgumentParser(description='Enable the controller, move the arm, push its tip.')
+    parser.add_argument('--duration', type=float, default=10.0, help='of the motion [s]')
+    try:
+        operate(parser.parse_args().duration, lambda: None)
+    except OperatorError as error:
+        sys.stderr.write(f'demo_operator: {error}\n')
+        return 1
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
