@@ -29,9 +29,9 @@ class Process:
     """A node that runs as a process."""
 
     def __init__(self, name: str, folder: Path, *parameters: str) -> None:
-        """Start it with parameters like `rate:=200`, and topics renamed like `/from:=/to`."""
+        """Start it with parameters like `rate:=200`, and names changed like `/from:=/to`."""
         words = [word for each in parameters
-                 for word in ('-r' if each.startswith('/') else '-p', each)]
+                 for word in ('-r' if each.startswith(('/', '__')) else '-p', each)]
         self.name, self._log = name, folder / f'{name}.log'
         with self._log.open('wb') as log:
             self._process = subprocess.Popen(

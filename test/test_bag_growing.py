@@ -2,12 +2,16 @@
 
 from itertools import count
 import resource
+import tracemalloc
 
 from bag_content import contents, some_messages, START, TYPES, write_ours
 from hda_msgs_json.bag import BagError, BagWriter, open_recording
 from hda_msgs_json.bag_writer import Split
 from hda_msgs_json.mcap_records import MAGIC
+from hda_msgs_json.mcap_spool import MOST_HELD, Spool
+from hda_msgs_json.mcap_writer import McapWriter
 from hda_msgs_json.topics import Topic
+from mcap.reader import make_reader
 import pytest
 from rosbags.rosbag2 import Reader
 import yaml
@@ -81,3 +85,39 @@ def test_a_disk_that_takes_no_more_keeps_what_it_has(tmp_path, limited, room, ev
     assert len(found) > 0 or room < 20_000
     assert described(tmp_path / 'bag')['message_count'] == len(found) == bag.messages
     assert not (tmp_path / 'bag' / '.metadata.yaml').exists()
+
+
+def test_a_recorder_that_flushes_for_hours_stays_small(tmp_path):
+    """Every flush is a chunk, and every chunk has an index that the end of the file repeats."""
+    path, used = tmp_path / 'file.mcap', []
+    with path.open('xb', buffering=0) as stream:
+        mcap = McapWriter(stream, 'zstd')
+        channels = [mcap.add_channel(f'/{n}', ('std_msgs/msg/String', 'ros2msg', b''), 'cdr', {})
+                    for n in range(12)]
+        tracemalloc.start()
+        for flush in range(3000):
+            for channel in channels:
+                mcap.write(channel, flush, b'x')
+            mcap.close_chunk()
+            if flush in (999, 2999):
+                used.append(tracemalloc.get_traced_memory()[0])
+        tracemalloc.stop()
+        mcap.finish()
+        mcap.close()
+    assert used[1] - used[0] < 2 * MOST_HELD            # 2000 indexes are 500 kB and more
+    with path.open('rb') as stream:
+        summary = make_reader(stream, validate_crcs=True).get_summary()
+    assert len(summary.chunk_indexes) == summary.statistics.chunk_count == 3000
+    assert [index.message_start_time for index in summary.chunk_indexes] == [*range(3000)]
+
+
+def test_what_a_disk_does_not_take_stays_in_memory(tmp_path, limited):
+    pieces = [bytes([n]) * 5000 for n in range(100)]
+    spool = Spool(tmp_path)
+    limited(200_000)
+    for piece in pieces:
+        spool.add(piece)
+    assert b''.join(spool) == b''.join(pieces)
+    assert spool.count == 100
+    assert list(tmp_path.iterdir()) == []
+    spool.close()

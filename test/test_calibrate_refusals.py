@@ -7,8 +7,9 @@ from pathlib import Path
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.calibrate.calibration import one_joint
+from hda_torque_estimator.calibrate.descent import Descent
 from hda_torque_estimator.calibrate.heard import Heard
-from hda_torque_estimator.calibrate.laws import waves
+from hda_torque_estimator.calibrate.laws import stiffness, waves
 from hda_torque_estimator.calibrate.measured import CalibrationError
 from hda_torque_estimator.calibrate.orders import candidates
 from hda_torque_estimator.calibrate.passage import Passage
@@ -51,6 +52,15 @@ def counted_otherwise(part: Passage, factor: float) -> Passage:
 
 def test_what_can_calibrate_is_not_refused(arm):
     check(arm, 'joint1', [good()])
+
+
+def test_recordings_of_other_rates_belong_together(arm):
+    """Two that should be of one rate differ by 0.13 %, and two by 2 %: all are one calibration."""
+    joint, passages = one_joint(arm, 'joint1'), [
+        good()._replace(dt=factor * DT) for factor in (1.0, 1.0013, 1.02)]
+    check(arm, 'joint1', passages)
+    found = Descent(joint, passages).fit([stiffness(joint)])
+    assert len(np.unique(found.rows.stretch)) == 13 and np.isfinite(found.values()).all()
 
 
 def test_a_disc_off_its_axis_is_no_wrong_sign(arm):

@@ -4,7 +4,9 @@ Hide an effect in data and require its name, joint and size; hide nothing and re
 The hidden truth is `truth/`: other formulas, another integrator and step, its own scatter.
 """
 
+from dataclasses import replace
 import json
+import warnings
 
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
@@ -12,6 +14,7 @@ from hda_msgs_json.bag import BagWriter
 from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import JOINT_STATES
 from hda_torque_estimator.cli import main
+from hda_torque_estimator.closed_loop import run
 from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.measurement import Measurement, measurement_from
 from hda_torque_estimator.diagnosis.showing import HORIZONS
@@ -69,8 +72,44 @@ def test_a_slow_motion_cannot_tell_a_lag_from_a_delay(name, seed):
     made = published(ARM, [hidden], seed, name='slow_sine')
     found = diagnose(measurement_from(ARM.labels, made), ARM).diagnosis
     assert (found.verdict, named(found)) == ('ambiguous', [])
-    assert {place for pair in found.ambiguous for place in pair.effects} == {
-        ('current_loop_lag', hidden.joint), ('command_delay', hidden.joint)}
+    pair, = found.ambiguous
+    assert set(pair.effects) == {('current_loop_lag', hidden.joint),
+                                 ('command_delay', hidden.joint)}
+    held, other = pair.candidates
+    assert (held.in_model, other.in_model) == (True, False)
+    for one in pair.candidates:
+        size, = one.parameters.values()
+        assert size.low <= size.value <= size.high
+        assert 0.5e-3 < size.value < 2e-2
+    assert [note.split()[0] for note in found.notes()] == ['holds', 'as']
+
+
+def test_a_joint_at_rest_shows_nothing_of_its_motor_and_warns_of_nothing():
+    asked = motion('turn', 2, 12.0, 1e-3, 1)
+    made = run(ARM, ARM, asked._replace(angle=asked.angle * [1.0, 0.0] + [0.0, 1.2],
+                                        rate=asked.rate * [1.0, 0.0]), 1)
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        found = diagnose(Measurement(ARM.labels, 1e-3, np.ascontiguousarray(
+            made.reading[:, :, :2]), made.command), ARM, names=('coulomb_friction',)).diagnosis
+    assert found.findings == ()
+    floor = {(row.site, row.joint): row.floor for row in found.residuals}
+    assert np.isnan(floor['motor', 'joint2']) and floor['torsion', 'joint2'] > 0.0
+
+
+def test_dry_and_viscous_friction_are_no_power_law():
+    """An exponent at its bound is another law: both of its parts are named instead."""
+    friction = {'coulomb_friction': ('level', 0.02), 'viscous_friction': ('slope', 4e-5)}
+    true = ARM
+    for name, (number, more) in friction.items():
+        usual = ARM.effect(name, 'joint1')
+        true = true.with_effect(replace(usual, **{number: getattr(usual, number) + more}),
+                                'joint1')
+    made = run(true, ARM, motion('rich', 2, 24.0, 1e-3, 3), 3)
+    found = diagnose(Measurement(ARM.labels, 1e-3, np.ascontiguousarray(made.reading[:, :, :2]),
+                                 made.command), ARM,
+                     names=(*friction, 'nonlinear_viscous_friction')).diagnosis
+    assert set(named(found)) == {(name, 'joint1') for name in friction}
 
 
 def test_standstill_shows_nothing():

@@ -1,11 +1,17 @@
 """What holds for every effect of the catalogue, and what holds for each law."""
 
 from dataclasses import replace
+import inspect
 
 from hda_arm_sim.model.arm import Arm, ArmError
+from hda_arm_sim.model.compiled import Record
 from hda_arm_sim.model.effects import (Backlash, BaseVibration, Effect, effect_named, EFFECTS,
-                                       effects_of, KinematicError, Scope, Signals, Site)
+                                       effects_of, KinematicError, PreslidingFriction, Scope,
+                                       Site, TorsionalHysteresis)
+from hda_arm_sim.model.effects.catalogue import effects_at
+from hda_arm_sim.model.effects.place import Bent, DRAG, Turned
 from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.model.motor_side import drag
 from hda_arm_sim.model.parameter import ParameterError
 from hda_arm_sim.model.rigid import Inertia
 from hda_arm_sim.motions import motion
@@ -105,13 +111,13 @@ def trace(arm: Arm) -> tuple[np.ndarray, np.ndarray]:
 BARE_TRACE, HEALTHY_TRACE = trace(BARE), trace(HEALTHY)
 
 
-def signals(random: np.random.Generator, size: int | None) -> Signals:
-    """Return random signals, numbers or arrays."""
-    names = Signals._fields
-    values = {name: random.uniform(0.1, 1.0, size) for name in names}
-    values |= {'sense': np.sign(random.uniform(-1.0, 1.0, size))}
-    return Signals(**values)._replace(
-        inertia=Inertia(0.876, 0.25, 0.18, 2.925, 1.2, 1.0), length1=0.15, length2=0.15)
+def signals(kind: type[Effect], random: np.random.Generator, size: int) -> dict[str, object]:
+    """Return random signals of the place of an effect, arrays where they vary over time."""
+    values = {name: random.uniform(0.1, 1.0, size) for name in kind.place.reads._fields}
+    known = {'sense': np.sign(random.uniform(-1.0, 1.0, size)),
+             'inertia': Inertia(0.876, 0.25, 0.18, 2.925, 1.2, 1.0),
+             'length1': 0.15, 'length2': 0.15}
+    return {name: known.get(name, value) for name, value in values.items()}
 
 
 def test_catalogue_is_the_one_that_users_know():
@@ -161,22 +167,37 @@ def test_effects_of_one_joint_leave_the_other_joints_motor_alone_at_first(kind):
 
 
 @KINDS
-def test_law_reads_signals_and_its_own_parameters(kind):
-    own = [rule.name for rule in kind.declarations()]
-    read = [name for name in kind.arguments() if name in own]
-    assert read == [name for name in own if name in read]
-    assert kind.arguments() == (*kind.signals(), *read)
-    assert set(kind.signals()) <= set(Signals._fields)
+def test_law_reads_its_own_record_and_the_signals_of_its_place(kind):
+    own, at = inspect.signature(kind.law.py_func).parameters.values()
+    assert (own.name, own.annotation) == ('own', Record)
+    assert (at.name, at.annotation) == ('at', kind.place.reads)
+    assert set(kind.acts) <= {rule.name for rule in kind.declarations()}
+
+
+@KINDS
+def test_effect_does_nothing_unless_a_number_of_those_that_act_is_not_zero(kind):
+    neutral = kind()
+    assert all(getattr(neutral, name) == 0.0 for name in kind.acts)
+
+
+@given(st.floats(-50.0, 50.0), st.floats(0.0, 200.0))
+def test_effects_of_a_place_add_up(angle, velocity):
+    arm = HEALTHY.with_effect(sized(effect_named('thermal_viscosity')), 'joint1')
+    arm = arm.with_effect(sized(effect_named('nonlinear_viscous_friction')), 'joint1')
+    placed = [arm.effect(kind.name, 'joint1') for kind in effects_at(DRAG)]
+    assert len(placed) == 3
+    assert drag(arm.record().joints[0], velocity, angle) == pytest.approx(sum(
+        effect(motor_velocity=velocity, time=angle) for effect in placed), rel=1e-12)
 
 
 @KINDS
 def test_law_takes_scalars_and_arrays_alike(kind):
     effect = sized(kind)
-    many = signals(np.random.default_rng(7), 6)
-    at_once = effect(many)
+    many = signals(kind, np.random.default_rng(7), 6)
+    at_once = effect(**many)
     for i in range(6):
-        one = Signals(*(value[i] if isinstance(value, np.ndarray) else value for value in many))
-        single = effect(one)
+        single = effect(**{name: value[i] if isinstance(value, np.ndarray) else value
+                           for name, value in many.items()})
         if isinstance(single, tuple):
             for alone, together in zip(single, at_once):
                 assert alone == pytest.approx(np.broadcast_to(together, 6)[i], rel=1e-14)
@@ -224,8 +245,8 @@ BUDGETS = ('coulomb_friction', 'stribeck_friction', 'load_dependent_friction',
 @given(st.floats(0.0, 1e3))
 def test_drag_is_odd_and_takes_power(name, speed):
     effect = sized(effect_named(name))
-    forth = effect(Signals(motor_velocity=speed, torsion_rate=speed, time=1.0))
-    back = effect(Signals(motor_velocity=-speed, torsion_rate=-speed, time=1.0))
+    rate = 'torsion_rate' if name == 'structural_damping' else 'motor_velocity'
+    forth, back = effect(**{rate: speed}), effect(**{rate: -speed})
     assert forth == -back
     assert forth * speed >= 0.0
 
@@ -234,22 +255,24 @@ def test_drag_is_odd_and_takes_power(name, speed):
 @given(st.floats(-1e3, 1e3), st.floats(-100.0, 100.0))
 def test_dry_friction_is_a_budget(name, speed, torque):
     effect = sized(effect_named(name))
-    assert effect(Signals(motor_velocity=speed, joint_torque=torque)) >= 0.0
+    at = {} if name == 'link_bearing_friction' else {
+        'motor_velocity': speed, 'joint_torque': torque}
+    assert effect(**at) >= 0.0
 
 
 @given(st.floats(-0.95, 0.95), st.floats(0.0, 1.0), st.sampled_from([-1.0, 0.0, 1.0]),
        st.floats(-7.0, 7.0))
 def test_variations_of_a_budget_leave_a_budget(share, budget, sense, angle):
-    at = Signals(budget=budget, sense=sense, link_angle=angle)
-    assert budget + effect_named('asymmetric_friction')(asymmetry=share)(at) >= 0.0
-    assert budget + effect_named('position_dependent_friction')(amplitude=abs(share))(at) >= 0.0
+    at = {'budget': budget, 'sense': sense, 'link_angle': angle}
+    assert budget + effect_named('asymmetric_friction')(asymmetry=share)(**at) >= 0.0
+    assert budget + effect_named('position_dependent_friction')(amplitude=abs(share))(**at) >= 0.0
 
 
 @given(st.integers(0, 3), st.floats(-1.0, 1.0), st.floats(-1e-3, 1e-3))
 def test_hysteresis_gives_back_no_more_than_it_took(place, share, change):
-    kind = effect_named('torsional_hysteresis')
-    reach = kind.slide(0.0, 1.0, 1e-4, place)
-    before, after = share * reach, kind.slide(share * reach, change, 1e-4, place)
+    own = TorsionalHysteresis(width=1e-4).record()
+    reach = TorsionalHysteresis.slide(own, 0.0, 1.0, place)
+    before, after = share * reach, TorsionalHysteresis.slide(own, share * reach, change, place)
     slides = change - (after - before)
     assert after * slides >= -1e-18                 # what slides is lost, never won
     assert abs(after) <= reach
@@ -257,9 +280,9 @@ def test_hysteresis_gives_back_no_more_than_it_took(place, share, change):
 
 @given(st.floats(-200.0, 200.0), st.floats(-1.2, 1.2), st.floats(0.01, 0.1))
 def test_bristles_give_back_no_more_than_they_took(speed, bend, budget):
-    kind = effect_named('presliding_friction')
     state = bend * budget / 3.0
-    rate = kind.rate(speed, state, budget, 3.0)
+    own = PreslidingFriction(stiffness=3.0).record()
+    rate = PreslidingFriction.law_rate(own, Bent(speed, state, 0.0, budget))
     stored = 3.0 * state * rate
     slides = abs(speed) * 3.0 / budget > 2000.0     # then the bristles are not followed further
     if abs(bend) <= 1.0:
@@ -269,7 +292,7 @@ def test_bristles_give_back_no_more_than_they_took(speed, bend, budget):
 
 @given(st.floats(-1e-2, 1e-2), st.floats(0.0, 1e-3))
 def test_play_takes_away_its_width_and_no_more(torsion, half_width):
-    left = effect_named('backlash')(half_width=half_width)(Signals(torsion=torsion))
+    left = effect_named('backlash')(half_width=half_width)(torsion=torsion)
     assert abs(left) == pytest.approx(max(abs(torsion) - half_width, 0.0), abs=1e-18)
     assert left * torsion >= 0.0
 
@@ -288,24 +311,24 @@ def test_slope_of_the_kinematic_error_is_its_derivative(angle):
     effect = KinematicError(amplitude_1=3e-5, phase_1=0.3, amplitude_2=1e-4, phase_2=-1.0,
                             amplitude_4=2e-5, phase_4=2.0)
     step = 1e-5
-    ahead, behind = (effect(Signals(motor_angle=angle + s)) for s in (step, -step))
-    assert KinematicError.slope(angle, *effect.values()) == pytest.approx(
+    ahead, behind = (effect(motor_angle=angle + s) for s in (step, -step))
+    assert KinematicError.law_slope(effect.record(), Turned(angle)) == pytest.approx(
         (ahead - behind) / (2.0 * step), abs=1e-12)
 
 
 @given(st.floats(1e-5, 0.05), st.floats(1e-6, 1e-2))
 def test_lag_is_a_first_order_one(time_constant, elapsed):
     effect = effect_named('current_loop_lag')(time_constant=time_constant)
-    stepped = effect(Signals(command=1.0, last_command=1.0, state=0.0, elapsed=elapsed))
+    stepped = effect(command=1.0, last_command=1.0, state=0.0, elapsed=elapsed)
     assert stepped == pytest.approx(-np.expm1(-elapsed / time_constant), rel=1e-9, abs=1e-12)
-    half = effect(Signals(command=1.0, last_command=1.0, state=0.0, elapsed=0.5 * elapsed))
-    twice = effect(Signals(command=1.0, last_command=1.0, state=half, elapsed=0.5 * elapsed))
+    half = effect(command=1.0, last_command=1.0, state=0.0, elapsed=0.5 * elapsed)
+    twice = effect(command=1.0, last_command=1.0, state=half, elapsed=0.5 * elapsed)
     assert twice == pytest.approx(stepped, rel=1e-9, abs=1e-12)
 
 
 def test_a_contact_begins_and_ends_softly():
     effect = effect_named('external_contact')(force=20.0, onset=1.0, duration=2.0, direction=0.5)
-    force_x, force_y = effect(Signals(time=np.array([0.0, 1.0, 1.1, 2.0, 2.9, 3.0, 9.0])))
+    force_x, force_y = effect(time=np.array([0.0, 1.0, 1.1, 2.0, 2.9, 3.0, 9.0]))
     size = np.hypot(force_x, force_y)
     np.testing.assert_allclose(size, [0.0, 0.0, 10.0, 20.0, 10.0, 0.0, 0.0], atol=1e-12)
     assert np.arctan2(force_y[3], force_x[3]) == pytest.approx(0.5)

@@ -2,7 +2,9 @@
 
 import argparse
 import json
+import os
 from pathlib import Path
+import signal
 import sys
 
 from hda_msgs_json.bag import BagWriter
@@ -13,7 +15,8 @@ from hda_torque_estimator.commands.fleet import bags_in, execute, FleetError
 from hda_torque_estimator.commands.outcome import Outcome
 from hda_torque_estimator.diagnosis.gate import GateError
 from hda_torque_estimator.fleet.fleet_report import Cause, fleet_document, fleet_page, Line
-from hda_torque_estimator.fleet.spread import over_machines, over_processes, SpreadError
+from hda_torque_estimator.fleet.spread import (
+    machine_memory, over_machines, over_processes, SpreadError)
 import numpy as np
 import pytest
 
@@ -27,6 +30,13 @@ def pretended(options):
     bag = options.bags[0]
     if bag.name == 'broken':
         raise GateError(f'{bag}: no bag')
+    if bag.name == 'greedy':
+        kept = [np.empty(1 << 30, np.uint8) for _ in range(8 + (machine_memory() >> 30))]
+        raise AssertionError(f'{len(kept)} GiB were there')
+    if bag.name == 'deadly':
+        os.kill(os.getpid(), signal.SIGSEGV)
+    if bag.name == 'odd':
+        raise KeyError('nobody thought of this')
     report = {'verdict': 'explained', 'seconds': 1.0, 'findings': [
         {'effect': 'payload', 'joint': None, 'gain': {'removed': len(bag.name) / 10.0}}]}
     options.out.mkdir()
@@ -37,7 +47,7 @@ def pretended(options):
 def asked(bags, out, **others):
     """Return the options of a call."""
     return argparse.Namespace(**{'bags': [bags], 'out': out, 'arm': 'hda_arm.yaml', 'each': True,
-                                 'workers': 1, 'scheduler': None, **others})
+                                 'workers': 1, 'scheduler': None, 'force': False, **others})
 
 
 @pytest.fixture(scope='module')
@@ -65,6 +75,19 @@ def test_a_bag_that_fails_gives_its_line_and_stops_no_other(bags, tmp_path):
     assert 'no bag' in found.text.splitlines()[0]
     assert json.loads((tmp_path / 'out' / 'fleet.json').read_text()) == found.report
     assert 'run1/report.html' in (tmp_path / 'out' / 'fleet.html').read_text()
+
+
+@pytest.mark.parametrize('workers', [1, 2])
+def test_no_bag_ends_a_fleet(workers, tmp_path):
+    for name in ('deadly', 'greedy', 'odd', 'run1'):
+        (tmp_path / 'bags' / name).mkdir(parents=True)
+        (tmp_path / 'bags' / name / 'metadata.yaml').write_text('no bag')
+    found = execute(pretended, asked(tmp_path / 'bags', tmp_path / 'out', workers=workers))
+    deadly, greedy, odd, good = found.report['bags']
+    assert deadly['error'] == 'its process was ended by SIGSEGV'
+    assert 'it needs more memory than there is' in greedy['error']
+    assert 'unforeseen KeyError' in odd['error']
+    assert good['verdict'] == 'explained'
 
 
 def test_processes_and_machines_give_the_answers_of_one_core(bags, tmp_path):
@@ -156,4 +179,14 @@ def test_the_table_counts_verdicts_and_causes():
     assert told['effects'] == [{'effect': 'payload', 'joint': None, 'bags': 1}]
     shown = fleet_page(LINES, 'arm.yaml', '1')
     assert 'too short &amp; no more' in shown
-    assert 'href="a/report.html"' in shown and 'href="c/report.html"' not in shown
+    assert 'href="./a/report.html"' in shown and 'href="./c/report.html"' not in shown
+
+
+@pytest.mark.parametrize(('name', 'link'), [
+    ('javascript:alert(1)', './javascript%3Aalert%281%29/report.html'),
+    ('a#b?c%d', './a%23b%3Fc%25d/report.html'), ('\udcff', './%FF/report.html'),
+    ('"><script>', './%22%3E%3Cscript%3E/report.html')])
+def test_a_link_leads_to_its_directory_whatever_its_name(name, link):
+    shown = fleet_page([Line(name, name, 'explained')], 'arm.yaml', '1')
+    assert f'href="{link}"' in shown
+    assert shown.encode() and '<script>' not in shown

@@ -42,6 +42,9 @@ def test_hidden_effect_is_named_and_sized(name):
     assert found.verdict == 'explained'
     assert found.gain.removed > 0.9
     told = found.findings[0].parameters
+    if 'order' in hidden.parameters:                        # chosen, not fitted, and told as well
+        assert told['order'].value == hidden.parameters['order']
+        assert told['order'].chosen
     wanted = expected(name, hidden.joint, hidden.parameters, scattered(seed_of(name)))
     compared = {number: (told[number], *wanted[number]) for number in wanted if number in told}
     assert (name in SIZES_OF_OTHER_KIND) == (compared == {})

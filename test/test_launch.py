@@ -1,132 +1,222 @@
-"""The launch file starts executables that exist, with parameters that they have."""
+"""The launch file starts executables that exist, with parameters that reach their nodes."""
 
 from collections.abc import Callable
 import importlib.util
 from pathlib import Path
 import runpy
+import signal
+import subprocess
 import sys
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 
 from hda_arm_sim.node import ArmSim
+from hda_arm_sim.ros.arm_node import ArmNode
 from hda_torque_estimator.controller_node import JtfController
 from hda_torque_estimator.estimator_node import TorqueEstimator
 from hda_torque_estimator.recorder_node import BagRecorder
+from node_processes import MODULES, PATIENCE, watching
 from project_files import ROOT
 import pytest
+from rcl_interfaces.srv import GetParameters
 import rclpy
+from rclpy.parameter import parameter_value_to_python
 import setuptools
 
 PACKAGE = 'hda_torque_estimator'
-NODES = {'arm_sim': ArmSim, 'torque_estimator': TorqueEstimator, 'jtf_controller': JtfController,
+FILE = ROOT / 'launch' / 'arm.launch.py'
+KINDS = {'arm_sim': ArmSim, 'torque_estimator': TorqueEstimator, 'jtf_controller': JtfController,
          'bag_recorder': BagRecorder}
-Words = list[str]
+NODES = tuple(KINDS)[:3]
+OTHER_ARM = 'paper_table1.yaml'
+TWO_ARMS = """
+import sys
+from launch import LaunchDescription, LaunchService
+from launch.actions import GroupAction, IncludeLaunchDescription
+from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch_ros.actions import PushRosNamespace
 
+file, composed, arm = sys.argv[1:]
 
-class Recorded:
-    """Remember how an action was made."""
+def included(**arguments):
+    return IncludeLaunchDescription(
+        PythonLaunchDescriptionSource(file),
+        launch_arguments={'composed': composed, **arguments}.items())
 
-    def __init__(self, *positional: object, **how: object) -> None:
-        """Keep the arguments."""
-        self.positional, self.how = positional, how
-
-
-class Configuration(Recorded):
-    """The value of a launch argument."""
-
-    def perform(self, given: dict[str, str]) -> str:
-        """Return what was given."""
-        return given[str(self.positional[0])]
+service = LaunchService()
+service.include_launch_description(LaunchDescription([
+    GroupAction([PushRosNamespace('left'), included(arm=arm, record='20261122', rate='100')]),
+    GroupAction([included(namespace='right', rate='50')])]))
+sys.exit(service.run())
+"""
+needs_launch = pytest.mark.skipif(importlib.util.find_spec('launch_ros') is None,
+                                  reason='ROS 2 comes without its launch system here')
 
 
 @pytest.fixture
-def launched(monkeypatch) -> Callable[..., list[SimpleNamespace]]:
-    """Return a function that gives the nodes which the launch file starts with arguments."""
-    stands_for = {
-        'launch': ('LaunchContext', 'LaunchDescription'),
-        'launch.actions': ('DeclareLaunchArgument', 'OpaqueFunction', 'Shutdown'),
-        'launch_ros': (), 'launch_ros.actions': ('Node',)}
-    for name, classes in stands_for.items():
-        module = ModuleType(name)
-        vars(module).update({each: type(each, (Recorded,), {}) for each in classes})
-        monkeypatch.setitem(sys.modules, name, module)
-    substitutions = ModuleType('launch.substitutions')
-    vars(substitutions)['LaunchConfiguration'] = Configuration
-    monkeypatch.setitem(sys.modules, 'launch.substitutions', substitutions)
-
-    def launch(**given: str) -> list[SimpleNamespace]:
-        file = runpy.run_path(str(ROOT / 'launch' / 'arm.launch.py'))
-        *arguments, function = file['generate_launch_description']().positional[0]
-        defaults = {each.positional[0]: each.how['default_value'] for each in arguments}
-        assert set(given) <= set(defaults)
-        return [SimpleNamespace(**node.how) for node in
-                function.how['function']({**defaults, **given})]
-
-    return launch
+def described() -> SimpleNamespace:
+    """Return what the launch file defines."""
+    return SimpleNamespace(**runpy.run_path(str(FILE)))
 
 
-def parameters_of(node: SimpleNamespace) -> dict[tuple[str, str], str]:
-    """Return the parameters of a process by node and name."""
-    words = node.ros_arguments
-    assert words[::2] == ['-p'] * (len(words) // 2)
-    found = {}
-    for word in words[1::2]:
-        place, _, value = word.partition(':=')
-        found[tuple(place.split(':'))] = value
-    return found
+@pytest.fixture
+def planned(described) -> Callable[..., list]:
+    """Return a function that gives the processes for some arguments."""
+    return lambda **given: described.processes({**dict.fromkeys(described.ARGUMENTS, ''), **given})
 
 
-def described(monkeypatch) -> Words:
+@pytest.fixture
+def alive(tmp_path, monkeypatch) -> Callable[..., dict[str, ArmNode]]:
+    """Return a function that makes the nodes of a process, given its parameters by a file."""
+    made: list[ArmNode] = []
+
+    def make(process: SimpleNamespace, *files: Path, namespace: str) -> dict[str, ArmNode]:
+        own = tmp_path / 'own.yaml'
+        own.write_text(process.text())
+        words = [word for file in (*files, own) for word in ('--params-file', str(file))]
+        monkeypatch.setattr(sys, 'argv', ['process', '--ros-args', '-r', f'__ns:={namespace}',
+                                          *words])
+        rclpy.init()
+        made.extend(KINDS[name]() for name in process.parameters)
+        return {node.get_name(): node for node in made}
+
+    yield make
+    for node in made:
+        node.close()
+        node.destroy_node()
+    rclpy.try_shutdown()
+
+
+def executables(monkeypatch) -> list[str]:
     """Return the executables that setup.py declares."""
-    told: dict[str, dict[str, Words]] = {}
+    told: dict[str, dict[str, list[str]]] = {}
     monkeypatch.setattr(setuptools, 'setup', told.update)
     monkeypatch.chdir(ROOT)
     runpy.run_path('setup.py')
     return [word.split(' = ')[0] for word in told['entry_points']['console_scripts']]
 
 
-def test_three_executables_of_the_package(launched, monkeypatch):
-    nodes = launched()
-    assert [node.executable for node in nodes] == ['arm_sim', 'torque_estimator', 'jtf_controller']
-    assert {node.package for node in nodes} == {PACKAGE}
-    assert {node.executable for node in nodes} <= set(described(monkeypatch))
+def test_three_executables_of_the_package(planned, monkeypatch):
+    started = [process.how['executable'] for process in planned()]
+    assert started == ['arm_sim', 'torque_estimator', 'jtf_controller']
+    assert {process.how['package'] for process in planned(record='bag')} == {PACKAGE}
+    assert {process.how['executable'] for process in planned(record='bag')} <= set(
+        executables(monkeypatch))
 
 
-def test_recorder_comes_on_demand(launched):
-    *_, recorder = launched(record='somewhere')
-    assert recorder.executable == 'bag_recorder'
-    assert parameters_of(recorder)['bag_recorder', 'output'] == 'somewhere'
+def test_only_the_simulator_knows_the_effects(planned):
+    given = {node: values for process in planned(effects='effects.yaml', record='bag', arm='a')
+             for node, values in process.parameters.items()}
+    assert [node for node, values in given.items() if 'effects' in values] == ['arm_sim']
+    assert {values['arm'] for values in given.values()} == {'a'}
+    assert given.keys() == KINDS.keys()
 
 
-def test_only_the_simulator_knows_the_effects(launched):
-    given = {key: value for node in launched(effects='effects.yaml', record='bag')
-             for key, value in parameters_of(node).items()}
-    assert {key for key, value in given.items() if value == 'effects.yaml'} == {
-        ('arm_sim', 'effects')}
-    assert {node for node, name in given if name == 'arm'} == set(NODES)
+def test_composed_nodes_are_one_process_with_the_same_parameters(planned):
+    options = {'effects': 'effects.yaml', 'arm': 'arm.yaml', 'record': 'bag'}
+    apart = {node: values for process in planned(**options)
+             for node, values in process.parameters.items()}
+    together, recorder = planned(**options, composed='true')
+    assert together.parameters | recorder.parameters == apart
+    assert together.how['executable'] == sys.executable
+    assert importlib.util.find_spec(together.how['arguments'][1]) is not None
 
 
-def test_composed_nodes_are_one_process_with_the_same_parameters(launched):
-    options = {'effects': 'effects.yaml', 'arm': 'arm.yaml'}
-    apart = {key: value for node in launched(**options)
-             for key, value in parameters_of(node).items()}
-    together, = launched(**options, composed='true')
-    assert parameters_of(together) == apart
-    assert together.executable == sys.executable
-    assert together.arguments[0] == '-m'
-    assert importlib.util.find_spec(together.arguments[1]) is not None
-
-
-def test_every_parameter_is_one_of_its_node(launched, tmp_path):
+@pytest.mark.parametrize('composed', ['true', 'false'])
+@pytest.mark.parametrize('namespace', ['/', '/left', '/cell/left'])
+def test_parameters_reach_the_nodes_in_any_namespace(planned, alive, tmp_path, namespace,
+                                                     composed, monkeypatch):
+    """The nodes are real, and so is what reads their parameters; all values are no defaults."""
+    monkeypatch.chdir(tmp_path)
     effects = tmp_path / 'effects.yaml'
     effects.write_text('[]')
-    for node in launched(effects=str(effects), record=str(tmp_path / 'bag')):
-        (name,) = {place for place, _ in parameters_of(node)}
-        rclpy.init(args=[name, '--ros-args', *node.ros_arguments])
+    nodes: dict[str, ArmNode] = {}
+    for process in planned(arm=OTHER_ARM, effects=str(effects), record='20261122', rate='200',
+                           use_sim_time='true', composed=composed):
+        nodes |= alive(process, namespace=namespace)
+        rclpy.try_shutdown()
+    assert nodes.keys() == KINDS.keys()
+    assert {node.get_namespace() for node in nodes.values()} == {namespace}
+    assert all(node.parameters.unknown() == [] for node in nodes.values())
+    values = {name: node.parameters.values() for name, node in nodes.items()}
+    assert {value['arm'] for value in values.values()} == {OTHER_ARM}
+    assert values['arm_sim']['effects'] == str(effects)
+    assert values['arm_sim']['rate'] == 200.0
+    assert values['bag_recorder']['output'] == '20261122'
+    assert all(node.get_parameter('use_sim_time').value for node in nodes.values())
+    nodes['bag_recorder'].close()
+    assert (tmp_path / '20261122' / 'metadata.yaml').is_file()
+
+
+def test_arguments_go_before_the_file_of_parameters(planned, alive, tmp_path):
+    file = tmp_path / 'parameters.yaml'
+    file.write_text(f'/**:\n  ros__parameters: {{arm: {OTHER_ARM}}}\n'
+                    '/left/arm_sim:\n  ros__parameters: {rate: 300, seed: 5}\n')
+    left = planned()[0]
+    assert left.parameters == {'arm_sim': {}}
+    values = alive(left, file, namespace='/left')['arm_sim'].parameters.values()
+    assert (values['arm'], values['rate'], values['seed']) == (OTHER_ARM, 300.0, 5.0)
+    rclpy.try_shutdown()
+    given = planned(arm='hda_arm.yaml', rate='400')[0]
+    values = alive(given, file, namespace='/left')['arm_sim'].parameters.values()
+    assert (values['arm'], values['rate'], values['seed']) == ('hda_arm.yaml', 400.0, 5.0)
+
+
+def test_a_file_of_parameters_that_misses_its_node_is_told(planned, alive, tmp_path, capfd):
+    """The key `arm_sim` means `/arm_sim` only: in a namespace the default arm would run."""
+    file = tmp_path / 'parameters.yaml'
+    file.write_text(f'arm_sim:\n  ros__parameters: {{arm: {OTHER_ARM}}}\n'
+                    '/right/arm_sim:\n  ros__parameters: {rate: 300}\n'
+                    '/**/bag_player:\n  ros__parameters: {rate: 3}\n')
+    alive(planned()[0], file, namespace='/left')
+    said, = (line for line in capfd.readouterr().err.splitlines() if 'WARN' in line)
+    assert f'{file} has parameters of arm_sim, /right/arm_sim, not of /left/arm_sim' in said
+    assert '/**/arm_sim' in said
+
+
+def test_nodes_stay_on_this_machine_unless_told_otherwise(described):
+    assert described.environment({'PATH': ''}) == {
+        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
+    assert described.environment({'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET'}) == {}
+
+
+@pytest.fixture
+def installed(tmp_path, monkeypatch) -> None:
+    """Have ROS find the executables of this checkout."""
+    prefix = tmp_path / 'prefix'
+    index = prefix / 'share' / 'ament_index' / 'resource_index' / 'packages'
+    index.mkdir(parents=True)
+    (index / PACKAGE).touch()
+    (prefix / 'lib' / PACKAGE).mkdir(parents=True)
+    for name, module in MODULES.items():
+        script = prefix / 'lib' / PACKAGE / name
+        script.write_text(f'#!/bin/sh\nexec {sys.executable} -m {module} "$@"\n')
+        script.chmod(0o755)
+    monkeypatch.setenv('AMENT_PREFIX_PATH', str(prefix))
+    monkeypatch.setenv('PYTHONPATH', str(ROOT), prepend=':')
+
+
+def parameter(watcher, node: str, name: str) -> object:
+    """Return a parameter of a node that runs."""
+    response = watcher.call(GetParameters, f'{node}/get_parameters', names=[name])
+    return parameter_value_to_python(response.values[0])
+
+
+@needs_launch
+@pytest.mark.xdist_group('nodes')
+@pytest.mark.parametrize('composed', ['true', 'false'])
+def test_two_arms_in_two_namespaces(installed, tmp_path, monkeypatch, composed):
+    """The launch system itself: one arm in a namespace that is pushed, one in a given one."""
+    monkeypatch.chdir(tmp_path)
+    words = [sys.executable, '-c', TWO_ARMS, str(FILE), composed, OTHER_ARM]
+    with watching() as watcher, subprocess.Popen(words) as launched:
         try:
-            made = NODES[name]()
-            assert made.parameters.unknown() == []
-            made.close()
-            made.destroy_node()
+            assert [parameter(watcher, f'/left/{name}', 'arm') for name in KINDS] == [
+                OTHER_ARM] * 4
+            assert [parameter(watcher, f'/right/{name}', 'arm') for name in NODES] == [
+                'hda_arm.yaml'] * 3
+            assert [parameter(watcher, f'/{side}/arm_sim', 'rate')
+                    for side in ('left', 'right')] == [100.0, 50.0]
         finally:
-            rclpy.try_shutdown()
-    assert Path(tmp_path / 'bag' / 'metadata.yaml').is_file()
+            launched.send_signal(signal.SIGINT)
+        assert launched.wait(PATIENCE) == 0
+    assert (tmp_path / '20261122' / 'metadata.yaml').is_file()

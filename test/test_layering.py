@@ -1,5 +1,6 @@
 """Imports run one way: from what is inferred, over what the arm is, to what travels."""
 
+import ast
 from fnmatch import fnmatch
 from graphlib import TopologicalSorter
 import sys
@@ -17,7 +18,9 @@ SHELLS = (
     'hda_arm_sim.ros*',
     'hda_msgs_json.bag*',
     'hda_msgs_json.mcap_*',
+    'hda_msgs_json.outputs',
     'hda_msgs_json.schemas',
+    'hda_msgs_json.yaml_text',
     'hda_torque_estimator.*.run',
     'hda_torque_estimator.*_node',
     'hda_torque_estimator.cli',
@@ -64,6 +67,28 @@ def test_pure_modules_import_only_pure_things():
 
 def test_no_module_imports_itself_in_a_circle():
     TopologicalSorter({name: uses & PATHS.keys() for name, uses in IMPORTS.items()}).prepare()
+
+
+def changed(target: ast.expr) -> bool:
+    """Tell whether an assignment to this changes a field of another object."""
+    match target:
+        case ast.Tuple(elts=parts):
+            return any(changed(part) for part in parts)
+        case ast.Subscript(value=owner):
+            return changed(owner)
+        case ast.Attribute(value=ast.Name(id='self')):
+            return False
+    return isinstance(target, ast.Attribute)
+
+
+@pytest.mark.parametrize('folder', ['calibrate', 'diagnosis', 'planning'])
+def test_nobody_changes_the_fields_of_another_object(folder):
+    within = PACKAGES[-1] + '.' + folder
+    assert [(name, node.lineno) for name, path in PATHS.items() if name.startswith(within)
+            for node in ast.walk(ast.parse(path.read_text()))
+            for target in getattr(node, 'targets', [getattr(node, 'target', None)])
+            if isinstance(node, (ast.Assign, ast.AugAssign, ast.AnnAssign)) and changed(target)
+            ] == []
 
 
 def test_every_shell_exists():

@@ -154,6 +154,74 @@ def test_a_name_to_flip_that_is_not_there_is_one_line(tmp_path, capsys):
     assert not (tmp_path / 'out').exists()
 
 
+def resting(samples, rest=60.0):
+    """Return a recording in which the same motion is followed by a long rest."""
+    still = round(rest * 1e3)
+    return recorded(np.append(samples.position[:, 0], np.full(still, samples.position[-1, 0])),
+                    np.append(samples.effort[:, 0], np.full(still, 0.01)))
+
+
+def test_a_joint_that_moves_in_a_small_part_is_diagnosed_from_that(tmp_path):
+    """All stretches have as much of its motion: none that is held out is empty."""
+    with BagWriter(tmp_path / 'bag', {}) as bag:
+        bag.write_joint_states(JOINT_STATES, resting(turned(True, duration=6.0)))
+    out = tmp_path / 'out'
+    assert main(['diagnose', str(tmp_path / 'bag'), '--arm', 'kinova_gen3.yaml', '--out',
+                 str(out)]) == 0
+    told = json.loads((out / 'report.json').read_text())
+    assert {cause['effect'] for cause in told['findings']} == {'coulomb_friction',
+                                                               'viscous_friction'}
+
+
+def test_a_joint_that_hardly_moves_shows_nothing():
+    samples = turned(False, duration=12.0)
+    angle = np.minimum(samples.position[:, 0], 2.5)
+    assert diagnosed(recorded(angle, samples.effort[:, 0])).diagnosis.verdict == (
+        'insufficient_excitation')
+
+
+def test_what_loses_on_held_out_stretches_is_not_told():
+    sweep, = sweeps_of(turned(True, ((4e-3, 12.0),)), ARM, 'bag')
+    turned_over = np.where(sweep.held_out, -2.0 * sweep.torque, sweep.torque)
+    found = diagnose_motors([sweep._replace(torque=turned_over)], ARM)
+    assert found.diagnosis.findings == ()
+    assert found.extended == ARM
+
+
+def test_the_same_sweep_back_in_another_recording_decides(tmp_path, capsys):
+    """Several bags of motors are one diagnosis; rates of two days differ by a little."""
+    there = turned(False)
+    back = recorded(there.position[::-1, 0].copy(), there.effort[:, 0] * -1.0 + 0.06 * np.cos(
+        there.position[:, 0] / RATIO) - 0.12 * np.sin(there.position[:, 0] / RATIO))
+    back = replace(back, effort=back.effort[:], stamps=np.rint(
+        back.stamps * (99.061 / 98.935)).astype(np.int64))
+    bags = []
+    for name, samples in (('there', there), ('back', back)):
+        with BagWriter(tmp_path / name, {}) as bag:
+            bag.write_joint_states(JOINT_STATES, samples)
+        bags.append(str(tmp_path / name))
+    assert main(['diagnose', *bags, '--arm', 'kinova_gen3.yaml', '--out', str(tmp_path / 'out'),
+                 '--json']) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told['ambiguous'] == []
+    assert [part['bag'] for part in told['recording']['bags']] == bags
+    assert told['recording']['duration'] == pytest.approx(24.0, rel=0.01)
+
+
+def test_a_sweep_one_way_tells_how_large_each_would_be(tmp_path):
+    with BagWriter(tmp_path / 'bag', {}) as bag:
+        bag.write_joint_states(JOINT_STATES, turned(False))
+    out = tmp_path / 'out'
+    assert main(['diagnose', str(tmp_path / 'bag'), '--arm', 'kinova_gen3.yaml', '--out',
+                 str(out)]) == 0
+    pair, = json.loads((out / 'report.json').read_text())['ambiguous']
+    friction, offset = pair['candidates']
+    assert not friction['in_model'] and not offset['in_model']
+    assert offset['parameters']['offset']['value'] == -friction['parameters']['level']['value']
+    first, *_ = (out / 'model.yaml').read_text().splitlines()
+    assert first == '# holds none of these'
+
+
 # Joint of the sweep, and waves per output turn that its motor torque must show.
 LINES = {1: {2400}, 4: {100, 2400}, 5: {1200, 1400, 2800}, 6: {1200, 1400, 2400, 2800},
          7: {700, 1200, 2800}}

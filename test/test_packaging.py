@@ -5,6 +5,7 @@ import os
 from pathlib import Path
 import re
 import runpy
+import signal
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
@@ -12,6 +13,7 @@ import zipfile
 
 from catkin_pkg.changelog import get_changelog_from_path
 from catkin_pkg.package import parse_package
+from hda_torque_estimator import executables
 from project_files import copy_project, files, PACKAGES, ROOT
 from project_imports import IMPORTS
 import pytest
@@ -26,6 +28,7 @@ MODULES = {
     'jtf_controller': 'hda_torque_estimator.controller_node',
     'bag_recorder': 'hda_torque_estimator.recorder_node',
     'bag_player': 'hda_torque_estimator.player_node',
+    'warm_up': 'hda_torque_estimator.warm_up',
     'hda': 'hda_torque_estimator.cli',
 }
 
@@ -38,7 +41,8 @@ FIND_CONFIG = "from importlib.resources import files; print(files('hda_arm_sim')
 
 def expected_executables() -> dict[str, str]:
     """Return the entry points that this version must have."""
-    return {name: f'{module}:main' for name, module in MODULES.items()}
+    return {name: f'{executables.__name__}:{name}' if name in vars(executables)
+            else f'{module}:main' for name, module in MODULES.items()}
 
 
 def run(*command: object, cwd: Path, **environment: str) -> str:
@@ -116,6 +120,18 @@ def test_every_executable_has_a_main(name):
     assert callable(getattr(importlib.import_module(MODULES[name]), 'main', None))
 
 
+@pytest.mark.parametrize('name', sorted(MODULES.keys() - {'hda'}))
+def test_every_executable_leads_to_its_module(name, monkeypatch):
+    """A signal ends it while its module loads; the handlers are those of this run again later."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    monkeypatch.setattr(importlib.import_module(MODULES[name]), 'main', lambda: 42)
+    try:
+        assert getattr(executables, name)() == 42
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
 def test_every_executable_has_a_shim():
     assert tree(ROOT / 'ament_bin') == expected_executables().keys()
     assert all(os.access(shim, os.X_OK) for shim in (ROOT / 'ament_bin').iterdir())
@@ -136,6 +152,13 @@ def test_ranges_start_at_the_oldest_versions_that_are_tested(described):
     assert oldest.keys() == lowest.keys()
     assert {name: bound for name, bound in lowest.items()
             if not f'{oldest[name]}.'.startswith(f'{bound}.')} == {}
+
+
+def test_every_pinned_version_has_the_hashes_of_its_files():
+    for lock in ('lock.txt', 'fleet.txt'):
+        text = (ROOT / 'requirements' / lock).read_text().replace('\\\n', '')
+        pinned = [line for line in text.splitlines() if re.match(r'\w', line)]
+        assert pinned and all(' --hash=sha256:' in line for line in pinned)
 
 
 def test_checkout_holds_config_as_resources():

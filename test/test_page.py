@@ -7,13 +7,13 @@ import math
 import re
 from xml.etree import ElementTree
 
-from hda_torque_estimator.diagnosis.exhibits import (
-    binned, dependences, Example, Exhibits, strongest_line, telling_coordinate)
+from hda_torque_estimator.diagnosis.exhibits import binned, Exhibits
+from hda_torque_estimator.diagnosis.following import Following, strongest_wave
 from hda_torque_estimator.diagnosis.page import page
 from hda_torque_estimator.diagnosis.plots import figures
 from hda_torque_estimator.diagnosis.report import (
-    Alike, Detectable, Diagnosis, Evidence, Finding, Gain, Number, Prediction, RecordingFacts,
-    Residual, TotalGain, Unexplained, VERDICTS)
+    Alike, Candidate, Detectable, Diagnosis, Evidence, Finding, Gain, Number, Prediction,
+    RecordingFacts, Residual, TotalGain, Unexplained, VERDICTS)
 from hda_torque_estimator.pages.drawing import inline_svg
 import numpy as np
 from numpy.typing import NDArray
@@ -49,8 +49,13 @@ def exhibits_of(residual: Array, moved: dict[str, Array], seed: int = 0) -> Exhi
     valid = np.stack([np.abs(moved['motor_velocity']) > NOISE, np.ones(len(residual), bool)], 1)
     horizons = np.array([0.01, 0.05, 0.2])
     return Exhibits(np.arange(len(residual)) / RATE, ('joint1',), before, noise, valid,
-                    {name: values[:, None] for name, values in moved.items()}, horizons,
-                    1e-3 * horizons, 1e-4 * horizons, 9e-5 * horizons)
+                    np.full(2, NOISE), {name: values[:, None] for name, values in moved.items()},
+                    horizons, 1e-3 * horizons, 1e-4 * horizons, 9e-5 * horizons)
+
+
+def followed(exhibits: Exhibits, column: int) -> list[Following]:
+    """Return what a column follows before anything is extended, as text and figures tell it."""
+    return exhibits.missed().followed(column)
 
 
 Law = Callable[[dict[str, Array]], Array]
@@ -77,9 +82,9 @@ LAWS: dict[str, tuple[Law, str, bool]] = {
 def test_residual_tells_the_coordinate_it_follows(cause, seed):
     law, coordinate, by_direction = LAWS[cause]
     moved = coordinates(seed)
-    best = dependences(exhibits_of(law(moved), moved, seed), 1)[0]
-    assert (best.coordinate, best.by_direction) == (coordinate, by_direction)
-    assert 0.5 < best.beyond_chance <= 1.0
+    best = followed(exhibits_of(law(moved), moved, seed), 1)[0]
+    assert (best.coordinate, best.carrier) == (coordinate, 'direction' if by_direction else '')
+    assert 0.5 < best.share <= 1.0
 
 
 @pytest.mark.parametrize('disturbance', [
@@ -88,16 +93,16 @@ def test_residual_tells_the_coordinate_it_follows(cause, seed):
 def test_what_nothing_that_moves_tells_follows_time(disturbance):
     moved = coordinates(3)
     shown = exhibits_of(disturbance(np.arange(7500) / RATE), moved)
-    name, eta2 = telling_coordinate(shown, 1)
-    assert name == 'time'
-    assert eta2 > 0.8
+    best = followed(shown, 1)[0]
+    assert best.coordinate == 'time'
+    assert best.share > 0.8
 
 
 def test_lines_are_told_in_hertz_or_by_motor_turn():
     moved = coordinates(3)
-    hum = dependences(exhibits_of(np.sin(47.0 * np.arange(7500) / RATE), moved), 1)[0]
-    cogging = dependences(exhibits_of(np.cos(14.0 * moved['motor_angle']), moved), 1)[0]
-    push = dependences(exhibits_of((np.arange(7500) > 4000).astype(float), moved), 1)[0]
+    hum = followed(exhibits_of(np.sin(47.0 * np.arange(7500) / RATE), moved), 1)[0]
+    cogging = followed(exhibits_of(np.cos(14.0 * moved['motor_angle']), moved), 1)[0]
+    push = followed(exhibits_of((np.arange(7500) > 4000).astype(float), moved), 1)[0]
     assert hum.line == pytest.approx(47.0 / (2.0 * np.pi), abs=1e-3)
     assert cogging.line == 14.0
     assert push.line is None
@@ -107,26 +112,26 @@ def test_lines_are_told_in_hertz_or_by_motor_turn():
 def test_noise_follows_nothing(seed):
     moved = coordinates(seed)
     shown = exhibits_of(moved['link_angle'], moved, seed)
-    assert max(told.beyond_chance for told in dependences(shown, 0)) < 0.03
+    assert max(told.share for told in followed(shown, 0)) < 0.03
 
 
 def test_slow_noise_follows_nothing_that_moves():
     moved = coordinates(1)
     random = np.random.default_rng(2)
     slow = np.convolve(random.normal(size=8499), np.hanning(1000), 'valid')
-    assert telling_coordinate(exhibits_of(slow, moved), 1)[0] == 'time'
+    assert followed(exhibits_of(slow, moved), 1)[0].coordinate == 'time'
 
 
-def test_eta_squared_is_the_share_that_is_not_noise():
+def test_the_share_is_what_is_not_noise():
     moved = coordinates(0)
-    _, eta2 = telling_coordinate(exhibits_of(moved['link_angle'], moved), 1)
-    assert eta2 == pytest.approx(1.0 / (1.0 + NOISE ** 2), abs=0.02)
+    best = followed(exhibits_of(moved['link_angle'], moved), 1)[0]
+    assert best.share == pytest.approx(1.0 / (1.0 + NOISE ** 2), abs=0.02)
 
 
 def test_part_of_a_motor_turn_is_told_by_the_link():
     moved = coordinates(0)
     moved['motor_angle'] = 2.0 * moved['link_angle']
-    names = [told.coordinate for told in dependences(exhibits_of(moved['link_angle'], moved), 1)]
+    names = [told.coordinate for told in followed(exhibits_of(moved['link_angle'], moved), 1)]
     assert names[0] == 'link_angle'
     assert 'motor_angle' not in names
 
@@ -134,21 +139,21 @@ def test_part_of_a_motor_turn_is_told_by_the_link():
 def test_standstill_tells_only_time():
     still = dict.fromkeys(coordinates(0), np.zeros(1000))
     shown = exhibits_of(np.random.default_rng(0).normal(size=1000), still)
-    assert telling_coordinate(shown, 0) == ('time', 0.0)      # nowhere valid
-    assert telling_coordinate(shown, 1)[0] == 'time'
+    assert followed(shown, 0) == [Following('time', '', 0.0)]       # nowhere valid
+    assert [told.coordinate for told in followed(shown, 1)] == ['time']
 
 
 @pytest.mark.parametrize('frequency', [0.7, 7.51, 33.0])
 def test_strongest_line_is_found_beside_a_drift(frequency):
     time = np.arange(7500) / RATE
-    line = strongest_line(time, np.sin(2.0 * np.pi * frequency * time) + 0.001 * time + 5.0)
+    values = np.sin(2.0 * np.pi * frequency * time) + 0.001 * time
+    line = strongest_wave(time, values - values.mean(), np.ones(len(time), bool))
     assert line.frequency == pytest.approx(frequency, abs=0.05 / 60.0)
     assert line.share > 0.99
 
 
 def test_nothing_has_no_line():
-    line = strongest_line(np.arange(100) / RATE, np.zeros(100))
-    assert math.isnan(line.frequency)
+    line = strongest_wave(np.arange(100) / RATE, np.zeros(100), np.ones(100, bool))
     assert line.share == 0.0
 
 
@@ -165,7 +170,8 @@ def test_column_is_where_the_most_goes_at_the_site_of_a_cause():
     moved = coordinates(0)
     one = exhibits_of(moved['link_angle'], moved)
     two = replace(one, labels=('joint1', 'joint2'), before=np.tile(one.before, 2),
-                  after=np.tile(one.after, 2), valid=np.tile(one.valid, 2))
+                  after=np.tile(one.after, 2), valid=np.tile(one.valid, 2),
+                  noise=np.tile(one.noise, 2))
     # Columns are now A1, A2, B1, B2, and the excess sits in A2 and B2.
     assert two.column('motor', None) == 1
     assert two.column('torsion', None) == 3
@@ -180,7 +186,7 @@ def test_one_cause_is_shown_without_the_others():
     both = replace(shown, lacking={('payload', None): alone})
     assert both.of('payload', None).before is alone
     assert both.of('payload', 'joint1').before is shown.before
-    assert both.rest().before is shown.after
+    assert both.rest().residual is shown.after
 
 
 def diagnosis(verdict: str = 'explained') -> Diagnosis:
@@ -192,7 +198,11 @@ def diagnosis(verdict: str = 'explained') -> Diagnosis:
         Evidence(812.5, 60.0, 'link_encoder_eccentricity', math.inf), gain)
     return Diagnosis(
         verdict, (finding, replace(finding, effect='payload', joint=None, site='link')),
-        (Alike((('backlash', 'joint1'), ('clock_skew', 'joint1')), 'slow torque loops'),),
+        (Alike((('backlash', 'joint1'), ('clock_skew', 'joint1')), 'slow torque loops',
+               (Candidate('backlash', 'joint1', {
+                   'half_width': Number(4.321e-5, 'rad', 4.2e-5, 4.4e-5)}, False),
+                Candidate('clock_skew', 'joint1', {
+                    'skew': Number(8.765e-4, 's', 8.1e-4, 9.2e-4)}, True))),),
         Unexplained('motor', 'joint1', 'link_angle', 7.53, 0.12),
         (Detectable('payload', None, 0.0421, 'kg'), Detectable('backlash', 'joint1', None, 'rad')),
         TotalGain(3.1, 1.02, 1.0, 0.987, 0.981, 0.992, 'mean squared error', '1'),
@@ -206,7 +216,7 @@ def diagnosis(verdict: str = 'explained') -> Diagnosis:
 class Reader(HTMLParser):
     """Collects text, attributes and elements that are left open."""
 
-    VOID = ('meta', 'br')
+    VOID = ('meta', 'br', 'wbr')
 
     def __init__(self, text: str) -> None:
         """Read a whole page."""
@@ -242,9 +252,7 @@ def drawn() -> dict[str, str]:
     """Return every figure of the diagnosis as SVG."""
     moved = coordinates(0)
     shown = exhibits_of(np.cos(2.0 * moved['motor_angle']), moved)
-    angle = np.outer(np.linspace(0.0, 1.0, 50), (1.0, 1.1))
-    window = Example(np.linspace(0.0, 0.2, 50), angle, 1.1 * angle, angle)
-    shown = replace(shown, labels=(FREE_TEXT,), example=window)
+    shown = replace(shown, labels=(FREE_TEXT,))
     plain = diagnosis()
     here = replace(plain, findings=tuple(
         replace(found, joint=found.joint and FREE_TEXT) for found in plain.findings),
@@ -253,8 +261,7 @@ def drawn() -> dict[str, str]:
 
 
 def test_every_part_of_a_diagnosis_is_drawn(drawn):
-    assert list(drawn) == ['residuals', 'finding_1', 'finding_2', 'unexplained', 'prediction',
-                           'example']
+    assert list(drawn) == ['residuals', 'finding_1', 'finding_2', 'unexplained', 'prediction']
 
 
 def test_figures_of_a_page_are_whole_and_share_no_names(drawn):
@@ -280,9 +287,10 @@ def test_page_says_all_that_a_diagnosis_holds(verdict):
     read = Reader(page(diagnosis(verdict), {}))
     assert read.open == []
     for said in (VERDICTS[verdict], 'kinematic_error', 'payload', 'the arm',
-                 f'transmission error {FREE_TEXT}', f'arm {FREE_TEXT}.yaml',
-                 'amplitude_2 = 0.0001234 [0.00012, 0.00013] rad', 'more than 1,000,000 to 1',
-                 'link_encoder_eccentricity', '98.7 % [98.1, 99.2]', 'slow torque loops',
+                 f'Transmission error {FREE_TEXT}. Site: torsion', f'arm {FREE_TEXT}.yaml',
+                 '0.0001234', '0.00012 to 0.00013', 'twice per motor turn',
+                 'more than 1,000,000 to 1', 'link_encoder_eccentricity',
+                 '98.7 % [98.1, 99.2]', 'slow torque loops',
                  'clock_skew', 'follows the link angle, strongest at 7.53 per link turn',
                  '0.0421 kg', 'cannot be shown by this motion', '60,001', '4 s: 0 to 4 s', '0.1.0',
                  f'38 of 39 effects {FREE_TEXT}', '0.05 s', '0.000225', '0.000103',
@@ -299,6 +307,25 @@ def test_page_needs_nothing_but_itself(drawn):
             if name in ('src', 'href', 'xlink:href') and not str(value).startswith('#')] == []
     assert not re.search(r'@import|url\((?!#)', text)
     assert read.names.count('svg') == read.names.count('figcaption') == len(drawn)
+
+
+def test_page_shows_orders_that_were_chosen_with_every_other_number():
+    cogging = replace(diagnosis().findings[0], effect='motor_cogging', parameters={
+        'order': Number(14.0, '1/turn', 14.0, 14.0),
+        'amplitude': Number(5.1e-3, 'N*m', 5.0e-3, 5.2e-3)})
+    told = replace(diagnosis(), findings=(cogging,))
+    text = Reader(page(told, {})).text
+    assert 'orderwaves per motor turn14chosen, not fitted1/turn' in text
+    assert '0.005 to 0.0052' in text
+    assert 'order = 14 1/turn, amplitude = 0.0051 [0.005, 0.0052] N*m' in told.sentences()[1]
+
+
+def test_page_shows_sizes_of_all_that_look_alike_and_which_one_the_model_holds():
+    read = Reader(page(diagnosis('ambiguous'), {}))
+    for said in ('4.321e-05', '4.2e-05 to 4.4e-05', '0.0008765', '0.00081 to 0.00092',
+                 'clock_skew at joint1, which model.yaml holds'):
+        assert said in read.text, said
+    assert 'backlash at joint1, which' not in read.text
 
 
 def test_page_of_a_healthy_arm_names_nothing():

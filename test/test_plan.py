@@ -9,6 +9,7 @@ import json
 from hda_arm_sim.model.effects import effect_named, Scope
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.kernel import LINK_ANGLE, MOTOR_VELOCITY
+from hda_arm_sim.model.typical_sizes import SIZED, typical
 from hda_arm_sim.motion_file import read_motion, write_motion
 from hda_arm_sim.motions import motion, MotionError
 from hda_torque_estimator.cli import main
@@ -18,7 +19,6 @@ from hda_torque_estimator.diagnosis.hypotheses import HYPOTHESES
 from hda_torque_estimator.diagnosis.measurement import Measurement
 from hda_torque_estimator.planning.paths import candidates
 from hda_torque_estimator.planning.question import question
-from hda_torque_estimator.planning.typical_sizes import SIZED, typical
 import numpy as np
 import pytest
 from truth import draw, record

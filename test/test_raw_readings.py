@@ -3,11 +3,14 @@
 from dataclasses import replace
 
 from hda_arm_sim.model.files import read_arm
-from hda_arm_sim.motions import motion
+from hda_arm_sim.motions import Motion, motion
 from hda_msgs_json.samples import JointSamples
+from hda_torque_estimator.closed_loop import run
 from hda_torque_estimator.diagnosis.balance import Balancer
 from hda_torque_estimator.diagnosis.encoder_steps import true_step
 from hda_torque_estimator.diagnosis.even_grid import on_grid
+from hda_torque_estimator.diagnosis.line_alias import agrees, moves
+from hda_torque_estimator.diagnosis.line_error import smallest_wave
 from hda_torque_estimator.diagnosis.measurement import Measurement, measurement_from
 from hda_torque_estimator.diagnosis.raw_readings import raw_findings, raw_readings
 import numpy as np
@@ -220,3 +223,68 @@ def test_each_cause_gains_on_held_out_stretches_beside_the_others():
         assert one.evidence.score > one.evidence.threshold
         assert one.gain.removed > 0.9
         assert one.gain.after < 0.1 * one.gain.before
+
+
+def back_and_forth(arm, speed, rate, duration=20.0):
+    """Return the readings of a healthy arm that moves at constant speed both ways."""
+    time = np.arange(round(duration * rate)) / rate
+    turns = time * speed / 4.0
+    away = np.abs((turns[:, None] * [1.0, 1.3][:len(arm.joints)] + 0.25) % 1.0 - 0.5) * 4.0 - 1.0
+    made = run(arm, arm, Motion(time, away, np.gradient(away, 1.0 / rate, axis=0),
+                                np.zeros((len(time), 2))), 1)
+    return Measurement(arm.labels, 1.0 / rate, np.ascontiguousarray(made.reading[:, :, :2]),
+                       made.command)
+
+
+@pytest.mark.parametrize('name', ['hda_arm.yaml', 'paper_single_axis.yaml'])
+@pytest.mark.parametrize(('speed', 'rate'), [(0.1, 250.0), (0.1, 500.0), (0.1, 1000.0),
+                                             (0.3, 1000.0), (1.0, 1000.0)])
+def test_counts_at_constant_speed_are_no_error_of_lines(name, speed, rate):
+    """Sampled counts make waves of any number of lines: aliases, which a wave must not be."""
+    arm = read_arm(name)
+    assert raw_readings(back_and_forth(arm, speed, rate), arm).causes == ()
+
+
+def test_a_wave_that_samples_do_not_resolve_is_not_looked_for():
+    time = 1e-3 * np.arange(8000)
+    quick = 12.0 * np.sin(time)                         # 2500 lines pass in 2 samples or fewer
+    rows = np.abs(np.cos(time)) > 0.2
+    assert smallest_wave(quick, 1e-3, rows, 1e-6) is None
+
+
+def wave(lines, swing, seed=3):
+    """Return angle, speed, the sine and cosine of lines, and noise over a swing."""
+    time = 1e-3 * np.arange(8000)
+    angle, speed = swing * np.sin(time), swing * np.cos(time)
+    noise = np.random.default_rng(seed).standard_normal(len(time))
+    return angle, speed, np.stack([np.sin(lines * angle), np.cos(lines * angle)]), noise
+
+
+def test_a_wave_of_one_phase_agrees_and_one_of_another_phase_each_way_does_not():
+    _, speed, columns, noise = wave(3000, 0.5)
+    assert agrees(speed, columns, columns[0] + noise)
+    assert not agrees(speed, columns, np.where(speed > 0.0, columns[0], columns[1]) + noise)
+
+
+def test_what_the_motor_shows_as_well_is_no_error_of_one_encoder():
+    """Jitter of the stamps and true movement are in both."""
+    _, _, columns, noise = wave(3000, 0.5)
+    assert moves(columns, columns[0], columns[0] + noise)
+    assert not moves(columns, columns[0], noise)
+
+
+@pytest.mark.parametrize('step', [0.0, 2.0 * np.pi / 2 ** 16])
+@pytest.mark.parametrize('rate', [0.0, 0.008, 0.02])
+def test_repeated_rows_are_counted_where_stamps_jitter(rate, step):
+    """Stamps that nothing is known of: each sample slips by a tenth, and is no lost one."""
+    random = np.random.default_rng(7)
+    taken = 0.01 * (np.arange(6000) + 0.1 * random.standard_normal(6000))
+    link = np.stack([0.8 * np.sin(0.9 * taken), 0.5 * np.sin(1.3 * taken)], axis=1)
+    again = np.maximum.accumulate(np.where(random.random(6000) < rate, 0, np.arange(6000)))
+    motor = 100.0 * link + 1e-4 * random.standard_normal(link.shape)
+    reading = np.stack([motor, np.round(link / step) * step if step else link], axis=2)[again]
+    raw = raw_readings(Measurement(ARM.labels, 0.01, reading, np.zeros(link.shape)), ARM,
+                       names=['dropped_samples'])
+    told = [cause.numbers['rate'].value for cause in raw.causes]
+    true = float((again != np.arange(6000)).mean())
+    assert told == ([] if rate == 0.0 else [pytest.approx(true, rel=0.15)])

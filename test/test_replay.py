@@ -82,7 +82,7 @@ def named_twice(state):
 
 def answered(messages):
     """Return what a live estimator with these settings publishes by topic."""
-    live = LiveEstimator(ARM, *SETTINGS)
+    live = LiveEstimator(ARM, SETTINGS.estimator, SETTINGS.state, SETTINGS.unobserved)
     found = {name: [] for name in TOPICS}
     for message in messages:
         try:

@@ -10,9 +10,11 @@ from hda_torque_estimator.cli import main
 from hda_torque_estimator.reproduction.catalogue import chosen, FIGURES
 from hda_torque_estimator.reproduction.exhibit import Arms, ReproductionError
 from hda_torque_estimator.reproduction.imperfections import imperfect, TOGETHER
+from hda_torque_estimator.reproduction.page import PAPER
 from hda_torque_estimator.reproduction.report import document
 from hda_torque_estimator.reproduction.rig_calibration import calibrated
 from hda_torque_estimator.reproduction.table_two import quintic_share
+from project_files import ROOT
 import pytest
 
 pytestmark = pytest.mark.xdist_group('reproduce')       # figures are made once per process
@@ -211,7 +213,13 @@ def test_the_command_writes_a_page_numbers_and_figures(tmp_path, capsys):
     page = (out / 'paper.html').read_text()
     assert page.count('<svg') == sum(len(f['drawings']) for f in told['figures'].values())
     assert 'src="http' not in page
+    assert PAPER in page
     assert [path.name for path in tmp_path.iterdir()] == ['paper']
+
+
+@pytest.mark.parametrize('name', ['README.md', 'docs/errata.md', 'docs/reproduction.md'])
+def test_texts_name_the_paper(name):
+    assert PAPER in (ROOT / name).read_text(encoding='utf-8')
 
 
 @pytest.mark.parametrize(('words', 'says'), [
@@ -222,6 +230,7 @@ def test_the_command_writes_a_page_numbers_and_figures(tmp_path, capsys):
 def test_bad_use_is_one_line_and_leaves_nothing(words, says, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     Path('there').mkdir()
+    Path('there', 'kept').touch()
     Path('file').write_text('')
     assert main(['reproduce', *words]) == 2
     said = capsys.readouterr()

@@ -119,6 +119,22 @@ def test_recordings_of_other_rates_are_refused(three):
         together([three[0], replace(three[1], dt=2e-3)], ('first', 'second'))
 
 
+@pytest.mark.parametrize('rate', [99.061, 98.0, 100.5])
+def test_recordings_of_nearly_one_rate_belong_together(rate):
+    """Readings of the second are those at the ticks of the first; torques keep their mean."""
+    def swung(rate):
+        time = np.arange(3000) / rate
+        link = np.stack([0.5 * np.sin(time), 0.3 * np.cos(2.0 * time)], axis=1)
+        return Measurement(ARM.labels, 1.0 / rate, np.stack([100.0 * link, link], axis=2),
+                           np.stack([np.cos(time), np.sin(3.0 * time)], axis=1))
+    first, second = together([swung(98.935), swung(rate)]).recordings()
+    assert second.dt == first.dt == 1.0 / 98.935
+    shared = slice(0, min(len(first.command), len(second.command)))
+    np.testing.assert_allclose(second.reading[shared, :, 1], first.reading[shared, :, 1],
+                               atol=1e-6)
+    np.testing.assert_allclose(second.command[shared][:-1], first.command[shared][:-1], atol=0.02)
+
+
 def bag_of(path, recording):
     """Write a measurement as a bag."""
     count = len(recording.command)

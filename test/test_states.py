@@ -6,6 +6,7 @@ import json
 from hda_arm_sim.model.files import read_arm
 from hda_msgs_json.messages import assembled, EstimatorState, from_json, MessageError, to_json
 from hda_torque_estimator import estimate
+from hda_torque_estimator.belief_words import believed, doubts_told
 from hda_torque_estimator.estimator import Estimates
 from hda_torque_estimator.state_messages import state_samples, StateWriter
 from hypothesis import given, strategies as st
@@ -49,9 +50,11 @@ def test_a_text_is_the_message_of_its_numbers(
         np.testing.assert_array_equal(
             state.conditioning, known(tip[row, estimate.CONDITIONING]))
         beyond = joints[row, :, estimate.BEYOND_RANGE] > 0
-        assert state.valid == tuple(~beyond)
+        doubts = joints[row, :, estimate.DOUBT].tolist()
+        told = doubts_told(ARM.labels, doubts)
+        assert state.valid == tuple(~beyond & [believed(doubt) for doubt in doubts])
         assert state.singular == (tip[row, estimate.SINGULAR] > 0)
-        assert len(state.flags) == beyond.sum() + state.singular + taring
+        assert len(state.flags) == len(told) + beyond.sum() + state.singular + taring
 
 
 @given(joints=RESULTS, tip=TIPS)

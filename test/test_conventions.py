@@ -1,0 +1,116 @@
+"""A recording in other conventions is told from one of an imperfect joint, in one sentence."""
+
+from dataclasses import replace
+
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.model.parts import Joint
+from hda_torque_estimator import coupling
+from hda_torque_estimator.conventions import check_conventions, ConventionError, wrong_convention
+from hypothesis import given, settings, strategies as st
+import numpy as np
+import pytest
+
+ARM = read_arm('hda_arm.yaml')
+TIME = 1e-3 * np.arange(12_000)
+
+
+def joint_of(ratio: float = 100.0) -> Joint:
+    """Return a joint of the shipped arm with another gear."""
+    return replace(ARM.joints[0], ratio=ratio)
+
+
+def moved(ratio: float, reach: float, load: float = 20.0) -> tuple[np.ndarray, ...]:
+    """Return motor, link [rad] and motor torque [N*m] of a joint that bears its own weight."""
+    link = reach * np.sin(0.9 * TIME)
+    torque = load * np.sin(link + 0.3)
+    sense = np.sign(np.cos(0.9 * TIME))
+    return ratio * (link + torque / 9743.9), link, torque / ratio + 0.03 * sense
+
+
+WRONG = [
+    (lambda motor, link, torque: (-motor, link, torque), 'the sign of one encoder is wrong'),
+    (lambda motor, link, torque: (motor, -link, torque), 'the sign of one encoder is wrong'),
+    (lambda motor, link, torque: (np.degrees(motor), link, torque), 'motor angle is in degrees'),
+    (lambda motor, link, torque: (motor, np.degrees(link), torque), 'link angle is in degrees'),
+    (lambda motor, link, torque: (motor / 3.0, link, torque), 'the ratio is wrong'),
+    (lambda motor, link, torque: (motor, 0.0 * link, torque), 'the ratio is wrong')]
+
+
+@pytest.mark.parametrize('ratio', [50.0, 100.0, 160.0])
+@pytest.mark.parametrize('reach', [0.05, 0.4, 2.5])
+@pytest.mark.parametrize(('spoil', 'said'), WRONG)
+def test_other_conventions_are_named(spoil, said, reach, ratio):
+    wrong = wrong_convention(joint_of(ratio), *spoil(*moved(ratio, reach)))
+    assert wrong is not None and said in wrong.words
+
+
+@pytest.mark.parametrize('load', [0.0, 20.0])
+@pytest.mark.parametrize('reach', [0.4, 2.5])
+def test_motor_torques_with_the_other_sign_are_named(reach, load):
+    motor, link, torque = moved(100.0, reach, load)
+    wrong = wrong_convention(joint_of(), motor, link, -torque)
+    assert wrong is not None and 'motor torques have the wrong sign' in wrong.words
+    assert wrong_convention(joint_of(), motor, link, torque) is None
+
+
+@pytest.mark.parametrize('ratio', [50.0, 100.0, 160.0])
+def test_motor_angles_at_the_link_are_named(ratio):
+    motor, link, torque = moved(ratio, 1.0)
+    wrong = wrong_convention(joint_of(ratio), -motor / ratio, link, torque)
+    assert wrong is not None
+    assert wrong.options == '--motor-at-link --flip joint1_motor or --flip joint1'
+
+
+@pytest.mark.parametrize('ratio', [50.0, 80.0, 100.0])
+def test_a_gear_with_one_tooth_more_is_another_ratio(ratio):
+    wrong = wrong_convention(joint_of(ratio), *moved(ratio + 1.0, 2.0, 5.0))
+    assert wrong is not None and 'correct "ratio"' in wrong.words
+
+
+@settings(max_examples=60, deadline=None)
+@given(ratio=st.sampled_from([30.0, 50.0, 100.0, 121.0, 160.0]), reach=st.floats(0.001, 3.0),
+       load=st.floats(0.0, 20.0), bend=st.floats(0.0, 3e-3), phase=st.floats(0.0, 6.28),
+       scale=st.floats(-3e-3, 3e-3))
+def test_a_right_joint_with_a_bent_encoder_is_accepted(ratio, reach, load, bend, phase, scale):
+    motor, link, torque = moved(ratio, reach, load)
+    bent = link + bend * np.sin(link + phase)
+    for shown in (bent, link * (1.0 + scale)):
+        assert wrong_convention(joint_of(ratio), motor, shown, torque) is None
+
+
+@pytest.mark.parametrize('spoil', [1e300, np.nan, np.inf, 40.0])
+def test_an_absurd_reading_or_a_slip_is_no_other_convention(spoil):
+    motor, link, torque = moved(100.0, 1.0)
+    link[5000] = spoil
+    motor[9000:] += 0.5
+    assert wrong_convention(joint_of(), motor, link, torque) is None
+
+
+def test_what_cannot_tell_is_accepted():
+    motor, link, torque = moved(100.0, 0.005)
+    for shown in (motor, -motor, 0.0 * motor):
+        assert wrong_convention(joint_of(), shown, link, np.full_like(torque, np.nan)) is None
+
+
+def test_a_load_that_only_goes_down_drives_its_motor():
+    link = 0.2 * TIME
+    motor, torque = 100.0 * link, np.full_like(link, -0.2)
+    assert wrong_convention(joint_of(), motor, link, torque) is None
+
+
+def test_the_sentence_names_the_recording():
+    motor, link, torque = moved(100.0, 1.0)
+    reading = np.stack([np.stack([motor, link], 1)] * 2, 1)
+    reading[:, 1, 0] *= -1.0
+    with pytest.raises(ConventionError, match='^bag: joint2: its motor turns -100.* times per '
+                       'turn of the link where the arm file says 100: the sign of one encoder'):
+        check_conventions(ARM, reading, np.stack([torque] * 2, 1), 'bag')
+
+
+@pytest.mark.parametrize(('sign', 'kind'), [(1.0, coupling.RIGHT), (-1.0, coupling.FLIPPED)])
+def test_running_sums_tell_the_same_sample_by_sample(sign, kind):
+    motor, link, _ = moved(100.0, 0.5)
+    memory = np.zeros(coupling.MEMORY)
+    told = [coupling.add(memory, *each, 100.0, 0.005) for each in zip(sign * motor, link)]
+    assert told[-1] == kind
+    assert sign > 0.0 and not any(told) or told.index(kind) < 100

@@ -1,0 +1,45 @@
+"""A healthy twin is the closed loop without an estimator: nobody reads its torques."""
+
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.motions import motion
+from hda_torque_estimator.closed_loop import Run, run
+from hda_torque_estimator.controller import ControllerSettings
+from hda_torque_estimator.diagnosis.balance import Balancer
+from hda_torque_estimator.diagnosis.healthy import healthy_twin
+from hda_torque_estimator.diagnosis.measurement import Measurement
+import numpy as np
+import pytest
+
+ARMS = ('hda_arm.yaml', 'paper_single_axis.yaml')
+
+
+def loop(arm_file: str, **settings) -> Run:
+    """Return 3 s of a push, with the noise of one seed."""
+    arm = read_arm(arm_file)
+    return run(arm, arm, motion('push', len(arm.joints), 3.0, 1e-3, 4), 4, **settings)
+
+
+@pytest.mark.parametrize('arm_file', ARMS)
+def test_without_an_estimator_an_arm_moves_as_with_it(arm_file):
+    with_it, without = loop(arm_file), loop(arm_file, estimator=None)
+    for field in ('reading', 'command', 'joint_torque', 'state'):
+        np.testing.assert_array_equal(getattr(without, field), getattr(with_it, field))
+    assert np.isnan(without.estimated_torque).all()
+    assert np.isfinite(with_it.estimated_torque).all()
+
+
+def test_torque_feedback_without_an_estimator_is_refused():
+    with pytest.raises(ValueError, match='^torque feedback needs an estimator: .* is -1 and'):
+        loop(ARMS[0], controller=ControllerSettings(torque_feedback=-1.0), estimator=None)
+
+
+def test_a_twin_estimates_no_torque(monkeypatch):
+    made, arm = loop(ARMS[1]), read_arm(ARMS[1])
+    balancer = Balancer(Measurement(arm.labels, 1e-3, made.reading[:, :, :2].copy(),
+                                    made.command))
+    runs: list[Run] = []
+    monkeypatch.setattr('hda_torque_estimator.diagnosis.healthy.run',
+                        lambda *args, **more: runs.append(run(*args, **more)) or runs[-1])
+    twin = healthy_twin(balancer, arm, 1)
+    assert [np.isnan(each.estimated_torque).all() for each in runs] == [True]
+    np.testing.assert_array_equal(twin.command, runs[0].command)

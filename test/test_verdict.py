@@ -1,0 +1,113 @@
+"""What may be told of a cause: it gains, and no number of it ends; and what verdicts say."""
+
+from hda_arm_sim.model.arm import ArmError
+from hda_arm_sim.model.effects import effect_named
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.motions import motion
+from hda_arm_sim.simulate import checked
+from hda_torque_estimator.closed_loop import run
+from hda_torque_estimator.diagnosis.balance import Balancer
+from hda_torque_estimator.diagnosis.diagnose import sought_effects
+from hda_torque_estimator.diagnosis.excitation import remarks
+from hda_torque_estimator.diagnosis.hypotheses import HYPOTHESES
+from hda_torque_estimator.diagnosis.limits import limited, limits_of
+from hda_torque_estimator.diagnosis.measurement import Measurement
+from hda_torque_estimator.diagnosis.report import Evidence, Finding, Gain, Number, told
+from hda_torque_estimator.diagnosis.slow_rate import FAST, rate_hides
+from hda_torque_estimator.diagnosis.smallest import hidden
+from hda_torque_estimator.diagnosis.verdict import NO_MOTION
+import numpy as np
+import pytest
+
+ARM = read_arm('hda_arm.yaml')
+
+
+def finding(effect, removed=0.9, **numbers):
+    """Return a finding with these numbers: value, low, high."""
+    kind = effect_named(effect)
+    return Finding(effect, 'joint1', kind.site.value, kind.cause, {
+        name: Number(value, '', low, high) for name, (value, low, high) in numbers.items()},
+        Evidence(500.0, 60.0, None, 1e6), Gain(2.0, 1.0, 1.0, removed, removed, removed))
+
+
+@pytest.mark.parametrize('removed', [-4.287, -0.006, 0.0, float('nan')])
+def test_what_removes_nothing_is_not_told(removed):
+    kept = finding('coulomb_friction', level=(0.05, 0.04, 0.06))
+    assert told([finding('motor_cogging', removed), kept]) == (kept,)
+
+
+@pytest.mark.parametrize(('effect', 'numbers'), [
+    ('nonlinear_viscous_friction', {'exponent': (0.1, 0.084, 0.116)}),
+    ('nonlinear_viscous_friction', {'exponent': (0.12, 0.09, 0.15)}),
+    ('nonlinear_viscous_friction', {'exponent': (2.9, 2.5, 3.3)}),
+    ('stribeck_friction', {'speed': (50.0, 49.0, 50.0)}),
+    ('torsional_hysteresis', {'width': (1e-6, 1e-6, 2e-6)}),
+    ('asymmetric_friction', {'asymmetry': (0.95, 0.94, 0.96)})])
+def test_a_number_that_reaches_the_bound_of_its_law_is_not_told(effect, numbers):
+    said = limited(finding(effect, **numbers))
+    assert said is not None and f'{effect} at joint1 is not told' in said
+    assert next(iter(numbers)) in said and 'reaches the bound' in said
+
+
+@pytest.mark.parametrize(('effect', 'numbers'), [
+    ('coulomb_friction', {'level': (0.0, -0.001, 0.001)}),          # none: that is an arm as well
+    ('inertial_coupling', {'share': (-1.0, -1.0, -0.99)}),          # an arm without coupling
+    ('thermal_viscosity', {'time_constant': (10.0, 1.0, 60.0)}),    # a law of several forms
+    ('nonlinear_viscous_friction', {'exponent': (0.5, 0.4, 0.6)}),
+    ('motor_cogging', {'phase': (7.0, 6.9, 7.1)})])
+def test_a_neutral_bound_and_a_phase_limit_nothing(effect, numbers):
+    assert limited(finding(effect, **numbers)) is None
+
+
+def test_no_typical_shape_is_a_limit():
+    """A search that starts at a limit would end there."""
+    for name, sought in HYPOTHESES.items():
+        for number, values in sought.grid.items():
+            for one, each in ([(number, values)] if isinstance(number, str)
+                              else zip(number, zip(*values))):
+                low, high = limits_of(name, one)
+                assert one not in sought.free or all(low < value < high for value in each)
+
+
+def test_an_arm_of_many_joints_is_refused_in_one_honest_sentence():
+    with pytest.raises(ArmError) as refused:
+        checked(read_arm('kinova_gen3.yaml'))
+    assert '7 joints cannot be simulated' in str(refused.value)
+    assert 'give its lengths' not in str(refused.value)
+    assert 'write' not in str(refused.value)        # nothing in the file would help
+
+
+def recorded(rate, name, duration=10.0):
+    """Return the balances of a healthy arm that was recorded at a rate."""
+    asked = motion(name, 2, duration, 1e-3, 5)
+    made = run(ARM, ARM, asked, 5)
+    every = round(1e3 / rate)
+    return Balancer(Measurement(ARM.labels, every * 1e-3, np.ascontiguousarray(
+        made.reading[::every, :, :2]), made.command[::every]))
+
+
+@pytest.mark.parametrize(('name', 'effect', 'hides'), [
+    ('rich', 'motor_inertia_error', True), ('slow_sine', 'torque_saturation', False)])
+def test_the_rate_is_to_blame_where_the_same_motion_would_show_it(name, effect, hides):
+    about = [(effect, 'joint1')]
+    assert rate_hides(recorded(200.0, name), ARM, [effect], about, 0.5) is hides
+
+
+def test_what_is_to_blame_is_said():
+    """The headline and the remedy are those of the rate, not of the motion."""
+    unseen = tuple(hidden('clock_skew', joint) for joint in ARM.labels)
+    slow, = remarks(unseen, ARM, (), FAST)
+    assert 'the rate is to blame' in slow and 'hda plan' not in slow
+    still, = remarks(unseen, ARM, ())
+    assert 'hda plan' in still and 'the rate is' not in still
+
+
+def test_twins_by_nature_have_no_deciding_motion():
+    """What the report advises and what a plan says agree."""
+    twins = {name for name, sought in HYPOTHESES.items() if sought.twin}
+    assert twins == {'asymmetric_friction', 'drive_offset'}
+    assert 'no motion separates' in NO_MOTION
+
+
+def test_a_rate_at_which_the_diagnosis_is_measured_is_never_to_blame():
+    assert not rate_hides(recorded(FAST, 'standstill', 5.0), ARM, sought_effects(), (), 0.5)
