@@ -12,10 +12,11 @@ from hda_arm_sim.model.parameter import Declared, parameter
 from hda_msgs_json.cdr import encode_string
 import numpy as np
 
-from .estimate import READINGS
+from .estimate import FUSION, READINGS
 from .estimate_messages import EstimateEncoder
 from .estimator import Estimator, EstimatorSettings, Refusal
 from .gaps import Gaps
+from .route_health import remarks
 from .sample_reader import not_later, SampleReader
 from .state_messages import Pacer, STATE_RATE, StateWriter
 
@@ -91,3 +92,5 @@ def _warm_up(arm: Arm) -> None:
     scratch.tare()
     for stamp in (1, 2):
         scratch.update(stamp, np.zeros((len(arm.joints), READINGS)), np.zeros(len(arm.joints)))
+    for memory in scratch.memory:
+        remarks(scratch.known, memory[FUSION:])     # a report comes between two samples

@@ -17,7 +17,8 @@ from .closed_loop import run
 from .controller import Controller
 from .estimate import TORQUE
 from .estimator import Estimator
-from .sample_watch import SampleWatch
+from .live_controller import LiveController
+from .live_estimator import LiveEstimator
 
 ARMS = ('hda_arm.yaml', 'paper_single_axis.yaml')       # two joints with links, one joint
 _DT = 1e-3              # [s]
@@ -35,13 +36,13 @@ def warm_up(arm: Arm) -> None:
     start = rest(arm, path.angle[0])
     for held in (True, False):
         rollout(arm, start, loop.command[:5], loop.force[:5], _DT, held=held)
+    LiveEstimator(arm)
+    LiveController(arm)
     plant, estimator, controller = Plant(arm, start, _DT, 0), Estimator(arm), Controller(arm)
     controller.enable()
     estimator.tare()
-    watch = SampleWatch(arm)
     for k in range(3):
         reading = plant.sample()
-        watch.look(k, reading)
         estimator.update(k, reading, np.zeros(len(arm.joints)))
         command = controller.update(k, reading[:, 0].copy(), estimator.joints[:, TORQUE].copy())
         plant.advance(command, np.zeros(2))

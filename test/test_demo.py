@@ -13,6 +13,7 @@ import pytest
 
 LATE = 50_000_000       # without a command the arm jerks: on a machine with too much to do [ns]
 TURNS = 5               # such a machine gets
+STARVED = 'of the samples for 1 s'     # what the controller says that had no torques for so long
 pytestmark = pytest.mark.xdist_group('nodes')
 
 
@@ -37,9 +38,10 @@ def kept_time(out: Path) -> bool:
 def test_demo_shows_small_errors(tmp_path):
     for out in (tmp_path / f'demo_{turn}' for turn in range(TURNS)):
         done = demo(out, '--duration', '4')
-        assert done.returncode == 0, done.stderr
-        if kept_time(out):
+        assert done.returncode == 0 or STARVED in done.stderr, done.stderr
+        if done.returncode == 0 and kept_time(out):
             break
+    assert done.returncode == 0, done.stderr
     assert len(done.stdout.splitlines()) == 1
     assert done.stdout.startswith('errors: torque [N*m] joint1 0.0')
     assert ' 0 lost; figure ' in done.stdout

@@ -46,12 +46,19 @@ def test_nodes_end_cleanly_when_told(numbers, tmp_path):
             tmp_path, **{name: parameters.get(name, ()) for name in MODULES}) as nodes:
         heard = watcher.hear(DIAGNOSTICS)
         watcher.until(lambda: len(diagnostics(heard, DiagnosticArray)) == len(nodes), 'all nodes')
+        watcher.until(lambda: JOINT_STATES.name in told(heard), 'samples in the bag')
         for process in nodes.values():
             process.send(*numbers)
         assert {name: process.wait() for name, process in nodes.items()} == dict.fromkeys(nodes, 0)
         assert {name: 'Traceback' in process.said for name, process in nodes.items()} == (
             dict.fromkeys(nodes, False))
     assert open_recording(tmp_path / 'bag').topics['/joint_states'].count > 0
+
+
+def told(heard: list[bytes]) -> set[str]:
+    """Return the keys of all that the nodes have said of themselves."""
+    return {each.key for status in diagnostics(heard, DiagnosticArray).values()
+            for each in status.values}
 
 
 def at_least(heard: list[bytes], count: int) -> bool:

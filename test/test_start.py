@@ -109,6 +109,13 @@ def test_warm_up_compiles_all_that_the_nodes_call():
             if set(law.signatures) - before[name]} == {}
 
 
+def test_nothing_is_compiled_while_an_arm_moves():
+    """A law that is compiled between two samples costs more time than a controller waits."""
+    done = subprocess.run([sys.executable, '-m', 'compiled_late'], capture_output=True, text=True,
+                          cwd=Path(__file__).parent)
+    assert (done.stdout, done.stderr) == ('', '')
+
+
 @pytest.mark.parametrize(('words', 'code', 'said'), [
     (['--help'], 0, 'usage: warm_up'), (['--now'], 2, "there are no arguments, got '--now'")])
 def test_warm_up_explains_itself(words, code, said, monkeypatch, capsys):
