@@ -32,7 +32,7 @@ demo: $(READY)  ## run the arm, push its tip, record and estimate, over real ROS
 	$(BIN)/python examples/demo.py
 
 test: $(READY)  ## run all tests
-	$(BIN)/python -m pytest -n $(WORKERS) --dist loadgroup
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadgroup --durations 40
 
 lint: $(READY)  ## check style and types
 	$(BIN)/ruff check

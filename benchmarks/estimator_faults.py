@@ -1,7 +1,7 @@
 """
 Inject faults into the streams that the estimator reads, and count what it believes.
 
-    estimator_faults.py [--minutes M] [--quick]
+    estimator_faults.py [--minutes M] [--first SEED] [--quick]
 
 A fault is survived where every torque stays right (within 3.3 deviations or 0.5 N*m), flagged
 where `valid` is false within 50 ms of the first wrong torque, and silent else. Healthy arms of
@@ -214,10 +214,11 @@ def alarms(arm: Arm, seen: Stream) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def healthy(cases: Iterator[tuple[float, str, float]], minutes: int, seconds: float) -> None:
+def healthy(cases: Iterator[tuple[float, str, float]], minutes: int, seconds: float,
+            first: int) -> None:
     """Print what is told of healthy arms."""
     told_of = [(case, words) for k, case in enumerate(islice(cases, minutes))
-               for words in alarms(*moving(*case, seconds, 100 + k))]
+               for words in alarms(*moving(*case, seconds, first + k))]
     hours = minutes * seconds / 3600.0
     print(f'healthy arms: {len(told_of)} false alarms in {hours:.3g} h')
     for case, words in told_of:
@@ -228,13 +229,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Inject, listen, and print."""
     parser = ArgumentParser(description=__doc__.split('\n')[1])
     parser.add_argument('--minutes', type=int, default=60, help='of healthy arms')
+    parser.add_argument('--first', type=int, default=100, help='seed of the healthy arms')
     parser.add_argument('--quick', action='store_true', help='one stream, one short healthy one')
     chosen = parser.parse_args(arguments)
     cases = list(product(SIZES, PATHS, PERIODS))
     inject(cases[:1] if chosen.quick else cases)
     minutes, seconds = (1, 3.0) if chosen.quick else (chosen.minutes, 60.0)
     repeated = (cases[k % len(cases)] for k in range(minutes))
-    healthy(repeated, minutes, seconds)
+    healthy(repeated, minutes, seconds, chosen.first)
 
 
 if __name__ == '__main__':

@@ -16,7 +16,8 @@ from hda_msgs_json.topics import motor_name
 import numpy as np
 from numpy.typing import NDArray
 
-from .coupling import AT_LINK, kind_of, LINK_DEGREES, MOTOR_DEGREES, RIGHT, TRAVEL, twist_of
+from .coupling import (
+    AT_LINK, bend_over, kind_of, LINK_DEGREES, MOTOR_DEGREES, RIGHT, TRAVEL, twist_of)
 
 Array = NDArray[np.float64]
 STRETCHES = 9           # of a recording, each with a slope of its own; their median counts
@@ -70,7 +71,7 @@ def wrong_convention(joint: Joint, motor: Array, link: Array, command: Array) ->
 def wrong_coupling(joint: Joint, motor: Array, link: Array) -> Wrong | None:
     """Return what is wrong with how far shaft and link turn (k,) [rad], None if nothing."""
     slope, span = _local(motor, link, joint.ratio)
-    code = kind_of(slope, span, joint.ratio, _widest(joint))
+    code = kind_of(slope, span, joint.ratio, bend_over(_widest(joint), max(span, TRAVEL)))
     return None if code == RIGHT else coupling_sentence(joint, code, slope)
 
 

@@ -7,6 +7,7 @@ Compiled, and with running sums, so that the live estimator asks the same as the
 import math
 
 from hda_arm_sim.model.compiled import compiled, inlined
+import numpy as np
 
 # Kinds of a coupling, negative with one sign flipped.
 RIGHT, FLIPPED, AT_LINK, MOTOR_DEGREES, LINK_DEGREES, OTHER = 0, -1, 2, 3, 4, 5
@@ -18,8 +19,8 @@ NEAR = 0.1              # relative, within which a slope is one of the named con
 SOFTEST = 0.02          # torsion of a joint whose law is valid without end (choice) [rad]
 
 WORST = 3.0             # slope of a torsion of either sign on an even travel, over twist / span
-# Link travel from which torsion follows the weight, and after which a running stretch begins
-# anew (choice) [rad].
+# Link travel from which the torsion of a whole recording follows the weight, and after which a
+# running stretch begins anew (choice) [rad].
 STRETCH = 0.3
 
 # Memory: sums over a stretch from its first angles on, and what was told.
@@ -35,21 +36,26 @@ def twist_of(valid_torsion):                                        # type: igno
 
 
 @compiled
-def kind_of(slope, span, ratio, twist):                             # type: ignore[no-untyped-def]
-    """Return the kind of a slope that is known from `span` of travel [rad] at the link."""
+def bend_over(twist, span):                                         # type: ignore[no-untyped-def]
+    """Return how far, over the ratio, a torsion [rad] bends the slope of an even travel [rad]."""
+    return twist * (WORST if span < STRETCH else 1.0) / span
+
+
+@compiled
+def kind_of(slope, span, ratio, bend):                              # type: ignore[no-untyped-def]
+    """Return the kind of a slope from `span` of travel [rad] at the link, bent by torsion."""
     if span < TRAVEL:
         return RIGHT
-    wound = twist * (WORST if span < STRETCH else 1.0)
-    allowed = min(max(WHOLE / ratio, DISC), NEAR) + wound / span
+    allowed = min(max(WHOLE / ratio, DISC), NEAR) + bend
     if abs(slope / ratio - 1.0) <= allowed:
         return RIGHT
     sign, size = (1 if slope > 0.0 else -1), abs(slope)
-    if abs(size / ratio - 1.0) <= max(NEAR, wound / span):
+    if abs(size / ratio - 1.0) <= max(NEAR, bend):
         return FLIPPED if sign < 0 else OTHER
     degree = math.pi / 180.0
     for kind, expected in ((AT_LINK, 1.0), (MOTOR_DEGREES, ratio / degree),
                            (LINK_DEGREES, ratio * degree)):
-        if abs(size / expected - 1.0) <= NEAR + wound / span:
+        if abs(size / expected - 1.0) <= NEAR + bend:
             return sign * kind
     return OTHER
 
@@ -80,8 +86,11 @@ def add(memory, motor, link, ratio, twist):                         # type: igno
         n = memory[COUNT]
         square = memory[SUM_LINK_2] - memory[SUM_LINK] ** 2 / n
         both = memory[SUM_BOTH] - memory[SUM_LINK] * memory[SUM_MOTOR] / n
-        slope = both / max(square, 1e-12 * (ratio * span) ** 2 * n, 1e-300)
-        memory[TOLD] = kind_of(slope, span, ratio, twist)
+        square = max(square, 1e-12 * (ratio * span) ** 2 * n, 1e-300)
+        # Cauchy and Schwarz: no torsion within +-twist bends the slope of these samples further,
+        # also where the joint rested for most of the stretch.
+        bend = twist / np.sqrt(square / n)
+        memory[TOLD] = kind_of(both / square, span, ratio, bend)
         if span > STRETCH:
             restart(memory)
     return memory[TOLD]

@@ -153,12 +153,13 @@ def test_mistake_is_one_line(words, says, bag, tmp_path, capsys, monkeypatch):
     assert sorted(Path().rglob('*')) == before, 'nothing half-written may be left'
 
 
-def test_bag_without_usable_samples_is_refused(tmp_path, capsys):
-    stamps = np.arange(5, dtype=np.int64)
-    blank = np.full((5, 4), np.nan)
+@pytest.mark.parametrize(('stamps', 'angle', 'said'), [
+    (range(5), np.nan, 'none of 5 joint states'), ([0] * 5, 0.0, 'only 1 of 5 joint states')])
+def test_bag_without_usable_samples_is_refused(stamps, angle, said, tmp_path, capsys):
+    angles = np.full((5, 4), angle)
     names = ('joint1', 'joint2', 'joint1_motor', 'joint2_motor')
     with BagWriter(tmp_path / 'blank', {}) as writer:
-        writer.write_joint_states(JOINT_STATES, JointSamples(stamps, names, blank, blank, blank))
-    said = complaint_of(capsys, 'estimate', str(tmp_path / 'blank'), '--arm', 'hda_arm.yaml',
-                        '--out', str(tmp_path / 'out'))
-    assert 'none of 5 joint states' in said
+        writer.write_joint_states(JOINT_STATES, JointSamples(
+            np.array(stamps, np.int64), names, angles, angles, angles))
+    assert said in complaint_of(capsys, 'estimate', str(tmp_path / 'blank'), '--arm',
+                                'hda_arm.yaml', '--out', str(tmp_path / 'out'))

@@ -114,3 +114,17 @@ def test_running_sums_tell_the_same_sample_by_sample(sign, kind):
     told = [coupling.add(memory, *each, 100.0, 0.005) for each in zip(sign * motor, link)]
     assert told[-1] == kind
     assert sign > 0.0 and not any(told) or told.index(kind) < 100
+
+
+@settings(max_examples=60, deadline=None)
+@given(still=st.integers(0, 3000), rate=st.floats(0.05, 3.0), twist=st.floats(1e-4, 0.02),
+       waves=st.floats(0.0, 40.0), phase=st.floats(0.0, 6.28))
+def test_no_torsion_of_its_law_makes_a_joint_that_sets_off_another(still, rate, twist, waves,
+                                                                  phase):
+    """Most of a stretch at rest, then a fast move whose torsion swings through its whole range."""
+    link = np.r_[np.zeros(still), np.arange(0.0, 1.0, rate * 1e-3)]
+    torsion = twist * np.sign(np.sin(waves * link + phase))
+    memory = np.zeros(coupling.MEMORY)
+    told = [coupling.add(memory, *each, 100.0, twist) for each in zip(
+        100.0 * (link + torsion), link)]
+    assert set(told) == {coupling.RIGHT}

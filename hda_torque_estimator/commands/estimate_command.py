@@ -56,9 +56,10 @@ def execute(options: argparse.Namespace) -> Outcome:
     check_conventions(arm, found.reading, found.command, str(options.bag))
     estimates, parts = Estimator(arm, settings.estimator).in_parts(
         found.stamps, found.reading, found.command)
-    if not len(estimates.stamps):
-        raise EstimateError(f'{options.bag}: none of {len(found.stamps)} joint states has finite '
-                            'angles and a stamp later than the one before')
+    if len(estimates.stamps) <= min(1, len(found.stamps) - 1):
+        usable = 'only 1' if len(estimates.stamps) else 'none'
+        raise EstimateError(f'{options.bag}: {usable} of {len(found.stamps)} joint states has '
+                            'finite angles and a stamp later than the one before')
     last: int | None = None
     if (back := np.flatnonzero(np.diff(estimates.stamps) < 0)).size:
         raise EstimateError(f'{options.bag}: stamps go back at sample {back[0] + 1}, a loop or a '
