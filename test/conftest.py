@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 import os
+import signal
 import socket
 
 from hypothesis import settings
@@ -52,3 +53,12 @@ def ros_log(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv('ROS_LOG_DIR', str(tmp_path_factory.mktemp('ros_log')))
         yield
+
+
+@pytest.fixture
+def signals() -> Iterator[None]:
+    """Leave the signal handlers of this run as they were."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)

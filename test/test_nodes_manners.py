@@ -59,15 +59,6 @@ def node(tmp_path) -> Iterator[Make]:
     rclpy.try_shutdown()
 
 
-@pytest.fixture
-def signals() -> Iterator[None]:
-    """Leave the signal handlers of this run as they were."""
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    yield
-    for number, handler in before.items():
-        signal.signal(number, handler)
-
-
 @pytest.mark.parametrize('kind', KINDS)
 def test_help_tells_every_parameter(kind, node, capsys):
     assert run('name', lambda: [kind()], ['name', '--help'], kinds=[kind]) == 0

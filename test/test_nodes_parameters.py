@@ -1,7 +1,6 @@
 """ROS parameters are the declarations: the same names, bounds and sentences, now and later."""
 
 from collections.abc import Callable, Iterator
-import signal
 
 from hda_arm_sim.live import SimulationSettings
 from hda_arm_sim.model.parameter import ParameterError
@@ -47,15 +46,6 @@ def node() -> Iterator[Make]:
     for each in made:
         each.destroy_node()
     rclpy.try_shutdown()
-
-
-@pytest.fixture
-def signals() -> Iterator[None]:
-    """Leave the signal handlers of this run as they were."""
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    yield
-    for number, handler in before.items():
-        signal.signal(number, handler)
 
 
 def change(node: ArmNode, **values: object) -> list[tuple[bool, str]]:
