@@ -12,6 +12,7 @@ import warnings
 from hda_msgs_json.printable import one_line, printable
 
 from .commands.outcome import without_nan
+from .commands.remarks import Remarks
 from .told_errors import DEBUG, ToldErrors
 from .version import version
 
@@ -50,10 +51,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     command = next((word for word in words if not word.startswith('-')), None)
     told = ToldErrors()
     try:
-        with told, warnings.catch_warnings():
+        with told, warnings.catch_warnings(), Remarks() as remarks:
             if not os.environ.get(DEBUG):
                 warnings.simplefilter('ignore')         # of libraries: they name no mistake
-            return _run(command, words)
+            return _run(command, words, remarks)
     except KeyboardInterrupt:
         print('hda: interrupted', file=sys.stderr)
         return INTERRUPTED
@@ -61,7 +62,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return MISUSED
 
 
-def _run(command: str | None, words: Sequence[str]) -> int:
+def _run(command: str | None, words: Sequence[str], remarks: Remarks) -> int:
     """Run a command and print what it found."""
     parser = _parser(command)
     options = parser.parse_args(words)
@@ -69,6 +70,7 @@ def _run(command: str | None, words: Sequence[str]) -> int:
         parser.print_help()
         return MISUSED
     outcome = _module(options.command).execute(options)
+    remarks.tell()
     shown = (json.dumps(without_nan(outcome.report), allow_nan=False) if options.json else
              printable(outcome.text, keep='\n'))
     try:

@@ -18,6 +18,7 @@ from mcap.writer import Writer
 import numpy as np
 from project_imports import PATHS
 import pytest
+from scipy.io import savemat
 
 ARM = ['--arm', 'hda_arm.yaml']
 MAP = 'time: t\njoints: {{joint1: {{link: {{position: {}}}}}}}\n'
@@ -115,6 +116,16 @@ def damaged_npz(header):
 def test_npz_with_a_broken_header_is_one_line(header, tmp_path, capsys):
     (tmp_path / 'table.npz').write_bytes(damaged_npz(header))
     assert 'table.npz' in line_of(capsys, 'import', str(tmp_path / 'table.npz'), '--guess')
+
+
+def test_a_mat_file_that_crashes_its_reader_is_one_line(tmp_path, capsys):
+    stream = io.BytesIO()
+    savemat(stream, {'t': np.arange(30.0)})
+    tag = b'\x09\0\0\0\xf0\0\0\0'             # of 30 doubles
+    assert tag in stream.getvalue()
+    (tmp_path / 'table.mat').write_bytes(stream.getvalue().replace(tag, b'\x49' + tag[1:]))
+    assert 'its reader crashes on it' in line_of(
+        capsys, 'import', str(tmp_path / 'table.mat'), '--guess')
 
 
 def test_a_table_with_too_many_columns_is_one_line(tmp_path, capsys):

@@ -2,6 +2,7 @@
 
 import logging
 from pathlib import Path
+import re
 
 from hda_arm_sim.model import files
 from hda_arm_sim.model.arm import ArmError
@@ -11,9 +12,11 @@ from hda_arm_sim.model.typical_sizes import SIZED, typical
 from hda_msgs_json.bag import BagError, BagWriter, open_recording
 from hda_msgs_json.samples import WrenchSamples
 from hda_msgs_json.topics import JOINT_STATES, Topic, WRENCH_STAMPED
+from hda_torque_estimator.cli import main
 from hda_torque_estimator.commands.fleet import bags_in
 from hda_torque_estimator.recorded_readings import recorded_readings
 import numpy as np
+from project_files import ROOT
 import pytest
 
 BARE = 'joints: [{{name: {}}}]\nlinks: none\n'
@@ -46,6 +49,19 @@ def test_parts_of_a_law_that_are_missing_are_named(said, tmp_path):
     read_arm(path)
     assert [line.rpartition('stand for ')[2] for line in said.messages] == [
         'torsion.flexspline_curvature (0.0831 1/(N*m))']
+
+
+def test_a_command_that_refuses_its_input_says_that_alone(said, tmp_path, capsys):
+    path = tmp_path / 'arm.yaml'
+    path.write_text(re.sub('ratio: .*', '', (ROOT / 'config' / 'hda_arm.yaml').read_text()))
+    words = ['simulate', '--arm', str(path), '--out', str(tmp_path / 'bag'), '--motion']
+    assert main([*words, 'nowhere.csv']) == 2
+    assert capsys.readouterr().err == (
+        'hda simulate: nowhere.csv does not exist, or is not a file\n')
+    files._say.cache_clear()
+    assert main([*words, 'rich', '--duration', '2']) == 0
+    assert [line.rpartition('stand for ')[2] for line in capsys.readouterr().err.splitlines()] == [
+        'ratio (100)'] * 2
 
 
 @pytest.mark.parametrize('name', shipped_arms())

@@ -20,6 +20,8 @@ import pyarrow.parquet
 from scipy.io import loadmat
 from scipy.io.matlab import MatReadError
 
+from .own_process import in_own_process
+
 Columns = dict[str, NDArray[Any]]
 Table = TypeVar('Table', Columns, list[str])
 DELIMITERS = ',;\t|'
@@ -89,7 +91,7 @@ def _arrow_columns(table: pa.Table) -> Columns:
 
 
 def _read_mat(path: Path) -> Columns:
-    variables = loadmat(path, simplify_cells=True)
+    variables = in_own_process(loadmat, path, simplify_cells=True)  # damaged files crash it
     return dict(_flat('', {name: variables[name] for name in variables if name[:2] != '__'}))
 
 
