@@ -6,7 +6,6 @@ unrolled here, when the module of a place is imported: every effect of the place
 step around those before it, in the order of the catalogue.
 """
 
-from collections.abc import Callable
 from typing import Any, TypeAlias
 
 import numba
@@ -16,7 +15,6 @@ from .effects.catalogue import effects_at
 from .effects.place import Place
 
 Compiled: TypeAlias = Any
-Step: TypeAlias = Callable[[Compiled, str, Compiled, Compiled], Compiled]
 
 # Part of whoever calls it, and cached with the caller.
 _unrolled = numba.njit(error_model='numpy', forceinline=True, nogil=True)
@@ -24,30 +22,47 @@ _unrolled = numba.njit(error_model='numpy', forceinline=True, nogil=True)
 
 def added(place: Place, law: str = 'law') -> Compiled:
     """Return `f(owner, signals, value)`: the value and what every law of the place adds to it."""
-    return _unroll(place, law, _adding)
+    return _unrolled_effects(place, law, _as_they_are, _sum)
 
 
 def pair_added(place: Place) -> Compiled:
     """Return the same for laws and values that are pairs."""
-    return _unroll(place, 'law', _adding_pairs)
+    return _unrolled_effects(place, 'law', _as_they_are, _sum_of_pairs)
 
 
 def grown(place: Place, renewed: Compiled) -> Compiled:
     """Return the same for laws that read the value so far: `renewed(signals, value)`."""
-    return _unroll(place, 'law', _growing(renewed))
+    return _unrolled_effects(place, 'law', renewed, _sum)
 
 
 def passed(place: Place, renewed: Compiled, law: str = 'law') -> Compiled:
     """Return `f(owner, signals, value)`: the value after every law has changed it in turn."""
-    return _unroll(place, law, _passing(renewed))
+    return _unrolled_effects(place, law, renewed, _latter)
 
 
-def _unroll(place: Place, law: str, step: Step) -> Compiled:
-    """Return all effects of a place that have such a law, one step around the other."""
+def _unrolled_effects(place: Place, law: str, renewed: Compiled, joined: Compiled) -> Compiled:
+    """
+    Return all effects of a place that have such a law, one step around the other.
+
+    `renewed(signals, value)` are the signals that a law reads, `joined(value, result)` is the
+    value after it.
+    """
     total: Compiled = _nothing
     for effect in effects_at(place):
         if (one := getattr(effect, law)) is not None:
-            total = step(total, effect.name, one, _condition(effect.acts))
+            total = _step(total, effect.name, one, _condition(effect.acts), renewed, joined)
+    return total
+
+
+def _step(before: Compiled, name: str, law: Compiled, acts: Compiled, renewed: Compiled,
+          joined: Compiled) -> Compiled:
+    @_unrolled
+    def total(owner: Record, at: Any, value: Any) -> Any:
+        value = before(owner, at, value)
+        own = owner[name]
+        if acts(own):
+            value = joined(value, law(own, renewed(at, value)))
+        return value
     return total
 
 
@@ -57,53 +72,24 @@ def _nothing(owner: Record, at: Any, value: Any) -> Any:
     return value
 
 
-def _adding(before: Compiled, name: str, law: Compiled, acts: Compiled) -> Compiled:
-    @_unrolled
-    def total(owner: Record, at: Any, value: Any) -> Any:
-        value = before(owner, at, value)
-        own = owner[name]
-        if acts(own):
-            value = value + law(own, at)
-        return value
-    return total
+@_unrolled
+def _as_they_are(at: Any, value: Any) -> Any:
+    return at
 
 
-def _adding_pairs(before: Compiled, name: str, law: Compiled, acts: Compiled) -> Compiled:
-    @_unrolled
-    def total(owner: Record, at: Any, value: Any) -> Any:
-        first, second = before(owner, at, value)
-        own = owner[name]
-        if acts(own):
-            more = law(own, at)
-            first, second = first + more[0], second + more[1]
-        return first, second
-    return total
+@_unrolled
+def _sum(value: Any, more: Any) -> Any:
+    return value + more
 
 
-def _growing(renewed: Compiled) -> Step:
-    def step(before: Compiled, name: str, law: Compiled, acts: Compiled) -> Compiled:
-        @_unrolled
-        def total(owner: Record, at: Any, value: Any) -> Any:
-            value = before(owner, at, value)
-            own = owner[name]
-            if acts(own):
-                value = value + law(own, renewed(at, value))
-            return value
-        return total
-    return step
+@_unrolled
+def _sum_of_pairs(value: Any, more: Any) -> Any:
+    return value[0] + more[0], value[1] + more[1]
 
 
-def _passing(renewed: Compiled) -> Step:
-    def step(before: Compiled, name: str, law: Compiled, acts: Compiled) -> Compiled:
-        @_unrolled
-        def total(owner: Record, at: Any, value: Any) -> Any:
-            value = before(owner, at, value)
-            own = owner[name]
-            if acts(own):
-                value = law(own, renewed(at, value))
-            return value
-        return total
-    return step
+@_unrolled
+def _latter(value: Any, changed: Any) -> Any:
+    return changed
 
 
 def _condition(numbers: tuple[str, ...]) -> Compiled:
