@@ -7,7 +7,7 @@ first time a process makes some, it loads compiled code as well.
 """
 
 from argparse import ArgumentParser, Namespace
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 import sys
@@ -63,9 +63,9 @@ def of_mcap(bag: Path) -> Iterator[Any]:
             yield message
 
 
-def gathered(messages: Iterable[Any]) -> list[np.ndarray]:
-    """Return the position, velocity and effort of messages as arrays."""
-    rows = [(m.position, m.velocity, m.effort) for m in messages]
+def gathered(read: Callable[[Path], Iterator[Any]], bag: Path) -> list[np.ndarray]:
+    """Return the position, velocity and effort of a bag's messages as arrays."""
+    rows = [(m.position, m.velocity, m.effort) for m in read(bag)]
     return [np.array(values) for values in zip(*rows)]
 
 
@@ -109,7 +109,7 @@ def main() -> int:
         print(f'{length:g} s of four names at {RATE} Hz, zstd, to arrays')
         print(f'{"this project":24}{ours:>8.3f} s')
         for name, read in (('rosbags', of_rosbags), ('mcap-ros2-support', of_mcap)):
-            seconds, arrays = timed(lambda read=read: gathered(read(bag)))     # type: ignore[misc]
+            seconds, arrays = timed(partial(gathered, read, bag))
             same = np.array_equal(arrays[0], samples.position)
             kept &= same and seconds / ours >= FASTER
             print(f'{name:24}{seconds:>8.3f} s{seconds / ours:>10.1f} times as long, '

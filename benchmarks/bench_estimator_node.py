@@ -6,6 +6,7 @@ topics to a third process; the echo estimates nothing. What the estimator does i
 bytes of a sample to the bytes of its answers, is to take at most 100 us.
 """
 
+from collections.abc import Callable
 import json
 import resource
 import sys
@@ -126,7 +127,7 @@ def measure(kind: str, seconds: int, skipped: int) -> dict[str, object]:
     return json.loads(said)
 
 
-def stream(send, count: int) -> None:                       # type: ignore[no-untyped-def]
+def stream(send: Callable[[bytes], None], count: int) -> None:
     """Send samples of an arm that moves a little, on an absolute schedule."""
     encode = JointStateEncoder(NAMES, effort=False)
     begin = time.monotonic()

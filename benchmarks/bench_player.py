@@ -6,6 +6,7 @@ they are due. A process of its own hears both. At the 99th percentile the player
 under 1 ms; on a busy machine that of the loop tells how much of it is the machine's.
 """
 
+from collections.abc import Callable
 import json
 from pathlib import Path
 import subprocess
@@ -77,7 +78,7 @@ def loop(messages: list[bytes]) -> None:
     listener.close()
 
 
-def heard(play) -> dict[str, object]:                       # type: ignore[no-untyped-def]
+def heard(play: Callable[[], object]) -> dict[str, object]:
     """Return what was heard of what is played."""
     with process(__file__, 'ear') as ear:
         play()

@@ -5,6 +5,7 @@ Record joint states at 2 kHz for a minute, and count what is missing and what it
 must be in order, and the recorder may take a third of a core.
 """
 
+from collections.abc import Callable
 import os
 from pathlib import Path
 import signal
@@ -33,7 +34,7 @@ def cpu(pid: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
 
 
-def stream(send, count: int) -> None:                       # type: ignore[no-untyped-def]
+def stream(send: Callable[[bytes], None], count: int) -> None:
     """Send numbered samples on an absolute schedule."""
     encode, numbers = JointStateEncoder(NAMES, effort=False), np.zeros(len(NAMES))
     begin = time.monotonic()

@@ -7,6 +7,7 @@ may be missing from any of the repaired bags, none from their midst, and `rosbag
 every one.
 """
 
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 import random
 import subprocess
@@ -56,7 +57,9 @@ def kill_some(folder: Path, numbers: range) -> list[tuple[Path, int, int]]:
         listener.close()
 
 
-def send_and_kill(send, running):                           # type: ignore[no-untyped-def]
+def send_and_kill(
+        send: Callable[[bytes], None],
+        running: Mapping[int, subprocess.Popen[bytes]]) -> Iterator[tuple[int, int, int]]:
     """Yield the recorders as they are killed, with the first stamp and the last before that."""
     begin = time.monotonic()
     due = sorted((begin + LEARNT + random.uniform(0.0, LATEST), number) for number in running)

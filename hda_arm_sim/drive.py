@@ -3,18 +3,19 @@
 import numpy as np
 
 from .model.arm import ArmRecord
-from .model.compiled import borrowed, compiled, inlined
+from .model.compiled import Array, borrowed, compiled, inlined, Record
 from .model.effects.actuation import late_torque
 from .model.effects.place import Commanded
 from .model.integrate import advance, set_input
 from .model.kernel import COMMANDS, FORCES, HISTORY, SENT
+from .model.rigid import Inertia
 
 NODES = 3               # start, middle and end of a step
 _SAME = 1e-9            # share of a sample that is no time at all
 
 
 @inlined
-def _late(joint, dt):                                               # type: ignore[no-untyped-def]
+def _late(joint: Record, dt: float) -> tuple[int, float]:
     """Return the whole samples of a joint's delay and the time that is left over [s]."""
     samples = min(int(joint.command_delay.delay / dt + _SAME), HISTORY - 2)
     left = joint.command_delay.delay - samples * dt
@@ -22,7 +23,7 @@ def _late(joint, dt):                                               # type: igno
 
 
 @inlined
-def _hold(arm, w, force, dt, elapsed):                              # type: ignore[no-untyped-def]
+def _hold(arm: ArmRecord, w: Array, force: Array, dt: float, elapsed: float) -> None:
     """Hold the inputs in force `elapsed` [s] after the newest command, over whole steps."""
     for j in range(arm.joints.shape[0]):
         samples, left = _late(arm.joints[j], dt)
@@ -36,7 +37,7 @@ def _hold(arm, w, force, dt, elapsed):                              # type: igno
 
 
 @compiled
-def send(arm, w, torque, force, dt):                                # type: ignore[no-untyped-def]
+def send(arm: ArmRecord, w: Array, torque: Array, force: Array, dt: float) -> None:
     """Send motor torques (n,) [N*m] and a tip force (2,) [N, base], held for the coming dt [s]."""
     for j in range(arm.joints.shape[0]):
         if arm.joints[j].command_delay.delay > 0.0:
@@ -48,7 +49,8 @@ def send(arm, w, torque, force, dt):                                # type: igno
 
 
 @compiled
-def pass_sample(arm, inertia, w, force, dt, count):                 # type: ignore[no-untyped-def]
+def pass_sample(arm: ArmRecord, inertia: Inertia, w: Array, force: Array, dt: float,
+                count: int) -> None:
     """Advance by one sample of dt [s] in `count` steps, cut where a late command arrives."""
     begin = 0.0
     while begin < dt:
@@ -66,7 +68,8 @@ def pass_sample(arm, inertia, w, force, dt, count):                 # type: igno
 
 
 @compiled
-def act(arm, inertia, w, torque, force, dt, count):                 # type: ignore[no-untyped-def]
+def act(arm: ArmRecord, inertia: Inertia, w: Array, torque: Array, force: Array, dt: float,
+        count: int) -> None:
     """Advance the registers by one sample of dt [s] in `count` steps under held inputs."""
     arm, w = ArmRecord(borrowed(arm.joints), arm.body), borrowed(w)
     send(arm, w, torque, force, dt)

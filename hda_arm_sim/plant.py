@@ -1,5 +1,7 @@
 """A simulated arm that is advanced sample by sample, as a real one would be asked."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -8,6 +10,7 @@ from .model.arm import Arm, ArmRecord
 from .model.compiled import borrowed, compiled
 from .model.kernel import registers, slope, SLOPE_1, STATE, STATES, TORQUE
 from .model.plain import inertia_of, plain
+from .model.rigid import Inertia
 from .sensors import DRAWS, read_encoders, sample_lost, SIDES
 from .simulate import checked, step_count
 
@@ -15,7 +18,8 @@ Array = NDArray[np.float64]
 
 
 @compiled
-def observe(arm, inertia, w, noise, dt, first, reading, torque):    # type: ignore[no-untyped-def]
+def observe(arm: ArmRecord, inertia: Inertia, w: Array, noise: Array, dt: float, first: bool,
+            reading: Array, torque: Array) -> None:
     """
     Fill a reading (n, 4) and the true joint torques (n,) [N*m] at the state in the registers.
 
@@ -39,13 +43,14 @@ def observe(arm, inertia, w, noise, dt, first, reading, torque):    # type: igno
 
 
 @compiled
-def _observe(                                                       # type: ignore[no-untyped-def]
-        joints, body, inertia, w, noise, dt, first, reading, torque):
+def _observe(joints: NDArray[Any], body: NDArray[Any], inertia: Array, w: Array, noise: Array,
+             dt: float, first: bool, reading: Array, torque: Array) -> None:
     observe(ArmRecord(joints, body[0]), inertia_of(inertia), w, noise, dt, first, reading, torque)
 
 
 @compiled
-def _act(joints, body, inertia, w, torque, force, dt, count):       # type: ignore[no-untyped-def]
+def _act(joints: NDArray[Any], body: NDArray[Any], inertia: Array, w: Array, torque: Array,
+         force: Array, dt: float, count: int) -> None:
     act(ArmRecord(joints, body[0]), inertia_of(inertia), w, torque, force, dt, count)
 
 

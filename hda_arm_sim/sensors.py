@@ -2,12 +2,14 @@
 
 import math
 
-from .model.compiled import compiled, inlined
+from .model.arm import ArmRecord
+from .model.compiled import Array, compiled, inlined
 from .model.effects.place import Counted, Sampled, Sent
 from .model.effects.sensing import quantised_sides
 from .model.effects.timing import lost, sampled_late
 from .model.encoders import link_error, motor_error, tilt_moments
 from .model.kernel import (LINK_ANGLE, LINK_VELOCITY, MOTOR_ANGLE, MOTOR_VELOCITY, SLOPE_1, STATE)
+from .model.rigid import Inertia
 
 SIDES = 2
 MOTOR, LINK = 0, 1      # columns of a reading, and of the noise
@@ -16,14 +18,15 @@ DRAWS = 3               # columns of the noise
 
 
 @inlined
-def _turned(w, j, velocity, angle, late):                           # type: ignore[no-untyped-def]
+def _turned(w: Array, j: int, velocity: int, angle: int, late: float) -> float:
     """Return one side's true angle some time after the stamp [rad]."""
     return sampled_late(late, Sampled(w[j, STATE + angle], w[j, STATE + velocity],
                                       w[j, SLOPE_1 + velocity]))
 
 
 @compiled
-def read_encoders(arm, inertia, w, noise, reading):                 # type: ignore[no-untyped-def]
+def read_encoders(arm: ArmRecord, inertia: Inertia, w: Array, noise: Array,
+                  reading: Array) -> None:
     """
     Fill the angles (n, 2) that the encoders show, shaft and link [rad], (21)-(22).
 
@@ -46,7 +49,7 @@ def read_encoders(arm, inertia, w, noise, reading):                 # type: igno
 
 
 @compiled
-def sample_lost(arm, noise):                                        # type: ignore[no-untyped-def]
+def sample_lost(arm: ArmRecord, noise: Array) -> bool:
     """Tell whether a sample with this noise (n, DRAWS) is lost on its way."""
     if arm.body.dropped_samples.rate == 0.0:
         return False

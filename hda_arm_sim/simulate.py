@@ -13,6 +13,7 @@ from .model.integrate import advance, set_input
 from .model.kernel import (COMMANDS, FORCES, HISTORY, LINK_ANGLE, LINK_VELOCITY, MOTOR_ANGLE,
                            MOTOR_VELOCITY, registers, slope, SLOPE_1, STATE, STATES, TIME, TORQUE)
 from .model.link_side import loaded_inertia
+from .model.rigid import Inertia
 
 Array = NDArray[np.float64]
 MOST_JOINTS = 2         # whose links are modelled
@@ -124,7 +125,8 @@ def _nodes(values: Array, count: int, late: list[float]) -> Array:
 
 
 @compiled
-def observe(arm, inertia, w, torque, acceleration):                 # type: ignore[no-untyped-def]
+def observe(arm: ArmRecord, inertia: Inertia, w: Array, torque: Array,
+            acceleration: Array) -> None:
     """Fill the joint torques (n,) [N*m] and the accelerations (2, n) of links and motors."""
     slope(arm, inertia, w, STATE, SLOPE_1)
     for j in range(arm.joints.shape[0]):
@@ -134,7 +136,8 @@ def observe(arm, inertia, w, torque, acceleration):                 # type: igno
 
 
 @compiled
-def _run_held(arm, w, torque, force, dt, count, states, extra):     # type: ignore[no-untyped-def]
+def _run_held(arm: ArmRecord, w: Array, torque: Array, force: Array, dt: float, count: int,
+              states: Array, extra: Array) -> None:
     """Fill the states (k, n, STATES) and torques and accelerations under held inputs."""
     inertia = loaded_inertia(arm.body)
     arm, w = ArmRecord(borrowed(arm.joints), arm.body), borrowed(w)
@@ -148,7 +151,8 @@ def _run_held(arm, w, torque, force, dt, count, states, extra):     # type: igno
 
 
 @compiled
-def _run_smooth(arm, w, torque, force, dt, count, states, extra):   # type: ignore[no-untyped-def]
+def _run_smooth(arm: ArmRecord, w: Array, torque: Array, force: Array, dt: float, count: int,
+                states: Array, extra: Array) -> None:
     """Fill the same under inputs at the start, middle and end of every step of dt [s]."""
     inertia = loaded_inertia(arm.body)
     arm, w = ArmRecord(borrowed(arm.joints), arm.body), borrowed(w)
@@ -165,7 +169,7 @@ def _run_smooth(arm, w, torque, force, dt, count, states, extra):   # type: igno
 
 
 @compiled
-def _load(w, torque, force):                                        # type: ignore[no-untyped-def]
+def _load(w: Array, torque: Array, force: Array) -> None:
     """Load the inputs of a step, torques (NODES, n) and forces (NODES, 2), into the registers."""
     for k in range(NODES):
         for j in range(torque.shape[1]):

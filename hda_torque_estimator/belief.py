@@ -6,8 +6,12 @@ leaves no trace in the memory. Everything that makes `valid` false, or is flagge
 number in `estimate.DOUBT`; `belief_words.py` has its sentence.
 """
 
-from hda_arm_sim.model.compiled import compiled, inlined
+from typing import Any
+
+from hda_arm_sim.model.arm import ArmRecord
+from hda_arm_sim.model.compiled import Array, compiled, inlined
 import numpy as np
+from numpy.typing import NDArray
 
 from . import coupling, fusion, slips, standstill
 from .sample_faults import Fault
@@ -44,7 +48,7 @@ OVERLOAD = 10.0         # times the torque limit, from which a motor torque is n
 
 
 @inlined
-def of_fusion(learning):                                            # type: ignore[no-untyped-def]
+def of_fusion(learning: Array) -> float:
     """Return the doubt that motor and torsion cast on a joint's torque."""
     if learning[fusion.SLIPPED] > 0.0:
         return SLIPPED + learning[fusion.SIDE]
@@ -56,7 +60,7 @@ def of_fusion(learning):                                            # type: igno
 
 
 @compiled
-def begin(memory, watch):                                           # type: ignore[no-untyped-def]
+def begin(memory: Array, watch: Array) -> None:
     """Expect nothing of the next sample: after a gap anything may have happened."""
     memory[:, FAULT:] = 0.0
     for j in range(memory.shape[0]):
@@ -65,7 +69,8 @@ def begin(memory, watch):                                           # type: igno
 
 
 @compiled
-def look(record, limits, watch, memory, reading, seconds, told):    # type: ignore[no-untyped-def]
+def look(record: ArmRecord, limits: Array, watch: Array, memory: Array, reading: Array,
+         seconds: float, told: Array) -> float:
     """
     Judge a sample; returns the time since the last one that was believed, negative if this is not.
 
@@ -101,7 +106,7 @@ def look(record, limits, watch, memory, reading, seconds, told):    # type: igno
 
 
 @inlined
-def _stuck(limits, memory, reading, seconds):                       # type: ignore[no-untyped-def]
+def _stuck(limits: Array, memory: Array, reading: Array, seconds: float) -> bool:
     """
     Tell whether an angle and its velocity, which is not zero, repeat to the last bit.
 
@@ -124,7 +129,8 @@ def _stuck(limits, memory, reading, seconds):                       # type: igno
 
 
 @inlined
-def _gains(limits, memory, angle, rate, j, side, seconds):          # type: ignore[no-untyped-def]
+def _gains(limits: Array, memory: Array, angle: float, rate: float, j: int, side: int,
+           seconds: float) -> bool:
     """Tell whether a velocity grows and tells of many counts while its angle repeats."""
     if angle != memory[j, ANGLE + side] or not np.isfinite(rate):
         memory[j, LEAST + side], memory[j, GAINED + side] = abs(rate), 0.0
@@ -137,7 +143,7 @@ def _gains(limits, memory, angle, rate, j, side, seconds):          # type: igno
 
 
 @inlined
-def _couple(record, memory, reading):                               # type: ignore[no-untyped-def]
+def _couple(record: ArmRecord, memory: Array, reading: Array) -> None:
     for j in range(reading.shape[0]):
         joint = record.joints[j]
         coupling.add(memory[j], reading[j, 0], reading[j, 1], joint.ratio,
@@ -145,7 +151,8 @@ def _couple(record, memory, reading):                               # type: igno
 
 
 @compiled
-def sane(limits, joints, reading, command, clean, given):           # type: ignore[no-untyped-def]
+def sane(limits: Array, joints: NDArray[Any], reading: Array, command: Array, clean: Array,
+         given: Array) -> None:
     """Copy a sample with no velocity and no motor torque where there is an absurd one."""
     for j in range(reading.shape[0]):
         clean[j, :] = reading[j]
@@ -158,7 +165,8 @@ def sane(limits, joints, reading, command, clean, given):           # type: igno
 
 
 @compiled
-def feel_slips(limits, memory, learning, zero, reading, dt):        # type: ignore[no-untyped-def]
+def feel_slips(limits: Array, memory: Array, learning: Array, zero: float, reading: Array,
+               dt: float) -> None:
     """
     Let the fusion of each joint (n, ...) doubt its zero, known by `zero` [rad], after a slip.
 
@@ -175,7 +183,8 @@ def feel_slips(limits, memory, learning, zero, reading, dt):        # type: igno
 
 
 @compiled
-def feel_standstill(record, limits, memory, reading, held, dt):     # type: ignore[no-untyped-def]
+def feel_standstill(record: ArmRecord, limits: Array, memory: Array, reading: Array, held: Array,
+                    dt: float) -> None:
     """
     Blame readings that froze while their joint stood.
 
@@ -190,13 +199,13 @@ def feel_standstill(record, limits, memory, reading, held, dt):     # type: igno
 
 
 @compiled
-def blame(memory, fault):                                           # type: ignore[no-untyped-def]
+def blame(memory: Array, fault: float) -> None:
     """Tell a fault that the stamps show."""
     memory[0, FAULT], memory[0, AGE] = fault, 0.0
 
 
 @compiled
-def doubt(memory, j, of_joint):                                     # type: ignore[no-untyped-def]
+def doubt(memory: Array, j: int, of_joint: float) -> float:
     """Return the worst doubt of joint j, with what motor and torsion say of each other."""
     kind = memory[j, coupling.TOLD]
     if kind != coupling.RIGHT:

@@ -6,6 +6,7 @@ from importlib import import_module
 import json
 import os
 import sys
+from types import ModuleType
 from typing import NoReturn
 import warnings
 
@@ -97,7 +98,7 @@ def _parser(command: str | None) -> argparse.ArgumentParser:
     return parser
 
 
-def _module(name: str):                                             # type: ignore[no-untyped-def]
+def _module(name: str) -> ModuleType:
     return import_module(f'.commands.{name}_command', __package__)
 
 

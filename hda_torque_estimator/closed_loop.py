@@ -4,7 +4,7 @@ from dataclasses import dataclass
 import math
 
 from hda_arm_sim.drive import act
-from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.arm import Arm, ArmRecord
 from hda_arm_sim.model.compiled import compiled
 from hda_arm_sim.model.kernel import registers, STATE, STATES
 from hda_arm_sim.model.link_side import loaded_inertia
@@ -111,9 +111,10 @@ def _thinned(made: Run, motion: Motion, every: int, lost: NDArray[np.bool_]) -> 
 
 
 @compiled
-def _run(                                                           # type: ignore[no-untyped-def]
-        plant, belief, estimating, estimates, controlling, w, reference, force, noise, dt, count,
-        reading, states, torques):
+def _run(plant: ArmRecord, belief: ArmRecord, estimating: estimate.CompiledSettings,
+         estimates: bool, controlling: control.CompiledSettings, w: Array, reference: Array,
+         force: Array, noise: Array, dt: float, count: int, reading: Array, states: Array,
+         torques: Array) -> None:
     joints = reference.shape[1]
     inertia, believed = loaded_inertia(plant.body), loaded_inertia(belief.body)
     memory = np.zeros((joints, estimate.MEMORY))

@@ -4,7 +4,7 @@ Tell contacts from free motion by the external torques and how sure they are (F9
 Two levels: a contact ends by itself when the arm is let go, a collision stays until the reset.
 """
 
-from hda_arm_sim.model.compiled import compiled
+from hda_arm_sim.model.compiled import Array, compiled
 import numpy as np
 
 # Memory: contact now, time since it was last felt [s], collisions felt, contacts so far.
@@ -24,14 +24,14 @@ def contact_name(level: float) -> str:
 
 
 @compiled
-def deviations(torque, deviation):                                  # type: ignore[no-untyped-def]
+def deviations(torque: Array, deviation: Array) -> float:
     """Return external torques (n,) over their deviations, all joints together, (F9)."""
     return np.sqrt(((torque / deviation) ** 2).sum())
 
 
 @compiled
-def feel(                                                           # type: ignore[no-untyped-def]
-        memory, felt, torque, contact_deviations, collision_torque, dt):
+def feel(memory: Array, felt: float, torque: Array, contact_deviations: float,
+         collision_torque: float, dt: float) -> float:
     """
     Renew the memory from `felt` deviations of external torques (n,); returns the level.
 
@@ -49,7 +49,7 @@ def feel(                                                           # type: igno
 
 
 @compiled
-def level(memory):                                                  # type: ignore[no-untyped-def]
+def level(memory: Array) -> float:
     """Return the level by what was felt so far."""
     if memory[COLLIDED] > 0.0:
         return COLLISION

@@ -8,7 +8,10 @@ adds the load once more, so that the arm follows a push; 0 < K_J < 1 takes that 
 off the motor, so that the arm rejects it; K_J = 1 makes the load invisible to the motor.
 """
 
-from hda_arm_sim.model.compiled import compiled
+from typing import NamedTuple
+
+from hda_arm_sim.model.arm import ArmRecord
+from hda_arm_sim.model.compiled import Array, compiled
 import numpy as np
 
 # Memory, per joint.
@@ -19,9 +22,21 @@ MEMORY = 4
 ANGLE, RATE = 0, 1
 
 
+class CompiledSettings(NamedTuple):
+    """What the compiled step reads of the settings and of the arm's limits."""
+
+    position_gain: float
+    velocity_gain: float
+    torque_feedback: float
+    velocity_bandwidth: float
+    rate_limit: float
+    handover_time: float
+    torque_limits: Array                # (n,) [N*m, shaft]
+
+
 @compiled
-def law(                                                            # type: ignore[no-untyped-def]
-        settings, ratio, angle, rate, motor_angle, motor_velocity, joint_torque):
+def law(settings: CompiledSettings, ratio: float, angle: float, rate: float, motor_angle: float,
+        motor_velocity: float, joint_torque: float) -> float:
     """Return the motor torque that the law asks for, (38) [N*m, shaft]."""
     return (settings.position_gain * (ratio * angle - motor_angle)
             + settings.velocity_gain * (ratio * rate - motor_velocity)
@@ -29,15 +44,15 @@ def law(                                                            # type: igno
 
 
 @compiled
-def limited(command, last, limit, change):                          # type: ignore[no-untyped-def]
+def limited(command: float, last: float, limit: float, change: float) -> float:
     """Return the command within the limits of torque and of its change, (40) [N*m]."""
     near = min(max(command, last - change), last + change)
     return min(max(near, -limit), limit)
 
 
 @compiled
-def step(                                                           # type: ignore[no-untyped-def]
-        record, settings, memory, reference, motor_angle, joint_torque, dt, command):
+def step(record: ArmRecord, settings: CompiledSettings, memory: Array, reference: Array,
+         motor_angle: Array, joint_torque: Array, dt: float, command: Array) -> None:
     """
     Fill the motor torques (n,) [N*m] that answer one sample.
 

@@ -1,7 +1,7 @@
 """PD control on the motor side with joint torque feedback, safe by construction."""
 
 from dataclasses import dataclass, replace
-from typing import ClassVar, NamedTuple
+from typing import ClassVar
 
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.parameter import Declared, parameter
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import control
+from .control import CompiledSettings
 from .reference import hold, Reference
 
 Array = NDArray[np.float64]
@@ -49,19 +50,9 @@ def bearable(arm: Arm, settings: ControllerSettings) -> ControllerSettings:
                    velocity_gain=share * settings.velocity_gain)
 
 
-class _CompiledSettings(NamedTuple):
-    position_gain: float
-    velocity_gain: float
-    torque_feedback: float
-    velocity_bandwidth: float
-    rate_limit: float
-    handover_time: float
-    torque_limits: Array                # (n,) [N*m, shaft]
-
-
-def compiled_settings(arm: Arm, settings: ControllerSettings) -> _CompiledSettings:
+def compiled_settings(arm: Arm, settings: ControllerSettings) -> CompiledSettings:
     """Return what the compiled step reads of the settings and of the arm's limits."""
-    return _CompiledSettings(
+    return CompiledSettings(
         settings.position_gain, settings.velocity_gain, settings.torque_feedback,
         settings.velocity_bandwidth, settings.rate_limit, settings.handover_time,
         np.array([joint.torque_limit for joint in arm.joints]))
@@ -124,9 +115,9 @@ class Controller:
         if not self.enabled:
             return self.command
         if self._reference is None:
-            self.follow(hold(motor_angle / self._ratios), stamp)
+            self._reference, self._begin = hold(motor_angle / self._ratios), stamp
         dt = 0.0 if self._last is None else (stamp - self._last) * 1e-9
-        reference = self.present_reference(stamp)
+        reference = self._reference.at((stamp - self._begin) * 1e-9)
         torque = joint_torque if self.settings.torque_feedback else np.zeros_like(joint_torque)
         control.step(self._record, self._compiled, self._memory, reference, motor_angle, torque,
                      dt, self.command)

@@ -6,7 +6,7 @@ Compiled, and with running sums, so that the live estimator asks the same as the
 
 import math
 
-from hda_arm_sim.model.compiled import compiled, inlined
+from hda_arm_sim.model.compiled import Array, compiled, inlined
 import numpy as np
 
 # Kinds of a coupling, negative with one sign flipped.
@@ -30,19 +30,19 @@ MEMORY = 13
 
 
 @compiled
-def twist_of(valid_torsion):                                        # type: ignore[no-untyped-def]
+def twist_of(valid_torsion: float) -> float:
     """Return the torsion that may bend a slope: half the law's range to either side [rad]."""
     return min(valid_torsion, SOFTEST)
 
 
 @compiled
-def bend_over(twist, span):                                         # type: ignore[no-untyped-def]
+def bend_over(twist: float, span: float) -> float:
     """Return how far, over the ratio, a torsion [rad] bends the slope of an even travel [rad]."""
     return twist * (WORST if span < STRETCH else 1.0) / span
 
 
 @compiled
-def kind_of(slope, span, ratio, bend):                              # type: ignore[no-untyped-def]
+def kind_of(slope: float, span: float, ratio: float, bend: float) -> int:
     """Return the kind of a slope from `span` of travel [rad] at the link, bent by torsion."""
     if span < TRAVEL:
         return RIGHT
@@ -61,13 +61,13 @@ def kind_of(slope, span, ratio, bend):                              # type: igno
 
 
 @inlined
-def restart(memory):                                                # type: ignore[no-untyped-def]
+def restart(memory: Array) -> None:
     """Begin a stretch anew; what was told of the last one stays."""
     memory[BEGUN] = 0.0
 
 
 @compiled
-def add(memory, motor, link, ratio, twist):                         # type: ignore[no-untyped-def]
+def add(memory: Array, motor: float, link: float, ratio: float, twist: float) -> float:
     """Add the angles of a sample [rad] to a stretch; returns the kind of coupling by now."""
     if memory[BEGUN] == 0.0:
         memory[:TOLD] = 0.0

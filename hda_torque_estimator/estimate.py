@@ -6,17 +6,20 @@ the joints and one (TIP_RESULTS,) for the tip. The node, the offline command and
 simulation all run this function, so they give the same bits.
 """
 
-from hda_arm_sim.model.compiled import compiled, inlined
+from typing import NamedTuple
+
+from hda_arm_sim.model.arm import ArmRecord
+from hda_arm_sim.model.compiled import Array, compiled, inlined, Record
 from hda_arm_sim.model.effects.transmission import SLIDERS
 from hda_arm_sim.model.encoders import tilt_moments
 from hda_arm_sim.model.link_side import link_torque
-from hda_arm_sim.model.rigid import gravity_torque
+from hda_arm_sim.model.rigid import gravity_torque, Inertia
 from hda_arm_sim.model.torsion import torsion_of_torque
 import numpy as np
 
 from . import belief, contact, fusion, payload
 from .momentum import expected_rate, hold, inertia_doubt, momentum
-from .route_errors import (ERRORS, motor_effects, motor_torque, STIFFNESS, torque_effects,
+from .route_errors import (ERRORS, Known, motor_effects, motor_torque, STIFFNESS, torque_effects,
                            torsion_effects, TORSION_ERRORS)
 from .tip_force import base_force, tool_force
 from .torsion_torque import (link, reading_deviation, shaft, slide, torque_through_gear,
@@ -59,8 +62,25 @@ MASS, MASS_DEVIATION = 16, 17                   # at the tip, beyond the model's
 TIP_RESULTS = 18
 
 
+class CompiledSettings(NamedTuple):
+    """What the compiled step reads of the settings and of the arm's tolerances."""
+
+    velocity_bandwidth: float
+    observer_bandwidth: float
+    singular_sine: float
+    inertia_tolerance: float
+    links: float
+    torsion_bandwidth: float
+    fusion: float
+    window: float
+    span: float
+    contact_deviations: float
+    collision_torque: float
+    known: Known
+
+
 @compiled
-def usable(reading):                                                # type: ignore[no-untyped-def]
+def usable(reading: Array) -> bool:
     """Tell whether all angles of a reading (n, READINGS) are finite."""
     for j in range(reading.shape[0]):
         if not (np.isfinite(reading[j, MOTOR_READING]) and np.isfinite(reading[j, LINK_READING])):
@@ -69,13 +89,14 @@ def usable(reading):                                                # type: igno
 
 
 @inlined
-def _share(bandwidth, dt):                                          # type: ignore[no-untyped-def]
+def _share(bandwidth: float, dt: float) -> float:
     """Return the share of a new value in a low-pass of this bandwidth [Hz], (27)."""
     return 1.0 - np.exp(-2.0 * np.pi * bandwidth * dt)
 
 
 @inlined
-def _rates(record, settings, memory, reading, j, dt):               # type: ignore[no-untyped-def]
+def _rates(record: ArmRecord, settings: CompiledSettings, memory: Array, reading: Array, j: int,
+           dt: float) -> None:
     """Renew the low-passed velocities from given ones, or from angles and stamps."""
     share = _share(settings.velocity_bandwidth, dt)
     quick = _share(settings.torsion_bandwidth, dt)
@@ -89,8 +110,8 @@ def _rates(record, settings, memory, reading, j, dt):               # type: igno
 
 
 @inlined
-def _joint(                                                         # type: ignore[no-untyped-def]
-        record, settings, tilt_moment, memory, reading, command, j, dt, result):
+def _joint(record: ArmRecord, settings: CompiledSettings, tilt_moment: float, memory: Array,
+           reading: Array, command: Array, j: int, dt: float, result: Array) -> float:
     """Fill one joint's torsions, torque and deviation; returns its link angle [rad]."""
     joint, learning = record.joints[j], memory[j, FUSION:]
     motor_angle, motor_velocity = shaft(joint, reading[j, MOTOR_READING], memory[j, QUICK_MOTOR])
@@ -135,9 +156,9 @@ def _joint(                                                         # type: igno
 
 
 @inlined
-def _compare(                                                       # type: ignore[no-untyped-def]
-        joint, settings, learning, motor_angle, velocity, link_angle, command, torque, stiffness,
-        effect, dt):
+def _compare(joint: Record, settings: CompiledSettings, learning: Array, motor_angle: float,
+             velocity: float, link_angle: float, command: float, torque: float, stiffness: float,
+             effect: Array, dt: float) -> None:
     """Hold the torque of the torsion against that of the motor."""
     mean = 0.5 * (learning[fusion.LAST_COMMAND] + command)
     if dt == 0.0 or not np.isfinite(mean):
@@ -146,15 +167,16 @@ def _compare(                                                       # type: igno
     learning[fusion.LAST_COMMAND] = command
     learnt, sense = fusion.errors_learnt(learning), np.sign(velocity)
     motor_effects(joint, settings.known, mean, velocity, sense, motor_angle, effect)
-    told = motor_torque(joint, mean, motor_angle, velocity, torque, link_angle,
-                        learning[fusion.TIME]) + effect[TORSION_ERRORS:] @ learnt[TORSION_ERRORS:]
+    told = (motor_torque(joint, mean, motor_angle, velocity, torque, link_angle,
+                         learning[fusion.TIME])
+            + np.dot(effect[TORSION_ERRORS:], learnt[TORSION_ERRORS:]))
     fusion.gather(learning, torque - told, effect, dt)
     fusion.close_half(joint, learning, motor_angle, settings.window, stiffness, settings.span)
 
 
 @inlined
-def _external(                                                      # type: ignore[no-untyped-def]
-        record, settings, inertia, memory, q1, q2, dt, result):
+def _external(record: ArmRecord, settings: CompiledSettings, inertia: Inertia, memory: Array,
+              q1: float, q2: float, dt: float, result: Array) -> None:
     """Renew the momentum observer and fill the external torques, (33)."""
     joints = record.joints.shape[0]
     last = joints - 1
@@ -194,7 +216,8 @@ def _external(                                                      # type: igno
 
 
 @inlined
-def _external_deviation(settings, memory, j, moved, doubt, result):  # type: ignore[no-untyped-def]
+def _external_deviation(settings: CompiledSettings, memory: Array, j: int, moved: float,
+                        doubt: float, result: Array) -> None:
     """Fill how sure the external torque is: gear, inertia, lateness, a bearing at rest, (F8)."""
     result[j, EXTERNAL_DEVIATION] = np.sqrt(
         result[j, TORQUE_DEVIATION] ** 2 + settings.inertia_tolerance ** 2 * moved
@@ -202,7 +225,8 @@ def _external_deviation(settings, memory, j, moved, doubt, result):  # type: ign
 
 
 @inlined
-def _tip(record, settings, q1, q2, result, tip):                    # type: ignore[no-untyped-def]
+def _tip(record: ArmRecord, settings: CompiledSettings, q1: float, q2: float, result: Array,
+         tip: Array) -> None:
     joints = record.joints.shape[0]
     tool, base = tip[TOOL_X:TOOL_X + 2], tip[BASE_X:BASE_X + 2]
     tool_covariance = tip[TOOL_COVARIANCE:TOOL_COVARIANCE + 4].reshape((2, 2))
@@ -215,8 +239,8 @@ def _tip(record, settings, q1, q2, result, tip):                    # type: igno
 
 
 @compiled
-def step(                                                           # type: ignore[no-untyped-def]
-        record, settings, inertia, memory, reading, command, dt, result, tip):
+def step(record: ArmRecord, settings: CompiledSettings, inertia: Inertia, memory: Array,
+         reading: Array, command: Array, dt: float, result: Array, tip: Array) -> None:
     """
     Estimate from one sample; dt [s] is the time since the last one, 0 starts afresh.
 
@@ -250,7 +274,7 @@ def step(                                                           # type: igno
 
 
 @compiled
-def restart(memory, reading, j):                                    # type: ignore[no-untyped-def]
+def restart(memory: Array, reading: Array, j: int) -> None:
     """Begin afresh at a reading: known velocities or none, no external torque, the old zero."""
     zero, tare = memory[j, ZERO], memory[j, TARE_SUM]
     memory[j, :FUSION] = 0.0
@@ -263,7 +287,8 @@ def restart(memory, reading, j):                                    # type: igno
 
 
 @compiled
-def add_to_tare(record, settings, inertia, memory):                 # type: ignore[no-untyped-def]
+def add_to_tare(record: ArmRecord, settings: CompiledSettings, inertia: Inertia,
+                memory: Array) -> None:
     """Add to the tare sum how far each torsion is from that of an arm free of contact, (37)."""
     joints = record.joints.shape[0]
     weight = gravity_torque(inertia, record.body.pull, record.body.direction,

@@ -8,7 +8,7 @@ the same bits as the live run it was made from.
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from hda_arm_sim.model.arm import Arm, ArmRecord
 from hda_arm_sim.model.compiled import compiled
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from . import belief, estimate, fusion
 from .contact import level
+from .estimate import CompiledSettings
 from .route_errors import Known, known
 from .sample_watch import LARGEST, watch_limits, WATCH_MEMORY
 from .stamp_order import AFRESH, BACK, follow, follow_one, ORDER, TWO
@@ -237,7 +238,7 @@ class Estimator:
                 reading: Array) -> tuple[NDArray[np.int64], Array]:
         """Return refusals (k,), as places in `_REFUSALS`, and times since the last samples."""
         refusals, seconds = np.empty(len(stamps), np.int64), np.empty(len(stamps))
-        finite = np.isfinite(reading[:, :, :2]).all(axis=(1, 2))
+        finite = np.all(np.isfinite(reading[:, :, :2]), axis=(1, 2))
         follow(self._order, stamps, finite, self.settings.longest_gap, refusals, seconds)
         return refusals, seconds
 
@@ -256,24 +257,9 @@ class Estimator:
             self._tare_left = 0.0
 
 
-class _CompiledSettings(NamedTuple):
-    velocity_bandwidth: float
-    observer_bandwidth: float
-    singular_sine: float
-    inertia_tolerance: float
-    links: float
-    torsion_bandwidth: float
-    fusion: float
-    window: float
-    span: float
-    contact_deviations: float
-    collision_torque: float
-    known: Known
-
-
-def compiled_settings(arm: Arm, settings: EstimatorSettings) -> _CompiledSettings:
+def compiled_settings(arm: Arm, settings: EstimatorSettings) -> CompiledSettings:
     """Return what the compiled step reads of the settings and of the arm's tolerances."""
-    return _CompiledSettings(
+    return CompiledSettings(
         settings.velocity_bandwidth, settings.observer_bandwidth, settings.singular_sine,
         arm.tolerances.link_inertia, float(arm.links is not None), settings.torsion_bandwidth,
         settings.fusion, settings.fusion_window, settings.fusion_memory,
@@ -281,9 +267,9 @@ def compiled_settings(arm: Arm, settings: EstimatorSettings) -> _CompiledSetting
 
 
 @compiled
-def _run(                                                           # type: ignore[no-untyped-def]
-        joints, body, inertia, settings, limits, watch, doubts, memory, reading, command, seconds,
-        result, tip):
+def _run(joints: NDArray[Any], body: NDArray[Any], inertia: Array, settings: Array, limits: Array,
+         watch: Array, doubts: Array, memory: Array, reading: Array, command: Array,
+         seconds: Array, result: Array, tip: Array) -> None:
     """
     Estimate samples (k, n, READINGS) and commands (k, n), with the times since the last ones (k,).
 
@@ -291,7 +277,7 @@ def _run(                                                           # type: igno
     compiler joins a step to two callers, it may round differently in each.
     """
     n = settings
-    numbers = _CompiledSettings(
+    numbers = CompiledSettings(
         n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8], n[9], n[10],
         Known(n[11], n[12], n[13], n[14], n[15], n[16], n[17], n[18], n[19], n[20]))
     record, rigid = ArmRecord(joints, body[0]), inertia_of(inertia)
@@ -325,7 +311,7 @@ def _run(                                                           # type: igno
 
 
 @compiled
-def _forget(memory, doubts):                                        # type: ignore[no-untyped-def]
+def _forget(memory: Array, doubts: Array) -> None:
     """Begin as after a start, but with the zero of the last tare."""
     for j in range(memory.shape[0]):
         zero = memory[j, estimate.ZERO]

@@ -8,6 +8,7 @@ so densely that it hardly bends between two samples, and what it may bend is add
 from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.compiled import interpreted
 from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.model.rigid import coriolis, gravity_torque, mass_matrix
 import numpy as np
@@ -135,11 +136,13 @@ def _gear_torques(arm: Arm, angle: Array, rate: Array, speeding: Array) -> Array
     inertia, last = loaded_inertia(body), angle.shape[-1] - 1
     q1, q2 = angle[..., 0], angle[..., last]
     if last == 0:
-        weight = gravity_torque.py_func(inertia, body['pull'], body['direction'], q1, 0.0 * q1)[0]
+        weight = interpreted(gravity_torque)(
+            inertia, body['pull'], body['direction'], q1, 0.0 * q1)[0]
         return np.asarray((inertia.p1 * speeding[..., 0] - weight)[..., None])
-    m11, m12, m22 = mass_matrix.py_func(inertia, q2)
-    swing = coriolis.py_func(inertia, q2, rate[..., 0], rate[..., 1])
-    weight = gravity_torque.py_func(inertia, body['pull'], body['direction'], q1, q2)
-    return np.stack([m11 * speeding[..., 0] + m12 * speeding[..., 1] + swing[0] - weight[0],
-                     m12 * speeding[..., 0] + m22 * speeding[..., 1] + swing[1] - weight[1]],
+    m11, m12, m22 = interpreted(mass_matrix)(inertia, q2)
+    swing = interpreted(coriolis)(inertia, q2, rate[..., 0], rate[..., 1])
+    weight1, weight2 = interpreted(gravity_torque)(
+        inertia, body['pull'], body['direction'], q1, q2)
+    return np.stack([m11 * speeding[..., 0] + m12 * speeding[..., 1] + swing[0] - weight1,
+                     m12 * speeding[..., 0] + m22 * speeding[..., 1] + swing[1] - weight2],
                     axis=-1)

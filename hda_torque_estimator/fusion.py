@@ -7,7 +7,7 @@ integrated against such a window, the motor's acceleration becomes a difference 
 and no reading has to be differentiated. Equations: docs/estimation.md.
 """
 
-from hda_arm_sim.model.compiled import compiled, inlined
+from hda_arm_sim.model.compiled import Array, compiled, inlined, Record
 import numpy as np
 
 from .learning import fade, renew
@@ -56,38 +56,38 @@ _DOUBT = 0.1            # variance added to every error per second and misfit be
 
 
 @inlined
-def errors_learnt(memory):                                          # type: ignore[no-untyped-def]
+def errors_learnt(memory: Array) -> Array:
     """Return the errors found so far (ERRORS,), in units of their sigma."""
     return memory[LEARNT:_GAINED]
 
 
 @compiled
-def stiffness_factor(known_stiffness, learnt):                      # type: ignore[no-untyped-def]
+def stiffness_factor(known_stiffness: float, learnt: float) -> float:
     """Return by how much the stiffness is corrected; bounded, as no gear changes more, (F2)."""
     return min(max(1.0 + known_stiffness * learnt, SOFTEST), STIFFEST)
 
 
 @inlined
-def falls_back(memory):                                             # type: ignore[no-untyped-def]
+def falls_back(memory: Array) -> bool:
     """Tell whether torsion and motor are too far apart to correct each other."""
     return memory[APART] > 0.0 or memory[IMPOSSIBLE] > 0.0
 
 
 @inlined
-def gained(memory):                                                 # type: ignore[no-untyped-def]
+def gained(memory: Array) -> Array:
     """Return the covariance of the errors less the identity (ERRORS, ERRORS)."""
     return memory[_GAINED:MEMORY].reshape((ERRORS, ERRORS))
 
 
 @compiled
-def slipped(memory, side, size):                                    # type: ignore[no-untyped-def]
+def slipped(memory: Array, side: int, size: float) -> None:
     """Doubt the zero, by the slip's size in tolerances, until both ways have agreed again."""
     memory[SLIPPED], memory[SIDE] = _AGREED, side
     memory[_GAINED + ZERO * (ERRORS + 1)] += size ** 2
 
 
 @compiled
-def effect_variance(memory, effect, count):                         # type: ignore[no-untyped-def]
+def effect_variance(memory: Array, effect: Array, count: int) -> tuple[float, float]:
     """Return the variance of the first errors' joint effect, as known now and before, (F7)."""
     gain, before, now = gained(memory), 0.0, 0.0
     for i in range(count):
@@ -100,8 +100,7 @@ def effect_variance(memory, effect, count):                         # type: igno
 
 
 @compiled
-def gather(                                                         # type: ignore[no-untyped-def]
-        memory, difference, effect, dt):
+def gather(memory: Array, difference: float, effect: Array, dt: float) -> None:
     """Add a sample's difference of the two torques [N*m] and the errors' effects on it."""
     memory[TIME] += dt
     memory[SINCE] += dt
@@ -116,7 +115,7 @@ def gather(                                                         # type: igno
 
 
 @compiled
-def restart(memory, motor_angle, command):                          # type: ignore[no-untyped-def]
+def restart(memory: Array, motor_angle: float, command: float) -> None:
     """Begin a window anew; what was learnt stays."""
     memory[LAST_COMMAND] = command
     memory[ELAPSED:STEADY + 1] = 0.0
@@ -125,8 +124,8 @@ def restart(memory, motor_angle, command):                          # type: igno
 
 
 @compiled
-def close_half(                                                     # type: ignore[no-untyped-def]
-        joint, memory, motor_angle, window, stiffness, span):
+def close_half(joint: Record, memory: Array, motor_angle: float, window: float, stiffness: float,
+               span: float) -> None:
     """
     End half a window if its time is up, and learn from the window that it completes, (F4-F6).
 
@@ -164,19 +163,19 @@ def close_half(                                                     # type: igno
 
 
 @inlined
-def _sense(joint, moved):                                           # type: ignore[no-untyped-def]
+def _sense(joint: Record, moved: float) -> float:
     least = max(_COUNTS * joint.coarse_quantisation.motor_step, _LEAST_MOTION)
     return 0.0 if abs(moved) < least else np.sign(moved)
 
 
 @inlined
-def _hat(memory, place, time):                                      # type: ignore[no-untyped-def]
+def _hat(memory: Array, place: int, time: float) -> float:
     """Return an integral over the whole window: the risen half, and this one as it falls."""
     return memory[_RISEN + place] + memory[_SUMS + place] - memory[_MOMENTS + place] / time
 
 
 @inlined
-def _noise(joint, stiffness, time, samples):                        # type: ignore[no-untyped-def]
+def _noise(joint: Record, stiffness: float, time: float, samples: float) -> float:
     """Return the variance of a window's difference from counts and noise alone, (F6)."""
     motor = joint.coarse_quantisation.motor_step ** 2 / 12.0 + joint.motor_encoder.noise ** 2
     link = joint.coarse_quantisation.link_step ** 2 / 12.0 + joint.link_encoder.noise ** 2
@@ -185,8 +184,8 @@ def _noise(joint, stiffness, time, samples):                        # type: igno
 
 
 @compiled
-def _hold_against(                                                  # type: ignore[no-untyped-def]
-        memory, difference, effect, unshared, friction, settled, time):
+def _hold_against(memory: Array, difference: float, effect: Array, unshared: float,
+                  friction: float, settled: bool, time: float) -> None:
     """
     Judge by one window whether torsion and motor can both be right.
 
@@ -218,12 +217,12 @@ def _hold_against(                                                  # type: igno
 
 
 @inlined
-def _share(time, patience):                                         # type: ignore[no-untyped-def]
+def _share(time: float, patience: float) -> float:
     return 1.0 - np.exp(-time / patience)
 
 
 @inlined
-def _usual(memory):                                                 # type: ignore[no-untyped-def]
+def _usual(memory: Array) -> float:
     """Return the misfit over the last seconds, however short they were."""
     if memory[HEARD] == 0.0:
         return 0.0
@@ -231,27 +230,29 @@ def _usual(memory):                                                 # type: igno
 
 
 @compiled
-def usual_misfit(memory):                                           # type: ignore[no-untyped-def]
+def usual_misfit(memory: Array) -> float:
     """Return squared differences over those that tolerances allow, mean of the last seconds."""
     return _usual(memory)
 
 
 @inlined
-def _alone(memory, difference, effect, unshared):                   # type: ignore[no-untyped-def]
+def _alone(memory: Array, difference: float, effect: Array,
+           unshared: float) -> tuple[float, float]:
     """Return a difference [N*m] and its variance as before anything was learnt."""
-    return (difference + effect @ errors_learnt(memory), effect @ effect + unshared)
+    return (difference + np.dot(effect, errors_learnt(memory)),
+            np.dot(effect, effect) + unshared)
 
 
 @inlined
-def _teachable(memory, difference, effect, unshared):               # type: ignore[no-untyped-def]
+def _teachable(memory: Array, difference: float, effect: Array, unshared: float) -> bool:
     """Tell whether errors of the size of tolerances may be behind a difference."""
     alone, before = _alone(memory, difference, effect, unshared)
     return memory[EXCESS] == 0.0 and alone ** 2 < _HOPELESS ** 2 * before
 
 
 @compiled
-def _learn(                                                         # type: ignore[no-untyped-def]
-        memory, difference, effect, noise, lawless, time, span):
+def _learn(memory: Array, difference: float, effect: Array, noise: float, lawless: float,
+           time: float, span: float) -> None:
     """
     Renew errors and covariance from one window, a step of a Kalman filter, (F5-F6).
 

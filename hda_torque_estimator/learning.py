@@ -4,21 +4,21 @@ One step of a Kalman filter for errors that start with the identity as their cov
 Kept is the covariance less the identity, `gain`: memory of zeros means that nothing is learnt.
 """
 
-from hda_arm_sim.model.compiled import compiled
+from hda_arm_sim.model.compiled import Array, compiled
 import numpy as np
 
 _LARGEST = 3.0          # deviations at which a difference is cut off
 
 
 @compiled
-def fade(learnt, gain, fading):                                     # type: ignore[no-untyped-def]
+def fade(learnt: Array, gain: Array, fading: float) -> None:
     """Let what was learnt fade by a factor."""
     learnt *= fading
     gain *= fading * fading
 
 
 @compiled
-def renew(learnt, gain, spread, difference, variance):              # type: ignore[no-untyped-def]
+def renew(learnt: Array, gain: Array, spread: Array, difference: float, variance: float) -> Array:
     """
     Learn from a difference of this variance; returns the change of the errors.
 

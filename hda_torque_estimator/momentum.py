@@ -1,15 +1,16 @@
 """External torque from torsion torque and motion: a momentum observer (docs/model.md, 32-33)."""
 
-from hda_arm_sim.model.compiled import compiled
+from hda_arm_sim.model.compiled import compiled, Record
 from hda_arm_sim.model.link_side import link_torque
-from hda_arm_sim.model.rigid import gravity_torque, mass_matrix, momentum_drift
+from hda_arm_sim.model.rigid import gravity_torque, Inertia, mass_matrix, momentum_drift
 import numpy as np
 
 _AT_REST = 1e-3         # speed below which a link bearing may hold either way [rad/s]
 
 
 @compiled
-def momentum(inertia, joints, elbow, dq1, dq2):                     # type: ignore[no-untyped-def]
+def momentum(inertia: Inertia, joints: int, elbow: float, dq1: float,
+             dq2: float) -> tuple[float, float]:
     """Return the generalised momentum M(q) dq of one or two links [kg*m^2/s]."""
     if joints == 1:
         return inertia.p1 * dq1, 0.0
@@ -18,7 +19,7 @@ def momentum(inertia, joints, elbow, dq1, dq2):                     # type: igno
 
 
 @compiled
-def hold(joint, angle, velocity):                                   # type: ignore[no-untyped-def]
+def hold(joint: Record, angle: float, velocity: float) -> tuple[float, float]:
     """
     Return what cable and bearing do to a link, and how far that is in doubt [N*m].
 
@@ -31,7 +32,8 @@ def hold(joint, angle, velocity):                                   # type: igno
 
 
 @compiled
-def inertia_doubt(inertia, elbow, dq1, dq2, ddq1, ddq2):            # type: ignore[no-untyped-def]
+def inertia_doubt(inertia: Inertia, elbow: float, dq1: float, dq2: float, ddq1: float,
+                  ddq2: float) -> tuple[float, float]:
     """
     Return the squared torques that p1, p2 and p3 make, each by itself, on joints 1 and 2 (F8).
 
@@ -46,8 +48,8 @@ def inertia_doubt(inertia, elbow, dq1, dq2, ddq1, ddq2):            # type: igno
 
 
 @compiled
-def expected_rate(                                                  # type: ignore[no-untyped-def]
-        inertia, body, joints, q1, q2, dq1, dq2, torque1, torque2):
+def expected_rate(inertia: Inertia, body: Record, joints: int, q1: float, q2: float, dq1: float,
+                  dq2: float, torque1: float, torque2: float) -> tuple[float, float]:
     """Return dp/dt of links that nothing but the gears and gravity moves, (32) [N*m]."""
     weight1, weight2 = gravity_torque(inertia, body.pull, body.direction, q1, q2)
     if joints == 1:

@@ -6,7 +6,7 @@ tolerance, or a torque that is off. It is taken in windows that rise and fall by
 against which the change of a momentum is a difference of two means.
 """
 
-from hda_arm_sim.model.compiled import compiled, inlined
+from hda_arm_sim.model.compiled import Array, compiled, inlined, Record
 from hda_arm_sim.model.rigid import Inertia
 import numpy as np
 
@@ -40,15 +40,16 @@ _PATIENCE = 2.0         # over which misfits are averaged [s]
 
 
 @compiled
-def mass(memory):                                                   # type: ignore[no-untyped-def]
+def mass(memory: Array) -> tuple[float, float]:
     """Return the mass beyond the model's and its standard deviation [kg]."""
     return (HEAVIEST * memory[LEARNT + MASS],
             HEAVIEST * np.sqrt(max(1.0 + memory[_GAINED], 0.0)))
 
 
 @compiled
-def gather(                                                         # type: ignore[no-untyped-def]
-        memory, inertia, body, joints, q1, q2, dq1, dq2, seen, rates, tolerance, span, dt):
+def gather(memory: Array, inertia: Inertia, body: Record, joints: int, q1: float, q2: float,
+           dq1: float, dq2: float, seen: tuple[float, float], rates: tuple[float, float],
+           tolerance: float, span: float, dt: float) -> None:
     """
     Add a sample: momenta `seen` of the known links and their expected `rates` (2,), (F10).
 
@@ -72,14 +73,14 @@ def gather(                                                         # type: igno
 
 
 @compiled
-def restart(memory):                                                # type: ignore[no-untyped-def]
+def restart(memory: Array) -> None:
     """Begin a window anew; what was learnt stays."""
     memory[:SINCE] = 0.0
     memory[_MOMENTA:LEARNT] = 0.0
 
 
 @inlined
-def _part(inertia, links, error, tolerance):                        # type: ignore[no-untyped-def]
+def _part(inertia: Inertia, links: Record, error: int, tolerance: float) -> Inertia:
     """Return the inertia that one error adds: that of a mass at the tip, or of one of p1 to p3."""
     c, length1, length2 = inertia.coupled, links.length1, links.length2
     if error == MASS:
@@ -92,7 +93,7 @@ def _part(inertia, links, error, tolerance):                        # type: igno
 
 
 @inlined
-def _close(memory, joints, span):                                   # type: ignore[no-untyped-def]
+def _close(memory: Array, joints: int, span: float) -> None:
     """End half a window, and learn from the window that it completes."""
     time = memory[ELAPSED]
     if memory[SPAN] > 0.0:
@@ -108,7 +109,7 @@ def _close(memory, joints, span):                                   # type: igno
 
 
 @inlined
-def _unmoved(memory, place, time):                                  # type: ignore[no-untyped-def]
+def _unmoved(memory: Array, place: int, time: float) -> float:
     """Return the mean torque that changes a momentum beyond its expected rate [N*m], (F10)."""
     change = memory[_MOMENTA + place] / time - memory[_LAST + place]
     expected = memory[_RISEN + place] + memory[_RATES + place] - memory[_LATER + place] / time
@@ -116,7 +117,7 @@ def _unmoved(memory, place, time):                                  # type: igno
 
 
 @compiled
-def _learn(memory, j, time, span):                                  # type: ignore[no-untyped-def]
+def _learn(memory: Array, j: int, time: float, span: float) -> None:
     """Renew the errors from one joint's window, (F11)."""
     learnt, gain = memory[LEARNT:_GAINED], memory[_GAINED:MEMORY].reshape((ERRORS, ERRORS))
     fade(learnt, gain, np.exp(-memory[SINCE] / span))
@@ -125,7 +126,7 @@ def _learn(memory, j, time, span):                                  # type: igno
     for error in range(OFFSET):
         effect[error] = -_unmoved(memory, 2 * (1 + error) + j, time)
     effect[OFFSET + j] = _OFFSET
-    difference = _unmoved(memory, j, time) - effect @ learnt
+    difference = _unmoved(memory, j, time) - np.dot(effect, learnt)
     spread = effect + gain @ effect
     expected, noise = effect @ spread, _NOISE ** 2
     if not np.isfinite(difference * expected):

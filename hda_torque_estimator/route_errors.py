@@ -9,7 +9,7 @@ that its way tells. So before anything is learnt the covariance of all errors is
 from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.compiled import compiled, inlined
+from hda_arm_sim.model.compiled import Array, compiled, inlined, Record
 from hda_arm_sim.model.motor_side import drag, friction_budget, ripple, shaft_torque
 import numpy as np
 
@@ -42,8 +42,8 @@ def known(arm: Arm) -> Known:
 
 
 @compiled
-def torsion_effects(                                                # type: ignore[no-untyped-def]
-        known, motor_angle, link_angle, link_velocity, effect):
+def torsion_effects(known: Known, motor_angle: float, link_angle: float, link_velocity: float,
+                    effect: Array) -> None:
     """Fill what one sigma of each error adds to the torsion (ERRORS,) [rad], (F1)."""
     _wave(known.kinematic_error, motor_angle, effect, SHAFT_1)
     _wave(known.kinematic_error, 2.0 * motor_angle, effect, SHAFT_2)
@@ -55,20 +55,20 @@ def torsion_effects(                                                # type: igno
 
 
 @inlined
-def _wave(size, angle, effect, place):                              # type: ignore[no-untyped-def]
+def _wave(size: float, angle: float, effect: Array, place: int) -> None:
     effect[place], effect[place + 1] = size * np.sin(angle), size * np.cos(angle)
 
 
 @compiled
-def torque_effects(known, torque, stiffness, effect):               # type: ignore[no-untyped-def]
+def torque_effects(known: Known, torque: float, stiffness: float, effect: Array) -> None:
     """Turn effects on the torsion into those on the torque it tells [N*m], (F2)."""
     effect[:STIFFNESS] *= stiffness
     effect[STIFFNESS] = -known.stiffness * torque
 
 
 @compiled
-def motor_effects(                                                  # type: ignore[no-untyped-def]
-        joint, known, command, velocity, sense, motor_angle, effect):
+def motor_effects(joint: Record, known: Known, command: float, velocity: float, sense: float,
+                  motor_angle: float, effect: Array) -> None:
     """Fill what one sigma of each error takes from the torque that the motor tells, (F3)."""
     ratio, wavy = joint.ratio, joint.ratio * known.torque_ripple
     effect[DRY] = -ratio * known.dry_friction * joint.coulomb_friction.level * sense
@@ -80,8 +80,8 @@ def motor_effects(                                                  # type: igno
 
 
 @compiled
-def motor_torque(                                                   # type: ignore[no-untyped-def]
-        joint, command, motor_angle, velocity, torque, link_angle, time):
+def motor_torque(joint: Record, command: float, motor_angle: float, velocity: float, torque: float,
+                 link_angle: float, time: float) -> float:
     """Return the torque through the gear that a motor without inertia would tell [N*m], (F3)."""
     sense = np.sign(velocity)
     dry = sense * friction_budget(joint, velocity, sense, torque, link_angle)

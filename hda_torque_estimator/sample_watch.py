@@ -92,19 +92,19 @@ def _ease(arm: Arm) -> Array:
 
 
 @inlined
-def _say(told, joint, side, got, right, seconds):                   # type: ignore[no-untyped-def]
+def _say(told: Array, joint: int, side: int, got: float, right: float, seconds: float) -> None:
     told[0], told[1], told[2], told[3], told[4] = joint, side, got, right, seconds
 
 
 @inlined
-def _twist(limits, j, motor, link):                                 # type: ignore[no-untyped-def]
+def _twist(limits: Array, j: int, motor: float, link: float) -> float:
     """Return how far a joint is twisted at its output [rad]."""
     return ((motor - limits[j, ZERO + MOTOR]) / limits[j, RATIO]
             - (link - limits[j, ZERO + LINK]))
 
 
 @inlined
-def _angles(limits, reading, told):                                 # type: ignore[no-untyped-def]
+def _angles(limits: Array, reading: Array, told: Array) -> Fault:
     """Judge the angles alone."""
     for j in range(reading.shape[0]):
         for side in range(2):
@@ -120,7 +120,8 @@ def _angles(limits, reading, told):                                 # type: igno
 
 
 @inlined
-def _turned(limits, memory, reading, way, j, side, seconds):        # type: ignore[no-untyped-def]
+def _turned(limits: Array, memory: Array, reading: Array, way: float, j: int, side: int,
+            seconds: float) -> bool:
     """Tell whether a way that cannot be is one that can and whole turns, of one side only."""
     usual = memory[j, CHANGE + side] * seconds / max(memory[0, PERIOD], 1e-9)
     turns = np.round((way - usual) / (2.0 * np.pi))
@@ -131,7 +132,8 @@ def _turned(limits, memory, reading, way, j, side, seconds):        # type: igno
 
 
 @inlined
-def _way(limits, memory, reading, place, seconds, told):            # type: ignore[no-untyped-def]
+def _way(limits: Array, memory: Array, reading: Array, place: int, seconds: float,
+         told: Array) -> Fault:
     """Judge how far all sides have turned since the angles at a place of the memory."""
     for j in range(reading.shape[0]):
         for side in range(2):
@@ -148,7 +150,8 @@ def _way(limits, memory, reading, place, seconds, told):            # type: igno
 
 
 @inlined
-def _together(limits, memory, reading, dt, seconds, told):          # type: ignore[no-untyped-def]
+def _together(limits: Array, memory: Array, reading: Array, dt: float, seconds: float,
+              told: Array) -> Fault:
     """Judge whether shaft and link of every joint went the same way."""
     for j in range(reading.shape[0]):
         motor, link = reading[j, MOTOR], reading[j, LINK]
@@ -174,7 +177,7 @@ def _together(limits, memory, reading, dt, seconds, told):          # type: igno
 
 
 @inlined
-def _stride(memory, j, side):                                       # type: ignore[no-untyped-def]
+def _stride(memory: Array, j: int, side: int) -> float:
     """Return how far a side went per sample before it repeated: the lesser of two steps [rad]."""
     if memory[j, REPEATS + side] > 0.0:
         return memory[j, FROM + side]
@@ -185,7 +188,7 @@ def _stride(memory, j, side):                                       # type: igno
 
 
 @inlined
-def _frozen(limits, memory, reading, dt, told):                     # type: ignore[no-untyped-def]
+def _frozen(limits: Array, memory: Array, reading: Array, dt: float, told: Array) -> Fault:
     """Judge angles that repeat exactly right after steps that no torque could stop in one."""
     span = max(dt, memory[0, PERIOD])
     for j in range(reading.shape[0]):
@@ -204,7 +207,8 @@ def _frozen(limits, memory, reading, dt, told):                     # type: igno
 
 
 @inlined
-def _velocities(limits, memory, reading, seconds, told):            # type: ignore[no-untyped-def]
+def _velocities(limits: Array, memory: Array, reading: Array, seconds: float,
+                told: Array) -> Fault:
     """Judge given velocities: what they add up to must be the way that was turned."""
     if reading.shape[1] < 4:
         return Fault.NONE
@@ -222,7 +226,7 @@ def _velocities(limits, memory, reading, seconds, told):            # type: igno
 
 
 @inlined
-def _believe(memory, reading, dt):                                  # type: ignore[no-untyped-def]
+def _believe(memory: Array, reading: Array, dt: float) -> None:
     """Take a sample for what is so."""
     first = memory[0, STARTED] == 0.0
     seconds = memory[0, SINCE_ANCHOR] + dt
@@ -255,7 +259,7 @@ def _believe(memory, reading, dt):                                  # type: igno
 
 
 @inlined
-def _stamps(memory, dt, told):                                      # type: ignore[no-untyped-def]
+def _stamps(memory: Array, dt: float, told: Array) -> Fault:
     """Judge a stamp that is not later than the last one."""
     _say(told, 0, MOTOR, dt, 0.0, 0.0)
     if dt <= -BACK:
@@ -270,7 +274,7 @@ def _stamps(memory, dt, told):                                      # type: igno
 
 
 @inlined
-def _doubt(limits, memory, reading, fault, told):                   # type: ignore[no-untyped-def]
+def _doubt(limits: Array, memory: Array, reading: Array, fault: Fault, told: Array) -> Fault:
     """Keep a sample that is not believed; one like the last such, with good ones between: two."""
     again = memory[0, DOUBTS] > 0.0 and memory[0, BELIEVED_SINCE] > 0.0
     for j in range(reading.shape[0]):
@@ -290,7 +294,7 @@ def _doubt(limits, memory, reading, fault, told):                   # type: igno
 
 
 @compiled
-def judge(limits, memory, reading, dt, told):                       # type: ignore[no-untyped-def]
+def judge(limits: Array, memory: Array, reading: Array, dt: float, told: Array) -> Fault:
     """
     Return the number of the fault of a sample, 0 if it can be believed, which it then is.
 

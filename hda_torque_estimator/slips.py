@@ -6,7 +6,7 @@ A shaft or link that does so in truth must speed up and stop within one period, 
 forbids. While the joint moves the motor's torque contradicts a slip too; at rest only this does.
 """
 
-from hda_arm_sim.model.compiled import compiled, inlined
+from hda_arm_sim.model.compiled import Array, compiled, inlined
 
 from .sample_watch import ACCELERATION, EASE, LATE, RATIO, STEP
 
@@ -28,7 +28,7 @@ _APART = 0.5            # of a step: what the other side does where only one sli
 
 
 @compiled
-def look(limits, memory, reading, torque, dt):                      # type: ignore[no-untyped-def]
+def look(limits: Array, memory: Array, reading: Array, torque: float, dt: float) -> int:
     """
     Return which side slipped one sample ago; dt [s] since the last sample, 0 begins anew.
 
@@ -55,20 +55,20 @@ def look(limits, memory, reading, torque, dt):                      # type: igno
 
 
 @inlined
-def size(memory, side, ratio):                                      # type: ignore[no-untyped-def]
+def size(memory: Array, side: int, ratio: float) -> float:
     """Return the size of the slip that was just told, at the output [rad]."""
     way = memory[BEFORE + side - OF_MOTOR] * memory[LAST_TIME]
     return way / ratio if side == OF_MOTOR else way
 
 
 @inlined
-def _still(step, acceleration, span):                               # type: ignore[no-untyped-def]
+def _still(step: float, acceleration: float, span: float) -> float:
     """Return how far a side goes in one sample between two in which it stands [rad]."""
     return step + _STOPPABLE * acceleration * span ** 2
 
 
 @inlined
-def _remember(memory, reading, dt):                                 # type: ignore[no-untyped-def]
+def _remember(memory: Array, reading: Array, dt: float) -> None:
     for side in range(2):
         memory[EARLIER + side] = memory[BEFORE + side]
         last = memory[TIME]

@@ -5,7 +5,10 @@ A single stamp of the past is a message that came late. Several in a row that gr
 clock that went back: a loop, a restart. Stamps that alternate are two publishers.
 """
 
-from hda_arm_sim.model.compiled import compiled
+from hda_arm_sim.model.compiled import Array, compiled
+from hda_msgs_json.samples import Stamps
+import numpy as np
+from numpy.typing import NDArray
 
 USED, NOT_FINITE, NOT_LATER = range(3)
 AFRESH, BACK = 0.0, -1.0        # instead of a time: after a gap; the clock went back
@@ -22,7 +25,7 @@ TURNS = 3                       # as in `sample_watch.py`
 
 
 @compiled
-def follow_one(memory, stamp, finite, longest_gap):                 # type: ignore[no-untyped-def]
+def follow_one(memory: Stamps, stamp: int, finite: bool, longest_gap: float) -> tuple[int, float]:
     """
     Return whether a sample is used, and the time since the last one [s] or what stands for it.
 
@@ -46,15 +49,15 @@ def follow_one(memory, stamp, finite, longest_gap):                 # type: igno
 
 
 @compiled
-def follow(                                                         # type: ignore[no-untyped-def]
-        memory, stamps, finite, longest_gap, refusals, seconds):
+def follow(memory: Stamps, stamps: Stamps, finite: NDArray[np.bool_], longest_gap: float,
+           refusals: NDArray[np.int64], seconds: Array) -> None:
     """Fill what `follow_one` says of each sample into refusals and seconds (k,)."""
     for i in range(stamps.shape[0]):
         refusals[i], seconds[i] = follow_one(memory, stamps[i], finite[i], longest_gap)
 
 
 @compiled
-def _went_back(memory, stamp):                                      # type: ignore[no-untyped-def]
+def _went_back(memory: Stamps, stamp: int) -> bool:
     """Count stamps of the past that grow, and tell whether they are enough."""
     far = stamp <= memory[LAST] - FAR_BACK
     grows = memory[IN_A_ROW] > 0 and stamp > memory[PAST]

@@ -7,7 +7,7 @@ that shows it. A joint that seems to be held by a new force from one sample to t
 not yield to it by a count, is not held: its readings are.
 """
 
-from hda_arm_sim.model.compiled import compiled
+from hda_arm_sim.model.compiled import Array, compiled, Record
 from hda_arm_sim.model.torsion import stiffness_at
 import numpy as np
 
@@ -28,8 +28,8 @@ CERTAIN = 4.0           # deviations, as where a motor gives a torque that it ca
 
 
 @compiled
-def frozen(                                                         # type: ignore[no-untyped-def]
-        joint, limits, memory, reading, external, deviation, torque, dt):
+def frozen(joint: Record, limits: Array, memory: Array, reading: Array, external: float,
+           deviation: float, torque: float, dt: float) -> bool:
     """
     Tell whether a joint stands as none can; dt [s] since the last sample, 0 begins anew.
 

@@ -1,6 +1,6 @@
 """Tip force from external joint torques, where it can be observed (docs/model.md, 34-36)."""
 
-from hda_arm_sim.model.compiled import compiled
+from hda_arm_sim.model.compiled import Array, compiled, Record
 from hda_arm_sim.model.rigid import tool_jacobian
 import numpy as np
 
@@ -8,8 +8,8 @@ _ALIGNED = 0.01         # share of an unobserved force that may leak into an obs
 
 
 @compiled
-def tool_force(                                                     # type: ignore[no-untyped-def]
-        links, joints, elbow, torque, deviation, singular_sine, force, covariance):
+def tool_force(links: Record, joints: int, elbow: float, torque: Array, deviation: Array,
+               singular_sine: float, force: Array, covariance: Array) -> tuple[bool, float]:
     """
     Fill the force on the tip in the tool frame (2,) [N] and its covariance (2, 2) [N^2].
 
@@ -40,7 +40,7 @@ def tool_force(                                                     # type: igno
 
 
 @compiled
-def singular_ratio(j11, j21, j22):                                  # type: ignore[no-untyped-def]
+def singular_ratio(j11: float, j21: float, j22: float) -> float:
     """Return smallest over largest singular value of a triangular matrix, by rows."""
     product = abs(j11 * j22)
     squares = j11 ** 2 + j21 ** 2 + j22 ** 2
@@ -48,14 +48,14 @@ def singular_ratio(j11, j21, j22):                                  # type: igno
 
 
 @compiled
-def _only_perpendicular(covariance, variance):                      # type: ignore[no-untyped-def]
+def _only_perpendicular(covariance: Array, variance: float) -> None:
     covariance[0, 0] = covariance[0, 1] = covariance[1, 0] = np.nan
     covariance[1, 1] = variance
 
 
 @compiled
-def base_force(                                                     # type: ignore[no-untyped-def]
-        direction, tool, tool_covariance, force, covariance):
+def base_force(direction: float, tool: Array, tool_covariance: Array, force: Array,
+               covariance: Array) -> None:
     """
     Fill the same force in the base frame; `direction` is that of the tool's x axis [rad].
 

@@ -5,7 +5,7 @@ This is the paper's estimator with its equations made consistent: both encoders,
 torsion, through the inverse of the torsion law; hysteresis and damping on top.
 """
 
-from hda_arm_sim.model.compiled import compiled
+from hda_arm_sim.model.compiled import Array, compiled, Record
 from hda_arm_sim.model.effects.place import Sampled
 from hda_arm_sim.model.effects.timing import sampled_late
 from hda_arm_sim.model.effects.transmission import slid, SLIDERS
@@ -17,7 +17,7 @@ import numpy as np
 
 
 @compiled
-def shaft(joint, reading, rate):                                    # type: ignore[no-untyped-def]
+def shaft(joint: Record, reading: float, rate: float) -> tuple[float, float]:
     """Return angle and velocity of the shaft at the stamp, from what its encoder shows."""
     angle = motor_angle_behind(joint, reading - joint.motor_encoder.zero)
     velocity = rate / motor_gain(joint, angle)
@@ -26,7 +26,7 @@ def shaft(joint, reading, rate):                                    # type: igno
 
 
 @compiled
-def link(joint, tilt_moment, reading, rate):                        # type: ignore[no-untyped-def]
+def link(joint: Record, tilt_moment: float, reading: float, rate: float) -> tuple[float, float]:
     """Return angle and velocity of the link at the stamp, from what its encoder shows."""
     angle = link_angle_behind(joint, reading - joint.link_encoder.zero, tilt_moment)
     velocity = rate / link_gain(joint, angle)
@@ -35,8 +35,8 @@ def link(joint, tilt_moment, reading, rate):                        # type: igno
 
 
 @compiled
-def torsions(                                                       # type: ignore[no-untyped-def]
-        joint, motor_angle, motor_velocity, link_angle, link_velocity):
+def torsions(joint: Record, motor_angle: float, motor_velocity: float, link_angle: float,
+             link_velocity: float) -> tuple[float, float, float]:
     """Return total torsion, its kinematic part -e(theta_m) [rad] and its elastic rate, (28)."""
     error, ratio = transmission(joint, motor_angle)
     return (motor_angle / joint.ratio - link_angle, -error,
@@ -44,7 +44,7 @@ def torsions(                                                       # type: igno
 
 
 @compiled
-def slide(joint, change, stretch):                                  # type: ignore[no-untyped-def]
+def slide(joint: Record, change: float, stretch: Array) -> float:
     """
     Let the elements of the hysteresis (SLIDERS,) follow a change of the torsion, (29).
 
@@ -58,7 +58,7 @@ def slide(joint, change, stretch):                                  # type: igno
 
 
 @compiled
-def torque_through_gear(joint, torsion, torsion_rate, state):       # type: ignore[no-untyped-def]
+def torque_through_gear(joint: Record, torsion: float, torsion_rate: float, state: float) -> float:
     """Return the torque through the gear of an elastic torsion, (30) [N*m at the output]."""
     spring = played_torsion(joint, torsion)
     torque = torque_of_torsion(joint.torsion, joint.ratio, spring)
@@ -66,7 +66,7 @@ def torque_through_gear(joint, torsion, torsion_rate, state):       # type: igno
 
 
 @compiled
-def torsion_deviation(joint):                                       # type: ignore[no-untyped-def]
+def torsion_deviation(joint: Record) -> float:
     """Return what counts and noise of both encoders make of a torsion, one sigma [rad]."""
     motor = (joint.coarse_quantisation.motor_step ** 2 / 12.0 + joint.motor_encoder.noise ** 2)
     link = (joint.coarse_quantisation.link_step ** 2 / 12.0 + joint.link_encoder.noise ** 2)
@@ -74,7 +74,7 @@ def torsion_deviation(joint):                                       # type: igno
 
 
 @compiled
-def reading_deviation(joint, torque, rate_gain):                    # type: ignore[no-untyped-def]
+def reading_deviation(joint: Record, torque: float, rate_gain: float) -> tuple[float, float]:
     """
     Return the stiffness at a torque [N*m/rad], and the deviation from readings alone [N*m], (31).
 

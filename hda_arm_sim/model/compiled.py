@@ -13,14 +13,19 @@ import hashlib
 import os
 from pathlib import Path
 import re
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 import numba
 from numba.core import cgutils, config, event
 from numba.core.caching import FunctionCache
 from numba.extending import intrinsic
+import numpy as np
+from numpy.typing import NDArray
 
+Array: TypeAlias = NDArray[np.float64]
 Record: TypeAlias = Any          # a numpy record: the numbers of a joint, an effect ... by name
+Number = TypeVar('Number', float, Array)        # of a law for scalars and arrays alike
+Law = TypeVar('Law', bound=Callable[..., Any])
 
 _PACKAGES = Path(__file__).resolve().parents[2]
 _CONFIG: Any = config
@@ -136,12 +141,13 @@ def say_when_compiling(say: Callable[[str], None]) -> None:
     event.register('numba:compile', _Listener(say))
 
 
-def compiled(law: Callable[..., Any], *, inlined: bool = False) -> Any:
+def compiled(law: Law, *, inlined: bool = False) -> Law:
     """
     Return `law` compiled on first use; scalars and arrays alike where its formula allows.
 
-    `inlined` functions become part of their caller: handing over many arrays costs more than
-    a short law itself. Other threads may run meanwhile.
+    Its annotations are for who calls it: numba does not read them. `inlined` functions become
+    part of their caller: handing over many arrays costs more than a short law itself. Other
+    threads may run meanwhile.
     """
     made: Any = numba.njit(error_model='numpy', forceinline=inlined, nogil=True)(law)
     folder = cache_folder(law.__module__)
@@ -155,9 +161,15 @@ def compiled(law: Callable[..., Any], *, inlined: bool = False) -> Any:
     return made
 
 
-def inlined(law: Callable[..., Any]) -> Any:
+def inlined(law: Law) -> Law:
     """Return `law` compiled into its callers."""
     return compiled(law, inlined=True)
+
+
+def interpreted(law: Law) -> Law:
+    """Return a compiled law as it stands in its source, for arrays of any shape."""
+    made: Any = law
+    return made.py_func
 
 
 def _borrowed(typing: Any, array: Any) -> Any:

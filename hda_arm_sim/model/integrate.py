@@ -9,12 +9,14 @@ sticking one breaks away, the step is cut there, so that the order survives dry 
 
 import numpy as np
 
-from .compiled import compiled, inlined
+from .arm import ArmRecord
+from .compiled import Array, compiled, inlined, Record
 from .effects.place import Commanded
 from .kernel import (BUDGET, COMMAND, COMMANDS, CURRENT, DRIVE, FORCE, FORCES, MODE,
                      MOTOR_VELOCITY, NOW, settle, slope, SLOPE_1, SLOPE_2, SLOPE_3, SLOPE_4, STAGE,
                      STATE, STATES, TIME, TRIAL)
 from .motor_side import clipped, lagging, shaft_torque
+from .rigid import Inertia
 
 SIDES = 2               # contacts of a joint; their speeds are SIDES columns of the state apart
 MAX_EVENTS = 16         # in one step; a real arm has one or two
@@ -22,14 +24,14 @@ _NONE, _STOP, _BREAK = 0, 1, 2
 
 
 @inlined
-def _between(w, row, column, s):                                    # type: ignore[no-untyped-def]
+def _between(w: Array, row: int, column: int, s: float) -> float:
     """Return an input at the fraction s of a step: a parabola through start, middle, end."""
     return ((1.0 - s) * (1.0 - 2.0 * s) * w[row, column] + 4.0 * s * (1.0 - s) * w[row, column + 1]
             + s * (2.0 * s - 1.0) * w[row, column + 2])
 
 
 @inlined
-def _current(joint, w, j, dt, begin, s):                            # type: ignore[no-untyped-def]
+def _current(joint: Record, w: Array, j: int, dt: float, begin: float, s: float) -> float:
     """Return what the current loop delivers at a fraction of a step, from its state at `begin`."""
     command = clipped(joint, _between(w, j, COMMANDS, s))
     if joint.current_loop_lag.time_constant == 0.0:
@@ -41,7 +43,7 @@ def _current(joint, w, j, dt, begin, s):                            # type: igno
 
 
 @inlined
-def set_input(arm, w, dt, begin, s):                                # type: ignore[no-untyped-def]
+def set_input(arm: ArmRecord, w: Array, dt: float, begin: float, s: float) -> None:
     """Set time, motor torques and tip force at the fraction s of a step cut at `begin`."""
     w[0, NOW] = w[0, TIME] + s * dt
     for j in range(arm.joints.shape[0]):
@@ -52,7 +54,7 @@ def set_input(arm, w, dt, begin, s):                                # type: igno
 
 
 @inlined
-def _stage(arm, w, block, span):                                    # type: ignore[no-untyped-def]
+def _stage(arm: ArmRecord, w: Array, block: int, span: float) -> None:
     """Set the stage: the state moved along one block of slopes."""
     for j in range(arm.joints.shape[0]):
         for i in range(STATES):
@@ -60,7 +62,8 @@ def _stage(arm, w, block, span):                                    # type: igno
 
 
 @compiled
-def _runge_kutta(arm, inertia, w, dt, begin, end):                  # type: ignore[no-untyped-def]
+def _runge_kutta(arm: ArmRecord, inertia: Inertia, w: Array, dt: float, begin: float,
+                 end: float) -> None:
     """Set the trial state: the state after the part [begin, end] of a step of length dt."""
     span = (end - begin) * dt
     set_input(arm, w, dt, begin, begin)
@@ -83,7 +86,7 @@ def _runge_kutta(arm, inertia, w, dt, begin, end):                  # type: igno
 
 
 @inlined
-def _accept(arm, w):                                                # type: ignore[no-untyped-def]
+def _accept(arm: ArmRecord, w: Array) -> None:
     for j in range(arm.joints.shape[0]):
         for i in range(STATES):
             w[j, STATE + i] = w[j, TRIAL + i]
@@ -91,7 +94,7 @@ def _accept(arm, w):                                                # type: igno
 
 
 @inlined
-def _sticks(arm, w):                                                # type: ignore[no-untyped-def]
+def _sticks(arm: ArmRecord, w: Array) -> bool:
     """Tell whether any contact sticks."""
     for j in range(arm.joints.shape[0]):
         for side in range(SIDES):
@@ -101,13 +104,13 @@ def _sticks(arm, w):                                                # type: igno
 
 
 @inlined
-def _overload(w, j, side):                                          # type: ignore[no-untyped-def]
+def _overload(w: Array, j: int, side: int) -> float:
     """Return by how much a contact is overloaded at the last slope [N*m at its side]."""
     return abs(w[j, DRIVE + side]) - w[j, BUDGET + side]
 
 
 @compiled
-def _first_event(arm, inertia, w):                                  # type: ignore[no-untyped-def]
+def _first_event(arm: ArmRecord, inertia: Inertia, w: Array) -> tuple[int, int, int]:
     """Return the kind of the trial step's first event, its joint and its side."""
     kind, who, where, first = _NONE, -1, 0, 2.0
     sticks = _sticks(arm, w)
@@ -127,7 +130,8 @@ def _first_event(arm, inertia, w):                                  # type: igno
 
 
 @compiled
-def _distance(arm, inertia, w, kind, joint, side):                  # type: ignore[no-untyped-def]
+def _distance(arm: ArmRecord, inertia: Inertia, w: Array, kind: int, joint: int,
+              side: int) -> float:
     """Return what falls through zero at an event, at the trial state."""
     if kind == _STOP:
         return w[joint, TRIAL + MOTOR_VELOCITY + SIDES * side] * w[joint, MODE + side]
@@ -136,7 +140,8 @@ def _distance(arm, inertia, w, kind, joint, side):                  # type: igno
 
 
 @compiled
-def _locate(arm, inertia, w, dt, begin, kind, joint, side):         # type: ignore[no-untyped-def]
+def _locate(arm: ArmRecord, inertia: Inertia, w: Array, dt: float, begin: float, kind: int,
+            joint: int, side: int) -> float:
     """Return the fraction of the step at which an event happens; its state is the trial's."""
     low, high, middle = begin, 1.0, begin
     at_high = _distance(arm, inertia, w, kind, joint, side)
@@ -158,7 +163,7 @@ def _locate(arm, inertia, w, dt, begin, kind, joint, side):         # type: igno
 
 
 @compiled
-def _release(arm, inertia, w):                                      # type: ignore[no-untyped-def]
+def _release(arm: ArmRecord, inertia: Inertia, w: Array) -> None:
     """Let go the contacts that cannot hold now; one link may pull the other loose."""
     for _ in range(SIDES * arm.joints.shape[0]):
         if not _sticks(arm, w):
@@ -176,7 +181,7 @@ def _release(arm, inertia, w):                                      # type: igno
 
 
 @compiled
-def _meet(arm, inertia, w, kind, joint, side):                      # type: ignore[no-untyped-def]
+def _meet(arm: ArmRecord, inertia: Inertia, w: Array, kind: int, joint: int, side: int) -> None:
     """Bring a contact to rest, or let it break away the way it is driven."""
     w[joint, STATE + MOTOR_VELOCITY + SIDES * side] = 0.0
     w[joint, MODE + side] = 0.0
@@ -186,7 +191,7 @@ def _meet(arm, inertia, w, kind, joint, side):                      # type: igno
 
 
 @compiled
-def advance(arm, inertia, w, dt):                                   # type: ignore[no-untyped-def]
+def advance(arm: ArmRecord, inertia: Inertia, w: Array, dt: float) -> int:
     """
     Advance the state in the registers by dt [s] under the inputs in the registers.
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .acting import added, passed
+from .arm import ArmRecord
 from .compiled import compiled, inlined, Record
 from .effects.environment import base_acceleration
 from .effects.friction import bristle_rate, bristle_torque
@@ -17,7 +18,7 @@ from .effects.place import Bent, PLAY, Swung, TRANSMISSION, Turned, Twisted
 from .effects.transmission import damping_torque, hysteresis_torque, slid, SLIDERS
 from .link_side import base_coupling, base_push, free_torque, link_torque, tip_force
 from .motor_side import drag, friction_budget, ripple
-from .rigid import mass_matrix
+from .rigid import Inertia, mass_matrix
 from .torsion import torque_from_guess
 
 Array = NDArray[np.float64]
@@ -91,7 +92,7 @@ def played_torsion(joint: Record, torsion: float) -> float:
 
 
 @inlined
-def spring_torque(joint, torsion, w, j):                            # type: ignore[no-untyped-def]
+def spring_torque(joint: Record, torsion: float, w: Array, j: int) -> float:
     """Return the torque of the spring alone, (14); renews the joint's guess [N*m]."""
     torsion = played_torsion(joint, torsion)
     near, bend = 0.0, w[j, GUESS + 2]
@@ -103,7 +104,8 @@ def spring_torque(joint, torsion, w, j):                            # type: igno
 
 
 @inlined
-def gear_torque(joint, spring, torsion, torsion_rate, state):       # type: ignore[no-untyped-def]
+def gear_torque(joint: Record, spring: float, torsion: float, torsion_rate: float,
+                state: float) -> float:
     """Return the torque through the gear, (14) [N*m at the output, drives the link]."""
     rate = _played_rate(joint, Twisted(torsion, torsion_rate, state), torsion_rate)
     at = Twisted(torsion, rate, state)
@@ -112,7 +114,7 @@ def gear_torque(joint, spring, torsion, torsion_rate, state):       # type: igno
 
 
 @inlined
-def loop_state(joint, w, j, at, torsion):                           # type: ignore[no-untyped-def]
+def loop_state(joint: Record, w: Array, j: int, at: int, torsion: float) -> float:
     """Return the hysteresis z in [-1, 1] at a torsion, from where its elements stand, (66)."""
     own, total = joint.torsional_hysteresis, 0.0
     for place in range(SLIDERS):
@@ -121,7 +123,7 @@ def loop_state(joint, w, j, at, torsion):                           # type: igno
 
 
 @compiled
-def settle(arm, w):                                                 # type: ignore[no-untyped-def]
+def settle(arm: ArmRecord, w: Array) -> None:
     """Let the elements of every hysteresis slide to where the state stands, (65)."""
     for j in range(arm.joints.shape[0]):
         joint = arm.joints[j]
@@ -137,7 +139,7 @@ def settle(arm, w):                                                 # type: igno
 
 
 @inlined
-def _motor_side(arm, w, j, at, to):                                 # type: ignore[no-untyped-def]
+def _motor_side(arm: ArmRecord, w: Array, j: int, at: int, to: int) -> None:
     """Fill one joint's slopes but the link's, and its registers of torque, (12)-(18)."""
     joint = arm.joints[j]
     angle, velocity, mode = w[j, at + MOTOR_ANGLE], w[j, at + MOTOR_VELOCITY], w[j, MODE]
@@ -166,7 +168,7 @@ def _motor_side(arm, w, j, at, to):                                 # type: igno
 
 
 @inlined
-def _link_side(arm, inertia, w, at, to):                            # type: ignore[no-untyped-def]
+def _link_side(arm: ArmRecord, inertia: Inertia, w: Array, at: int, to: int) -> None:
     """Fill the accelerations of one or two links, M ddq = tau + J^T F + gravity - C dq, (19)."""
     two = arm.joints.shape[0] == 2
     q1, dq1 = w[0, at + LINK_ANGLE], w[0, at + LINK_VELOCITY]
@@ -195,7 +197,8 @@ def _link_side(arm, inertia, w, at, to):                            # type: igno
 
 
 @inlined
-def _accelerate(arm, w, two, m11, m12, m22, net1, net2, to):        # type: ignore[no-untyped-def]
+def _accelerate(arm: ArmRecord, w: Array, two: bool, m11: float, m12: float, m22: float,
+                net1: float, net2: float, to: int) -> None:
     """Fill the links' accelerations, with bearings that hold or oppose them, (80)."""
     level1 = arm.joints[0].link_bearing_friction.level
     level2 = arm.joints[1].link_bearing_friction.level if two else 0.0
@@ -215,7 +218,7 @@ def _accelerate(arm, w, two, m11, m12, m22, net1, net2, to):        # type: igno
 
 
 @compiled
-def slope(arm, inertia, w, at, to):                                 # type: ignore[no-untyped-def]
+def slope(arm: ArmRecord, inertia: Inertia, w: Array, at: int, to: int) -> None:
     """Fill the slopes in block `to` of the state in block `at`, (12)-(19)."""
     for j in range(arm.joints.shape[0]):
         _motor_side(arm, w, j, at, to)

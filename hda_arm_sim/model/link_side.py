@@ -7,7 +7,7 @@ See docs/model.md, 19.
 import numpy as np
 
 from .acting import added, pair_added, passed
-from .compiled import compiled, inlined, Record
+from .compiled import compiled, inlined, Number, Record
 from .effects.place import Carried, LINK_TORQUE, LOAD, Pulled, TIP, Touched
 from .rigid import coriolis, gravity_torque, Inertia, mass_matrix, tip_torque
 
@@ -37,8 +37,8 @@ def tip_force(body: Record, time: float, force_x: float,
 
 
 @inlined
-def free_torque(                                                    # type: ignore[no-untyped-def]
-        body, inertia, q1, q2, dq1, dq2, force_x, force_y):
+def free_torque(body: Record, inertia: Inertia, q1: float, q2: float, dq1: float, dq2: float,
+                force_x: float, force_y: float) -> tuple[float, float]:
     """Return what tip force, gravity and motion do to joints 1 and 2, without gears [N*m]."""
     tip1, tip2 = tip_torque(body.links.length1, body.links.length2, q1, q2, force_x, force_y)
     turn1, turn2 = coriolis(inertia, q2, dq1, dq2)
@@ -55,15 +55,16 @@ def link_torque(joint: Record, link_angle: float) -> float:
 
 
 @compiled
-def base_coupling(inertia, direction, q1, q2):                      # type: ignore[no-untyped-def]
+def base_coupling(inertia: Inertia, direction: float, q1: Number,
+                  q2: Number) -> tuple[Number, Number]:
     """Return the torque on joints 1 and 2 per acceleration of the base, (88) [kg*m]."""
     far = inertia.second * np.sin(direction - q1 - q2)
     return inertia.first * np.sin(direction - q1) + far, far
 
 
 @compiled
-def base_push(                                                      # type: ignore[no-untyped-def]
-        inertia, direction, q1, q2, dq1, dq2, force_x, force_y):
+def base_push(inertia: Inertia, direction: float, q1: Number, q2: Number, dq1: Number, dq2: Number,
+              force_x: Number, force_y: Number) -> Number:
     """Return the push of turning links and tip force on the base, along `direction`, (87) [N]."""
     swing = (inertia.first * dq1 * dq1 * np.cos(direction - q1)
              + inertia.second * (dq1 + dq2) ** 2 * np.cos(direction - q1 - q2))
@@ -75,7 +76,8 @@ def thrown_mass(inertia: Inertia, joints: int) -> float:
     elbow = np.linspace(0.0, 2.0 * np.pi, 73) if joints == 2 else np.zeros(1)
     m11, m12, m22 = mass_matrix(inertia, elbow)
     matrix = np.array([[m11, m12], [m12, m22]])[:joints, :joints].transpose(2, 0, 1)
-    sides = [base_coupling(inertia, direction, 0.0, elbow) for direction in (0.0, 0.5 * np.pi)]
+    sides = [base_coupling(inertia, direction, 0.0 * elbow, elbow)
+             for direction in (0.0, 0.5 * np.pi)]
     push = np.array([[side[0] + 0.0 * elbow, side[1]] for side in sides])[:, :joints]
     push = push.transpose(2, 1, 0)                                  # (elbows, joints, directions)
     thrown = push.transpose(0, 2, 1) @ np.linalg.solve(matrix, push)

@@ -32,6 +32,6 @@ def plain(record: ArmRecord) -> PlainArm:
 
 
 @inlined
-def inertia_of(numbers):                                            # type: ignore[no-untyped-def]
+def inertia_of(numbers: NDArray[np.float64]) -> Inertia:
     """Return the inertia from its array."""
     return Inertia(numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5])

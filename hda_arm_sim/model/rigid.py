@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .compiled import compiled
+from .compiled import compiled, Number
 
 
 class Inertia(NamedTuple):
@@ -31,27 +31,28 @@ class Inertia(NamedTuple):
 
 
 @compiled
-def mass_matrix(inertia, elbow):                                    # type: ignore[no-untyped-def]
+def mass_matrix(inertia: Inertia, elbow: Number) -> tuple[Number, Number, Number]:
     """Return M11, M12, M22 at the elbow angle q2 [rad], (6) [kg*m^2]."""
     bend = inertia.coupled * inertia.p3 * np.cos(elbow)
     return inertia.p1 + 2.0 * bend, inertia.coupled * inertia.p2 + bend, inertia.p2 + 0.0 * bend
 
 
 @compiled
-def coriolis(inertia, elbow, dq1, dq2):                             # type: ignore[no-untyped-def]
+def coriolis(inertia: Inertia, elbow: Number, dq1: Number, dq2: Number) -> tuple[Number, Number]:
     """Return the centrifugal and Coriolis torques C(q, dq) dq, (7) [N*m]."""
     swing = inertia.coupled * inertia.p3 * np.sin(elbow)
     return -swing * (2.0 * dq1 + dq2) * dq2, swing * dq1 * dq1
 
 
 @compiled
-def momentum_drift(inertia, elbow, dq1, dq2):                       # type: ignore[no-untyped-def]
+def momentum_drift(inertia: Inertia, elbow: Number, dq1: Number, dq2: Number) -> Number:
     """Return the second component of C(q, dq)^T dq, (8) [N*m]; the first is zero."""
     return -inertia.coupled * inertia.p3 * np.sin(elbow) * dq1 * (dq1 + dq2)
 
 
 @compiled
-def gravity_torque(inertia, pull, direction, q1, q2):               # type: ignore[no-untyped-def]
+def gravity_torque(inertia: Inertia, pull: float, direction: float, q1: Number,
+                   q2: Number) -> tuple[Number, Number]:
     """
     Return the torque that gravity exerts on joints 1 and 2, (9) [N*m].
 
@@ -62,7 +63,8 @@ def gravity_torque(inertia, pull, direction, q1, q2):               # type: igno
 
 
 @compiled
-def tip_torque(length1, length2, q1, q2, force_x, force_y):         # type: ignore[no-untyped-def]
+def tip_torque(length1: float, length2: float, q1: Number, q2: Number, force_x: Number,
+               force_y: Number) -> tuple[Number, Number]:
     """Return J(q)^T F of a force on the tip in the base frame [N], (10) [N*m]."""
     x2, y2 = length2 * np.cos(q1 + q2), length2 * np.sin(q1 + q2)
     x1, y1 = length1 * np.cos(q1), length1 * np.sin(q1)
@@ -71,14 +73,15 @@ def tip_torque(length1, length2, q1, q2, force_x, force_y):         # type: igno
 
 
 @compiled
-def tip_position(length1, length2, q1, q2):                         # type: ignore[no-untyped-def]
+def tip_position(length1: float, length2: float, q1: Number, q2: Number) -> tuple[Number, Number]:
     """Return the tip in the base frame, x and y [m]."""
     return (length1 * np.cos(q1) + length2 * np.cos(q1 + q2),
             length1 * np.sin(q1) + length2 * np.sin(q1 + q2))
 
 
 @compiled
-def tool_jacobian(length1, length2, q2):                            # type: ignore[no-untyped-def]
+def tool_jacobian(length1: float, length2: float,
+                  q2: Number) -> tuple[Number, Number, Number, Number]:
     """
     Return the Jacobian in the tool frame (x along link 2), row by row, (11) [m].
 

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from .compiled import compiled
+from .compiled import compiled, Number, Record
 from .parameter import Declared, parameter, ParameterError
 
 _LINEAR = 1e-9          # below this curvature [1/(N*m)] a law is its own tangent to 1e-15
@@ -18,15 +18,15 @@ _MAX_ITERATIONS = 60
 
 
 @compiled
-def flexspline_torsion(torque, stiffness, curvature):               # type: ignore[no-untyped-def]
+def flexspline_torsion(torque: Number, stiffness: float, curvature: float) -> Number:
     """Return the flexspline's torsion, (1) atan(c_f tau) / (c_f K_f0) [rad]."""
     c = np.maximum(curvature, _LINEAR)
     return np.arctan(c * torque) / (c * stiffness)
 
 
 @compiled
-def segmented_torsion(                                              # type: ignore[no-untyped-def]
-        torque, stiffness, knee_1, second_stiffness, knee_2, third_stiffness):
+def segmented_torsion(torque: Number, stiffness: float, knee_1: float, second_stiffness: float,
+                      knee_2: float, third_stiffness: float) -> Number:
     """Return the torsion of a flexspline with up to three straight segments, (2) [rad]."""
     size = np.abs(torque)
     far = knee_2 if knee_2 > knee_1 else np.inf
@@ -38,7 +38,8 @@ def segmented_torsion(                                              # type: igno
 
 
 @compiled
-def chords(stiffness, curvature, knee_1, knee_2):                   # type: ignore[no-untyped-def]
+def chords(stiffness: float, curvature: float, knee_1: float,
+           knee_2: float) -> tuple[float, float, float]:
     """Return K1, K2, K3 of segments that meet on the tangent law at T1, T2, 2 T2, (63)."""
     ends = [flexspline_torsion(torque, stiffness, curvature)
             for torque in (knee_1, knee_2, 2.0 * knee_2)]
@@ -47,14 +48,15 @@ def chords(stiffness, curvature, knee_1, knee_2):                   # type: igno
 
 
 @compiled
-def wave_generator_torsion(torque, ratio, stiffness, curvature):    # type: ignore[no-untyped-def]
+def wave_generator_torsion(torque: Number, ratio: float, stiffness: float,
+                           curvature: float) -> Number:
     """Return the wave generator's wind-up seen at the output, (3) [rad]."""
     c = np.maximum(curvature, _LINEAR)
     return -np.sign(torque) * np.expm1(-c * np.abs(torque) / ratio) / (ratio * c * stiffness)
 
 
 @compiled
-def torsion_of_torque(law, ratio, torque):                          # type: ignore[no-untyped-def]
+def torsion_of_torque(law: Record, ratio: float, torque: Number) -> Number:
     """Return the total torsion under a torque within the valid range, (4) [rad]."""
     wound = wave_generator_torsion(torque, ratio, law.wave_generator_stiffness,
                                    law.wave_generator_curvature)
@@ -65,7 +67,7 @@ def torsion_of_torque(law, ratio, torque):                          # type: igno
 
 
 @compiled
-def _series(law, ratio, torque):                                    # type: ignore[no-untyped-def]
+def _series(law: Record, ratio: float, torque: float) -> tuple[float, float, float]:
     """Return torsion, its slope and half its curvature at a torque >= 0, from one atan and exp."""
     cw = max(law.wave_generator_curvature, _LINEAR) / ratio
     soft = 1.0 / (ratio * ratio * law.wave_generator_stiffness)
@@ -82,7 +84,7 @@ def _series(law, ratio, torque):                                    # type: igno
 
 
 @compiled
-def _segment(law, torque):                                          # type: ignore[no-untyped-def]
+def _segment(law: Record, torque: float) -> tuple[float, float]:
     """Return the torsion of the segments and its slope at a torque >= 0."""
     torsion = segmented_torsion(torque, law.flexspline_stiffness, law.knee_1,
                                 law.second_stiffness, law.knee_2, law.third_stiffness)
@@ -95,13 +97,14 @@ def _segment(law, torque):                                          # type: igno
 
 
 @compiled
-def stiffness_at(law, ratio, torque):                               # type: ignore[no-untyped-def]
+def stiffness_at(law: Record, ratio: float, torque: float) -> float:
     """Return the local stiffness d tau / d torsion [N*m/rad] at a torque [N*m]."""
     return 1.0 / _series(law, ratio, min(abs(torque), law.valid_torque))[1]
 
 
 @compiled
-def torque_from_guess(law, ratio, torsion, guess, accuracy):        # type: ignore[no-untyped-def]
+def torque_from_guess(law: Record, ratio: float, torsion: float, guess: float,
+                      accuracy: float) -> tuple[float, float]:
     """
     Return the torque under a torsion [N*m] and its local slope [rad/(N*m)], for one value.
 
@@ -128,7 +131,7 @@ def torque_from_guess(law, ratio, torsion, guess, accuracy):        # type: igno
 
 
 @compiled
-def torque_of_torsion(law, ratio, torsion):                         # type: ignore[no-untyped-def]
+def torque_of_torsion(law: Record, ratio: float, torsion: float) -> float:
     """
     Return the torque under a torsion, the inverse of (4), for one value [N*m].
 

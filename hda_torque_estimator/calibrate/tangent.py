@@ -1,6 +1,6 @@
 """How a joint's torque changes with its torsion along a recording, for many changes at once."""
 
-from hda_arm_sim.model.compiled import compiled
+from hda_arm_sim.model.compiled import Array, compiled, Record
 from hda_arm_sim.model.effects.transmission import slid, SLIDERS
 from hda_arm_sim.model.kernel import played_torsion
 from hda_arm_sim.model.torsion import stiffness_at, torque_of_torsion
@@ -8,7 +8,7 @@ import numpy as np
 
 
 @compiled
-def tangents(joint, elastic, change, slope):                        # type: ignore[no-untyped-def]
+def tangents(joint: Record, elastic: Array, change: Array, slope: Array) -> None:
     """
     Fill the slopes (k, m) of the torque over changes (k, m) of the elastic torsion (k,).
 

@@ -1,14 +1,11 @@
 """`hda calibrate`: ordinary recordings make a new model file, with an interval for each number."""
 
 import argparse
-from collections.abc import Callable
 from pathlib import Path
-import sys
-
-from hda_msgs_json.printable import printable
 
 from .out_option import add_out
 from .outcome import Outcome
+from .progress import progress
 from ..calibrate.run import run_calibration
 
 
@@ -31,19 +28,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(options: argparse.Namespace) -> Outcome:
     """Calibrate and write; raises the project's errors."""
-    found = run_calibration(options.bags, options.arm, options.out, joints=options.joint,
-                            tilts=options.tilt, payloads=options.payload,
-                            tell=_progress(options.json), force=options.force)
-    _progress(options.json)('')
+    with progress(quiet=options.json) as tell:
+        found = run_calibration(options.bags, options.arm, options.out, joints=options.joint,
+                                tilts=options.tilt, payloads=options.payload, tell=tell,
+                                force=options.force)
     return Outcome(f'{options.out}\n{found.text()}', {'arm': str(options.out), **found.report()})
-
-
-def _progress(quiet: bool) -> Callable[[str], None]:
-    """Return what shows progress: a line on a terminal, nothing elsewhere."""
-    if quiet or not sys.stderr.isatty():
-        return lambda text: None
-
-    def show(text: str) -> None:
-        sys.stderr.write(f'\r\033[K{printable(text)}')
-        sys.stderr.flush()
-    return show

@@ -1,7 +1,7 @@
 """`hda diagnose`: what the simulation gets wrong, why, the extended model and its gain."""
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 import time
@@ -17,6 +17,7 @@ from . import fleet
 from .motors_alone import motor_figures
 from .out_option import add_out
 from .outcome import Outcome
+from .progress import progress
 from .whole_directory import check_directory, save_figures, whole_directory, write_json
 from ..diagnosis.alignment import together
 from ..diagnosis.diagnose import Conclusion, diagnose
@@ -53,15 +54,20 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def execute(options: argparse.Namespace) -> Outcome:
     """Diagnose and write; raises the project's errors."""
     fleet.check(options)
-    return fleet.execute(_together, options) if options.each else _together(options)
+    if options.each:
+        return fleet.execute(_together, options)
+    with progress(quiet=options.json) as tell:
+        return _together(options, tell)
 
 
-def _together(options: argparse.Namespace) -> Outcome:
-    """Diagnose all bags as recordings of one arm, and write."""
+def _together(options: argparse.Namespace,
+              tell: Callable[[str], None] = lambda text: None) -> Outcome:
+    """Diagnose all bags as recordings of one arm, and write; `tell` hears what is being done."""
     begin = time.monotonic()
     check_directory(options.out, force=options.force, reads=options.bags)
     arm = read_arm(options.arm)
     sources = [str(bag) for bag in options.bags]
+    tell('reading')
     recorded = [open_recording(bag).joint_states() for bag in options.bags]
     alone = [is_motor_side(samples, arm) for samples in recorded]
     if all(alone):
@@ -74,8 +80,9 @@ def _together(options: argparse.Namespace) -> Outcome:
     measurement = together([_measurement(part, options, arm, source) for part, source in
                             zip(recorded, sources)], sources)
     found = diagnose(measurement, arm, about=about,
-                     arm_file=options.arm, version=version(), sources=sources)
+                     arm_file=options.arm, version=version(), sources=sources, tell=tell)
     spent = time.monotonic() - begin
+    tell('drawing')
     exhibits = None if found.evidence is None else exhibits_of(found.evidence)
     found = found._replace(diagnosis=replace(
         found.diagnosis, seconds=spent,

@@ -78,8 +78,10 @@ def _write(bag: BagWriter, arm: Arm, part: Estimates, settings: RecordedSettings
            before: int | None) -> None:
     """Write the messages of some estimates, which come after those at the stamp `before`."""
     for topic, samples in estimate_samples(arm, part, settings.unobserved).items():
-        (bag.write_joint_states if isinstance(samples, JointSamples)
-         else bag.write_wrenches)(topic, samples)                   # type: ignore[arg-type]
+        if isinstance(samples, JointSamples):
+            bag.write_joint_states(topic, samples)
+        else:
+            bag.write_wrenches(topic, samples)
     bag.write_texts(ESTIMATOR_STATE, state_samples(arm, part, settings.state.state_rate, before))
     bag.merge()
 

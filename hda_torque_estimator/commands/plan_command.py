@@ -1,7 +1,6 @@
 """`hda plan`: a motion within the arm's limits that separates two effects."""
 
 import argparse
-import sys
 import time
 from typing import Any
 
@@ -12,8 +11,9 @@ import numpy as np
 
 from .out_option import add_out
 from .outcome import Outcome
+from .progress import progress
 from ..diagnosis.verdict import TIED
-from ..planning.plan import Plan, plan, planned_motion, Progress
+from ..planning.plan import Plan, plan, planned_motion
 from ..planning.question import PlanError, Question, question
 
 _STEP = 1e-3            # of the motion before it is thinned to a table [s]
@@ -36,24 +36,14 @@ def execute(options: argparse.Namespace) -> Outcome:
     check_file(options.out, force=options.force)
     if not options.out.absolute().parent.is_dir():
         raise PlanError(f'{options.out} cannot be written: name a file in a folder that exists')
-    found = plan(asked, options.duration, _progress(options.json))
+    with progress(quiet=options.json) as tell:
+        found = plan(asked, options.duration, lambda done, total: tell(
+            f'weighing motion {min(done + 1, total)} of {total}'))
     if found.separates:
         write_motion(options.out, planned_motion(asked, found.best.path, options.duration, _STEP),
                      asked.arm.labels, force=options.force)
     report = _report(options, asked, found, time.monotonic() - begin)
     return Outcome(_told(options, asked, found), report)
-
-
-def _progress(quiet: bool) -> Progress:
-    """Return what shows progress: a line on a terminal, nothing elsewhere."""
-    if quiet or not sys.stderr.isatty():
-        return lambda done, total: None
-
-    def show(done: int, total: int) -> None:
-        sys.stderr.write('\r\033[K' if done == total else
-                         f'\r\033[Kweighing motion {done + 1} of {total}')
-        sys.stderr.flush()
-    return show
 
 
 def _told(options: argparse.Namespace, asked: Question, found: Plan) -> str:

@@ -1,9 +1,8 @@
 """`hda reproduce`: the figures and tables of the paper, with the numbers next to the paper's."""
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-import sys
 import time
 from typing import Any
 
@@ -11,6 +10,7 @@ from hda_arm_sim.model.files import read_arm
 
 from .out_option import add_out
 from .outcome import Outcome
+from .progress import progress
 from .whole_directory import save_figures, whole_directory, write_json
 from ..reproduction.catalogue import chosen, Entry, FIGURES
 from ..reproduction.exhibit import Arms, Exhibit
@@ -34,23 +34,20 @@ def execute(options: argparse.Namespace) -> Outcome:
     begin = time.monotonic()
     entries = chosen(options.figures)
     with whole_directory(options.out, force=options.force) as partial:
-        made = _made(entries, quiet=options.json)
+        with progress(quiet=options.json) as tell:
+            made = _made(entries, tell)
         report = document(made, version(), time.monotonic() - begin)
         _write(made, report, partial)
     return Outcome(_told(options.out, made), report)
 
 
-def _made(entries: Mapping[str, Entry], *, quiet: bool) -> dict[str, Exhibit]:
-    """Return the exhibits; a terminal sees which one is being made."""
+def _made(entries: Mapping[str, Entry], tell: Callable[[str], None]) -> dict[str, Exhibit]:
+    """Return the exhibits; `tell` hears which one is being made."""
     arms = Arms(*(read_arm(name) for name in _ARMS))
     made = {}
     for number, (name, entry) in enumerate(entries.items(), 1):
-        if sys.stderr.isatty() and not quiet:
-            sys.stderr.write(f'\r\033[K{number} of {len(entries)}: {name}')
-            sys.stderr.flush()
+        tell(f'{number} of {len(entries)}: {name}')
         made[name] = entry.build(arms)
-    if sys.stderr.isatty() and not quiet:
-        sys.stderr.write('\r\033[K')
     return made
 
 

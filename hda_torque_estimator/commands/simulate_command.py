@@ -6,6 +6,7 @@ from pathlib import Path
 
 from hda_arm_sim.live import SimulationSettings
 from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects import Effect
 from hda_arm_sim.model.files import arm_to_text, read_arm, read_effects
 from hda_arm_sim.motion_file import read_motion
 from hda_arm_sim.motions import Motion, motion, MOTIONS
@@ -74,7 +75,7 @@ def _with_effects(arm: Arm, path: str | None) -> Arm:
     return arm
 
 
-def _names(effect) -> list[str]:                                    # type: ignore[no-untyped-def]
+def _names(effect: Effect) -> list[str]:
     return [rule.name for rule in effect.declarations()]
 
 

@@ -16,8 +16,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.compiled import compiled
+from hda_arm_sim.model.arm import Arm, ArmRecord
+from hda_arm_sim.model.compiled import compiled, Record
 from hda_arm_sim.model.effects.catalogue import effects_at
 from hda_arm_sim.model.effects.friction import bristle_after
 from hda_arm_sim.model.effects.place import (
@@ -27,7 +27,7 @@ from hda_arm_sim.model.kernel import (BASE_OFFSET, BASE_RATE, BRISTLE, COMMAND, 
                                       slope, SLOPE_1, STATE, STATES, TORQUE)
 from hda_arm_sim.model.link_side import base_coupling, loaded_inertia
 from hda_arm_sim.model.motor_side import clipped, friction_budget, lagging, shaft_torque
-from hda_arm_sim.model.rigid import mass_matrix
+from hda_arm_sim.model.rigid import Inertia, mass_matrix
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import firwin, upfirdn
@@ -200,7 +200,7 @@ def _centred(command: Array) -> Array:
 
 
 @compiled
-def _deliver(arm, command, dt, delivered):                          # type: ignore[no-untyped-def]
+def _deliver(arm: ArmRecord, command: Array, dt: float, delivered: Array) -> None:
     """Fill the mean torque (k, n) at each shaft from a sample until the next."""
     for j in range(command.shape[1]):
         joint = arm.joints[j]
@@ -218,8 +218,8 @@ def _deliver(arm, command, dt, delivered):                          # type: igno
 
 
 @compiled
-def _along(                                                         # type: ignore[no-untyped-def]
-        arm, inertia, state, acceleration, base, command, dt, residual, memory):
+def _along(arm: ArmRecord, inertia: Inertia, state: Array, acceleration: Array, base: Array,
+           command: Array, dt: float, residual: Array, memory: Array) -> None:
     """Fill the residuals (k, 2 n): A of every joint, then B; and what the effects remember."""
     joints = state.shape[1]
     w = np.zeros((2, REGISTERS))
@@ -242,7 +242,7 @@ def _along(                                                         # type: igno
 
 
 @compiled
-def _bend(joint, w, j, dt):                                         # type: ignore[no-untyped-def]
+def _bend(joint: Record, w: Array, j: int, dt: float) -> None:
     """Bend the bristles for a sample, under the torque of the one before."""
     if joint.presliding_friction.stiffness > 0.0:
         rate, angle = w[j, STATE + MOTOR_VELOCITY], w[j, STATE + LINK_ANGLE]
@@ -252,7 +252,8 @@ def _bend(joint, w, j, dt):                                         # type: igno
 
 
 @compiled
-def _compare(arm, inertia, w, acceleration, joints, residual):      # type: ignore[no-untyped-def]
+def _compare(arm: ArmRecord, inertia: Inertia, w: Array, acceleration: Array, joints: int,
+             residual: Array) -> None:
     """Fill the residuals of one sample from measured accelerations and predicted ones."""
     miss1 = acceleration[0, 1] - w[0, SLOPE_1 + LINK_VELOCITY]
     residual[joints], miss2 = inertia.p1 * miss1, 0.0

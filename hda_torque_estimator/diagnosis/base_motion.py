@@ -28,8 +28,8 @@ def base_motion(arm: Arm, motion: Motion, dt: float) -> Array:
     mode = np.array([[0.0, 1.0], [-pace ** 2, -2.0 * swing.damping * pace]])
     step = cont2discrete((mode, np.array([[0.0], [swing.amplitude]]), np.eye(2),
                           np.zeros((2, 1))), dt, 'foh')     # a push straight between samples
-    _march(*(np.ascontiguousarray(part) for part in step[:4]),
-           stirring(arm, motion, swing.direction)[0], answer)
+    past, push, told, now = (np.ascontiguousarray(part) for part in step[:4])
+    _march(past, push, told, now, stirring(arm, motion, swing.direction)[0], answer)
     return answer
 
 
@@ -39,13 +39,15 @@ def stirring(arm: Arm, motion: Motion, direction: float) -> tuple[Array, Array]:
     angle, rate = motion.state[:, :, LINK_ANGLE].T, motion.state[:, :, LINK_VELOCITY].T
     if joints == 1:
         angle, rate = np.vstack([angle, 0.0 * angle]), np.vstack([rate, 0.0 * rate])
-    coupling = np.stack(base_coupling(inertia, direction, *angle), axis=1)[:, :joints]
-    push = base_push(inertia, direction, *angle, *rate, 0.0, 0.0)
+    (q1, q2), (dq1, dq2) = angle, rate
+    coupling = np.stack(base_coupling(inertia, direction, q1, q2), axis=1)[:, :joints]
+    push = base_push(inertia, direction, q1, q2, dq1, dq2, 0.0, 0.0)
     return push - (coupling * motion.acceleration[:, :, 1]).sum(axis=1), coupling
 
 
 @compiled
-def _march(past, push, told, now, course, answer):                  # type: ignore[no-untyped-def]
+def _march(past: Array, push: Array, told: Array, now: Array, course: Array,
+           answer: Array) -> None:
     """Fill the answer (k, 2) of a mode, given in discrete steps, to the course (k,) of a push."""
     first, second = 0.0, 0.0
     for k in range(course.shape[0]):

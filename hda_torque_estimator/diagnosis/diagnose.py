@@ -5,7 +5,7 @@ Fits see the training stretches only. What they claim is confirmed by simulation
 stretches; a cause that does not gain there is not told.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -69,27 +69,31 @@ class Evidence(NamedTuple):
 def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None = None,
              about: Sequence[Place] = (),
              arm_file: str = '', version: str = '', seconds: float = 0.0,
-             sources: Sequence[str] = ()) -> Conclusion:
+             sources: Sequence[str] = (),
+             tell: Callable[[str], None] = lambda text: None) -> Conclusion:
     """
     Return what the simulation of `arm` gets wrong about a measurement that passed the gate.
 
     Several recordings of the arm, brought together by `alignment.together`, are one measurement;
-    `sources` are their names.
+    `sources` are their names. `tell` hears what is being done.
     """
     training, held_out = split(measurement)
     facts = _facts(measurement, training, held_out, sources)
     if (np.ptp(measurement.reading[:, :, 1], axis=0) < _STILL).all():
         return Conclusion(_unmoved(facts, arm, arm_file, version, seconds), arm, None)
     names = sought_effects() if names is None else names
+    tell('looking at the raw readings')
     raw = raw_readings(measurement, arm, names, training)
-    fitter, found, training, held_out = _searched(raw, names, training, held_out)
-    fitter, found, plain = _reconsidered(fitter, found, names)
+    fitter, found, training, held_out = _searched(raw, names, training, held_out, tell)
+    fitter, found, plain = _reconsidered(fitter, found, names, tell)
+    tell('judging the causes')
     last = fitter.on(found.last.terms)
     judged = backing(fitter, found, (*misplaced(fitter, found), *straight(fitter, found.last)))
     twin = Balancer(healthy_twin(fitter.balancer, last, 1, torque_noise_of(
         fitter.noise, plain, fitter.balancer, arm)), fitter.balancer.turning)
     kept = found.with_only(fitter, judged.backed)
     stands = unbiased(fitter, kept, twin)
+    tell('measuring the gain on held-out stretches')
     evidence = Evidence(fitter, stands, twin, _with_zeros(arm, stands), fitter.on(stands.terms),
                         held_out)
     pairs = alike(found, judged)
@@ -100,6 +104,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
              gains(fitter.balancer, evidence.twin, evidence.before, evidence.extended,
                    held_out).total())
     rest = unexplained(fitter, stands) if judged.unexplained.any() else None
+    tell('finding the smallest size of every effect that would have shown')
     sizes = smallest_sizes(fitter, found, kept, raw, training, names)
     verdict = _verdict(judged, told, bool(pairs), len(fitted) > len(told))
     limit = None
@@ -139,8 +144,8 @@ def _facts(measurement: Measurement, training: Spans, held_out: Spans,
                           held_out, tuple(parts) if len(pieces) > 1 else ())
 
 
-def _searched(raw: RawReadings, names: Sequence[str], training: Spans,
-              held_out: Spans) -> tuple[Fitter, Found, Spans, Spans]:
+def _searched(raw: RawReadings, names: Sequence[str], training: Spans, held_out: Spans,
+              tell: Callable[[str], None]) -> tuple[Fitter, Found, Spans, Spans]:
     """
     Return what was found, with the zeros of several recordings as it has them.
 
@@ -152,7 +157,7 @@ def _searched(raw: RawReadings, names: Sequence[str], training: Spans,
         fitter = _fitter(raw, training)
         seen, unseen = _split(fitter, arm, names, training, held_out)
         fitter = replace(fitter, rows=inside(fitter.balancer.time, seen))
-        found = search(fitter, names)
+        found = search(fitter, names, tell=tell)
         arm = fitter.on(found.last.terms)
         if is_aligned(fitter.balancer, arm, fitter.noise) and (
                 seen != training or _split(fitter, arm, names, seen, unseen)[0] == seen):
@@ -160,8 +165,8 @@ def _searched(raw: RawReadings, names: Sequence[str], training: Spans,
     return fitter, found, seen, unseen
 
 
-def _reconsidered(fitter: Fitter, found: Found,
-                  names: Sequence[str]) -> tuple[Fitter, Found, Array]:
+def _reconsidered(fitter: Fitter, found: Found, names: Sequence[str],
+                  tell: Callable[[str], None]) -> tuple[Fitter, Found, Array]:
     """
     Return a fitter with the noise beside the causes, what it finds, and what resolution leaves.
 
@@ -172,7 +177,7 @@ def _reconsidered(fitter: Fitter, found: Found,
     noise, plain = noise_of(fitter.balancer, fitter.on(found.last.terms))
     fitter = replace(fitter, noise=np.minimum(taken, noise))
     if (fitter.noise < _QUIETER * taken).any():
-        found = search(fitter, names, found)
+        found = search(fitter, names, found, tell)
     return fitter, without_noise(fitter, found), plain
 
 

@@ -109,7 +109,7 @@ def _leverage(balancer: Balancer, arm: Arm, links: Links) -> Array:
     angle = balancer.motion(arm).state[::balancer.every, :, LINK_ANGLE]
     elbow = angle[:, 1] if angle.shape[1] == 2 else np.zeros(len(angle))
     sides = [np.stack(tip_torque(links.length1, links.length2, angle[:, 0], elbow, *force), axis=1)
-             for force in ((1.0, 0.0), (0.0, 1.0))]
+             for force in np.eye(2)]
     return np.stack(sides, axis=2)[:, :angle.shape[1]]
 
 

@@ -8,11 +8,12 @@ pass what the arm does, up to about 100 Hz, and last taken at the stamp where an
 
 from typing import NamedTuple
 
-from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.arm import Arm, ArmRecord
 from hda_arm_sim.model.compiled import compiled
 from hda_arm_sim.model.encoders import link_angle_behind, motor_angle_behind, tilt_moments
 from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY, MOTOR_ANGLE, MOTOR_VELOCITY
 from hda_arm_sim.model.link_side import loaded_inertia
+from hda_arm_sim.model.rigid import Inertia
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter
@@ -86,7 +87,7 @@ def _derivative(angles: Array, order: int, window: float, dt: float) -> Array:
 
 
 @compiled
-def _behind(arm, inertia, reading, angles):                         # type: ignore[no-untyped-def]
+def _behind(arm: ArmRecord, inertia: Inertia, reading: Array, angles: Array) -> None:
     """Fill the angles (k, n, 2) behind readings, at the times when they were read."""
     last = reading.shape[1] - 1
     for k in range(reading.shape[0]):

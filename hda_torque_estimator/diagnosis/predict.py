@@ -7,11 +7,12 @@ the predicted encoder readings, at the output side, over the window.
 """
 
 from hda_arm_sim.drive import act
-from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.arm import Arm, ArmRecord
 from hda_arm_sim.model.compiled import compiled
 from hda_arm_sim.model.kernel import (CURRENT, HISTORY, registers, SENT, slope, SLOPE_1, STATE,
                                       STATES, TIME)
 from hda_arm_sim.model.link_side import loaded_inertia
+from hda_arm_sim.model.rigid import Inertia
 from hda_arm_sim.sensors import DRAWS, read_encoders
 from hda_arm_sim.simulate import step_count
 import numpy as np
@@ -76,8 +77,8 @@ def _starts(spans: Spans, duration: float, dt: float) -> list[int]:
 
 
 @compiled
-def _predict(                                                       # type: ignore[no-untyped-def]
-        arm, inertia, w, command, reading, dt, count, errors):
+def _predict(arm: ArmRecord, inertia: Inertia, w: Array, command: Array, reading: Array, dt: float,
+             count: int, errors: Array) -> None:
     """Fill the mean squared errors (3 n,) of one window; the first reading is where it starts."""
     joints = reading.shape[1]
     shown, noise, force = np.empty((joints, 2)), np.zeros((joints, DRAWS)), np.zeros(2)

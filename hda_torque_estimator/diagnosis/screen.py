@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 from typing import NamedTuple
 
+from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import effect_named, Site
 import numpy as np
 from numpy.typing import NDArray
@@ -121,7 +122,7 @@ def _weighed(fitter: Fitter, fit: Fit, known: Columns, start: Term,
     return Prospect(sized, fit.score if sized is start else found.score)
 
 
-def _sized(arm, start: Term, shares: Array) -> Term:                # type: ignore[no-untyped-def]
+def _sized(arm: Arm, start: Term, shares: Array) -> Term:
     """Return the start at the size that the shares give, or itself where that is impossible."""
     vector = start.vector()
     if start.free:

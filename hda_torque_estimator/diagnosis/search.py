@@ -6,7 +6,7 @@ step ends with a rest, it weighs the laws of each cause again beside all others,
 where another cause was nearly as good.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -59,22 +59,25 @@ class Found:
         return {term.place: reason for term, reason in zip(self.last.accepted, self.evidence)}
 
 
-def search(fitter: Fitter, names: Sequence[str], begun: Found | None = None) -> Found:
+def search(fitter: Fitter, names: Sequence[str], begun: Found | None = None,
+           tell: Callable[[str], None] = lambda text: None) -> Found:
     """
     Return the causes that explain a measurement, among the effects of these names.
 
-    A search that was `begun` with another noise goes on from what it had found.
+    A search that was `begun` with another noise goes on from what it had found. `tell` hears
+    what is being done.
     """
     names = [name for name in names if name in HYPOTHESES]
+    tell('fitting the arm as it is known')
     first = fitter.fit(())
     found = Found(first, first, ())
     if begun is not None and begun.last.accepted:
         found = Found(first, fitter.fit(begun.last.accepted, begun.last.nuisance), begun.evidence)
-    found = _extended(fitter, names, found)
+    found = _extended(fitter, names, found, tell)
     for start in _turns(fitter, found):
         if not _stuck(fitter, found):
             break
-        other = _extended(fitter, names, start)
+        other = _extended(fitter, names, start, tell)
         if _better(fitter, other.last, found.last):
             found = other
     return _weighed_again(fitter, found)
@@ -88,10 +91,12 @@ def without_noise(fitter: Fitter, found: Found) -> Found:
                  tuple(reasons[term.place] for term in kept))
 
 
-def _extended(fitter: Fitter, names: Sequence[str], found: Found) -> Found:
+def _extended(fitter: Fitter, names: Sequence[str], found: Found,
+              tell: Callable[[str], None]) -> Found:
     """Return what was found with further causes, the best at every step."""
     first, fit, evidence = found.first, found.last, found.reasons()
     while len(fit.accepted) < MOST and open_rest(fitter, fit):
+        tell(f'looking for cause {len(fit.accepted) + 1}')
         step = _next(fitter, first, fit, names)
         if step is None:
             break

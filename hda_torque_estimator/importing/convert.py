@@ -76,8 +76,9 @@ def _groups(column_map: ColumnMap, columns: Columns) -> dict[str, NDArray[np.int
 
 
 def _label(value: object) -> str:
-    whole = isinstance(value, (float, np.floating)) and float(value).is_integer()
-    return str(int(value)) if whole else str(value)     # type: ignore[call-overload]
+    if isinstance(value, (float, np.floating)) and float(value).is_integer():
+        return str(int(value))
+    return str(value)
 
 
 def _recording(column_map: ColumnMap, label: str, rows: NDArray[np.intp],

@@ -7,6 +7,7 @@ Every joint tells for itself: encoders count the other way at one joint and not 
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -208,14 +209,14 @@ class Settling:
         return self.entries[place].patterns[0].heading
 
     def _state(self, place: str, what: str, values: Mapping[int, str] | Mapping[int, int],
-               **changes: object) -> None:
+               **changes: Any) -> None:
         """State a unit or a sign of every joint: the usual one, and those that are others."""
         usual = Counter(values.values()).most_common(1)[0][0]
         others = {n: value for n, value in values.items() if value != usual}
         self._change(place, **{what: usual, f'{what}s': others}, **changes)
 
-    def _change(self, place: str, **changes: object) -> None:
-        self.entries[place] = replace(self.entries[place], **changes)   # type: ignore[arg-type]
+    def _change(self, place: str, **changes: Any) -> None:
+        self.entries[place] = replace(self.entries[place], **changes)
 
 
 def _travel(values: Floats) -> float:

@@ -62,7 +62,7 @@ def wave_generator_torsion(torque: Array | float) -> Array:
     return np.asarray(-np.sign(size) * np.expm1(-c * np.abs(size)) / (c * k))
 
 
-def estimated_torque(torsion: Array, wave_generator_torque: Array | float) -> Array:
+def estimated_torque(torsion: Array | float, wave_generator_torque: Array | float) -> Array:
     """Return (13): the torque of a total torsion [rad], kinematic torsion taken off [N*m]."""
     wound = wave_generator_torsion(wave_generator_torque)
     return flexspline_torque(torsion + wound / PRINTED.ratio)

@@ -3,10 +3,16 @@
 import math
 
 import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from .layout import Record
+
+Array = NDArray[np.float64]
 
 
 @numba.njit(cache=True, error_model='numpy')
-def issued(joint, command, noise):                                  # type: ignore[no-untyped-def]
+def issued(joint: Record, command: float, noise: float) -> float:
     """Return the torque that the amplifier makes of a command, once it has settled [N*m]."""
     limit = joint.torque_saturation_limit
     return (min(max(command, -limit), limit) * joint.gain
@@ -15,7 +21,8 @@ def issued(joint, command, noise):                                  # type: igno
 
 
 @numba.njit(cache=True, error_model='numpy')
-def delayed(torque, instant, newest, j, delay, begin, h, active):   # type: ignore[no-untyped-def]
+def delayed(torque: Array, instant: Array, newest: int, j: int, delay: float, begin: float,
+            h: float, active: NDArray[np.int64]) -> float:
     """
     Return the mean of the delayed torque over [begin, begin + h].
 
@@ -32,7 +39,7 @@ def delayed(torque, instant, newest, j, delay, begin, h, active):   # type: igno
 
 
 @numba.njit(cache=True, error_model='numpy')
-def lagged(joint, torque, j, lag, h):                               # type: ignore[no-untyped-def]
+def lagged(joint: Record, torque: float, j: int, lag: Array, h: float) -> float:
     """Return the mean torque over h behind a first-order lag, and move its state `lag[j]`."""
     time_constant = joint.current_loop_lag_time_constant
     if time_constant <= 0.0:
@@ -45,7 +52,7 @@ def lagged(joint, torque, j, lag, h):                               # type: igno
 
 
 @numba.njit(cache=True, error_model='numpy')
-def angle_torque(joint, motor, time):                               # type: ignore[no-untyped-def]
+def angle_torque(joint: Record, motor: float, time: float) -> float:
     """Return what the motor adds by itself: ripple, cogging, a line in time [N*m]."""
     torque = 0.0
     for order, size, phase in (

@@ -21,7 +21,8 @@ def swing(plant: Plant, state: State, torque: Array, force: Array, h: float, eve
 
 
 @numba.njit(cache=True, error_model='numpy')
-def _swing(plant, state, torque, force, h, every, out):             # type: ignore[no-untyped-def]
+def _swing(plant: Plant, state: State, torque: Array, force: Array, h: float, every: int,
+           out: Array) -> None:
     spare = np.zeros((2, 5))
     _keep(state, out[0])
     for i in range(torque.shape[0]):
@@ -36,7 +37,7 @@ def _swing(plant, state, torque, force, h, every, out):             # type: igno
 
 
 @numba.njit(cache=True, error_model='numpy')
-def _keep(state, row):                                              # type: ignore[no-untyped-def]
+def _keep(state: State, row: Array) -> None:
     for j in range(2):
         row[j, 0], row[j, 1] = state.position[j], state.rate[j]
         row[j, 2], row[j, 3] = relative(state.position, j), relative(state.rate, j)

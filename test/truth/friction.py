@@ -10,11 +10,13 @@ import math
 
 import numba
 
+from .layout import Record
+
 ELASTIC = 0.7                   # share of its reach over which a bristle springs back
 
 
 @numba.njit(cache=True, error_model='numpy')
-def level(joint, dry, mesh, rate):                                  # type: ignore[no-untyped-def]
+def level(joint: Record, dry: float, mesh: float, rate: float) -> float:
     """Return the torque of steady sliding at a motor rate, without viscous drag [N*m]."""
     if rate > 0.0:
         dry *= 1.0 + joint.asymmetric_friction_asymmetry
@@ -27,7 +29,7 @@ def level(joint, dry, mesh, rate):                                  # type: igno
 
 
 @numba.njit(cache=True, error_model='numpy')
-def bent(bristle, rate, stiffness, sliding, h):                     # type: ignore[no-untyped-def]
+def bent(bristle: float, rate: float, stiffness: float, sliding: float, h: float) -> float:
     """Return the bristle after h seconds at a constant rate, exactly [rad]."""
     if rate == 0.0 or sliding <= 0.0:
         return bristle
@@ -40,7 +42,8 @@ def bent(bristle, rate, stiffness, sliding, h):                     # type: igno
 
 
 @numba.njit(cache=True, error_model='numpy')
-def resistance(bristle, rate, stiffness, damping, sliding):         # type: ignore[no-untyped-def]
+def resistance(bristle: float, rate: float, stiffness: float, damping: float,
+               sliding: float) -> float:
     """
     Return the torque of a bristle against the motion [N*m].
 
@@ -56,7 +59,7 @@ def resistance(bristle, rate, stiffness, damping, sliding):         # type: igno
 
 
 @numba.njit(cache=True, error_model='numpy')
-def drag(joint, heat, rate):                                        # type: ignore[no-untyped-def]
+def drag(joint: Record, heat: float, rate: float) -> float:
     """Return the viscous torque against the motion at a motor rate and heat [N*m]."""
     slope = joint.viscous + joint.viscous_friction_slope
     if joint.thermal_viscosity_amplitude != 0.0:
@@ -70,6 +73,6 @@ def drag(joint, heat, rate):                                        # type: igno
 
 
 @numba.njit(cache=True, error_model='numpy')
-def coldness(heat):                                                 # type: ignore[no-untyped-def]
+def coldness(heat: float) -> float:
     """Return how viscous the grease still is: 1 when cold, 0 at the duty's own temperature."""
     return (math.exp(-0.3 * heat) - math.exp(-0.3)) / (1.0 - math.exp(-0.3))

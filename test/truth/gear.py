@@ -4,14 +4,15 @@ import math
 
 import numba
 
+from .layout import Record
 from .nominal import RATIO
-from .torsion import look_up
+from .torsion import Array, look_up
 
 SLIDERS = 10
 
 
 @numba.njit(cache=True, error_model='numpy')
-def transmission_error(joint, motor):                               # type: ignore[no-untyped-def]
+def transmission_error(joint: Record, motor: float) -> tuple[float, float]:
     """Return the error of the output angle at a motor angle [rad], and its slope."""
     error, slope = 0.0, 0.0
     for order, size, phase in (
@@ -26,7 +27,7 @@ def transmission_error(joint, motor):                               # type: igno
 
 
 @numba.njit(cache=True, error_model='numpy')
-def seat(joint, torsion):                                           # type: ignore[no-untyped-def]
+def seat(joint: Record, torsion: float) -> tuple[float, float]:
     """
     Return the torsion behind the play [rad], and the share of its rate that gets there.
 
@@ -45,7 +46,7 @@ def seat(joint, torsion):                                           # type: igno
 
 
 @numba.njit(cache=True, error_model='numpy')
-def drag_sliders(joint, torsion, was, sliders):                     # type: ignore[no-untyped-def]
+def drag_sliders(joint: Record, torsion: float, was: float, sliders: Array) -> float:
     """Move the friction elements along with the torsion; return their torque [N*m]."""
     full = joint.torsional_hysteresis_level
     if full == 0.0:
@@ -62,7 +63,7 @@ def drag_sliders(joint, torsion, was, sliders):                     # type: igno
 
 
 @numba.njit(cache=True, error_model='numpy')
-def elastic_torque(joint, law, behind, link):                       # type: ignore[no-untyped-def]
+def elastic_torque(joint: Record, law: Array, behind: float, link: float) -> float:
     """Return the spring's torque at a torsion behind the play and a link angle [N*m]."""
     torque = look_up(law, behind)
     if joint.angle_dependent_stiffness_amplitude != 0.0:
@@ -72,7 +73,8 @@ def elastic_torque(joint, law, behind, link):                       # type: igno
 
 
 @numba.njit(cache=True, error_model='numpy')
-def hold(joint, law, motor, link, sliders, held):                   # type: ignore[no-untyped-def]
+def hold(joint: Record, law: Array, motor: float, link: float, sliders: Array,
+         held: Record) -> None:
     """Write what follows from the angles alone: spring torque, lever and damping."""
     error, slope = transmission_error(joint, motor)
     torsion, share = seat(joint, motor / RATIO + error - link)

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Sequence
 import hashlib
 from pathlib import Path
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,8 @@ from . import nominal
 from .catalogue import CATALOGUE
 from .effect import Effect, Hidden, JOINTS, TruthError
 from .outside import OUTSIDE
+
+Record: TypeAlias = Any          # of a joint or the arm, whose numbers stand under their names
 
 EFFECTS = {effect.name: effect for effect in (*CATALOGUE, *OUTSIDE)}
 

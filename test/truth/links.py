@@ -16,12 +16,14 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from .layout import Record
 from .nominal import GRAVITY, LENGTH
 
+Array = NDArray[np.float64]
 POSE = 8
 
 
-def body(arm: NDArray[np.void], joints: NDArray[np.void]) -> NDArray[np.float64]:
+def body(arm: NDArray[np.void], joints: NDArray[np.void]) -> Array:
     """Return A, B, C, E [kg*m^2] and the mass moments of both links [kg*m], payload included."""
     error = joints['link_inertia_error_relative_error']
     load = float(arm[0]['payload_mass']) * LENGTH
@@ -34,7 +36,8 @@ def body(arm: NDArray[np.void], joints: NDArray[np.void]) -> NDArray[np.float64]
 
 
 @numba.njit(cache=True, error_model='numpy')
-def write_pose(arm, body, a1, a2, fx, fy, pose):                    # type: ignore[no-untyped-def]
+def write_pose(arm: Record, body: Array, a1: float, a2: float, fx: float, fy: float,
+               pose: Array) -> None:
     """Write what follows from the link angles: coupling, base coupling and outer torques."""
     pose[0] = body[2] * math.cos(a2 - a1) + body[3]
     pose[1] = body[2] * math.sin(a2 - a1)
@@ -54,7 +57,7 @@ def write_pose(arm, body, a1, a2, fx, fy, pose):                    # type: igno
 
 
 @numba.njit(cache=True, error_model='numpy')
-def leverage(angle, fx, fy):                                        # type: ignore[no-untyped-def]
+def leverage(angle: float, fx: float, fy: float) -> float:
     """Return the torque of a force at the end of a link about its beginning [N*m]."""
     if fx == 0.0 and fy == 0.0:
         return 0.0
@@ -62,7 +65,8 @@ def leverage(angle, fx, fy):                                        # type: igno
 
 
 @numba.njit(cache=True, error_model='numpy')
-def accelerate(arm, body, pose, t1, t2, x, rate, out):              # type: ignore[no-untyped-def]
+def accelerate(arm: Record, body: Array, pose: Array, t1: float, t2: float, x: float, rate: Array,
+               out: Array) -> None:
     """Write the accelerations of both links and the base under the joint torques t1, t2."""
     mobility = arm.base_vibration_amplitude
     swing = 2.0 * math.pi * arm.base_vibration_frequency
@@ -82,7 +86,7 @@ def accelerate(arm, body, pose, t1, t2, x, rate, out):              # type: igno
 
 
 @numba.njit(cache=True, error_model='numpy')
-def contact(arm, time):                                             # type: ignore[no-untyped-def]
+def contact(arm: Record, time: float) -> tuple[float, float]:
     """Return the force of the hidden contact on the tip [N]: on and off along raised cosines."""
     since = time - arm.external_contact_onset
     left = arm.external_contact_duration - since
@@ -95,7 +99,7 @@ def contact(arm, time):                                             # type: igno
 
 
 @numba.njit(cache=True, error_model='numpy')
-def link_torque(joint, q, time):                                    # type: ignore[no-untyped-def]
+def link_torque(joint: Record, q: float, time: float) -> float:
     """Return what pulls at one joint besides gear and dynamics [N*m]."""
     torque = -joint.cable_spring_stiffness * (q - joint.cable_spring_rest_angle)
     if joint.cubic_spring_coefficient != 0.0:

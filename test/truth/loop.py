@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .drive import delayed, issued, lagged
+from .layout import Record
 from .links import contact, leverage
 from .nominal import RATIO, TORQUE_LIMIT
-from .plant import accelerate, drift, kick, locate, relative
+from .plant import accelerate, drift, kick, locate, Plant, relative, State
 
 Array = NDArray[np.float64]
 
@@ -51,7 +52,7 @@ def blank(samples: int) -> Log:
 
 
 @numba.njit(cache=True, error_model='numpy')
-def shaft_reading(joint, angle, jitter):                            # type: ignore[no-untyped-def]
+def shaft_reading(joint: Record, angle: float, jitter: float) -> float:
     """Return what a motor encoder shows of an angle [rad]."""
     shown = angle + jitter + joint.motor_zero
     if joint.motor_encoder_eccentricity_amplitude != 0.0:
@@ -63,7 +64,8 @@ def shaft_reading(joint, angle, jitter):                            # type: igno
 
 
 @numba.njit(cache=True, error_model='numpy')
-def control(plan, k, j, shown, moved, elapsed, rate):               # type: ignore[no-untyped-def]
+def control(plan: Plan, k: int, j: int, shown: float, moved: float, elapsed: float,
+            rate: Array) -> float:
     """
     Return the command that answers a reading [N*m], and move the filtered rate `rate[j]`.
 
@@ -76,7 +78,7 @@ def control(plan, k, j, shown, moved, elapsed, rate):               # type: igno
 
 
 @numba.njit(cache=True, error_model='numpy')
-def remember(plant, state, plan, k, log, spare):                    # type: ignore[no-untyped-def]
+def remember(plant: Plant, state: State, plan: Plan, k: int, log: Log, spare: Array) -> None:
     """Keep the true state and torques at a sample."""
     accelerate(plant, state, state.rate, spare)
     for j in range(2):
@@ -91,7 +93,8 @@ def remember(plant, state, plan, k, log, spare):                    # type: igno
 
 
 @numba.njit(cache=True, error_model='numpy')
-def catch(plant, state, k, begin, h, since, span, late, log):       # type: ignore[no-untyped-def]
+def catch(plant: Plant, state: State, k: int, begin: float, h: float, since: float, span: float,
+          late: bool, log: Log) -> None:
     """
     Keep the link angles at their own sampling times within [begin, begin + h].
 
@@ -108,8 +111,8 @@ def catch(plant, state, k, begin, h, since, span, late, log):       # type: igno
 
 
 @numba.njit(cache=True, error_model='numpy')
-def advance(plant, state, plan, k, steps, torque, active,           # type: ignore[no-untyped-def]
-            log, spare):
+def advance(plant: Plant, state: State, plan: Plan, k: int, steps: int, torque: Array,
+            active: NDArray[np.int64], log: Log, spare: Array) -> None:
     """Integrate from sample k to the next one."""
     begin, span = plan.instant[k], plan.instant[k + 1] - plan.instant[k]
     h = span / steps
@@ -131,7 +134,7 @@ def advance(plant, state, plan, k, steps, torque, active,           # type: igno
 
 
 @numba.njit(cache=True, error_model='numpy')
-def run(plant, state, plan, steps, log):                            # type: ignore[no-untyped-def]
+def run(plant: Plant, state: State, plan: Plan, steps: int, log: Log) -> None:
     """Run all samples of a plan, `steps` integration steps each, and fill the log."""
     samples = plan.angle.shape[0]
     spare, rate, answer = np.zeros((2, 5)), np.zeros(2), np.zeros(2)

@@ -18,7 +18,7 @@ from . import links
 from .drive import angle_torque
 from .friction import bent, drag, level, resistance
 from .gear import hold, SLIDERS
-from .layout import sources
+from .layout import Record, sources
 from .nominal import RATIO
 from .torsion import table
 
@@ -69,13 +69,13 @@ def at_rest(motor: Array, link: Array) -> State:
 
 
 @numba.njit(cache=True, error_model='numpy')
-def relative(values, j):                                            # type: ignore[no-untyped-def]
+def relative(values: Array, j: int) -> float:
     """Return angle or rate of joint j out of the links' absolute ones."""
     return values[2] if j == 0 else values[3] - values[2]
 
 
 @numba.njit(cache=True, error_model='numpy')
-def locate(plant, state, fx, fy, time):                             # type: ignore[no-untyped-def]
+def locate(plant: Plant, state: State, fx: float, fy: float, time: float) -> None:
     """Evaluate everything that depends on the angles and not on the rates."""
     arm = plant.arm[0]
     push_x, push_y = links.contact(arm, time)
@@ -93,7 +93,7 @@ def locate(plant, state, fx, fy, time):                             # type: igno
 
 
 @numba.njit(cache=True, error_model='numpy')
-def waviness(joint, q, other):                                      # type: ignore[no-untyped-def]
+def waviness(joint: Record, q: float, other: float) -> float:
     """Return the factor on dry friction at the angles of this and of the other link."""
     factor = 1.0
     if joint.position_dependent_friction_amplitude != 0.0:
@@ -106,7 +106,7 @@ def waviness(joint, q, other):                                      # type: igno
 
 
 @numba.njit(cache=True, error_model='numpy')
-def drift(plant, state, h):                                         # type: ignore[no-untyped-def]
+def drift(plant: Plant, state: State, h: float) -> None:
     """Move all angles, and bend all bristles, for h seconds at the present rates."""
     for j in range(2):
         joint, held, rate = plant.joints[j], state.held[j], state.rate[j]
@@ -122,7 +122,8 @@ def drift(plant, state, h):                                         # type: igno
 
 
 @numba.njit(cache=True, error_model='numpy')
-def joint_side(joint, held, bristle, motor_rate, rate):             # type: ignore[no-untyped-def]
+def joint_side(joint: Record, held: Record, bristle: float, motor_rate: float,
+               rate: float) -> float:
     """Return the torque on a joint's link from gear, bearing and load; keep the gear's [N*m]."""
     held.torque = held.elastic + held.damping * (held.lever * motor_rate - rate)
     torque = held.torque + held.load
@@ -134,7 +135,7 @@ def joint_side(joint, held, bristle, motor_rate, rate):             # type: igno
 
 
 @numba.njit(cache=True, error_model='numpy')
-def accelerate(plant, state, rate, out):                            # type: ignore[no-untyped-def]
+def accelerate(plant: Plant, state: State, rate: Array, out: Array) -> None:
     """Write all accelerations (5,) at the held angles and these rates."""
     arm = plant.arm[0]
     t1 = joint_side(plant.joints[0], state.held[0], state.bristle[0, 1], rate[0],
@@ -153,7 +154,7 @@ def accelerate(plant, state, rate, out):                            # type: igno
 
 
 @numba.njit(cache=True, error_model='numpy')
-def kick(plant, state, h, middle, acceleration):                    # type: ignore[no-untyped-def]
+def kick(plant: Plant, state: State, h: float, middle: Array, acceleration: Array) -> None:
     """Change all rates over h seconds at the present angles; warm the drives by their losses."""
     accelerate(plant, state, state.rate, acceleration)
     for i in range(5):

@@ -64,7 +64,7 @@ def flexspline(torque: Array, curvature: float) -> Array:
 
 
 @numba.njit(cache=True, error_model='numpy')
-def look_up(law, x):                                                # type: ignore[no-untyped-def]
+def look_up(law: Array, x: float) -> float:
     """Return the torque at a torsion [N*m], odd in it."""
     size = abs(x)
     spacing = law[0, 0]

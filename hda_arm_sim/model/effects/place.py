@@ -2,15 +2,14 @@
 Where effects act on an arm, and what the laws of each place read.
 
 A law takes the record of its effect and the signals of its place. Signals are numbers, or arrays
-over time; a NamedTuple holds them, so that compiled code reads them by name.
+over time; a NamedTuple holds them, so that compiled code reads them by name. Who hands in numbers
+gets numbers, which no type of a NamedTuple's fields can say: hence `Any` for the arrays.
 """
 
 from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
-from numpy.typing import NDArray
-
-Signal: TypeAlias = float | NDArray[Any]
+Signal: TypeAlias = float | Any             # a number, or an array over time
 
 
 class Commanded(NamedTuple):

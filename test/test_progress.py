@@ -1,0 +1,74 @@
+"""A terminal sees what a command is doing; a pipe and a machine see nothing of it."""
+
+from contextlib import contextmanager, suppress
+import os
+import sys
+from threading import Thread
+
+from hda_torque_estimator.cli import main
+from hda_torque_estimator.commands.progress import progress
+import pytest
+
+
+def read_on(end, heard):
+    """Take down what comes out of a terminal or a pipe until nobody writes to it any more."""
+    with os.fdopen(end, 'rb', buffering=0) as stream, suppress(OSError):    # so ends a terminal
+        while some := stream.read(1 << 16):
+            heard.append(some.decode())
+
+
+@contextmanager
+def stderr_of(monkeypatch, pair):
+    """Let the other end of a terminal or a pipe be stderr; yields a list of what comes out."""
+    heard = []
+    monkeypatch.setenv('TERM', 'xterm')
+    reader = Thread(target=read_on, args=(pair[0], heard))
+    reader.start()
+    with os.fdopen(pair[1], 'w') as said:
+        monkeypatch.setattr(sys, 'stderr', said)
+        yield heard
+    reader.join()
+
+
+def test_a_terminal_sees_the_text_and_nothing_stays(monkeypatch):
+    with stderr_of(monkeypatch, os.openpty()) as heard, progress(quiet=False) as tell:
+        tell('weighing [1] \x1b[31m of 2')
+    shown = ''.join(heard)
+    assert 'weighing [1] ' in shown
+    assert '\x1b[31m' not in shown
+    assert shown.endswith('\x1b[2K')            # the line is erased
+
+
+@pytest.mark.parametrize(('pair', 'quiet'), [(os.pipe, False), (os.openpty, True)])
+def test_a_pipe_and_a_machine_see_nothing(monkeypatch, pair, quiet):
+    with stderr_of(monkeypatch, pair()) as heard, progress(quiet=quiet) as tell:
+        tell('weighing')
+    assert heard == []
+
+
+@pytest.fixture(scope='module')
+def bag(tmp_path_factory):
+    """Return a short bag in which something is to be found."""
+    folder = tmp_path_factory.mktemp('bags')
+    (folder / 'hidden.yaml').write_text('- {effect: viscous_friction, joint: joint1}\n')
+    assert main(['simulate', '--arm', 'hda_arm.yaml', '--effects', str(folder / 'hidden.yaml'),
+                 '--motion', 'rich', '--duration', '10', '--seed', '3',
+                 '--out', str(folder / 'bag')]) == 0
+    return folder / 'bag'
+
+
+@pytest.mark.parametrize('pair', [os.openpty, os.pipe])
+def test_a_diagnosis_says_what_it_does_on_a_terminal_alone(bag, tmp_path, monkeypatch, capsys,
+                                                           pair):
+    capsys.readouterr()
+    with stderr_of(monkeypatch, pair()) as heard:
+        assert main(['diagnose', str(bag), '--arm', 'hda_arm.yaml', '--out',
+                     str(tmp_path / 'out')]) == 0
+    shown = ''.join(heard)
+    stages = ('looking at the raw readings', 'fitting the arm', 'looking for cause 1',
+              'judging the causes', 'measuring the gain', 'drawing')
+    places = [shown.find(stage) for stage in stages if stage in shown]  # short ones may not be
+    assert ('looking for cause 1' in shown) == (pair is os.openpty)
+    assert places == sorted(places)
+    assert pair is os.openpty or shown == ''
+    assert '\x1b' not in capsys.readouterr().out
