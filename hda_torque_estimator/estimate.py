@@ -9,6 +9,7 @@ simulation all run this function, so they give the same bits.
 from hda_arm_sim.model.compiled import compiled, inlined
 from hda_arm_sim.model.effects.transmission import SLIDERS
 from hda_arm_sim.model.encoders import tilt_moments
+from hda_arm_sim.model.kernel import growth
 from hda_arm_sim.model.link_side import link_torque
 from hda_arm_sim.model.rigid import gravity_torque
 from hda_arm_sim.model.torsion import torsion_of_torque
@@ -111,7 +112,7 @@ def _joint(                                                         # type: igno
                      memory[j, STRETCH:STRETCH + SLIDERS])
         memory[j, TURNED_TORSION] = elastic
     memory[j, LAST_TORSION] = elastic
-    torque = torque_through_gear(joint, elastic, rate, loop)
+    torque = torque_through_gear(joint, motor_angle, elastic, rate, loop)
     torque *= fusion.stiffness_factor(known.stiffness, learnt[STIFFNESS])
     gain = _share(settings.torsion_bandwidth, dt) / dt if dt > 0.0 else 0.0
     stiffness, random = reading_deviation(joint, torque, gain)
@@ -123,7 +124,7 @@ def _joint(                                                         # type: igno
     apart = random ** 2 + joint.torsion.deviation ** 2      # of it the motor corrects nothing
     if fusion.falls_back(learning):
         elastic += wrong
-        torque = torque_through_gear(joint, elastic, rate, loop)
+        torque = torque_through_gear(joint, motor_angle, elastic, rate, loop)
         now, apart = before, apart + learning[fusion.EXCESS] ** 2
     result[j, TORSION], result[j, KINEMATIC_TORSION] = total, kinematic
     result[j, TORQUE] = torque
@@ -273,5 +274,7 @@ def add_to_tare(record, settings, inertia, memory):                 # type: igno
         load = link_torque(joint, memory[j, LAST_LINK])
         if settings.links > 0.0 and record.body.pull > 0.0:
             load += weight[min(j, 1)]
-        expected = torsion_of_torque(joint.torsion, joint.ratio, -load)
+        angle, _ = shaft(joint, memory[j, LAST_MOTOR], 0.0)
+        expected = (torsion_of_torque(joint.torsion, joint.ratio, -load)
+                    - growth(joint, angle)[0] * abs(load))
         memory[j, TARE_SUM] += memory[j, LAST_TORSION] - expected

@@ -305,7 +305,7 @@ def test_play_takes_away_its_width_and_no_more(torsion, half_width):
 def test_nothing_goes_through_the_gear_within_the_play(torsion, half_width, rate):
     arm = read_arm('hda_arm.yaml').with_effect(Backlash(half_width=half_width), 'joint1')
     joint = arm.record().joints[0]
-    torque = torque_through_gear(joint, torsion, rate, 0.0)
+    torque = torque_through_gear(joint, 0.0, torsion, rate, 0.0)
     loose = abs(torsion) < half_width
     assert (torque == 0.0) == (loose or (rate == 0.0 and abs(torsion) == half_width))
 
