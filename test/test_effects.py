@@ -10,7 +10,9 @@ from hda_arm_sim.model.effects import (Backlash, BaseVibration, Effect, effect_n
                                        Site, TorsionalHysteresis)
 from hda_arm_sim.model.effects.catalogue import effects_at
 from hda_arm_sim.model.effects.place import Bent, DRAG, Turned
+from hda_arm_sim.model.effects.transmission import LoadedKinematicError
 from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.model.kernel import growth
 from hda_arm_sim.model.motor_side import drag
 from hda_arm_sim.model.parameter import ParameterError
 from hda_arm_sim.model.rigid import Inertia
@@ -318,6 +320,18 @@ def test_slope_of_the_kinematic_error_is_its_derivative(angle):
     ahead, behind = (effect(motor_angle=angle + s) for s in (step, -step))
     assert KinematicError.law_slope(effect.record(), Turned(angle)) == pytest.approx(
         (ahead - behind) / (2.0 * step), abs=1e-12)
+
+
+@given(st.floats(-50.0, 50.0), st.floats(0.0, 2e-5))
+def test_an_error_that_grows_with_torque_leaves_a_gear_that_gives_way(angle, amplitude):
+    arm = BARE.with_effect(LoadedKinematicError(amplitude=amplitude, phase=0.3), 'joint1')
+    joint, step = arm.record().joints[0], 1e-5
+    most = 0.9 / float(joint['torsion']['last_stiffness'])
+    growing, slope = growth(joint, angle)
+    assert abs(growing) <= most * (1.0 + 1e-12)
+    ahead, behind = (growth(joint, angle + s)[0] for s in (step, -step))
+    if (abs(ahead) < most) == (abs(behind) < most):
+        assert slope == pytest.approx((ahead - behind) / (2.0 * step), abs=1e-13)
 
 
 @given(st.floats(1e-5, 0.05), st.floats(1e-6, 1e-2))
