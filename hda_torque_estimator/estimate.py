@@ -12,6 +12,7 @@ from hda_arm_sim.model.arm import ArmRecord
 from hda_arm_sim.model.compiled import Array, compiled, inlined, Record
 from hda_arm_sim.model.effects.transmission import SLIDERS
 from hda_arm_sim.model.encoders import tilt_moments
+from hda_arm_sim.model.kernel import growth
 from hda_arm_sim.model.link_side import link_torque
 from hda_arm_sim.model.rigid import gravity_torque, Inertia
 from hda_arm_sim.model.torsion import torsion_of_torque
@@ -132,7 +133,7 @@ def _joint(record: ArmRecord, settings: CompiledSettings, tilt_moment: float, me
                      memory[j, STRETCH:STRETCH + SLIDERS])
         memory[j, TURNED_TORSION] = elastic
     memory[j, LAST_TORSION] = elastic
-    torque = torque_through_gear(joint, elastic, rate, loop)
+    torque = torque_through_gear(joint, motor_angle, elastic, rate, loop)
     torque *= fusion.stiffness_factor(known.stiffness, learnt[STIFFNESS])
     gain = _share(settings.torsion_bandwidth, dt) / dt if dt > 0.0 else 0.0
     stiffness, random = reading_deviation(joint, torque, gain)
@@ -144,7 +145,7 @@ def _joint(record: ArmRecord, settings: CompiledSettings, tilt_moment: float, me
     apart = random ** 2 + joint.torsion.deviation ** 2      # of it the motor corrects nothing
     if fusion.falls_back(learning):
         elastic += wrong
-        torque = torque_through_gear(joint, elastic, rate, loop)
+        torque = torque_through_gear(joint, motor_angle, elastic, rate, loop)
         now, apart = before, apart + learning[fusion.EXCESS] ** 2
     result[j, TORSION], result[j, KINEMATIC_TORSION] = total, kinematic
     result[j, TORQUE] = torque
@@ -298,5 +299,7 @@ def add_to_tare(record: ArmRecord, settings: CompiledSettings, inertia: Inertia,
         load = link_torque(joint, memory[j, LAST_LINK])
         if settings.links > 0.0 and record.body.pull > 0.0:
             load += weight[min(j, 1)]
-        expected = torsion_of_torque(joint.torsion, joint.ratio, -load)
+        angle, _ = shaft(joint, memory[j, LAST_MOTOR], 0.0)
+        expected = (torsion_of_torque(joint.torsion, joint.ratio, -load)
+                    - growth(joint, angle)[0] * abs(load))
         memory[j, TARE_SUM] += memory[j, LAST_TORSION] - expected

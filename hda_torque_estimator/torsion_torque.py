@@ -11,7 +11,7 @@ from hda_arm_sim.model.effects.timing import sampled_late
 from hda_arm_sim.model.effects.transmission import slid, SLIDERS
 from hda_arm_sim.model.encoders import (link_angle_behind, link_gain, motor_angle_behind,
                                         motor_gain)
-from hda_arm_sim.model.kernel import gear_torque, played_torsion, transmission
+from hda_arm_sim.model.kernel import gear_torque, growth, played_torsion, transmission
 from hda_arm_sim.model.torsion import stiffness_at, torque_of_torsion
 import numpy as np
 
@@ -58,10 +58,11 @@ def slide(joint: Record, change: float, stretch: Array) -> float:
 
 
 @compiled
-def torque_through_gear(joint: Record, torsion: float, torsion_rate: float, state: float) -> float:
+def torque_through_gear(joint: Record, motor_angle: float, torsion: float, torsion_rate: float,
+                        state: float) -> float:
     """Return the torque through the gear of an elastic torsion, (30) [N*m at the output]."""
     spring = played_torsion(joint, torsion)
-    torque = torque_of_torsion(joint.torsion, joint.ratio, spring)
+    torque = torque_of_torsion(joint.torsion, joint.ratio, spring, growth(joint, motor_angle)[0])
     return gear_torque(joint, torque, torsion, torsion_rate, state)
 
 

@@ -4,8 +4,11 @@ from dataclasses import replace
 
 from hda_arm_sim.model.arm import Arm, Base, Encoder
 from hda_arm_sim.model.effects import ClockSkew, KinematicError, TorsionalHysteresis
+from hda_arm_sim.model.effects.transmission import LoadedKinematicError
 from hda_arm_sim.model.files import read_arm
-from hda_arm_sim.model.rigid import tip_torque
+from hda_arm_sim.model.kernel import growth
+from hda_arm_sim.model.link_side import loaded_inertia
+from hda_arm_sim.model.rigid import gravity_torque, tip_torque
 from hda_arm_sim.model.torsion import torsion_of_torque
 from hda_arm_sim.motions import motion
 from hda_torque_estimator import estimate
@@ -64,8 +67,9 @@ def held(arm, angles, force, samples=3000):
     return Estimator(arm).run(stamps, reading)
 
 
-def test_torque_is_exact_when_model_is_truth(arm):
-    fine = perfect(arm)
+@pytest.mark.parametrize('effect', [None, LoadedKinematicError(amplitude=8e-6, phase=0.4)])
+def test_torque_is_exact_when_model_is_truth(arm, effect):
+    fine = perfect(arm) if effect is None else perfect(arm).with_effect(effect, 'joint1')
     made = run(fine, fine, motion('sine', 2, 6.0, 1e-3, 1), 1)
     reading = made.reading.copy()
     reading[:, :, 2], reading[:, :, 3] = made.state[:, :, 1], made.state[:, :, 3]
@@ -77,6 +81,7 @@ def test_torque_is_exact_when_model_is_truth(arm):
 @pytest.mark.parametrize('effect', [
     KinematicError(amplitude_2=2e-4, phase_2=0.4, amplitude_4=3e-5, phase_4=-1.0),
     TorsionalHysteresis(level=1.0, width=1e-4),
+    LoadedKinematicError(amplitude=8e-6, phase=0.4),
     ClockSkew(skew=2e-4)])
 def test_known_effect_is_compensated(arm, effect):
     other = arm.with_effect(effect, 'joint1')
@@ -238,6 +243,24 @@ def test_tare_on_a_tilted_base_keeps_the_weight(arm):
         tared.update(int(stamp), sample)
     assert np.abs(before).max() > 1.0
     assert np.abs(tared.zero).max() < 5e-6
+
+
+def test_tare_knows_an_error_that_grows_with_the_weight(arm):
+    loaded = replace(perfect(arm), base=Base(tilt=0.5, direction=1.0)).with_effect(
+        LoadedKinematicError(amplitude=8e-6, phase=0.4), 'joint1')
+    angles, (joints, body) = (0.4, 1.3), loaded.record()
+    weight = np.array(gravity_torque(loaded_inertia(body), body['pull'], body['direction'],
+                                     *angles))
+    reading = still(loaded, angles, -weight)
+    for _ in range(60):                         # the shaft stands where its own error is in it
+        growing, _ = growth(joints[0], reading[0, 0])
+        reading[0, 0] = still(loaded, angles, -weight)[0, 0] - 100.0 * growing * abs(weight[0])
+    tared = Estimator(loaded)
+    tared.tare()
+    for k in range(2000):
+        tared.update(k * MILLISECOND, reading)
+    assert np.abs(growing * weight[0]) > 1e-5
+    assert np.abs(tared.zero).max() < 1e-12
 
 
 def test_arm_without_links_offers_torques_only(arm):

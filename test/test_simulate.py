@@ -9,6 +9,7 @@ from hda_arm_sim.model.effects import (AsymmetricFriction, Backlash, BaseVibrati
                                        ExternalContact, KinematicError, LinkBearingFriction,
                                        LoadDependentFriction, PreslidingFriction,
                                        TorqueSaturation, TorsionalHysteresis)
+from hda_arm_sim.model.effects.transmission import LoadedKinematicError
 from hda_arm_sim.model.energy import energy
 from hda_arm_sim.model.kernel import (BASE_OFFSET, CURRENT, LINK_ANGLE, LINK_VELOCITY,
                                       MOTOR_ANGLE, MOTOR_VELOCITY, registers, STATE)
@@ -199,6 +200,18 @@ def test_energy_stays_without_friction():
     energies = np.array([energy(arm, state) for state in states[::10]])
     kinetic = 0.5 * 1.289e-4 * (states[:, :, MOTOR_VELOCITY] ** 2).sum(axis=1)
     assert np.ptp(energies) < 1e-5 * np.ptp(kinetic)    # what went to and fro meanwhile
+
+
+def test_energy_stays_where_an_error_grows_with_torque():
+    arm = arm_with(0.0, 0.0, 0.0).with_effect(
+        LoadedKinematicError(amplitude=8e-6, phase=0.4), 'joint1')
+    start = rest(arm, (0.3, 0.8))
+    start[:, MOTOR_ANGLE] += (0.1, -0.03)
+    start[:, MOTOR_VELOCITY], start[:, LINK_VELOCITY] = (60.0, -20.0), (0.5, -0.8)
+    states = rollout(arm, start, *idle(300), DT, step=DT / 32).state[::10]
+    unaware = arm.without('loaded_kinematic_error', 'joint1')
+    energies, others = ([energy(known, state) for state in states] for known in (arm, unaware))
+    assert np.ptp(energies) < 1e-5 * np.ptp(others)
 
 
 def test_a_base_mode_rings_at_its_frequency_with_the_joints_locked():

@@ -124,6 +124,25 @@ def test_torque_goes_on_along_the_last_slope(law):
         assert beyond == pytest.approx(sign * (law.valid_torque + 1e-3 * slope), rel=1e-12)
 
 
+@pytest.mark.parametrize('growing', [6e-6, -6e-6])
+@pytest.mark.parametrize('law', [LAW, SEGMENTS], ids=['tangent', 'segments'])
+def test_inverse_where_torque_adds_to_the_torsion(law, growing):
+    record = law.record(RATIO)
+    for torque in TORQUES:
+        torsion = float(torsion_of_torque(record, RATIO, torque)) - growing * abs(torque)
+        assert torque_of_torsion(record, RATIO, torsion, growing) == pytest.approx(
+            torque, rel=1e-11)
+
+
+@pytest.mark.parametrize('growing', [6e-6, -6e-6])
+def test_torque_that_adds_to_the_torsion_goes_on_along_the_last_slope(growing):
+    record = LAW.record(RATIO)
+    slope = 1.0 / stiffness_at(record, RATIO, LAW.valid_torque) - growing
+    end = float(torsion_of_torque(record, RATIO, LAW.valid_torque)) - growing * LAW.valid_torque
+    beyond = torque_of_torsion(record, RATIO, end + 1e-4, growing)
+    assert beyond == pytest.approx(LAW.valid_torque + 1e-4 / slope, rel=1e-12)
+
+
 def test_wave_generator_and_flexspline_are_springs_in_series():
     initial = 1.0 / (1.0 / LAW.flexspline_stiffness + 1.0 / (RATIO ** 2 * 2.5517))
     assert stiffness_at(LAW.record(RATIO), RATIO, 0.0) == pytest.approx(initial, rel=1e-12)

@@ -157,6 +157,8 @@ TORSION: list[Case] = [
      lambda s: wavy(s, 2, 1e-4, 0.4) + wavy(s, 4, 5e-5, -1.0)),
     (hide('third_order_kinematic_error', 'joint2', amplitude=1e-4, phase=0.4), 1,
      lambda s: wavy(s, 3, 1e-4, 0.4)),
+    (hide('loaded_kinematic_error', amplitude=8e-6, phase=0.4), 0,
+     lambda s: np.abs(elastic(s)) * wavy(s, 2, 8e-6, 0.4)),
     (hide('backlash', half_width=1e-4), 0, lambda s: -1e-4 * np.sign(s.tau)),
     (hide('structural_damping', coefficient=200.0), 0,
      lambda s: torsion_balance(s) - compliance(s.tau - 208.0 * (s.v / 100.0 - s.dq))

@@ -291,12 +291,12 @@ def test_the_table_lists_every_effect_with_its_parameters(name):
     assert listed == {parameter.name for parameter in EFFECTS[name].parameters}
 
 
-def test_names_scopes_and_sites_are_those_of_the_catalogue():
+def test_names_scopes_and_sites_of_the_catalogue_stay():
     if not LISTED.exists():
         pytest.skip('catalogue.md is not at ../shared/design')
     rows = re.findall(r'^\| `(\w+)`.*?\| (joint|arm) \| (\w+) \|', LISTED.read_text(), re.M)
     assert {(effect.name, 'joint' if effect.joints else 'arm', effect.site)
-            for effect in CATALOGUE} == set(rows)
+            for effect in CATALOGUE} >= set(rows)
 
 
 def test_four_and_more_effects_are_in_no_catalogue_at_any_site():

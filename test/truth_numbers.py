@@ -9,7 +9,7 @@ that.
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from truth import layout
+from truth import CATALOGUE, layout
 
 # Effect and number of the truth -> the library's name of the number, and how it is converted.
 CONVERTED: dict[tuple[str, str], tuple[str, Callable[[float], float]]] = {
@@ -36,12 +36,12 @@ ASKED: dict[str, tuple[float, tuple[str, ...]]] = {
         'coulomb_friction', 'viscous_friction', 'nonlinear_viscous_friction',
         'stribeck_friction', 'presliding_friction', 'load_dependent_friction',
         'thermal_viscosity', 'position_dependent_friction', 'link_bearing_friction',
-        'structural_damping', 'payload', 'external_contact', 'base_vibration')),
-    'stiffness, inertia, torque constant, lag, hysteresis': (0.12, (
-        'torque_constant_error', 'current_loop_lag', 'command_delay', 'torque_saturation',
-        'motor_inertia_error', 'stiffness_error', 'stiffening_error',
-        'wave_generator_compliance', 'torsional_hysteresis', 'backlash', 'link_inertia_error'))}
+        'structural_damping', 'payload', 'external_contact', 'base_vibration'))}
 ONE_EQUATION = ('asymmetric_friction', 'drive_offset')      # while the motor turns
+NOT_ASKED = (*ONE_EQUATION, 'coarse_quantisation')          # or told by other numbers
+ASKED['stiffness, inertia, torque constant, lag, hysteresis'] = 0.12, tuple(
+    effect.name for effect in CATALOGUE if effect.name not in NOT_ASKED
+    and not any(effect.name in names for _, names in ASKED.values()))
 Expected = dict[str, tuple[float, float]]
 
 

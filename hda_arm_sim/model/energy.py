@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from .arm import Arm, ArmRecord
 from .effects.transmission import SLIDERS
-from .kernel import (BASE_OFFSET, BASE_RATE, BRISTLE, LINK_ANGLE, LINK_VELOCITY, MOTOR_ANGLE,
-                     MOTOR_VELOCITY, STRETCH, transmission)
+from .kernel import (BASE_OFFSET, BASE_RATE, BRISTLE, growth, LINK_ANGLE, LINK_VELOCITY,
+                     MOTOR_ANGLE, MOTOR_VELOCITY, STRETCH, transmission)
 from .link_side import base_coupling, loaded_inertia
 from .rigid import Inertia, mass_matrix
 from .torsion import torque_of_torsion, torsion_of_torque
@@ -41,24 +41,27 @@ def _elastic(record: ArmRecord, state: Array) -> float:
         error, _ = transmission(joint, row[MOTOR_ANGLE])
         torsion = row[MOTOR_ANGLE] / joint['ratio'] + error - row[LINK_ANGLE]
         loop, cable = joint['torsional_hysteresis'], joint['cable_spring']
-        total += _integral(joint, torsion) + 0.5 * (
+        growing, _ = growth(joint, row[MOTOR_ANGLE])
+        total += _integral(joint, torsion, growing) + 0.5 * (
             joint['presliding_friction']['stiffness'] * row[BRISTLE] ** 2
             + loop['level'] / loop['width'] * np.mean(row[STRETCH:STRETCH + SLIDERS] ** 2)
             + cable['stiffness'] * (row[LINK_ANGLE] - cable['rest_angle']) ** 2)
     return total
 
 
-def _integral(joint: Any, torsion: float) -> float:
+def _integral(joint: Any, torsion: float, growing: float) -> float:
     """Return the integral of the spring's torque over its torsion, from corner to corner [J]."""
     law, ratio = joint['torsion'], float(joint['ratio'])
+    growing *= float(np.sign(torsion))          # a torsion of the other sign has the other energy
     reach = max(abs(torsion) - float(joint['backlash']['half_width']), 0.0)
-    corners = [float(torsion_of_torque(law, ratio, float(law[knee]))) if law[knee] else 0.0
-               for knee in ('knee_1', 'knee_2')]
-    edges = np.unique(np.minimum([0.0, *corners, law['valid_torsion'], reach], reach))
+    corners = [float(torsion_of_torque(law, ratio, torque)) - growing * torque
+               for torque in (float(law[end]) for end in ('knee_1', 'knee_2', 'valid_torque'))]
+    edges = np.unique(np.minimum([0.0, *corners, reach], reach))
     nodes, weights = np.polynomial.legendre.leggauss(20)
     total = 0.0
     for begin, half in zip(edges[:-1], 0.5 * np.diff(edges)):
-        total += half * sum(weight * torque_of_torsion(law, ratio, begin + half * (1.0 + node))
+        total += half * sum(weight * torque_of_torsion(law, ratio, begin + half * (1.0 + node),
+                                                      growing)
                             for node, weight in zip(nodes, weights))
     return total
 

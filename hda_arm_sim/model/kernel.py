@@ -14,7 +14,7 @@ from .arm import ArmRecord
 from .compiled import compiled, inlined, Record
 from .effects.environment import base_acceleration
 from .effects.friction import bristle_rate, bristle_torque
-from .effects.place import Bent, PLAY, Swung, TRANSMISSION, Turned, Twisted
+from .effects.place import Bent, LOADED_GEAR, PLAY, Swung, TRANSMISSION, Turned, Twisted
 from .effects.transmission import damping_torque, hysteresis_torque, slid, SLIDERS
 from .link_side import base_coupling, base_push, free_torque, link_torque, tip_force
 from .motor_side import drag, friction_budget, ripple
@@ -53,6 +53,7 @@ HISTORY = 66
 REGISTERS = SENT + HISTORY
 
 _ACCURACY = 1e-4        # of the spring's iteration: its cube, 1e-12, is left as an error
+_MOST_GROWTH = 0.9      # of the gear's least compliance, so that more torque twists it more
 
 
 def registers(state: Array) -> Array:
@@ -75,6 +76,7 @@ def _rate_left(at: Twisted, rate: float) -> Twisted:
 
 
 _turning, _leading = added(TRANSMISSION), added(TRANSMISSION, 'law_slope')
+_growing, _rising = added(LOADED_GEAR), added(LOADED_GEAR, 'law_slope')
 _played, _played_rate = passed(PLAY, _left), passed(PLAY, _rate_left, 'law_rate')
 
 
@@ -86,19 +88,34 @@ def transmission(joint: Record, motor_angle: float) -> tuple[float, float]:
 
 
 @inlined
+def growth(joint: Record, motor_angle: float) -> tuple[float, float]:
+    """
+    Return what each N*m adds to the torsion at a shaft angle [rad/(N*m)], and its slope.
+
+    It stays within a share of the gear's least compliance; there it has no slope.
+    """
+    at = Turned(motor_angle)
+    growing = _growing(joint, at, 0.0)
+    if abs(growing) * joint.torsion.last_stiffness > _MOST_GROWTH:
+        return np.sign(growing) * _MOST_GROWTH / joint.torsion.last_stiffness, 0.0
+    return growing, _rising(joint, at, 0.0)
+
+
+@inlined
 def played_torsion(joint: Record, torsion: float) -> float:
     """Return what is left of a torsion to the spring behind all play, (68) [rad]."""
     return _played(joint, Twisted(torsion, 0.0, 0.0), torsion)
 
 
 @inlined
-def spring_torque(joint: Record, torsion: float, w: Array, j: int) -> float:
+def spring_torque(joint: Record, torsion: float, growing: float, w: Array, j: int) -> float:
     """Return the torque of the spring alone, (14); renews the joint's guess [N*m]."""
     torsion = played_torsion(joint, torsion)
     near, bend = 0.0, w[j, GUESS + 2]
     if bend > 0.0:
         near = w[j, GUESS + 1] + (torsion - w[j, GUESS]) / bend
-    torque, bend = torque_from_guess(joint.torsion, joint.ratio, torsion, near, _ACCURACY)
+    torque, bend = torque_from_guess(joint.torsion, joint.ratio, torsion, near, _ACCURACY,
+                                     growing)
     w[j, GUESS], w[j, GUESS + 1], w[j, GUESS + 2] = torsion, torque, bend
     return torque
 
@@ -144,14 +161,16 @@ def _motor_side(arm: ArmRecord, w: Array, j: int, at: int, to: int) -> None:
     joint = arm.joints[j]
     angle, velocity, mode = w[j, at + MOTOR_ANGLE], w[j, at + MOTOR_VELOCITY], w[j, MODE]
     error, ratio = transmission(joint, angle)
+    growing, rising = growth(joint, angle)
     torsion = angle / joint.ratio + error - w[j, at + LINK_ANGLE]
     rate = ratio * velocity - w[j, at + LINK_VELOCITY]
     loop = 0.0
     if joint.torsional_hysteresis.level > 0.0:
         loop = loop_state(joint, w, j, at, torsion)
-    torque = gear_torque(joint, spring_torque(joint, torsion, w, j), torsion, rate, loop)
+    spring = spring_torque(joint, torsion, growing, w, j)
+    torque = gear_torque(joint, spring, torsion, rate, loop)
     drive = (w[j, COMMAND] + ripple(joint, angle) - drag(joint, velocity, w[0, NOW])
-             - ratio * torque)
+             - (ratio * torque + 0.5 * rising * spring * abs(spring)))
     sense = mode if mode != 0.0 else np.sign(drive)
     budget = friction_budget(joint, velocity, sense, torque, w[j, at + LINK_ANGLE])
     bristles = joint.presliding_friction

@@ -104,24 +104,29 @@ def stiffness_at(law: Record, ratio: float, torque: float) -> float:
 
 @compiled
 def torque_from_guess(law: Record, ratio: float, torsion: float, guess: float,
-                      accuracy: float) -> tuple[float, float]:
+                      accuracy: float, growing: float = 0.0) -> tuple[float, float]:
     """
     Return the torque under a torsion [N*m] and its local slope [rad/(N*m)], for one value.
 
     Halley's iteration on the concave law (4), started from a guess of the torque. The tangent at
     zero bounds the root from below, and no step may pass under that bound, so the pole of the
     tangent law is never met. It ends with a step below `accuracy` (relative), and being cubic
-    leaves an error of about its third power.
+    leaves an error of about its third power. `growing` is what every N*m of the torque, whatever
+    its sign, adds to the torsion: a compliance in series, of another sign on either side.
     """
-    size = abs(torsion)
-    if size >= law.valid_torsion:
-        torque = law.valid_torque + law.last_stiffness * (size - law.valid_torsion)
-        return (torque if torsion > 0.0 else -torque), 1.0 / law.last_stiffness
-    lowest = size * law.first_stiffness
+    size, more = abs(torsion), (-growing if torsion > 0.0 else growing)
+    end = law.valid_torsion + more * law.valid_torque
+    if size >= end:
+        last = law.last_stiffness / (1.0 + more * law.last_stiffness)
+        torque = law.valid_torque + last * (size - end)
+        return (torque if torsion > 0.0 else -torque), 1.0 / last
+    lowest = size * law.first_stiffness * (1.0 - more * law.first_stiffness)
     torque = min(max(abs(guess), lowest), law.valid_torque)
     slope = 0.0
     for _ in range(_MAX_ITERATIONS):
         value, slope, bend = _series(law, ratio, torque)
+        if more != 0.0:
+            value, slope = value + more * torque, slope + more
         newton = (size - value) / slope
         change = newton / max(1.0 + newton * bend / slope, 0.5)
         torque = max(torque + change, lowest)
@@ -131,13 +136,14 @@ def torque_from_guess(law: Record, ratio: float, torsion: float, guess: float,
 
 
 @compiled
-def torque_of_torsion(law: Record, ratio: float, torsion: float) -> float:
+def torque_of_torsion(law: Record, ratio: float, torsion: float, growing: float = 0.0) -> float:
     """
     Return the torque under a torsion, the inverse of (4), for one value [N*m].
 
-    Beyond `valid_torque` the torque goes on along the last slope, (5).
+    Beyond `valid_torque` the torque goes on along the last slope, (5). `growing` [rad/(N*m)] is
+    what the torque adds to the torsion for each of its N*m, whatever its sign.
     """
-    return torque_from_guess(law, ratio, torsion, 0.0, 1e-5)[0]
+    return torque_from_guess(law, ratio, torsion, 0.0, 1e-5, growing)[0]
 
 
 @dataclass(frozen=True)

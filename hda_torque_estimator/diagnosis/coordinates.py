@@ -21,8 +21,9 @@ def coordinates_of(balancer: Balancer, arm: Arm) -> dict[str, Array]:
     state = balancer.motion(arm).state[::balancer.every]
     joints = arm.record().joints
     torsion = state[:, :, MOTOR_ANGLE] / joints['ratio'] - state[:, :, LINK_ANGLE]
-    torque = np.array([[torque_through_gear(joint, value, 0.0, 0.0)
-                        for joint, value in zip(joints, row)] for row in torsion])
+    torque = np.array([[torque_through_gear(joint, angle, value, 0.0, 0.0)
+                        for joint, value, angle in zip(joints, row, angles)]
+                       for row, angles in zip(torsion, state[:, :, MOTOR_ANGLE])])
     found = {'motor_velocity': state[:, :, MOTOR_VELOCITY],
              'link_velocity': state[:, :, LINK_VELOCITY],
              'motor_angle': state[:, :, MOTOR_ANGLE], 'link_angle': state[:, :, LINK_ANGLE],

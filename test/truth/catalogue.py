@@ -108,6 +108,9 @@ TORSION = (
         shape('phase_2', 'rad', 0.0, angle()),
         size('amplitude_4', 'rad', 0.0, between((0.1e-4, 0.4e-4))),
         shape('phase_4', 'rad', 0.0, angle()))),
+    Effect('loaded_kinematic_error', 'torsion', 'motor_angle', (
+        size('amplitude', 'rad/(N*m)', 0.0, between((1.5e-6, 4.5e-6))),
+        shape('phase', 'rad', 0.0, angle()))),
     Effect('bearing_crosstalk', 'torsion', 'posture', (
         size('coefficient', 'rad/(N*m)', 0.0, either_sign(0.6e-5, 2e-5)),),
         joints=('joint1',)),

@@ -73,13 +73,35 @@ def elastic_torque(joint: Record, law: Array, behind: float, link: float) -> flo
 
 
 @numba.njit(cache=True, error_model='numpy')
+def under_load(joint: Record, law: Array, behind: float, motor: float,
+               link: float) -> tuple[float, float]:
+    """
+    Return the spring's torque with the error that it causes [N*m], and what its lever gains.
+
+    The error follows the torque and the torque the error, until both stand still. Half of the
+    error's slope is the lever's: the other half is what the spring stores.
+    """
+    torque = elastic_torque(joint, law, behind, link)
+    size = joint.loaded_kinematic_error_amplitude
+    if size == 0.0:
+        return torque, 0.0
+    angle = 2.0 * motor + joint.loaded_kinematic_error_phase
+    for _ in range(200):
+        before = torque
+        torque = elastic_torque(joint, law, behind + size * abs(torque) * math.sin(angle), link)
+        if abs(torque - before) < 1e-12:
+            break
+    return torque, size * abs(torque) * math.cos(angle)
+
+
+@numba.njit(cache=True, error_model='numpy')
 def hold(joint: Record, law: Array, motor: float, link: float, sliders: Array,
          held: Record) -> None:
     """Write what follows from the angles alone: spring torque, lever and damping."""
     error, slope = transmission_error(joint, motor)
     torsion, share = seat(joint, motor / RATIO + error - link)
-    held.elastic = (elastic_torque(joint, law, torsion, link)
-                    + drag_sliders(joint, torsion, held.torsion, sliders))
+    torque, gained = under_load(joint, law, torsion, motor, link)
+    held.elastic = torque + drag_sliders(joint, torsion, held.torsion, sliders)
     held.torsion = torsion
-    held.lever = 1.0 / RATIO + slope
+    held.lever = 1.0 / RATIO + slope + gained
     held.damping = share * (joint.damping + joint.structural_damping_coefficient)

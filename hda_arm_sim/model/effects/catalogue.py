@@ -14,8 +14,9 @@ from .place import Place
 from .sensing import (BearingCrosstalk, CoarseQuantisation, EncoderInterpolationError,
                       EncoderScaleError, LinkEncoderEccentricity, MotorEncoderEccentricity)
 from .timing import ClockSkew, DroppedSamples
-from .transmission import (Backlash, KinematicError, StiffeningError, StiffnessError,
-                           StructuralDamping, TorsionalHysteresis, WaveGeneratorCompliance)
+from .transmission import (Backlash, KinematicError, LoadedKinematicError, StiffeningError,
+                           StiffnessError, StructuralDamping, TorsionalHysteresis,
+                           WaveGeneratorCompliance)
 from ..parameter import ParameterError
 
 EFFECTS: tuple[type[Effect], ...] = (
@@ -43,6 +44,7 @@ EFFECTS: tuple[type[Effect], ...] = (
     StructuralDamping,
     Backlash,
     KinematicError,
+    LoadedKinematicError,
     LinkEncoderEccentricity,
     MotorEncoderEccentricity,
     EncoderScaleError,

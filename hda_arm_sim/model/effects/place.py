@@ -155,6 +155,8 @@ BRISTLES = Place('bristles', Bent, 'torque against the motion [N*m motor]')
 PLAY = Place('play', Twisted, 'torsion and its rate left to the spring [rad, rad/s]')
 GEAR = Place('gear', Twisted, 'torque beside the spring, drives the link [N*m output]')
 TRANSMISSION = Place('transmission', Turned, 'what is added to the torsion [rad at the output]')
+LOADED_GEAR = Place(
+    'loaded gear', Turned, 'what each N*m of either sign adds to the torsion [rad/(N*m) output]')
 MOTOR_READING = Place('motor reading', Read, 'what is added to the shaft angle shown [rad]')
 LINK_READING = Place('link reading', Read, 'what is added to the link angle shown [rad]')
 COUNTS = Place('counts', Counted, 'both angles as they are counted [rad]')

@@ -1,4 +1,4 @@
-"""Effects between motor and link: what the torsion is not (docs/model.md, 62-70)."""
+"""Effects between motor and link: what the torsion is not (docs/model.md, 62-70, 89-90)."""
 
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -7,7 +7,8 @@ import numpy as np
 
 from .effect import Effect, Site
 from .hypothesis import Hypothesis, KNEES, LOOP, SCALE, Typical, wave
-from .place import GEAR, NUMBER, Place, PLAY, Signal, Stated, TRANSMISSION, Turned, Twisted
+from .place import (GEAR, LOADED_GEAR, NUMBER, Place, PLAY, Signal, Stated, TRANSMISSION, Turned,
+                    Twisted)
 from ..compiled import compiled, Record
 from ..parameter import parameter
 
@@ -51,6 +52,18 @@ def transmission_slope(own: Record, at: Turned) -> Signal:
         slope = slope + own.order_d * own.amplitude_d * np.sin(
             own.order_d * at.motor_angle + (own.phase_d + turn))
     return slope
+
+
+@compiled
+def loaded_error(own: Record, at: Turned) -> Signal:
+    """Return what each N*m adds to the torsion, (89) [rad/(N*m) at the output]."""
+    return own.amplitude * np.sin(own.order * at.motor_angle + own.phase)
+
+
+@compiled
+def loaded_error_slope(own: Record, at: Turned) -> Signal:
+    """Return how that changes with the shaft angle, for (90) [rad/(N*m) per rad]."""
+    return own.order * own.amplitude * np.cos(own.order * at.motor_angle + own.phase)
 
 
 @compiled
@@ -146,6 +159,27 @@ class KinematicError(Effect):
     order_d: float = parameter(2.02, '1/turn', 0.0, 100.0, 'of another wave, per motor turn')
     amplitude_d: float = parameter(0.0, 'rad', 0.0, 0.05, 'of that wave, output side')
     phase_d: float = parameter(0.0, 'rad', -7.0, 7.0, 'its phase')
+
+
+@dataclass(frozen=True)
+class LoadedKinematicError(Effect):
+    """Transmission error that grows with torque, as the flexspline ovalises, (89-90)."""
+
+    name: ClassVar[str] = 'loaded_kinematic_error'
+    cause: ClassVar[str] = 'transmission error of the gear that grows with its torque'
+    site: ClassVar[Site] = Site.TORSION
+    place: ClassVar[Place] = LOADED_GEAR
+    acts: ClassVar[tuple[str, ...]] = ('amplitude',)
+    law = staticmethod(loaded_error)
+    law_slope = staticmethod(loaded_error_slope)
+    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        waves={('amplitude', 'phase'): 5e-07}, alike=('kinematic_error',),
+        experiment='constant speed off the resonance, unloaded and at half the rated torque')
+    typical: ClassVar[Typical | None] = Typical({'amplitude': 3e-06}, {'phase': 0.5})
+    amplitude: float = parameter(
+        0.0, 'rad/(N*m)', 0.0, 1e-3, 'by which the wave grows with torque, output side')
+    order: float = parameter(2.0, '1/turn', 0.0, 100.0, 'of the wave, per motor turn')
+    phase: float = parameter(0.0, 'rad', -7.0, 7.0, 'its phase')
 
 
 @dataclass(frozen=True)
