@@ -20,6 +20,7 @@ from .controller import compiled_settings as controller_settings, ControllerSett
 from .estimator import compiled_settings as estimator_settings, EstimatorSettings
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 CONTROL_PERIOD = 1e-3   # longest between two commands: a slow log is that of a faster loop [s]
 SAME_RATE = 0.02        # share by which clocks of one rate may differ: 1.000002 ms is 1 ms
 

@@ -9,11 +9,12 @@ import numpy as np
 
 # Memory: contact now, time since it was last felt [s], collisions felt, contacts so far.
 TOUCHING, CALM, COLLIDED, CONTACTS = range(4)
-MEMORY = 4
+MEMORY = 4  # (layout)
 
-FREE, CONTACT, COLLISION = 0.0, 1.0, 2.0
+FREE, CONTACT, COLLISION = 0.0, 1.0, 2.0  # (layout)
 _NAMES = {CONTACT: 'contact', COLLISION: 'collision'}
 
+# Choices unless told otherwise.
 _RELEASE = 0.5          # of the level, below which a contact is over
 _HOLD = 0.1             # time for which it must be [s]
 

@@ -33,7 +33,7 @@ class ControllerSettings(Declared):
         0.2, 's', 1e-3, 10.0, 'time in which the law is phased in after enabling')
 
 
-QUICKEST = 0.25         # of a rotor's speed that K_D may take per millisecond: 36 deg of lag
+QUICKEST = 0.25         # of a rotor's speed that K_D may take in 1 ms (choice: 36 deg of lag)
 
 
 def bearable(arm: Arm, settings: ControllerSettings) -> ControllerSettings:

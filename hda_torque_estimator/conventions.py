@@ -17,11 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .coupling import AT_LINK, kind_of, LINK_DEGREES, MOTOR_DEGREES, RIGHT, TRAVEL, twist_of
+from .significance import SIGN_CERTAIN
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 STRETCHES = 9           # of a recording, each with a slope of its own; their median counts
 SANE = 1e9              # angle beyond which a reading is no angle [rad]
-ALIKE = 0.6             # correlation from which a sign is certain
 BRAKING = 0.2           # of the power that goes through a motor, from which it is a brake
 SLOWEST = 0.02          # share of the largest speed below which a motor rests
 FEWEST = 100            # samples of each way
@@ -143,7 +144,7 @@ def _helps(torque: Array, link: Array, speed: Array) -> bool:
     both = both - of_angle @ np.linalg.lstsq(of_angle, both, rcond=None)[0]
     first, second = both.T
     size = float(np.sqrt((first @ first) * (second @ second)))
-    return size > 0.0 and float(first @ second) < -ALIKE * size
+    return size > 0.0 and float(first @ second) < -SIGN_CERTAIN * size
 
 
 def _widest(joint: Joint) -> float:

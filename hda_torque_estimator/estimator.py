@@ -25,6 +25,7 @@ from .sample_watch import LARGEST, watch_limits, WATCH_MEMORY
 from .stamp_order import AFRESH, BACK, follow, follow_one, ORDER, TWO
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 PART = 1 << 15          # samples of a part: small enough for a cache, large enough to pay
 FARTHEST = 1e4          # angle of a link that may be turned (choice) [rad]
 

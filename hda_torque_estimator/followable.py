@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import PPoly
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 PER_PIECE = 8           # samples of the torque in a piece: it bends with waves longer than a piece
 TOGETHER = 4096         # pieces that are looked at together: a few milliseconds each
 

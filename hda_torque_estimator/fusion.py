@@ -27,13 +27,14 @@ from .route_errors import ERRORS, ZERO
  EXCESS,                                # beyond what the motor can give [N*m]
  SLIPPED, SIDE,                         # the same time after a slip, and which side it was
  ) = range(20)
-_SUMS = 20                              # over the present half: value and effects
+_SUMS = 20                              # over the present half: value and effects (layout)
 _MOMENTS = _SUMS + 1 + ERRORS           # the same, weighed by the time in it
 _RISEN = _MOMENTS + 1 + ERRORS          # of the last half, weighed by its rising edge
 LEARNT = _RISEN + 1 + ERRORS            # errors (ERRORS,) in units of their sigma
 _GAINED = LEARNT + ERRORS               # their covariance less the identity, by rows
 MEMORY = _GAINED + ERRORS * ERRORS
 
+# Choices unless told otherwise.
 _FEWEST = 5             # samples in half a window
 _SETTLED = 3            # halves in one sense before friction is what it is while sliding
 _COUNTS = 8.0           # of the motor encoder that a half must pass

@@ -7,6 +7,7 @@ Kept is the covariance less the identity, `gain`: memory of zeros means that not
 from hda_arm_sim.model.compiled import compiled
 import numpy as np
 
+# Choices unless told otherwise.
 _LARGEST = 3.0          # deviations at which a difference is cut off
 
 

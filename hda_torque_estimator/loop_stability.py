@@ -21,7 +21,8 @@ from .controller import ControllerSettings
 from .estimator import EstimatorSettings
 
 Array = NDArray[np.float64]
-ELBOWS = (0.0, 0.5 * math.pi, math.pi)
+# Choices unless told otherwise.
+ELBOWS = (0.0, 0.5 * math.pi, math.pi)     # of the plants: stretched, bent, folded [rad]
 LOWEST, HIGHEST = -2.0, 0.99    # what `torque_feedback` may be at all
 _GROWS = 1.0 + 1e-7             # beyond it an eigenvalue is no rounded one
 _HALVINGS = 7                   # of a range: ends are told to about 0.01

@@ -5,6 +5,7 @@ from hda_arm_sim.model.link_side import link_torque
 from hda_arm_sim.model.rigid import gravity_torque, mass_matrix, momentum_drift
 import numpy as np
 
+# Choices unless told otherwise.
 _AT_REST = 1e-3         # speed below which a link bearing may hold either way [rad/s]
 
 

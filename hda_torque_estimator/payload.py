@@ -15,13 +15,13 @@ from .momentum import expected_rate, momentum
 
 # What is told apart, per unit or sigma: the mass, p1 to p3, an offset of either torque.
 MASS, INERTIA, OFFSET = 0, 1, 4
-ERRORS = 6
-_COLUMNS = 5            # what is observed, and what mass and p1 to p3 would do
+ERRORS = 6  # (layout)
+_COLUMNS = 5            # what is observed, and what mass and p1 to p3 would do (layout)
 _BOTH = 2 * _COLUMNS    # on both joints
 
 # Memory.
 ELAPSED, SAMPLES, SPAN, SINCE, MISFIT = range(5)
-_MOMENTA = 5                            # sums over the present half of the window
+_MOMENTA = 5                            # sums over the present half of the window (layout)
 _LAST = _MOMENTA + _BOTH                # means over the last half
 _RATES = _LAST + _BOTH                  # as the momenta: sums, sums weighed by time, risen half
 _LATER = _RATES + _BOTH
@@ -30,6 +30,7 @@ LEARNT = _RISEN + _BOTH
 _GAINED = LEARNT + ERRORS
 MEMORY = _GAINED + ERRORS * ERRORS
 
+# Choices unless told otherwise.
 HEAVIEST = 5.0          # one sigma of a mass nobody knows [kg]
 _OFFSET = 0.05          # of a torque, one sigma [N*m]
 _NOISE = 0.02           # of a window's torque [N*m]

@@ -19,8 +19,10 @@ from .sample_watch import LONGEST, RATIO, STEP
  BEFORE, DEVIATION,                     # external torque when one changed, how sure it was [N*m]
  USUAL,                                 # external torque while it moved, the most of late [N*m]
  ) = range(7)
-MEMORY = 7
+MEMORY = 7  # (layout)
 
+# Choices unless told otherwise.
+# (source: step response of the low-pass)
 _SETTLED = 0.1          # of the observer: at 20 Hz a force of before has faded to e^-12 [s]
 _FADES = 10.0           # of what was usual (choice) [s]
 _FRICTION = 2.0         # times what was usual: friction of a bearing turns over at most

@@ -4,6 +4,7 @@ from hda_arm_sim.model.compiled import compiled
 from hda_arm_sim.model.rigid import tool_jacobian
 import numpy as np
 
+# Choices unless told otherwise.
 _ALIGNED = 0.01         # share of an unobserved force that may leak into an observed component
 
 

@@ -17,7 +17,9 @@ from .measured import CalibrationError, Measured
 from .terms import OPTIONAL, Term, TERMS
 from ..estimator import Estimator
 
+# Choices unless told otherwise.
 HARDLY = 1.0            # deviation of a torque that tells little about a gear [N*m]
+# (measured: for a joint of a real arm a true term made 0.52 N*m to 0.29)
 CLEARLY = 0.9           # of the error on recordings left out, below which an optional term counts
 SPARSE = '    its torque hardly varies: the numbers rest on little, as their intervals say'
 

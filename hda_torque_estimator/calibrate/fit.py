@@ -17,10 +17,11 @@ from ..estimator import Estimator
 
 Floats = NDArray[np.float64]
 
+# Choices unless told otherwise.
 ROUNDS = 2                  # of fitting with the noise that the last round has left
 FIRST_NOISE = 0.15          # of the reference's deviation, until a round has shown the noise
-ZERO_ITERATIONS = 8
-ZERO_ACCURACY = 1e-6
+ZERO_ITERATIONS = 8     # to the zero of a recording, at most
+ZERO_ACCURACY = 1e-6    # of that zero, at which they end
 
 
 class Balanced(NamedTuple):

@@ -27,6 +27,7 @@ from .suitability import check, check_of_one_piece
 from .terms import Term
 
 Floats = NDArray[np.float64]
+# Choices unless told otherwise.
 FIXED = 0.7             # of what was known: a number that stays this unsure says nothing new
 BENT = 5.0              # torque from which laws of the flexspline part [N*m]
 FORM_GAIN = 0.03        # by which another form of the law must tell torques better

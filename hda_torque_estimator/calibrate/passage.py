@@ -14,6 +14,7 @@ from ..estimate import READINGS
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+# Choices unless told otherwise.
 THIN = 0.008            # time over which errors are averaged to one row [s]
 SLOWEST = 0.004         # period in which an estimator still follows all that a joint does [s]
 EDGE = 0.25             # time at the end, and about lost samples, that is not used [s]

@@ -23,11 +23,13 @@ from .hypotheses import HYPOTHESES
 from .nameless import best_curves, Curve
 from .search import Found, MOST
 from .term import Place, Term
+from ..significance import SCORE_BAR
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 REST = 0.8              # rms left beside noise, in rms of noise, that asks for an explanation
+# (null: over ten seconds the noise is known to 40 %; one healthy arm in two left more)
 _ENOUGH = 40.0          # of motion; over less, the level of noise is known less well [s]
-_SHAPE = 60.0           # by which several numbers must tell more than one curve
 
 
 class Backing(NamedTuple):
@@ -127,7 +129,7 @@ def _shapeless(fitter: Fitter, fit: Fit, lacking: Sequence[Fit]) -> list[Term]:
     for term, without in zip(fit.accepted, lacking):
         if len(term.free) > 1 and term.joint is not None:
             curve = best_curves(fitter, without, (term.joint,))[term.joint]
-            if curve.score - fit.score < _SHAPE:
+            if curve.score - fit.score < SCORE_BAR:
                 shapeless.append(term)
     return shapeless
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from .measurement import Measurement
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 LEAST = 1e-8            # jitter beyond the nanoseconds in which stamps count [s]
 
 

@@ -13,6 +13,7 @@ from .running_clock import arm_during
 from ..closed_loop import run
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 _MOST = 30.0            # times as noisy as resolution alone that is still believed
 _UNSEEN = 1.0           # noise of a balance that never holds, for which any will do [N*m]
 

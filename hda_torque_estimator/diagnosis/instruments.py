@@ -18,6 +18,7 @@ from .fit import deviations, Fit, Fitter, IMPOSSIBLE, moved
 from .solve import condense, solve
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 _ALIKE = 0.85           # correlation with the twin's column from which it can stand for one
 _FAR = 8.0              # deviations by which no bias of noise moves a cause
 

@@ -16,8 +16,9 @@ from .fit import Fit, Fitter
 from .hypotheses import HYPOTHESES
 from .report import Finding
 from .term import Term
+from ..significance import NORMAL_90
 
-NORMAL_90 = 1.645       # deviations on each side of a 90 % interval
+# Choices unless told otherwise.
 _NEAR = 0.3             # of a number, from its bound, within which its interval is looked at
 _ROUND = ('phase', 'direction')     # what these begin with turns round and has no end
 

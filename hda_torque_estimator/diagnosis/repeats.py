@@ -15,6 +15,7 @@ from scipy.signal import savgol_filter
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 _WINDOW, _DEGREE = 17, 3        # of the polynomials that give the usual change [samples]
+# Choices unless told otherwise.
 _COUNTS = 2.0           # counts from sample to sample, from which none repeats by itself
 _MADE_UP = 1.5          # usual changes that the reading after a repeated one makes, of 2
 

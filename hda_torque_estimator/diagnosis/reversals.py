@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from .balance import Balancer
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
+# (null: short stops of 24 joints of healthy arms left 167 to 474, presliding 1109 and more)
 _LOUD = 800.0           # power where a shaft turns round, over that of noise
 _APART = 20.0           # ... and over the power elsewhere
 _FEWEST = 25            # rows that tell

@@ -24,6 +24,7 @@ from .solve import score
 from .term import Term
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 _TAPS = 101             # of the low-pass, at the balances' rate
 _LEAST = 0.1            # share of a rest that stays at least, without what noise makes,
 _SHARES = (0.5, 1.5)    # and how much less or more noise one arm may make than another

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 REACH = 3.5             # standard deviations that a nuisance may go from its nominal value
-_PASSES = 12
+_PASSES = 12            # of weights and bounds, at most
 
 
 class Columns(NamedTuple):

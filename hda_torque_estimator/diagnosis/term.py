@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Place = tuple[str, str | None]        # an effect and its joint, None for the whole arm
+# Choices unless told otherwise.
 _TO_BOUND = 0.7         # share of the way to a bound that a step may take
 
 

@@ -18,9 +18,10 @@ from .solve import Columns, condense, condense_more, score, solve
 from .term import Term
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 _PHASES = np.linspace(0.0, math.pi, 12, endpoint=False)     # of a wave, one of which shows least
 _CLOSE = 0.03           # of what is needed: near enough
-_ROUNDS = 12
+_ROUNDS = 12            # of a bisection, at most
 _FURTHEST = 1e4         # least strength that tells how far to go on
 
 

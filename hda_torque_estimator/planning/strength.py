@@ -26,6 +26,7 @@ from ..diagnosis.running_clock import inside, stretches
 from ..diagnosis.screen import screen
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 SEED = 7                # of the encoders' noise in simulations
 USED = 0.95             # of each limit, at most: an arm with an effect may need more
 
