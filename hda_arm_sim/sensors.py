@@ -25,7 +25,7 @@ def _turned(w, j, velocity, angle, late):                           # type: igno
 @compiled
 def read_encoders(arm, inertia, w, noise, reading):                 # type: ignore[no-untyped-def]
     """
-    Fill the angles (n, 2) that the encoders show, shaft and link [rad], (21)-(22).
+    Fill the angles (n, 2) that encoders show [rad], (eq:motor-reading, link-reading).
 
     The registers must hold the slopes of their state (see `slope`); `noise` (n, DRAWS) is of unit
     variance. The link encoder is late by its skew on top of the motor encoder's sampling time.

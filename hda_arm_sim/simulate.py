@@ -51,7 +51,7 @@ class Trajectory:
 
 
 def rest(arm: Arm, link_angle: Array | tuple[float, ...]) -> Array:
-    """Return the state (n, STATES) of an unloaded arm at rest at these link angles, (26) [rad]."""
+    """Return the state (n, STATES) of an arm at rest at these link angles, (eq:start) [rad]."""
     state = np.zeros((len(arm.joints), STATES))
     state[:, LINK_ANGLE] = link_angle
     state[:, MOTOR_ANGLE] = state[:, LINK_ANGLE] * [joint.ratio for joint in arm.joints]

@@ -1,5 +1,5 @@
 """
-Tell contacts from free motion by the external torques and how sure they are (F9).
+Tell contacts from free motion by the external torques and how sure they are (eq:chi).
 
 Two levels: a contact ends by itself when the arm is let go, a collision stays until the reset.
 """
@@ -26,7 +26,7 @@ def contact_name(level: float) -> str:
 
 @compiled
 def deviations(torque, deviation):                                  # type: ignore[no-untyped-def]
-    """Return external torques (n,) over their deviations, all joints together, (F9)."""
+    """Return external torques (n,) over their deviations, all joints together, (eq:chi)."""
     return np.sqrt(((torque / deviation) ** 2).sum())
 
 

@@ -1,5 +1,5 @@
 """
-The controller's compiled step: PD on the motor side with torque feedback (docs/model.md, 38-41).
+The controller's compiled step: PD on the motor side with torque feedback (eq:control-law).
 
     tau = K_P (N q_d - theta_m) + K_D (N dq_d - dtheta_m) + (K_J / N) tau_hat
 
@@ -22,7 +22,7 @@ ANGLE, RATE = 0, 1
 @compiled
 def law(                                                            # type: ignore[no-untyped-def]
         settings, ratio, angle, rate, motor_angle, motor_velocity, joint_torque):
-    """Return the motor torque that the law asks for, (38) [N*m, shaft]."""
+    """Return the motor torque that the law asks for, (eq:control-law) [N*m, shaft]."""
     return (settings.position_gain * (ratio * angle - motor_angle)
             + settings.velocity_gain * (ratio * rate - motor_velocity)
             + settings.torque_feedback / ratio * joint_torque)
@@ -30,7 +30,7 @@ def law(                                                            # type: igno
 
 @compiled
 def limited(command, last, limit, change):                          # type: ignore[no-untyped-def]
-    """Return the command within the limits of torque and of its change, (40) [N*m]."""
+    """Return the command within the limits of torque and of its change, (eq:limits) [N*m]."""
     near = min(max(command, last - change), last + change)
     return min(max(near, -limit), limit)
 
@@ -43,7 +43,7 @@ def step(                                                           # type: igno
 
     `reference` (n, 2) is link angle and rate [rad, rad/s], `motor_angle` (n,) the shafts' [rad],
     `joint_torque` (n,) the estimated torques [N*m]; dt [s] since the last sample, 0 to take over
-    without a step: the command starts at zero and what the law asks for is phased in, (41).
+    without a step: the command starts at zero and what the law asks for comes in, (eq:handover).
     """
     share = 1.0 - np.exp(-2.0 * np.pi * settings.velocity_bandwidth * dt)
     left = np.exp(-dt / settings.handover_time)

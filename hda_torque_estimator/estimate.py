@@ -1,5 +1,5 @@
 """
-The estimator's compiled step: one sample in, torques and tip force out (docs/model.md, 28-36).
+The estimator's compiled step: one sample in, torques and tip force out (docs/model.md#estimator).
 
 Memory is an array (n, MEMORY), a row per joint; results are an array (n, RESULTS) per sample for
 the joints and one (TIP_RESULTS,) for the tip. The node, the offline command and the closed-loop
@@ -70,7 +70,7 @@ def usable(reading):                                                # type: igno
 
 @inlined
 def _share(bandwidth, dt):                                          # type: ignore[no-untyped-def]
-    """Return the share of a new value in a low-pass of this bandwidth [Hz], (27)."""
+    """Return the share of a new value in a low-pass of this bandwidth [Hz], (eq:low-pass)."""
     return 1.0 - np.exp(-2.0 * np.pi * bandwidth * dt)
 
 
@@ -155,7 +155,7 @@ def _compare(                                                       # type: igno
 @inlined
 def _external(                                                      # type: ignore[no-untyped-def]
         record, settings, inertia, memory, q1, q2, dt, result):
-    """Renew the momentum observer and fill the external torques, (33)."""
+    """Renew the momentum observer and fill the external torques, (eq:observer)."""
     joints = record.joints.shape[0]
     last = joints - 1
     dq1 = memory[0, QUICK_LINK]
@@ -195,7 +195,7 @@ def _external(                                                      # type: igno
 
 @inlined
 def _external_deviation(settings, memory, j, moved, doubt, result):  # type: ignore[no-untyped-def]
-    """Fill how sure the external torque is: gear, inertia, lateness, a bearing at rest, (F8)."""
+    """Fill how sure an external torque is: gear, inertia, lag, bearing at rest, (eq:sigma-ext)."""
     result[j, EXTERNAL_DEVIATION] = np.sqrt(
         result[j, TORQUE_DEVIATION] ** 2 + settings.inertia_tolerance ** 2 * moved
         + memory[j, LATE] ** 2 + doubt ** 2)
@@ -264,7 +264,7 @@ def restart(memory, reading, j):                                    # type: igno
 
 @compiled
 def add_to_tare(record, settings, inertia, memory):                 # type: ignore[no-untyped-def]
-    """Add to the tare sum how far each torsion is from that of an arm free of contact, (37)."""
+    """Add to the tare sum how far each torsion is from that without contact, (eq:tare)."""
     joints = record.joints.shape[0]
     weight = gravity_torque(inertia, record.body.pull, record.body.direction,
                             memory[0, LAST_LINK], memory[joints - 1, LAST_LINK])

@@ -115,7 +115,7 @@ def _torques(arm: Arm, c: Array, span: Array) -> Array:
 
 def motor_torques(arm: Arm, angle: Array, rate: Array, speeding: Array) -> Array:
     """
-    Return the motor torques that a motion (..., n) needs, by inverse dynamics (15) [N*m, shaft].
+    Return the motor torques that a motion (..., n) needs, backwards by (eq:motor) [N*m, shaft].
 
     `angle` [rad], `rate` [rad/s] and `speeding` [rad/s^2] are those of the links. An arm without
     links is asked for its rotors and their friction alone.

@@ -1,5 +1,5 @@
 """
-Learn from the difference of the two ways to a joint's torque what is wrong with each (F4-F7).
+Learn from the difference of the two ways to a joint's torque what is wrong with each.
 
 The difference does not contain the torque itself, so nothing is assumed of it, and neither delay
 nor contact disturbs what is learnt. It is taken in windows that rise and fall by straight lines:
@@ -64,7 +64,7 @@ def errors_learnt(memory):                                          # type: igno
 
 @compiled
 def stiffness_factor(known_stiffness, learnt):                      # type: ignore[no-untyped-def]
-    """Return by how much the stiffness is corrected; bounded, as no gear changes more, (F2)."""
+    """Return the factor of the stiffness; bounded, as no gear changes more, (eq:two-routes)."""
     return min(max(1.0 + known_stiffness * learnt, SOFTEST), STIFFEST)
 
 
@@ -89,7 +89,7 @@ def slipped(memory, side, size):                                    # type: igno
 
 @compiled
 def effect_variance(memory, effect, count):                         # type: ignore[no-untyped-def]
-    """Return the variance of the first errors' joint effect, as known now and before, (F7)."""
+    """Return the variance of the first errors' effect, now and before, (eq:sigma-torque)."""
     gain, before, now = gained(memory), 0.0, 0.0
     for i in range(count):
         before += effect[i] * effect[i]
@@ -129,7 +129,7 @@ def restart(memory, motor_angle, command):                          # type: igno
 def close_half(                                                     # type: ignore[no-untyped-def]
         joint, memory, motor_angle, window, stiffness, span):
     """
-    End half a window if its time is up, and learn from the window that it completes, (F4-F6).
+    End half a window if its time is up, and learn from the window, (eq:window to misfit).
 
     `window` is the least time of a half [s], `span` the time in which what was learnt fades [s].
     """
@@ -178,7 +178,7 @@ def _hat(memory, place, time):                                      # type: igno
 
 @inlined
 def _noise(joint, stiffness, time, samples):                        # type: ignore[no-untyped-def]
-    """Return the variance of a window's difference from counts and noise alone, (F6)."""
+    """Return the variance of a window's difference from counts and noise alone, (eq:misfit)."""
     motor = joint.coarse_quantisation.motor_step ** 2 / 12.0 + joint.motor_encoder.noise ** 2
     link = joint.coarse_quantisation.link_step ** 2 / 12.0 + joint.link_encoder.noise ** 2
     turned = 6.0 * (joint.ratio * joint.motor_inertia / time ** 2) ** 2 * motor
@@ -254,7 +254,7 @@ def _teachable(memory, difference, effect, unshared):               # type: igno
 def _learn(                                                         # type: ignore[no-untyped-def]
         memory, difference, effect, noise, lawless, time, span):
     """
-    Renew errors and covariance from one window, a step of a Kalman filter, (F5-F6).
+    Renew errors and covariance from one window, a step of a Kalman filter, (eq:learning, misfit).
 
     `noise` and `lawless` are variances of what is none of the errors: that of counts is another
     in every window, what no law of the torsion tells lasts [N^2*m^2].

@@ -1,5 +1,5 @@
 """
-One step of a Kalman filter for errors that start with the identity as their covariance (F5).
+One step of a Kalman filter for errors whose covariance starts as the identity (eq:learning).
 
 Kept is the covariance less the identity, `gain`: memory of zeros means that nothing is learnt.
 """

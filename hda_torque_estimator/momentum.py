@@ -1,4 +1,4 @@
-"""External torque from torsion torque and motion: a momentum observer (docs/model.md, 32-33)."""
+"""External torque from torsion torque and motion: a momentum observer (docs/model.md)."""
 
 from hda_arm_sim.model.compiled import compiled
 from hda_arm_sim.model.link_side import link_torque
@@ -34,7 +34,7 @@ def hold(joint, angle, velocity):                                   # type: igno
 @compiled
 def inertia_doubt(inertia, elbow, dq1, dq2, ddq1, ddq2):            # type: ignore[no-untyped-def]
     """
-    Return the squared torques that p1, p2 and p3 make, each by itself, on joints 1 and 2 (F8).
+    Return the squared torques that p1, p2 and p3 make, each alone, on both joints (eq:sigma-ext).
 
     Times the relative variance of the three they are the variance of the torques that move links.
     """
@@ -49,7 +49,7 @@ def inertia_doubt(inertia, elbow, dq1, dq2, ddq1, ddq2):            # type: igno
 @compiled
 def expected_rate(                                                  # type: ignore[no-untyped-def]
         inertia, body, joints, q1, q2, dq1, dq2, torque1, torque2):
-    """Return dp/dt of links that nothing but the gears and gravity moves, (32) [N*m]."""
+    """Return dp/dt of links that only gears and gravity move, (eq:expected-rate) [N*m]."""
     weight1, weight2 = gravity_torque(inertia, body.pull, body.direction, q1, q2)
     if joints == 1:
         return torque1 + weight1, 0.0

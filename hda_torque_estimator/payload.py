@@ -1,5 +1,5 @@
 """
-Estimate a mass at the tip that the model does not know, from what moves the links (F10-F11).
+Estimate a mass at the tip that the model does not know, from what moves the links.
 
 The momentum that torque does not explain is that of a payload or of an inertia within its
 tolerance, or a torque that is off. It is taken in windows that rise and fall by straight lines,
@@ -51,7 +51,7 @@ def mass(memory):                                                   # type: igno
 def gather(                                                         # type: ignore[no-untyped-def]
         memory, inertia, body, joints, q1, q2, dq1, dq2, seen, rates, tolerance, span, dt):
     """
-    Add a sample: momenta `seen` of the known links and their expected `rates` (2,), (F10).
+    Add a sample: momenta `seen` of known links, and expected `rates` (2,), (eq:momenta).
 
     `tolerance` is that of the inertia, `span` the time in which what was learnt fades [s].
     """
@@ -110,7 +110,7 @@ def _close(memory, joints, span):                                   # type: igno
 
 @inlined
 def _unmoved(memory, place, time):                                  # type: ignore[no-untyped-def]
-    """Return the mean torque that changes a momentum beyond its expected rate [N*m], (F10)."""
+    """Return the mean torque that changes a momentum beyond its rate [N*m], (eq:momenta)."""
     change = memory[_MOMENTA + place] / time - memory[_LAST + place]
     expected = memory[_RISEN + place] + memory[_RATES + place] - memory[_LATER + place] / time
     return (change - expected) / (0.5 * (time + memory[SPAN]))
@@ -118,7 +118,7 @@ def _unmoved(memory, place, time):                                  # type: igno
 
 @compiled
 def _learn(memory, j, time, span):                                  # type: ignore[no-untyped-def]
-    """Renew the errors from one joint's window, (F11)."""
+    """Renew the errors from one joint's window, (eq:payload-fit)."""
     learnt, gain = memory[LEARNT:_GAINED], memory[_GAINED:MEMORY].reshape((ERRORS, ERRORS))
     fade(learnt, gain, np.exp(-memory[SINCE] / span))
     memory[SINCE] = 0.0

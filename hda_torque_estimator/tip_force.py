@@ -1,4 +1,4 @@
-"""Tip force from external joint torques, where it can be observed (docs/model.md, 34-36)."""
+"""Tip force from external joint torques, where it can be observed (docs/model.md#estimator)."""
 
 from hda_arm_sim.model.compiled import compiled
 from hda_arm_sim.model.rigid import tool_jacobian

@@ -1,5 +1,5 @@
 """
-Estimate the joint torque from the torsion, one joint and one sample (docs/model.md, 28-31).
+Estimate the joint torque from the torsion, one joint and one sample (docs/model.md#estimator).
 
 This is the paper's estimator with its equations made consistent: both encoders, minus kinematic
 torsion, through the inverse of the torsion law; hysteresis and damping on top.
@@ -37,7 +37,7 @@ def link(joint, tilt_moment, reading, rate):                        # type: igno
 @compiled
 def torsions(                                                       # type: ignore[no-untyped-def]
         joint, motor_angle, motor_velocity, link_angle, link_velocity):
-    """Return total torsion, its kinematic part -e(theta_m) [rad] and its elastic rate, (28)."""
+    """Return total torsion, kinematic -e(theta_m) [rad] and elastic rate, (eq:elastic-part)."""
     error, ratio = transmission(joint, motor_angle)
     return (motor_angle / joint.ratio - link_angle, -error,
             ratio * motor_velocity - link_velocity)
@@ -46,7 +46,7 @@ def torsions(                                                       # type: igno
 @compiled
 def slide(joint, change, stretch):                                  # type: ignore[no-untyped-def]
     """
-    Let the elements of the hysteresis (SLIDERS,) follow a change of the torsion, (29).
+    Let the elements of the hysteresis (SLIDERS,) follow a change of the torsion, (eq:loop-state).
 
     Returns the hysteresis z in [-1, 1].
     """
@@ -59,7 +59,7 @@ def slide(joint, change, stretch):                                  # type: igno
 
 @compiled
 def torque_through_gear(joint, torsion, torsion_rate, state):       # type: ignore[no-untyped-def]
-    """Return the torque through the gear of an elastic torsion, (30) [N*m at the output]."""
+    """Return the gear's torque of an elastic torsion, (eq:torque-law) [N*m at the output]."""
     spring = played_torsion(joint, torsion)
     torque = torque_of_torsion(joint.torsion, joint.ratio, spring)
     return gear_torque(joint, torque, torsion, torsion_rate, state)
@@ -76,7 +76,7 @@ def torsion_deviation(joint):                                       # type: igno
 @compiled
 def reading_deviation(joint, torque, rate_gain):                    # type: ignore[no-untyped-def]
     """
-    Return the stiffness at a torque [N*m/rad], and the deviation from readings alone [N*m], (31).
+    Return stiffness at a torque [N*m/rad] and deviation by readings [N*m], (eq:sigma-reading).
 
     It holds quantisation and noise of both encoders, which differ from sample to sample, in the
     torsion and by `rate_gain` [1/s] in its rate.

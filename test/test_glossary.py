@@ -3,8 +3,8 @@
 import re
 
 from hda_arm_sim.model.effects import EFFECTS
-import prose
 from project_files import ROOT
+import prose
 import pytest
 
 TEXT = (ROOT / 'docs' / 'glossary.md').read_text()

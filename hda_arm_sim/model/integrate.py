@@ -4,7 +4,7 @@ Integrate the equation of motion: Runge-Kutta 4, with sticking and breaking away
 A joint has two contacts: the motor's dry friction, side 0, and that of its link bearing, side 1.
 Within a step every contact slides one way or sticks; where a sliding one comes to rest or a
 sticking one breaks away, the step is cut there, so that the order survives dry friction
-(docs/model.md, 25).
+(docs/model.md, eq:contact-event).
 """
 
 import numpy as np

@@ -1,5 +1,5 @@
 """
-The equation of motion, compiled; every effect acts here at its place (docs/model.md, 12-19).
+The equation of motion, compiled; every effect acts here at its place (docs/model.md#motion).
 
 All that moves stands in one array of registers (n, REGISTERS), a row per joint: its state, the
 stages and slopes of the integration, and the torques of the last slope taken. One array and not
@@ -79,20 +79,20 @@ _played, _played_rate = passed(PLAY, _left), passed(PLAY, _rate_left, 'law_rate'
 
 @inlined
 def transmission(joint: Record, motor_angle: float) -> tuple[float, float]:
-    """Return e(theta_m) [rad] and the effective ratio 1/N + e'(theta_m), (69-70)."""
+    """Return e(theta_m) [rad] and the effective ratio 1/N + e'(theta_m), (eq:kinematic-error)."""
     at = Turned(motor_angle)
     return _turning(joint, at, 0.0), 1.0 / joint.ratio + _leading(joint, at, 0.0)
 
 
 @inlined
 def played_torsion(joint: Record, torsion: float) -> float:
-    """Return what is left of a torsion to the spring behind all play, (68) [rad]."""
+    """Return what is left of a torsion to the spring behind all play, (eq:play) [rad]."""
     return _played(joint, Twisted(torsion, 0.0, 0.0), torsion)
 
 
 @inlined
 def spring_torque(joint, torsion, w, j):                            # type: ignore[no-untyped-def]
-    """Return the torque of the spring alone, (14); renews the joint's guess [N*m]."""
+    """Return the torque of the spring alone, (eq:gear-torque); renews the joint's guess [N*m]."""
     torsion = played_torsion(joint, torsion)
     near, bend = 0.0, w[j, GUESS + 2]
     if bend > 0.0:
@@ -104,7 +104,7 @@ def spring_torque(joint, torsion, w, j):                            # type: igno
 
 @inlined
 def gear_torque(joint, spring, torsion, torsion_rate, state):       # type: ignore[no-untyped-def]
-    """Return the torque through the gear, (14) [N*m at the output, drives the link]."""
+    """Return the gear's torque, (eq:gear-torque) [N*m at the output, drives the link]."""
     rate = _played_rate(joint, Twisted(torsion, torsion_rate, state), torsion_rate)
     at = Twisted(torsion, rate, state)
     return (spring + hysteresis_torque(joint.torsional_hysteresis, at)
@@ -113,7 +113,7 @@ def gear_torque(joint, spring, torsion, torsion_rate, state):       # type: igno
 
 @inlined
 def loop_state(joint, w, j, at, torsion):                           # type: ignore[no-untyped-def]
-    """Return the hysteresis z in [-1, 1] at a torsion, from where its elements stand, (66)."""
+    """Return the hysteresis z in [-1, 1] at a torsion, from its elements, (eq:hysteresis)."""
     own, total = joint.torsional_hysteresis, 0.0
     for place in range(SLIDERS):
         total += slid(own, w[j, at + STRETCH + place], torsion - w[j, at + HYSTERESIS], place)
@@ -122,7 +122,7 @@ def loop_state(joint, w, j, at, torsion):                           # type: igno
 
 @compiled
 def settle(arm, w):                                                 # type: ignore[no-untyped-def]
-    """Let the elements of every hysteresis slide to where the state stands, (65)."""
+    """Let the elements of every hysteresis slide to where the state stands, (eq:sliders)."""
     for j in range(arm.joints.shape[0]):
         joint = arm.joints[j]
         if joint.torsional_hysteresis.level > 0.0:
@@ -138,7 +138,7 @@ def settle(arm, w):                                                 # type: igno
 
 @inlined
 def _motor_side(arm, w, j, at, to):                                 # type: ignore[no-untyped-def]
-    """Fill one joint's slopes but the link's, and its registers of torque, (12)-(18)."""
+    """Fill one joint's slopes but the link's, and its registers of torque, (eq:motor)."""
     joint = arm.joints[j]
     angle, velocity, mode = w[j, at + MOTOR_ANGLE], w[j, at + MOTOR_VELOCITY], w[j, MODE]
     error, ratio = transmission(joint, angle)
@@ -167,7 +167,7 @@ def _motor_side(arm, w, j, at, to):                                 # type: igno
 
 @inlined
 def _link_side(arm, inertia, w, at, to):                            # type: ignore[no-untyped-def]
-    """Fill the accelerations of one or two links, M ddq = tau + J^T F + gravity - C dq, (19)."""
+    """Fill the links' accelerations, M ddq = tau + J^T F + gravity - C dq, (eq:links)."""
     two = arm.joints.shape[0] == 2
     q1, dq1 = w[0, at + LINK_ANGLE], w[0, at + LINK_VELOCITY]
     q2, dq2 = (w[1, at + LINK_ANGLE], w[1, at + LINK_VELOCITY]) if two else (0.0, 0.0)
@@ -196,7 +196,7 @@ def _link_side(arm, inertia, w, at, to):                            # type: igno
 
 @inlined
 def _accelerate(arm, w, two, m11, m12, m22, net1, net2, to):        # type: ignore[no-untyped-def]
-    """Fill the links' accelerations, with bearings that hold or oppose them, (80)."""
+    """Fill the links' accelerations, with bearings that hold or oppose them, (eq:bearing)."""
     level1 = arm.joints[0].link_bearing_friction.level
     level2 = arm.joints[1].link_bearing_friction.level if two else 0.0
     held1, held2 = level1 > 0.0 and w[0, MODE + 1] == 0.0, level2 > 0.0 and w[1, MODE + 1] == 0.0
@@ -216,7 +216,7 @@ def _accelerate(arm, w, two, m11, m12, m22, net1, net2, to):        # type: igno
 
 @compiled
 def slope(arm, inertia, w, at, to):                                 # type: ignore[no-untyped-def]
-    """Fill the slopes in block `to` of the state in block `at`, (12)-(19)."""
+    """Fill the slopes in block `to` of the state in block `at`, (eq:torsion-angle to links)."""
     for j in range(arm.joints.shape[0]):
         _motor_side(arm, w, j, at, to)
     _link_side(arm, inertia, w, at, to)

@@ -1,5 +1,5 @@
 """
-Rigid dynamics of one and two links in a plane (docs/model.md, 6-11).
+Rigid dynamics of one and two links in a plane (docs/model.md#links).
 
 Angles are relative (joint 2 from link 1), positive counter-clockwise; the base frame's x axis is
 link 1 at q1 = 0. Every function answers for scalars and for arrays of samples alike; results are
@@ -32,28 +32,28 @@ class Inertia(NamedTuple):
 
 @compiled
 def mass_matrix(inertia, elbow):                                    # type: ignore[no-untyped-def]
-    """Return M11, M12, M22 at the elbow angle q2 [rad], (6) [kg*m^2]."""
+    """Return M11, M12, M22 at the elbow angle q2 [rad], (eq:inertia) [kg*m^2]."""
     bend = inertia.coupled * inertia.p3 * np.cos(elbow)
     return inertia.p1 + 2.0 * bend, inertia.coupled * inertia.p2 + bend, inertia.p2 + 0.0 * bend
 
 
 @compiled
 def coriolis(inertia, elbow, dq1, dq2):                             # type: ignore[no-untyped-def]
-    """Return the centrifugal and Coriolis torques C(q, dq) dq, (7) [N*m]."""
+    """Return the centrifugal and Coriolis torques C(q, dq) dq, (eq:coriolis) [N*m]."""
     swing = inertia.coupled * inertia.p3 * np.sin(elbow)
     return -swing * (2.0 * dq1 + dq2) * dq2, swing * dq1 * dq1
 
 
 @compiled
 def momentum_drift(inertia, elbow, dq1, dq2):                       # type: ignore[no-untyped-def]
-    """Return the second component of C(q, dq)^T dq, (8) [N*m]; the first is zero."""
+    """Return the second component of C(q, dq)^T dq, (eq:coriolis-t) [N*m]; the first is zero."""
     return -inertia.coupled * inertia.p3 * np.sin(elbow) * dq1 * (dq1 + dq2)
 
 
 @compiled
 def gravity_torque(inertia, pull, direction, q1, q2):               # type: ignore[no-untyped-def]
     """
-    Return the torque that gravity exerts on joints 1 and 2, (9) [N*m].
+    Return the torque that gravity exerts on joints 1 and 2, (eq:gravity) [N*m].
 
     `pull` is the in-plane part g sin(tilt) [m/s^2], `direction` the downhill direction [rad].
     """
@@ -63,7 +63,7 @@ def gravity_torque(inertia, pull, direction, q1, q2):               # type: igno
 
 @compiled
 def tip_torque(length1, length2, q1, q2, force_x, force_y):         # type: ignore[no-untyped-def]
-    """Return J(q)^T F of a force on the tip in the base frame [N], (10) [N*m]."""
+    """Return J(q)^T F of a force on the tip in the base frame [N], (eq:tip-load) [N*m]."""
     x2, y2 = length2 * np.cos(q1 + q2), length2 * np.sin(q1 + q2)
     x1, y1 = length1 * np.cos(q1), length1 * np.sin(q1)
     second = x2 * force_y - y2 * force_x
@@ -80,7 +80,7 @@ def tip_position(length1, length2, q1, q2):                         # type: igno
 @compiled
 def tool_jacobian(length1, length2, q2):                            # type: ignore[no-untyped-def]
     """
-    Return the Jacobian in the tool frame (x along link 2), row by row, (11) [m].
+    Return the Jacobian in the tool frame (x along link 2), row by row, (eq:tool-jacobian) [m].
 
     tau = J^T F with F = (axial, perpendicular).
     """

@@ -1,5 +1,5 @@
 """
-Torsion of the harmonic drive: flexspline and wave generator in series (docs/model.md, 1-5).
+Torsion of the harmonic drive: flexspline and wave generator in series (docs/model.md).
 
 Torque is the torque through the gear at its output [N*m], positive when it drives the link;
 torsion is motor side minus link side at the output [rad], so both have the same sign.
@@ -19,7 +19,7 @@ _MAX_ITERATIONS = 60
 
 @compiled
 def flexspline_torsion(torque, stiffness, curvature):               # type: ignore[no-untyped-def]
-    """Return the flexspline's torsion, (1) atan(c_f tau) / (c_f K_f0) [rad]."""
+    """Return the flexspline's torsion, (eq:flexspline) atan(c_f tau) / (c_f K_f0) [rad]."""
     c = np.maximum(curvature, _LINEAR)
     return np.arctan(c * torque) / (c * stiffness)
 
@@ -27,7 +27,7 @@ def flexspline_torsion(torque, stiffness, curvature):               # type: igno
 @compiled
 def segmented_torsion(                                              # type: ignore[no-untyped-def]
         torque, stiffness, knee_1, second_stiffness, knee_2, third_stiffness):
-    """Return the torsion of a flexspline with up to three straight segments, (2) [rad]."""
+    """Return a flexspline's torsion with up to three straight segments, (eq:segments) [rad]."""
     size = np.abs(torque)
     far = knee_2 if knee_2 > knee_1 else np.inf
     torsion = (np.minimum(size, knee_1) / stiffness
@@ -39,7 +39,7 @@ def segmented_torsion(                                              # type: igno
 
 @compiled
 def chords(stiffness, curvature, knee_1, knee_2):                   # type: ignore[no-untyped-def]
-    """Return K1, K2, K3 of segments that meet on the tangent law at T1, T2, 2 T2, (63)."""
+    """Return K1, K2, K3 of segments that meet the tangent law at T1, T2, 2 T2, (eq:stiffening)."""
     ends = [flexspline_torsion(torque, stiffness, curvature)
             for torque in (knee_1, knee_2, 2.0 * knee_2)]
     return (knee_1 / ends[0], (knee_2 - knee_1) / (ends[1] - ends[0]),
@@ -48,14 +48,14 @@ def chords(stiffness, curvature, knee_1, knee_2):                   # type: igno
 
 @compiled
 def wave_generator_torsion(torque, ratio, stiffness, curvature):    # type: ignore[no-untyped-def]
-    """Return the wave generator's wind-up seen at the output, (3) [rad]."""
+    """Return the wave generator's wind-up seen at the output, (eq:wind-up) [rad]."""
     c = np.maximum(curvature, _LINEAR)
     return -np.sign(torque) * np.expm1(-c * np.abs(torque) / ratio) / (ratio * c * stiffness)
 
 
 @compiled
 def torsion_of_torque(law, ratio, torque):                          # type: ignore[no-untyped-def]
-    """Return the total torsion under a torque within the valid range, (4) [rad]."""
+    """Return the total torsion under a torque within the valid range, (eq:torsion) [rad]."""
     wound = wave_generator_torsion(torque, ratio, law.wave_generator_stiffness,
                                    law.wave_generator_curvature)
     if law.knee_1 > 0.0:
@@ -105,7 +105,7 @@ def torque_from_guess(law, ratio, torsion, guess, accuracy):        # type: igno
     """
     Return the torque under a torsion [N*m] and its local slope [rad/(N*m)], for one value.
 
-    Halley's iteration on the concave law (4), started from a guess of the torque. The tangent at
+    Halley's iteration on the concave law (eq:torsion), from a guess of the torque. The tangent at
     zero bounds the root from below, and no step may pass under that bound, so the pole of the
     tangent law is never met. It ends with a step below `accuracy` (relative), and being cubic
     leaves an error of about its third power.
@@ -130,16 +130,16 @@ def torque_from_guess(law, ratio, torsion, guess, accuracy):        # type: igno
 @compiled
 def torque_of_torsion(law, ratio, torsion):                         # type: ignore[no-untyped-def]
     """
-    Return the torque under a torsion, the inverse of (4), for one value [N*m].
+    Return the torque under a torsion, the inverse of (eq:torsion), for one value [N*m].
 
-    Beyond `valid_torque` the torque goes on along the last slope, (5).
+    Beyond `valid_torque` the torque goes on along the last slope, (eq:beyond-range).
     """
     return torque_from_guess(law, ratio, torsion, 0.0, 1e-5)[0]
 
 
 @dataclass(frozen=True)
 class TorsionLaw(Declared):
-    """Stiffness of one joint's gear, (1)-(5); an infinite stiffness leaves its part out."""
+    """Stiffness of one joint's gear, (eq:torsion); an infinite stiffness leaves its part out."""
 
     name: ClassVar[str] = 'torsion'
     flexspline_stiffness: float = parameter(

@@ -1,5 +1,5 @@
 """
-The balances of an arm along a measured motion: the kernel read backwards (docs/model.md, 42-43).
+The balances of an arm along a motion: the kernel read backwards (eq:balance-a, balance-b).
 
 The kernel says how the arm would accelerate in the measured state under the recorded command;
 what the measurement did instead, as a torque, is the residual. Because it is the simulator's own

@@ -1,5 +1,5 @@
 """
-Estimates without the bias of noisy regressors: instrumental variables (docs/model.md, 89).
+Estimates without the bias of noisy regressors: instrumental variables (eq:instruments).
 
 What a fit moves along, accelerations and torsions, is measured with noise, and noise of the torque
 moves the arm as well. Least squares therefore read inertias, stiffnesses and torque constants too
