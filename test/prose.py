@@ -9,7 +9,7 @@ _NO_PROSE = re.compile(r'^(```|~~~).*?^\1[^\n]*$|\$\$.*?\$\$|^(?: {4}|\|).*?$',
 _ONE_WORD = re.compile(r'`+[^`]*`+|\$[^$]+\$|https?://\S+')
 _TARGET = re.compile(r'(?<=\])\([^)]*\)')
 _BLOCK = re.compile(r'\n\s*\n|\n(?=\s*(?:[-*#>]|\d+\.)\s)')
-_END = re.compile(r'(?<=[.!?])[)"*\']*\s+(?=[("*\'\[]*[A-Z0-9X])')
+_END = re.compile(r'(?<=[.!?])[)"*\']*\s+(?=[("*\']*(?:[A-Z0-9\[]|eq:))')
 _WORD = re.compile(r'[^\W_][\w\'’.,/*^=<>-]*')
 
 
