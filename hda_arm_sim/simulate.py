@@ -64,9 +64,10 @@ def rollout(arm: Arm, initial: Array, motor_torque: Array, tip_force: Array, dt:
     Simulate an arm under given inputs, sampled every dt [s].
 
     `motor_torque` (k, n) [N*m, shaft] and `tip_force` (k, 2) [N, base frame] are held from their
-    sample until the next, or joined by a cubic spline with `held=False`. `start` is the time of
-    the first sample [s], for what changes with time. Accelerations are those under the inputs
-    from their sample on. Raises ArmError for an arm without links and for arrays that do not fit.
+    sample until the next. Or they are joined by a cubic spline with `held=False`. `start` is the
+    time of the first sample [s], for what changes with time. Accelerations are those under the
+    inputs from their sample on. Raises ArmError for an arm without links and for arrays that do
+    not fit.
     """
     record = checked(arm, dt).record()
     samples = len(motor_torque)

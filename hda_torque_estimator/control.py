@@ -4,8 +4,8 @@ The controller's compiled step: PD on the motor side with torque feedback (eq:co
     tau = K_P (N q_d - theta_m) + K_D (N dq_d - dtheta_m) + (K_J / N) tau_hat
 
 tau_hat is the estimated torque through the gear, which loads the motor with tau_hat / N. K_J = -1
-adds the load once more, so that the arm follows a push; 0 < K_J < 1 takes that share of the load
-off the motor, so that the arm rejects it; K_J = 1 makes the load invisible to the motor.
+adds the load once more, so that the arm follows a push. 0 < K_J < 1 takes that share of the load
+off the motor, so that the arm rejects it. K_J = 1 makes the load invisible to the motor.
 """
 
 from hda_arm_sim.model.compiled import compiled
@@ -42,8 +42,9 @@ def step(                                                           # type: igno
     Fill the motor torques (n,) [N*m] that answer one sample.
 
     `reference` (n, 2) is link angle and rate [rad, rad/s], `motor_angle` (n,) the shafts' [rad],
-    `joint_torque` (n,) the estimated torques [N*m]; dt [s] since the last sample, 0 to take over
-    without a step: the command starts at zero and what the law asks for comes in, (eq:handover).
+    `joint_torque` (n,) the estimated torques [N*m]. `dt` [s] is since the last sample, 0 to take
+    over without a step. The command starts at zero and what the law asks for comes in,
+    (eq:handover).
     """
     share = 1.0 - np.exp(-2.0 * np.pi * settings.velocity_bandwidth * dt)
     left = np.exp(-dt / settings.handover_time)

@@ -1,8 +1,8 @@
 """
 Tell a recording in other conventions: a reversed sign, degrees, another ratio, motor at the link.
 
-The motor of a right joint turns `ratio` times as far as its link, the same way, apart from torsion
-and from what is wrong with a disc. Slopes are local, so that a slip or an absurd reading spoils
+The motor of a right joint turns `ratio` times as far as its link, the same way. Only torsion and
+what is wrong with a disc differ. Slopes are local, so that a slip or an absurd reading spoils
 one stretch only. A recording with too little travel tells nothing and is accepted.
 """
 
@@ -51,7 +51,7 @@ def check_conventions(arm: Arm, reading: Array, command: Array, source: str) -> 
     """
     Raise ConventionError where a recording has other conventions than the arm.
 
-    `reading` (k, n, 2 or more) are angles of shaft and link [rad], `command` (k, n) the motor
+    `reading` (k, n, 2 or more) are angles of shaft and link [rad]. `command` (k, n) the motor
     torques [N*m, shaft], NaN where there are none.
     """
     for column, joint in enumerate(arm.joints):

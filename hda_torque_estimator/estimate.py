@@ -1,7 +1,7 @@
 """
 The estimator's compiled step: one sample in, torques and tip force out (docs/model.md#estimator).
 
-Memory is an array (n, MEMORY), a row per joint; results are an array (n, RESULTS) per sample for
+Memory is an array (n, MEMORY), a row per joint. Results are an array (n, RESULTS) per sample for
 the joints and one (TIP_RESULTS,) for the tip. The node, the offline command and the closed-loop
 simulation all run this function, so they give the same bits.
 """
@@ -221,7 +221,7 @@ def step(                                                           # type: igno
     Estimate from one sample; dt [s] is the time since the last one, 0 starts afresh.
 
     `reading` is (n, READINGS), `command` (n,) the motor torque in force from now on [N*m], NaN
-    where none is given; `result` (n, RESULTS) and `tip` (TIP_RESULTS,) are filled. An arm without
+    where none is given. `result` (n, RESULTS) and `tip` (TIP_RESULTS,) are filled. An arm without
     links (`settings.links == 0`) leaves external torques and tip NaN.
     """
     joints = record.joints.shape[0]

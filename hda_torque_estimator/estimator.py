@@ -1,7 +1,7 @@
 """
 Estimate joint torques and the tip force from the encoders, live or over a whole recording.
 
-Both ways accept and refuse the same samples and run the same compiled step, so a recording gives
+Both ways accept and refuse the same samples and run the same compiled step. So a recording gives
 the same bits as the live run it was made from.
 """
 

@@ -2,9 +2,9 @@
 Learn from the difference of the two ways to a joint's torque what is wrong with each.
 
 The difference does not contain the torque itself, so nothing is assumed of it, and neither delay
-nor contact disturbs what is learnt. It is taken in windows that rise and fall by straight lines:
-integrated against such a window, the motor's acceleration becomes a difference of three angles,
-and no reading has to be differentiated. Equations: docs/estimation.md.
+nor contact disturbs what is learnt. It is taken in windows that rise and fall by straight lines.
+Against such a window the motor's acceleration becomes a difference of three angles. So no reading
+has to be differentiated. Equations: docs/estimation.md.
 """
 
 from hda_arm_sim.model.compiled import compiled, inlined

@@ -2,7 +2,7 @@
 Say in words what the comparison of torsion and motor torque found wrong, joint by joint.
 
 An error that the comparison taught is remarkable where it lies far beyond its tolerance and is
-known well enough to say so; a difference that no error explains is one too (docs/estimation.md).
+known well enough to say so. A difference that no error explains is one too (docs/estimation.md).
 """
 
 from collections.abc import Iterator

@@ -60,7 +60,7 @@ def watch_limits(arm: Arm, *, apart: float = math.inf) -> Array:
     Return what the samples of an arm can be (n, LIMITS).
 
     `apart` is how far motor angle / ratio and link angle may differ at the first sample, beyond
-    torsion [rad]; infinite where the zeros of the encoders are not known.
+    torsion [rad]. It is infinite where the zeros of the encoders are not known.
     """
     made = np.zeros((len(arm.joints), LIMITS))
     for row, joint, numbers in zip(made, arm.joints, arm.record().joints):
@@ -298,10 +298,10 @@ def judge(limits, memory, reading, dt, told):                       # type: igno
     """
     Return the number of the fault of a sample, 0 if it can be believed, which it then is.
 
-    `limits` (n, LIMITS), `memory` (n, WATCH_MEMORY) of zeros before the first sample, `reading`
-    (n, 2) angles of shaft and link [rad] or (n, 4) with their velocities, NaN where none is
-    given, `dt` [s] since the last sample that was believed, 0 for the first. `told` (5,) is
-    filled as `Told` says.
+    `limits` is (n, LIMITS), `memory` (n, WATCH_MEMORY) of zeros before the first sample. `reading`
+    has angles of shaft and link (n, 2) [rad], or (n, 4) with velocities, NaN where none is given.
+    `dt` [s] is since the last sample that was believed, 0 for the first. `told` (5,) is filled as
+    `Told` says.
     """
     fault = _angles(limits, reading, told)
     if fault != Fault.NONE:

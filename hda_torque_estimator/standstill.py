@@ -3,8 +3,8 @@ Tell a joint whose readings froze while it stood: compiled, one joint and one sa
 
 Where neither angle changes, the torque through the gear does not either, nor does what pulls at
 the link but for the environment. Then what pushes on the joint cannot change without an angle
-that shows it. A joint that seems to be held by a new force from one sample to the next, and does
-not yield to it by a count, is not held: its readings are.
+that shows it. A joint may seem to be held by a new force from one sample to the next, and not
+yield to it by a count. Then not the joint is held, but its readings are.
 """
 
 from hda_arm_sim.model.compiled import compiled

@@ -2,7 +2,7 @@
 Estimate the joint torque from the torsion, one joint and one sample (docs/model.md#estimator).
 
 This is the paper's estimator with its equations made consistent: both encoders, minus kinematic
-torsion, through the inverse of the torsion law; hysteresis and damping on top.
+torsion, through the inverse of the torsion law. Hysteresis and damping come on top.
 """
 
 from hda_arm_sim.model.compiled import compiled

@@ -1,9 +1,9 @@
 """
 The equation of motion, compiled; every effect acts here at its place (docs/model.md#motion).
 
-All that moves stands in one array of registers (n, REGISTERS), a row per joint: its state, the
-stages and slopes of the integration, and the torques of the last slope taken. One array and not
-a dozen, because handing over many arrays costs more than the physics itself.
+All that moves stands in one array of registers (n, REGISTERS), a row per joint. A row holds its
+state, the stages and slopes of the integration, and the torques of the last slope taken. One array
+and not a dozen, because handing over many arrays costs more than the physics itself.
 """
 
 import numpy as np

@@ -17,8 +17,8 @@ class Inertia(NamedTuple):
     """
     The inertia of the links as the equations need it.
 
-    p1 = I1 + I2 + m1 c1^2 + m2 (l1^2 + c2^2), p2 = I2 + m2 c2^2, p3 = m2 l1 c2 [kg*m^2];
-    first and second are the mass moments m1 c1 + m2 l1 and m2 c2 [kg*m]; coupled is 1, or 0 for
+    p1 = I1 + I2 + m1 c1^2 + m2 (l1^2 + c2^2), p2 = I2 + m2 c2^2, p3 = m2 l1 c2 [kg*m^2]. `first`
+    and `second` are the mass moments m1 c1 + m2 l1 and m2 c2 [kg*m]. `coupled` is 1, or 0 for
     links that do not feel each other (the paper's equations 4 and 5).
     """
 

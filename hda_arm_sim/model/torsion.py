@@ -1,8 +1,8 @@
 """
 Torsion of the harmonic drive: flexspline and wave generator in series (docs/model.md).
 
-Torque is the torque through the gear at its output [N*m], positive when it drives the link;
-torsion is motor side minus link side at the output [rad], so both have the same sign.
+Torque is the torque through the gear at its output [N*m], positive when it drives the link.
+Torsion is motor side minus link side at the output [rad], so both have the same sign.
 """
 
 from dataclasses import dataclass
@@ -106,7 +106,7 @@ def torque_from_guess(law, ratio, torsion, guess, accuracy):        # type: igno
     Return the torque under a torsion [N*m] and its local slope [rad/(N*m)], for one value.
 
     Halley's iteration on the concave law (eq:torsion), from a guess of the torque. The tangent at
-    zero bounds the root from below, and no step may pass under that bound, so the pole of the
+    zero bounds the root from below, and no step may pass under that bound. So the pole of the
     tangent law is never met. It ends with a step below `accuracy` (relative), and being cubic
     leaves an error of about its third power.
     """

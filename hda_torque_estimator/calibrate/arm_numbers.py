@@ -94,7 +94,7 @@ def with_tolerances(arm: Arm, found: Mapping[str, Sequence[Number]]) -> Arm:
     """
     Return the arm with its torsion as well known as the numbers that were found of every joint.
 
-    A tolerance holds for all joints, so the least sure one counts; where a joint has no number
+    A tolerance holds for all joints, so the least sure one counts. Where a joint has no number
     of its own, and where the numbers are less sure than was known, it stays.
     """
     if set(found) != set(arm.labels):

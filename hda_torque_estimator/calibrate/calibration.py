@@ -1,7 +1,7 @@
 """
 Calibrate the joints of an arm from recordings with reference torques.
 
-A joint is calibrated where that lowers its error on recordings that the fit has not seen; every
+A joint is calibrated where that lowers its error on recordings that the fit has not seen. Every
 other joint stays as it was, and the calibration says why.
 """
 
@@ -29,8 +29,9 @@ class JointCalibration:
     """
     What the recordings said about one joint; `kept` is why it stays as it was, '' if it does not.
 
-    Errors [N*m rms] are about the mean of each recording: of the arm as given, and of the
-    calibrated one on recordings left out of the fit (`held_out`), or on the only one there is.
+    Errors [N*m rms] are about the mean of each recording. They are of the arm as given, and of the
+    calibrated one. Its recordings are those left out of the fit (`held_out`), or the only one
+    there is.
     """
 
     joint: str

@@ -2,7 +2,7 @@
 Find the unknowns of a joint over passages: Gauss-Newton on the error of the estimator itself.
 
 Errors are averaged to rows and rows gathered in stretches of a few seconds. Every fifth stretch
-in turn is left out of the fit to tell what it is worth where it has not seen; intervals come from
+in turn is left out of the fit to tell what it is worth where it has not seen. Intervals come from
 how much the stretches pull the fit to and fro, so they hold errors that follow each other.
 """
 

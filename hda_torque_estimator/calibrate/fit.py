@@ -87,7 +87,7 @@ def fit(arm: Arm, terms: Sequence[Term], recordings: Sequence[Measured]) -> Fit:
     Return the most likely values: least squares against the references and the prior of each.
 
     The noise is what the fit itself leaves, counted once per correlation time: errors of torque
-    follow each other, so neighbouring samples are not independent witnesses.
+    follow each other. So neighbouring samples are not independent witnesses.
     """
     unknowns = [unknown for term in terms for unknown in term.unknowns]
     nominal, spread, low, high, start = np.array(unknowns).T

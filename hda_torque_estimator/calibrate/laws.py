@@ -1,7 +1,7 @@
 """
 What ordinary recordings can find about a joint, as terms: torsion law, loop, skew and waves.
 
-A calibration looks for these because the arm file is not trusted: what is known before is the
+A calibration looks for these because the arm file is not trusted. What is known before is the
 scatter of such gears, or the arm's tolerance where that is larger.
 """
 
@@ -127,8 +127,8 @@ def waves(arm: Arm, orders: Sequence[float]) -> Term:
     """
     Return the errors that repeat with these orders, per motor turn, as sine and cosine parts.
 
-    Once and twice per link turn are laid to the disc of the link encoder, all others to the gear;
-    for the torque it is one. Orders without a name of their own take the free places.
+    Once and twice per link turn are laid to the disc of the link encoder, all others to the gear.
+    For the torque it is one. Orders without a name of their own take the free places.
     """
     places = _places(orders, arm.joints[0].ratio)
 

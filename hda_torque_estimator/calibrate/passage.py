@@ -61,7 +61,7 @@ def passages(name: str, arm: Arm, seen: Measurement, force: Floats,
     """
     Return each joint's passage through a recording of an arm that stands as `arm` says.
 
-    `force` (k, 2) is known on the tip [N, base]; `sensed` are torques of sensors (k,), NaN where
+    `force` (k, 2) is known on the tip [N, base]. `sensed` are torques of sensors (k,), NaN where
     they show none, in whose place the links' own torque is taken for joints without a sensor.
     """
     motion = motion_of(seen, arm)

@@ -2,7 +2,7 @@
 What can be found about a joint's torsion: each term a few unknowns, and how they enter the arm.
 
 A term adds its unknowns to an arm of one joint. The unknowns are what a fit likes (the sine and
-cosine parts of a wave); the numbers are what an arm file holds (its amplitude and phase).
+cosine parts of a wave). The numbers are what an arm file holds (its amplitude and phase).
 """
 
 from collections.abc import Callable, Sequence

@@ -2,10 +2,10 @@
 Whether the causes that were found are backed: nothing is named on a rest that none explains.
 
 A wrong cause takes the place of the right one and leaves a part of what it cannot describe. So a
-joint in which much more is left than noise, and more than the accepted laws may leave as one form
-of several (`Hypothesis.form_error`), takes back every cause that rests on it; and so does a rest
-of any size that a simple curve tells (`nameless`). A search that took as many causes as it may,
-and leaves a rest, is lost and backs none.
+joint takes back every cause that rests on it where much more is left than noise. It must also be
+more than the accepted laws may leave as one form of several (`Hypothesis.form_error`). And so does
+a rest of any size that a simple curve tells (`nameless`). A search that took as many causes as it
+may, and leaves a rest, is lost and backs none.
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,8 +1,8 @@
 """
 The balances of an arm along a motion: the kernel read backwards (eq:balance-a, balance-b).
 
-The kernel says how the arm would accelerate in the measured state under the recorded command;
-what the measurement did instead, as a torque, is the residual. Because it is the simulator's own
+The kernel says how the arm would accelerate in the measured state under the recorded command.
+What the measurement did instead, as a torque, is the residual. Because it is the simulator's own
 equation of motion, every effect of the catalogue acts here as it acts there.
 
     A, motor:    N J (ddtheta_m - predicted) + B,  the motor balance closed over the link

@@ -1,7 +1,7 @@
 """
 Find the steps in which the encoders really count, from the changes of their readings.
 
-All changes are whole multiples of the step. The largest angle of which they are is taken, so an
+All changes are whole multiples of the step. The largest angle of which they are is taken. So an
 encoder that skips counts, moves fast or has noise of its own still shows its step.
 """
 

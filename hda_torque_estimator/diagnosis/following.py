@@ -2,8 +2,8 @@
 How far a residual follows a coordinate, alone or as the size of something that it multiplies.
 
 A residual follows a coordinate x if r = w f(x) for some curve f, found by least squares in bins of
-x. The carrier w is 1, the direction of the shaft (friction that varies along x) or the torque
-(stiffness or mesh loss that varies along x). What the carrier alone tells is not the coordinate's:
+x. The carrier w is 1, the direction of the shaft (friction along x) or the torque (stiffness or
+mesh loss along x). What the carrier alone tells is not the coordinate's:
 it is what x tells when it is shifted in time against the residual. Over time a residual follows
 a slow curve, or one line. The text of a report and all of its figures ask here.
 """

@@ -4,7 +4,7 @@ Estimates without the bias of noisy regressors: instrumental variables (eq:instr
 What a fit moves along, accelerations and torsions, is measured with noise, and noise of the torque
 moves the arm as well. Least squares therefore read inertias, stiffnesses and torque constants too
 small, by a few of their own deviations over a minute. A simulated twin that follows the same
-motion has other noise: its derivatives tell the same directions and go with nothing that was
+motion has other noise. Its derivatives tell the same directions and go with nothing that was
 random in the recording (Janot, Vandanjon and Gautier 2014, for rigid robots).
 """
 

@@ -1,9 +1,9 @@
 """
 Numbers that end at a bound of what was declared for them: the law is not what was measured.
 
-A friction law with an exponent of nearly zero is dry friction; one that fits best there stands in
+A friction law with an exponent of nearly zero is dry friction. One that fits best there stands in
 for another cause, which must be named instead. A bound that is the neutral value of a number, like
-a mass of zero, limits nothing, nor does one where a part of the arm is gone (`Hypothesis.ends`).
+a mass of zero, limits nothing. Nor does one where a part of the arm is gone (`Hypothesis.ends`).
 """
 
 import math

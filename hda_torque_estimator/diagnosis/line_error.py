@@ -2,7 +2,7 @@
 Find the error of a link encoder that repeats with every line of its scale, and take it out.
 
 What a local polynomial leaves of the readings is folded over the angle for every number of lines
-at once; the strongest wave is then fitted by least squares through the same filter, so that slow
+at once. The strongest wave is then fitted by least squares through the same filter. So slow
 stretches, where the polynomial follows the wave, neither help nor mislead. Stretches in which the
 samples do not resolve a wave are left aside (`line_alias`).
 """

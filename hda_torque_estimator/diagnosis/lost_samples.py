@@ -4,7 +4,7 @@ Find samples that were lost, repeated or late, and put in what the encoders woul
 A reading of another time than its stamp says is off by speed times that time, in all encoders at
 once. Against the curve through its neighbours, each sample gives the time by which it slipped.
 What slips by itself, where an encoder counts coarsely, a clock jitters or a motion is quicker than
-the samples tell, does so all about: a sample must slip far more than those near it usually do.
+the samples tell, does so all about. A sample must slip far more than those near it usually do.
 """
 
 from typing import NamedTuple

@@ -30,12 +30,12 @@ class Measurement:
     """
     Evenly sampled readings of n joints.
 
-    `reading` (k, n, 2) are the angles of shaft and link as the encoders show them [rad],
+    `reading` (k, n, 2) are the angles of shaft and link as the encoders show them [rad].
     `command` (k, n) the motor torque in force from a sample until the next [N*m, shaft]. Samples
     that never came, and were put in to keep the grid, are listed in `absent`.
 
     `past` (k,) tells by how much each was taken after its tick [s], as far as its stamp
-    knows; it is empty if nothing is known.
+    knows. It is empty if nothing is known.
 
     A measurement may hold several recordings of an arm, one after another on one running clock;
     `begins` are their first samples.
@@ -141,8 +141,8 @@ def measurement_from(labels: tuple[str, ...], samples: JointSamples,
     """
     Return the joint states on the even grid of their usual period.
 
-    Stamps that jitter by less than half a period only tell by how much a sample was past its tick;
-    where samples are missing, angles are joined by straight lines and commands held. Raises
+    Stamps that jitter by less than half a period only tell by how much a sample was past its tick.
+    Where samples are missing, angles are joined by straight lines and commands held. Raises
     StampsError, naming the source, for stamps that are on no such grid.
     """
     reading = readings(labels, samples)[:, :, :2]

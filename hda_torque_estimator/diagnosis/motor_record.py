@@ -82,7 +82,7 @@ def sweeps_together(recordings: Mapping[str, JointSamples], arm: Arm) -> list[Sw
     """
     Return the joints that move in several recordings of one arm, by their names.
 
-    A joint that moves in several has them one after another, with the angles as they are: its
+    A joint that moves in several has them one after another, with the angles as they are. Its
     motor encoder is taken to keep its zero. Raises GateError where one cannot be used, or where
     the rates differ.
     """

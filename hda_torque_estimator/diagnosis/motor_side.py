@@ -3,7 +3,7 @@ Diagnose a recording of motors alone: what balance A says without a link angle.
 
 The motor torque is explained by inertia, a load that varies slowly with the link angle, friction,
 and waves over the motor angle. The gear's torsion cancels in the balance of motor and link
-together, so nothing that sits in it, in the timing or in the link encoder can be seen.
+together. So nothing that sits in it, in the timing or in the link encoder can be seen.
 """
 
 from collections.abc import Iterator, Sequence

@@ -2,7 +2,7 @@
 Laws without a name: simple curves along each coordinate, at each site of each joint.
 
 They belong to no cause. But a cause that is named rightly leaves none of them, whatever the size
-of its rest, and one with several numbers tells more than any single curve does. A cause that
+of its rest. One with several numbers tells more than any single curve does. A cause that
 stands in for another passes neither.
 """
 
@@ -31,7 +31,7 @@ class Curve(NamedTuple):
     """
     One curve at one site of a joint, with the score of a fit that has it as well.
 
-    It may help what is left at another joint, through masses that are not quite known; that tells
+    It may help what is left at another joint, through masses that are not quite known. That tells
     nothing of its own, so the `improvement` is not more than in the channels of its joint.
     """
 

@@ -56,7 +56,7 @@ def misplaced(fitter: Fitter, found: Found) -> tuple[Term, ...]:
     """
     Return the accepted causes that take one link torque for something else.
 
-    They sit at the motor and the torsion of a joint; but what both of its balances show without
+    They sit at the motor and the torsion of a joint. But what both of its balances show without
     them is the same torque, and no such causes do that.
     """
     wrong: list[Term] = []

@@ -1,9 +1,9 @@
 """
 What the freedom of a cause buys by itself: placebos, fitted and judged like the cause.
 
-They are the cause's own columns, moved along the recording to where they are least like what
-they were: as free, as large and as rough, and with no reason to explain anything. What the best
-of them gains on held-out stretches is chance.
+They are the cause's own columns, moved along the recording to where they are least like what they
+were. They are as free, as large and as rough, with no reason to explain anything. What the best of
+them gains on held-out stretches is chance.
 """
 
 from collections.abc import Iterator

@@ -2,7 +2,7 @@
 Predict a recording by simulation from measured states, and measure how far off it ends.
 
 From the measured state at the start of each window the arm is simulated open loop under the
-recorded command; the reference motion and the controller need not be known. The error is that of
+recorded command. The reference motion and the controller need not be known. The error is that of
 the predicted encoder readings, at the output side, over the window.
 """
 

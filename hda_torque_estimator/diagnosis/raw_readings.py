@@ -2,8 +2,9 @@
 What only raw readings show: causes that a filter would hide, found before any balance.
 
 The balances then work with an arm that senses as the recorded one does. What a cause explains is
-how much the readings scatter from sample to sample: their second differences, in stretches that
-were held out, of simulated recordings with the cause and without it, against the measured ones.
+how much the readings scatter from sample to sample. These are their second differences in
+stretches that were held out. Simulated recordings with the cause and without it are held against
+the measured ones.
 """
 
 from collections.abc import Sequence

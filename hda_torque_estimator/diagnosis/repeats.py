@@ -1,8 +1,8 @@
 """
 Readings that are the one before once more, while the arm moved.
 
-An encoder that counts coarsely repeats by itself when it is slow, so it is asked only where it
-moves by more than its counts from sample to sample; all that do must repeat at once, and the next
+An encoder that counts coarsely repeats by itself when it is slow. So it is asked only where it
+moves by more than its counts from sample to sample. All that do must repeat at once, and the next
 reading must make up for it: an arm that really stops does not jump.
 """
 

@@ -3,7 +3,7 @@ Whether friction builds up after a shaft has turned round.
 
 Dry friction is not known at rest, so a motor balance does not hold near it. Where a shaft turns
 round without a stop, friction that sets in at once leaves little, but for stops too short to be
-seen; one that builds up over an angle leaves much there and nothing elsewhere.
+seen. One that builds up over an angle leaves much there and nothing elsewhere.
 """
 
 from hda_arm_sim.model.arm import Arm

@@ -1,8 +1,8 @@
 """
 Find what repeats with every turn of a motor, in a torque that depends on much else besides.
 
-A line must stand out of the spectrum about it, over the angle and not over time, so that neither
-slow loads nor the noise of a controller can pass for one.
+A line must stand out of the spectrum about it, over the angle and not over time. So neither slow
+loads nor the noise of a controller can pass for one.
 """
 
 from collections.abc import Sequence

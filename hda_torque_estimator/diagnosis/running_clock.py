@@ -1,7 +1,7 @@
 """
 Several recordings on one running clock: which stretches are held out, what belongs to one alone.
 
-An arm is the same in all its recordings, but something touches it in one of them; the onset of a
+An arm is the same in all its recordings, but something touches it in one of them. The onset of a
 contact counts on the running clock.
 """
 

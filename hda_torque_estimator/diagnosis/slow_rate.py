@@ -1,8 +1,8 @@
 """
 Whether the rate of a recording hides what its motion would show.
 
-A healthy twin of the arm is simulated along the measured motion at a rate that hides nothing, and
-asked the same: which effects would have been seen. The motion between samples is that of a spline.
+A healthy twin of the arm is simulated along the measured motion at a rate that hides nothing. It
+is asked which effects would have been seen. The motion between samples is that of a spline.
 """
 
 from collections.abc import Sequence

@@ -63,7 +63,7 @@ def solve(columns: Columns, noise: Array, effective: float, now: Array,
     Return the best step from `now` (p,), the distance to the nominal values in free numbers.
 
     `noise` (c,) is the standard deviation that a healthy arm leaves, `effective` the share of
-    samples that are independent, `deviations` (p,) the priors; a number with a prior stays within
+    samples that are independent, `deviations` (p,) the priors. A number with a prior stays within
     REACH of them.
     """
     known = np.isfinite(deviations)

@@ -1,7 +1,7 @@
 """
 Read a swinging base from what is left: it answers the links' own acceleration at one frequency.
 
-Along a measured motion the push of the links on the base is known, so the torque of a mode of
+Along a measured motion the push of the links on the base is known. So the torque of a mode of
 given frequency and damping is linear in its amplitude, and quadratic in the components of its
 direction.
 """

@@ -24,7 +24,7 @@ class Term:
     """
     An effect with free numbers, each with its usual step and, for a nuisance, its tolerance.
 
-    `waves` are pairs (amplitude, phase) by their names; `tolerances` are standard deviations
+    `waves` are pairs (amplitude, phase) by their names. `tolerances` are standard deviations
     about the nominal value, one for each free number, infinite where nothing is known. `least`
     are bounds by the arm, one for each free number, where the law would clip it unseen.
     """

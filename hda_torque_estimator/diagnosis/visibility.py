@@ -2,7 +2,7 @@
 How large an effect must be for the search to accept it in one recording.
 
 It is imagined on top of what the last fit leaves. All that may differ, and all that was accepted,
-explains as much of it as it can; what is left must be material and pass the score threshold.
+explains as much of it as it can. What is left must be material and pass the score threshold.
 """
 
 from collections.abc import Callable

@@ -108,7 +108,7 @@ class KinematicError(Effect):
     """
     Transmission error at wave-generator orders; it bends torsion and ratio, (eq:kinematic-error).
 
-    Four more waves have orders of their own, whole ones and others: that of the teeth is
+    Four more waves have orders of their own, whole ones and others. That of the teeth is
     2 (N + 1) / N per motor turn, one per turn of the link is 1 / N.
     """
 
