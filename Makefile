@@ -21,7 +21,7 @@ run_each = failed=; for script in $(1); do \
 	done; if test -n "$$failed"; then echo "failed:$$failed" >&2; exit 1; fi
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint bench fuzz faults soak lock clean
+.PHONY: help setup demo test lint docs bench fuzz faults soak lock clean
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-8s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -38,6 +38,9 @@ lint: $(READY)  ## check style and types
 	$(BIN)/ruff check
 	$(BIN)/mypy
 	$(BIN)/python -m pytest -q --tb=short --show-capture=no -m linter
+
+docs: $(READY)  ## write docs/constants.md from the source
+	$(BIN)/python test/constants_table.py
 
 bench: $(READY)  ## measure speed beside peers, then accuracy: hours; QUICK=1 only starts all
 	@$(call run_each,$(BENCHMARKS))

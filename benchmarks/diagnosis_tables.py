@@ -12,13 +12,13 @@ Row = tuple[str, str, str]
 _HEAD = """# Accuracy of the diagnosis
 
 Written by `benchmarks/diagnosis.py`. Every record is 60 s at 1 kHz of the independent truth in
-`test/truth/` (other formulas, integrator and step), with its own scatter within the tolerances;
-its seeds were used nowhere else. {done} of {planned} planned records were run.
+`test/truth/`: other formulas, integrator and step. It has its own scatter within the tolerances.
+Its seeds were used nowhere else. {done} of {planned} planned records were run.
 
 An asymmetric friction and an offset of the drive are one equation while a motor turns. No motion
 tells them apart (`hda plan --between asymmetric_friction drive_offset` says so), and a diagnosis
-tells them together. They are 2 of 40 effects, so the rows that ask for one name can reach 95 % of
-single effects, 90 % of pairs and 85 % of triples; the rows beneath count the two as told.
+tells them together. They are 2 of 40 effects. So the rows that ask for one name can reach 95 % of
+single effects, 90 % of pairs and 85 % of triples. The rows beneath count the two as told.
 """
 
 

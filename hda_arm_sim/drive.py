@@ -1,4 +1,4 @@
-"""Give the arm its inputs as a drive does: held, and some time late (docs/model.md, 16)."""
+"""Give the arm its inputs as a drive does: held, and late (docs/model.md, eq:drive-chain)."""
 
 import numpy as np
 

@@ -1,8 +1,8 @@
 """
 Motions as tables that people, spreadsheets and robots read: CSV with names and units.
 
-A row holds a time, the link angles, and their rates; between rows the angle is the cubic that
-has both at either end, so that a table at 200 Hz gives the motion at any rate.
+A row holds a time, the link angles, and their rates. Between rows the angle is the cubic that
+has both at either end. So a table at 200 Hz gives the motion at any rate.
 """
 
 from collections.abc import Sequence

@@ -2,7 +2,7 @@
 Motions that excite the arm, each with what it can show.
 
 A motion is a reference of the link angles, closed in itself up to its start, and a push at the
-tip; both are within what the nominal arm's motors can do.
+tip. Both are within what the nominal arm's motors can do.
 """
 
 from collections.abc import Callable

@@ -23,8 +23,8 @@ def observe(arm: ArmRecord, inertia: Inertia, w: Array, noise: Array, dt: float,
     """
     Fill a reading (n, 4) and the true joint torques (n,) [N*m] at the state in the registers.
 
-    Velocities are what a drive reports, (23): the angle's change since the last reading over
-    dt [s]. A lost sample leaves the reading as it was.
+    Velocities are what a drive reports, (eq:velocity): the angle's change since the last reading
+    over dt [s]. A lost sample leaves the reading as it was.
     """
     arm, w = ArmRecord(borrowed(arm.joints), arm.body), borrowed(w)
     joints = arm.joints.shape[0]

@@ -28,7 +28,7 @@ def _turned(w: Array, j: int, velocity: int, angle: int, late: float) -> float:
 def read_encoders(arm: ArmRecord, inertia: Inertia, w: Array, noise: Array,
                   reading: Array) -> None:
     """
-    Fill the angles (n, 2) that the encoders show, shaft and link [rad], (21)-(22).
+    Fill the angles (n, 2) that encoders show [rad], (eq:motor-reading, link-reading).
 
     The registers must hold the slopes of their state (see `slope`); `noise` (n, DRAWS) is of unit
     variance. The link encoder is late by its skew on top of the motor encoder's sampling time.

@@ -52,7 +52,7 @@ class Trajectory:
 
 
 def rest(arm: Arm, link_angle: Array | tuple[float, ...]) -> Array:
-    """Return the state (n, STATES) of an unloaded arm at rest at these link angles, (26) [rad]."""
+    """Return the state (n, STATES) of an arm at rest at these link angles, (eq:start) [rad]."""
     state = np.zeros((len(arm.joints), STATES))
     state[:, LINK_ANGLE] = link_angle
     state[:, MOTOR_ANGLE] = state[:, LINK_ANGLE] * [joint.ratio for joint in arm.joints]
@@ -65,9 +65,10 @@ def rollout(arm: Arm, initial: Array, motor_torque: Array, tip_force: Array, dt:
     Simulate an arm under given inputs, sampled every dt [s].
 
     `motor_torque` (k, n) [N*m, shaft] and `tip_force` (k, 2) [N, base frame] are held from their
-    sample until the next, or joined by a cubic spline with `held=False`. `start` is the time of
-    the first sample [s], for what changes with time. Accelerations are those under the inputs
-    from their sample on. Raises ArmError for an arm without links and for arrays that do not fit.
+    sample until the next. Or they are joined by a cubic spline with `held=False`. `start` is the
+    time of the first sample [s], for what changes with time. Accelerations are those under the
+    inputs from their sample on. Raises ArmError for an arm without links and for arrays that do
+    not fit.
     """
     record = checked(arm, dt).record()
     samples = len(motor_torque)

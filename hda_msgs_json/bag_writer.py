@@ -35,8 +35,8 @@ class BagWriter:
 
     With `whole`, the directory appears when the statement ends, and nothing is left if it fails.
     Without, directory and metadata are there from the start, and `flush` makes safe what came.
-    Messages that are written as samples go to the bag in the order of their log times, whatever
-    their topics, when the bag is flushed or closed.
+    Messages that are written as samples go to the bag when it is flushed or closed. They go
+    in the order of their log times, whatever their topics.
     """
 
     def __init__(

@@ -1,7 +1,7 @@
 """
 JointState, WrenchStamped and String as CDR bytes, one message at a time.
 
-`JointStateDecoder`, `JointStateEncoder` and `WrenchEncoder` are the fast paths of the nodes: they
+`JointStateDecoder`, `JointStateEncoder` and `WrenchEncoder` are the fast paths of the nodes. They
 learn the layout of a message once and touch only its stamp and its numbers afterwards. Whole
 recordings go through `decode_joint_states` and its like, re-exported from `cdr_arrays`.
 """

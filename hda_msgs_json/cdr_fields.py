@@ -36,8 +36,8 @@ class FieldReader:
     """
     Read a message field by field; every method raises CdrError where the bytes run out.
 
-    `structure` names the bytes that were read as counts and texts: neither time, nor numbers, nor
-    the padding, which ROS leaves as it finds it in memory.
+    `structure` names the bytes that were read as counts and texts. They are neither time, nor
+    numbers, nor the padding, which ROS leaves as it finds it.
     """
 
     def __init__(self, message: bytes | memoryview) -> None:

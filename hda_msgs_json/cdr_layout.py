@@ -47,9 +47,9 @@ class Layout:
     """
     Tell the numbers of a message from its structure.
 
-    Two messages have the same layout when all their counts and texts are equal: then their numbers
+    Two messages have the same layout when all their counts and texts are equal. Then their numbers
     mean the same and lie in the same place. A mask leaves time, numbers and padding out of the
-    comparison, for all bytes of one message at once, or word by word for many messages.
+    comparison. It serves all bytes of one message at once, or many messages word by word.
     """
 
     def __init__(

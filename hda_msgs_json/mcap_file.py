@@ -72,8 +72,8 @@ def scan(path: Path) -> Contents:
     """
     Return where the messages of a file are; raise BagError if it is no MCAP file.
 
-    The summary at the end of the file is not needed and not read, so that a file which was cut
-    off is read in the same way as a whole one.
+    The summary at the end of the file is not needed and not read. So a file that was cut off
+    is read in the same way as a whole one.
     """
     try:
         with path.open('rb') as stream:

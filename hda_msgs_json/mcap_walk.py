@@ -17,9 +17,9 @@ def record_starts(content: bytes, hints: Indices | None = None) -> tuple[Indices
     """
     Return where the complete records start, and where the last of them ends.
 
-    Records must be followed one by one, but much can be checked at once: hints, in ascending
-    order, of where records start, and periods in the sizes of the records. Wrong hints cost time.
-    No record has the opcode 0: where one seems to, there are none any more.
+    Records must be followed one by one, but much can be checked at once. These are hints, in
+    ascending order, of where records start, and periods in the sizes of the records. Wrong hints
+    cost time. No record has the opcode 0: where one seems to, there are none any more.
     """
     if hints is not None and len(hints) and (hinted := _hinted(content, hints)) is not None:
         found, at = hinted

@@ -28,7 +28,7 @@ class JointSamples:
     """
     Hold JointState messages: stamps [ns] (n,), a column per name in the arrays (n, k).
 
-    Position [rad], velocity [rad/s] and effort [N*m] are NaN where a message had no value, and
+    Position [rad], velocity [rad/s] and effort [N*m] are NaN where a message had no value. They
     have no columns (n, 0) where messages shall be written without that array.
     """
 

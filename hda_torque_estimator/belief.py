@@ -18,11 +18,11 @@ from .sample_faults import Fault
 from .sample_watch import judge, RATIO, SPEED, STARTED, STEP, STRONGER
 
 # Doubts: faults of samples have the numbers of `Fault`; then come other reasons, worst last.
-BELIEVED, APART, CHANGED, IMPOSSIBLE, LOST = 0.0, 20.0, 21.0, 22.0, 23.0
-SLIPPED = 24.0          # and the side: the shaft or the link
+BELIEVED, APART, CHANGED, IMPOSSIBLE, LOST = 0.0, 20.0, 21.0, 22.0, 23.0  # (layout)
+SLIPPED = 24.0          # and the side: the shaft or the link (layout)
 CLOCK_BACK, TWO_PUBLISHERS, FROZEN = (
     float(fault) for fault in (Fault.CLOCK_BACK, Fault.TWO_PUBLISHERS, Fault.FROZEN))
-COUPLED = 40.0          # and the kind of coupling, which may be negative
+COUPLED = 40.0          # and the kind of coupling, which may be negative (layout)
 
 # Memory, per joint: that of the coupling. In row 0 also what concerns all joints.
 (FAULT, AGE,            # the last fault of a sample, and time since [s]
@@ -38,6 +38,7 @@ PULL = STANDING + standstill.MEMORY     # at the link at the last sample [N*m]
 PULLED = PULL + 1                       # at the one before, which a slip has not spoilt
 MEMORY = PULLED + 1
 
+# Choices unless told otherwise.
 SHOWN = 0.1             # time for which a fault is told: 5 states at 50 Hz (choice) [s]
 LONGEST = 0.1           # of unbelieved samples in a row, then the watch begins anew (choice) [s]
 LEAST_STILL = 0.01      # of angle and velocity that repeat, half of the time to tell it [s]

@@ -20,6 +20,7 @@ from .controller import compiled_settings as controller_settings, ControllerSett
 from .estimator import compiled_settings as estimator_settings, EstimatorSettings
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 CONTROL_PERIOD = 1e-3   # longest between two commands: a slow log is that of a faster loop [s]
 SAME_RATE = 0.02        # share by which clocks of one rate may differ: 1.000002 ms is 1 ms
 
@@ -44,8 +45,8 @@ def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
     Let `true_arm` follow a motion under a controller that believes in `known_arm`.
 
     A command answers the sample before it, as over a bus. Where samples are further apart than
-    CONTROL_PERIOD, the loop runs at a whole multiple of their rate and they are every so many of
-    its samples, as most logs come about. Where nobody reads estimated torques `estimator` may be
+    CONTROL_PERIOD, the loop runs at a whole multiple of their rate. They are every so many of its
+    samples, as most logs come about. Where nobody reads estimated torques `estimator` may be
     None. Raises ArmError where the arm cannot be simulated, ValueError where the controller needs
     an estimator and has none.
     """

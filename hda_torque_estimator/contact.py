@@ -1,5 +1,5 @@
 """
-Tell contacts from free motion by the external torques and how sure they are (F9).
+Tell contacts from free motion by the external torques and how sure they are (eq:chi).
 
 Two levels: a contact ends by itself when the arm is let go, a collision stays until the reset.
 """
@@ -9,11 +9,12 @@ import numpy as np
 
 # Memory: contact now, time since it was last felt [s], collisions felt, contacts so far.
 TOUCHING, CALM, COLLIDED, CONTACTS = range(4)
-MEMORY = 4
+MEMORY = 4  # (layout)
 
-FREE, CONTACT, COLLISION = 0.0, 1.0, 2.0
+FREE, CONTACT, COLLISION = 0.0, 1.0, 2.0  # (layout)
 _NAMES = {CONTACT: 'contact', COLLISION: 'collision'}
 
+# Choices unless told otherwise.
 _RELEASE = 0.5          # of the level, below which a contact is over
 _HOLD = 0.1             # time for which it must be [s]
 
@@ -25,7 +26,7 @@ def contact_name(level: float) -> str:
 
 @compiled
 def deviations(torque: Array, deviation: Array) -> float:
-    """Return external torques (n,) over their deviations, all joints together, (F9)."""
+    """Return external torques (n,) over their deviations, all joints together, (eq:chi)."""
     return np.sqrt(((torque / deviation) ** 2).sum())
 
 

@@ -1,11 +1,11 @@
 """
-The controller's compiled step: PD on the motor side with torque feedback (docs/model.md, 38-41).
+The controller's compiled step: PD on the motor side with torque feedback (eq:control-law).
 
     tau = K_P (N q_d - theta_m) + K_D (N dq_d - dtheta_m) + (K_J / N) tau_hat
 
 tau_hat is the estimated torque through the gear, which loads the motor with tau_hat / N. K_J = -1
-adds the load once more, so that the arm follows a push; 0 < K_J < 1 takes that share of the load
-off the motor, so that the arm rejects it; K_J = 1 makes the load invisible to the motor.
+adds the load once more, so that the arm follows a push. 0 < K_J < 1 takes that share of the load
+off the motor, so that the arm rejects it. K_J = 1 makes the load invisible to the motor.
 """
 
 from typing import NamedTuple
@@ -37,7 +37,7 @@ class CompiledSettings(NamedTuple):
 @compiled
 def law(settings: CompiledSettings, ratio: float, angle: float, rate: float, motor_angle: float,
         motor_velocity: float, joint_torque: float) -> float:
-    """Return the motor torque that the law asks for, (38) [N*m, shaft]."""
+    """Return the motor torque that the law asks for, (eq:control-law) [N*m, shaft]."""
     return (settings.position_gain * (ratio * angle - motor_angle)
             + settings.velocity_gain * (ratio * rate - motor_velocity)
             + settings.torque_feedback / ratio * joint_torque)
@@ -45,7 +45,7 @@ def law(settings: CompiledSettings, ratio: float, angle: float, rate: float, mot
 
 @compiled
 def limited(command: float, last: float, limit: float, change: float) -> float:
-    """Return the command within the limits of torque and of its change, (40) [N*m]."""
+    """Return the command within the limits of torque and of its change, (eq:limits) [N*m]."""
     near = min(max(command, last - change), last + change)
     return min(max(near, -limit), limit)
 
@@ -57,8 +57,9 @@ def step(record: ArmRecord, settings: CompiledSettings, memory: Array, reference
     Fill the motor torques (n,) [N*m] that answer one sample.
 
     `reference` (n, 2) is link angle and rate [rad, rad/s], `motor_angle` (n,) the shafts' [rad],
-    `joint_torque` (n,) the estimated torques [N*m]; dt [s] since the last sample, 0 to take over
-    without a step: the command starts at zero and what the law asks for is phased in, (41).
+    `joint_torque` (n,) the estimated torques [N*m]. `dt` [s] is since the last sample, 0 to take
+    over without a step. The command starts at zero and what the law asks for comes in,
+    (eq:handover).
     """
     share = 1.0 - np.exp(-2.0 * np.pi * settings.velocity_bandwidth * dt)
     left = np.exp(-dt / settings.handover_time)

@@ -34,15 +34,15 @@ class ControllerSettings(Declared):
         0.2, 's', 1e-3, 10.0, 'time in which the law is phased in after enabling')
 
 
-QUICKEST = 0.25         # of a rotor's speed that K_D may take per millisecond: 36 deg of lag
+QUICKEST = 0.25         # of a rotor's speed that K_D may take in 1 ms (choice: 36 deg of lag)
 
 
 def bearable(arm: Arm, settings: ControllerSettings) -> ControllerSettings:
     """
     Return settings with gains that the lightest rotor of an arm bears at 1 kHz or above.
 
-    Above its resonance a rotor turns alone, and a loop of 2.5 ms (a sample and a half, and the
-    low-pass of the speed) turns the phase by 36 deg where K_D / J is 250 rad/s.
+    Above its resonance a rotor turns alone. A loop of 2.5 ms turns its phase by 36 deg where
+    K_D / J is 250 rad/s. These 2.5 ms are a sample and a half, and the low-pass of the speed.
     """
     lightest = float(min(arm.record().joints['motor_inertia']))
     share = min(1.0, QUICKEST * lightest / 1e-3 / settings.velocity_gain)

@@ -1,8 +1,8 @@
 """
 Tell a recording in other conventions: a reversed sign, degrees, another ratio, motor at the link.
 
-The motor of a right joint turns `ratio` times as far as its link, the same way, apart from torsion
-and from what is wrong with a disc. Slopes are local, so that a slip or an absurd reading spoils
+The motor of a right joint turns `ratio` times as far as its link, the same way. Only torsion and
+what is wrong with a disc differ. Slopes are local, so that a slip or an absurd reading spoils
 one stretch only. A recording with too little travel tells nothing and is accepted.
 """
 
@@ -18,11 +18,12 @@ from numpy.typing import NDArray
 
 from .coupling import (
     AT_LINK, bend_over, kind_of, LINK_DEGREES, MOTOR_DEGREES, RIGHT, TRAVEL, twist_of)
+from .significance import SIGN_CERTAIN
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 STRETCHES = 9           # of a recording, each with a slope of its own; their median counts
 SANE = 1e9              # angle beyond which a reading is no angle [rad]
-ALIKE = 0.6             # correlation from which a sign is certain
 BRAKING = 0.2           # of the power that goes through a motor, from which it is a brake
 SLOWEST = 0.02          # share of the largest speed below which a motor rests
 FEWEST = 100            # samples of each way
@@ -51,7 +52,7 @@ def check_conventions(arm: Arm, reading: Array, command: Array, source: str) -> 
     """
     Raise ConventionError where a recording has other conventions than the arm.
 
-    `reading` (k, n, 2 or more) are angles of shaft and link [rad], `command` (k, n) the motor
+    `reading` (k, n, 2 or more) are angles of shaft and link [rad]. `command` (k, n) the motor
     torques [N*m, shaft], NaN where there are none.
     """
     for column, joint in enumerate(arm.joints):
@@ -144,7 +145,7 @@ def _helps(torque: Array, link: Array, speed: Array) -> bool:
     both = both - of_angle @ np.linalg.lstsq(of_angle, both, rcond=None)[0]
     first, second = both.T
     size = float(np.sqrt((first @ first) * (second @ second)))
-    return size > 0.0 and float(first @ second) < -ALIKE * size
+    return size > 0.0 and float(first @ second) < -SIGN_CERTAIN * size
 
 
 def _widest(joint: Joint) -> float:

@@ -12,12 +12,16 @@ import numpy as np
 # Kinds of a coupling, negative with one sign flipped.
 RIGHT, FLIPPED, AT_LINK, MOTOR_DEGREES, LINK_DEGREES, OTHER = 0, -1, 2, 3, 4, 5
 
+# Choices unless told otherwise.
 TRAVEL = 0.02           # of the link, from which anything can be told (choice) [rad]
+# (source: a gear of N teeth pairs turns N or N + 1 to 1)
 WHOLE = 0.5             # teeth: gears of one size have N or N + 1 to 1, so half a tooth is between
-DISC = 5e-3             # slope that a disc off its axis makes: 3e-3 was seen on a real arm
+# (measured: a disc of a real arm made 3e-3)
+DISC = 5e-3             # slope that a disc off its axis makes
 NEAR = 0.1              # relative, within which a slope is one of the named conventions
 SOFTEST = 0.02          # torsion of a joint whose law is valid without end (choice) [rad]
 
+# Choices unless told otherwise.
 WORST = 3.0             # slope of a torsion of either sign on an even travel, over twist / span
 # Link travel from which the torsion of a whole recording follows the weight, and after which a
 # running stretch begins anew (choice) [rad].
@@ -26,7 +30,7 @@ STRETCH = 0.3
 # Memory: sums over a stretch from its first angles on, and what was told.
 (BEGUN, FIRST_MOTOR, FIRST_LINK, COUNT, SUM_MOTOR, SUM_LINK, SUM_LINK_2, SUM_BOTH,
  LOW_MOTOR, HIGH_MOTOR, LOW_LINK, HIGH_LINK, TOLD) = range(13)
-MEMORY = 13
+MEMORY = 13  # (layout)
 
 
 @compiled

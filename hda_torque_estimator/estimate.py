@@ -1,7 +1,7 @@
 """
-The estimator's compiled step: one sample in, torques and tip force out (docs/model.md, 28-36).
+The estimator's compiled step: one sample in, torques and tip force out (docs/model.md#estimator).
 
-Memory is an array (n, MEMORY), a row per joint; results are an array (n, RESULTS) per sample for
+Memory is an array (n, MEMORY), a row per joint. Results are an array (n, RESULTS) per sample for
 the joints and one (TIP_RESULTS,) for the tip. The node, the offline command and the closed-loop
 simulation all run this function, so they give the same bits.
 """
@@ -91,7 +91,7 @@ def usable(reading: Array) -> bool:
 
 @inlined
 def _share(bandwidth: float, dt: float) -> float:
-    """Return the share of a new value in a low-pass of this bandwidth [Hz], (27)."""
+    """Return the share of a new value in a low-pass of this bandwidth [Hz], (eq:low-pass)."""
     return 1.0 - np.exp(-2.0 * np.pi * bandwidth * dt)
 
 
@@ -178,7 +178,7 @@ def _compare(joint: Record, settings: CompiledSettings, learning: Array, motor_a
 @inlined
 def _external(record: ArmRecord, settings: CompiledSettings, inertia: Inertia, memory: Array,
               q1: float, q2: float, dt: float, result: Array) -> None:
-    """Renew the momentum observer and fill the external torques, (33)."""
+    """Renew the momentum observer and fill the external torques, (eq:observer)."""
     joints = record.joints.shape[0]
     last = joints - 1
     dq1 = memory[0, QUICK_LINK]
@@ -219,7 +219,7 @@ def _external(record: ArmRecord, settings: CompiledSettings, inertia: Inertia, m
 @inlined
 def _external_deviation(settings: CompiledSettings, memory: Array, j: int, moved: float,
                         doubt: float, result: Array) -> None:
-    """Fill how sure the external torque is: gear, inertia, lateness, a bearing at rest, (F8)."""
+    """Fill how sure an external torque is: gear, inertia, lag, bearing at rest, (eq:sigma-ext)."""
     result[j, EXTERNAL_DEVIATION] = np.sqrt(
         result[j, TORQUE_DEVIATION] ** 2 + settings.inertia_tolerance ** 2 * moved
         + memory[j, LATE] ** 2 + doubt ** 2)
@@ -246,7 +246,7 @@ def step(record: ArmRecord, settings: CompiledSettings, inertia: Inertia, memory
     Estimate from one sample; dt [s] is the time since the last one, 0 starts afresh.
 
     `reading` is (n, READINGS), `command` (n,) the motor torque in force from now on [N*m], NaN
-    where none is given; `result` (n, RESULTS) and `tip` (TIP_RESULTS,) are filled. An arm without
+    where none is given. `result` (n, RESULTS) and `tip` (TIP_RESULTS,) are filled. An arm without
     links (`settings.links == 0`) leaves external torques and tip NaN.
     """
     joints = record.joints.shape[0]
@@ -290,7 +290,7 @@ def restart(memory: Array, reading: Array, j: int) -> None:
 @compiled
 def add_to_tare(record: ArmRecord, settings: CompiledSettings, inertia: Inertia,
                 memory: Array) -> None:
-    """Add to the tare sum how far each torsion is from that of an arm free of contact, (37)."""
+    """Add to the tare sum how far each torsion is from that without contact, (eq:tare)."""
     joints = record.joints.shape[0]
     weight = gravity_torque(inertia, record.body.pull, record.body.direction,
                             memory[0, LAST_LINK], memory[joints - 1, LAST_LINK])

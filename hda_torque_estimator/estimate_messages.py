@@ -1,8 +1,8 @@
 """
 The messages that tell estimates: of one sample for the node, of a recording for the command.
 
-Both give the same bytes. What cannot be observed is NaN, or zero for tools that refuse NaN: all of
-a tip wrench but its force in the plane, and of that what the posture hides.
+Both give the same bytes. What cannot be observed is NaN, or zero for tools that refuse NaN. That
+is all of a tip wrench but its force in the plane, and of that what the posture hides.
 """
 
 from collections.abc import Sequence

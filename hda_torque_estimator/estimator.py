@@ -1,7 +1,7 @@
 """
 Estimate joint torques and the tip force from the encoders, live or over a whole recording.
 
-Both ways accept and refuse the same samples and run the same compiled step, so a recording gives
+Both ways accept and refuse the same samples and run the same compiled step. So a recording gives
 the same bits as the live run it was made from.
 """
 
@@ -26,6 +26,7 @@ from .sample_watch import LARGEST, watch_limits, WATCH_MEMORY
 from .stamp_order import AFRESH, BACK, follow, follow_one, ORDER, TWO
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 PART = 1 << 15          # samples of a part: small enough for a cache, large enough to pay
 FARTHEST = 1e4          # angle of a link that may be turned (choice) [rad]
 

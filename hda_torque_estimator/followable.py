@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import PPoly
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 PER_PIECE = 8           # samples of the torque in a piece: it bends with waves longer than a piece
 TOGETHER = 4096         # pieces that are looked at together: a few milliseconds each
 
@@ -115,7 +116,7 @@ def _torques(arm: Arm, c: Array, span: Array) -> Array:
 
 def motor_torques(arm: Arm, angle: Array, rate: Array, speeding: Array) -> Array:
     """
-    Return the motor torques that a motion (..., n) needs, by inverse dynamics (15) [N*m, shaft].
+    Return the motor torques that a motion (..., n) needs, backwards by (eq:motor) [N*m, shaft].
 
     `angle` [rad], `rate` [rad/s] and `speeding` [rad/s^2] are those of the links. An arm without
     links is asked for its rotors and their friction alone.

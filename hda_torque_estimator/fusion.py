@@ -1,10 +1,10 @@
 """
-Learn from the difference of the two ways to a joint's torque what is wrong with each (F4-F7).
+Learn from the difference of the two ways to a joint's torque what is wrong with each.
 
 The difference does not contain the torque itself, so nothing is assumed of it, and neither delay
-nor contact disturbs what is learnt. It is taken in windows that rise and fall by straight lines:
-integrated against such a window, the motor's acceleration becomes a difference of three angles,
-and no reading has to be differentiated. Equations: docs/estimation.md.
+nor contact disturbs what is learnt. It is taken in windows that rise and fall by straight lines.
+Against such a window the motor's acceleration becomes a difference of three angles. So no reading
+has to be differentiated. Equations: docs/estimation.md.
 """
 
 from hda_arm_sim.model.compiled import Array, compiled, inlined, Record
@@ -27,13 +27,14 @@ from .route_errors import ERRORS, ZERO
  EXCESS,                                # beyond what the motor can give [N*m]
  SLIPPED, SIDE,                         # the same time after a slip, and which side it was
  ) = range(20)
-_SUMS = 20                              # over the present half: value and effects
+_SUMS = 20                              # over the present half: value and effects (layout)
 _MOMENTS = _SUMS + 1 + ERRORS           # the same, weighed by the time in it
 _RISEN = _MOMENTS + 1 + ERRORS          # of the last half, weighed by its rising edge
 LEARNT = _RISEN + 1 + ERRORS            # errors (ERRORS,) in units of their sigma
 _GAINED = LEARNT + ERRORS               # their covariance less the identity, by rows
 MEMORY = _GAINED + ERRORS * ERRORS
 
+# Choices unless told otherwise.
 _FEWEST = 5             # samples in half a window
 _SETTLED = 3            # halves in one sense before friction is what it is while sliding
 _COUNTS = 8.0           # of the motor encoder that a half must pass
@@ -63,7 +64,7 @@ def errors_learnt(memory: Array) -> Array:
 
 @compiled
 def stiffness_factor(known_stiffness: float, learnt: float) -> float:
-    """Return by how much the stiffness is corrected; bounded, as no gear changes more, (F2)."""
+    """Return the factor of the stiffness; bounded, as no gear changes more, (eq:two-routes)."""
     return min(max(1.0 + known_stiffness * learnt, SOFTEST), STIFFEST)
 
 
@@ -88,7 +89,7 @@ def slipped(memory: Array, side: int, size: float) -> None:
 
 @compiled
 def effect_variance(memory: Array, effect: Array, count: int) -> tuple[float, float]:
-    """Return the variance of the first errors' joint effect, as known now and before, (F7)."""
+    """Return the variance of the first errors' effect, now and before, (eq:sigma-torque)."""
     gain, before, now = gained(memory), 0.0, 0.0
     for i in range(count):
         before += effect[i] * effect[i]
@@ -127,7 +128,7 @@ def restart(memory: Array, motor_angle: float, command: float) -> None:
 def close_half(joint: Record, memory: Array, motor_angle: float, window: float, stiffness: float,
                span: float) -> None:
     """
-    End half a window if its time is up, and learn from the window that it completes, (F4-F6).
+    End half a window if its time is up, and learn from the window, (eq:window to misfit).
 
     `window` is the least time of a half [s], `span` the time in which what was learnt fades [s].
     """
@@ -176,7 +177,7 @@ def _hat(memory: Array, place: int, time: float) -> float:
 
 @inlined
 def _noise(joint: Record, stiffness: float, time: float, samples: float) -> float:
-    """Return the variance of a window's difference from counts and noise alone, (F6)."""
+    """Return the variance of a window's difference from counts and noise alone, (eq:misfit)."""
     motor = joint.coarse_quantisation.motor_step ** 2 / 12.0 + joint.motor_encoder.noise ** 2
     link = joint.coarse_quantisation.link_step ** 2 / 12.0 + joint.link_encoder.noise ** 2
     turned = 6.0 * (joint.ratio * joint.motor_inertia / time ** 2) ** 2 * motor
@@ -254,7 +255,7 @@ def _teachable(memory: Array, difference: float, effect: Array, unshared: float)
 def _learn(memory: Array, difference: float, effect: Array, noise: float, lawless: float,
            time: float, span: float) -> None:
     """
-    Renew errors and covariance from one window, a step of a Kalman filter, (F5-F6).
+    Renew errors and covariance from one window, a step of a Kalman filter, (eq:learning, misfit).
 
     `noise` and `lawless` are variances of what is none of the errors: that of counts is another
     in every window, what no law of the torsion tells lasts [N^2*m^2].

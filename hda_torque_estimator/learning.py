@@ -1,5 +1,5 @@
 """
-One step of a Kalman filter for errors that start with the identity as their covariance (F5).
+One step of a Kalman filter for errors whose covariance starts as the identity (eq:learning).
 
 Kept is the covariance less the identity, `gain`: memory of zeros means that nothing is learnt.
 """
@@ -7,6 +7,7 @@ Kept is the covariance less the identity, `gain`: memory of zeros means that not
 from hda_arm_sim.model.compiled import Array, compiled
 import numpy as np
 
+# Choices unless told otherwise.
 _LARGEST = 3.0          # deviations at which a difference is cut off
 
 

@@ -2,7 +2,7 @@
 The controller as a node has it: samples and torques in, commands out, and a watchdog over both.
 
 With torque feedback a command answers the sample and the estimated torque of one and the same
-stamp, so it does not depend on which of them came first. Steady time is given, never read, and
+stamp. So it does not depend on which of them came first. Steady time is given, never read, and
 decides only when to stop.
 """
 

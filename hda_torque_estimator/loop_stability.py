@@ -3,8 +3,8 @@ Tell which torque feedback K_J an arm bears at its rate, with the gains that it 
 
 The arm is linear near rest: sliding motors, gears without load, the links stretched, bent and
 folded, free and held by what they touch. (A gear that stiffens under load bears less, which dry
-friction then has to make up for.) The loop is sampled: an answer to one sample is in force from
-the next one on, speeds are low-passed differences, and so is the rate of the torsion, of which
+friction then has to make up for.) The loop is sampled. An answer to one sample is in force from
+the next one on. Speeds are low-passed differences, and so is the rate of the torsion, of which
 damping makes torque.
 """
 
@@ -21,7 +21,8 @@ from .controller import ControllerSettings
 from .estimator import EstimatorSettings
 
 Array = NDArray[np.float64]
-ELBOWS = (0.0, 0.5 * math.pi, math.pi)
+# Choices unless told otherwise.
+ELBOWS = (0.0, 0.5 * math.pi, math.pi)     # of the plants: stretched, bent, folded [rad]
 LOWEST, HIGHEST = -2.0, 0.99    # what `torque_feedback` may be at all
 _GROWS = 1.0 + 1e-7             # beyond it an eigenvalue is no rounded one
 _HALVINGS = 7                   # of a range: ends are told to about 0.01

@@ -1,10 +1,11 @@
-"""External torque from torsion torque and motion: a momentum observer (docs/model.md, 32-33)."""
+"""External torque from torsion torque and motion: a momentum observer (docs/model.md)."""
 
 from hda_arm_sim.model.compiled import compiled, Record
 from hda_arm_sim.model.link_side import link_torque
 from hda_arm_sim.model.rigid import gravity_torque, Inertia, mass_matrix, momentum_drift
 import numpy as np
 
+# Choices unless told otherwise.
 _AT_REST = 1e-3         # speed below which a link bearing may hold either way [rad/s]
 
 
@@ -35,7 +36,7 @@ def hold(joint: Record, angle: float, velocity: float) -> tuple[float, float]:
 def inertia_doubt(inertia: Inertia, elbow: float, dq1: float, dq2: float, ddq1: float,
                   ddq2: float) -> tuple[float, float]:
     """
-    Return the squared torques that p1, p2 and p3 make, each by itself, on joints 1 and 2 (F8).
+    Return the squared torques that p1, p2 and p3 make, each alone, on both joints (eq:sigma-ext).
 
     Times the relative variance of the three they are the variance of the torques that move links.
     """
@@ -50,7 +51,7 @@ def inertia_doubt(inertia: Inertia, elbow: float, dq1: float, dq2: float, ddq1: 
 @compiled
 def expected_rate(inertia: Inertia, body: Record, joints: int, q1: float, q2: float, dq1: float,
                   dq2: float, torque1: float, torque2: float) -> tuple[float, float]:
-    """Return dp/dt of links that nothing but the gears and gravity moves, (32) [N*m]."""
+    """Return dp/dt of links that only gears and gravity move, (eq:expected-rate) [N*m]."""
     weight1, weight2 = gravity_torque(inertia, body.pull, body.direction, q1, q2)
     if joints == 1:
         return torque1 + weight1, 0.0

@@ -1,5 +1,5 @@
 """
-Estimate a mass at the tip that the model does not know, from what moves the links (F10-F11).
+Estimate a mass at the tip that the model does not know, from what moves the links.
 
 The momentum that torque does not explain is that of a payload or of an inertia within its
 tolerance, or a torque that is off. It is taken in windows that rise and fall by straight lines,
@@ -15,13 +15,13 @@ from .momentum import expected_rate, momentum
 
 # What is told apart, per unit or sigma: the mass, p1 to p3, an offset of either torque.
 MASS, INERTIA, OFFSET = 0, 1, 4
-ERRORS = 6
-_COLUMNS = 5            # what is observed, and what mass and p1 to p3 would do
+ERRORS = 6  # (layout)
+_COLUMNS = 5            # what is observed, and what mass and p1 to p3 would do (layout)
 _BOTH = 2 * _COLUMNS    # on both joints
 
 # Memory.
 ELAPSED, SAMPLES, SPAN, SINCE, MISFIT = range(5)
-_MOMENTA = 5                            # sums over the present half of the window
+_MOMENTA = 5                            # sums over the present half of the window (layout)
 _LAST = _MOMENTA + _BOTH                # means over the last half
 _RATES = _LAST + _BOTH                  # as the momenta: sums, sums weighed by time, risen half
 _LATER = _RATES + _BOTH
@@ -30,6 +30,7 @@ LEARNT = _RISEN + _BOTH
 _GAINED = LEARNT + ERRORS
 MEMORY = _GAINED + ERRORS * ERRORS
 
+# Choices unless told otherwise.
 HEAVIEST = 5.0          # one sigma of a mass nobody knows [kg]
 _OFFSET = 0.05          # of a torque, one sigma [N*m]
 _NOISE = 0.02           # of a window's torque [N*m]
@@ -51,7 +52,7 @@ def gather(memory: Array, inertia: Inertia, body: Record, joints: int, q1: float
            dq1: float, dq2: float, seen: tuple[float, float], rates: tuple[float, float],
            tolerance: float, span: float, dt: float) -> None:
     """
-    Add a sample: momenta `seen` of the known links and their expected `rates` (2,), (F10).
+    Add a sample: momenta `seen` of known links, and expected `rates` (2,), (eq:momenta).
 
     `tolerance` is that of the inertia, `span` the time in which what was learnt fades [s].
     """
@@ -110,7 +111,7 @@ def _close(memory: Array, joints: int, span: float) -> None:
 
 @inlined
 def _unmoved(memory: Array, place: int, time: float) -> float:
-    """Return the mean torque that changes a momentum beyond its expected rate [N*m], (F10)."""
+    """Return the mean torque that changes a momentum beyond its rate [N*m], (eq:momenta)."""
     change = memory[_MOMENTA + place] / time - memory[_LAST + place]
     expected = memory[_RISEN + place] + memory[_RATES + place] - memory[_LATER + place] / time
     return (change - expected) / (0.5 * (time + memory[SPAN]))
@@ -118,7 +119,7 @@ def _unmoved(memory: Array, place: int, time: float) -> float:
 
 @compiled
 def _learn(memory: Array, j: int, time: float, span: float) -> None:
-    """Renew the errors from one joint's window, (F11)."""
+    """Renew the errors from one joint's window, (eq:payload-fit)."""
     learnt, gain = memory[LEARNT:_GAINED], memory[_GAINED:MEMORY].reshape((ERRORS, ERRORS))
     fade(learnt, gain, np.exp(-memory[SINCE] / span))
     memory[SINCE] = 0.0

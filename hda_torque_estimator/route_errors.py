@@ -1,5 +1,5 @@
 """
-What may be wrong with the two ways to a joint's torque (docs/estimation.md, F1-F3).
+What may be wrong with the two ways to a joint's torque (docs/estimation.md#equations).
 
 The torsion tells the torque through the gear, and so does the motor: its torque less friction and
 inertia. Each error is one number in units of how well it is known, and has an effect on the torque
@@ -44,7 +44,7 @@ def known(arm: Arm) -> Known:
 @compiled
 def torsion_effects(known: Known, motor_angle: float, link_angle: float, link_velocity: float,
                     effect: Array) -> None:
-    """Fill what one sigma of each error adds to the torsion (ERRORS,) [rad], (F1)."""
+    """Fill what a sigma of each error adds to the torsion (ERRORS,) [rad], (eq:wrong-torsion)."""
     _wave(known.kinematic_error, motor_angle, effect, SHAFT_1)
     _wave(known.kinematic_error, 2.0 * motor_angle, effect, SHAFT_2)
     _wave(known.kinematic_error, 4.0 * motor_angle, effect, SHAFT_4)
@@ -61,7 +61,7 @@ def _wave(size: float, angle: float, effect: Array, place: int) -> None:
 
 @compiled
 def torque_effects(known: Known, torque: float, stiffness: float, effect: Array) -> None:
-    """Turn effects on the torsion into those on the torque it tells [N*m], (F2)."""
+    """Turn effects on the torsion into those on the torque it tells [N*m], (eq:two-routes)."""
     effect[:STIFFNESS] *= stiffness
     effect[STIFFNESS] = -known.stiffness * torque
 
@@ -69,7 +69,7 @@ def torque_effects(known: Known, torque: float, stiffness: float, effect: Array)
 @compiled
 def motor_effects(joint: Record, known: Known, command: float, velocity: float, sense: float,
                   motor_angle: float, effect: Array) -> None:
-    """Fill what one sigma of each error takes from the torque that the motor tells, (F3)."""
+    """Fill what one sigma of each error takes from the motor's torque, (eq:motor-torque)."""
     ratio, wavy = joint.ratio, joint.ratio * known.torque_ripple
     effect[DRY] = -ratio * known.dry_friction * joint.coulomb_friction.level * sense
     effect[VISCOUS] = -ratio * known.viscous_friction * joint.viscous_friction.slope * velocity
@@ -82,7 +82,7 @@ def motor_effects(joint: Record, known: Known, command: float, velocity: float, 
 @compiled
 def motor_torque(joint: Record, command: float, motor_angle: float, velocity: float, torque: float,
                  link_angle: float, time: float) -> float:
-    """Return the torque through the gear that a motor without inertia would tell [N*m], (F3)."""
+    """Return the gear's torque that a motor without inertia tells [N*m], (eq:motor-torque)."""
     sense = np.sign(velocity)
     dry = sense * friction_budget(joint, velocity, sense, torque, link_angle)
     driving = shaft_torque(joint, command) + ripple(joint, motor_angle)

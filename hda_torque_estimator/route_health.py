@@ -2,7 +2,7 @@
 Say in words what the comparison of torsion and motor torque found wrong, joint by joint.
 
 An error that the comparison taught is remarkable where it lies far beyond its tolerance and is
-known well enough to say so; a difference that no error explains is one too (docs/estimation.md).
+known well enough to say so. A difference that no error explains is one too (docs/estimation.md).
 """
 
 from collections.abc import Iterator
@@ -18,11 +18,14 @@ from .route_errors import (DRY, ERRORS, GAIN, Known, LINK_1, LINK_2, OFFSET, RIP
 
 Array = NDArray[np.float64]
 
+# Choices unless told otherwise.
 # A healthy arm's errors are drawn from a normal distribution of one tolerance. Each of 7 numbers
 # and 7 waves, whose two parts make a Rayleigh distribution, passes its bar once in 280 000 joints:
-# together one joint in 20 000. (Waves at the bar of a number pass it five times as often.)
+# together one joint in 20 000. Waves at the bar of a number pass it five times as often
+# (source: normal and Rayleigh distributions).
 REMARKABLE, REMARKABLE_WAVE = 4.63, 5.01        # tolerances, and deviations of what was learnt
 WELL, UNTAUGHT = 'well', 'nothing learnt yet'
+# (null: misfits of healthy arms wander up to 6 over one second, and these are over five)
 MISFITTING = 8.0        # squared differences over those that tolerances allow
 
 _WAVES = ((SHAFT_1, 'kinematic_error', 'order 1 of the motor'),

@@ -25,14 +25,15 @@ Array = NDArray[np.float64]
  RATIO, ZERO, STEP, WOUND, ALLOWED_APART, LATE,
  EASE,                                  # of a link, infinite without links [rad/s^2/(N*m)]
  ) = 0, 1, 2, 3, 4, 6, 8, 9, 10, 11
-LIMITS = 12
+LIMITS = 12  # (layout)
 
 # Memory, per joint (n, WATCH_MEMORY); pairs are shaft and link.
 LAST, ANCHOR, FIRST, DOUBTED, CHANGE, EARLIER, STILL, REPEATS, FROM, SUM = range(0, 20, 2)
 # In row 0, of all joints.
 STARTED, SINCE_ANCHOR, PERIOD, IN_TURN, WAS_LATE, DOUBTS, BELIEVED_SINCE = range(20, 27)
-WATCH_MEMORY = 27
+WATCH_MEMORY = 27  # (layout)
 
+# Choices unless told otherwise.
 FASTER = 1.5            # than the declared limit: choice; supply and overhauling loads add 10-20 %
 WIDER = 0.05            # than the angle limit: a step of the reference that is let through [rad]
 STRONGER = 2.0          # than limits and declared inertia tell: inertia of an unnamed rotor
@@ -41,9 +42,12 @@ WINDOW = 0.02           # over which rates are judged: the time in which to stop
 SOFTER = 2.0            # than the declared torsion: stiffness of a gear known by its class
 WIDEST = 0.05           # torsion where the law is valid without end: 30 times a usual gear [rad]
 ENCODERS = 5e-3         # waves of both encoders and the gear, ten times what is usual [rad]
-SCALE = 0.01            # of the way travelled: a link encoder of real arms was bent by 0.003
+# (measured: a link encoder of a real arm was bent by 0.003)
+SCALE = 0.01            # of the way travelled, that a link encoder may err
+# (source: normal distribution, six deviations for each of two readings)
 NOISE = 12.0            # deviations of noise between two readings: six each, never in a lifetime
 STRIDE = 8.0            # counts per sample from which on an encoder does not repeat by chance
+# (source: 0.14 to the fifth power)
 FEWEST = 5              # repeats: at 14 % lost samples, 5e-5 by chance, and 10 ms of them less
 LONGEST = 0.010         # repeats that happen: half of the time in which to stop [s]
 BACK = 1.0              # a clock that went back, not a message that came late [s]
@@ -56,7 +60,7 @@ def watch_limits(arm: Arm, *, apart: float = math.inf) -> Array:
     Return what the samples of an arm can be (n, LIMITS).
 
     `apart` is how far motor angle / ratio and link angle may differ at the first sample, beyond
-    torsion [rad]; infinite where the zeros of the encoders are not known.
+    torsion [rad]. It is infinite where the zeros of the encoders are not known.
     """
     made = np.zeros((len(arm.joints), LIMITS))
     for row, joint, numbers in zip(made, arm.joints, arm.record().joints):
@@ -298,10 +302,10 @@ def judge(limits: Array, memory: Array, reading: Array, dt: float, told: Array) 
     """
     Return the number of the fault of a sample, 0 if it can be believed, which it then is.
 
-    `limits` (n, LIMITS), `memory` (n, WATCH_MEMORY) of zeros before the first sample, `reading`
-    (n, 2) angles of shaft and link [rad] or (n, 4) with their velocities, NaN where none is
-    given, `dt` [s] since the last sample that was believed, 0 for the first. `told` (5,) is
-    filled as `Told` says.
+    `limits` is (n, LIMITS), `memory` (n, WATCH_MEMORY) of zeros before the first sample. `reading`
+    has angles of shaft and link (n, 2) [rad], or (n, 4) with velocities, NaN where none is given.
+    `dt` [s] is since the last sample that was believed, 0 for the first. `told` (5,) is filled as
+    `Told` says.
     """
     fault = _angles(limits, reading, told)
     if fault != Fault.NONE:

@@ -11,14 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 USED, NOT_FINITE, NOT_LATER = range(3)
-AFRESH, BACK = 0.0, -1.0        # instead of a time: after a gap; the clock went back
-TWO = 1000.0                    # added to the time of a sample among those of two publishers [s]
+AFRESH, BACK = 0.0, -1.0        # instead of a time: after a gap; the clock went back (layout)
+TWO = 1000.0                    # added to the time of a sample of two publishers [s] (layout)
 
 # Memory, integers: last stamp used [ns] and whether there is one; last stamp of the past [ns] and
 # how many of them came in a row; how often stamps went back between two that were used.
 LAST, STARTED, PAST, IN_A_ROW, ALTERNATING = range(5)
-ORDER = 5
+ORDER = 5  # (layout)
 
+# Choices unless told otherwise.
 FAR_BACK = 1_000_000_000        # beyond it no message is late (as in `sample_watch.py`) [ns]
 ROW = 3                         # samples that grow again (choice)
 TURNS = 3                       # as in `sample_watch.py`

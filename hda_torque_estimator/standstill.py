@@ -3,8 +3,8 @@ Tell a joint whose readings froze while it stood: compiled, one joint and one sa
 
 Where neither angle changes, the torque through the gear does not either, nor does what pulls at
 the link but for the environment. Then what pushes on the joint cannot change without an angle
-that shows it. A joint that seems to be held by a new force from one sample to the next, and does
-not yield to it by a count, is not held: its readings are.
+that shows it. A joint may seem to be held by a new force from one sample to the next, and not
+yield to it by a count. Then not the joint is held, but its readings are.
 """
 
 from hda_arm_sim.model.compiled import Array, compiled, Record
@@ -19,8 +19,10 @@ from .sample_watch import LONGEST, RATIO, STEP
  BEFORE, DEVIATION,                     # external torque when one changed, how sure it was [N*m]
  USUAL,                                 # external torque while it moved, the most of late [N*m]
  ) = range(7)
-MEMORY = 7
+MEMORY = 7  # (layout)
 
+# Choices unless told otherwise.
+# (source: step response of the low-pass)
 _SETTLED = 0.1          # of the observer: at 20 Hz a force of before has faded to e^-12 [s]
 _FADES = 10.0           # of what was usual (choice) [s]
 _FRICTION = 2.0         # times what was usual: friction of a bearing turns over at most

@@ -1,9 +1,10 @@
-"""Tip force from external joint torques, where it can be observed (docs/model.md, 34-36)."""
+"""Tip force from external joint torques, where it can be observed (docs/model.md#estimator)."""
 
 from hda_arm_sim.model.compiled import Array, compiled, Record
 from hda_arm_sim.model.rigid import tool_jacobian
 import numpy as np
 
+# Choices unless told otherwise.
 _ALIGNED = 0.01         # share of an unobserved force that may leak into an observed component
 
 

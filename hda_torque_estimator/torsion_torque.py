@@ -1,8 +1,8 @@
 """
-Estimate the joint torque from the torsion, one joint and one sample (docs/model.md, 28-31).
+Estimate the joint torque from the torsion, one joint and one sample (docs/model.md#estimator).
 
 This is the paper's estimator with its equations made consistent: both encoders, minus kinematic
-torsion, through the inverse of the torsion law; hysteresis and damping on top.
+torsion, through the inverse of the torsion law. Hysteresis and damping come on top.
 """
 
 from hda_arm_sim.model.compiled import Array, compiled, Record
@@ -37,7 +37,7 @@ def link(joint: Record, tilt_moment: float, reading: float, rate: float) -> tupl
 @compiled
 def torsions(joint: Record, motor_angle: float, motor_velocity: float, link_angle: float,
              link_velocity: float) -> tuple[float, float, float]:
-    """Return total torsion, its kinematic part -e(theta_m) [rad] and its elastic rate, (28)."""
+    """Return total torsion, kinematic -e(theta_m) [rad] and elastic rate, (eq:elastic-part)."""
     error, ratio = transmission(joint, motor_angle)
     return (motor_angle / joint.ratio - link_angle, -error,
             ratio * motor_velocity - link_velocity)
@@ -46,7 +46,7 @@ def torsions(joint: Record, motor_angle: float, motor_velocity: float, link_angl
 @compiled
 def slide(joint: Record, change: float, stretch: Array) -> float:
     """
-    Let the elements of the hysteresis (SLIDERS,) follow a change of the torsion, (29).
+    Let the elements of the hysteresis (SLIDERS,) follow a change of the torsion, (eq:loop-state).
 
     Returns the hysteresis z in [-1, 1].
     """
@@ -60,7 +60,7 @@ def slide(joint: Record, change: float, stretch: Array) -> float:
 @compiled
 def torque_through_gear(joint: Record, motor_angle: float, torsion: float, torsion_rate: float,
                         state: float) -> float:
-    """Return the torque through the gear of an elastic torsion, (30) [N*m at the output]."""
+    """Return the gear's torque of an elastic torsion, (eq:torque-law) [N*m at the output]."""
     spring = played_torsion(joint, torsion)
     torque = torque_of_torsion(joint.torsion, joint.ratio, spring, growth(joint, motor_angle)[0])
     return gear_torque(joint, torque, torsion, torsion_rate, state)
@@ -77,7 +77,7 @@ def torsion_deviation(joint: Record) -> float:
 @compiled
 def reading_deviation(joint: Record, torque: float, rate_gain: float) -> tuple[float, float]:
     """
-    Return the stiffness at a torque [N*m/rad], and the deviation from readings alone [N*m], (31).
+    Return stiffness at a torque [N*m/rad] and deviation by readings [N*m], (eq:sigma-reading).
 
     It holds quantisation and noise of both encoders, which differ from sample to sample, in the
     torsion and by `rate_gain` [1/s] in its rate.

@@ -1,6 +1,7 @@
-"""docs/model.md says what the code does: same effects, same parameters, same equation numbers."""
+"""docs/model.md says what the code does: same effects, same parameters, same equations."""
 
 import ast
+from pathlib import Path
 import re
 
 from hda_arm_sim.model.effects import EFFECTS, Scope
@@ -10,9 +11,11 @@ import pytest
 TEXT = (ROOT / 'docs' / 'model.md').read_text()
 SECTIONS = {part.split('`')[0]: part.split('\n## ')[0]
             for part in TEXT.split('\n### `')[1:]}
-EQUATIONS = [int(number) for number in re.findall(r'\\qquad \((\d+)\) \$\$', TEXT)]
-CITED = re.compile(r'\((\d+)(?:\)?-\(?(\d+))?\)')
-CITED_AT_TOP = re.compile(r'docs/model\.md, (\d+)(?:-(\d+))?')
+LABEL = re.compile(r'\\qquad \\text\{\(eq:([a-z0-9-]+)\)\} \$\$')
+EQUATIONS = [name for page in files('*.md', ROOT / 'docs')
+             for name in LABEL.findall(page.read_text())]
+CITED = re.compile(r'\(eq:([^()]*)\)')
+PAPER = ROOT / 'hda_torque_estimator' / 'reproduction'      # cites the paper's own numbers
 
 
 def named(parts):
@@ -27,36 +30,59 @@ def docstrings(path):
             yield ast.get_docstring(node) or ''
 
 
-def cited(path):
-    """Return the equation numbers that a module's docstrings cite."""
-    texts = list(docstrings(path))
-    pairs = [pair for text in texts for pair in CITED.findall(text)]
-    pairs += CITED_AT_TOP.findall(texts[0])
-    return {int(number) for pair in pairs for number in pair if number}
+def cited(text):
+    """Return the names of equations that a text cites."""
+    return {name for names in CITED.findall(text) for name in re.split(r', | to ', names)}
 
 
-def test_equations_are_numbered_in_order():
-    assert list(range(1, len(EQUATIONS) + 1)) == EQUATIONS
+def pages_and_sources():
+    """Yield every file that may cite an equation."""
+    yield from (path for kind in ('*.md', '*.py', '*.rst') for path in files(kind)
+                if path != Path(__file__))
 
 
-def test_every_reference_inside_the_document_exists():
-    cited_numbers = {int(number) for number in re.findall(r'(?<![\w}])\((\d{1,2})\)', TEXT)}
-    assert cited_numbers <= set(EQUATIONS)
+def test_every_equation_has_a_name_of_its_own():
+    assert len(EQUATIONS) == len(set(EQUATIONS))
+    for page in ('model.md', 'estimation.md'):
+        text = (ROOT / 'docs' / page).read_text()
+        assert text.count('$$') == 2 * len(LABEL.findall(text))
 
 
-@pytest.mark.parametrize('package', ['hda_arm_sim', 'hda_torque_estimator'])
-def test_every_equation_that_code_cites_exists(package):
-    modules = [path for path in files('*.py', ROOT / package)
-               if 'docs/model.md' in path.read_text()]
-    assert modules
-    unknown = {str(path.relative_to(ROOT)): cited(path) - set(EQUATIONS) for path in modules}
-    assert {name: numbers for name, numbers in unknown.items() if numbers} == {}
+def test_every_equation_that_is_cited_exists():
+    unknown = {str(path.relative_to(ROOT)): cited(path.read_text()) - set(EQUATIONS)
+               for path in pages_and_sources()}
+    assert {name: names for name, names in unknown.items() if names} == {}
+
+
+def test_a_range_of_equations_is_in_the_order_of_the_document():
+    assert [(first, last) for path in pages_and_sources()
+            for first, last in re.findall(r'\beq:([a-z0-9-]+) to ([a-z0-9-]+)', path.read_text())
+            if EQUATIONS.index(first) >= EQUATIONS.index(last)] == []
+
+
+def test_no_equation_of_the_model_is_cited_by_its_place():
+    assert [(str(path.relative_to(ROOT)), place)
+            for package in ('hda_arm_sim', 'hda_torque_estimator')
+            for path in files('*.py', ROOT / package) if PAPER not in path.parents
+            for text in docstrings(path)
+            for place in re.findall(r'(?<![\w)\]}])\([FP]?\d{1,2}(?:-[FP]?\d+)?\)', text)
+            if 'paper' not in text] == []
+
+
+def test_every_section_that_is_cited_exists():
+    headings = {(page.name, re.sub(r'[^a-z0-9_ -]', '', line.lower()).strip().replace(' ', '-'))
+                for page in files('*.md', ROOT / 'docs')
+                for line in re.findall('^#+ (.*)', page.read_text(), re.MULTILINE)}
+    cited_sections = {found for path in files('*.py', ROOT) for found in
+                      re.findall(r'docs/(\w+\.md)#([a-z_-]+)', path.read_text())}
+    assert cited_sections
+    assert cited_sections - headings == set()
 
 
 def test_every_equation_of_an_effect_is_cited_by_its_module():
-    equations = {int(number) for effect in EFFECTS
-                 for number in re.findall(r'\((\d+)\) \$\$', SECTIONS[effect.name])}
-    laws = set().union(*(cited(path) for path in files('*.py', ROOT / 'hda_arm_sim' / 'model')))
+    equations = {name for effect in EFFECTS for name in LABEL.findall(SECTIONS[effect.name])}
+    laws = set().union(*(cited(path.read_text())
+                         for path in files('*.py', ROOT / 'hda_arm_sim' / 'model')))
     assert equations <= laws
 
 
@@ -67,7 +93,7 @@ def test_every_effect_has_a_section_and_every_section_an_effect():
 @pytest.mark.parametrize('effect', EFFECTS, ids=lambda effect: effect.name)
 def test_a_section_says_all_that_is_asked(effect):
     section = SECTIONS[effect.name]
-    assert re.search(r'\\qquad \(\d+\) \$\$', section)
+    assert LABEL.search(section)
     for line in ('Parameters', 'Source, size', 'Shows', 'Alike'):
         assert f'- **{line}**' in section
     line = re.search(r'- \*\*Parameters\*\* \((\w+), (\w+)\): (.*)', section)

@@ -15,7 +15,7 @@ from truth import CATALOGUE, layout
 CONVERTED: dict[tuple[str, str], tuple[str, Callable[[float], float]]] = {
     ('inertial_coupling', 'share'): ('share', lambda value: -value),    # links taken apart
     ('stiffening_error', 'curvature'): ('error', lambda value: value / 0.0831 - 1.0),
-    ('wave_generator_compliance', 'psi'): (             # psi / 2 = compliance / (N c_w), (64)
+    ('wave_generator_compliance', 'psi'): (      # psi / 2 = compliance / (N c_w), (eq:compliance)
         'compliance', lambda value: 0.5 * 100.0 * 27.027 * value - 1.0 / 2.5517)}
 SAME = {'relative_error': 'error'}
 # Numbers that add to the arm's own, of which the library tells the sum: name there, nominal value.

@@ -2,7 +2,7 @@
 Let all effects of one place act, whichever the catalogue has there.
 
 Compiled code cannot loop over effects, for each has a record and a law of its own. So the loop is
-unrolled here, when the module of a place is imported: every effect of the place becomes one more
+unrolled here, when the module of a place is imported. Every effect of the place becomes one more
 step around those before it, in the order of the catalogue.
 """
 

@@ -1,7 +1,7 @@
 """
 The arm: joints, links, base, and the effects that are placed on it.
 
-An `Arm` is a value. `record` turns it into the numpy records that compiled code reads, in which
+An `Arm` is a value. `record` turns it into the numpy records that compiled code reads. In them
 every effect of the catalogue has its place, neutral where the arm does not have it.
 """
 

@@ -1,9 +1,9 @@
 """
 Compile laws to machine code, cached on disk and never stale.
 
-numba decides by a function's own file whether its cached code is current, so an edit of a law
+numba decides by a function's own file whether its cached code is current. So an edit of a law
 would leave the kernel that calls it out of date. Here the cache folder of a module carries a
-digest of that module and of every module that it imports, directly or not: an edit of a law
+digest of that module and of every module that it imports, directly or not. An edit of a law
 opens a new folder for whoever can call it, and for nobody else.
 """
 

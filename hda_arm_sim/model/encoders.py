@@ -1,7 +1,7 @@
 """
 What both encoders of a joint show of an angle, and which angle is behind what they show.
 
-See docs/model.md, 21-24.
+See docs/model.md#encoders.
 """
 
 from .acting import added
@@ -32,7 +32,7 @@ def link_error(joint: Record, angle: float, tilt_moment: float) -> float:
 
 @compiled
 def motor_angle_behind(joint: Record, shown: float) -> float:
-    """Return the shaft's angle that the motor encoder shows as `shown`, (24) [rad]."""
+    """Return the angle of the shaft that its encoder shows as `shown`, (eq:angle-behind) [rad]."""
     angle = shown
     for _ in range(_ROUNDS):
         last, angle = angle, shown - motor_error(joint, angle)
@@ -43,7 +43,7 @@ def motor_angle_behind(joint: Record, shown: float) -> float:
 
 @compiled
 def link_angle_behind(joint: Record, shown: float, tilt_moment: float) -> float:
-    """Return the link's angle that the link encoder shows as `shown`, (24) [rad]."""
+    """Return the link's angle that the link encoder shows as `shown`, (eq:angle-behind) [rad]."""
     angle = shown
     for _ in range(_ROUNDS):
         last, angle = angle, shown - link_error(joint, angle, tilt_moment)

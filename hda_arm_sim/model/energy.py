@@ -1,4 +1,4 @@
-"""The energy of an arm, which no motion without inputs may increase (docs/model.md, 20)."""
+"""The energy of an arm, which no motion without inputs may increase (docs/model.md, eq:energy)."""
 
 from typing import Any
 

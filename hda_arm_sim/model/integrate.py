@@ -2,9 +2,9 @@
 Integrate the equation of motion: Runge-Kutta 4, with sticking and breaking away as events.
 
 A joint has two contacts: the motor's dry friction, side 0, and that of its link bearing, side 1.
-Within a step every contact slides one way or sticks; where a sliding one comes to rest or a
-sticking one breaks away, the step is cut there, so that the order survives dry friction
-(docs/model.md, 25).
+Within a step every contact slides one way or sticks. Where a sliding one comes to rest or a
+sticking one breaks away, the step is cut there. So the order survives dry friction
+(docs/model.md, eq:contact-event).
 """
 
 import numpy as np

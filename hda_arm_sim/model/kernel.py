@@ -1,9 +1,9 @@
 """
-The equation of motion, compiled; every effect acts here at its place (docs/model.md, 12-19).
+The equation of motion, compiled; every effect acts here at its place (docs/model.md#motion).
 
-All that moves stands in one array of registers (n, REGISTERS), a row per joint: its state, the
-stages and slopes of the integration, and the torques of the last slope taken. One array and not
-a dozen, because handing over many arrays costs more than the physics itself.
+All that moves stands in one array of registers (n, REGISTERS), a row per joint. A row holds its
+state, the stages and slopes of the integration, and the torques of the last slope taken. One array
+and not a dozen, because handing over many arrays costs more than the physics itself.
 """
 
 import numpy as np
@@ -82,7 +82,7 @@ _played, _played_rate = passed(PLAY, _left), passed(PLAY, _rate_left, 'law_rate'
 
 @inlined
 def transmission(joint: Record, motor_angle: float) -> tuple[float, float]:
-    """Return e(theta_m) [rad] and the effective ratio 1/N + e'(theta_m), (69-70)."""
+    """Return e(theta_m) [rad] and the effective ratio 1/N + e'(theta_m), (eq:kinematic-error)."""
     at = Turned(motor_angle)
     return _turning(joint, at, 0.0), 1.0 / joint.ratio + _leading(joint, at, 0.0)
 
@@ -103,13 +103,13 @@ def growth(joint: Record, motor_angle: float) -> tuple[float, float]:
 
 @inlined
 def played_torsion(joint: Record, torsion: float) -> float:
-    """Return what is left of a torsion to the spring behind all play, (68) [rad]."""
+    """Return what is left of a torsion to the spring behind all play, (eq:play) [rad]."""
     return _played(joint, Twisted(torsion, 0.0, 0.0), torsion)
 
 
 @inlined
 def spring_torque(joint: Record, torsion: float, growing: float, w: Array, j: int) -> float:
-    """Return the torque of the spring alone, (14); renews the joint's guess [N*m]."""
+    """Return the torque of the spring alone, (eq:gear-torque); renews the joint's guess [N*m]."""
     torsion = played_torsion(joint, torsion)
     near, bend = 0.0, w[j, GUESS + 2]
     if bend > 0.0:
@@ -123,7 +123,7 @@ def spring_torque(joint: Record, torsion: float, growing: float, w: Array, j: in
 @inlined
 def gear_torque(joint: Record, spring: float, torsion: float, torsion_rate: float,
                 state: float) -> float:
-    """Return the torque through the gear, (14) [N*m at the output, drives the link]."""
+    """Return the gear's torque, (eq:gear-torque) [N*m at the output, drives the link]."""
     rate = _played_rate(joint, Twisted(torsion, torsion_rate, state), torsion_rate)
     at = Twisted(torsion, rate, state)
     return (spring + hysteresis_torque(joint.torsional_hysteresis, at)
@@ -132,7 +132,7 @@ def gear_torque(joint: Record, spring: float, torsion: float, torsion_rate: floa
 
 @inlined
 def loop_state(joint: Record, w: Array, j: int, at: int, torsion: float) -> float:
-    """Return the hysteresis z in [-1, 1] at a torsion, from where its elements stand, (66)."""
+    """Return the hysteresis z in [-1, 1] at a torsion, from its elements, (eq:hysteresis)."""
     own, total = joint.torsional_hysteresis, 0.0
     for place in range(SLIDERS):
         total += slid(own, w[j, at + STRETCH + place], torsion - w[j, at + HYSTERESIS], place)
@@ -141,7 +141,7 @@ def loop_state(joint: Record, w: Array, j: int, at: int, torsion: float) -> floa
 
 @compiled
 def settle(arm: ArmRecord, w: Array) -> None:
-    """Let the elements of every hysteresis slide to where the state stands, (65)."""
+    """Let the elements of every hysteresis slide to where the state stands, (eq:sliders)."""
     for j in range(arm.joints.shape[0]):
         joint = arm.joints[j]
         if joint.torsional_hysteresis.level > 0.0:
@@ -157,7 +157,7 @@ def settle(arm: ArmRecord, w: Array) -> None:
 
 @inlined
 def _motor_side(arm: ArmRecord, w: Array, j: int, at: int, to: int) -> None:
-    """Fill one joint's slopes but the link's, and its registers of torque, (12)-(18)."""
+    """Fill one joint's slopes but the link's, and its registers of torque, (eq:motor)."""
     joint = arm.joints[j]
     angle, velocity, mode = w[j, at + MOTOR_ANGLE], w[j, at + MOTOR_VELOCITY], w[j, MODE]
     error, ratio = transmission(joint, angle)
@@ -188,7 +188,7 @@ def _motor_side(arm: ArmRecord, w: Array, j: int, at: int, to: int) -> None:
 
 @inlined
 def _link_side(arm: ArmRecord, inertia: Inertia, w: Array, at: int, to: int) -> None:
-    """Fill the accelerations of one or two links, M ddq = tau + J^T F + gravity - C dq, (19)."""
+    """Fill the links' accelerations, M ddq = tau + J^T F + gravity - C dq, (eq:links)."""
     two = arm.joints.shape[0] == 2
     q1, dq1 = w[0, at + LINK_ANGLE], w[0, at + LINK_VELOCITY]
     q2, dq2 = (w[1, at + LINK_ANGLE], w[1, at + LINK_VELOCITY]) if two else (0.0, 0.0)
@@ -218,7 +218,7 @@ def _link_side(arm: ArmRecord, inertia: Inertia, w: Array, at: int, to: int) -> 
 @inlined
 def _accelerate(arm: ArmRecord, w: Array, two: bool, m11: float, m12: float, m22: float,
                 net1: float, net2: float, to: int) -> None:
-    """Fill the links' accelerations, with bearings that hold or oppose them, (80)."""
+    """Fill the links' accelerations, with bearings that hold or oppose them, (eq:bearing)."""
     level1 = arm.joints[0].link_bearing_friction.level
     level2 = arm.joints[1].link_bearing_friction.level if two else 0.0
     held1, held2 = level1 > 0.0 and w[0, MODE + 1] == 0.0, level2 > 0.0 and w[1, MODE + 1] == 0.0
@@ -238,7 +238,7 @@ def _accelerate(arm: ArmRecord, w: Array, two: bool, m11: float, m12: float, m22
 
 @compiled
 def slope(arm: ArmRecord, inertia: Inertia, w: Array, at: int, to: int) -> None:
-    """Fill the slopes in block `to` of the state in block `at`, (12)-(19)."""
+    """Fill the slopes in block `to` of the state in block `at`, (eq:torsion-angle to links)."""
     for j in range(arm.joints.shape[0]):
         _motor_side(arm, w, j, at, to)
     _link_side(arm, inertia, w, at, to)

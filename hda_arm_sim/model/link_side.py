@@ -1,7 +1,7 @@
 """
 What acts on the links: every effect of the links and the base at its place, by its law.
 
-See docs/model.md, 19.
+See docs/model.md, eq:links.
 """
 
 import numpy as np
@@ -23,7 +23,7 @@ _touched, _pulled = pair_added(TIP), added(LINK_TORQUE)
 
 @compiled
 def loaded_inertia(body: Record) -> Inertia:
-    """Return the inertia of the links with what they carry, (81)."""
+    """Return the inertia of the links with what they carry, (eq:payload)."""
     links = body.links
     bare = Inertia(links.p1, links.p2, links.p3, links.first, links.second, links.coupled)
     return _loaded(body, Carried(bare, links.length1, links.length2), bare)
@@ -57,7 +57,7 @@ def link_torque(joint: Record, link_angle: float) -> float:
 @compiled
 def base_coupling(inertia: Inertia, direction: float, q1: Number,
                   q2: Number) -> tuple[Number, Number]:
-    """Return the torque on joints 1 and 2 per acceleration of the base, (88) [kg*m]."""
+    """Return the torque on joints 1 and 2 per acceleration of the base, (eq:base-load) [kg*m]."""
     far = inertia.second * np.sin(direction - q1 - q2)
     return inertia.first * np.sin(direction - q1) + far, far
 
@@ -65,7 +65,7 @@ def base_coupling(inertia: Inertia, direction: float, q1: Number,
 @compiled
 def base_push(inertia: Inertia, direction: float, q1: Number, q2: Number, dq1: Number, dq2: Number,
               force_x: Number, force_y: Number) -> Number:
-    """Return the push of turning links and tip force on the base, along `direction`, (87) [N]."""
+    """Return the push of links and tip on the base, along `direction`, (eq:base-motion) [N]."""
     swing = (inertia.first * dq1 * dq1 * np.cos(direction - q1)
              + inertia.second * (dq1 + dq2) ** 2 * np.cos(direction - q1 - q2))
     return swing + force_x * np.cos(direction) + force_y * np.sin(direction)

@@ -1,7 +1,7 @@
 """
 What acts on the shaft of one joint: every effect of the motor at its place, by its law.
 
-See docs/model.md, 15-18.
+See docs/model.md#motion.
 """
 
 from .acting import added, grown, passed
@@ -60,7 +60,7 @@ def drag(joint: Record, motor_velocity: float, time: float) -> float:
 def friction_budget(joint: Record, motor_velocity: float, sense: float, joint_torque: float,
                     link_angle: float) -> float:
     """
-    Return the most torque that dry friction can oppose, (18) [N*m motor].
+    Return the most torque that dry friction can oppose, (eq:friction-budget) [N*m motor].
 
     `sense` is the sign of sliding, or of the torque that would start it. The dry level and its
     variation come first, then what adds to them.

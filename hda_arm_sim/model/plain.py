@@ -2,7 +2,7 @@
 Hand an arm to compiled code as plain arrays.
 
 numba tells the types of the arguments at every call from Python. For records and tuples that takes
-four times as long as a step of the arm, for arrays hardly any time: whoever steps sample by sample
+four times as long as a step of the arm, for arrays hardly any time. Whoever steps sample by sample
 passes arrays, and has compiled code make `ArmRecord(joints, body[0])` of them.
 """
 

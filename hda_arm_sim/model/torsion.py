@@ -1,8 +1,8 @@
 """
-Torsion of the harmonic drive: flexspline and wave generator in series (docs/model.md, 1-5).
+Torsion of the harmonic drive: flexspline and wave generator in series (docs/model.md).
 
-Torque is the torque through the gear at its output [N*m], positive when it drives the link;
-torsion is motor side minus link side at the output [rad], so both have the same sign.
+Torque is the torque through the gear at its output [N*m], positive when it drives the link.
+Torsion is motor side minus link side at the output [rad], so both have the same sign.
 """
 
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ _MAX_ITERATIONS = 60
 
 @compiled
 def flexspline_torsion(torque: Number, stiffness: float, curvature: float) -> Number:
-    """Return the flexspline's torsion, (1) atan(c_f tau) / (c_f K_f0) [rad]."""
+    """Return the flexspline's torsion, (eq:flexspline) atan(c_f tau) / (c_f K_f0) [rad]."""
     c = np.maximum(curvature, _LINEAR)
     return np.arctan(c * torque) / (c * stiffness)
 
@@ -27,7 +27,7 @@ def flexspline_torsion(torque: Number, stiffness: float, curvature: float) -> Nu
 @compiled
 def segmented_torsion(torque: Number, stiffness: float, knee_1: float, second_stiffness: float,
                       knee_2: float, third_stiffness: float) -> Number:
-    """Return the torsion of a flexspline with up to three straight segments, (2) [rad]."""
+    """Return a flexspline's torsion with up to three straight segments, (eq:segments) [rad]."""
     size = np.abs(torque)
     far = knee_2 if knee_2 > knee_1 else np.inf
     torsion = (np.minimum(size, knee_1) / stiffness
@@ -40,7 +40,7 @@ def segmented_torsion(torque: Number, stiffness: float, knee_1: float, second_st
 @compiled
 def chords(stiffness: float, curvature: float, knee_1: float,
            knee_2: float) -> tuple[float, float, float]:
-    """Return K1, K2, K3 of segments that meet on the tangent law at T1, T2, 2 T2, (63)."""
+    """Return K1, K2, K3 of segments that meet the tangent law at T1, T2, 2 T2, (eq:stiffening)."""
     ends = [flexspline_torsion(torque, stiffness, curvature)
             for torque in (knee_1, knee_2, 2.0 * knee_2)]
     return (knee_1 / ends[0], (knee_2 - knee_1) / (ends[1] - ends[0]),
@@ -50,14 +50,14 @@ def chords(stiffness: float, curvature: float, knee_1: float,
 @compiled
 def wave_generator_torsion(torque: Number, ratio: float, stiffness: float,
                            curvature: float) -> Number:
-    """Return the wave generator's wind-up seen at the output, (3) [rad]."""
+    """Return the wave generator's wind-up seen at the output, (eq:wind-up) [rad]."""
     c = np.maximum(curvature, _LINEAR)
     return -np.sign(torque) * np.expm1(-c * np.abs(torque) / ratio) / (ratio * c * stiffness)
 
 
 @compiled
 def torsion_of_torque(law: Record, ratio: float, torque: Number) -> Number:
-    """Return the total torsion under a torque within the valid range, (4) [rad]."""
+    """Return the total torsion under a torque within the valid range, (eq:torsion) [rad]."""
     wound = wave_generator_torsion(torque, ratio, law.wave_generator_stiffness,
                                    law.wave_generator_curvature)
     if law.knee_1 > 0.0:
@@ -108,8 +108,8 @@ def torque_from_guess(law: Record, ratio: float, torsion: float, guess: float,
     """
     Return the torque under a torsion [N*m] and its local slope [rad/(N*m)], for one value.
 
-    Halley's iteration on the concave law (4), started from a guess of the torque. The tangent at
-    zero bounds the root from below, and no step may pass under that bound, so the pole of the
+    Halley's iteration on the concave law (eq:torsion), from a guess of the torque. The tangent at
+    zero bounds the root from below, and no step may pass under that bound. So the pole of the
     tangent law is never met. It ends with a step below `accuracy` (relative), and being cubic
     leaves an error of about its third power. `growing` is what every N*m of the torque, whatever
     its sign, adds to the torsion: a compliance in series, of another sign on either side.
@@ -138,17 +138,17 @@ def torque_from_guess(law: Record, ratio: float, torsion: float, guess: float,
 @compiled
 def torque_of_torsion(law: Record, ratio: float, torsion: float, growing: float = 0.0) -> float:
     """
-    Return the torque under a torsion, the inverse of (4), for one value [N*m].
+    Return the torque under a torsion, the inverse of (eq:torsion), for one value [N*m].
 
-    Beyond `valid_torque` the torque goes on along the last slope, (5). `growing` [rad/(N*m)] is
-    what the torque adds to the torsion for each of its N*m, whatever its sign.
+    Beyond `valid_torque` the torque goes on along the last slope, (eq:beyond-range). `growing`
+    [rad/(N*m)] is what the torque adds to the torsion for each of its N*m, whatever its sign.
     """
     return torque_from_guess(law, ratio, torsion, 0.0, 1e-5, growing)[0]
 
 
 @dataclass(frozen=True)
 class TorsionLaw(Declared):
-    """Stiffness of one joint's gear, (1)-(5); an infinite stiffness leaves its part out."""
+    """Stiffness of one joint's gear, (eq:torsion); an infinite stiffness leaves its part out."""
 
     name: ClassVar[str] = 'torsion'
     flexspline_stiffness: float = parameter(

@@ -13,7 +13,7 @@ class EarlyEnd:
     Watch for signals in another thread, while a `with` statement runs.
 
     The signals must have handlers. A process that does not come to the end of the statement soon
-    after one has come ends at once: nothing of it is worth closing yet.
+    after one has come ends at once. Nothing of it is worth closing yet.
     """
 
     def __init__(self, code: int) -> None:

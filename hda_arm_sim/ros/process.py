@@ -3,7 +3,7 @@ Run nodes as a process that starts, or says in one line why not, and ends when i
 
 The terminal and `ros2 launch` both send SIGINT, so a process is told twice within milliseconds.
 The first signal ends the spinning while topics still work, so that nodes can say their last word,
-and have it arrive: what a busy listener has not taken yet ends with the process that sent it.
+and have it arrive. What a busy listener has not taken yet ends with the process that sent it.
 """
 
 from collections.abc import Callable, Sequence

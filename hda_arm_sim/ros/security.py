@@ -16,8 +16,8 @@ def why_insecure(environment: Mapping[str, str]) -> str:
     """
     Return why nodes would not be as secure as was asked for, nothing if they are.
 
-    A middleware that was built without it ends a node with a keystore in a traceback, and without
-    one runs open where the strategy is `Permissive`, which is the default.
+    A middleware that was built without it ends a node with a keystore in a traceback. Without one
+    it runs open where the strategy is `Permissive`, which is the default.
     """
     asked = environment.get(ENABLE, '')
     if asked.lower() not in _ASKED:

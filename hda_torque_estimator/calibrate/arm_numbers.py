@@ -10,8 +10,9 @@ import numpy as np
 from .bounds import declaration, entered
 from .fit import Fit
 from .terms import Term
+from ..significance import NORMAL_90
 
-NINETY = 1.645                  # sigmas of an interval that holds 90 %
+# Choices unless told otherwise.
 DOUBTFUL = 3.0                  # sigmas from what was known before
 STEP = 1e-3                     # of a sigma, for the slopes of numbers over unknowns
 LEAST = 0.2                     # of a tolerance, that a calibration leaves: arms change
@@ -48,7 +49,7 @@ class Number:
 def number(name: str, value: float, sigma: float) -> Number:
     """Return a number and its interval, both within what the arm file takes."""
     rule = declaration(name)
-    low, middle, high = (float(np.clip(value + sign * NINETY * sigma, rule.low, rule.high))
+    low, middle, high = (float(np.clip(value + sign * NORMAL_90 * sigma, rule.low, rule.high))
                          for sign in (-1.0, 0.0, 1.0))
     return Number(name, middle, low, high, rule.unit, middle in (rule.low, rule.high))
 
@@ -93,7 +94,7 @@ def with_tolerances(arm: Arm, found: Mapping[str, Sequence[Number]]) -> Arm:
     """
     Return the arm with its torsion as well known as the numbers that were found of every joint.
 
-    A tolerance holds for all joints, so the least sure one counts; where a joint has no number
+    A tolerance holds for all joints, so the least sure one counts. Where a joint has no number
     of its own, and where the numbers are less sure than was known, it stays.
     """
     if set(found) != set(arm.labels):
@@ -113,7 +114,7 @@ def with_tolerances(arm: Arm, found: Mapping[str, Sequence[Number]]) -> Arm:
 def _sigma(number: Number, tolerance: str) -> float:
     """Return the deviation of a number, relative where its tolerance is."""
     whole = abs(number.value) if tolerance == 'stiffness' else 1.0
-    return (number.high - number.low) / (2.0 * NINETY * whole)
+    return (number.high - number.low) / (2.0 * NORMAL_90 * whole)
 
 
 def doubtful(terms: Sequence[Term], found: Fit) -> tuple[str, ...]:

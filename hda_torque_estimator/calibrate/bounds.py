@@ -11,6 +11,7 @@ from hda_arm_sim.model.torsion import TorsionLaw
 import numpy as np
 
 PARTS: dict[str, type[Declared]] = {'torsion': TorsionLaw, 'link_encoder': Encoder}
+# Choices unless told otherwise.
 APART = 1.01            # least ratio of two knees, which must differ
 
 

@@ -1,7 +1,7 @@
 """
 Calibrate the joints of an arm from recordings with reference torques.
 
-A joint is calibrated where that lowers its error on recordings that the fit has not seen; every
+A joint is calibrated where that lowers its error on recordings that the fit has not seen. Every
 other joint stays as it was, and the calibration says why.
 """
 
@@ -17,7 +17,9 @@ from .measured import CalibrationError, Measured
 from .terms import OPTIONAL, Term, TERMS
 from ..estimator import Estimator
 
+# Choices unless told otherwise.
 HARDLY = 1.0            # deviation of a torque that tells little about a gear [N*m]
+# (measured: for a joint of a real arm a true term made 0.52 N*m to 0.29)
 CLEARLY = 0.9           # of the error on recordings left out, below which an optional term counts
 SPARSE = '    its torque hardly varies: the numbers rest on little, as their intervals say'
 
@@ -27,8 +29,9 @@ class JointCalibration:
     """
     What the recordings said about one joint; `kept` is why it stays as it was, '' if it does not.
 
-    Errors [N*m rms] are about the mean of each recording: of the arm as given, and of the
-    calibrated one on recordings left out of the fit (`held_out`), or on the only one there is.
+    Errors [N*m rms] are about the mean of each recording. They are of the arm as given, and of the
+    calibrated one. Its recordings are those left out of the fit (`held_out`), or the only one
+    there is.
     """
 
     joint: str

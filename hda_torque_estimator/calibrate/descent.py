@@ -2,7 +2,7 @@
 Find the unknowns of a joint over passages: Gauss-Newton on the error of the estimator itself.
 
 Errors are averaged to rows and rows gathered in stretches of a few seconds. Every fifth stretch
-in turn is left out of the fit to tell what it is worth where it has not seen; intervals come from
+in turn is left out of the fit to tell what it is worth where it has not seen. Intervals come from
 how much the stretches pull the fit to and fro, so they hold errors that follow each other.
 """
 
@@ -23,14 +23,15 @@ from ..estimator import Estimates, Estimator, EstimatorSettings
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-STRETCH = 3.0           # [s]
-FOLDS = 5
+# Choices unless told otherwise.
+STRETCH = 3.0           # of a recording, left out of a fit or kept as a whole [s]
+FOLDS = 5               # every so many-th stretch is left out in turn
 PIECES = 3              # fewest recordings, or parts of them, that tell how laws fail
 STEP = 0.02             # of a sigma, for the slopes
 ZERO_KNOWN = 1.0        # [rad], as good as nothing
-PASSES = 14
+PASSES = 14             # of Gauss-Newton at most
 CLOSE = 2e-3            # relative gain of a pass that ends the descent
-SHARES = (1.0, 0.5, 0.2, 0.05)
+SHARES = (1.0, 0.5, 0.2, 0.05)  # of a step that are tried, the longest first
 WORTHLESS = 1e-9        # [N*m], the least noise
 UNFUSED = EstimatorSettings(fusion=0.0)     # what is calibrated is the torsion alone
 

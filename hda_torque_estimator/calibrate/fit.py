@@ -17,10 +17,11 @@ from ..estimator import Estimator
 
 Floats = NDArray[np.float64]
 
+# Choices unless told otherwise.
 ROUNDS = 2                  # of fitting with the noise that the last round has left
 FIRST_NOISE = 0.15          # of the reference's deviation, until a round has shown the noise
-ZERO_ITERATIONS = 8
-ZERO_ACCURACY = 1e-6
+ZERO_ITERATIONS = 8     # to the zero of a recording, at most
+ZERO_ACCURACY = 1e-6    # of that zero, at which they end
 
 
 class Balanced(NamedTuple):
@@ -86,7 +87,7 @@ def fit(arm: Arm, terms: Sequence[Term], recordings: Sequence[Measured]) -> Fit:
     Return the most likely values: least squares against the references and the prior of each.
 
     The noise is what the fit itself leaves, counted once per correlation time: errors of torque
-    follow each other, so neighbouring samples are not independent witnesses.
+    follow each other. So neighbouring samples are not independent witnesses.
     """
     unknowns = [unknown for term in terms for unknown in term.unknowns]
     nominal, spread, low, high, start = np.array(unknowns).T

@@ -17,13 +17,15 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.optimize import least_squares
 from scipy.stats import t as student
 
-from .arm_numbers import NINETY, Number, number
+from .arm_numbers import Number, number
 from .bounds import declaration
 from .descent import FOLDS, rms, STRETCH
 from .passage import Passage
 from ..diagnosis.motion import WINDOW
+from ..significance import NORMAL_90
 
 Floats = NDArray[np.float64]
+# Choices unless told otherwise.
 SLOWEST = 1.0           # shaft speed from which friction slides for certain [rad/s]
 FEWEST = 200            # rows that slide
 GAIN = 0.01             # least relative gain that makes a part worth it
@@ -220,5 +222,5 @@ def _spread(seen: Sliding, slopes: Floats, error: Floats) -> Floats:
     moved = np.stack(left_out) - np.mean(left_out, axis=0)
     chance = (count - 1.0) / count * (moved ** 2).sum(axis=0)
     certain = np.linalg.lstsq(normal, slopes.T @ seen.doubt, rcond=None)[0]
-    few = student.ppf(0.95, max(count - 1, 1)) / NINETY
+    few = student.ppf(0.95, max(count - 1, 1)) / NORMAL_90
     return np.asarray(np.sqrt(few ** 2 * chance + (certain ** 2).sum(axis=1)))

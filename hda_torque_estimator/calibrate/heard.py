@@ -21,6 +21,7 @@ from ..diagnosis.motion import motion_of
 from ..readings import readings
 
 Floats = NDArray[np.float64]
+# Choices unless told otherwise.
 FEWEST = 100            # samples from which a motion can be differentiated
 
 

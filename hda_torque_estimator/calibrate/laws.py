@@ -1,7 +1,7 @@
 """
 What ordinary recordings can find about a joint, as terms: torsion law, loop, skew and waves.
 
-A calibration looks for these because the arm file is not trusted: what is known before is the
+A calibration looks for these because the arm file is not trusted. What is known before is the
 scatter of such gears, or the arm's tolerance where that is larger.
 """
 
@@ -20,17 +20,19 @@ from .passage import Passage
 from .terms import Term, Unknown
 
 Floats = NDArray[np.float64]
+# Choices unless told otherwise.
 STIFFNESS = 0.25        # scatter of a stiffness, on its logarithm
 CURVATURE = 0.5         # scatter of the stiffening, of its nominal value
 KNEE, CHORD = 0.3, 0.3  # scatter of knees and of the stiffness beyond, on their logarithms
 SOFTNESS = 0.5          # scatter of the soft wind-up, on its logarithm
 LEVEL = 1.5             # scatter of a loop's torque on a joint of the usual torque [N*m]
+# (source: valid torque of the shipped arm, docs/model.md)
 USUAL_TORQUE = 37.0     # valid torque of the law for which that is stated [N*m]
 WIDTH = 0.7             # scatter of a loop's width, on its logarithm
-USUAL_WIDTH = 1.5e-4    # [rad]
-SKEW = 5e-4             # [s]
+USUAL_WIDTH = 1.5e-4    # width of a loop, about half an arcmin [rad]
+SKEW = 5e-4             # scatter of the time between both encoders [s]
 DAMPING = 0.5           # scatter of the damping, of its nominal value
-LEAST_DAMPING = 4.0     # [N*m*s/rad]
+LEAST_DAMPING = 4.0     # scatter of the damping at least [N*m*s/rad]
 WAVE = 3e-4             # [rad], half a micrometre of disc and a quarter of the worst gear error
 NAMED = (1.0, 2.0, 4.0)         # orders per motor turn that have a name of their own
 FURTHER = ('a', 'b', 'c', 'd')
@@ -125,8 +127,8 @@ def waves(arm: Arm, orders: Sequence[float]) -> Term:
     """
     Return the errors that repeat with these orders, per motor turn, as sine and cosine parts.
 
-    Once and twice per link turn are laid to the disc of the link encoder, all others to the gear;
-    for the torque it is one. Orders without a name of their own take the free places.
+    Once and twice per link turn are laid to the disc of the link encoder, all others to the gear.
+    For the torque it is one. Orders without a name of their own take the free places.
     """
     places = _places(orders, arm.joints[0].ratio)
 

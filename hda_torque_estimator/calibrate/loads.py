@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ..diagnosis.motion import Motion
 
 Floats = NDArray[np.float64]
-DOUBTS = 3              # p1, p2, p3
+DOUBTS = 3              # p1, p2, p3 (layout)
 
 
 class Loads(NamedTuple):

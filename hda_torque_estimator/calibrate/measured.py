@@ -11,6 +11,7 @@ from ..readings import reading_names, readings, SIDES
 
 Floats = NDArray[np.float64]
 
+# Choices unless told otherwise.
 FEWEST = 20         # samples of a joint, fewer say nothing about any parameter
 
 

@@ -12,9 +12,10 @@ from .laws import FURTHER, is_named, is_of_disc, WAVE, wave_columns, waves
 from .terms import Term
 
 Floats = NDArray[np.float64]
+# Choices unless told otherwise.
 GAIN = 0.004            # least relative gain of the held-out error that makes a wave worth it
-OF_MOTOR = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0)
-OF_LINK = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
+OF_MOTOR = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0)  # orders per motor turn that are tried
+OF_LINK = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)  # orders per link turn that are tried
 BEATS = ((1, 1), (2, 1), (2, 2), (2, -2), (2, -1), (4, 2), (4, 4))     # motor and link turns
 
 

@@ -1,8 +1,8 @@
 """
 Calibrate the joints of an arm from ordinary recordings: no rig, and no torque sensor needed.
 
-What a joint's torque was follows from a sensor where there is one, else from the motion of the
-links and from weights and forces that are known.
+What a joint's torque was follows from a sensor where there is one. Else it follows from the motion
+of the links and from weights and forces that are known.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -27,6 +27,7 @@ from .suitability import check, check_of_one_piece
 from .terms import Term
 
 Floats = NDArray[np.float64]
+# Choices unless told otherwise.
 FIXED = 0.7             # of what was known: a number that stays this unsure says nothing new
 BENT = 5.0              # torque from which laws of the flexspline part [N*m]
 FORM_GAIN = 0.03        # by which another form of the law must tell torques better
@@ -38,9 +39,9 @@ class JointFinding:
     """
     What ordinary recordings said about one joint; errors are on stretches the fit had not seen.
 
-    `before` is the arm as given, but for the zero of its link encoder; `polynomial` the paper's
-    method, and `coefficients` its (10) fitted to everything: a_0 to a_5 of a kinematic torsion
-    over the link encoder's angle, both in rad.
+    `before` is the arm as given, but for the zero of its link encoder. `polynomial` is the paper's
+    method, and `coefficients` its (10) fitted to everything. These are a_0 to a_5 of a kinematic
+    torsion over the link encoder's angle, both in rad.
     """
 
     joint: str

@@ -14,6 +14,7 @@ from ..estimate import READINGS
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+# Choices unless told otherwise.
 THIN = 0.008            # time over which errors are averaged to one row [s]
 SLOWEST = 0.004         # period in which an estimator still follows all that a joint does [s]
 EDGE = 0.25             # time at the end, and about lost samples, that is not used [s]
@@ -60,7 +61,7 @@ def passages(name: str, arm: Arm, seen: Measurement, force: Floats,
     """
     Return each joint's passage through a recording of an arm that stands as `arm` says.
 
-    `force` (k, 2) is known on the tip [N, base]; `sensed` are torques of sensors (k,), NaN where
+    `force` (k, 2) is known on the tip [N, base]. `sensed` are torques of sensors (k,), NaN where
     they show none, in whose place the links' own torque is taken for joints without a sensor.
     """
     motion = motion_of(seen, arm)

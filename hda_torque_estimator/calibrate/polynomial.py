@@ -15,7 +15,8 @@ from ..estimate import LINK_READING, MOTOR_READING
 from ..estimator import Estimator
 
 Floats = NDArray[np.float64]
-DEGREE = 5
+# (source: the paper, its equation 10)
+DEGREE = 5              # of the polynomial
 
 
 @dataclass(frozen=True)

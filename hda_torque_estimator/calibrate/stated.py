@@ -11,8 +11,9 @@ from hda_arm_sim.model.effects import Payload
 
 from .measured import CalibrationError
 
-STEEPEST = 90.0         # [degrees]
-HEAVIEST = 100.0        # [kg]
+# Choices unless told otherwise.
+STEEPEST = 90.0         # tilt that may be stated [degrees]
+HEAVIEST = 100.0        # payload that may be stated [kg]
 
 
 class Stated(NamedTuple):

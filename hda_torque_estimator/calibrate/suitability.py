@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 from .measured import CalibrationError
 from .passage import Passage
 from ..conventions import wrong_convention
+from ..significance import SIGN_CERTAIN
 
 Floats = NDArray[np.float64]
+# Choices unless told otherwise.
 SHORTEST = 10.0         # of usable samples [s]
 TURN = 2.0 * math.pi    # of the motor, the least travel each way [rad]
 FEWEST_LOADS = 1.0      # between the small and the large torques [N*m]
 SMALL, LARGE = 5.0, 95.0        # percentiles of the torque
-ALIKE = 0.6             # correlation from which a sign is certain
 APART = 0.10            # by which two torques of one joint may differ in scale
 LEAST_TORQUE = 0.5      # deviation from which the scale of a sensor can be told [N*m]
 LARGE_TORQUE = 2.0      # deviation from which errors of the model do not pass for a scale [N*m]
@@ -90,7 +91,7 @@ def _check_sign(label: str, ratio: float, passages: Sequence[Passage]) -> None:
     torsion, torque = rest.T
     alike = float(torsion @ torque / math.sqrt(max(float(
         (torsion @ torsion) * (torque @ torque)), 1e-300)))
-    if alike < -ALIKE and torque.std() > LEAST_TORQUE:
+    if alike < -SIGN_CERTAIN and torque.std() > LEAST_TORQUE:
         raise CalibrationError(
             f'{label}: the torque falls where the torsion grows (correlation {alike:.2f}): the '
             'sign of the reference, the tilt or the tip force is wrong')

@@ -2,7 +2,7 @@
 What can be found about a joint's torsion: each term a few unknowns, and how they enter the arm.
 
 A term adds its unknowns to an arm of one joint. The unknowns are what a fit likes (the sine and
-cosine parts of a wave); the numbers are what an arm file holds (its amplitude and phase).
+cosine parts of a wave). The numbers are what an arm file holds (its amplitude and phase).
 """
 
 from collections.abc import Callable, Sequence
@@ -21,14 +21,16 @@ from .passage import Passage
 
 Floats = NDArray[np.float64]
 
+# Choices unless told otherwise.
 # One sigma of what is known of a strain-wave gear before it is measured.
+# (source: Tuttle and Seering 1996, Ghorbel, Gandhi and Alpeter 2001)
 WAVE = 1e-4                   # [rad], 0.3 to 1.5 arcmin from peak to peak
 SKEW = 3e-4                     # [s], a bus cycle between the readings of two encoders
 WIDTH = 1.5e-4                  # [rad], a loop of half an arcmin
 DISC = 1e-3                     # [rad], a disc of 25 mm that sits 25 um off its axis
 WIDEST_LOOP = 3.0               # times the deviation of the reference torque
 WIDEST_FACTOR = math.log(50.0)   # of a stiffness over its nominal value, either way
-LEAST_TOLERANCE = 1e-6
+LEAST_TOLERANCE = 1e-6  # relative, where the arm file states none
 ORDERS = (1, 2)                 # per motor turn
 
 

@@ -73,7 +73,7 @@ def bags_in(path: Path) -> list[Path]:
     Return the bag at a path, or all bags in it if it is a directory of bags.
 
     A bag is a directory with `metadata.yaml`, one with .mcap files where a recording was cut off
-    before that was written, or a loose .mcap file. Raises FleetError where there is none.
+    before that was written, or one .mcap file. Raises FleetError where there is none.
     """
     if not path.is_dir() or (path / METADATA_FILE).exists():
         return [path]

@@ -1,11 +1,11 @@
 """
 Align two recordings of one motion in time: offset and drift with their uncertainty.
 
-The time of the first is t1 = t2 + a + d (t2 - m), with m the middle of what both hold. a and d
-make the sum of squares of x2(t2) - x1(t1) least, over all signals that move, each less its mean.
-Signals and stretches that differ for other reasons count less: their weight is one over their own
-residual. The uncertainty comes from leaving out one stretch after the other (jackknife), so it
-covers noise of any colour that is shorter than a stretch.
+The time of the first is t1 = t2 + a + d (t2 - m), with m the middle of what both hold. Both, a and
+d, make the sum of squares of x2(t2) - x1(t1) least, over all signals that move, each less its
+mean. Signals and stretches that differ for other reasons count less: their weight is one over
+their own residual. The uncertainty comes from leaving out one stretch after the other (jackknife),
+so it covers noise of any colour that is shorter than a stretch.
 """
 
 from collections.abc import Sequence

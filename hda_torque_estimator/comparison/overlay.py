@@ -37,7 +37,7 @@ def overlay(first: Signal, second: Signal, alignment: Alignment) -> Overlay:
     Return a signal of both bags at the samples of the sparser one.
 
     The other is interpolated there by a cubic spline, which damps what is faster than a third of
-    its rate; where it has a gap or has ended, nothing is left.
+    its rate. Where it has a gap or has ended, nothing is left.
     """
     if second.period > first.period:
         own = second.time

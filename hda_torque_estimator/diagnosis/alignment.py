@@ -18,8 +18,9 @@ from .nuisance import Zero
 from .rates import check_rate
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 _PASSES = 3             # the torsion law is not straight
-_LINK = 1               # side of a reading
+_LINK = 1               # side of a reading (layout)
 _SETTLED = 0.5          # of the noise, that a zero may still be off
 
 

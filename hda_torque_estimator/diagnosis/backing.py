@@ -2,10 +2,10 @@
 Whether the causes that were found are backed: nothing is named on a rest that none explains.
 
 A wrong cause takes the place of the right one and leaves a part of what it cannot describe. So a
-joint in which much more is left than noise, and more than the accepted laws may leave as one form
-of several (`Hypothesis.form_error`), takes back every cause that rests on it; and so does a rest
-of any size that a simple curve tells (`nameless`). A search that took as many causes as it may,
-and leaves a rest, is lost and backs none.
+joint takes back every cause that rests on it where much more is left than noise. It must also be
+more than the accepted laws may leave as one form of several (`Hypothesis.form_error`). And so does
+a rest of any size that a simple curve tells (`nameless`). A search that took as many causes as it
+may, and leaves a rest, is lost and backs none.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,11 +23,13 @@ from .hypotheses import HYPOTHESES
 from .nameless import best_curves, Curve
 from .search import Found, MOST
 from .term import Place, Term
+from ..significance import SCORE_BAR
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 REST = 0.8              # rms left beside noise, in rms of noise, that asks for an explanation
+# (null: over ten seconds the noise is known to 40 %; one healthy arm in two left more)
 _ENOUGH = 40.0          # of motion; over less, the level of noise is known less well [s]
-_SHAPE = 60.0           # by which several numbers must tell more than one curve
 
 
 class Backing(NamedTuple):
@@ -127,7 +129,7 @@ def _shapeless(fitter: Fitter, fit: Fit, lacking: Sequence[Fit]) -> list[Term]:
     for term, without in zip(fit.accepted, lacking):
         if len(term.free) > 1 and term.joint is not None:
             curve = best_curves(fitter, without, (term.joint,))[term.joint]
-            if curve.score - fit.score < _SHAPE:
+            if curve.score - fit.score < SCORE_BAR:
                 shapeless.append(term)
     return shapeless
 

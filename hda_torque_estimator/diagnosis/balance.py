@@ -1,8 +1,8 @@
 """
-The balances of an arm along a measured motion: the kernel read backwards (docs/model.md, 42-43).
+The balances of an arm along a motion: the kernel read backwards (eq:balance-a, balance-b).
 
-The kernel says how the arm would accelerate in the measured state under the recorded command;
-what the measurement did instead, as a torque, is the residual. Because it is the simulator's own
+The kernel says how the arm would accelerate in the measured state under the recorded command.
+What the measurement did instead, as a torque, is the residual. Because it is the simulator's own
 equation of motion, every effect of the catalogue acts here as it acts there.
 
     A, motor:    N J (ddtheta_m - predicted) + B,  the motor balance closed over the link
@@ -38,6 +38,7 @@ from .motion import jolts, Motion, motion_of, SHORT
 from .running_clock import arm_during
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 BANDWIDTH = 40.0        # of the balances [Hz]
 RATE = 125.0            # at which balances are kept [Hz]
 _ENOUGH = 500.0         # samples that tell what a change of the arm changes in them [1/s]
@@ -48,7 +49,7 @@ _STOP = 0.006           # for which a shaft that turns round is slow [s]
 _SLOW = 0.3             # shaft speed below which dry friction is not known [rad/s]
 _SENSED = ('motor_encoder', 'link_encoder', *(
     effect.name for place in (MOTOR_READING, LINK_READING, CLOCK) for effect in effects_at(place)))
-MEASURED = 4           # states that a motion gives; the kernel's others are its memory
+MEASURED = 4           # states that a motion gives; the kernel's others are its memory (layout)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,7 @@
 """
-How the base swings along a measured motion (docs/model.md, 87).
+How the base swings along a measured motion (docs/model.md, eq:base-motion).
 
-The links' measured acceleration drives it: the torque through the gear, which a simulation would
+The links' measured acceleration drives it. The torque through the gear, which a simulation would
 take, carries the steps of the motor encoder, and a mode that rings adds them up.
 """
 

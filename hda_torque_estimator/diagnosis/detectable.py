@@ -25,6 +25,7 @@ from .term import Term
 from .visibility import Visibility
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 _BEYOND = 3.0           # values that were tried, to which lines through them go on
 
 

@@ -41,6 +41,7 @@ from .unexplained import unexplained
 from .verdict import alike, findings, gains, METRIC, residuals
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 EFFECTIVE = 0.5         # share of the balances' samples that are independent
 _ROUNDS = 2             # of searches, while zeros of several recordings or stretches move
 _QUIETER = 0.7          # of the noise that was taken, below which it has hidden something

@@ -1,7 +1,7 @@
 """
 Find the steps in which the encoders really count, from the changes of their readings.
 
-All changes are whole multiples of the step. The largest angle of which they are is taken, so an
+All changes are whole multiples of the step. The largest angle of which they are is taken. So an
 encoder that skips counts, moves fast or has noise of its own still shows its step.
 """
 
@@ -16,10 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .measurement import Measurement
-from .raw_cause import number, RawCause, SHARE, THRESHOLD
+from .raw_cause import number, RawCause, SHARE
+from ..significance import NORMAL_MEDIAN, SCORE_BAR
 
 Array = NDArray[np.float64]
 SIDES = ('motor_step', 'link_step')
+# Choices unless told otherwise.
 _SAME = 1e-9            # changes of an angle that rounding may make [rad]
 _COARSER = 1.5          # steps, in those stated, from which an encoder is coarser
 _NEAR = 0.05            # of a step, how far a change may be from a whole multiple
@@ -45,7 +47,7 @@ def coarse_encoders(measurement: Measurement, arm: Arm,
             angle = measurement.reading[:, column, side]
             step = true_step(angle, measurement.put_in | ~seen)
             evidence = _coarser(step, getattr(stated, name), angle)
-            if step is not None and evidence > THRESHOLD:
+            if step is not None and evidence > SCORE_BAR:
                 effect, score = replace(effect, **{name: step.size}), score + evidence
                 steps[name] = step
         if steps:
@@ -58,7 +60,7 @@ def smallest_step(angle: Array, stated: float, seen: NDArray[np.bool_]) -> float
     """Return the smallest step that rows `seen` of readings (k,) would show, None if none."""
     size = max(_COARSER * stated, math.sqrt(12.0 * SHARE) * _noise(angle))
     counts = float(np.abs(np.diff(angle))[seen[1:]].sum()) / max(size, _SAME)
-    return size if _evidence(size, stated, int(counts)) > THRESHOLD else None
+    return size if _evidence(size, stated, int(counts)) > SCORE_BAR else None
 
 
 def true_step(angle: Array, left_out: NDArray[np.bool_]) -> Step | None:
@@ -98,7 +100,7 @@ def _coarser(step: Step | None, stated: float, angle: Array) -> float:
 
 def _noise(angle: Array) -> float:
     """Return how much readings scatter from sample to sample [rad]."""
-    return float(np.median(np.abs(np.diff(angle, 2))) / (0.6745 * np.sqrt(6.0)))
+    return float(np.median(np.abs(np.diff(angle, 2))) / (NORMAL_MEDIAN * np.sqrt(6.0)))
 
 
 def _evidence(size: float, stated: float, changes: int) -> float:

@@ -24,6 +24,7 @@ from .search import Found
 from .smallest import hidden, places, Smallest, WEAKER
 from .term import Place
 
+# Choices unless told otherwise.
 _LEAST = 0.6            # share of the effects that must have been seen for silence to mean health
 _PLAN = 'hda plan finds motions that separate two of them'
 _LISTED = 6             # effects that a sentence names

@@ -18,8 +18,9 @@ from .term import Term
 
 Array = NDArray[np.float64]
 IMPOSSIBLE = (ArmError, ParameterError)     # no arm can have such numbers
-PASSES = 4
-_REFINEMENTS = 6
+# Choices unless told otherwise.
+PASSES = 4              # of a fit of all numbers, at most
+_REFINEMENTS = 6        # further passes of a fit that still gains
 _BLOCK = 1.0            # within which residuals may go together [s]
 CLOSE = 0.5             # improvement of the score that is not worth another pass
 _FINE = 0.01            # share of the usual step in a derivative: noise is the same at both ends

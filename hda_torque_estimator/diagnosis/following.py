@@ -2,8 +2,8 @@
 How far a residual follows a coordinate, alone or as the size of something that it multiplies.
 
 A residual follows a coordinate x if r = w f(x) for some curve f, found by least squares in bins of
-x. The carrier w is 1, the direction of the shaft (friction that varies along x) or the torque
-(stiffness or mesh loss that varies along x). What the carrier alone tells is not the coordinate's:
+x. The carrier w is 1, the direction of the shaft (friction along x) or the torque (stiffness or
+mesh loss along x). What the carrier alone tells is not the coordinate's:
 it is what x tells when it is shifted in time against the residual. Over time a residual follows
 a slow curve, or one line. The text of a report and all of its figures ask here.
 """
@@ -18,7 +18,9 @@ from scipy.optimize import minimize_scalar
 
 Array = NDArray[np.float64]
 Bins = NDArray[np.int64]
-TURN = 2.0 * math.pi
+# Choices unless told otherwise.
+# (source: one turn in rad)
+TURN = 2.0 * math.pi    # one turn [rad]
 WRAPPED = 'motor_angle'             # the coordinate that counts modulo one turn
 TRAVEL = 2.0                        # least motor turns in which a period of one turn shows
 _ANGLES = ('link_angle', 'other_link_angle')
@@ -26,11 +28,11 @@ VELOCITIES = ('motor_velocity', 'link_velocity')
 # Carriers that a coordinate is, or goes with: a curve along it holds what they would tell.
 _HELD = {**dict.fromkeys(VELOCITIES, ('direction', 'torque')), 'joint_torque': ('torque',),
          'motor_torque': ('direction', 'torque')}
-BINS = 24
+BINS = 24               # of a coordinate
 TURN_BINS = 120                    # of a motor turn: cogging has up to 42 periods in it
 _FASTEST = 0.98                     # share of the speeds within the bins of a velocity
 _PER_BIN = 15                       # least samples in a bin, on average
-_SHIFTS = 16
+_SHIFTS = 16            # of a coordinate along the recording, to see what chance tells
 _CARRIED = 0.05                     # by which a carrier must tell more than none
 _EVERYTHING = 0.05                  # by which time, which everything follows, must tell more
 _OTHER_SIDE = 0.02                  # by which the velocity of the other side must tell more

@@ -17,6 +17,7 @@ import numpy as np
 from .measurement import Measurement
 from ..conventions import wrong_convention
 
+# Choices unless told otherwise.
 SHORTEST = 5.0          # recording from which anything can be concluded [s]
 
 

@@ -13,6 +13,7 @@ from .running_clock import arm_during
 from ..closed_loop import run
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 _MOST = 30.0            # times as noisy as resolution alone that is still believed
 _UNSEEN = 1.0           # noise of a balance that never holds, for which any will do [N*m]
 
@@ -53,7 +54,7 @@ def noise_of(balancer: Balancer, arm: Arm, seed: int = 0) -> tuple[Array, Array]
     Return the standard deviation (c,) of each balance that noise leaves, and resolution alone.
 
     The second is that of a healthy twin [N*m]. Readings that are sharper than the twin's raise
-    it in proportion; what motor balances then have more at high frequency, where effects seldom
+    it in proportion. What motor balances then have more at high frequency, where effects seldom
     show, is white noise of the torque, which is added.
     """
     made = healthy_twin(balancer, arm, seed)

@@ -21,6 +21,7 @@ _ONLY = {                                       # of many shapes one that stands
 }
 _CLIPPED = dict(zip(HYPOTHESES[TorqueSaturation.name].grid['limit'],
                     (0.6, 0.8, 0.92, 1.0)))     # limits of torque, over the largest command
+# Choices unless told otherwise.
 _TOUCH = 1.0            # duration of a contact [s]
 
 

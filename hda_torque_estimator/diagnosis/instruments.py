@@ -1,10 +1,10 @@
 """
-Estimates without the bias of noisy regressors: instrumental variables (docs/model.md, I1).
+Estimates without the bias of noisy regressors: instrumental variables (eq:instruments).
 
 What a fit moves along, accelerations and torsions, is measured with noise, and noise of the torque
 moves the arm as well. Least squares therefore read inertias, stiffnesses and torque constants too
 small, by a few of their own deviations over a minute. A simulated twin that follows the same
-motion has other noise: its derivatives tell the same directions and go with nothing that was
+motion has other noise. Its derivatives tell the same directions and go with nothing that was
 random in the recording (Janot, Vandanjon and Gautier 2014, for rigid robots).
 """
 
@@ -18,6 +18,7 @@ from .fit import deviations, Fit, Fitter, IMPOSSIBLE, moved
 from .solve import condense, solve
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 _ALIKE = 0.85           # correlation with the twin's column from which it can stand for one
 _FAR = 8.0              # deviations by which no bias of noise moves a cause
 

@@ -1,9 +1,9 @@
 """
 Numbers that end at a bound of what was declared for them: the law is not what was measured.
 
-A friction law with an exponent of nearly zero is dry friction; one that fits best there stands in
+A friction law with an exponent of nearly zero is dry friction. One that fits best there stands in
 for another cause, which must be named instead. A bound that is the neutral value of a number, like
-a mass of zero, limits nothing, nor does one where a part of the arm is gone (`Hypothesis.ends`).
+a mass of zero, limits nothing. Nor does one where a part of the arm is gone (`Hypothesis.ends`).
 """
 
 import math
@@ -16,8 +16,9 @@ from .fit import Fit, Fitter
 from .hypotheses import HYPOTHESES
 from .report import Finding
 from .term import Term
+from ..significance import NORMAL_90
 
-NORMAL_90 = 1.645       # deviations on each side of a 90 % interval
+# Choices unless told otherwise.
 _NEAR = 0.3             # of a number, from its bound, within which its interval is looked at
 _ROUND = ('phase', 'direction')     # what these begin with turns round and has no end
 

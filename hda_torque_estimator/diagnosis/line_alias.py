@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+# Choices unless told otherwise.
 _CYCLES = 0.45          # of a wave between two samples that are told apart; at 0.5 none is
 _STRETCHES = 6          # in time, and in each of both directions, that must agree
-# Least share of what stretches gain alone that one wave gains: aliases of counts have 0.71 to 0.82
-# of it, waves of encoders more than 0.99.
+# Least share of what stretches gain alone that one wave gains
+# (null: aliases of counts have 0.71 to 0.82 of it, waves of encoders more than 0.99).
 _AGREED = 0.9
 _MOVING = 0.5           # of its size at the link, from which a wave at the motor is the same
 

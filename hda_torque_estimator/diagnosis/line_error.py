@@ -2,7 +2,7 @@
 Find the error of a link encoder that repeats with every line of its scale, and take it out.
 
 What a local polynomial leaves of the readings is folded over the angle for every number of lines
-at once; the strongest wave is then fitted by least squares through the same filter, so that slow
+at once. The strongest wave is then fitted by least squares through the same filter. So slow
 stretches, where the polynomial follows the wave, neither help nor mislead. Stretches in which the
 samples do not resolve a wave are left aside (`line_alias`).
 """
@@ -20,11 +20,13 @@ from scipy.signal import savgol_filter
 
 from .line_alias import agrees, counting, moves, resolved
 from .measurement import Measurement
-from .raw_cause import number, RawCause, THRESHOLD
+from .raw_cause import number, RawCause
+from ..significance import NORMAL_90, SCORE_BAR
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 MOTOR, LINK = 0, 1      # sides of a reading
+# Choices unless told otherwise.
 _WINDOW, _DEGREE = 0.021, 5     # of the polynomials [s]
 _BINS = 2 ** 18         # of one turn
 _FEWEST, _MOST = 1000, 2 ** 16  # lines per turn that are looked for; fewer, the arm may follow
@@ -37,7 +39,6 @@ _ROUNDS = 3             # the angle behind a reading is known better each time
 _TRIED = (2500.0, 6000.0, 20000.0)          # lines for which the smallest wave is sought
 _PASSED = 0.01          # least power of a wave of 1 that the polynomials must leave
 _INVERSE = 12           # rounds to the angle behind a reading
-_NORMAL_90 = 1.645
 
 
 class Wave(NamedTuple):
@@ -67,9 +68,9 @@ def uneven_lines(measurement: Measurement, arm: Arm, seen: Mask) -> Iterator[Raw
         step = arm.effect(CoarseQuantisation.name, label).values()[LINK]
         wave = wave_of(link, measurement.dt, seen, step)
         if wave is not None and wave.before - wave.after >= _SHARE * wave.before \
-                and wave.score > THRESHOLD \
+                and wave.score > SCORE_BAR \
                 and _of_one_encoder(wave, motor / joint.ratio, link, measurement.dt, step):
-            size, slope = (_NORMAL_90 * wave.spread).tolist()
+            size, slope = (NORMAL_90 * wave.spread).tolist()
             yield RawCause(wave.effect, label, {
                 'amplitude': number(wave.effect, 'amplitude', size),
                 'lines': number(wave.effect, 'lines', slope),
@@ -103,7 +104,7 @@ def _smallest(rest: Array, wave: Array, rows: Mask) -> float:
     if passed < _PASSED:
         return math.inf
     power = float(np.mean(rest[rows] ** 2))
-    needed = max(_SHARE, -math.expm1(-THRESHOLD / int(rows.sum())))
+    needed = max(_SHARE, -math.expm1(-SCORE_BAR / int(rows.sum())))
     return math.sqrt(needed / (1.0 - needed) * power / passed)
 
 

@@ -2,7 +2,7 @@
 Where to start a fit of effects that no fixed grid reaches: at a time, at a frequency.
 
 The start is read from what is left: J^T F of one force that begins and ends stands out in both
-joints for a while; a base that swings answers the links' own acceleration at one frequency.
+joints for a while. A base that swings answers the links' own acceleration at one frequency.
 """
 
 from collections.abc import Callable
@@ -25,6 +25,7 @@ from .swinging import swing_in
 from .term import Term
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 DURATIONS = np.geomspace(0.2, 6.0, 18)      # of contacts that are tried [s]
 _STANDS_OUT = 5.0       # least power of a contact, over the best one at any other time
 _FITS = 0.7             # least share of the power around a contact that one force explains
@@ -51,7 +52,7 @@ def contact_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np.
     """
     Return the force on the tip that stands out of a residual (m, 2 n), None if there is none.
 
-    It must be far above every other time, fit one force well, and show in both balances alike: a
+    It must be far above every other time, fit one force well, and show in both balances alike. A
     smooth rest of another cause does not.
     """
     if arm.links is None:

@@ -4,7 +4,7 @@ Find samples that were lost, repeated or late, and put in what the encoders woul
 A reading of another time than its stamp says is off by speed times that time, in all encoders at
 once. Against the curve through its neighbours, each sample gives the time by which it slipped.
 What slips by itself, where an encoder counts coarsely, a clock jitters or a motion is quicker than
-the samples tell, does so all about: a sample must slip far more than those near it usually do.
+the samples tell, does so all about. A sample must slip far more than those near it usually do.
 """
 
 from typing import NamedTuple
@@ -19,12 +19,14 @@ from scipy.special import xlogy
 from scipy.stats import chi2
 
 from .measurement import Measurement
-from .raw_cause import RawCause, THRESHOLD
+from .raw_cause import RawCause
 from .repeats import repeats_of
 from .report import Number
+from ..significance import NORMAL_MEDIAN, SCORE_BAR
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+# Choices unless told otherwise.
 TOLERABLE = 1e-4        # share of slipped samples that nobody would call wrong
 _LEAST = 0.2            # slip that counts [samples]
 _SURE = 8.0             # standard deviations of the slip that it must be away from zero
@@ -33,7 +35,6 @@ _REACH = 4              # neighbours on each side through which a curve is laid
 _NEARBY = 25            # samples on each side that tell how much samples slip by themselves
 _PASSES = 12            # slipped samples next to each other come to light one by one
 _RATES = 200            # that are tried
-_MEDIAN = 0.6745        # of the absolute values of noise, over its standard deviation
 _GAP = 10               # samples absent in a row that are lost samples, not a pause
 
 
@@ -53,7 +54,7 @@ def lost_samples(slips: Slips, seen: Mask) -> RawCause | None:
     rate = slipped / max(int(watched.sum()), 1) + lost / max(int(seen.sum()), 1)
     hits = slipped + lost
     score = _evidence(hits, rate)
-    if score < THRESHOLD:
+    if score < SCORE_BAR:
         return None
     low, high = (rate * float(0.5 * chi2.ppf(share, 2 * hits + more) / hits)
                  for share, more in ((0.05, 0), (0.95, 2)))
@@ -67,7 +68,7 @@ def smallest_rate(slips: Slips, seen: Mask) -> float | None:
     watched = int((slips.watched & seen).sum())
     rates = np.geomspace(TOLERABLE, DroppedSamples.declaration('rate').high, _RATES).tolist()
     return next((rate for rate in rates if rate * watched >= 1.0
-                 and _evidence(round(rate * watched), rate) > THRESHOLD), None)
+                 and _evidence(round(rate * watched), rate) > SCORE_BAR), None)
 
 
 def slips_of(measurement: Measurement, arm: Arm) -> Slips:
@@ -108,7 +109,7 @@ def _slipping(reading: Array, curve: Array, scatter: Array) -> tuple[Mask, Mask]
 
 def _usual(slip: Array) -> Array:
     """Return by how much more than noise samples slip where they are (k,), from slips over it."""
-    return np.maximum(median_filter(np.abs(slip), 2 * _NEARBY + 1) / _MEDIAN, 1.0)
+    return np.maximum(median_filter(np.abs(slip), 2 * _NEARBY + 1) / NORMAL_MEDIAN, 1.0)
 
 
 def _through_neighbours() -> Array:
@@ -122,7 +123,7 @@ def _through_neighbours() -> Array:
 
 def _scatter(away: Array, steps: Array, gain: float) -> Array:
     """Return how far readings of healthy samples are from their curves (n, 2) [rad]."""
-    usual = np.median(np.abs(away), axis=0) / _MEDIAN
+    usual = np.median(np.abs(away), axis=0) / NORMAL_MEDIAN
     return np.maximum(np.maximum(usual, gain * steps / np.sqrt(12.0)), 1e-12)
 
 

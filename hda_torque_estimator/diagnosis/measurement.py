@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from ..readings import readings
+from ..significance import FOURTH_DIFFERENCES
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 SEGMENT = 0.5           # of an estimate of noise [s]
 QUIET = 0.25            # share of segments that an effect surely leaves quiet
 FINEST = 1e-6           # period of a grid: no encoder is read more often [s]
 EMPTIEST = 4.0          # places of a grid for each sample: beyond, most would be made up
-_FOURTH = 70.0          # power of the fourth differences of white noise, over its own
 
 
 class StampsError(HdaError):
@@ -29,12 +30,12 @@ class Measurement:
     """
     Evenly sampled readings of n joints.
 
-    `reading` (k, n, 2) are the angles of shaft and link as the encoders show them [rad],
+    `reading` (k, n, 2) are the angles of shaft and link as the encoders show them [rad].
     `command` (k, n) the motor torque in force from a sample until the next [N*m, shaft]. Samples
     that never came, and were put in to keep the grid, are listed in `absent`.
 
     `past` (k,) tells by how much each was taken after its tick [s], as far as its stamp
-    knows; it is empty if nothing is known.
+    knows. It is empty if nothing is known.
 
     A measurement may hold several recordings of an arm, one after another on one running clock;
     `begins` are their first samples.
@@ -72,7 +73,7 @@ class Measurement:
 
     def reading_noise(self) -> Array:
         """Return the white noise of readings (n, 2) in the quieter segments [rad]."""
-        fine = np.diff(self.reading, 4, axis=0) / np.sqrt(_FOURTH)
+        fine = np.diff(self.reading, 4, axis=0) / np.sqrt(FOURTH_DIFFERENCES)
         length = max(1, round(SEGMENT / self.dt))
         parts = fine[:len(fine) // length * length].reshape(-1, length, *fine.shape[1:])
         return np.maximum(np.quantile(parts.std(axis=1), QUIET, axis=0), 1e-13)
@@ -140,8 +141,8 @@ def measurement_from(labels: tuple[str, ...], samples: JointSamples,
     """
     Return the joint states on the even grid of their usual period.
 
-    Stamps that jitter by less than half a period only tell by how much a sample was past its tick;
-    where samples are missing, angles are joined by straight lines and commands held. Raises
+    Stamps that jitter by less than half a period only tell by how much a sample was past its tick.
+    Where samples are missing, angles are joined by straight lines and commands held. Raises
     StampsError, naming the source, for stamps that are on no such grid.
     """
     reading = readings(labels, samples)[:, :, :2]

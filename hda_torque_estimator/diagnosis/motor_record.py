@@ -16,6 +16,7 @@ from .rates import check_rate
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+# Choices unless told otherwise.
 SHORTEST = 2.0          # recording of a sweep from which friction and ripple can be told [s]
 _WINDOW, _DEGREE = 0.041, 3     # of the polynomials that give speeds [s]
 _TRAVEL = 0.02          # link travel below which a joint was held still [rad]
@@ -81,7 +82,7 @@ def sweeps_together(recordings: Mapping[str, JointSamples], arm: Arm) -> list[Sw
     """
     Return the joints that move in several recordings of one arm, by their names.
 
-    A joint that moves in several has them one after another, with the angles as they are: its
+    A joint that moves in several has them one after another, with the angles as they are. Its
     motor encoder is taken to keep its zero. Raises GateError where one cannot be used, or where
     the rates differ.
     """

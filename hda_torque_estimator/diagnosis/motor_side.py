@@ -3,7 +3,7 @@ Diagnose a recording of motors alone: what balance A says without a link angle.
 
 The motor torque is explained by inertia, a load that varies slowly with the link angle, friction,
 and waves over the motor angle. The gear's torsion cancels in the balance of motor and link
-together, so nothing that sits in it, in the timing or in the link encoder can be seen.
+together. So nothing that sits in it, in the timing or in the link encoder can be seen.
 """
 
 from collections.abc import Iterator, Sequence
@@ -23,16 +23,17 @@ from .report import (Alike, Candidate, Detectable, Diagnosis, Evidence, Finding,
                      RecordingFacts, Residual, told, TotalGain, Unexplained)
 from .ripple import Line, STANDS_OUT, strongest_line, waves
 from .verdict import Gains
+from ..significance import FOURTH_DIFFERENCES, NORMAL_90, NORMAL_MEDIAN
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 MOST = 12               # lines of one motor that are tried
 _PERIODS = 3.0          # of a line, over which slower errors are taken out of it
 KNOWN = 0.15            # of a number, its standard deviation beyond which it is not told
 REST = 2.5              # rms left over white noise that asks for an explanation
 METRIC = ('mean squared error of the motor torque that the measured motion calls for, on held-out '
           'stretches, over white noise')
-_NORMAL_90 = 1.645
-_LOAD = 3               # columns: inertia, and the load's cosine and sine over the link angle
+_LOAD = 3               # columns: inertia, and the load over the link angle (layout)
 _WINDOW = 0.1           # of held-out errors [s]
 _UNSEEN = (Site.TORSION, Site.TIMING, Site.SENSING)
 _SIDE = ('One encoder for each joint: torsion, timing and sensing cannot be seen; '
@@ -184,7 +185,8 @@ def _gains(sweep: Sweep, before: Array, after: Array, floor: float) -> Gains:
 def _floor(part: Explained) -> float:
     """Return the power of white noise in the torque, by its fourth differences [N^2*m^2]."""
     rest = part.without(())[part.sweep.moving]
-    return float(np.median(np.abs(np.diff(rest, 4))) / 0.6745) ** 2 / 70.0
+    usual = np.median(np.abs(np.diff(rest, 4))) / NORMAL_MEDIAN
+    return float(usual) ** 2 / FOURTH_DIFFERENCES
 
 
 def _gain_without(part: Explained, taken: Sequence[int]) -> Gains:
@@ -221,7 +223,7 @@ def _wave(part: Explained, number: int) -> MotorCogging:
 def _finding(part: Explained, effect: Effect, label: str, places: Sequence[int],
              numbers: dict[str, tuple[float, float]], score: float, least: float) -> Finding:
     known = {name: Number(value, type(effect).declaration(name).unit,
-                          value - _NORMAL_90 * spread, value + _NORMAL_90 * spread)
+                          value - NORMAL_90 * spread, value + NORMAL_90 * spread)
              for name, (value, spread) in numbers.items()}
     return Finding(effect.name, label, effect.site.value, effect.cause, known,
                    Evidence(score, least, None, math.exp(min(0.5 * score, 700.0))),
@@ -245,7 +247,7 @@ def _resistance(part: Explained) -> tuple[float, float]:
     speed = float(np.abs(part.sweep.speed[part.sweep.moving]).mean())
     along = np.array([1.0, speed])
     left = part.without(())[part.sweep.moving & part.sweep.held_out]
-    return float(along @ part.numbers[friction]), _NORMAL_90 * float(left.std())
+    return float(along @ part.numbers[friction]), NORMAL_90 * float(left.std())
 
 
 def _level(part: Explained) -> str:

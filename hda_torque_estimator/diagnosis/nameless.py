@@ -2,7 +2,7 @@
 Laws without a name: simple curves along each coordinate, at each site of each joint.
 
 They belong to no cause. But a cause that is named rightly leaves none of them, whatever the size
-of its rest, and one with several numbers tells more than any single curve does. A cause that
+of its rest. One with several numbers tells more than any single curve does. A cause that
 stands in for another passes neither.
 """
 
@@ -17,10 +17,11 @@ from .fit import deviations, Fit, Fitter
 from .solve import Columns, condense, condense_more, Solution, solve
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 _SLOW = 1.0             # shaft speed over which a sense of motion sets in [rad/s]
 _SLIDING = (5.0, 20.0)  # shaft speeds over which friction may fall [rad/s]
-_LINK_ORDERS = (1, 2, 3, 4, 6)
-_MOTOR_ORDERS = (1, 2, 4, 6, 8, 12)
+_LINK_ORDERS = (1, 2, 3, 4, 6)  # waves per link turn of curves without a name
+_MOTOR_ORDERS = (1, 2, 4, 6, 8, 12)  # waves per motor turn of curves without a name
 # Beside these two, what follows the torque lets a motor balance shrink with all of its noise.
 _SCALED, _SCALE = {'torque_constant_error', 'motor_inertia_error'}, ('motor', 'joint_torque^1')
 _AT_REST = 1e-30        # mean square of a shape, below which nothing moved that makes it
@@ -30,7 +31,7 @@ class Curve(NamedTuple):
     """
     One curve at one site of a joint, with the score of a fit that has it as well.
 
-    It may help what is left at another joint, through masses that are not quite known; that tells
+    It may help what is left at another joint, through masses that are not quite known. That tells
     nothing of its own, so the `improvement` is not more than in the channels of its joint.
     """
 

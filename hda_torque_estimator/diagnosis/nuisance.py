@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from .term import Place, Term
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 _FLOOR = 1e-3           # of a relative tolerance: nothing is known exactly
-_ZERO_STEP = 1e-6       # [rad]
+_ZERO_STEP = 1e-6       # of an encoder's zero, for a derivative [rad]
 
 
 @dataclass(frozen=True)

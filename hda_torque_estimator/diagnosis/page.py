@@ -29,6 +29,7 @@ _FINDING = ('What gives {} away: the line is the median of the residual, the ban
             'zero.')
 _OTHER = 'Figure {}.'
 _OWN = 'finding_'       # begins the names of the causes' own figures
+# Choices unless told otherwise.
 _CERTAIN = 1e6                      # odds beyond which the number says nothing more
 
 

@@ -17,6 +17,7 @@ from .search import Found
 from .term import Term
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 _ALIKE = 0.25           # most of the power that A - B may hold where both are of one link torque
 _LOUD = 3.0             # rms over noise from which a balance shows a pattern
 
@@ -55,7 +56,7 @@ def misplaced(fitter: Fitter, found: Found) -> tuple[Term, ...]:
     """
     Return the accepted causes that take one link torque for something else.
 
-    They sit at the motor and the torsion of a joint; but what both of its balances show without
+    They sit at the motor and the torsion of a joint. But what both of its balances show without
     them is the same torque, and no such causes do that.
     """
     wrong: list[Term] = []

@@ -1,9 +1,9 @@
 """
 What the freedom of a cause buys by itself: placebos, fitted and judged like the cause.
 
-They are the cause's own columns, moved along the recording to where they are least like what
-they were: as free, as large and as rough, and with no reason to explain anything. What the best
-of them gains on held-out stretches is chance.
+They are the cause's own columns, moved along the recording to where they are least like what they
+were. They are as free, as large and as rough, with no reason to explain anything. What the best of
+them gains on held-out stretches is chance.
 """
 
 from collections.abc import Iterator
@@ -17,8 +17,9 @@ from .solve import condense, solve
 from .term import Term
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 _NEAREST = 0.25         # of the recording, that a placebo is away from the cause at least
-_PLACEBOS = 4
+_PLACEBOS = 4           # of each cause
 _LEAST = 0.01           # of the power of noise, beyond which there is something to remove
 
 

@@ -2,7 +2,7 @@
 Predict a recording by simulation from measured states, and measure how far off it ends.
 
 From the measured state at the start of each window the arm is simulated open loop under the
-recorded command; the reference motion and the controller need not be known. The error is that of
+recorded command. The reference motion and the controller need not be known. The error is that of
 the predicted encoder readings, at the output side, over the window.
 """
 
@@ -22,6 +22,7 @@ from .balance import Balancer, MEASURED
 from .running_clock import arm_during, Spans, within
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 HORIZON = 0.2           # length of a window [s]
 EVERY = 0.1             # from window to window [s]
 _EDGE = 0.05            # of the recording, where its motion is not known well [s]

@@ -2,6 +2,7 @@
 
 from .gate import GateError
 
+# Choices unless told otherwise.
 ONE_RATE = 0.02         # relative difference that drivers of one arm have on other days
 
 

@@ -8,7 +8,7 @@ from hda_arm_sim.model.effects import Effect
 
 from .report import Number
 
-THRESHOLD = 60.0        # score, twice a gain of log likelihood, from which a cause is told
+# Choices unless told otherwise.
 SHARE = 0.02            # of what the readings scatter, below which a cause is immaterial
 
 

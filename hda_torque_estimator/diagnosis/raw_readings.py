@@ -2,8 +2,9 @@
 What only raw readings show: causes that a filter would hide, found before any balance.
 
 The balances then work with an arm that senses as the recorded one does. What a cause explains is
-how much the readings scatter from sample to sample: their second differences, in stretches that
-were held out, of simulated recordings with the cause and without it, against the measured ones.
+how much the readings scatter from sample to sample. These are their second differences in
+stretches that were held out. Simulated recordings with the cause and without it are held against
+the measured ones.
 """
 
 from collections.abc import Sequence
@@ -23,13 +24,15 @@ from .even_grid import on_grid
 from .line_error import uneven_lines, without_waves
 from .lost_samples import lost_samples, slips_of
 from .measurement import joined, Measurement
-from .raw_cause import RawCause, THRESHOLD
+from .raw_cause import RawCause
 from .report import Evidence, Finding, told, TotalGain
 from .running_clock import inside, Spans, within
 from .verdict import Gains
 from ..closed_loop import run
+from ..significance import SCORE_BAR
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 _ASIDE = 1e-4           # moves a motion so that its counts fall elsewhere [rad]
 WHOLE: Spans = ((0.0, float('inf')),)
 RAW_EFFECTS = (CoarseQuantisation.name, DroppedSamples.name, EncoderInterpolationError.name)
@@ -120,7 +123,7 @@ def raw_findings(raw: RawReadings, measured: Measurement, balancer: Balancer, gi
         odds = float(np.exp(min(0.5 * cause.score, 700.0)))
         gaining.append(Finding(cause.effect.name, cause.joint, cause.effect.site.value,
                                cause.effect.cause, cause.numbers,
-                               Evidence(cause.score, THRESHOLD, None, odds), gain))
+                               Evidence(cause.score, SCORE_BAR, None, odds), gain))
     return told(gaining)
 
 

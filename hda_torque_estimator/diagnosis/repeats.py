@@ -1,8 +1,8 @@
 """
 Readings that are the one before once more, while the arm moved.
 
-An encoder that counts coarsely repeats by itself when it is slow, so it is asked only where it
-moves by more than its counts from sample to sample; all that do must repeat at once, and the next
+An encoder that counts coarsely repeats by itself when it is slow. So it is asked only where it
+moves by more than its counts from sample to sample. All that do must repeat at once, and the next
 reading must make up for it: an arm that really stops does not jump.
 """
 
@@ -15,6 +15,7 @@ from scipy.signal import savgol_filter
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 _WINDOW, _DEGREE = 17, 3        # of the polynomials that give the usual change [samples]
+# Choices unless told otherwise.
 _COUNTS = 2.0           # counts from sample to sample, from which none repeats by itself
 _MADE_UP = 1.5          # usual changes that the reading after a repeated one makes, of 2
 

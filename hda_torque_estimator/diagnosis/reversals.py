@@ -3,7 +3,7 @@ Whether friction builds up after a shaft has turned round.
 
 Dry friction is not known at rest, so a motor balance does not hold near it. Where a shaft turns
 round without a stop, friction that sets in at once leaves little, but for stops too short to be
-seen; one that builds up over an angle leaves much there and nothing elsewhere.
+seen. One that builds up over an angle leaves much there and nothing elsewhere.
 """
 
 from hda_arm_sim.model.arm import Arm
@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from .balance import Balancer
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
+# (null: short stops of 24 joints of healthy arms left 167 to 474, presliding 1109 and more)
 _LOUD = 800.0           # power where a shaft turns round, over that of noise
 _APART = 20.0           # ... and over the power elsewhere
 _FEWEST = 25            # rows that tell

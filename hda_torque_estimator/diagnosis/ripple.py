@@ -1,8 +1,8 @@
 """
 Find what repeats with every turn of a motor, in a torque that depends on much else besides.
 
-A line must stand out of the spectrum about it, over the angle and not over time, so that neither
-slow loads nor the noise of a controller can pass for one.
+A line must stand out of the spectrum about it, over the angle and not over time. So neither slow
+loads nor the noise of a controller can pass for one.
 """
 
 from collections.abc import Sequence
@@ -14,13 +14,15 @@ from scipy.ndimage import median_filter
 from scipy.optimize import minimize_scalar
 
 Array = NDArray[np.float64]
-STANDS_OUT = 20.0       # power over the median about it, which chance reaches in 1 % of spectra
+# Choices unless told otherwise.
+STANDS_OUT = 20.0       # power over the median about it (null: passed in 1 % of spectra)
 SHARE = 0.01            # of the power, below which a line is immaterial
 _LOWEST = 0.5           # order: slower waves are loads [1/turn]
 _ABOUT = 201            # frequencies about a line that tell its surroundings
 _PER_SAMPLE = 0.4       # waves in a sample: faster ones are not seen
 _APART = 3.0            # widths of a line within which there is no other
-_TURN = 2.0 * np.pi
+# (source: one turn in rad)
+_TURN = 2.0 * np.pi     # one turn [rad]
 
 
 class Line(NamedTuple):

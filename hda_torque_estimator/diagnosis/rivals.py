@@ -2,10 +2,10 @@
 The best other cause, and by how much it explains less.
 
 What is unknown of a motion, noise of readings and of torques, comes into a balance by the inertia
-and the stiffness of the arm: one that has less of them makes less of it, which is no reason to
+and the stiffness of the arm. One that has less of them makes less of it, which is no reason to
 believe it. So fits are compared as if all made as much of it.
 Effects of the command act on the noise of the encoders that it repeats, and the balances have the
-same noise: at high frequency it speaks for one of two such effects whatever the truth. They are
+same noise. At high frequency it speaks for one of two such effects whatever the truth. They are
 compared where a motion has more.
 """
 
@@ -24,6 +24,7 @@ from .solve import score
 from .term import Term
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 _TAPS = 101             # of the low-pass, at the balances' rate
 _LEAST = 0.1            # share of a rest that stays at least, without what noise makes,
 _SHARES = (0.5, 1.5)    # and how much less or more noise one arm may make than another

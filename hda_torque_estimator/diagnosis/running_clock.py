@@ -1,7 +1,7 @@
 """
 Several recordings on one running clock: which stretches are held out, what belongs to one alone.
 
-An arm is the same in all its recordings, but something touches it in one of them; the onset of a
+An arm is the same in all its recordings, but something touches it in one of them. The onset of a
 contact counts on the running clock.
 """
 
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from .measurement import Measurement
 
 Spans = tuple[tuple[float, float], ...]
+# Choices unless told otherwise.
 _BLOCK = 2.0            # stretches that are trained on, and held out in turn [s]
 _HELD = 3               # of so many stretches one is held out
 _ENOUGH = 3             # recordings of which the last is held out whole

@@ -16,6 +16,7 @@ from .solve import Columns, condense, condense_more, solve
 from .term import Term
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 LOUD = 1.4              # variance over that of noise from which something is left in a channel
 
 

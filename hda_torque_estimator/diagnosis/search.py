@@ -2,8 +2,8 @@
 Look for the causes: accept the best hypothesis, simulate with it, look again.
 
 What a cause must do to be accepted is told in `acceptance`. Where the way that was best at every
-step ends with a rest, it weighs the laws of each cause again beside all others, and goes back to
-where another cause was nearly as good.
+step ends with a rest, it weighs the laws of each cause again beside all others. Then it goes back
+to where another cause was nearly as good.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -12,13 +12,15 @@ from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
 
-from .acceptance import accepted, confirmed, freedom, material, open_rest, THRESHOLD, threshold
+from .acceptance import accepted, confirmed, freedom, material, open_rest, threshold
 from .fit import Fit, Fitter, IMPOSSIBLE
 from .hypotheses import HYPOTHESES, terms_of
 from .rivals import leading
 from .screen import Prospect, screen
 from .term import Place, Term
+from ..significance import SCORE_BAR
 
+# Choices unless told otherwise.
 MOST = 5                # causes in one recording
 _CANDIDATES = 6         # fitted in every round, with two steps,
 _FINALISTS = 3          # and the best places of them to the end
@@ -103,7 +105,7 @@ def _extended(fitter: Fitter, names: Sequence[str], found: Found,
         extended, reason = step
         evidence[_place(extended)] = reason
         extended = _without_unneeded(fitter, first, extended)
-        if fit.score - extended.score < THRESHOLD:
+        if fit.score - extended.score < SCORE_BAR:
             break
         fit = _simplified(fitter, extended, names, evidence)
     return Found(first, fit, tuple(evidence[term.place] for term in fit.accepted))
@@ -139,7 +141,7 @@ def _turns(fitter: Fitter, found: Found) -> Iterator[Found]:
         fit = fitter.fit([*terms[:place], reason.runner_up], before.nuisance)
         if accepted(fitter, found.first, before, fit, fit.accepted[-1]):
             taken = Evidence(before.score - fit.score, threshold(fitter, reason.runner_up),
-                             terms[place], THRESHOLD)         # by which it must win
+                             terms[place], SCORE_BAR)         # by which it must win
             yield Found(found.first, fit, (*found.evidence[:place], taken))
 
 
@@ -215,7 +217,7 @@ def _cost(fitter: Fitter, fit: Fit) -> float:
 
 def _better(fitter: Fitter, fit: Fit, than: Fit) -> bool:
     """Tell whether a fit costs so much less than another that it is worth a change."""
-    return _cost(fitter, fit) < _cost(fitter, than) - THRESHOLD
+    return _cost(fitter, fit) < _cost(fitter, than) - SCORE_BAR
 
 
 def _starts(arm: Arm, name: str, joint: str | None) -> list[Term]:

@@ -12,6 +12,7 @@ from .predict import prediction_errors
 from .report import Prediction
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 HORIZONS = (0.01, 0.02, 0.05, 0.1, 0.2)     # over which predictions are shown [s]
 
 

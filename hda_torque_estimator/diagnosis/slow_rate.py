@@ -1,8 +1,8 @@
 """
 Whether the rate of a recording hides what its motion would show.
 
-A healthy twin of the arm is simulated along the measured motion at a rate that hides nothing, and
-asked the same: which effects would have been seen. The motion between samples is that of a spline.
+A healthy twin of the arm is simulated along the measured motion at a rate that hides nothing. It
+is asked which effects would have been seen. The motion between samples is that of a spline.
 """
 
 from collections.abc import Sequence
@@ -24,7 +24,9 @@ from .search import Found
 from .term import Place
 from ..closed_loop import run
 
-FAST = 1000.0           # rate at which the diagnosis is measured, docs/accuracy.md [Hz]
+# Choices unless told otherwise.
+# (source: the rate of the records of docs/accuracy.md)
+FAST = 1000.0           # rate at which the diagnosis was measured [Hz]
 _SLOWER = 0.9           # share of it, below which a rate may be to blame
 _LONGEST = 60.0         # of the motion that is simulated [s]
 

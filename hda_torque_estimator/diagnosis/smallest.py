@@ -22,8 +22,8 @@ class Smallest(NamedTuple):
     """
     The smallest size of an effect at one place that shows, in one number of it.
 
-    It is a change of that number, or for the effects of WEAKER the number itself; None where no
-    size shows that the number may have.
+    It is a change of that number, or for the effects of WEAKER the number itself. It is None where
+    no size shows that the number may have.
     """
 
     effect: str

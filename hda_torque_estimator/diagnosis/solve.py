@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 REACH = 3.5             # standard deviations that a nuisance may go from its nominal value
-_PASSES = 12
+_PASSES = 12            # of weights and bounds, at most
 
 
 class Columns(NamedTuple):
@@ -62,7 +63,7 @@ def solve(columns: Columns, noise: Array, effective: float, now: Array,
     Return the best step from `now` (p,), the distance to the nominal values in free numbers.
 
     `noise` (c,) is the standard deviation that a healthy arm leaves, `effective` the share of
-    samples that are independent, `deviations` (p,) the priors; a number with a prior stays within
+    samples that are independent, `deviations` (p,) the priors. A number with a prior stays within
     REACH of them.
     """
     known = np.isfinite(deviations)

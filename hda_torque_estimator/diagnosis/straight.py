@@ -15,6 +15,7 @@ from .nuisance import Zero
 from .term import Term
 
 Array = NDArray[np.float64]
+# (measured: what stood in for a disc had 4 to 71, six true discs 33 000 and more)
 _BEND = 1000.0          # score of the bend alone, from which a disc is one
 
 

@@ -1,7 +1,7 @@
 """
 Read a swinging base from what is left: it answers the links' own acceleration at one frequency.
 
-Along a measured motion the push of the links on the base is known, so the torque of a mode of
+Along a measured motion the push of the links on the base is known. So the torque of a mode of
 given frequency and damping is linear in its amplitude, and quadratic in the components of its
 direction.
 """
@@ -15,9 +15,10 @@ from .balance import Balancer, RATE
 from .base_motion import stirring
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 _FREQUENCIES = np.geomspace(3.0, 30.0, 116)     # below the balances' bandwidth [Hz]
 _DAMPING = 0.04         # to start from
-_DIRECTIONS = np.linspace(0.0, np.pi, 36, endpoint=False)
+_DIRECTIONS = np.linspace(0.0, np.pi, 36, endpoint=False)  # of the base that are tried [rad]
 _STANDS_OUT = 0.2       # least share of the power left in the torsion balances
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Place = tuple[str, str | None]        # an effect and its joint, None for the whole arm
+# Choices unless told otherwise.
 _TO_BOUND = 0.7         # share of the way to a bound that a step may take
 
 
@@ -23,7 +24,7 @@ class Term:
     """
     An effect with free numbers, each with its usual step and, for a nuisance, its tolerance.
 
-    `waves` are pairs (amplitude, phase) by their names; `tolerances` are standard deviations
+    `waves` are pairs (amplitude, phase) by their names. `tolerances` are standard deviations
     about the nominal value, one for each free number, infinite where nothing is known. `least`
     are bounds by the arm, one for each free number, where the law would clip it unseen.
     """

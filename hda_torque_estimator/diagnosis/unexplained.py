@@ -18,6 +18,7 @@ from .pattern import pair_of, power
 from .report import NOTHING, Unexplained
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 LEAST = 2.0             # rms left over noise from which there is a rest
 _TELLS = 0.1            # least share of the power that a coordinate must tell
 _TIMING = 0.5           # least share that follows the velocity if angles are sampled apart

@@ -2,7 +2,7 @@
 How large an effect must be for the search to accept it in one recording.
 
 It is imagined on top of what the last fit leaves. All that may differ, and all that was accepted,
-explains as much of it as it can; what is left must be material and pass the score threshold.
+explains as much of it as it can. What is left must be material and pass the score threshold.
 """
 
 from collections.abc import Callable
@@ -18,9 +18,10 @@ from .solve import Columns, condense, condense_more, score, solve
 from .term import Term
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 _PHASES = np.linspace(0.0, math.pi, 12, endpoint=False)     # of a wave, one of which shows least
 _CLOSE = 0.03           # of what is needed: near enough
-_ROUNDS = 12
+_ROUNDS = 12            # of a bisection, at most
 _FURTHEST = 1e4         # least strength that tells how far to go on
 
 

@@ -2,7 +2,7 @@
 Spread independent work over processes, or over machines with Dask.
 
 Every item is worked on by the same function wherever it runs, and results come back in the order
-of the items, so that neither the number of workers nor where they are changes an answer. An item
+of the items. So neither the number of workers nor where they are changes an answer. An item
 that crashes its process, or asks for more memory than its share, ends no other.
 """
 

@@ -3,7 +3,7 @@ The column map: what each column of a table means, and how it becomes a value of
 
     value = factor * (mean of the columns - zero)
 
-`factor` holds the unit, the sign, the constants of the device and the gear ratio: a bag states
+`factor` holds the unit, the sign, the constants of the device and the gear ratio. A bag states
 `joint1` at the link and `joint1_motor` at the motor shaft, whatever side the table uses.
 """
 

@@ -15,6 +15,7 @@ from scipy.ndimage import gaussian_filter1d
 
 Array = NDArray[np.float64]
 Legs = tuple[tuple[float, float], ...]      # distances, in amplitudes, and shares of the time
+# Choices unless told otherwise.
 _CORNER = 0.1           # over which a corner is rounded, standard deviation [s]
 _EDGE = 0.5             # at rest at both ends, so that corners are complete [s]
 _EASE = 1.5             # over which a wave is faded in and out [s]

@@ -17,7 +17,8 @@ from ..diagnosis.verdict import TIED
 
 Array = NDArray[np.float64]
 USUAL = 'rich'          # motion of the project that plans are compared to
-SHORTEST, LONGEST = 10.0, 120.0         # [s]
+# Choices unless told otherwise.
+SHORTEST, LONGEST = 10.0, 120.0         # plan that may be asked for [s]
 _STEP = 2e-3            # of the samples while planning [s]
 _TRIALS = 6             # of the refinement
 _SHRINK = 0.8           # of excursions that exceed a limit

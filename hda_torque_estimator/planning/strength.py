@@ -2,8 +2,9 @@
 How strongly a motion separates two effects: what is left when the wrong one explains it.
 
 An arm with one effect is simulated along the motion and diagnosed twice: with the effect that it
-has, and with the other one, each with all that may differ within tolerances. The difference of
-the scores is twice the logarithm of the odds. Either arm is asked; the weaker answer counts.
+has, and with the other one. Each is fitted with all that may differ within tolerances. The
+difference of the scores is twice the logarithm of the odds. Either arm is asked; the weaker answer
+counts.
 """
 
 from dataclasses import replace
@@ -26,6 +27,7 @@ from ..diagnosis.running_clock import inside, stretches
 from ..diagnosis.screen import screen
 
 Array = NDArray[np.float64]
+# Choices unless told otherwise.
 SEED = 7                # of the encoders' noise in simulations
 USED = 0.95             # of each limit, at most: an arm with an effect may need more
 

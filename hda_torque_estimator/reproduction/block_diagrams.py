@@ -1,7 +1,7 @@
 """
 Fig. 2 and 3: block diagrams whose arrows are the derivatives of the compiled model.
 
-No arrow is drawn by hand: an arrow is there where the kernel, the estimator or the controller
+No arrow is drawn by hand. An arrow is there where the kernel, the estimator or the controller
 changes one signal with another, and it carries by how much.
 """
 

@@ -1,8 +1,8 @@
 """
 Calibrate the imperfect rig from slow turns under load, by one linear least-squares fit.
 
-What the total torsion holds beyond the zero is linear in nearly all that is not known: waves of
-the shaft and of the link, the skew, the compliance of each segment of the gear, the loop.
+What the total torsion holds beyond the zero is linear in nearly all that is not known. This is
+waves of the shaft and of the link, the skew, the compliance of each segment of the gear, the loop.
 """
 
 from functools import cache

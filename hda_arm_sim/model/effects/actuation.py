@@ -1,4 +1,4 @@
-"""Between the commanded motor torque and the one that turns the shaft (docs/model.md, 54-61)."""
+"""Between the commanded motor torque and the one that turns the shaft (docs/model.md#effects)."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -15,39 +15,39 @@ from ..parameter import parameter
 
 @compiled
 def ripple_torque(own: Record, at: Turned) -> Signal:
-    """Return the torque of the ripple at the shaft, (54) [N*m motor]."""
+    """Return the torque of the ripple at the shaft, (eq:ripple) [N*m motor]."""
     return (own.amplitude_2 * np.sin(2.0 * at.motor_angle + own.phase_2)
             + own.amplitude_4 * np.sin(4.0 * at.motor_angle + own.phase_4))
 
 
 @compiled
 def cogging_torque(own: Record, at: Turned) -> Signal:
-    """Return the torque of the cogging at the shaft, (55) [N*m motor]."""
+    """Return the torque of the cogging at the shaft, (eq:cogging) [N*m motor]."""
     return own.amplitude * np.sin(own.order * at.motor_angle + own.phase)
 
 
 @compiled
 def scaled_torque(own: Record, at: Delivered) -> Signal:
-    """Return the torque that a motor gives for a commanded one, (56) [N*m motor]."""
+    """Return the torque that a motor gives for its command, (eq:torque-constant) [N*m motor]."""
     return (1.0 + own.error) * at.torque
 
 
 @compiled
 def biased_torque(own: Record, at: Delivered) -> Signal:
-    """Return a torque with the bias of the drive, (57) [N*m motor]."""
+    """Return a torque with the bias of the drive, (eq:offset) [N*m motor]."""
     return at.torque + own.offset
 
 
 @compiled
 def clipped_torque(own: Record, at: Commanded) -> Signal:
-    """Return the torque that the drive's limit leaves, (60) [N*m motor]."""
+    """Return the torque that the drive's limit leaves, (eq:saturation) [N*m motor]."""
     return np.minimum(np.maximum(at.command, -own.limit), own.limit)
 
 
 @compiled
 def lagging_torque(own: Record, at: Commanded) -> Signal:
     """
-    Return the torque some time [s] after it was `state`, (58) [N*m motor].
+    Return the torque some time [s] after it was `state`, (eq:lag) [N*m motor].
 
     The command goes along a line from `last_command` to `command` in that time, or stands still.
     """
@@ -59,26 +59,26 @@ def lagging_torque(own: Record, at: Commanded) -> Signal:
 
 @compiled
 def late_torque(delay: float, at: Commanded) -> Signal:
-    """Return which of two held commands acts some time [s] after the later one came, (59)."""
+    """Return which of two held commands acts some time [s] after the later one, (eq:delay)."""
     late = 1.0 * (at.elapsed < delay)
     return late * at.last_command + (1.0 - late) * at.command
 
 
 @compiled
 def delayed_torque(own: Record, at: Commanded) -> Signal:
-    """Return the torque behind the whole delay, (59) [N*m motor]."""
+    """Return the torque behind the whole delay, (eq:delay) [N*m motor]."""
     return late_torque(own.delay, at)
 
 
 @compiled
 def heavier_rotor(own: Record, at: Stated) -> Signal:
-    """Return the inertia of rotor and wave generator, (61) [kg*m^2 motor]."""
+    """Return the inertia of rotor and wave generator, (eq:motor-inertia) [kg*m^2 motor]."""
     return at.nominal * (1.0 + own.error)
 
 
 @dataclass(frozen=True)
 class TorqueRipple(Effect):
-    """Torque that varies along the turn of the wave generator, orders 2 and 4, (54)."""
+    """Torque that varies along the turn of the wave generator, orders 2 and 4, (eq:ripple)."""
 
     name: ClassVar[str] = 'torque_ripple'
     cause: ClassVar[str] = 'torque ripple of the wave generator, twice and four times per turn'
@@ -100,7 +100,7 @@ class TorqueRipple(Effect):
 
 @dataclass(frozen=True)
 class MotorCogging(Effect):
-    """Torque of the motor's magnets on its slots, (55)."""
+    """Torque of the motor's magnets on its slots, (eq:cogging)."""
 
     name: ClassVar[str] = 'motor_cogging'
     cause: ClassVar[str] = 'cogging of the motor at a slot or pole order'
@@ -122,7 +122,7 @@ class MotorCogging(Effect):
 
 @dataclass(frozen=True)
 class TorqueConstantError(Effect):
-    """A motor that gives more or less torque than commanded, (56)."""
+    """A motor that gives more or less torque than commanded, (eq:torque-constant)."""
 
     name: ClassVar[str] = 'torque_constant_error'
     cause: ClassVar[str] = 'the motor gives more or less torque than commanded'
@@ -137,7 +137,7 @@ class TorqueConstantError(Effect):
 
 @dataclass(frozen=True)
 class DriveOffset(Effect):
-    """A constant torque of the drive that nobody commanded, (57)."""
+    """A constant torque of the drive that nobody commanded, (eq:offset)."""
 
     name: ClassVar[str] = 'drive_offset'
     cause: ClassVar[str] = 'the drive adds a constant torque'
@@ -153,7 +153,7 @@ class DriveOffset(Effect):
 
 @dataclass(frozen=True)
 class CurrentLoopLag(Effect):
-    """First-order lag from the commanded to the delivered torque, (58)."""
+    """First-order lag from the commanded to the delivered torque, (eq:lag)."""
 
     name: ClassVar[str] = 'current_loop_lag'
     cause: ClassVar[str] = 'the current loop lags behind the commanded torque'
@@ -171,7 +171,7 @@ class CurrentLoopLag(Effect):
 
 @dataclass(frozen=True)
 class CommandDelay(Effect):
-    """Dead time between a command and its torque, whole samples or not, (59)."""
+    """Dead time between a command and its torque, whole samples or not, (eq:delay)."""
 
     name: ClassVar[str] = 'command_delay'
     cause: ClassVar[str] = 'a dead time passes before a commanded torque acts'
@@ -189,7 +189,7 @@ class CommandDelay(Effect):
 
 @dataclass(frozen=True)
 class TorqueSaturation(Effect):
-    """A drive that clips the torque below the commanded one, (60)."""
+    """A drive that clips the torque below the commanded one, (eq:saturation)."""
 
     name: ClassVar[str] = 'torque_saturation'
     cause: ClassVar[str] = 'the drive clips the torque below the commanded one'
@@ -205,7 +205,7 @@ class TorqueSaturation(Effect):
 
 @dataclass(frozen=True)
 class MotorInertiaError(Effect):
-    """Rotor and wave generator heavier or lighter than stated, (61)."""
+    """Rotor and wave generator heavier or lighter than stated, (eq:motor-inertia)."""
 
     name: ClassVar[str] = 'motor_inertia_error'
     cause: ClassVar[str] = 'the inertia of rotor and wave generator differs'

@@ -2,8 +2,8 @@
 What an effect is: a physical cause with a name, a place on the arm, parameters and one law.
 
 The law is one compiled function of the effect's own record and the signals of its place. Three
-consumers call it and none rewrites it: the kernel with the true state, the estimator with the
-measured signals of one sample, the diagnosis with a whole recording at once.
+consumers call it and none rewrites it. The kernel calls it with the true state, the estimator with
+the measured signals of one sample, the diagnosis with a whole recording at once.
 """
 
 from dataclasses import dataclass

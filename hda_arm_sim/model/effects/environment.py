@@ -1,4 +1,4 @@
-"""What acts on the arm from outside (docs/model.md, 85-88)."""
+"""What acts on the arm from outside (docs/model.md#effects)."""
 
 from dataclasses import dataclass
 import math
@@ -17,14 +17,14 @@ EDGE = 0.1              # share of a contact in which its force rises, and in wh
 
 @compiled
 def downhill_pull(own: Record, at: Weighed) -> tuple[Signal, Signal]:
-    """Return the part of gravity in the plane of a tilted base, x and y in base, (85) [m/s^2]."""
+    """Return gravity in the plane of a tilted base, x and y in base, (eq:base-tilt) [m/s^2]."""
     pull = at.gravity * np.sin(own.tilt)
     return pull * np.cos(own.direction), pull * np.sin(own.direction)
 
 
 @compiled
 def contact_force(own: Record, at: Touched) -> tuple[Signal, Signal]:
-    """Return the force of a contact on the tip, x and y in the base frame, (86) [N]."""
+    """Return the force of a contact on the tip, x and y in the base frame, (eq:contact) [N]."""
     left = own.onset + own.duration - at.time
     ramp = np.minimum(at.time - own.onset, left) / (EDGE * own.duration)
     edge = np.minimum(np.maximum(ramp, 0.0), 1.0)
@@ -34,7 +34,7 @@ def contact_force(own: Record, at: Touched) -> tuple[Signal, Signal]:
 
 @compiled
 def base_acceleration(own: Record, at: Swung) -> Signal:
-    """Return the acceleration of a base that joints at rest leave to itself, (87) [m/s^2]."""
+    """Return the acceleration of a base beneath joints at rest, (eq:base-motion) [m/s^2]."""
     pace = 2.0 * np.pi * own.frequency
     return own.amplitude * at.push - pace * (2.0 * own.damping * at.offset_rate
                                              + pace * at.offset)
@@ -42,7 +42,7 @@ def base_acceleration(own: Record, at: Swung) -> Signal:
 
 @dataclass(frozen=True)
 class BaseTilt(Effect):
-    """A base that is not level, so that gravity acts in the plane of motion, (85)."""
+    """A base that is not level, so that gravity acts in the plane of motion, (eq:base-tilt)."""
 
     name: ClassVar[str] = 'base_tilt'
     cause: ClassVar[str] = 'the base is not level, so gravity moves the links'
@@ -60,7 +60,7 @@ class BaseTilt(Effect):
 
 @dataclass(frozen=True)
 class ExternalContact(Effect):
-    """A force on the tip for some time, with soft edges, (86)."""
+    """A force on the tip for some time, with soft edges, (eq:contact)."""
 
     name: ClassVar[str] = 'external_contact'
     cause: ClassVar[str] = 'something touches the tip for some time'
@@ -86,7 +86,7 @@ class ExternalContact(Effect):
 
 @dataclass(frozen=True)
 class BaseVibration(Effect):
-    """A structural mode of the base, driven by the reaction of the links, (87-88)."""
+    """A structural mode of the base, driven by the links, (eq:base-motion, base-load)."""
 
     name: ClassVar[str] = 'base_vibration'
     cause: ClassVar[str] = 'a structural mode of the base swings with the arm'

@@ -1,5 +1,5 @@
 """
-Friction at the motor shaft (docs/model.md, 44-53).
+Friction at the motor shaft (docs/model.md#effects).
 
 Dry friction is a budget: the most torque that it can oppose. Who applies it resolves sign and
 sticking. Drag is a torque along the velocity.
@@ -21,39 +21,39 @@ FASTEST = 2000.0        # relaxation of the bristles [1/s]; they are at rest wit
 
 @compiled
 def dry_budget(own: Record, at: Rubbed) -> Signal:
-    """Return the Coulomb budget, (44) [N*m motor]."""
+    """Return the Coulomb budget, (eq:coulomb) [N*m motor]."""
     return own.level
 
 
 @compiled
 def viscous_drag(own: Record, at: Dragged) -> Signal:
-    """Return the viscous torque that opposes the motor, (45) [N*m motor]."""
+    """Return the viscous torque that opposes the motor, (eq:viscous) [N*m motor]."""
     return own.slope * at.motor_velocity
 
 
 @compiled
 def nonlinear_drag(own: Record, at: Dragged) -> Signal:
-    """Return the drag that grows with a power of the speed, (46) [N*m motor]."""
+    """Return the drag that grows with a power of the speed, (eq:power-drag) [N*m motor]."""
     speed = at.motor_velocity
     return own.coefficient * np.sign(speed) * np.abs(speed) ** own.exponent
 
 
 @compiled
 def stribeck_budget(own: Record, at: Rubbed) -> Signal:
-    """Return the extra budget near standstill, (47) [N*m motor]."""
+    """Return the extra budget near standstill, (eq:stribeck) [N*m motor]."""
     return own.excess * np.exp(-(at.motor_velocity / own.speed) ** 2)
 
 
 @compiled
 def bristle_rate(own: Record, at: Bent) -> Signal:
-    """Return dz/dt of bristles, whose deflection z settles at budget / stiffness, (48) [rad/s]."""
+    """Return dz/dt of bristles, which settle at budget / stiffness, (eq:bristles) [rad/s]."""
     end, pace = _settling(own, at)
     return pace * (end - at.state)
 
 
 @compiled
 def bristle_after(own: Record, at: Bent, time: float) -> Signal:
-    """Return the deflection after a time at one speed, the solution of (48) [rad]."""
+    """Return the deflection after a time at one speed, the solution of (eq:bristles) [rad]."""
     end, pace = _settling(own, at)
     return end + (at.state - end) * np.exp(-pace * time)
 
@@ -68,37 +68,37 @@ def _settling(own: Record, at: Bent) -> tuple[Signal, Signal]:
 
 @compiled
 def bristle_torque(own: Record, at: Bent) -> Signal:
-    """Return the torque of the bristles that opposes the motor, (49) [N*m motor]."""
+    """Return the bristles' torque that opposes the motor, (eq:bristle-torque) [N*m motor]."""
     return own.stiffness * at.state + own.damping * at.state_rate
 
 
 @compiled
 def asymmetric_budget(own: Record, at: Rubbed) -> Signal:
-    """Return the extra budget of one sense of motion (+1, -1; 0 at rest), (50) [N*m motor]."""
+    """Return the extra budget of one sense of motion (+1, 0, -1), (eq:asymmetry) [N*m motor]."""
     return at.budget * own.asymmetry * at.sense
 
 
 @compiled
 def load_budget(own: Record, at: Rubbed) -> Signal:
-    """Return the extra budget of a loaded mesh, (51) [N*m motor]."""
+    """Return the extra budget of a loaded mesh, (eq:load-friction) [N*m motor]."""
     return own.coefficient * np.abs(at.joint_torque) / at.ratio
 
 
 @compiled
 def warming_drag(own: Record, at: Dragged) -> Signal:
-    """Return the extra drag of cold grease, gone when the drive is warm, (52) [N*m motor]."""
+    """Return the extra drag of cold grease, gone once it is warm, (eq:thermal) [N*m motor]."""
     return own.amplitude * np.exp(-at.time / own.time_constant) * at.motor_velocity
 
 
 @compiled
 def position_budget(own: Record, at: Rubbed) -> Signal:
-    """Return the extra budget at a place of the turn, (53) [N*m motor]."""
+    """Return the extra budget at a place of the turn, (eq:place-friction) [N*m motor]."""
     return at.budget * own.amplitude * np.sin(own.order * at.link_angle + own.phase)
 
 
 @dataclass(frozen=True)
 class CoulombFriction(Effect):
-    """Dry friction of motor, wave generator and seals: a constant budget, (44)."""
+    """Dry friction of motor, wave generator and seals: a constant budget, (eq:coulomb)."""
 
     name: ClassVar[str] = 'coulomb_friction'
     cause: ClassVar[str] = 'dry friction level of motor and wave generator differs'
@@ -113,7 +113,7 @@ class CoulombFriction(Effect):
 
 @dataclass(frozen=True)
 class ViscousFriction(Effect):
-    """Drag proportional to speed: grease, iron losses, back EMF, (45)."""
+    """Drag proportional to speed: grease, iron losses, back EMF, (eq:viscous)."""
 
     name: ClassVar[str] = 'viscous_friction'
     cause: ClassVar[str] = 'viscous friction of motor and grease differs'
@@ -129,7 +129,7 @@ class ViscousFriction(Effect):
 
 @dataclass(frozen=True)
 class NonlinearViscousFriction(Effect):
-    """Drag along a power of the speed, on top of the linear one, (46)."""
+    """Drag along a power of the speed, on top of the linear one, (eq:power-drag)."""
 
     name: ClassVar[str] = 'nonlinear_viscous_friction'
     cause: ClassVar[str] = 'viscous friction is not linear in speed (grease thins or churns)'
@@ -147,7 +147,7 @@ class NonlinearViscousFriction(Effect):
 
 @dataclass(frozen=True)
 class StribeckFriction(Effect):
-    """Breakaway excess that dies away with speed: excess * exp(-(v / speed)^2), (47)."""
+    """Breakaway excess that dies away with speed: excess * exp(-(v / speed)^2), (eq:stribeck)."""
 
     name: ClassVar[str] = 'stribeck_friction'
     cause: ClassVar[str] = 'breakaway friction at low speed (boundary lubrication)'
@@ -166,7 +166,7 @@ class StribeckFriction(Effect):
 
 @dataclass(frozen=True)
 class PreslidingFriction(Effect):
-    """Bristles that bend before they slide (LuGre) in the place of sticking, (48-49)."""
+    """Bristles that bend before they slide (LuGre), in place of sticking, (eq:bristles)."""
 
     name: ClassVar[str] = 'presliding_friction'
     cause: ClassVar[str] = 'friction builds up over a displacement after a reversal (bristles)'
@@ -187,7 +187,7 @@ class PreslidingFriction(Effect):
 
 @dataclass(frozen=True)
 class AsymmetricFriction(Effect):
-    """Dry friction that differs with the sense of motion, (50)."""
+    """Dry friction that differs with the sense of motion, (eq:asymmetry)."""
 
     name: ClassVar[str] = 'asymmetric_friction'
     cause: ClassVar[str] = 'dry friction differs with the direction of motion'
@@ -205,7 +205,7 @@ class AsymmetricFriction(Effect):
 
 @dataclass(frozen=True)
 class LoadDependentFriction(Effect):
-    """Loss of the mesh, proportional to the torque through the gear, (51)."""
+    """Loss of the mesh, proportional to the torque through the gear, (eq:load-friction)."""
 
     name: ClassVar[str] = 'load_dependent_friction'
     cause: ClassVar[str] = 'mesh friction grows with the torque through the gear'
@@ -223,7 +223,7 @@ class LoadDependentFriction(Effect):
 
 @dataclass(frozen=True)
 class ThermalViscosity(Effect):
-    """Viscosity of a cold drive that dies away as it warms up, from the start, (52)."""
+    """Viscosity of a cold drive that dies away as it warms up, from the start, (eq:thermal)."""
 
     name: ClassVar[str] = 'thermal_viscosity'
     cause: ClassVar[str] = 'viscous friction falls as the drive warms up'
@@ -243,7 +243,7 @@ class ThermalViscosity(Effect):
 
 @dataclass(frozen=True)
 class PositionDependentFriction(Effect):
-    """Dry friction that varies along the turn of the link, (53)."""
+    """Dry friction that varies along the turn of the link, (eq:place-friction)."""
 
     name: ClassVar[str] = 'position_dependent_friction'
     cause: ClassVar[str] = 'dry friction varies along the turn of the joint'

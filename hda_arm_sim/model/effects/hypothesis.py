@@ -31,18 +31,18 @@ class Hypothesis:
     """
     How one effect is looked for.
 
-    `free` and `waves` name the numbers to fit with a typical size; `grid` lists starting values
-    of those numbers, or of several at once, that the residual does not depend on linearly, and
-    `least` bounds by the joint below which the law does not change any more. `form_error` is the
+    `free` and `waves` name the numbers to fit with a typical size. `grid` lists starting values
+    of those numbers, or of several at once, that the residual does not depend on linearly. `least`
+    bounds by the joint below which the law does not change any more. `form_error` is the
     share of the effect's power that its law may leave, where the literature has laws of several
     forms. A curve without a name at its site may improve the score by `form` and by `form_share`
-    of what the effect improves it, and may explain `form_power`, a share of the effect's power.
+    of what the effect improves it. It may explain `form_power`, a share of the effect's power.
     `doubts` are half-widths that intervals have for the same reason, as shares of another number
     or absolute. `ends` are numbers at whose lower bound a part of the arm is gone: it means
     something. `twin` is an effect that no motion tells from this one. What acts on the command
-    acts on the noise of the encoders that it repeats: two such effects are compared `below` a
-    frequency [Hz], and one of which the power over that of noise is less than `clear` is not told
-    from the first of `alike`, and no other `form` than the usual one is asked of it.
+    acts on the noise of the encoders that it repeats. Two such effects are compared `below` a
+    frequency [Hz]. One of which the power over that of noise is less than `clear` is not told
+    from the first of `alike`. No other `form` than the usual one is asked of it.
     """
 
     free: Mapping[str, float] = field(default_factory=dict)

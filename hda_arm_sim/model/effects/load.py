@@ -1,4 +1,4 @@
-"""What the links carry, and what holds or hampers them (docs/model.md, 80-84)."""
+"""What the links carry, and what holds or hampers them (docs/model.md#effects)."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -15,7 +15,7 @@ from ..rigid import Inertia
 
 @compiled
 def loaded(own: Record, at: Carried) -> Inertia:
-    """Return the inertia of links that carry a point mass at the tip, (81)."""
+    """Return the inertia of links that carry a point mass at the tip, (eq:payload)."""
     bare, far = at.inertia, own.mass * at.length2 * at.length2
     return Inertia(bare.p1 + own.mass * at.length1 * at.length1 + far, bare.p2 + far,
                    bare.p3 + own.mass * at.length1 * at.length2,
@@ -25,31 +25,31 @@ def loaded(own: Record, at: Carried) -> Inertia:
 
 @compiled
 def heavier(own: Record, at: Stated) -> Signal:
-    """Return the inertia of the links about one joint, (82) [kg*m^2]."""
+    """Return the inertia of the links about one joint, (eq:link-inertia) [kg*m^2]."""
     return at.nominal * (1.0 + own.error)
 
 
 @compiled
 def coupling(own: Record, at: Stated) -> Signal:
-    """Return how far the links feel each other, 0 to 1, (83)."""
+    """Return how far the links feel each other, 0 to 1, (eq:coupling)."""
     return np.minimum(np.maximum(at.nominal + own.share, 0.0), 1.0)
 
 
 @compiled
 def bearing_budget(own: Record, at: Pulled) -> Signal:
-    """Return the most torque that the link bearing can oppose, (80) [N*m at the output]."""
+    """Return the most torque that a link bearing opposes, (eq:bearing) [N*m at the output]."""
     return own.level
 
 
 @compiled
 def cable_torque(own: Record, at: Pulled) -> Signal:
-    """Return the torque of a cable on the link, (84) [N*m at the output]."""
+    """Return the torque of a cable on the link, (eq:cable) [N*m at the output]."""
     return own.stiffness * (own.rest_angle - at.link_angle)
 
 
 @dataclass(frozen=True)
 class Payload(Effect):
-    """An unmodelled point mass at the tip, (81)."""
+    """An unmodelled point mass at the tip, (eq:payload)."""
 
     name: ClassVar[str] = 'payload'
     cause: ClassVar[str] = 'an unmodelled mass is fixed to the tip'
@@ -66,7 +66,7 @@ class Payload(Effect):
 
 @dataclass(frozen=True)
 class LinkInertiaError(Effect):
-    """Inertia about one joint differs, p1 or p2; the mass moments and p3 stay, (82)."""
+    """Inertia about one joint differs, p1 or p2; mass moments and p3 stay, (eq:link-inertia)."""
 
     name: ClassVar[str] = 'link_inertia_error'
     cause: ClassVar[str] = 'the inertia of the link about its joint differs'
@@ -83,7 +83,7 @@ class LinkInertiaError(Effect):
 
 @dataclass(frozen=True)
 class InertialCoupling(Effect):
-    """Links that feel each other where the arm is given decoupled, or the reverse, (83)."""
+    """Links that feel each other in an arm given decoupled, or the reverse, (eq:coupling)."""
 
     name: ClassVar[str] = 'inertial_coupling'
     cause: ClassVar[str] = 'the links feel each other: M(q) and C(q, dq) instead of constants'
@@ -102,7 +102,7 @@ class InertialCoupling(Effect):
 
 @dataclass(frozen=True)
 class LinkBearingFriction(Effect):
-    """Dry friction of the link bearing, between this link and the one before it, (80)."""
+    """Dry friction of the link bearing, between this link and the one before it, (eq:bearing)."""
 
     name: ClassVar[str] = 'link_bearing_friction'
     cause: ClassVar[str] = 'dry friction of the link bearing'
@@ -118,7 +118,7 @@ class LinkBearingFriction(Effect):
 
 @dataclass(frozen=True)
 class CableSpring(Effect):
-    """A cable or hose that pulls the joint to a rest angle, (84)."""
+    """A cable or hose that pulls the joint to a rest angle, (eq:cable)."""
 
     name: ClassVar[str] = 'cable_spring'
     cause: ClassVar[str] = 'a cable or hose pulls the joint like a spring'

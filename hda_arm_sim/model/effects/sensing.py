@@ -1,4 +1,4 @@
-"""What the encoders show that is not so, and in which steps (docs/model.md, 71-77)."""
+"""What the encoders show that is not so, and in which steps (docs/model.md#effects)."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -14,26 +14,26 @@ from ..parameter import parameter
 
 @compiled
 def quantised(angle: Signal, step: float) -> Signal:
-    """Return the angle in whole steps, (75); a step of zero is a perfect encoder [rad]."""
+    """Return the angle in whole steps, (eq:count); a step of zero is a perfect encoder [rad]."""
     return np.floor(angle / step + 0.5) * step if step > 0.0 else angle + 0.0
 
 
 @compiled
 def quantised_sides(own: Record, at: Counted) -> tuple[Signal, Signal]:
-    """Return both angles in whole steps, shaft and link, (75) [rad]."""
+    """Return both angles in whole steps, shaft and link, (eq:count) [rad]."""
     return quantised(at.motor_angle, own.motor_step), quantised(at.link_angle, own.link_step)
 
 
 @compiled
 def link_runout(own: Record, at: Read) -> Signal:
-    """Return what a link encoder off its axis adds to the angle, (71) [rad]."""
+    """Return what a link encoder off its axis adds to the angle, (eq:link-disc) [rad]."""
     return (own.amplitude_1 * np.sin(at.angle + own.phase_1)
             + own.amplitude_2 * np.sin(2.0 * at.angle + own.phase_2))
 
 
 @compiled
 def link_runout_slope(own: Record, at: Read) -> Signal:
-    """Return how (71) changes with the angle [rad/rad]."""
+    """Return how (eq:link-disc) changes with the angle [rad/rad]."""
     turn = 0.5 * np.pi                  # a quarter of a wave: cosines in the place of sines
     return (own.amplitude_1 * np.sin(at.angle + (own.phase_1 + turn))
             + 2.0 * own.amplitude_2 * np.sin(2.0 * at.angle + (own.phase_2 + turn)))
@@ -41,50 +41,50 @@ def link_runout_slope(own: Record, at: Read) -> Signal:
 
 @compiled
 def motor_runout(own: Record, at: Read) -> Signal:
-    """Return what a motor encoder off its axis adds to the angle, (72) [rad]."""
+    """Return what a motor encoder off its axis adds to the angle, (eq:motor-disc) [rad]."""
     return own.amplitude * np.sin(at.angle + own.phase)
 
 
 @compiled
 def motor_runout_slope(own: Record, at: Read) -> Signal:
-    """Return how (72) changes with the angle [rad/rad]."""
+    """Return how (eq:motor-disc) changes with the angle [rad/rad]."""
     return own.amplitude * np.sin(at.angle + (own.phase + 0.5 * np.pi))
 
 
 @compiled
 def scale_excess(own: Record, at: Read) -> Signal:
-    """Return what a wrong scale adds to the angle, (73) [rad]."""
+    """Return what a wrong scale adds to the angle, (eq:scale) [rad]."""
     return own.error * at.angle
 
 
 @compiled
 def scale_slope(own: Record, at: Read) -> Signal:
-    """Return how (73) changes with the angle [rad/rad]."""
+    """Return how (eq:scale) changes with the angle [rad/rad]."""
     return own.error + 0.0 * at.angle
 
 
 @compiled
 def interpolation_wave(own: Record, at: Read) -> Signal:
-    """Return what the interpolation between two lines adds to the angle, (74) [rad]."""
+    """Return what interpolation between lines adds to the angle, (eq:interpolation) [rad]."""
     return own.amplitude * np.sin(own.lines * at.angle + own.phase)
 
 
 @compiled
 def tilting_moment(first: float, second: float, gravity: float,
                    elbow: Signal) -> tuple[Signal, Signal]:
-    """Return the moment of the weight that tilts the bearings of joints 1 and 2, (76) [N*m]."""
+    """Return the weight's moment that tilts the bearings of joints 1 and 2, (eq:tilting) [N*m]."""
     return gravity * (first + second * np.cos(elbow)), gravity * second + 0.0 * elbow
 
 
 @compiled
 def tilted_reading(own: Record, at: Read) -> Signal:
-    """Return what a tilting moment on the bearing takes from the link angle shown, (77) [rad]."""
+    """Return what a tilting moment takes from the link angle shown, (eq:crosstalk) [rad]."""
     return -(own.coefficient * at.tilt_moment)
 
 
 @dataclass(frozen=True)
 class CoarseQuantisation(Effect):
-    """Encoder step of each side, (75); zero is a perfect encoder."""
+    """Encoder step of each side, (eq:count); zero is a perfect encoder."""
 
     name: ClassVar[str] = 'coarse_quantisation'
     cause: ClassVar[str] = 'an encoder counts in larger steps than stated'
@@ -97,7 +97,7 @@ class CoarseQuantisation(Effect):
 
 @dataclass(frozen=True)
 class LinkEncoderEccentricity(Effect):
-    """Disc of the link encoder off its axis (order 1) or out of round (order 2), (71)."""
+    """Disc of the link encoder off its axis (order 1) or not round (order 2), (eq:link-disc)."""
 
     name: ClassVar[str] = 'link_encoder_eccentricity'
     cause: ClassVar[str] = 'the disc of the link encoder sits off its axis or out of round'
@@ -120,7 +120,7 @@ class LinkEncoderEccentricity(Effect):
 
 @dataclass(frozen=True)
 class MotorEncoderEccentricity(Effect):
-    """Disc of the motor encoder off its axis, (72)."""
+    """Disc of the motor encoder off its axis, (eq:motor-disc)."""
 
     name: ClassVar[str] = 'motor_encoder_eccentricity'
     cause: ClassVar[str] = 'the disc of the motor encoder sits off its axis'
@@ -139,7 +139,7 @@ class MotorEncoderEccentricity(Effect):
 
 @dataclass(frozen=True)
 class EncoderScaleError(Effect):
-    """Link angle in a wrong scale: wrong counts, a scale that grew, another gear ratio, (73)."""
+    """Link angle in a wrong scale: counts, a scale that grew, a gear ratio, (eq:scale)."""
 
     name: ClassVar[str] = 'encoder_scale_error'
     cause: ClassVar[str] = 'encoder counts and gear ratio do not fit: torsion grows with the angle'
@@ -157,7 +157,7 @@ class EncoderScaleError(Effect):
 
 @dataclass(frozen=True)
 class EncoderInterpolationError(Effect):
-    """Error of the link encoder that repeats with every line of its scale, (74)."""
+    """Error of the link encoder that repeats with every line of its scale, (eq:interpolation)."""
 
     name: ClassVar[str] = 'encoder_interpolation_error'
     cause: ClassVar[str] = 'the link encoder interpolates its lines unevenly'
@@ -172,7 +172,7 @@ class EncoderInterpolationError(Effect):
 
 @dataclass(frozen=True)
 class BearingCrosstalk(Effect):
-    """Tilt of the link bearing under the weight of the links, read as torsion, (76-77)."""
+    """Tilt of a link bearing under the links, read as torsion, (eq:tilting, crosstalk)."""
 
     name: ClassVar[str] = 'bearing_crosstalk'
     cause: ClassVar[str] = 'tilting of the bearing under the weight is read as torsion'

@@ -1,4 +1,4 @@
-"""When the encoders are read, and what of it arrives (docs/model.md, 78-79)."""
+"""When the encoders are read, and what of it arrives (docs/model.md, eq:skew, dropped)."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -12,25 +12,25 @@ from ..parameter import parameter
 
 @compiled
 def sampled_late(late: float, at: Sampled) -> Signal:
-    """Return the angle that an encoder shows when read `late` [s] after the stamp, (78) [rad]."""
+    """Return the angle that an encoder shows `late` [s] after the stamp, (eq:skew) [rad]."""
     return at.angle + late * (at.velocity + 0.5 * late * at.acceleration)
 
 
 @compiled
 def skewed(own: Record, at: Sampled) -> Signal:
-    """Return the link angle read a skew later than that of the motor, (78) [rad]."""
+    """Return the link angle read a skew later than that of the motor, (eq:skew) [rad]."""
     return sampled_late(own.skew, at)
 
 
 @compiled
 def lost(own: Record, at: Sent) -> bool:
-    """Tell whether a sample is lost, for a chance drawn evenly from [0, 1), (79)."""
+    """Tell whether a sample is lost, for a chance drawn evenly from [0, 1), (eq:dropped)."""
     return at.chance < own.rate
 
 
 @dataclass(frozen=True)
 class ClockSkew(Effect):
-    """Link encoder read later (positive) or earlier than the motor encoder, (78)."""
+    """Link encoder read later (positive) or earlier than the motor encoder, (eq:skew)."""
 
     name: ClassVar[str] = 'clock_skew'
     cause: ClassVar[str] = 'link and motor encoders are sampled at different times'
@@ -46,7 +46,7 @@ class ClockSkew(Effect):
 
 @dataclass(frozen=True)
 class DroppedSamples(Effect):
-    """Samples that are lost on their way; the one before is shown again in their place, (79)."""
+    """Samples that are lost on their way; the one before is shown again, (eq:dropped)."""
 
     name: ClassVar[str] = 'dropped_samples'
     cause: ClassVar[str] = 'samples are lost, and the one before is shown again'

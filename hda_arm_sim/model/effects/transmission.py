@@ -1,4 +1,4 @@
-"""Effects between motor and link: what the torsion is not (docs/model.md, 62-70, 89-90)."""
+"""Effects between motor and link: what the torsion is not (docs/model.md#effects)."""
 
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -17,7 +17,7 @@ SLIDERS = 4             # friction elements of a hysteresis
 
 @compiled
 def transmission_error(own: Record, at: Turned) -> Signal:
-    """Return e(theta_m), (69) [rad at the output]."""
+    """Return e(theta_m), (eq:kinematic-error) [rad at the output]."""
     error = (own.amplitude_1 * np.sin(at.motor_angle + own.phase_1)
              + own.amplitude_2 * np.sin(2.0 * at.motor_angle + own.phase_2)
              + own.amplitude_4 * np.sin(4.0 * at.motor_angle + own.phase_4))
@@ -34,7 +34,7 @@ def transmission_error(own: Record, at: Turned) -> Signal:
 
 @compiled
 def transmission_slope(own: Record, at: Turned) -> Signal:
-    """Return e'(theta_m), (70): how the error changes the gear ratio [rad/rad]."""
+    """Return e'(theta_m), (eq:kinematic-slope): how the error changes the gear ratio [rad/rad]."""
     turn = 0.5 * np.pi                  # a quarter of a wave: cosines in the place of sines
     slope = (own.amplitude_1 * np.sin(at.motor_angle + (own.phase_1 + turn))
              + 2.0 * own.amplitude_2 * np.sin(2.0 * at.motor_angle + (own.phase_2 + turn))
@@ -56,72 +56,72 @@ def transmission_slope(own: Record, at: Turned) -> Signal:
 
 @compiled
 def loaded_error(own: Record, at: Turned) -> Signal:
-    """Return what each N*m adds to the torsion, (89) [rad/(N*m) at the output]."""
+    """Return what each N*m adds to the torsion, (eq:loaded-error) [rad/(N*m) at the output]."""
     return own.amplitude * np.sin(own.order * at.motor_angle + own.phase)
 
 
 @compiled
 def loaded_error_slope(own: Record, at: Turned) -> Signal:
-    """Return how that changes with the shaft angle, for (90) [rad/(N*m) per rad]."""
+    """Return how that changes with the shaft angle, (eq:loaded-lever) [rad/(N*m) per rad]."""
     return own.order * own.amplitude * np.cos(own.order * at.motor_angle + own.phase)
 
 
 @compiled
 def played_torsion(own: Record, at: Twisted) -> Signal:
-    """Return the torsion left to the spring after the play, (68) [rad]."""
+    """Return the torsion left to the spring after the play, (eq:play) [rad]."""
     return at.torsion - np.minimum(np.maximum(at.torsion, -own.half_width), own.half_width)
 
 
 @compiled
 def played_rate(own: Record, at: Twisted) -> Signal:
-    """Return the rate of what is left to the spring, none within the play, (68) [rad/s]."""
+    """Return the rate of what is left to the spring, none within the play, (eq:play) [rad/s]."""
     return at.torsion_rate * (np.abs(at.torsion) >= own.half_width)
 
 
 @compiled
 def slid(own: Record, stretch: Signal, change: Signal, place: int) -> Signal:
-    """Return the stretch of one friction element after the torsion changed, (65) [rad]."""
+    """Return the stretch of one friction element after the torsion changed, (eq:sliders) [rad]."""
     reach = own.width * (2.0 * place + 1.0) / SLIDERS
     return np.minimum(np.maximum(stretch + change, -reach), reach)
 
 
 @compiled
 def hysteresis_torque(own: Record, at: Twisted) -> Signal:
-    """Return the torque of the hysteresis, (66) [N*m at the output]."""
+    """Return the torque of the hysteresis, (eq:hysteresis) [N*m at the output]."""
     return own.level * at.state
 
 
 @compiled
 def damping_torque(own: Record, at: Twisted) -> Signal:
-    """Return the torque of the torsion's damping, (67) [N*m at the output]."""
+    """Return the torque of the torsion's damping, (eq:damping) [N*m at the output]."""
     return own.coefficient * at.torsion_rate
 
 
 @compiled
 def stiffer(own: Record, at: Stated) -> Signal:
-    """Return the stiffness of the flexspline at zero torque, (62) [N*m/rad at the output]."""
+    """Return the flexspline's stiffness at zero torque, (eq:stiffness) [N*m/rad at the output]."""
     return at.nominal * (1.0 + own.error)
 
 
 @compiled
 def bent(own: Record, at: Stated) -> tuple[Signal, float, float, float, float]:
-    """Return curvature, knees and stiffnesses of the flexspline's law in force, (63)."""
+    """Return curvature, knees and stiffnesses of the flexspline in force, (eq:stiffening)."""
     return (at.nominal * (1.0 + own.error), own.knee_1, own.second_stiffness, own.knee_2,
             own.third_stiffness)
 
 
 @compiled
 def softer(own: Record, at: Stated) -> Signal:
-    """Return the compliance of the wave generator at zero torque, (64) [rad/(N*m) motor side]."""
+    """Return the wave generator's compliance at zero torque, (eq:compliance) [rad/(N*m) motor]."""
     return np.maximum(at.nominal + own.compliance, 0.0)
 
 
 @dataclass(frozen=True)
 class KinematicError(Effect):
     """
-    Transmission error at wave-generator orders; it bends the torsion and the ratio, (69-70).
+    Transmission error at wave-generator orders; it bends torsion and ratio, (eq:kinematic-error).
 
-    Four more waves have orders of their own, whole ones and others: that of the teeth is
+    Four more waves have orders of their own, whole ones and others. That of the teeth is
     2 (N + 1) / N per motor turn, one per turn of the link is 1 / N.
     """
 
@@ -163,7 +163,7 @@ class KinematicError(Effect):
 
 @dataclass(frozen=True)
 class LoadedKinematicError(Effect):
-    """Transmission error that grows with torque, as the flexspline ovalises, (89-90)."""
+    """Transmission error that grows with torque as the flexspline ovalises (eq:loaded-error)."""
 
     name: ClassVar[str] = 'loaded_kinematic_error'
     cause: ClassVar[str] = 'transmission error of the gear that grows with its torque'
@@ -184,7 +184,7 @@ class LoadedKinematicError(Effect):
 
 @dataclass(frozen=True)
 class Backlash(Effect):
-    """Play at the output flange: a dead zone of the torsion, (68)."""
+    """Play at the output flange: a dead zone of the torsion, (eq:play)."""
 
     name: ClassVar[str] = 'backlash'
     cause: ClassVar[str] = 'play between gear and load at the output flange'
@@ -203,7 +203,7 @@ class Backlash(Effect):
 
 @dataclass(frozen=True)
 class TorsionalHysteresis(Effect):
-    """Rate-independent loop of torque over torsion (Maxwell slip), (65-66)."""
+    """Rate-independent loop of torque over torsion (Maxwell slip), (eq:sliders, hysteresis)."""
 
     name: ClassVar[str] = 'torsional_hysteresis'
     cause: ClassVar[str] = 'rate-independent hysteresis of the flexspline'
@@ -223,7 +223,7 @@ class TorsionalHysteresis(Effect):
 
 @dataclass(frozen=True)
 class StructuralDamping(Effect):
-    """Damping of the torsion, proportional to its rate, (67)."""
+    """Damping of the torsion, proportional to its rate, (eq:damping)."""
 
     name: ClassVar[str] = 'structural_damping'
     cause: ClassVar[str] = 'damping of the torsion differs'
@@ -239,7 +239,7 @@ class StructuralDamping(Effect):
 
 @dataclass(frozen=True)
 class StiffnessError(Effect):
-    """Flexspline that is stiffer or softer than stated, at every torque alike, (62)."""
+    """Flexspline that is stiffer or softer than stated, at every torque alike, (eq:stiffness)."""
 
     name: ClassVar[str] = 'stiffness_error'
     cause: ClassVar[str] = 'the flexspline is stiffer or softer than stated'
@@ -255,7 +255,7 @@ class StiffnessError(Effect):
 
 @dataclass(frozen=True)
 class StiffeningError(Effect):
-    """Flexspline that stiffens otherwise: another curvature, or three straight segments, (63)."""
+    """Flexspline that stiffens otherwise: curvature, or three segments, (eq:stiffening)."""
 
     name: ClassVar[str] = 'stiffening_error'
     cause: ClassVar[str] = 'the flexspline stiffens with torque otherwise than stated'
@@ -278,13 +278,13 @@ class StiffeningError(Effect):
 
 
 def rigid(joint: Any) -> float:
-    """Return the compliance that leaves a rigid wave generator, (64) [rad/(N*m) motor side]."""
+    """Return the compliance of a rigid wave generator, (eq:compliance) [rad/(N*m) motor]."""
     return -1.0 / float(joint.torsion.wave_generator_stiffness)
 
 
 @dataclass(frozen=True)
 class WaveGeneratorCompliance(Effect):
-    """Soft wind-up near zero torque that is larger or smaller than stated, (64)."""
+    """Soft wind-up near zero torque that is larger or smaller than stated, (eq:compliance)."""
 
     name: ClassVar[str] = 'wave_generator_compliance'
     cause: ClassVar[str] = 'the soft wind-up of the wave generator near zero torque differs'

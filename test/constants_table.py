@@ -1,0 +1,186 @@
+"""
+Write docs/constants.md: every constant of judgement with its meaning, origin and tests.
+
+The table is read from the source. A constant is a number in capitals at the top level of a module
+that judges. Its comment tells its meaning, its unit in brackets, and in parentheses where the
+number comes from: `(choice)`, or `(null: ...)`, `(measured: ...)`, `(source: ...)` with words. A
+comment `Choices unless told otherwise` speaks for all constants down to the next blank line.
+Positions in an array are marked `(layout)` and are no judgement.
+"""
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+import re
+from typing import NamedTuple
+
+from project_files import files, PACKAGES, ROOT
+from project_imports import IMPORTS, PATHS
+
+PAGE = ROOT / 'docs' / 'constants.md'
+
+# Folders whose modules judge, and single modules that do, wherever they lie.
+FOLDERS = {'calibrate', 'diagnosis', 'planning'}
+MODULES = {
+    'belief', 'closed_loop', 'contact', 'controller', 'conventions', 'coupling', 'estimator',
+    'followable', 'fusion', 'gaps', 'learning', 'loop_stability', 'momentum', 'payload',
+    'recording_facts', 'reference', 'route_health', 'sample_watch', 'significance', 'slips',
+    'stamp_order', 'standstill', 'tip_force'}
+
+GROUP = '# Choices unless told otherwise'
+ORIGIN = re.compile(r' ?\((choice|layout|(?:choice|null|measured|source): [^()]+)\)')
+UNIT = re.compile(r' ?\[([^\]]+)\]')
+NUMPY = {'np.arange', 'np.geomspace', 'np.linspace'}
+MOST_TESTS = 3
+COMMAND_LINE = f'{PACKAGES[-1]}.cli'      # imports commands by their names
+COLUMNS = '| constant | value | meaning | origin | tests |\n|---|---|---|---|---|'
+
+HEAD = """# Constants of judgement
+
+Written by `make docs` from the comments in the source. Tests are those that name the constant.
+Where none does, they bear the name of its module, or are nearest in the chain of imports.
+Origins are of four kinds:
+
+- **null**: simulated or counted where nothing is wrong;
+- **measured**: seen on simulated arms with a known truth, or on real arms;
+- **source**: a formula, a standard or a paper;
+- **choice**: a plain choice for the purpose that the meaning tells; no experiment set the number.
+"""
+
+
+class Constant(NamedTuple):
+    """One constant of judgement, as the table shows it."""
+
+    names: tuple[str, ...]
+    value: str
+    unit: str
+    meaning: str
+    origin: str         # empty where the source tells none
+
+
+def judging() -> list[str]:
+    """Return the names of the modules that judge, in the order of the table."""
+    return [name for name in sorted(PATHS) if name.startswith(PACKAGES[-1])
+            and (FOLDERS.intersection(name.split('.')) or name.split('.')[-1] in MODULES)]
+
+
+def constants(text: str) -> Iterator[Constant]:
+    """Yield the constants of judgement of one module's source."""
+    lines = text.split('\n')
+    for node in ast.parse(text).body:
+        if not isinstance(node, ast.Assign):
+            continue
+        names = tuple(ast.unparse(part)
+                      for part in getattr(node.targets[0], 'elts', node.targets))
+        if all(name.isupper() for name in names) and _is_judgement(names, node.value):
+            constant = _constant(names, ast.unparse(node.value), _comment(lines, node),
+                                 _of_group(lines, node.lineno))
+            if constant.origin != 'layout':
+                yield constant
+
+
+def _is_judgement(names: tuple[str, ...], value: ast.expr) -> bool:
+    """Tell whether a value is one number or several; whole ones for several names are places."""
+    if len(names) > 1:
+        parts = getattr(value, 'elts', [])
+        return any(type(getattr(part, 'value', None)) is float for part in parts)
+    return _is_number(value)
+
+
+def _is_number(value: ast.expr) -> bool:
+    """Tell whether an expression is a number, a few of them, or worked out of numbers alone."""
+    match value:
+        case ast.Constant(value=number):
+            return type(number) in (int, float)
+        case ast.UnaryOp(operand=number):
+            return _is_number(number)
+        case ast.BinOp(left=left, right=right):
+            return _is_number(left) and _is_number(right)
+        case ast.Tuple(elts=parts):
+            return bool(parts) and all(map(_is_number, parts))
+        case ast.Call(func=function, args=parts):
+            return ast.unparse(function) in {*NUMPY, 'math.log'} and all(map(_is_number, parts))
+    return ast.unparse(value) in {'math.pi', 'np.pi'}
+
+
+def _comment(lines: list[str], node: ast.stmt) -> str:
+    """Return what comments above and behind a statement say, but for the head of its group."""
+    first = last = node.lineno - 1
+    while lines[first - 1].startswith('# ') and not lines[first - 1].startswith(GROUP):
+        first -= 1
+    behind = (line.partition('  # ')[2] for line in lines[last:node.end_lineno])
+    return ' '.join([*(line[2:] for line in lines[first:last]), *filter(None, behind)])
+
+
+def _of_group(lines: list[str], number: int) -> str:
+    """Return the origin that the head of a group tells for a constant at a line."""
+    while number > 1 and lines[number - 2].strip():
+        number -= 1
+        if lines[number - 1].startswith(GROUP):
+            return 'choice'
+    return ''
+
+
+def _constant(names: tuple[str, ...], value: str, comment: str, origin: str) -> Constant:
+    """Return a constant by its comment, with the origin of its group if it tells none itself."""
+    own, unit = ORIGIN.search(comment), UNIT.findall(comment)
+    meaning = UNIT.sub('', ORIGIN.sub('', comment))
+    return Constant(names, value.strip('()'), unit[-1] if unit else '',
+                    meaning.strip(' .,;:'), own[1] if own else origin)
+
+
+def uses(path: Path) -> dict[str, set[str]]:
+    """Return the modules that a test imports, and what it takes or names of each."""
+    tree, used = ast.parse(path.read_text()), dict[str, set[str]]()
+    named = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom):
+            for alias in node.names:
+                used.setdefault(node.module or '', set()).add(alias.name)
+                used.setdefault(f'{node.module}.{alias.name}', set()).update(named)
+    return used
+
+
+def tests_near(module: str, tests: dict[str, dict[str, set[str]]]) -> list[str]:
+    """Return the tests that bear a module's name, or import it, or are nearest to it."""
+    near, seen = {module}, {module}
+    while near:
+        found = [test for test, used in tests.items() if near.intersection(used)]
+        if found:
+            own = [test for test in found if module.rpartition('.')[2] in test]
+            return own or found
+        near = {name for name, used in IMPORTS.items() if near.intersection(used)} - seen
+        if any('.commands.' in name for name in near):
+            near.add(COMMAND_LINE)
+        seen |= near
+    return []
+
+
+def rows() -> Iterator[tuple[str, Constant, list[str]]]:
+    """Yield each module that judges with each of its constants and the tests of that."""
+    tests = {path.stem: uses(path) for path in files('test_*.py', ROOT / 'test')}
+    for module in judging():
+        nearest = tests_near(module, tests)
+        for constant in constants(PATHS[module].read_text()):
+            naming = [test for test, used in tests.items()
+                      if used.get(module, set()).intersection(constant.names)]
+            yield module, constant, naming or nearest
+
+
+def page() -> str:
+    """Return docs/constants.md."""
+    parts, last = [HEAD], ''
+    for module, constant, tests in rows():
+        if module != last:
+            parts.append(f'\n## `{module.partition(".")[2]}`\n\n{COLUMNS}\n')
+            last = module
+        more = f' and {len(tests) - MOST_TESTS} more' if len(tests) > MOST_TESTS else ''
+        cells = (', '.join(f'`{name}`' for name in constant.names),
+                 f'{constant.value} {constant.unit}'.strip(), constant.meaning, constant.origin,
+                 ', '.join(f'`{test}`' for test in tests[:MOST_TESTS]) + more)
+        parts.append('| ' + ' | '.join(cell.replace('|', r'\|') for cell in cells) + ' |\n')
+    return ''.join(parts)
+
+
+if __name__ == '__main__':
+    PAGE.write_text(page())
