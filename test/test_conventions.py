@@ -119,8 +119,7 @@ def test_running_sums_tell_the_same_sample_by_sample(sign, kind):
 @settings(max_examples=60, deadline=None)
 @given(still=st.integers(0, 3000), rate=st.floats(0.05, 3.0), twist=st.floats(1e-4, 0.02),
        waves=st.floats(0.0, 40.0), phase=st.floats(0.0, 6.28))
-def test_no_torsion_of_its_law_makes_a_joint_that_sets_off_another(still, rate, twist, waves,
-                                                                  phase):
+def test_a_joint_that_sets_off_is_no_other(still, rate, twist, waves, phase):
     """Most of a stretch at rest, then a fast move whose torsion swings through its whole range."""
     link = np.r_[np.zeros(still), np.arange(0.0, 1.0, rate * 1e-3)]
     torsion = twist * np.sign(np.sin(waves * link + phase))

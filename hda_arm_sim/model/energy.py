@@ -60,9 +60,9 @@ def _integral(joint: Any, torsion: float, growing: float) -> float:
     nodes, weights = np.polynomial.legendre.leggauss(20)
     total = 0.0
     for begin, half in zip(edges[:-1], 0.5 * np.diff(edges)):
-        total += half * sum(weight * torque_of_torsion(law, ratio, begin + half * (1.0 + node),
-                                                      growing)
-                            for node, weight in zip(nodes, weights))
+        total += half * sum(
+            weight * torque_of_torsion(law, ratio, begin + half * (1.0 + node), growing)
+            for node, weight in zip(nodes, weights))
     return total
 
 
