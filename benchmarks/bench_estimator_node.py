@@ -20,10 +20,10 @@ from hda_arm_sim.ros.process import run
 from hda_arm_sim.ros.topics import publisher, subscribe
 from hda_msgs_json.cdr import encode_joint_state, JointStateEncoder
 from hda_msgs_json.topics import ESTIMATOR_STATE, JOINT_STATES
-from hda_torque_estimator.estimate_messages import estimate_topics
-from hda_torque_estimator.estimator_node import TorqueEstimator
-from hda_torque_estimator.live_estimator import Answer, LiveEstimator
-from hda_torque_estimator.readings import reading_names
+from hda_torque_estimator.estimating.estimate_messages import estimate_topics
+from hda_torque_estimator.estimating.estimator_node import TorqueEstimator
+from hda_torque_estimator.estimating.live_estimator import Answer, LiveEstimator
+from hda_torque_estimator.samples.readings import reading_names
 from nodes import Listener, own_domain, process
 import numpy as np
 from size import parser, verdict

@@ -30,7 +30,7 @@ from size import parser, verdict
 NAMES = ('joint1', 'joint2', 'joint1_motor', 'joint2_motor')
 SECONDS, TINY, RATE, START = 20, 2, 1000, 10**9
 LIMIT = 1000.0          # of the player at the 99th percentile [us]
-MODULE = 'hda_torque_estimator.player_node'
+MODULE = 'hda_torque_estimator.playing.player_node'
 
 
 class Ear(ReportingNode):

@@ -25,7 +25,7 @@ RATE = 2000
 TINY = 1                # time of a tiny case [s]
 NAMES = ('joint1', 'joint2', 'joint1_motor', 'joint2_motor')
 LIMIT = 1.0 / 3.0       # of a core
-MODULE = 'hda_torque_estimator.recorder_node'
+MODULE = 'hda_torque_estimator.recording.recorder_node'
 
 
 def cpu(pid: int) -> float:

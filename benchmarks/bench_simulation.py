@@ -16,7 +16,7 @@ import time
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import HOME, motion
 from hda_arm_sim.simulate import rest, rollout, STEP
-from hda_torque_estimator.closed_loop import run
+from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 from size import parser, verdict
 

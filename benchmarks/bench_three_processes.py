@@ -35,8 +35,8 @@ def measure(rate: float, length: float) -> Row:
     """Return what a loop at this rate achieves in a while [s]."""
     listener = Listener()
     with nodes(('hda_arm_sim.main', f'rate:={rate}'),
-               ('hda_torque_estimator.estimator_node',),
-               ('hda_torque_estimator.controller_node', *CONTROL)):
+               ('hda_torque_estimator.estimating.estimator_node',),
+               ('hda_torque_estimator.controlling.controller_node', *CONTROL)):
         listener.until(lambda: float(listener.last.get('jtf_controller', {}).get(
             'rate [Hz]', 0.0)) > 0.9 * rate, 'the loop to close')
         listener.spin(2.0)

@@ -23,8 +23,8 @@ from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.ros.topics import publisher, subscribe
 from hda_msgs_json.cdr import decode_joint_state, encode_joint_state
 from hda_msgs_json.topics import JOINT_STATES, MOTOR_COMMAND
-from hda_torque_estimator.controller import ControllerSettings
-from hda_torque_estimator.live_controller import LiveController
+from hda_torque_estimator.controlling.controller import ControllerSettings
+from hda_torque_estimator.controlling.live_controller import LiveController
 from hostile_streams import BEGIN, mixture, Moment, STREAMS
 from nodes import Listener, own_domain, process
 import numpy as np
@@ -39,7 +39,7 @@ FRESH = 10_000_000      # age of the last answer when a bad sample is sent [ns]
 GAP = 12_000_000        # between stamps at which the controller stops by itself [ns]
 FEWEST = 100            # answers before a bad sample; fewer are leftovers of the last one
 LONGEST = 5.0           # until a stop must have been heard [s]
-MODULE = 'hda_torque_estimator.controller_node'
+MODULE = 'hda_torque_estimator.controlling.controller_node'
 
 
 class Monitor:

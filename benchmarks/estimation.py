@@ -13,8 +13,8 @@ from itertools import cycle, islice
 from typing import NamedTuple
 
 from hda_arm_sim.model.files import read_arm
-from hda_torque_estimator import estimate
-from hda_torque_estimator.estimator import Estimates, Estimator, EstimatorSettings
+from hda_torque_estimator.estimating.estimator import Estimates, Estimator, EstimatorSettings
+from hda_torque_estimator.estimating.laws import estimate
 from hidden_truth import TruthRecord
 import numpy as np
 from numpy.typing import NDArray

@@ -20,11 +20,11 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.parts import Joint, Links
 from hda_arm_sim.motions import motion
-from hda_torque_estimator import estimate
-from hda_torque_estimator.belief_words import believed, doubts_told
-from hda_torque_estimator.closed_loop import Run, run
-from hda_torque_estimator.estimator import Estimates, Estimator
-from hda_torque_estimator.route_health import told, UNTAUGHT, WELL
+from hda_torque_estimator.estimating.belief_words import believed, doubts_told
+from hda_torque_estimator.estimating.estimator import Estimates, Estimator
+from hda_torque_estimator.estimating.laws import estimate
+from hda_torque_estimator.estimating.route_health import told, UNTAUGHT, WELL
+from hda_torque_estimator.simulating.closed_loop import Run, run
 import numpy as np
 from numpy.typing import NDArray
 

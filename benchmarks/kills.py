@@ -30,7 +30,7 @@ LATEST = 1.5            # moment of a kill after all recorders hear [s]
 LEARNT = 0.5            # a reader learns of a writer later than the writer of it [s]
 LIMIT = 0.1             # [s]
 ENCODE = JointStateEncoder(('joint1', 'joint1_motor'), effort=False)
-MODULE = 'hda_torque_estimator.recorder_node'
+MODULE = 'hda_torque_estimator.recording.recorder_node'
 
 
 def start(folder: Path, number: int) -> subprocess.Popen[bytes]:

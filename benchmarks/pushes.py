@@ -1,7 +1,7 @@
 """Pushes at the tip: how close the force is told, when a push is felt, what free motion feigns."""
 
-from hda_torque_estimator import contact, estimate
-from hda_torque_estimator.estimator import Estimates
+from hda_torque_estimator.estimating.estimator import Estimates
+from hda_torque_estimator.estimating.laws import contact, estimate
 from hidden_truth import TruthRecord
 import numpy as np
 from numpy.typing import NDArray

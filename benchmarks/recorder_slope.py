@@ -34,7 +34,7 @@ WARM_UP = 60.0          # at first a process loads code and fills its pools [s]
 HELD = range(5 * RATE, 12 * RATE)       # samples for which queues of 5000 wait
 QUICK = 3.0             # [s]
 LIMIT = 1.0             # [MB/h]
-MODULE = 'hda_torque_estimator.recorder_node'
+MODULE = 'hda_torque_estimator.recording.recorder_node'
 LABELS = ('joint1', 'joint2')
 Encode = Callable[[int, float], bytes]
 

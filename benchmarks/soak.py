@@ -33,9 +33,10 @@ def main() -> int:
     asked = known.parse_args()
     rate, span, minutes = TINY if asked.quick else (RATE, MINUTE, asked.minutes)
     with own_domain(), tempfile.TemporaryDirectory() as folder, nodes(
-            ('hda_arm_sim.main', f'rate:={rate}'), ('hda_torque_estimator.estimator_node',),
-            ('hda_torque_estimator.controller_node', *CONTROL),
-            ('hda_torque_estimator.recorder_node', f'output:={folder}/bag')) as running:
+            ('hda_arm_sim.main', f'rate:={rate}'),
+            ('hda_torque_estimator.estimating.estimator_node',),
+            ('hda_torque_estimator.controlling.controller_node', *CONTROL),
+            ('hda_torque_estimator.recording.recorder_node', f'output:={folder}/bag')) as running:
         listener = Listener()
         listener.until(lambda: len(listener.last) == len(NAMES), 'the nodes')
         listener.spin(2.0)

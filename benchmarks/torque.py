@@ -23,12 +23,12 @@ from hda_msgs_json.bag import BagWriter, open_recording
 from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import BASE_FRAME, JOINT_STATES, REFERENCE_TIP_WRENCH
 from hda_torque_estimator.calibrate.calibration import one_joint
-from hda_torque_estimator.calibrate.heard import heard
-from hda_torque_estimator.calibrate.polynomial import polynomial_method, PolynomialMethod
+from hda_torque_estimator.calibrate.fitting.polynomial import polynomial_method, PolynomialMethod
+from hda_torque_estimator.calibrate.passages.heard import heard
+from hda_torque_estimator.calibrate.passages.stated import stated
 from hda_torque_estimator.calibrate.run import known_wrenches, run_calibration
-from hda_torque_estimator.calibrate.stated import stated
-from hda_torque_estimator.estimator import Estimates, Estimator, EstimatorSettings
-from hda_torque_estimator.recorded import in_plane, joint_samples
+from hda_torque_estimator.estimating.estimator import Estimates, Estimator, EstimatorSettings
+from hda_torque_estimator.simulating.recorded import in_plane, joint_samples
 from hidden_truth import TruthRecord
 import numpy as np
 from numpy.typing import NDArray

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from hda_arm_sim.motions import HOME
-from hda_torque_estimator.recorded import FIRST_STAMP
+from hda_torque_estimator.simulating.recorded import FIRST_STAMP
 from hidden_truth import EFFECTS, Hidden, record, TruthRecord
 import numpy as np
 from numpy.typing import NDArray

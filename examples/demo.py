@@ -27,9 +27,9 @@ from demo_operator import operate, OperatorError
 ROOT = Path(__file__).resolve().parents[1]
 MODULES = {
     'arm_sim': 'hda_arm_sim.main',
-    'torque_estimator': 'hda_torque_estimator.estimator_node',
-    'jtf_controller': 'hda_torque_estimator.controller_node',
-    'bag_recorder': 'hda_torque_estimator.recorder_node',
+    'torque_estimator': 'hda_torque_estimator.estimating.estimator_node',
+    'jtf_controller': 'hda_torque_estimator.controlling.controller_node',
+    'bag_recorder': 'hda_torque_estimator.recording.recorder_node',
     'hda': 'hda_torque_estimator.cli',
 }
 # The arm is simulated and nobody stands beside it: a busy machine may pause for much longer than

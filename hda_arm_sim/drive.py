@@ -2,13 +2,13 @@
 
 import numpy as np
 
+from .foundation.compiled import Array, borrowed, compiled, inlined, Record
+from .foundation.rigid import Inertia
 from .model.arm import ArmRecord
-from .model.compiled import Array, borrowed, compiled, inlined, Record
 from .model.effects.actuation import late_torque
 from .model.effects.place import Commanded
 from .model.integrate import advance, set_input
 from .model.kernel import COMMANDS, FORCES, HISTORY, SENT
-from .model.rigid import Inertia
 
 NODES = 3               # start, middle and end of a step
 _SAME = 1e-9            # share of a sample that is no time at all

@@ -10,9 +10,9 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .foundation.parameter import Declared, parameter
 from .health import Refused
 from .model.arm import Arm
-from .model.parameter import Declared, parameter
 from .motions import HOME
 from .plant import Plant
 from .simulate import checked, rest

@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .drive import act
+from .foundation.compiled import borrowed, compiled
+from .foundation.rigid import Inertia
 from .model.arm import Arm, ArmRecord
-from .model.compiled import borrowed, compiled
 from .model.kernel import registers, slope, SLOPE_1, STATE, STATES, TORQUE
 from .model.plain import inertia_of, plain
-from .model.rigid import Inertia
 from .sensors import DRAWS, read_encoders, sample_lost, SIDES
 from .simulate import checked, step_count
 

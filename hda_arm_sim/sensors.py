@@ -2,14 +2,14 @@
 
 import math
 
+from .foundation.compiled import Array, compiled, inlined
+from .foundation.rigid import Inertia
 from .model.arm import ArmRecord
-from .model.compiled import Array, compiled, inlined
 from .model.effects.place import Counted, Sampled, Sent
 from .model.effects.sensing import quantised_sides
 from .model.effects.timing import lost, sampled_late
 from .model.encoders import link_error, motor_error, tilt_moments
 from .model.kernel import (LINK_ANGLE, LINK_VELOCITY, MOTOR_ANGLE, MOTOR_VELOCITY, SLOPE_1, STATE)
-from .model.rigid import Inertia
 
 SIDES = 2
 MOTOR, LINK = 0, 1      # columns of a reading, and of the noise

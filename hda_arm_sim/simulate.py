@@ -7,13 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .drive import NODES, pass_sample, send
+from .foundation.compiled import borrowed, compiled
+from .foundation.rigid import Inertia
 from .model.arm import Arm, ArmError, ArmRecord
-from .model.compiled import borrowed, compiled
 from .model.integrate import advance, set_input
 from .model.kernel import (COMMANDS, FORCES, HISTORY, LINK_ANGLE, LINK_VELOCITY, MOTOR_ANGLE,
                            MOTOR_VELOCITY, registers, slope, SLOPE_1, STATE, STATES, TIME, TORQUE)
 from .model.link_side import loaded_inertia
-from .model.rigid import Inertia
 
 Array = NDArray[np.float64]
 MOST_JOINTS = 2         # whose links are modelled

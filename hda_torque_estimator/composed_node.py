@@ -5,8 +5,8 @@ import sys
 from hda_arm_sim.node import ArmSim
 from hda_arm_sim.ros.process import run
 
-from .controller_node import JtfController
-from .estimator_node import TorqueEstimator
+from .controlling.controller_node import JtfController
+from .estimating.estimator_node import TorqueEstimator
 
 
 def main() -> int:

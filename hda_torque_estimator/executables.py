@@ -19,22 +19,22 @@ def arm_sim() -> int:
 
 def torque_estimator() -> int:
     """Run the estimator, and return the exit code."""
-    return _run('hda_torque_estimator.estimator_node')
+    return _run('hda_torque_estimator.estimating.estimator_node')
 
 
 def jtf_controller() -> int:
     """Run the controller, and return the exit code."""
-    return _run('hda_torque_estimator.controller_node')
+    return _run('hda_torque_estimator.controlling.controller_node')
 
 
 def bag_recorder() -> int:
     """Run the recorder, and return the exit code."""
-    return _run('hda_torque_estimator.recorder_node')
+    return _run('hda_torque_estimator.recording.recorder_node')
 
 
 def bag_player() -> int:
     """Run the player, and return the exit code."""
-    return _run('hda_torque_estimator.player_node')
+    return _run('hda_torque_estimator.playing.player_node')
 
 
 def warm_up() -> int:

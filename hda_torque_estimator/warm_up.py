@@ -4,8 +4,8 @@ import signal
 import sys
 from types import FrameType
 
+from hda_arm_sim.foundation.compiled import cache_folder, say_when_compiling
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.compiled import cache_folder, say_when_compiling
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_arm_sim.plant import Plant
@@ -13,12 +13,12 @@ from hda_arm_sim.ros.early_end import EarlyEnd
 from hda_arm_sim.simulate import rest, rollout
 import numpy as np
 
-from .closed_loop import run
-from .controller import Controller
-from .estimate import TORQUE
-from .estimator import Estimator
-from .live_controller import LiveController
-from .live_estimator import LiveEstimator
+from .controlling.controller import Controller
+from .controlling.live_controller import LiveController
+from .estimating.estimator import Estimator
+from .estimating.laws.estimate import TORQUE
+from .estimating.live_estimator import LiveEstimator
+from .simulating.closed_loop import run
 
 ARMS = ('hda_arm.yaml', 'paper_single_axis.yaml')       # two joints with links, one joint
 _DT = 1e-3              # [s]

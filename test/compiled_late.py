@@ -7,11 +7,11 @@ from hda_arm_sim.live import FIRST_STAMP, LiveArm, SimulationSettings
 from hda_arm_sim.model.files import read_arm
 from hda_msgs_json.cdr import decode_joint_state, encode_joint_state
 from hda_msgs_json.topics import JOINT_TORQUES, motor_name
-from hda_torque_estimator.controller import ControllerSettings
-from hda_torque_estimator.estimate_messages import estimate_topics
-from hda_torque_estimator.estimator_report import estimator_report
-from hda_torque_estimator.live_controller import LiveController, Trajectory
-from hda_torque_estimator.live_estimator import LiveEstimator
+from hda_torque_estimator.controlling.controller import ControllerSettings
+from hda_torque_estimator.controlling.live_controller import LiveController, Trajectory
+from hda_torque_estimator.estimating.estimate_messages import estimate_topics
+from hda_torque_estimator.estimating.estimator_report import estimator_report
+from hda_torque_estimator.estimating.live_estimator import LiveEstimator
 import numpy as np
 from test_compiled import compiled_functions
 

@@ -3,8 +3,8 @@
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.motions import motion
 from hda_msgs_json.cdr_arrays import encode_joint_rows
-from hda_torque_estimator.closed_loop import run
-from hda_torque_estimator.recorded import joint_samples
+from hda_torque_estimator.simulating.closed_loop import run
+from hda_torque_estimator.simulating.recorded import joint_samples
 import numpy as np
 
 

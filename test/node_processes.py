@@ -16,10 +16,10 @@ from rclpy.serialization import deserialize_message
 
 MODULES = {
     'arm_sim': 'hda_arm_sim.main',
-    'torque_estimator': 'hda_torque_estimator.estimator_node',
-    'jtf_controller': 'hda_torque_estimator.controller_node',
-    'bag_recorder': 'hda_torque_estimator.recorder_node',
-    'bag_player': 'hda_torque_estimator.player_node',
+    'torque_estimator': 'hda_torque_estimator.estimating.estimator_node',
+    'jtf_controller': 'hda_torque_estimator.controlling.controller_node',
+    'bag_recorder': 'hda_torque_estimator.recording.recorder_node',
+    'bag_player': 'hda_torque_estimator.playing.player_node',
 }
 PATIENCE = 120.0        # until something must have happened: nothing is measured by it [s]
 SETTLE = 1.0            # a reader learns of a writer later than the writer of it [s]

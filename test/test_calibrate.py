@@ -11,15 +11,15 @@ from hda_arm_sim.motions import motion
 from hda_msgs_json.bag import BagWriter
 from hda_msgs_json.samples import JointSamples, WrenchSamples
 from hda_msgs_json.topics import JOINT_STATES, link_frame, reference_joint_torque
-from hda_torque_estimator.accuracy import errors
 from hda_torque_estimator.calibrate.calibration import calibrate, Calibration
-from hda_torque_estimator.calibrate.measured import CalibrationError, Measured, measured
+from hda_torque_estimator.calibrate.passages.measured import CalibrationError, Measured, measured
 from hda_torque_estimator.calibrate.run import run_calibration
 from hda_torque_estimator.cli import main
-from hda_torque_estimator.closed_loop import run
-from hda_torque_estimator.estimator import Estimator
-from hda_torque_estimator.readings import readings
-from hda_torque_estimator.recorded import about_z, joint_samples
+from hda_torque_estimator.estimating.accuracy import errors
+from hda_torque_estimator.estimating.estimator import Estimator
+from hda_torque_estimator.samples.readings import readings
+from hda_torque_estimator.simulating.closed_loop import run
+from hda_torque_estimator.simulating.recorded import about_z, joint_samples
 import numpy as np
 import pytest
 

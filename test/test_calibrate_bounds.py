@@ -3,15 +3,15 @@
 from dataclasses import replace
 import math
 
+from hda_arm_sim.foundation.parameter import ParameterError
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import ClockSkew, TorsionalHysteresis
 from hda_arm_sim.model.files import arm_from_text, arm_to_text, read_arm
-from hda_arm_sim.model.parameter import ParameterError
 from hda_arm_sim.model.parts import Base
-from hda_torque_estimator.calibrate import laws, terms
-from hda_torque_estimator.calibrate.arm_numbers import number, with_numbers
 from hda_torque_estimator.calibrate.calibration import one_joint
-from hda_torque_estimator.calibrate.terms import Term
+from hda_torque_estimator.calibrate.fitting import laws, terms
+from hda_torque_estimator.calibrate.fitting.arm_numbers import number, with_numbers
+from hda_torque_estimator.calibrate.fitting.terms import Term
 import numpy as np
 import pytest
 

@@ -10,13 +10,13 @@ from hda_arm_sim.model.effects import (
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import Motion, motion
 from hda_msgs_json.topics import BASE_FRAME, EXTERNAL_WRENCH
-from hda_torque_estimator.calibrate.arm_numbers import Number
 from hda_torque_estimator.calibrate.calibration import one_joint
-from hda_torque_estimator.calibrate.friction import friction
-from hda_torque_estimator.calibrate.heard import heard
-from hda_torque_estimator.calibrate.stated import Stated
-from hda_torque_estimator.closed_loop import run
-from hda_torque_estimator.recorded import in_plane, joint_samples
+from hda_torque_estimator.calibrate.fitting.arm_numbers import Number
+from hda_torque_estimator.calibrate.fitting.friction import friction
+from hda_torque_estimator.calibrate.passages.heard import heard
+from hda_torque_estimator.calibrate.passages.stated import Stated
+from hda_torque_estimator.simulating.closed_loop import run
+from hda_torque_estimator.simulating.recorded import in_plane, joint_samples
 import numpy as np
 import pytest
 

@@ -12,9 +12,9 @@ from hda_arm_sim.motions import HOME, Motion, motion
 from hda_msgs_json.bag import BagWriter
 from hda_msgs_json.topics import BASE_FRAME, JOINT_STATES, REFERENCE_TIP_WRENCH
 from hda_torque_estimator.cli import main
-from hda_torque_estimator.closed_loop import Run, run
-from hda_torque_estimator.estimator import Estimator, EstimatorSettings
-from hda_torque_estimator.recorded import in_plane, joint_samples
+from hda_torque_estimator.estimating.estimator import Estimator, EstimatorSettings
+from hda_torque_estimator.simulating.closed_loop import Run, run
+from hda_torque_estimator.simulating.recorded import in_plane, joint_samples
 import numpy as np
 import pytest
 

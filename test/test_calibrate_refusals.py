@@ -7,15 +7,16 @@ from pathlib import Path
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.calibrate.calibration import one_joint
-from hda_torque_estimator.calibrate.descent import Descent
-from hda_torque_estimator.calibrate.heard import Heard
-from hda_torque_estimator.calibrate.laws import stiffness, waves
-from hda_torque_estimator.calibrate.measured import CalibrationError
-from hda_torque_estimator.calibrate.orders import candidates
-from hda_torque_estimator.calibrate.passage import Passage
+from hda_torque_estimator.calibrate.fitting.descent import Descent
+from hda_torque_estimator.calibrate.fitting.laws import stiffness, waves
+from hda_torque_estimator.calibrate.fitting.orders import candidates
+from hda_torque_estimator.calibrate.passages.heard import Heard
+from hda_torque_estimator.calibrate.passages.measured import CalibrationError
+from hda_torque_estimator.calibrate.passages.passage import Passage
+from hda_torque_estimator.calibrate.passages.stated import Stated, stated
+from hda_torque_estimator.calibrate.passages.suitability import (check, check_alike,
+                                                                 check_of_one_piece)
 from hda_torque_estimator.calibrate.run import scale_of
-from hda_torque_estimator.calibrate.stated import Stated, stated
-from hda_torque_estimator.calibrate.suitability import check, check_alike, check_of_one_piece
 import numpy as np
 import pytest
 

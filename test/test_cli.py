@@ -8,8 +8,8 @@ from hda_msgs_json.bag import BagWriter, open_recording
 from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import JOINT_STATES, JOINT_TORQUES, TIP_WRENCH
 from hda_torque_estimator.cli import COMMANDS, main
-from hda_torque_estimator.estimator import Estimator
-from hda_torque_estimator.readings import motor_commands, readings
+from hda_torque_estimator.estimating.estimator import Estimator
+from hda_torque_estimator.samples.readings import motor_commands, readings
 import numpy as np
 import pytest
 

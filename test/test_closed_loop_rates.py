@@ -5,8 +5,8 @@ from dataclasses import replace
 from hda_arm_sim.model.effects import DroppedSamples
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
-from hda_torque_estimator.closed_loop import run
-from hda_torque_estimator.controller import bearable, ControllerSettings
+from hda_torque_estimator.controlling.controller import bearable, ControllerSettings
+from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 import pytest
 

@@ -5,7 +5,7 @@ import pkgutil
 import sys
 
 import hda_arm_sim
-from hda_arm_sim.model import compiled
+from hda_arm_sim.foundation import compiled
 import hda_torque_estimator
 import numba
 import pytest

@@ -4,8 +4,9 @@ from functools import cache
 
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
-from hda_torque_estimator import contact, estimate
-from hda_torque_estimator.estimator import Estimates, Estimator, EstimatorSettings
+from hda_torque_estimator.estimating.estimator import Estimates, Estimator, EstimatorSettings
+from hda_torque_estimator.estimating.laws import contact, estimate
+from hda_torque_estimator.samples.readings import READINGS
 import numpy as np
 from numpy.typing import NDArray
 import pytest
@@ -96,6 +97,6 @@ def test_collision_stays_until_the_reset():
 def test_without_links_nothing_is_felt():
     arm = read_arm('voraus_yucobot.yaml')
     made = Estimator(arm)
-    made.update(5, np.zeros((6, estimate.READINGS)))
+    made.update(5, np.zeros((6, READINGS)))
     assert contact.contact_name(made.tip[estimate.CONTACT_LEVEL]) == 'free'
     assert np.isnan(made.tip[estimate.CONTACT_DEVIATIONS])

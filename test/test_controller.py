@@ -2,10 +2,11 @@
 
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import HOME, motion
-from hda_torque_estimator.closed_loop import run
-from hda_torque_estimator.control import law
-from hda_torque_estimator.controller import compiled_settings, Controller, ControllerSettings
-from hda_torque_estimator.reference import hold, reference_from, TrajectoryError
+from hda_torque_estimator.controlling.control import law
+from hda_torque_estimator.controlling.controller import (compiled_settings, Controller,
+                                                         ControllerSettings)
+from hda_torque_estimator.controlling.reference import hold, reference_from, TrajectoryError
+from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 import pytest
 

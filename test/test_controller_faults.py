@@ -4,19 +4,19 @@ from dataclasses import replace
 from functools import cache
 import math
 
+from hda_arm_sim.foundation.parameter import ParameterError
 from hda_arm_sim.health import Refused
 from hda_arm_sim.model.files import read_arm
-from hda_arm_sim.model.parameter import ParameterError
 from hda_arm_sim.motions import HOME
 from hda_msgs_json.cdr import CdrError, decode_joint_state, encode_joint_state
 from hda_msgs_json.cdr_fields import FieldWriter
 from hda_msgs_json.cdr_trajectory import count_points, decode_trajectory
-from hda_torque_estimator.controller import ControllerSettings
-from hda_torque_estimator.followable import motor_torques
-from hda_torque_estimator.live_controller import LiveController
-from hda_torque_estimator.loop_stability import stable_range
-from hda_torque_estimator.reference import MOST_POINTS, reference_from, TrajectoryError
-from hda_torque_estimator.target_check import TargetCheck
+from hda_torque_estimator.controlling.controller import ControllerSettings
+from hda_torque_estimator.controlling.followable import motor_torques
+from hda_torque_estimator.controlling.live_controller import LiveController
+from hda_torque_estimator.controlling.loop_stability import stable_range
+from hda_torque_estimator.controlling.reference import MOST_POINTS, reference_from, TrajectoryError
+from hda_torque_estimator.controlling.target_check import TargetCheck
 from hypothesis import given, settings, strategies as st
 from moving_arm import moving
 import numpy as np

@@ -4,8 +4,9 @@ from dataclasses import replace
 
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.parts import Joint
-from hda_torque_estimator import coupling
-from hda_torque_estimator.conventions import check_conventions, ConventionError, wrong_convention
+from hda_torque_estimator.measurements.conventions import (check_conventions, ConventionError,
+                                                           wrong_convention)
+from hda_torque_estimator.samples import coupling
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest

@@ -4,8 +4,8 @@ from functools import cache
 from typing import NamedTuple
 
 from hda_arm_sim.model.files import read_arm
-from hda_torque_estimator import estimate
-from hda_torque_estimator.estimator import Estimator
+from hda_torque_estimator.estimating.estimator import Estimator
+from hda_torque_estimator.estimating.laws import estimate
 import numpy as np
 from numpy.typing import NDArray
 import pytest

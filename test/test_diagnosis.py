@@ -14,10 +14,10 @@ from hda_msgs_json.bag import BagWriter
 from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import JOINT_STATES
 from hda_torque_estimator.cli import main
-from hda_torque_estimator.closed_loop import run
 from hda_torque_estimator.diagnosis.diagnose import diagnose
-from hda_torque_estimator.diagnosis.measurement import Measurement, measurement_from
 from hda_torque_estimator.diagnosis.showing import HORIZONS
+from hda_torque_estimator.measurements.measurement import Measurement, measurement_from
+from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 import pytest
 from truth import draw, record

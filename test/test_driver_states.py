@@ -10,8 +10,9 @@ from hda_msgs_json.bag import BagWriter, open_recording
 from hda_msgs_json.cdr import decode_joint_state, encode_joint_state
 from hda_msgs_json.topics import JOINT_STATES, JOINT_TORQUES, MOTOR_COMMAND, Topic
 from hda_torque_estimator import cli
-from hda_torque_estimator.driver_states import Driver, DriverError, DriverStates, MOST_WAITING
-from hda_torque_estimator.live_estimator import LiveEstimator
+from hda_torque_estimator.estimating.live_estimator import LiveEstimator
+from hda_torque_estimator.samples.driver_states import (Driver, DriverError, DriverStates,
+                                                        MOST_WAITING)
 from moving_arm import moving
 from node_processes import running, watching
 import numpy as np

@@ -3,8 +3,10 @@
 from dataclasses import replace
 import inspect
 
+from hda_arm_sim.foundation.compiled import Record
+from hda_arm_sim.foundation.parameter import ParameterError
+from hda_arm_sim.foundation.rigid import Inertia
 from hda_arm_sim.model.arm import Arm, ArmError
-from hda_arm_sim.model.compiled import Record
 from hda_arm_sim.model.effects import (Backlash, BaseVibration, Effect, effect_named, EFFECTS,
                                        effects_of, KinematicError, PreslidingFriction, Scope,
                                        Site, TorsionalHysteresis)
@@ -14,13 +16,11 @@ from hda_arm_sim.model.effects.transmission import LoadedKinematicError
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.kernel import growth
 from hda_arm_sim.model.motor_side import drag
-from hda_arm_sim.model.parameter import ParameterError
-from hda_arm_sim.model.rigid import Inertia
 from hda_arm_sim.model.typical_sizes import SIZED, typical
 from hda_arm_sim.motions import motion
 from hda_arm_sim.plant import Plant
 from hda_arm_sim.simulate import rest
-from hda_torque_estimator.torsion_torque import torque_through_gear
+from hda_torque_estimator.estimating.laws.torsion_torque import torque_through_gear
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest

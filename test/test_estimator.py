@@ -2,19 +2,20 @@
 
 from dataclasses import replace
 
+from hda_arm_sim.foundation.rigid import gravity_torque, tip_torque
 from hda_arm_sim.model.arm import Arm, Base, Encoder
 from hda_arm_sim.model.effects import ClockSkew, KinematicError, TorsionalHysteresis
 from hda_arm_sim.model.effects.transmission import LoadedKinematicError
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.kernel import growth
 from hda_arm_sim.model.link_side import loaded_inertia
-from hda_arm_sim.model.rigid import gravity_torque, tip_torque
 from hda_arm_sim.model.torsion import torsion_of_torque
 from hda_arm_sim.motions import motion
-from hda_torque_estimator import estimate
-from hda_torque_estimator.closed_loop import run
-from hda_torque_estimator.estimator import Estimator, EstimatorSettings, Refusal
-from hda_torque_estimator.tip_force import base_force, tool_force
+from hda_torque_estimator.estimating.estimator import Estimator, EstimatorSettings, Refusal
+from hda_torque_estimator.estimating.laws import estimate
+from hda_torque_estimator.estimating.laws.tip_force import base_force, tool_force
+from hda_torque_estimator.samples.readings import READINGS
+from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 import pytest
 
@@ -51,7 +52,7 @@ def estimates(arm, made, settings=EstimatorSettings()):
 
 def still(arm, angles, torque):
     """Return a reading of an arm at rest at these link angles under these joint torques."""
-    reading = np.full((len(angles), estimate.READINGS), np.nan)
+    reading = np.full((len(angles), READINGS), np.nan)
     for row, joint, angle, load in zip(reading, arm.record().joints, angles, torque):
         twist = torsion_of_torque(joint['torsion'], joint['ratio'], load)
         row[:2] = (angle + twist) * joint['ratio'], angle

@@ -7,22 +7,23 @@ Effects are hidden a little below and above that size, in the truth's own formul
 from dataclasses import replace
 from functools import cache
 
+from hda_arm_sim.foundation.parameter import ParameterError
 from hda_arm_sim.model.arm import ArmError
 from hda_arm_sim.model.files import read_arm
-from hda_arm_sim.model.parameter import ParameterError
 from hda_arm_sim.motions import motion
 from hda_torque_estimator.diagnosis.diagnose import diagnose, sought_effects
-from hda_torque_estimator.diagnosis.encoder_steps import coarse_encoders, smallest_step
-from hda_torque_estimator.diagnosis.excitation import asked
-from hda_torque_estimator.diagnosis.fit import Fitter
-from hda_torque_estimator.diagnosis.hypotheses import terms_of
-from hda_torque_estimator.diagnosis.line_error import smallest_wave, uneven_lines
-from hda_torque_estimator.diagnosis.lost_samples import lost_samples, slips_of, smallest_rate
-from hda_torque_estimator.diagnosis.measurement import Measurement
-from hda_torque_estimator.diagnosis.screen import shifts
-from hda_torque_estimator.diagnosis.search import Found
-from hda_torque_estimator.diagnosis.smallest import Smallest
-from hda_torque_estimator.diagnosis.visibility import Visibility
+from hda_torque_estimator.diagnosis.findings.smallest import Smallest
+from hda_torque_estimator.diagnosis.fitting.fit import Fitter
+from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
+from hda_torque_estimator.diagnosis.judging.screen import shifts
+from hda_torque_estimator.diagnosis.judging.search import Found
+from hda_torque_estimator.diagnosis.readings.encoder_steps import coarse_encoders, smallest_step
+from hda_torque_estimator.diagnosis.readings.line_error import smallest_wave, uneven_lines
+from hda_torque_estimator.diagnosis.readings.lost_samples import (lost_samples, slips_of,
+                                                                  smallest_rate)
+from hda_torque_estimator.diagnosis.silence.excitation import asked
+from hda_torque_estimator.diagnosis.silence.visibility import Visibility
+from hda_torque_estimator.measurements.measurement import Measurement
 import numpy as np
 import pytest
 from truth import record

@@ -13,10 +13,10 @@ from hda_msgs_json.topics import JOINT_STATES
 from hda_torque_estimator.cli import main
 from hda_torque_estimator.commands.fleet import bags_in, execute, FleetError
 from hda_torque_estimator.commands.outcome import Outcome
-from hda_torque_estimator.diagnosis.gate import GateError
 from hda_torque_estimator.fleet.fleet_report import Cause, fleet_document, fleet_page, Line
 from hda_torque_estimator.fleet.spread import (
     machine_memory, over_machines, over_processes, SpreadError)
+from hda_torque_estimator.measurements.gate import GateError
 import numpy as np
 import pytest
 

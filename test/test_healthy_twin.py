@@ -2,11 +2,11 @@
 
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
-from hda_torque_estimator.closed_loop import Run, run
-from hda_torque_estimator.controller import ControllerSettings
-from hda_torque_estimator.diagnosis.balance import Balancer
-from hda_torque_estimator.diagnosis.healthy import healthy_twin
-from hda_torque_estimator.diagnosis.measurement import Measurement
+from hda_torque_estimator.controlling.controller import ControllerSettings
+from hda_torque_estimator.diagnosis.balances.balance import Balancer
+from hda_torque_estimator.diagnosis.balances.healthy import healthy_twin
+from hda_torque_estimator.measurements.measurement import Measurement
+from hda_torque_estimator.simulating.closed_loop import Run, run
 import numpy as np
 import pytest
 
@@ -38,7 +38,7 @@ def test_a_twin_estimates_no_torque(monkeypatch):
     balancer = Balancer(Measurement(arm.labels, 1e-3, made.reading[:, :, :2].copy(),
                                     made.command))
     runs: list[Run] = []
-    monkeypatch.setattr('hda_torque_estimator.diagnosis.healthy.run',
+    monkeypatch.setattr('hda_torque_estimator.diagnosis.balances.healthy.run',
                         lambda *args, **more: runs.append(run(*args, **more)) or runs[-1])
     twin = healthy_twin(balancer, arm, 1)
     assert [np.isnan(each.estimated_torque).all() for each in runs] == [True]

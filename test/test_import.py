@@ -5,7 +5,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-from hda_arm_sim.model.parameter import ParameterError
+from hda_arm_sim.foundation.parameter import ParameterError
 from hda_msgs_json.bag import BagError, open_recording
 from hda_torque_estimator.importing.column_map import ColumnMapError
 from hda_torque_estimator.importing.convert import convert, Imported

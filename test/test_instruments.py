@@ -1,13 +1,13 @@
 """Numbers of a noisy recording are free of the bias that noise gives least squares."""
 
 from hda_arm_sim.model.files import read_arm
-from hda_torque_estimator.diagnosis.balance import Balancer
+from hda_torque_estimator.diagnosis.balances.balance import Balancer
+from hda_torque_estimator.diagnosis.balances.healthy import healthy_twin, noise_of
 from hda_torque_estimator.diagnosis.diagnose import EFFECTIVE
-from hda_torque_estimator.diagnosis.fit import Fitter
-from hda_torque_estimator.diagnosis.healthy import healthy_twin, noise_of
-from hda_torque_estimator.diagnosis.instruments import unbiased
-from hda_torque_estimator.diagnosis.measurement import measurement_from
-from hda_torque_estimator.diagnosis.solve import condense, covariance
+from hda_torque_estimator.diagnosis.fitting.fit import Fitter
+from hda_torque_estimator.diagnosis.fitting.instruments import unbiased
+from hda_torque_estimator.diagnosis.fitting.solve import condense, covariance
+from hda_torque_estimator.measurements.measurement import measurement_from
 import numpy as np
 from truth_numbers import scattered
 from truth_samples import published

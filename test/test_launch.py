@@ -11,9 +11,9 @@ from types import SimpleNamespace
 
 from hda_arm_sim.node import ArmSim
 from hda_arm_sim.ros.arm_node import ArmNode
-from hda_torque_estimator.controller_node import JtfController
-from hda_torque_estimator.estimator_node import TorqueEstimator
-from hda_torque_estimator.recorder_node import BagRecorder
+from hda_torque_estimator.controlling.controller_node import JtfController
+from hda_torque_estimator.estimating.estimator_node import TorqueEstimator
+from hda_torque_estimator.recording.recorder_node import BagRecorder
 from node_processes import MODULES, PATIENCE, watching
 from project_files import ROOT
 import pytest

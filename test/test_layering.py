@@ -3,9 +3,10 @@
 import ast
 from fnmatch import fnmatch
 from graphlib import TopologicalSorter
+import re
 import sys
 
-from project_files import PACKAGES
+from project_files import PACKAGES, ROOT
 from project_imports import IMPORTS, PATHS
 import pytest
 
@@ -26,15 +27,58 @@ SHELLS = (
     'hda_torque_estimator.cli',
     'hda_torque_estimator.commands*',
     'hda_torque_estimator.comparison.plots',
-    'hda_torque_estimator.diagnosis.plots',
+    'hda_torque_estimator.diagnosis.telling.plots',
     'hda_torque_estimator.importing.map_document',
     'hda_torque_estimator.importing.tables',
+    'hda_torque_estimator.measurements.recorded_readings',
     'hda_torque_estimator.pages.drawing',
-    'hda_torque_estimator.recorded',
-    'hda_torque_estimator.recorded_readings',
     'hda_torque_estimator.reproduction.diagram_plots',
     'hda_torque_estimator.reproduction.plots',
+    'hda_torque_estimator.simulating.recorded',
     'hda_torque_estimator.warm_up',
+)
+# The rooms, lowest first: a folder, or a module that is a room of its own.
+ROOMS = (
+    'hda_msgs_json',
+    'hda_arm_sim.foundation',
+    'hda_arm_sim.model.effects',
+    'hda_arm_sim.model',
+    'hda_arm_sim.health',
+    'hda_arm_sim.ros',
+    'hda_arm_sim',
+    'hda_torque_estimator.version',
+    'hda_torque_estimator.told_errors',
+    'hda_torque_estimator.significance',
+    'hda_torque_estimator.pages',
+    'hda_torque_estimator.samples',
+    'hda_torque_estimator.measurements',
+    'hda_torque_estimator.estimating.laws',
+    'hda_torque_estimator.estimating',
+    'hda_torque_estimator.controlling',
+    'hda_torque_estimator.simulating',
+    'hda_torque_estimator.recording',
+    'hda_torque_estimator.playing',
+    'hda_torque_estimator.importing',
+    'hda_torque_estimator.comparison',
+    'hda_torque_estimator.calibrate.passages',
+    'hda_torque_estimator.calibrate.fitting',
+    'hda_torque_estimator.calibrate',
+    'hda_torque_estimator.diagnosis.balances',
+    'hda_torque_estimator.diagnosis.fitting',
+    'hda_torque_estimator.diagnosis.findings',
+    'hda_torque_estimator.diagnosis.readings',
+    'hda_torque_estimator.diagnosis.judging',
+    'hda_torque_estimator.diagnosis.silence',
+    'hda_torque_estimator.diagnosis.telling',
+    'hda_torque_estimator.diagnosis.motors_alone',
+    'hda_torque_estimator.diagnosis',
+    'hda_torque_estimator.planning',
+    'hda_torque_estimator.reproduction.rig',
+    'hda_torque_estimator.reproduction.figures',
+    'hda_torque_estimator.reproduction',
+    'hda_torque_estimator.fleet',
+    'hda_torque_estimator.commands',
+    'hda_torque_estimator',
 )
 PURE_LIBRARIES = {'numba', 'numpy', 'scipy'}
 IMPURE_STANDARD = {'argparse', 'logging', 'subprocess', 'tempfile'}
@@ -43,6 +87,12 @@ IMPURE_STANDARD = {'argparse', 'logging', 'subprocess', 'tempfile'}
 def is_shell(name: str) -> bool:
     """Tell whether a module is one of the shells."""
     return any(fnmatch(name, pattern) for pattern in SHELLS)
+
+
+def room(name: str) -> str:
+    """Return the room of a module: itself if it is listed, else its folder."""
+    is_room = name in ROOMS or PATHS[name].stem == '__init__'
+    return name if is_room else name.rpartition('.')[0]
 
 
 def is_pure_import(name: str) -> bool:
@@ -58,6 +108,22 @@ def test_packages_import_only_what_is_below_them(package):
     above = PACKAGES[PACKAGES.index(package) + 1:]
     assert {(name, used) for name, uses in IMPORTS.items() for used in uses
             if name.startswith(package) and used.startswith(above)} == set()
+
+
+def test_every_room_has_its_place():
+    assert {room(name) for name in PATHS} == set(ROOMS)
+
+
+def test_modules_import_only_from_their_room_and_those_below_it():
+    assert {(name, used) for name, uses in IMPORTS.items() for used in uses & PATHS.keys()
+            if ROOMS.index(room(used)) > ROOMS.index(room(name))} == set()
+
+
+def test_the_map_of_rooms_shows_all_of_them_in_order():
+    text = (ROOT / 'docs' / 'architecture.md').read_text()
+    listed = text.partition('\n## Rooms\n')[2].partition('\n## ')[0]
+    shown = re.findall(r'^\| `([\w/]+)(?:\.py)?` \|', listed, re.MULTILINE)
+    assert [name.replace('/', '.') for name in shown] == list(ROOMS)
 
 
 def test_pure_modules_import_only_pure_things():
@@ -81,7 +147,7 @@ def changed(target: ast.expr) -> bool:
     return isinstance(target, ast.Attribute)
 
 
-@pytest.mark.parametrize('folder', ['calibrate', 'diagnosis', 'planning'])
+@pytest.mark.parametrize('folder', ['calibrate', 'diagnosis', 'measurements', 'planning'])
 def test_nobody_changes_the_fields_of_another_object(folder):
     within = PACKAGES[-1] + '.' + folder
     assert [(name, node.lineno) for name, path in PATHS.items() if name.startswith(within)

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
-from hda_torque_estimator.diagnosis.balance import Balancer
+from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.diagnose import diagnose
-from hda_torque_estimator.diagnosis.located import contact_in
-from hda_torque_estimator.diagnosis.measurement import Measurement
+from hda_torque_estimator.diagnosis.fitting.located import contact_in
+from hda_torque_estimator.measurements.measurement import Measurement
 import numpy as np
 import pytest
 from truth import draw, record

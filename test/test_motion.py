@@ -4,8 +4,8 @@ from dataclasses import replace
 
 from hda_arm_sim.model.effects import ClockSkew
 from hda_arm_sim.model.files import read_arm
-from hda_torque_estimator.diagnosis.measurement import Measurement
-from hda_torque_estimator.diagnosis.motion import jolts, motion_of, SHORT
+from hda_torque_estimator.measurements.measurement import Measurement
+from hda_torque_estimator.measurements.motion import jolts, motion_of, SHORT
 import numpy as np
 import pytest
 

@@ -9,10 +9,10 @@ from hda_msgs_json.bag import BagWriter
 from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import JOINT_STATES
 from hda_torque_estimator.cli import main
-from hda_torque_estimator.diagnosis.gate import GateError
-from hda_torque_estimator.diagnosis.motor_record import is_motor_side, sweeps_of
-from hda_torque_estimator.diagnosis.motor_side import diagnose_motors
+from hda_torque_estimator.diagnosis.motors_alone.motor_record import is_motor_side, sweeps_of
+from hda_torque_estimator.diagnosis.motors_alone.motor_side import diagnose_motors
 from hda_torque_estimator.importing.run import run_import
+from hda_torque_estimator.measurements.gate import GateError
 import numpy as np
 import pytest
 

@@ -5,12 +5,13 @@ from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import HOME
 from hda_msgs_json.cdr import decode_joint_state, encode_joint_state
 from hda_msgs_json.topics import motor_name
-from hda_torque_estimator.controller import Controller, ControllerSettings
-from hda_torque_estimator.controller_node import WATCH_PERIOD
-from hda_torque_estimator.live_controller import LiveController, Trajectory, WatchSettings
-from hda_torque_estimator.pairing import MOST_WAITING, Pairing
-from hda_torque_estimator.reference import hold
-from hda_torque_estimator.watchdog import Watchdog
+from hda_torque_estimator.controlling.controller import Controller, ControllerSettings
+from hda_torque_estimator.controlling.controller_node import WATCH_PERIOD
+from hda_torque_estimator.controlling.live_controller import (LiveController, Trajectory,
+                                                              WatchSettings)
+from hda_torque_estimator.controlling.pairing import MOST_WAITING, Pairing
+from hda_torque_estimator.controlling.reference import hold
+from hda_torque_estimator.controlling.watchdog import Watchdog
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest

@@ -8,16 +8,16 @@ from hda_msgs_json.cdr import (
 from hda_msgs_json.cdr_arrays import encode_joint_rows, encode_wrench_rows
 from hda_msgs_json.messages import EstimatorState, from_json
 from hda_msgs_json.samples import JointSamples
-from hda_torque_estimator.closed_loop import run
-from hda_torque_estimator.estimate import RESULTS, TIP_RESULTS
-from hda_torque_estimator.estimate_messages import (
-    estimate_samples, estimate_topics, EstimateEncoder)
-from hda_torque_estimator.estimator import Estimator
-from hda_torque_estimator.gaps import Gaps
-from hda_torque_estimator.live_estimator import LiveEstimator, StateSettings
-from hda_torque_estimator.readings import reading_names
-from hda_torque_estimator.recorded import joint_samples
-from hda_torque_estimator.state_messages import due_rows, Pacer, state_samples
+from hda_torque_estimator.estimating.estimate_messages import (estimate_samples, estimate_topics,
+                                                               EstimateEncoder)
+from hda_torque_estimator.estimating.estimator import Estimator
+from hda_torque_estimator.estimating.laws.estimate import RESULTS, TIP_RESULTS
+from hda_torque_estimator.estimating.live_estimator import LiveEstimator, StateSettings
+from hda_torque_estimator.estimating.state_messages import due_rows, Pacer, state_samples
+from hda_torque_estimator.samples.gaps import Gaps
+from hda_torque_estimator.samples.readings import reading_names
+from hda_torque_estimator.simulating.closed_loop import run
+from hda_torque_estimator.simulating.recorded import joint_samples
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest

@@ -4,12 +4,12 @@ from hda_arm_sim.health import Level, PAUSE, Refusals, Stopwatch
 from hda_arm_sim.model.files import read_arm
 from hda_msgs_json import topics
 from hda_msgs_json.cdr import encode_joint_state
-from hda_torque_estimator.controller_report import controller_report
-from hda_torque_estimator.estimator_report import estimator_report
-from hda_torque_estimator.live_controller import LiveController
-from hda_torque_estimator.live_estimator import LiveEstimator
-from hda_torque_estimator.readings import reading_names
-from hda_torque_estimator.recorded_topics import awaited, chosen_topics, system_topics
+from hda_torque_estimator.controlling.controller_report import controller_report
+from hda_torque_estimator.controlling.live_controller import LiveController
+from hda_torque_estimator.estimating.estimator_report import estimator_report
+from hda_torque_estimator.estimating.live_estimator import LiveEstimator
+from hda_torque_estimator.recording.recorded_topics import awaited, chosen_topics, system_topics
+from hda_torque_estimator.samples.readings import reading_names
 import pytest
 
 ARM = read_arm('hda_arm.yaml')

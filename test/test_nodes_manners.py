@@ -15,15 +15,15 @@ from hda_msgs_json.cdr import decode_joint_state, decode_wrench, encode_joint_st
 from hda_msgs_json.cdr_arrays import encode_joint_rows, encode_wrench_rows
 from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import DIAGNOSTICS, JOINT_STATES, Topic
-from hda_torque_estimator.controller_node import JtfController
-from hda_torque_estimator.estimate_messages import estimate_samples, estimate_topics
-from hda_torque_estimator.estimator import Estimator
-from hda_torque_estimator.estimator_node import TorqueEstimator
-from hda_torque_estimator.live_estimator import LiveEstimator
-from hda_torque_estimator.log_clock import LogClock, PATIENCE
-from hda_torque_estimator.player_node import BagPlayer
-from hda_torque_estimator.recorder_node import BagRecorder
-from hda_torque_estimator.sample_reader import SampleReader
+from hda_torque_estimator.controlling.controller_node import JtfController
+from hda_torque_estimator.estimating.estimate_messages import estimate_samples, estimate_topics
+from hda_torque_estimator.estimating.estimator import Estimator
+from hda_torque_estimator.estimating.estimator_node import TorqueEstimator
+from hda_torque_estimator.estimating.live_estimator import LiveEstimator
+from hda_torque_estimator.playing.player_node import BagPlayer
+from hda_torque_estimator.recording.log_clock import LogClock, PATIENCE
+from hda_torque_estimator.recording.recorder_node import BagRecorder
+from hda_torque_estimator.samples.sample_reader import SampleReader
 from moving_arm import moving
 from node_processes import diagnostics, running, watching
 import numpy as np

@@ -2,18 +2,18 @@
 
 from collections.abc import Callable, Iterator
 
+from hda_arm_sim.foundation.parameter import ParameterError
 from hda_arm_sim.live import SimulationSettings
-from hda_arm_sim.model.parameter import ParameterError
 from hda_arm_sim.node import ArmSim
 from hda_arm_sim.ros.arm_node import ArmNode
 from hda_arm_sim.ros.process import run
-from hda_torque_estimator.controller import ControllerSettings
-from hda_torque_estimator.controller_node import JtfController
-from hda_torque_estimator.estimator import EstimatorSettings
-from hda_torque_estimator.estimator_node import TorqueEstimator
-from hda_torque_estimator.live_controller import WatchSettings
-from hda_torque_estimator.live_estimator import StateSettings
-from hda_torque_estimator.recorder_node import BagRecorder
+from hda_torque_estimator.controlling.controller import ControllerSettings
+from hda_torque_estimator.controlling.controller_node import JtfController
+from hda_torque_estimator.controlling.live_controller import WatchSettings
+from hda_torque_estimator.estimating.estimator import EstimatorSettings
+from hda_torque_estimator.estimating.estimator_node import TorqueEstimator
+from hda_torque_estimator.estimating.live_estimator import StateSettings
+from hda_torque_estimator.recording.recorder_node import BagRecorder
 import pytest
 import rclpy
 from rclpy.parameter import Parameter

@@ -14,10 +14,10 @@ from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import (
     DIAGNOSTICS, ESTIMATOR_STATE, JOINT_REFERENCE, JOINT_STATES, JOINT_TORQUES, MOTOR_COMMAND,
     Topic)
-from hda_torque_estimator.estimate_messages import estimate_samples
-from hda_torque_estimator.estimator import Estimator
-from hda_torque_estimator.readings import motor_commands, readings
-from hda_torque_estimator.state_messages import state_samples
+from hda_torque_estimator.estimating.estimate_messages import estimate_samples
+from hda_torque_estimator.estimating.estimator import Estimator
+from hda_torque_estimator.estimating.state_messages import state_samples
+from hda_torque_estimator.samples.readings import motor_commands, readings
 from moving_arm import moving
 from node_processes import diagnostics, MODULES, running, watching
 import numpy as np

@@ -6,8 +6,8 @@ from hda_arm_sim.model.files import read_arm
 from hda_msgs_json.cdr import (
     decode_joint_states, encode_joint_state, encode_wrench, JointStateDecoder)
 from hda_msgs_json.columns import LengthsError, NamesError
-from hda_torque_estimator.readings import reading_names, ReadingFinder, readings
-from hda_torque_estimator.sample_reader import SampleReader
+from hda_torque_estimator.samples.readings import reading_names, ReadingFinder, readings
+from hda_torque_estimator.samples.sample_reader import SampleReader
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest

@@ -24,10 +24,10 @@ NAME = 'hda_torque_estimator'
 # Everything that `ros2 run` must find, and the module behind it.
 MODULES = {
     'arm_sim': 'hda_arm_sim.main',
-    'torque_estimator': 'hda_torque_estimator.estimator_node',
-    'jtf_controller': 'hda_torque_estimator.controller_node',
-    'bag_recorder': 'hda_torque_estimator.recorder_node',
-    'bag_player': 'hda_torque_estimator.player_node',
+    'torque_estimator': 'hda_torque_estimator.estimating.estimator_node',
+    'jtf_controller': 'hda_torque_estimator.controlling.controller_node',
+    'bag_recorder': 'hda_torque_estimator.recording.recorder_node',
+    'bag_player': 'hda_torque_estimator.playing.player_node',
     'warm_up': 'hda_torque_estimator.warm_up',
     'hda': 'hda_torque_estimator.cli',
 }

@@ -7,13 +7,15 @@ import math
 import re
 from xml.etree import ElementTree
 
-from hda_torque_estimator.diagnosis.exhibits import binned, Exhibits
-from hda_torque_estimator.diagnosis.following import Following, strongest_wave
-from hda_torque_estimator.diagnosis.page import page
-from hda_torque_estimator.diagnosis.plots import figures
-from hda_torque_estimator.diagnosis.report import (
-    Alike, Candidate, Detectable, Diagnosis, Evidence, Finding, Gain, Number, Prediction,
-    RecordingFacts, Residual, TotalGain, Unexplained, VERDICTS)
+from hda_torque_estimator.diagnosis.findings.report import (Alike, Candidate, Detectable,
+                                                            Diagnosis, Evidence, Finding, Gain,
+                                                            Number, Prediction, RecordingFacts,
+                                                            Residual, TotalGain, Unexplained,
+                                                            VERDICTS)
+from hda_torque_estimator.diagnosis.telling.exhibits import binned, Exhibits
+from hda_torque_estimator.diagnosis.telling.following import Following, strongest_wave
+from hda_torque_estimator.diagnosis.telling.page import page
+from hda_torque_estimator.diagnosis.telling.plots import figures
 from hda_torque_estimator.pages.drawing import inline_svg
 import numpy as np
 from numpy.typing import NDArray

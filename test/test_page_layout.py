@@ -10,8 +10,8 @@ import shutil
 import subprocess
 
 from hda_arm_sim.model.effects import EFFECTS
-from hda_torque_estimator.diagnosis.page import page
-from hda_torque_estimator.diagnosis.report import Candidate, Finding, Number
+from hda_torque_estimator.diagnosis.findings.report import Candidate, Finding, Number
+from hda_torque_estimator.diagnosis.telling.page import page
 from hda_torque_estimator.fleet.fleet_report import Cause, fleet_page, Line
 from hda_torque_estimator.pages.style_sheet import STYLE_SHEET
 import pytest

@@ -6,10 +6,10 @@ from hda_arm_sim.model.arm import Arm, Base
 from hda_arm_sim.model.effects import Payload
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
-from hda_torque_estimator import estimate
-from hda_torque_estimator.closed_loop import run
-from hda_torque_estimator.estimator import Estimator
-from hda_torque_estimator.payload import HEAVIEST
+from hda_torque_estimator.estimating.estimator import Estimator
+from hda_torque_estimator.estimating.laws import estimate
+from hda_torque_estimator.estimating.laws.payload import HEAVIEST
+from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 import pytest
 from tolerated import reading

@@ -2,12 +2,12 @@
 
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
-from hda_torque_estimator.diagnosis import verdict
 from hda_torque_estimator.diagnosis.diagnose import diagnose
-from hda_torque_estimator.diagnosis.hypotheses import terms_of
-from hda_torque_estimator.diagnosis.measurement import Measurement
-from hda_torque_estimator.diagnosis.placebo import moved_away, placebo_shares, Shares
-from hda_torque_estimator.diagnosis.report import OwnGain
+from hda_torque_estimator.diagnosis.findings.report import OwnGain
+from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
+from hda_torque_estimator.diagnosis.judging import verdict
+from hda_torque_estimator.diagnosis.judging.placebo import moved_away, placebo_shares, Shares
+from hda_torque_estimator.measurements.measurement import Measurement
 import numpy as np
 import pytest
 from truth import record

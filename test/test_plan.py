@@ -13,12 +13,12 @@ from hda_arm_sim.model.typical_sizes import SIZED, typical
 from hda_arm_sim.motion_file import read_motion, write_motion
 from hda_arm_sim.motions import motion, MotionError
 from hda_torque_estimator.cli import main
-from hda_torque_estimator.closed_loop import run
 from hda_torque_estimator.diagnosis.diagnose import diagnose
-from hda_torque_estimator.diagnosis.hypotheses import HYPOTHESES
-from hda_torque_estimator.diagnosis.measurement import Measurement
+from hda_torque_estimator.diagnosis.fitting.hypotheses import HYPOTHESES
+from hda_torque_estimator.measurements.measurement import Measurement
 from hda_torque_estimator.planning.paths import candidates
 from hda_torque_estimator.planning.question import question
+from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 import pytest
 from truth import draw, record

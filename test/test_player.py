@@ -8,10 +8,10 @@ from hda_arm_sim.ros.offered_quality import strongest
 from hda_msgs_json.cdr import encode_joint_state
 from hda_msgs_json.cdr_fields import LITTLE_ENDIAN, pack_stamp
 from hda_msgs_json.topics import CLOCK, JOINT_STATES, TIP_WRENCH
-from hda_torque_estimator.audience import Audience
-from hda_torque_estimator.playback import Outlets, Playback
-from hda_torque_estimator.timeline import LONGEST_LAG, Timeline
-from hda_torque_estimator.topic_choice import chosen, TopicError
+from hda_torque_estimator.playing.audience import Audience
+from hda_torque_estimator.playing.playback import Outlets, Playback
+from hda_torque_estimator.playing.timeline import LONGEST_LAG, Timeline
+from hda_torque_estimator.recording.topic_choice import chosen, TopicError
 from hypothesis import given, strategies as st
 from node_processes import running, watching
 import pytest

@@ -5,14 +5,14 @@ from dataclasses import replace
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import Motion, motion
 from hda_msgs_json.samples import JointSamples
-from hda_torque_estimator.closed_loop import run
-from hda_torque_estimator.diagnosis.balance import Balancer
-from hda_torque_estimator.diagnosis.encoder_steps import true_step
-from hda_torque_estimator.diagnosis.even_grid import on_grid
-from hda_torque_estimator.diagnosis.line_alias import agrees, moves
-from hda_torque_estimator.diagnosis.line_error import smallest_wave
-from hda_torque_estimator.diagnosis.measurement import Measurement, measurement_from
-from hda_torque_estimator.diagnosis.raw_readings import raw_findings, raw_readings
+from hda_torque_estimator.diagnosis.balances.balance import Balancer
+from hda_torque_estimator.diagnosis.readings.encoder_steps import true_step
+from hda_torque_estimator.diagnosis.readings.line_alias import agrees, moves
+from hda_torque_estimator.diagnosis.readings.line_error import smallest_wave
+from hda_torque_estimator.diagnosis.readings.raw_readings import raw_findings, raw_readings
+from hda_torque_estimator.measurements.even_grid import on_grid
+from hda_torque_estimator.measurements.measurement import Measurement, measurement_from
+from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 import pytest
 from truth import draw, record

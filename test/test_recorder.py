@@ -9,7 +9,7 @@ from hda_msgs_json.bag import open_recording
 from hda_msgs_json.bag_repair import repair
 from hda_msgs_json.cdr import encode_joint_state, encode_string
 from hda_msgs_json.topics import JOINT_STATES, STRING, Topic
-from hda_torque_estimator.held_messages import Held, HeldMessages
+from hda_torque_estimator.recording.held_messages import Held, HeldMessages
 from node_processes import running, watching
 from project_files import ROOT
 import pytest

@@ -4,18 +4,18 @@ from functools import partial
 import json
 import signal
 
+from hda_arm_sim.foundation.parameter import ParameterError
 from hda_arm_sim.health import Refused
 from hda_arm_sim.model.files import arm_to_text, read_arm
-from hda_arm_sim.model.parameter import ParameterError
 from hda_msgs_json.bag import BagWriter, open_recording
 from hda_msgs_json.cdr import decode_joint_state, encode_joint_state
 from hda_msgs_json.topics import ESTIMATOR_STATE, JOINT_STATES, JOINT_TORQUES
 from hda_torque_estimator.cli import main
-from hda_torque_estimator.estimate_messages import estimate_topics
-from hda_torque_estimator.estimator import EstimatorSettings
-from hda_torque_estimator.live_estimator import LiveEstimator, StateSettings
-from hda_torque_estimator.recorded_settings import (
-    recorded_settings, RecordedSettings, RecordedSettingsError)
+from hda_torque_estimator.estimating.estimate_messages import estimate_topics
+from hda_torque_estimator.estimating.estimator import EstimatorSettings
+from hda_torque_estimator.estimating.live_estimator import LiveEstimator, StateSettings
+from hda_torque_estimator.estimating.recorded_settings import (recorded_settings, RecordedSettings,
+                                                               RecordedSettingsError)
 from moving_arm import moving
 from node_processes import running, watching
 import numpy as np

@@ -8,12 +8,12 @@ from pathlib import Path
 from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.cli import main
 from hda_torque_estimator.reproduction.catalogue import chosen, FIGURES
-from hda_torque_estimator.reproduction.exhibit import Arms, ReproductionError
-from hda_torque_estimator.reproduction.imperfections import imperfect, TOGETHER
+from hda_torque_estimator.reproduction.figures.table_two import quintic_share
 from hda_torque_estimator.reproduction.page import PAPER
 from hda_torque_estimator.reproduction.report import document
-from hda_torque_estimator.reproduction.rig_calibration import calibrated
-from hda_torque_estimator.reproduction.table_two import quintic_share
+from hda_torque_estimator.reproduction.rig.exhibit import Arms, ReproductionError
+from hda_torque_estimator.reproduction.rig.imperfections import imperfect, TOGETHER
+from hda_torque_estimator.reproduction.rig.rig_calibration import calibrated
 from project_files import ROOT
 import pytest
 

@@ -2,11 +2,11 @@
 
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
-from hda_torque_estimator.closed_loop import run
-from hda_torque_estimator.diagnosis.balance import Balancer
-from hda_torque_estimator.diagnosis.healthy import noise_of
-from hda_torque_estimator.diagnosis.measurement import Measurement, measurement_from
-from hda_torque_estimator.diagnosis.reversals import turning_round
+from hda_torque_estimator.diagnosis.balances.balance import Balancer
+from hda_torque_estimator.diagnosis.balances.healthy import noise_of
+from hda_torque_estimator.diagnosis.balances.reversals import turning_round
+from hda_torque_estimator.measurements.measurement import Measurement, measurement_from
+from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 import pytest
 from truth import draw

@@ -2,10 +2,10 @@
 
 import json
 
+from hda_arm_sim.foundation.rigid import (coriolis, gravity_torque, Inertia, mass_matrix,
+                                          momentum_drift, tip_position, tip_torque, tool_jacobian)
 from hda_arm_sim.model.arm import Arm, ArmError
 from hda_arm_sim.model.parts import Joint, Links
-from hda_arm_sim.model.rigid import (coriolis, gravity_torque, Inertia, mass_matrix,
-                                     momentum_drift, tip_position, tip_torque, tool_jacobian)
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest

@@ -2,9 +2,9 @@
 
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
-from hda_torque_estimator import estimate
-from hda_torque_estimator.estimator import Estimator
-from hda_torque_estimator.route_health import told
+from hda_torque_estimator.estimating.estimator import Estimator
+from hda_torque_estimator.estimating.laws import estimate
+from hda_torque_estimator.estimating.route_health import told
 import numpy as np
 import pytest
 from tolerated import reading, tolerated

@@ -5,9 +5,9 @@ import math
 
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
-from hda_torque_estimator.closed_loop import run
-from hda_torque_estimator.sample_faults import Fault
-from hda_torque_estimator.sample_watch import SampleWatch
+from hda_torque_estimator.samples.sample_faults import Fault
+from hda_torque_estimator.samples.sample_watch import SampleWatch
+from hda_torque_estimator.simulating.closed_loop import run
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest

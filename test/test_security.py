@@ -13,11 +13,11 @@ from hda_arm_sim.ros import security
 from hda_arm_sim.ros.arm_node import ReportingNode
 from hda_msgs_json.bag import BagWriter
 from hda_msgs_json.topics import Topic
-from hda_torque_estimator.controller_node import JtfController
-from hda_torque_estimator.estimator_node import TorqueEstimator
-from hda_torque_estimator.player_node import BagPlayer
-from hda_torque_estimator.recorded_topics import system_topics
-from hda_torque_estimator.recorder_node import BagRecorder
+from hda_torque_estimator.controlling.controller_node import JtfController
+from hda_torque_estimator.estimating.estimator_node import TorqueEstimator
+from hda_torque_estimator.playing.player_node import BagPlayer
+from hda_torque_estimator.recording.recorded_topics import system_topics
+from hda_torque_estimator.recording.recorder_node import BagRecorder
 from node_processes import MODULES
 from project_files import ROOT
 import pytest

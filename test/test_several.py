@@ -10,13 +10,13 @@ from hda_msgs_json.bag import BagWriter
 from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import JOINT_STATES
 from hda_torque_estimator.cli import main
-from hda_torque_estimator.diagnosis.alignment import aligned, together, zeros_of
-from hda_torque_estimator.diagnosis.balance import Balancer
+from hda_torque_estimator.diagnosis.balances.balance import Balancer
+from hda_torque_estimator.diagnosis.balances.predict import prediction_errors
 from hda_torque_estimator.diagnosis.diagnose import diagnose
-from hda_torque_estimator.diagnosis.gate import GateError
-from hda_torque_estimator.diagnosis.measurement import Measurement
-from hda_torque_estimator.diagnosis.predict import prediction_errors
-from hda_torque_estimator.diagnosis.running_clock import arm_during, split, within
+from hda_torque_estimator.diagnosis.fitting.alignment import aligned, together, zeros_of
+from hda_torque_estimator.measurements.gate import GateError
+from hda_torque_estimator.measurements.measurement import Measurement
+from hda_torque_estimator.measurements.running_clock import arm_during, split, within
 import numpy as np
 import pytest
 from truth import draw, record

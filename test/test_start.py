@@ -12,8 +12,8 @@ import time
 from hda_arm_sim.live import FIRST_STAMP, LiveArm, SimulationSettings
 from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator import warm_up
-from hda_torque_estimator.live_controller import LiveController
-from hda_torque_estimator.live_estimator import LiveEstimator
+from hda_torque_estimator.controlling.live_controller import LiveController
+from hda_torque_estimator.estimating.live_estimator import LiveEstimator
 from node_processes import PATIENCE
 import pytest
 from test_compiled import compiled_functions
@@ -86,7 +86,7 @@ def test_laws_work_without_a_cache(tmp_path, full):
     (tmp_path / 'own_law.py').write_text('def law(x):\n    return 2.0 * x\n')
     done = subprocess.run(
         [sys.executable, '-c', limit + 'from own_law import law\n'
-         'from hda_arm_sim.model.compiled import compiled\nprint(compiled(law)(21.0))'],
+         'from hda_arm_sim.foundation.compiled import compiled\nprint(compiled(law)(21.0))'],
         env={**os.environ, 'HDA_CACHE_DIR': str(place), 'PYTHONPATH': os.pathsep.join(
             [str(tmp_path), str(Path(__file__).parents[1])])}, capture_output=True, text=True)
     assert (done.stdout, done.stderr, done.returncode) == ('42.0\n', '', 0)

@@ -3,11 +3,11 @@
 from hda_arm_sim.model.effects import BaseVibration
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
-from hda_torque_estimator.diagnosis.balance import Balancer
+from hda_torque_estimator.diagnosis.balances.balance import Balancer
+from hda_torque_estimator.diagnosis.balances.predict import prediction_errors
+from hda_torque_estimator.diagnosis.balances.swinging import swing_in
 from hda_torque_estimator.diagnosis.diagnose import diagnose, sought_effects
-from hda_torque_estimator.diagnosis.measurement import Measurement
-from hda_torque_estimator.diagnosis.predict import prediction_errors
-from hda_torque_estimator.diagnosis.swinging import swing_in
+from hda_torque_estimator.measurements.measurement import Measurement
 import numpy as np
 import pytest
 from truth import CATALOGUE, draw, record

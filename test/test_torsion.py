@@ -4,7 +4,7 @@ import csv
 from dataclasses import replace
 from decimal import Decimal, getcontext
 
-from hda_arm_sim.model.parameter import ParameterError
+from hda_arm_sim.foundation.parameter import ParameterError
 from hda_arm_sim.model.torsion import (flexspline_torsion, stiffness_at, torque_of_torsion,
                                        torsion_of_torque, TorsionLaw, wave_generator_torsion)
 from hypothesis import assume, given, strategies as st

@@ -9,17 +9,16 @@ from dataclasses import replace
 
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
-from hda_torque_estimator.diagnosis.balance import Balancer
+from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.diagnose import EFFECTIVE
-from hda_torque_estimator.diagnosis.fit import Fitter
-from hda_torque_estimator.diagnosis.following import follow
-from hda_torque_estimator.diagnosis.hypotheses import terms_of
-from hda_torque_estimator.diagnosis.measurement import Measurement
-from hda_torque_estimator.diagnosis.pattern import misplaced
-from hda_torque_estimator.diagnosis.report import NOTHING, Unexplained
-from hda_torque_estimator.diagnosis.search import Found
-from hda_torque_estimator.diagnosis.unexplained import (
-    Rest, site_of, told_of, unexplained)
+from hda_torque_estimator.diagnosis.findings.report import NOTHING, Unexplained
+from hda_torque_estimator.diagnosis.fitting.fit import Fitter
+from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
+from hda_torque_estimator.diagnosis.judging.pattern import misplaced
+from hda_torque_estimator.diagnosis.judging.search import Found
+from hda_torque_estimator.diagnosis.telling.following import follow
+from hda_torque_estimator.diagnosis.telling.unexplained import Rest, site_of, told_of, unexplained
+from hda_torque_estimator.measurements.measurement import Measurement
 import numpy as np
 import pytest
 from truth import draw, record

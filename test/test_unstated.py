@@ -14,7 +14,7 @@ from hda_msgs_json.samples import WrenchSamples
 from hda_msgs_json.topics import JOINT_STATES, Topic, WRENCH_STAMPED
 from hda_torque_estimator.cli import main
 from hda_torque_estimator.commands.fleet import bags_in
-from hda_torque_estimator.recorded_readings import recorded_readings
+from hda_torque_estimator.measurements.recorded_readings import recorded_readings
 import numpy as np
 from project_files import ROOT
 import pytest

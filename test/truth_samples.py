@@ -3,7 +3,7 @@
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.motions import motion
 from hda_msgs_json.samples import JointSamples
-from hda_torque_estimator.recorded import joint_samples
+from hda_torque_estimator.simulating.recorded import joint_samples
 from tolerated import reading
 from truth import Hidden, record
 

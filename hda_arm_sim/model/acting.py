@@ -10,9 +10,9 @@ from typing import Any, TypeAlias
 
 import numba
 
-from .compiled import Record
 from .effects.catalogue import effects_at
 from .effects.place import Place
+from ..foundation.compiled import Record
 
 Compiled: TypeAlias = Any
 

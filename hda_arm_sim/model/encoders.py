@@ -5,10 +5,10 @@ See docs/model.md#encoders.
 """
 
 from .acting import added
-from .compiled import compiled, inlined, Record
 from .effects.place import LINK_READING, MOTOR_READING, Read
 from .effects.sensing import tilting_moment
-from .rigid import Inertia
+from ..foundation.compiled import compiled, inlined, Record
+from ..foundation.rigid import Inertia
 
 _ROUNDS = 40            # of the inverse; an error's slope below 0.1 needs 15
 _SAME = 1e-15           # change of an angle that ends the inverse [rad]

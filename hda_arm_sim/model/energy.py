@@ -10,8 +10,8 @@ from .effects.transmission import SLIDERS
 from .kernel import (BASE_OFFSET, BASE_RATE, BRISTLE, growth, LINK_ANGLE, LINK_VELOCITY,
                      MOTOR_ANGLE, MOTOR_VELOCITY, STRETCH, transmission)
 from .link_side import base_coupling, loaded_inertia
-from .rigid import Inertia, mass_matrix
 from .torsion import torque_of_torsion, torsion_of_torque
+from ..foundation.rigid import Inertia, mass_matrix
 
 Array = NDArray[np.float64]
 

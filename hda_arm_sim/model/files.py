@@ -15,11 +15,11 @@ import yaml
 
 from .arm import Arm, ArmError, Placed
 from .effects import Effect, effect_named
-from .parameter import Declared, ParameterError
 from .parts import Base, Encoder, Joint, Links, Tolerances
 from .torsion import TorsionLaw
 from .typical_sizes import SIZED, typical
 from .unstated import sentence, unstated
+from ..foundation.parameter import Declared, ParameterError
 
 _LOG = logging.getLogger(__name__)      # without any settings its lines go to stderr
 _NAME = re.compile(r'[A-Za-z_][A-Za-z0-9_]*')       # of a part of a topic's name in ROS

@@ -10,13 +10,13 @@ sticking one breaks away, the step is cut there. So the order survives dry frict
 import numpy as np
 
 from .arm import ArmRecord
-from .compiled import Array, compiled, inlined, Record
 from .effects.place import Commanded
 from .kernel import (BUDGET, COMMAND, COMMANDS, CURRENT, DRIVE, FORCE, FORCES, MODE,
                      MOTOR_VELOCITY, NOW, settle, slope, SLOPE_1, SLOPE_2, SLOPE_3, SLOPE_4, STAGE,
                      STATE, STATES, TIME, TRIAL)
 from .motor_side import clipped, lagging, shaft_torque
-from .rigid import Inertia
+from ..foundation.compiled import Array, compiled, inlined, Record
+from ..foundation.rigid import Inertia
 
 SIDES = 2               # contacts of a joint; their speeds are SIDES columns of the state apart
 MAX_EVENTS = 16         # in one step; a real arm has one or two

@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 
 from .acting import added, passed
 from .arm import ArmRecord
-from .compiled import compiled, inlined, Record
 from .effects.environment import base_acceleration
 from .effects.friction import bristle_rate, bristle_torque
 from .effects.place import Bent, LOADED_GEAR, PLAY, Swung, TRANSMISSION, Turned, Twisted
 from .effects.transmission import damping_torque, hysteresis_torque, slid, SLIDERS
 from .link_side import base_coupling, base_push, free_torque, link_torque, tip_force
 from .motor_side import drag, friction_budget, ripple
-from .rigid import Inertia, mass_matrix
 from .torsion import torque_from_guess
+from ..foundation.compiled import compiled, inlined, Record
+from ..foundation.rigid import Inertia, mass_matrix
 
 Array = NDArray[np.float64]
 

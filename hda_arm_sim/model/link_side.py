@@ -7,9 +7,9 @@ See docs/model.md, eq:links.
 import numpy as np
 
 from .acting import added, pair_added, passed
-from .compiled import compiled, inlined, Number, Record
 from .effects.place import Carried, LINK_TORQUE, LOAD, Pulled, TIP, Touched
-from .rigid import coriolis, gravity_torque, Inertia, mass_matrix, tip_torque
+from ..foundation.compiled import compiled, inlined, Number, Record
+from ..foundation.rigid import coriolis, gravity_torque, Inertia, mass_matrix, tip_torque
 
 
 @inlined

@@ -5,10 +5,10 @@ See docs/model.md#motion.
 """
 
 from .acting import added, grown, passed
-from .compiled import inlined, Record
 from .effects.actuation import clipped_torque, lagging_torque
 from .effects.place import (Commanded, Delivered, DRAG, Dragged, DRY_LEVEL, FRICTION, Rubbed,
                             SHAFT, TURN, Turned)
+from ..foundation.compiled import inlined, Record
 
 
 @inlined

@@ -6,8 +6,8 @@ from typing import ClassVar
 
 from .effects import (BaseTilt, ClockSkew, CoarseQuantisation, CoulombFriction, Effect,
                       StructuralDamping, TorqueSaturation, ViscousFriction)
-from .parameter import Declared, parameter
 from .torsion import TorsionLaw
+from ..foundation.parameter import Declared, parameter
 
 
 @dataclass(frozen=True)

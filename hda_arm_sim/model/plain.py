@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arm import ArmRecord
-from .compiled import inlined
 from .link_side import loaded_inertia
-from .rigid import Inertia
+from ..foundation.compiled import inlined
+from ..foundation.rigid import Inertia
 
 
 class PlainArm(NamedTuple):

@@ -10,8 +10,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from .compiled import compiled, Number, Record
-from .parameter import Declared, parameter, ParameterError
+from ..foundation.compiled import compiled, Number, Record
+from ..foundation.parameter import Declared, parameter, ParameterError
 
 _LINEAR = 1e-9          # below this curvature [1/(N*m)] a law is its own tangent to 1e-15
 _MAX_ITERATIONS = 60

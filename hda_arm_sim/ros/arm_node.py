@@ -5,10 +5,10 @@ import sys
 import time
 from typing import Any, ClassVar
 
+from hda_arm_sim.foundation.parameter import Declared
 from hda_arm_sim.health import Refusals, Refused, Report
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import read_arm
-from hda_arm_sim.model.parameter import Declared
 from hda_msgs_json.errors import HdaError
 from hda_msgs_json.topics import Topic
 from rclpy.node import Node

@@ -8,7 +8,7 @@ the node runs. Whole numbers are taken where a double is declared.
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
-from hda_arm_sim.model.parameter import Declaration, Declared, ParameterError
+from hda_arm_sim.foundation.parameter import Declaration, Declared, ParameterError
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter

@@ -15,7 +15,7 @@ import sys
 import time
 from types import FrameType
 
-from hda_arm_sim.model.compiled import say_when_compiling
+from hda_arm_sim.foundation.compiled import say_when_compiling
 import rclpy
 from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor

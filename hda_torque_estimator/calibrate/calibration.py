@@ -11,11 +11,11 @@ from typing import Any, Protocol
 
 from hda_arm_sim.model.arm import Arm
 
-from .arm_numbers import doubtful, Number, numbers, rest, with_numbers, zero
-from .fit import applied, Balanced, balanced, Fit, fit, rms
-from .measured import CalibrationError, Measured
-from .terms import OPTIONAL, Term, TERMS
-from ..estimator import Estimator
+from .fitting.arm_numbers import doubtful, Number, numbers, rest, with_numbers, zero
+from .fitting.fit import applied, Balanced, balanced, Fit, fit, rms
+from .fitting.terms import OPTIONAL, Term, TERMS
+from .passages.measured import CalibrationError, Measured
+from ..estimating.estimator import Estimator
 
 # Choices unless told otherwise.
 HARDLY = 1.0            # deviation of a torque that tells little about a gear [N*m]

@@ -13,18 +13,18 @@ from hda_arm_sim.model.arm import Arm
 import numpy as np
 from numpy.typing import NDArray
 
-from . import laws
-from .arm_numbers import Number, number, numbers, rest, with_numbers, with_tolerances
 from .calibration import Calibration, HARDLY, one_joint, SPARSE
-from .descent import Descent, Found, held_out, known
-from .fit import Fit
-from .friction import friction
-from .loads import DOUBTS
-from .orders import chosen, Fitted, fitted_waves, worthwhile
-from .passage import Passage
-from .polynomial import held_out_error, polynomial_method
-from .suitability import check, check_of_one_piece
-from .terms import Term
+from .fitting import laws
+from .fitting.arm_numbers import Number, number, numbers, rest, with_numbers, with_tolerances
+from .fitting.descent import Descent, Found, held_out, known
+from .fitting.fit import Fit
+from .fitting.friction import friction
+from .fitting.orders import chosen, Fitted, fitted_waves, worthwhile
+from .fitting.polynomial import held_out_error, polynomial_method
+from .fitting.terms import Term
+from .passages.loads import DOUBTS
+from .passages.passage import Passage
+from .passages.suitability import check, check_of_one_piece
 
 Floats = NDArray[np.float64]
 # Choices unless told otherwise.

@@ -11,12 +11,12 @@ from hda_msgs_json.samples import WrenchSamples
 from hda_msgs_json.topics import EXTERNAL_WRENCH, reference_joint_torque, REFERENCE_TIP_WRENCH
 
 from .calibration import calibrate, Calibration
-from .heard import Heard, heard
-from .measured import CalibrationError, Measured, measured
 from .ordinary import calibrate_ordinary
-from .passage import Passage
-from .stated import Stated, stated
-from .suitability import SHORTEST
+from .passages.heard import Heard, heard
+from .passages.measured import CalibrationError, Measured, measured
+from .passages.passage import Passage
+from .passages.stated import Stated, stated
+from .passages.suitability import SHORTEST
 
 Words = Sequence[Sequence[str]]
 

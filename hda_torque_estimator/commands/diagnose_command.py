@@ -19,17 +19,17 @@ from .out_option import add_out
 from .outcome import Outcome
 from .progress import progress
 from .whole_directory import check_directory, save_figures, whole_directory, write_json
-from ..diagnosis.alignment import together
 from ..diagnosis.diagnose import Conclusion, diagnose
-from ..diagnosis.excitation import asked
-from ..diagnosis.gate import check, check_names, GateError, mended, Mending
-from ..diagnosis.measurement import Measurement, measurement_from
-from ..diagnosis.motor_record import is_motor_side, length_of, sweeps_together
-from ..diagnosis.motor_side import diagnose_motors, MotorConclusion
-from ..diagnosis.page import page
-from ..diagnosis.plots import figures
-from ..diagnosis.report import Part
+from ..diagnosis.findings.report import Part
+from ..diagnosis.fitting.alignment import together
+from ..diagnosis.motors_alone.motor_record import is_motor_side, length_of, sweeps_together
+from ..diagnosis.motors_alone.motor_side import diagnose_motors, MotorConclusion
 from ..diagnosis.showing import exhibits_of, predictions
+from ..diagnosis.silence.excitation import asked
+from ..diagnosis.telling.page import page
+from ..diagnosis.telling.plots import figures
+from ..measurements.gate import check, check_names, GateError, mended, Mending
+from ..measurements.measurement import Measurement, measurement_from
 from ..version import version
 
 AnyConclusion = Conclusion | MotorConclusion

@@ -19,15 +19,15 @@ from numpy.typing import NDArray
 
 from .out_option import add_out
 from .outcome import Outcome
-from .. import estimate
-from ..accuracy import Errors, errors
-from ..belief_words import doubt_shares
-from ..conventions import check_conventions
-from ..estimate_messages import estimate_samples
-from ..estimator import Estimates, Estimator
-from ..recorded_readings import recorded_readings
-from ..recorded_settings import recorded_settings, RecordedSettings
-from ..state_messages import state_samples
+from ..estimating.accuracy import Errors, errors
+from ..estimating.belief_words import doubt_shares
+from ..estimating.estimate_messages import estimate_samples
+from ..estimating.estimator import Estimates, Estimator
+from ..estimating.laws import estimate
+from ..estimating.recorded_settings import recorded_settings, RecordedSettings
+from ..estimating.state_messages import state_samples
+from ..measurements.conventions import check_conventions
+from ..measurements.recorded_readings import recorded_readings
 
 
 class EstimateError(HdaError):

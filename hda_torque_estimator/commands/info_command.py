@@ -11,7 +11,8 @@ from hda_msgs_json.printable import printable
 from hda_msgs_json.topics import JOINT_STATES
 
 from .outcome import Outcome
-from ..recording_facts import name_facts, NameFacts, shortcomings, stamp_facts, StampFacts
+from ..measurements.recording_facts import (name_facts, NameFacts, shortcomings, stamp_facts,
+                                            StampFacts)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 import numpy as np
 
-from ..diagnosis.motor_side import Explained
-from ..diagnosis.ripple import spectrum
+from ..diagnosis.motors_alone.motor_side import Explained
+from ..diagnosis.motors_alone.ripple import spectrum
 from ..pages.drawing import AFTER, BEFORE, FLOOR, plain, STYLE
 
 _SHOWN = 0.15           # of a sweep, in the figure of its torque [s]

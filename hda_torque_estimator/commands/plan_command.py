@@ -12,7 +12,7 @@ import numpy as np
 from .out_option import add_out
 from .outcome import Outcome
 from .progress import progress
-from ..diagnosis.verdict import TIED
+from ..diagnosis.judging.verdict import TIED
 from ..planning.plan import Plan, plan, planned_motion
 from ..planning.question import PlanError, Question, question
 

@@ -13,10 +13,10 @@ from .outcome import Outcome
 from .progress import progress
 from .whole_directory import save_figures, whole_directory, write_json
 from ..reproduction.catalogue import chosen, Entry, FIGURES
-from ..reproduction.exhibit import Arms, Exhibit
 from ..reproduction.page import page
 from ..reproduction.plots import draw
 from ..reproduction.report import document, file_name
+from ..reproduction.rig.exhibit import Arms, Exhibit
 from ..version import version
 
 _ARMS = ('paper_single_axis.yaml', 'hda_arm.yaml', 'paper_table1.yaml')

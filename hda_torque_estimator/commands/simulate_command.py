@@ -16,9 +16,9 @@ import numpy as np
 
 from .out_option import add_out
 from .outcome import Outcome
-from ..closed_loop import Run, run
-from ..controller import bearable, ControllerSettings
-from ..recorded import write_run
+from ..controlling.controller import bearable, ControllerSettings
+from ..simulating.closed_loop import Run, run
+from ..simulating.recorded import write_run
 
 _USUAL = 60.0           # duration of a motion by its name [s]
 

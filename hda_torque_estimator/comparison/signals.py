@@ -8,7 +8,7 @@ from hda_msgs_json.samples import JointSamples, Stamps, WrenchSamples
 import numpy as np
 from numpy.typing import NDArray
 
-from ..recording_facts import stamp_facts
+from ..measurements.recording_facts import stamp_facts
 
 Array = NDArray[np.float64]
 JOINT_UNITS = {'position': 'rad', 'velocity': 'rad/s', 'effort': 'N*m'}

@@ -14,31 +14,32 @@ from hda_arm_sim.model.effects import EFFECTS
 import numpy as np
 from numpy.typing import NDArray
 
-from .alignment import aligned, is_aligned
-from .backing import Backing, backing
-from .balance import Balancer
-from .candidates import with_sizes
-from .excitation import cannot_tell, nothing_seen, remarks, smallest_sizes
-from .fit import Fit, Fitter
-from .healthy import healthy_twin, noise_of, torque_noise_of
-from .hypotheses import HYPOTHESES
-from .instruments import unbiased
-from .limits import limited
-from .located import split_at_contact
-from .measurement import Measurement
-from .nuisance import Zero
-from .pattern import misplaced
-from .raw_readings import (extended_by, RAW_EFFECTS, raw_findings, raw_readings, raw_total,
-                           RawReadings)
-from .report import Alike, Diagnosis, Finding, Part, RecordingFacts, TotalGain
-from .reversals import turning_round
-from .running_clock import inside, Spans, split
-from .search import Found, search, without_noise
-from .slow_rate import FAST, rate_hides
-from .straight import straight
-from .term import Place
-from .unexplained import unexplained
-from .verdict import alike, findings, gains, METRIC, residuals
+from .balances.balance import Balancer
+from .balances.healthy import healthy_twin, noise_of, torque_noise_of
+from .balances.reversals import turning_round
+from .findings.gains import gains, METRIC
+from .findings.report import Alike, Diagnosis, Finding, Part, RecordingFacts, TotalGain
+from .fitting.alignment import aligned, is_aligned
+from .fitting.fit import Fit, Fitter
+from .fitting.hypotheses import HYPOTHESES
+from .fitting.instruments import unbiased
+from .fitting.located import split_at_contact
+from .fitting.nuisance import Zero
+from .fitting.term import Place
+from .judging.backing import Backing, backing
+from .judging.candidates import with_sizes
+from .judging.limits import limited
+from .judging.pattern import misplaced
+from .judging.search import Found, search, without_noise
+from .judging.straight import straight
+from .judging.verdict import alike, findings, residuals
+from .readings.raw_readings import (extended_by, RAW_EFFECTS, raw_findings, raw_readings,
+                                    raw_total, RawReadings)
+from .silence.excitation import cannot_tell, nothing_seen, remarks, smallest_sizes
+from .silence.slow_rate import FAST, rate_hides
+from .telling.unexplained import unexplained
+from ..measurements.measurement import Measurement
+from ..measurements.running_clock import inside, Spans, split
 
 Array = NDArray[np.float64]
 # Choices unless told otherwise.

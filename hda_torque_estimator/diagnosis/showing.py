@@ -4,12 +4,12 @@ from hda_arm_sim.model.arm import Arm
 import numpy as np
 from numpy.typing import NDArray
 
-from .balance import Balancer
-from .coordinates import coordinates_of
+from .balances.balance import Balancer
+from .balances.coordinates import coordinates_of
+from .balances.predict import prediction_errors
 from .diagnose import Evidence
-from .exhibits import Exhibits
-from .predict import prediction_errors
-from .report import Prediction
+from .findings.report import Prediction
+from .telling.exhibits import Exhibits
 
 Array = NDArray[np.float64]
 # Choices unless told otherwise.

@@ -10,7 +10,7 @@ Read a column map from its document, as YAML gives it; docs/importing.md describ
 from collections.abc import Collection, Mapping
 from typing import cast, NamedTuple
 
-from hda_arm_sim.model.parameter import Declaration
+from hda_arm_sim.foundation.parameter import Declaration
 
 from .column_map import Column, ColumnMap, ColumnMapError, JointColumns, Side, Zero
 from .units import ANGLE, CONSTANTS, Quantity, SPEED, TIME, TORQUE, Unit

@@ -7,7 +7,7 @@ from pathlib import Path
 import re
 import shutil
 
-from hda_arm_sim.model.parameter import ParameterError
+from hda_arm_sim.foundation.parameter import ParameterError
 from hda_msgs_json.bag import BagWriter
 from hda_msgs_json.topics import JOINT_STATES, reference_joint_torque
 from hda_msgs_json.yaml_text import text_of, yaml_document, YamlError

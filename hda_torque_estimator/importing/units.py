@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 import math
 
-from hda_arm_sim.model.parameter import Declaration
+from hda_arm_sim.foundation.parameter import Declaration
 
 COUNTS_PER_TURN = Declaration(
     'counts_per_turn', math.nan, '1/turn', 1.0, 1e10, 'counts of the encoder per turn')

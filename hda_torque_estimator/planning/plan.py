@@ -12,8 +12,8 @@ from scipy.optimize import minimize
 from .paths import candidates, Path
 from .question import PlanError, Question
 from .strength import Load, load_of, SEED, separation, Strength, USED
-from ..closed_loop import Run, run
-from ..diagnosis.verdict import TIED
+from ..diagnosis.judging.verdict import TIED
+from ..simulating.closed_loop import Run, run
 
 Array = NDArray[np.float64]
 USUAL = 'rich'          # motion of the project that plans are compared to

@@ -7,7 +7,7 @@ from hda_arm_sim.model.effects import Effect, effect_named, Scope
 from hda_arm_sim.model.typical_sizes import SIZED, typical
 from hda_msgs_json.errors import HdaError
 
-from ..diagnosis.hypotheses import HYPOTHESES
+from ..diagnosis.fitting.hypotheses import HYPOTHESES
 
 
 class PlanError(HdaError):

@@ -17,14 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .question import Question, Suspect
-from ..closed_loop import Run, run
-from ..diagnosis.balance import Balancer
+from ..diagnosis.balances.balance import Balancer
 from ..diagnosis.diagnose import EFFECTIVE
-from ..diagnosis.fit import Fit, Fitter, IMPOSSIBLE
-from ..diagnosis.hypotheses import terms_of
-from ..diagnosis.measurement import Measurement
-from ..diagnosis.running_clock import inside, stretches
-from ..diagnosis.screen import screen
+from ..diagnosis.fitting.fit import Fit, Fitter, IMPOSSIBLE
+from ..diagnosis.fitting.hypotheses import terms_of
+from ..diagnosis.judging.screen import screen
+from ..measurements.measurement import Measurement
+from ..measurements.running_clock import inside, stretches
+from ..simulating.closed_loop import Run, run
 
 Array = NDArray[np.float64]
 # Choices unless told otherwise.

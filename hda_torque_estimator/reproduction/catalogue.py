@@ -3,19 +3,19 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-from .back_driving import back_driving
-from .block_diagrams import arm_diagram, control_diagram
-from .exhibit import Arms, Exhibit, ReproductionError
-from .feedback import feedback
-from .feedback_experiments import feedback_experiments
-from .kinematic_torsion import kinematic_torsion
-from .motor_friction import motor_friction
-from .responses import responses
-from .table_one import table_one
-from .table_two import table_two
-from .tip_forces import tip_forces
-from .torque_budget import resting, turning
-from .torque_check import torque_check
+from .figures.back_driving import back_driving
+from .figures.block_diagrams import arm_diagram, control_diagram
+from .figures.feedback import feedback
+from .figures.feedback_experiments import feedback_experiments
+from .figures.kinematic_torsion import kinematic_torsion
+from .figures.motor_friction import motor_friction
+from .figures.responses import responses
+from .figures.table_one import table_one
+from .figures.table_two import table_two
+from .figures.tip_forces import tip_forces
+from .figures.torque_budget import resting, turning
+from .figures.torque_check import torque_check
+from .rig.exhibit import Arms, Exhibit, ReproductionError
 
 
 class Entry(NamedTuple):

@@ -4,7 +4,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import FancyArrowPatch
 from matplotlib.text import Text
 
-from .exhibit import Diagram, Wire
+from .rig.exhibit import Diagram, Wire
 from ..pages.drawing import AFTER, INK, plain
 
 _MARGIN = 0.8                       # around the blocks [grid]

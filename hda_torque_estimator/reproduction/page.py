@@ -5,8 +5,8 @@ from html import escape
 import math
 
 from .catalogue import Entry, FIGURES
-from .exhibit import Exhibit, Number
 from .report import file_name
+from .rig.exhibit import Exhibit, Number
 from ..pages.document import captioned, code, document, section, table, unit
 
 _TITLE = 'The paper, reproduced and corrected'

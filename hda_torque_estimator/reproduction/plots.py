@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 
 from .diagram_plots import draw_diagram
-from .exhibit import Bars, Content, Diagram, Drawing, Look, Map, Panel, Trace
+from .rig.exhibit import Bars, Content, Diagram, Drawing, Look, Map, Panel, Trace
 from ..pages.drawing import AFTER, BEFORE, FLOOR, INK, plain, STYLE
 
 _STYLES: dict[Look, dict[str, Any]] = {

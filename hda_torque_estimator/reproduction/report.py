@@ -5,7 +5,7 @@ import math
 from typing import Any
 
 from .catalogue import FIGURES
-from .exhibit import Exhibit, Number
+from .rig.exhibit import Exhibit, Number
 
 
 def document(made: Mapping[str, Exhibit], version: str, seconds: float) -> dict[str, Any]:

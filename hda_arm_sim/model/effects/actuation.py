@@ -9,8 +9,8 @@ from .effect import Effect, Site
 from .hypothesis import Hypothesis, NO_OTHER_FORM, SCALE, Typical, wave
 from .place import (COMMAND, Commanded, Delivered, NUMBER, Place, SHAFT, Signal, Stated, TURN,
                     Turned)
-from ..compiled import compiled, Record
-from ..parameter import parameter
+from ...foundation.compiled import compiled, Record
+from ...foundation.parameter import parameter
 
 
 @compiled

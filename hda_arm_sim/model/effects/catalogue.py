@@ -17,7 +17,7 @@ from .timing import ClockSkew, DroppedSamples
 from .transmission import (Backlash, KinematicError, LoadedKinematicError, StiffeningError,
                            StiffnessError, StructuralDamping, TorsionalHysteresis,
                            WaveGeneratorCompliance)
-from ..parameter import ParameterError
+from ...foundation.parameter import ParameterError
 
 EFFECTS: tuple[type[Effect], ...] = (
     CoulombFriction,

@@ -14,7 +14,7 @@ import numpy as np
 
 from .hypothesis import Hypothesis, Typical
 from .place import Place, Signal
-from ..parameter import Declared
+from ...foundation.parameter import Declared
 
 
 class Site(Enum):

@@ -9,8 +9,8 @@ import numpy as np
 from .effect import Effect, Scope, Site
 from .hypothesis import Hypothesis, Typical
 from .place import BASE, Place, Signal, Swung, TIP, Touched, Weighed, WEIGHT
-from ..compiled import compiled, Record
-from ..parameter import parameter
+from ...foundation.compiled import compiled, Record
+from ...foundation.parameter import parameter
 
 EDGE = 0.1              # share of a contact in which its force rises, and in which it falls
 

@@ -13,8 +13,8 @@ import numpy as np
 from .effect import Effect, Site
 from .hypothesis import Hypothesis, SLOW, Typical
 from .place import Bent, BRISTLES, DRAG, Dragged, DRY_LEVEL, FRICTION, Place, Rubbed, Signal
-from ..compiled import compiled, Record
-from ..parameter import parameter
+from ...foundation.compiled import compiled, Record
+from ...foundation.parameter import parameter
 
 FASTEST = 2000.0        # relaxation of the bristles [1/s]; they are at rest within a sample anyway
 

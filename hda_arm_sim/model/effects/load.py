@@ -8,9 +8,9 @@ import numpy as np
 from .effect import Effect, Scope, Site
 from .hypothesis import Hypothesis, NO_OTHER_FORM, SCALE, Typical
 from .place import BEARING, Carried, LINK_TORQUE, LOAD, NUMBER, Place, Pulled, Signal, Stated
-from ..compiled import compiled, Record
-from ..parameter import parameter
-from ..rigid import Inertia
+from ...foundation.compiled import compiled, Record
+from ...foundation.parameter import parameter
+from ...foundation.rigid import Inertia
 
 
 @compiled

@@ -8,8 +8,8 @@ import numpy as np
 from .effect import Effect, Site
 from .hypothesis import Hypothesis, Typical, wave
 from .place import Counted, COUNTS, LINK_READING, MOTOR_READING, Place, Read, Signal
-from ..compiled import compiled, Record
-from ..parameter import parameter
+from ...foundation.compiled import compiled, Record
+from ...foundation.parameter import parameter
 
 
 @compiled

@@ -6,8 +6,8 @@ from typing import ClassVar
 from .effect import Effect, Scope, Site
 from .hypothesis import Hypothesis, Typical
 from .place import CLOCK, Place, SAMPLE, Sampled, Sent, Signal
-from ..compiled import compiled, Record
-from ..parameter import parameter
+from ...foundation.compiled import compiled, Record
+from ...foundation.parameter import parameter
 
 
 @compiled

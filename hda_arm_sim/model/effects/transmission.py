@@ -9,8 +9,8 @@ from .effect import Effect, Site
 from .hypothesis import Hypothesis, KNEES, LOOP, SCALE, Typical, wave
 from .place import (GEAR, LOADED_GEAR, NUMBER, Place, PLAY, Signal, Stated, TRANSMISSION, Turned,
                     Twisted)
-from ..compiled import compiled, Record
-from ..parameter import parameter
+from ...foundation.compiled import compiled, Record
+from ...foundation.parameter import parameter
 
 SLIDERS = 4             # friction elements of a hysteresis
 

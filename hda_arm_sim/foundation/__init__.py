@@ -1,0 +1,1 @@
+"""What laws are made of: compiled functions, declared parameters and rigid bodies."""

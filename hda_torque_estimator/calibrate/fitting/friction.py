@@ -1,0 +1,226 @@
+"""
+Friction of a joint at its motor: what the motor's torque does beyond inertia and load.
+
+Only sliding counts: at rest friction takes any value up to its level. Which parts there are is
+decided by what each gains on stretches that the fit has not seen.
+"""
+
+from collections.abc import Callable, Sequence
+import math
+from typing import Any, NamedTuple
+
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects import Effect, LoadDependentFriction, StribeckFriction
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
+from scipy.optimize import least_squares
+from scipy.stats import t as student
+
+from .arm_numbers import Number, number
+from .bounds import declaration
+from .descent import FOLDS, rms, STRETCH
+from ..passages.passage import Passage
+from ...measurements.motion import WINDOW
+from ...significance import NORMAL_90
+
+Floats = NDArray[np.float64]
+# Choices unless told otherwise.
+SLOWEST = 1.0           # shaft speed from which friction slides for certain [rad/s]
+FEWEST = 200            # rows that slide
+GAIN = 0.01             # least relative gain that makes a part worth it
+CERTAIN = 3.0           # sigmas from zero, from which a part is there
+MOMENT = 1.0            # time that is left out to see what the numbers rest on [s]
+LEAST = 1e-9            # dry friction of which a share can be told [N*m]
+FEWEST_BESIDE = 3       # samples that derivatives see on either side at low rates
+LARGE = 3e-3            # error that counts less, for it passes for another cause [N*m motor]
+ASYMMETRY = 'asymmetric_friction.asymmetry'     # fitted in N*m, told as a share of the dry level
+
+
+class Sliding(NamedTuple):
+    """Rows in which a joint slides one way: speed, torque through the gear, friction (m,)."""
+
+    velocity: Floats    # [rad/s]
+    load: Floats        # [N*m output]
+    friction: Floats    # against the motion [N*m motor]
+    doubt: Floats       # (m, DOUBTS + 1) what loads and torque constant may add, one sigma each
+    stretch: NDArray[np.int64]
+    moment: NDArray[np.int64]       # which second the row belongs to
+
+
+class Part(NamedTuple):
+    """A part of friction: names, where to begin, and its share of the law."""
+
+    names: tuple[str, ...]
+    start: tuple[float, ...]
+    torque: Callable[[Sliding, Floats, float], Floats]
+
+
+def _asymmetric(seen: Sliding, values: Floats, ratio: float) -> Floats:
+    return np.sign(seen.velocity) * values[0]
+
+
+def _of_load(seen: Sliding, values: Floats, ratio: float) -> Floats:
+    return _budget(LoadDependentFriction, values, joint_torque=seen.load, ratio=ratio)
+
+
+def _near_rest(seen: Sliding, values: Floats, ratio: float) -> Floats:
+    return _budget(StribeckFriction, values, motor_velocity=seen.velocity)
+
+
+def _budget(kind: type[Effect], values: Floats, **signals: Floats | float) -> Floats:
+    """Return a law's budget for numbers that a fit tries, beyond their bounds as well."""
+    own = np.array(tuple(values), kind.record_type())[()]
+    return np.asarray(kind.law(own, kind.place.reads(**signals)))
+
+
+DRY = Part(('coulomb_friction.level', 'viscous_friction.slope'), (0.03, 1e-4),
+           lambda seen, values, ratio: values[0] + values[1] * np.abs(seen.velocity))
+MORE = (
+    Part(('load_dependent_friction.coefficient',), (0.05,), _of_load),
+    Part(('stribeck_friction.excess', 'stribeck_friction.speed'), (0.01, 6.0), _near_rest),
+    Part((ASYMMETRY,), (0.0,), _asymmetric))
+
+
+def friction(arm: Arm, passages: Sequence[Passage]) -> list[Number]:
+    """Return the friction of the only joint of an arm; none where the motor hardly slides."""
+    seen = sliding(arm, passages)
+    if len(seen.friction) < FEWEST:
+        return []
+    ratio, parts, rest = arm.joints[0].ratio, [DRY], list(MORE)
+    best = _held_out(seen, parts, ratio)
+    while rest:
+        trials = [_held_out(seen, [*parts, part], ratio) for part in rest]
+        part = rest.pop(int(np.argmin(trials)))
+        if min(trials) > (1.0 - GAIN) * best:
+            break
+        if _is_certain(seen, [*parts, part], ratio):
+            parts.append(part)
+            best = min(trials)
+    return _numbers(seen, parts, ratio)
+
+
+def _is_certain(seen: Sliding, parts: Sequence[Part], ratio: float) -> bool:
+    """Tell whether the size of the last part is not zero, for all that is in doubt."""
+    values, sigma = _known(seen, parts, ratio)
+    size = -len(parts[-1].names)
+    return bool(abs(values[size]) > CERTAIN * sigma[size])
+
+
+def sliding(arm: Arm, passages: Sequence[Passage]) -> Sliding:
+    """Return the rows of passages in which the joint slides and its command is known."""
+    joint, label = arm.joints[0], arm.labels[0]
+    inertia = joint.motor_inertia * (1.0 + arm.effect('motor_inertia_error', label).values()[0])
+    parts, stretches, moments = [], 0, 0
+    for passage in passages:
+        part = _sliding(passage, inertia, joint.ratio, arm.tolerances.torque_constant)
+        parts.append(part._replace(stretch=stretches + part.stretch,
+                                   moment=moments + part.moment))
+        stretches += 1 + int(part.stretch.max(initial=0))
+        moments += 1 + int(part.moment.max(initial=0))
+    columns: list[Any] = [np.concatenate(column) for column in zip(*parts)]
+    return Sliding(*columns)
+
+
+def _sliding(passage: Passage, inertia: float, ratio: float, tolerance: float) -> Sliding:
+    """Return the rows of one passage; `tolerance` is that of the torque constant."""
+    rest = passage.thinned(passage.command - inertia * passage.motor_acceleration
+                           - passage.reference / ratio)
+    velocity, load = passage.thinned(passage.motor_rate), passage.thinned(passage.reference)
+    doubt = np.column_stack([passage.thinned(passage.doubt) / ratio,
+                             tolerance * passage.thinned(passage.command)])
+    sense = np.sign(velocity)
+    seconds = np.arange(len(rest)) * passage.dt * passage.every
+    used = passage.rows_used() & _one_way(passage) & np.isfinite(rest)
+    return Sliding(velocity[used], load[used], (sense * rest)[used],
+                   (sense[:, None] * doubt)[used], (seconds // STRETCH).astype(np.int64)[used],
+                   (seconds // MOMENT).astype(np.int64)[used])
+
+
+def _one_way(passage: Passage) -> NDArray[np.bool_]:
+    """Return the rows whose derivatives saw the shaft slide one way only, all the time."""
+    reach = 1 + 2 * math.ceil(max(0.5 * WINDOW / passage.dt, FEWEST_BESIDE))
+    slides = ((minimum_filter1d(passage.motor_rate, reach) > SLOWEST)
+              | (maximum_filter1d(passage.motor_rate, reach) < -SLOWEST))
+    return passage.thinned(slides.astype(float)) == 1.0
+
+
+def _law(seen: Sliding, parts: Sequence[Part], values: Floats, ratio: float) -> Floats:
+    """Return the friction of these parts (m,) [N*m motor]."""
+    total, first = np.zeros_like(seen.velocity), 0
+    for part in parts:
+        last = first + len(part.names)
+        total, first = total + part.torque(seen, values[first:last], ratio), last
+    return total
+
+
+def _fit(seen: Sliding, parts: Sequence[Part], ratio: float) -> tuple[Floats, Floats]:
+    """Return the values of the parts, and the slopes of their errors (m, p)."""
+    start = np.array([value for part in parts for value in part.start])
+    names = [name for part in parts for name in part.names]
+    rules = [declaration('coulomb_friction.level' if name == ASYMMETRY else name)
+             for name in names]
+    low = [-rule.high if name == ASYMMETRY else rule.low for name, rule in zip(names, rules)]
+
+    def error(values: Floats) -> Floats:
+        return _law(seen, parts, values, ratio) - seen.friction
+
+    found = least_squares(error, start, bounds=(low, [rule.high for rule in rules]),
+                          x_scale=np.maximum(start, 0.01), loss='soft_l1', f_scale=LARGE)
+    return found.x, np.asarray(found.jac)
+
+
+def _held_out(seen: Sliding, parts: Sequence[Part], ratio: float) -> float:
+    """Return the error on stretches that the fit has not seen [N*m motor, rms]."""
+    left = np.empty_like(seen.friction)
+    for fold in range(FOLDS):
+        other = seen.stretch % FOLDS != fold
+        values, _ = _fit(_rows(seen, other), parts, ratio)
+        left[~other] = _law(_rows(seen, ~other), parts, values, ratio) - seen.friction[~other]
+    return rms(left)
+
+
+def _rows(seen: Sliding, chosen: NDArray[np.bool_]) -> Sliding:
+    columns: list[Any] = [column[chosen] for column in seen]
+    return Sliding(*columns)
+
+
+def _known(seen: Sliding, parts: Sequence[Part], ratio: float) -> tuple[Floats, Floats]:
+    """Return the values of the parts and their sigmas (p,)."""
+    values, slopes = _fit(seen, parts, ratio)
+    return values, _spread(seen, slopes, _law(seen, parts, values, ratio) - seen.friction)
+
+
+def _numbers(seen: Sliding, parts: Sequence[Part], ratio: float) -> list[Number]:
+    """Return the numbers of the parts with intervals."""
+    values, spread = _known(seen, parts, ratio)
+    names = [name for part in parts for name in part.names]
+    found = []
+    for name, value, sigma in zip(names, values, spread):
+        if name == ASYMMETRY:
+            value, sigma = value / max(values[0], LEAST), sigma / max(values[0], LEAST)
+        found.append(number(name, float(value), float(sigma)))
+    return found
+
+
+def _spread(seen: Sliding, slopes: Floats, error: Floats) -> Floats:
+    """
+    Return the sigmas of values (p,) that a normal interval of 90 % needs.
+
+    They come from how far values move as each second is left out in turn, so errors may follow
+    each other; few seconds are little to know a sigma by (Student). What the loads and the torque
+    constant may be off by comes on top.
+    """
+    normal = slopes.T @ slopes
+    weighed = error * (1.0 + (error / LARGE) ** 2) ** 0.25      # of soft_l1, as the slopes are
+    left_out = []
+    for moment in np.unique(seen.moment):
+        own = slopes[seen.moment == moment]
+        pull = own.T @ weighed[seen.moment == moment]
+        left_out.append(np.linalg.lstsq(normal - own.T @ own, pull, rcond=None)[0])
+    count = len(left_out)
+    moved = np.stack(left_out) - np.mean(left_out, axis=0)
+    chance = (count - 1.0) / count * (moved ** 2).sum(axis=0)
+    certain = np.linalg.lstsq(normal, slopes.T @ seen.doubt, rcond=None)[0]
+    few = student.ppf(0.95, max(count - 1, 1)) / NORMAL_90
+    return np.asarray(np.sqrt(few ** 2 * chance + (certain ** 2).sum(axis=1)))

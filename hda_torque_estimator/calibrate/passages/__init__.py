@@ -1,0 +1,1 @@
+"""What a calibration reads of recordings: joints, loads, and what the user states."""

@@ -1,0 +1,102 @@
+"""A recording as a calibration needs it: every joint's passage, and where its torque is from."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from hda_arm_sim.model.arm import Arm
+from hda_msgs_json.samples import JointSamples, WrenchSamples
+from hda_msgs_json.topics import EXTERNAL_WRENCH, reference_joint_torque, REFERENCE_TIP_WRENCH
+import numpy as np
+from numpy.typing import NDArray
+
+from .loads import loads
+from .measured import CalibrationError
+from .passage import Passage, passages
+from .stated import Stated
+from .suitability import check_alike
+from ...measurements.even_grid import on_grid
+from ...measurements.gate import check_names
+from ...measurements.measurement import Measurement, measurement_from
+from ...measurements.motion import motion_of
+from ...samples.readings import readings
+
+Floats = NDArray[np.float64]
+# Choices unless told otherwise.
+FEWEST = 100            # samples from which a motion can be differentiated
+
+
+class Heard(NamedTuple):
+    """What one recording tells."""
+
+    name: str
+    passages: dict[str, Passage]
+    stated: Stated
+    sensed: frozenset[str]          # joints with a torque sensor
+    pushed: bool                    # whether a known force acted on the tip
+    weighed: bool                   # whether the arm file says that the base is tilted
+
+    def sources(self, label: str) -> list[str]:
+        """Return what makes the torque of a joint known, in words."""
+        if label in self.sensed:
+            return [f'the reference sensor of {label}']
+        known = [f'{words} of {self.name}' for words in [self.stated.sentence()] if words]
+        known += [f'the known force on the tip in {self.name}'] if self.pushed else []
+        return known + (['the weight on the base tilted as in the arm file']
+                        if self.weighed and self.stated.tilt is None else [])
+
+
+def heard(states: JointSamples, wrenches: Mapping[str, WrenchSamples], name: str, arm: Arm,
+          known: Stated) -> Heard:
+    """
+    Return what a recording of an arm tells: its joint states, and wrenches by their topics.
+
+    `known` is what is stated of it.
+
+    Raises CalibrationError or GateError naming the recording and what is wrong with it.
+    """
+    stood = known.on(arm)
+    check_names(states, arm, name)
+    seen = measurement_from(arm.labels, states, name)
+    if len(seen.command) < FEWEST:
+        raise CalibrationError(f'{name} is too short: it has {len(seen.command)} samples of all '
+                               f'angles and motor torques, at least {FEWEST} are needed')
+    seen = on_grid(seen)
+    stamps = _grid(states, arm, seen)
+    force, pushed = _force(wrenches, stamps)
+    sensed = {label: _interpolated(stamps, sensor, sensor.torque[:, 2])
+              for label in arm.labels
+              if (sensor := wrenches.get(reference_joint_torque(label).name)) is not None}
+    if known != Stated() or pushed:
+        own = loads(stood, motion_of(seen, stood), force).torque
+        for place, label in enumerate(arm.labels):
+            if label in sensed:
+                check_alike(label, name, sensed[label], own[:, place])
+    return Heard(name, passages(name, stood, seen, force, sensed), known, frozenset(sensed),
+                 pushed, arm.base.tilt > 0.0)
+
+
+def _grid(states: JointSamples, arm: Arm, seen: Measurement) -> NDArray[np.int64]:
+    """Return the stamps of a measurement's samples [ns]."""
+    known = np.isfinite(readings(arm.labels, states)[:, :, :2]).all(axis=(1, 2))
+    first = int(states.stamps[known][0])
+    return first + np.round(seen.time * 1e9).astype(np.int64)
+
+
+def _force(wrenches: Mapping[str, WrenchSamples],
+           stamps: NDArray[np.int64]) -> tuple[Floats, bool]:
+    """Return the known force on the tip (k, 2) [N, base], NaN where unknown; and if there is."""
+    sensor = wrenches.get(REFERENCE_TIP_WRENCH.name)
+    source = wrenches.get(EXTERNAL_WRENCH.name) if sensor is None else sensor
+    if source is None:
+        return np.zeros((len(stamps), 2)), False
+    columns = [_interpolated(stamps, source, source.force[:, axis]) for axis in range(2)]
+    force = np.stack(columns, axis=1)
+    if sensor is None:                      # a push that was asked for is known to end
+        force = np.nan_to_num(force)
+    return force, bool(np.nanmax(np.abs(force), initial=0.0) > 0.0)
+
+
+def _interpolated(stamps: NDArray[np.int64], source: WrenchSamples, values: Floats) -> Floats:
+    """Return values of a sensor at stamps (k,), NaN beyond its own."""
+    begin = int(source.stamps[0])
+    return np.interp(stamps - begin, source.stamps - begin, values, np.nan, np.nan)

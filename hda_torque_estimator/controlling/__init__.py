@@ -1,0 +1,1 @@
+"""The controller: torque feedback, references that an arm can follow, and its safety."""

@@ -1,0 +1,77 @@
+"""
+The controller's compiled step: PD on the motor side with torque feedback (eq:control-law).
+
+    tau = K_P (N q_d - theta_m) + K_D (N dq_d - dtheta_m) + (K_J / N) tau_hat
+
+tau_hat is the estimated torque through the gear, which loads the motor with tau_hat / N. K_J = -1
+adds the load once more, so that the arm follows a push. 0 < K_J < 1 takes that share of the load
+off the motor, so that the arm rejects it. K_J = 1 makes the load invisible to the motor.
+"""
+
+from typing import NamedTuple
+
+from hda_arm_sim.foundation.compiled import Array, compiled
+from hda_arm_sim.model.arm import ArmRecord
+import numpy as np
+
+# Memory, per joint.
+LAST_ANGLE, VELOCITY, LAST_COMMAND, HANDOVER = range(4)
+MEMORY = 4
+
+# A reference, per joint, on the link side.
+ANGLE, RATE = 0, 1
+
+
+class CompiledSettings(NamedTuple):
+    """What the compiled step reads of the settings and of the arm's limits."""
+
+    position_gain: float
+    velocity_gain: float
+    torque_feedback: float
+    velocity_bandwidth: float
+    rate_limit: float
+    handover_time: float
+    torque_limits: Array                # (n,) [N*m, shaft]
+
+
+@compiled
+def law(settings: CompiledSettings, ratio: float, angle: float, rate: float, motor_angle: float,
+        motor_velocity: float, joint_torque: float) -> float:
+    """Return the motor torque that the law asks for, (eq:control-law) [N*m, shaft]."""
+    return (settings.position_gain * (ratio * angle - motor_angle)
+            + settings.velocity_gain * (ratio * rate - motor_velocity)
+            + settings.torque_feedback / ratio * joint_torque)
+
+
+@compiled
+def limited(command: float, last: float, limit: float, change: float) -> float:
+    """Return the command within the limits of torque and of its change, (eq:limits) [N*m]."""
+    near = min(max(command, last - change), last + change)
+    return min(max(near, -limit), limit)
+
+
+@compiled
+def step(record: ArmRecord, settings: CompiledSettings, memory: Array, reference: Array,
+         motor_angle: Array, joint_torque: Array, dt: float, command: Array) -> None:
+    """
+    Fill the motor torques (n,) [N*m] that answer one sample.
+
+    `reference` (n, 2) is link angle and rate [rad, rad/s], `motor_angle` (n,) the shafts' [rad],
+    `joint_torque` (n,) the estimated torques [N*m]. `dt` [s] is since the last sample, 0 to take
+    over without a step. The command starts at zero and what the law asks for comes in,
+    (eq:handover).
+    """
+    share = 1.0 - np.exp(-2.0 * np.pi * settings.velocity_bandwidth * dt)
+    left = np.exp(-dt / settings.handover_time)
+    for j in range(record.joints.shape[0]):
+        ratio = record.joints[j].ratio
+        if dt > 0.0:
+            rate = (motor_angle[j] - memory[j, LAST_ANGLE]) / dt
+            memory[j, VELOCITY] += share * (rate - memory[j, VELOCITY])
+        memory[j, LAST_ANGLE] = motor_angle[j]
+        wanted = law(settings, ratio, reference[j, ANGLE], reference[j, RATE], motor_angle[j],
+                     memory[j, VELOCITY], joint_torque[j])
+        memory[j, HANDOVER] = memory[j, HANDOVER] * left if dt > 0.0 else -wanted
+        command[j] = limited(wanted + memory[j, HANDOVER], memory[j, LAST_COMMAND],
+                             settings.torque_limits[j], settings.rate_limit * dt)
+        memory[j, LAST_COMMAND] = command[j]

@@ -1,0 +1,1 @@
+"""The balances of an arm along a measured motion, and what it would do from there."""

@@ -1,0 +1,277 @@
+"""
+The balances of an arm along a motion: the kernel read backwards (eq:balance-a, balance-b).
+
+The kernel says how the arm would accelerate in the measured state under the recorded command.
+What the measurement did instead, as a torque, is the residual. Because it is the simulator's own
+equation of motion, every effect of the catalogue acts here as it acts there.
+
+    A, motor:    N J (ddtheta_m - predicted) + B,  the motor balance closed over the link
+    B, torsion:  M (ddq - predicted),              the torsion against the link
+
+Torques at the output side; what is hardly smoothed in them passes one filter with all else. A
+wrong friction shows in A alone, a wrong torsion in B alone, a wrong load in both alike.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from hda_arm_sim.foundation.compiled import compiled, Record
+from hda_arm_sim.foundation.rigid import Inertia, mass_matrix
+from hda_arm_sim.model.arm import Arm, ArmRecord
+from hda_arm_sim.model.effects.catalogue import effects_at
+from hda_arm_sim.model.effects.friction import bristle_after
+from hda_arm_sim.model.effects.place import (
+    Bent, CLOCK, Commanded, LINK_READING, MOTOR_READING)
+from hda_arm_sim.model.kernel import (BASE_OFFSET, BASE_RATE, BRISTLE, COMMAND, LINK_ANGLE,
+                                      LINK_VELOCITY, MODE, MOTOR_VELOCITY, NOW, REGISTERS, settle,
+                                      slope, SLOPE_1, STATE, STATES, TORQUE)
+from hda_arm_sim.model.link_side import base_coupling, loaded_inertia
+from hda_arm_sim.model.motor_side import clipped, friction_budget, lagging, shaft_torque
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import firwin, upfirdn
+
+from .base_motion import base_motion
+from ...measurements.measurement import Measurement
+from ...measurements.motion import jolts, Motion, motion_of, SHORT
+from ...measurements.running_clock import arm_during
+
+Array = NDArray[np.float64]
+# Choices unless told otherwise.
+BANDWIDTH = 40.0        # of the balances [Hz]
+RATE = 125.0            # at which balances are kept [Hz]
+_ENOUGH = 500.0         # samples that tell what a change of the arm changes in them [1/s]
+_KEPT = 8              # motions, for arms that sense differently
+_REST = 2e-3            # link speed at which a bearing may stick [rad/s]
+_MARGIN = 12            # samples beyond the filter's reach, for the polynomials
+_STOP = 0.006           # for which a shaft that turns round is slow [s]
+_SLOW = 0.3             # shaft speed below which dry friction is not known [rad/s]
+_SENSED = ('motor_encoder', 'link_encoder', *(
+    effect.name for place in (MOTOR_READING, LINK_READING, CLOCK) for effect in effects_at(place)))
+MEASURED = 4           # states that a motion gives; the kernel's others are its memory (layout)
+
+
+@dataclass(frozen=True, eq=False)
+class Balance:
+    """Residuals over time, columns A1, A2, B1, B2 (m, 2 n) [N*m at the output]."""
+
+    residual: Array
+    valid: NDArray[np.bool_]        # (m, 2 n): away from ends, jolts, and for A standstill
+
+
+class Balancer:
+    """The balances of one measurement, for one arm after another."""
+
+    def __init__(self, measurement: Measurement, turning: Sequence[int] = ()) -> None:
+        """
+        Prepare filters; the motion is found anew only when an arm's sensing differs.
+
+        Joints that are `turning` are valid where they turn round without a stop.
+        """
+        self.measurement, self.turning = measurement, tuple(turning)
+        self.every = max(1, round(1.0 / (RATE * measurement.dt)))
+        self.time = measurement.time[::self.every]
+        half = 4 * max(1, round(0.25 / (BANDWIDTH * measurement.dt) / 4.0) * 4)
+        self._low_pass = firwin(2 * half + 1, BANDWIDTH, window=('kaiser', 6.0),
+                                fs=1.0 / measurement.dt)
+        self._reach = half + _MARGIN
+        self._motions: dict[bytes, tuple[Motion, NDArray[np.bool_]]] = {}
+
+    def motion(self, arm: Arm) -> Motion:
+        """Return the motion behind the measurement if the arm senses as `arm` does."""
+        return self._behind(arm)[0]
+
+    def _behind(self, arm: Arm) -> tuple[Motion, NDArray[np.bool_]]:
+        """Return the motion, and where the balances are valid along it."""
+        key = _sensing(arm)
+        if key not in self._motions:
+            if len(self._motions) > _KEPT:
+                self._motions.pop(next(iter(self._motions)))
+            parts = [motion_of(one, arm, SHORT) for one in self.measurement.recordings()]
+            motion = Motion(*map(np.concatenate, zip(*parts))) if len(parts) > 1 else parts[0]
+            self._motions[key] = motion, self._valid(motion, self.turning)
+        return self._motions[key]
+
+    def __call__(self, arm: Arm) -> Balance:
+        """Return the balances of an arm."""
+        residual, _ = self._along(arm)
+        return Balance(self.filtered(residual), self._behind(arm)[1])
+
+    @cached_property
+    def _jolted(self) -> NDArray[np.bool_]:
+        """Return where a jolt is within the filter's reach (k,)."""
+        return np.concatenate([_spread(jolts(one), self._reach)
+                               for one in self.measurement.recordings()])
+
+    @cached_property
+    def thinned(self) -> 'Balancer':
+        """Return balances at the same times from fewer samples, to tell changes of the arm."""
+        made = self.measurement
+        part = max((part for part in range(1, self.every + 1)
+                    if self.every % part == 0 and made.dt * part * _ENOUGH < 1.01),
+                   default=1)
+        if part == 1:
+            return self
+        padded = np.concatenate([made.command, np.repeat(made.command[-1:], part, axis=0)])
+        command = np.mean([padded[k:k + len(made.command):part] for k in range(part)], axis=0)
+        return Balancer(replace(made, dt=part * made.dt, command=command, absent=(),
+                                reading=np.ascontiguousarray(made.reading[::part]),
+                                begins=tuple(begin // part for begin in made.begins)),
+                        self.turning)
+
+    @cached_property
+    def noisier(self) -> 'Balancer':
+        """Return balances of the same readings with about as much noise again."""
+        made = self.measurement
+        random = np.random.default_rng(0).standard_normal(made.reading.shape)
+        return Balancer(replace(made, reading=made.reading + made.reading_noise() * random),
+                        self.turning)
+
+    def memory(self, arm: Arm) -> Array:
+        """Return what the arm's effects remember along the motion (k, n, STATES - MEASURED)."""
+        return self._along(arm)[1]
+
+    def _along(self, arm: Arm) -> tuple[Array, Array]:
+        motion, dt = self.motion(arm), self.measurement.dt
+        samples, joints = self.measurement.command.shape
+        residual = np.empty((samples, 2 * joints))
+        memory = np.zeros((samples, joints, STATES - MEASURED))
+        delivered = np.empty((samples, joints))
+        for piece in self.measurement.pieces():
+            record = arm_during(arm, piece, dt).record()
+            moved = Motion(motion.state[piece], motion.acceleration[piece])
+            _deliver(record, self.measurement.command[piece], dt, delivered[piece])
+            _along(record, loaded_inertia(record.body), *moved, base_motion(arm, moved, dt),
+                   _centred(delivered[piece]), dt, residual[piece], memory[piece])
+        return residual, memory
+
+    def filtered(self, raw: Array) -> Array:
+        """Return columns (k, m) low-passed without delay and thinned to the balances' rate."""
+        return np.concatenate([self._filtered(raw[piece]) for piece in self.measurement.pieces()])
+
+    def _filtered(self, raw: Array) -> Array:
+        """Return the filtered columns of one recording."""
+        half = len(self._low_pass) // 2
+        early = -half % self.every                  # so that an output falls on the first sample
+        padded = np.concatenate([np.zeros((early, raw.shape[1])), raw])
+        thin = upfirdn(self._low_pass, padded, down=self.every, axis=0)
+        first = (half + early) // self.every
+        return np.asarray(thin[first:first + -(-len(raw) // self.every)])
+
+    def valid_if_turning(self, arm: Arm, joints: Sequence[int]) -> NDArray[np.bool_]:
+        """Return where the balances of an arm would be valid if these joints were turning."""
+        return self._valid(self.motion(arm), joints)
+
+    def _valid(self, motion: Motion, turning: Sequence[int]) -> NDArray[np.bool_]:
+        """Return where balances hold: their filter has seen no end, no jolt and no standstill."""
+        reach = self._reach
+        smooth = np.zeros(len(motion.state), bool)
+        for piece in self.measurement.pieces():
+            whole = slice(piece.start + reach, piece.stop - reach)
+            smooth[whole] = ~self._jolted[whole]
+        slow = np.abs(motion.state[:, :, MOTOR_VELOCITY]) < _SLOW
+        for joint in turning:
+            slow[:, joint] = _lasting(slow[:, joint], round(_STOP / self.measurement.dt))
+        near = np.stack([_spread(column, reach) for column in slow.T], axis=1)
+        valid = np.concatenate([smooth[:, None] & ~near,
+                                np.repeat(smooth[:, None], slow.shape[1], 1)], axis=1)
+        return valid[::self.every]
+
+
+def _spread(marked: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
+    """Return what is within `reach` samples of what is marked (k,)."""
+    return np.asarray(np.convolve(marked, np.ones(2 * reach + 1), 'same') > 0.5)
+
+
+def _lasting(marked: NDArray[np.bool_], least: int) -> NDArray[np.bool_]:
+    """Return what is marked for longer than `least` samples (k,)."""
+    return ~_spread(~marked, least // 2) if least > 1 else marked
+
+
+def _sensing(arm: Arm) -> bytes:
+    """Return what the motion depends on: all that stands between an angle and its reading."""
+    joints = arm.record().joints
+    return b''.join(np.ascontiguousarray(joints[name]).tobytes() for name in _SENSED)
+
+
+def _centred(command: Array) -> Array:
+    """Return the command around every sample: the mean of the one before and the one after."""
+    return 0.5 * (command + np.concatenate([command[:1], command[:-1]]))
+
+
+@compiled
+def _deliver(arm: ArmRecord, command: Array, dt: float, delivered: Array) -> None:
+    """Fill the mean torque (k, n) at each shaft from a sample until the next."""
+    for j in range(command.shape[1]):
+        joint = arm.joints[j]
+        late = joint.command_delay.delay / dt
+        whole, lag, current = int(late), joint.current_loop_lag.time_constant, 0.0
+        for k in range(command.shape[0]):
+            new, old = command[max(k - whole, 0), j], command[max(k - whole - 1, 0), j]
+            mean = new + (late - whole) * (old - new)
+            mean = clipped(joint, mean)
+            if lag > 0.0:
+                before = current if k > 0 else mean
+                current = lagging(joint, Commanded(mean, mean, before, dt))
+                mean = mean - (current - before) * lag / dt     # the lag's mean over the sample
+            delivered[k, j] = shaft_torque(joint, mean)
+
+
+@compiled
+def _along(arm: ArmRecord, inertia: Inertia, state: Array, acceleration: Array, base: Array,
+           command: Array, dt: float, residual: Array, memory: Array) -> None:
+    """Fill the residuals (k, 2 n): A of every joint, then B; and what the effects remember."""
+    joints = state.shape[1]
+    w = np.zeros((2, REGISTERS))
+    for k in range(state.shape[0]):
+        w[0, NOW] = k * dt
+        w[0, STATE + BASE_OFFSET], w[0, STATE + BASE_RATE] = base[k, 0], base[k, 1]
+        for j in range(joints):
+            w[j, COMMAND] = command[k, j]
+            w[j, MODE] = np.sign(state[k, j, MOTOR_VELOCITY])
+            rate = state[k, j, LINK_VELOCITY]
+            w[j, MODE + 1] = np.sign(rate) if abs(rate) > _REST else 0.0
+            for i in range(MEASURED):
+                w[j, STATE + i] = state[k, j, i]
+            _bend(arm.joints[j], w, j, dt)
+            for i in range(MEASURED, STATES):
+                memory[k, j, i - MEASURED] = w[j, STATE + i]
+        slope(arm, inertia, w, STATE, SLOPE_1)
+        settle(arm, w)
+        _compare(arm, inertia, w, acceleration[k], joints, residual[k])
+
+
+@compiled
+def _bend(joint: Record, w: Array, j: int, dt: float) -> None:
+    """Bend the bristles for a sample, under the torque of the one before."""
+    if joint.presliding_friction.stiffness > 0.0:
+        rate, angle = w[j, STATE + MOTOR_VELOCITY], w[j, STATE + LINK_ANGLE]
+        budget = friction_budget(joint, rate, np.sign(rate), w[j, TORQUE], angle)
+        at = Bent(rate, w[j, STATE + BRISTLE], 0.0, budget)
+        w[j, STATE + BRISTLE] = bristle_after(joint.presliding_friction, at, dt)
+
+
+@compiled
+def _compare(arm: ArmRecord, inertia: Inertia, w: Array, acceleration: Array, joints: int,
+             residual: Array) -> None:
+    """Fill the residuals of one sample from measured accelerations and predicted ones."""
+    miss1 = acceleration[0, 1] - w[0, SLOPE_1 + LINK_VELOCITY]
+    residual[joints], miss2 = inertia.p1 * miss1, 0.0
+    if joints == 2:
+        miss2 = acceleration[1, 1] - w[1, SLOPE_1 + LINK_VELOCITY]
+        m11, m12, m22 = mass_matrix(inertia, w[1, STATE + LINK_ANGLE])
+        residual[2] = m11 * miss1 + m12 * miss2
+        residual[3] = m12 * miss1 + m22 * miss2
+    swing = arm.body.base_vibration
+    if swing.amplitude > 0.0:                   # what is missed would shake the base less
+        sides = base_coupling(inertia, swing.direction, w[0, STATE + LINK_ANGLE],
+                              w[1, STATE + LINK_ANGLE])
+        shaken = swing.amplitude * (sides[0] * miss1 + sides[1] * miss2)
+        residual[joints] -= sides[0] * shaken
+        if joints == 2:
+            residual[3] -= sides[1] * shaken
+    for j in range(joints):
+        joint = arm.joints[j]
+        miss = acceleration[j, 0] - w[j, SLOPE_1 + MOTOR_VELOCITY]
+        residual[j] = joint.ratio * joint.motor_inertia * miss + residual[joints + j]

@@ -1,0 +1,57 @@
+"""
+How the base swings along a measured motion (docs/model.md, eq:base-motion).
+
+The links' measured acceleration drives it. The torque through the gear, which a simulation would
+take, carries the steps of the motor encoder, and a mode that rings adds them up.
+"""
+
+from hda_arm_sim.foundation.compiled import compiled
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects import BaseVibration
+from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY
+from hda_arm_sim.model.link_side import base_coupling, base_push, loaded_inertia
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import cont2discrete
+
+from ...measurements.motion import Motion
+
+Array = NDArray[np.float64]
+
+
+def base_motion(arm: Arm, motion: Motion, dt: float) -> Array:
+    """Return offset [m] and rate [m/s] of the base (k, 2) from rest, zero where it is rigid."""
+    swing = arm.effect(BaseVibration.name, None)
+    if not isinstance(swing, BaseVibration) or swing.amplitude == 0.0:
+        return np.zeros((len(motion.state), 2))
+    pace, answer = 2.0 * np.pi * swing.frequency, np.empty((len(motion.state), 2))
+    mode = np.array([[0.0, 1.0], [-pace ** 2, -2.0 * swing.damping * pace]])
+    step = cont2discrete((mode, np.array([[0.0], [swing.amplitude]]), np.eye(2),
+                          np.zeros((2, 1))), dt, 'foh')     # a push straight between samples
+    past, push, told, now = (np.ascontiguousarray(part) for part in step[:4])
+    _march(past, push, told, now, stirring(arm, motion, swing.direction)[0], answer)
+    return answer
+
+
+def stirring(arm: Arm, motion: Motion, direction: float) -> tuple[Array, Array]:
+    """Return the push (k,) of the links on a base [N], and its coupling (k, n) [kg*m]."""
+    inertia, joints = loaded_inertia(arm.record().body), motion.state.shape[1]
+    angle, rate = motion.state[:, :, LINK_ANGLE].T, motion.state[:, :, LINK_VELOCITY].T
+    if joints == 1:
+        angle, rate = np.vstack([angle, 0.0 * angle]), np.vstack([rate, 0.0 * rate])
+    (q1, q2), (dq1, dq2) = angle, rate
+    coupling = np.stack(base_coupling(inertia, direction, q1, q2), axis=1)[:, :joints]
+    push = base_push(inertia, direction, q1, q2, dq1, dq2, 0.0, 0.0)
+    return push - (coupling * motion.acceleration[:, :, 1]).sum(axis=1), coupling
+
+
+@compiled
+def _march(past: Array, push: Array, told: Array, now: Array, course: Array,
+           answer: Array) -> None:
+    """Fill the answer (k, 2) of a mode, given in discrete steps, to the course (k,) of a push."""
+    first, second = 0.0, 0.0
+    for k in range(course.shape[0]):
+        for row in range(2):
+            answer[k, row] = told[row, 0] * first + told[row, 1] * second + now[row, 0] * course[k]
+        first, second = (past[0, 0] * first + past[0, 1] * second + push[0, 0] * course[k],
+                         past[1, 0] * first + past[1, 1] * second + push[1, 0] * course[k])

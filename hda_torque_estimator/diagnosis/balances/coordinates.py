@@ -1,0 +1,34 @@
+"""What a residual may follow: the coordinates of a measured motion, at the balances' times."""
+
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY, MOTOR_ANGLE, MOTOR_VELOCITY
+import numpy as np
+from numpy.typing import NDArray
+
+from .balance import Balancer
+from ...estimating.laws.torsion_torque import torque_through_gear
+
+Array = NDArray[np.float64]
+
+
+def coordinates_of(balancer: Balancer, arm: Arm) -> dict[str, Array]:
+    """
+    Return what residuals may depend on, at the times of the balances, (m, n) each.
+
+    Velocities [rad/s], angles [rad], `joint_torque` [N*m at the output], `motor_torque` [N*m at
+    the shaft]; `other_link_angle` only where there is another joint.
+    """
+    state = balancer.motion(arm).state[::balancer.every]
+    joints = arm.record().joints
+    torsion = state[:, :, MOTOR_ANGLE] / joints['ratio'] - state[:, :, LINK_ANGLE]
+    torque = np.array([[torque_through_gear(joint, angle, value, 0.0, 0.0)
+                        for joint, value, angle in zip(joints, row, angles)]
+                       for row, angles in zip(torsion, state[:, :, MOTOR_ANGLE])])
+    found = {'motor_velocity': state[:, :, MOTOR_VELOCITY],
+             'link_velocity': state[:, :, LINK_VELOCITY],
+             'motor_angle': state[:, :, MOTOR_ANGLE], 'link_angle': state[:, :, LINK_ANGLE],
+             'joint_torque': torque,
+             'motor_torque': balancer.measurement.command[::balancer.every]}
+    if len(joints) > 1:
+        found['other_link_angle'] = state[:, ::-1, LINK_ANGLE]
+    return found

@@ -1,0 +1,95 @@
+"""
+Predict a recording by simulation from measured states, and measure how far off it ends.
+
+From the measured state at the start of each window the arm is simulated open loop under the
+recorded command. The reference motion and the controller need not be known. The error is that of
+the predicted encoder readings, at the output side, over the window.
+"""
+
+from hda_arm_sim.drive import act
+from hda_arm_sim.foundation.compiled import compiled
+from hda_arm_sim.foundation.rigid import Inertia
+from hda_arm_sim.model.arm import Arm, ArmRecord
+from hda_arm_sim.model.kernel import (CURRENT, HISTORY, registers, SENT, slope, SLOPE_1, STATE,
+                                      STATES, TIME)
+from hda_arm_sim.model.link_side import loaded_inertia
+from hda_arm_sim.sensors import DRAWS, read_encoders
+from hda_arm_sim.simulate import step_count
+import numpy as np
+from numpy.typing import NDArray
+
+from .balance import Balancer, MEASURED
+from ...measurements.running_clock import arm_during, Spans, within
+
+Array = NDArray[np.float64]
+# Choices unless told otherwise.
+HORIZON = 0.2           # length of a window [s]
+EVERY = 0.1             # from window to window [s]
+_EDGE = 0.05            # of the recording, where its motion is not known well [s]
+
+
+def prediction_errors(balancer: Balancer, arm: Arm, spans: Spans,
+                      horizon: float = HORIZON) -> Array:
+    """
+    Return the mean squared errors (w, 3 n) of windows within spans of time.
+
+    Columns are motors (over their ratio), links and torsions [rad^2 at the output].
+    """
+    return np.concatenate([_errors(balancer, arm, spans, piece, horizon)
+                           for piece in balancer.measurement.pieces()])
+
+
+def _errors(balancer: Balancer, arm: Arm, spans: Spans, piece: slice, horizon: float) -> Array:
+    """Return the mean squared errors of the windows within one recording."""
+    measurement, dt = balancer.measurement, balancer.measurement.dt
+    motion, memory = balancer.motion(arm), balancer.memory(arm)
+    steps, record = round(horizon / dt), arm_during(arm, piece, dt).record()
+    inertia = loaded_inertia(record.body)
+    starts = _starts(within(spans, piece, dt), (piece.stop - 1 - piece.start) * dt, dt)
+    squared = np.zeros((len(starts), 3 * len(arm.joints)))
+    for errors, start in zip(squared, starts):
+        begin = piece.start + start
+        state = np.zeros((motion.state.shape[1], STATES))
+        state[:, :MEASURED], state[:, MEASURED:] = motion.state[begin], memory[begin]
+        w = registers(state)
+        w[0, TIME] = start * dt
+        _remember(w, measurement.command[piece.start:begin])
+        reading = measurement.reading[begin:begin + steps + 1]
+        _predict(record, inertia, w, measurement.command[begin:begin + steps], reading, dt,
+                 step_count(dt), errors)
+    return squared
+
+
+def _remember(w: Array, command: Array) -> None:
+    """Set what the drive remembers at the start of a window: the last commands [N*m]."""
+    joints = command.shape[1]
+    last = command[::-1][:HISTORY]
+    w[:joints, SENT:SENT + len(last)] = last.T
+    w[:joints, STATE + CURRENT] = last[0]
+
+
+def _starts(spans: Spans, duration: float, dt: float) -> list[int]:
+    """Return the first samples of all windows that lie within spans."""
+    starts: list[int] = []
+    for begin, end in spans:
+        last = min(end, duration - _EDGE) - HORIZON
+        starts += [round(time / dt) for time in np.arange(max(begin, _EDGE), last, EVERY)]
+    return starts
+
+
+@compiled
+def _predict(arm: ArmRecord, inertia: Inertia, w: Array, command: Array, reading: Array, dt: float,
+             count: int, errors: Array) -> None:
+    """Fill the mean squared errors (3 n,) of one window; the first reading is where it starts."""
+    joints = reading.shape[1]
+    shown, noise, force = np.empty((joints, 2)), np.zeros((joints, DRAWS)), np.zeros(2)
+    for k in range(command.shape[0]):
+        act(arm, inertia, w, command[k], force, dt, count)
+        slope(arm, inertia, w, STATE, SLOPE_1)
+        read_encoders(arm, inertia, w, noise, shown)
+        for j in range(joints):
+            motor = (shown[j, 0] - reading[k + 1, j, 0]) / arm.joints[j].ratio
+            link = shown[j, 1] - reading[k + 1, j, 1]
+            errors[j] += motor ** 2 / command.shape[0]
+            errors[joints + j] += link ** 2 / command.shape[0]
+            errors[2 * joints + j] += (motor - link) ** 2 / command.shape[0]

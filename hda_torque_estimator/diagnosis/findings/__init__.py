@@ -1,0 +1,1 @@
+"""What a diagnosis can find: causes with intervals, their gains, the smallest sizes."""

@@ -1,0 +1,1 @@
+"""Effects as terms, and their least-squares fit to the balances."""

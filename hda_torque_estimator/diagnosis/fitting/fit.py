@@ -1,0 +1,312 @@
+"""Fit terms to the balances of one measurement: Gauss-Newton with the exact model."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from operator import is_
+from typing import NamedTuple
+
+from hda_arm_sim.foundation.parameter import ParameterError
+from hda_arm_sim.model.arm import Arm, ArmError
+from hda_arm_sim.model.effects import effect_named, Scope, Site
+import numpy as np
+from numpy.typing import NDArray
+
+from .nuisance import AnyTerm, CouplingInertia, nuisances, Zero
+from .solve import condense, covariance, score, solve
+from .term import Term
+from ..balances.balance import Balance, Balancer, RATE
+
+Array = NDArray[np.float64]
+IMPOSSIBLE = (ArmError, ParameterError)     # no arm can have such numbers
+# Choices unless told otherwise.
+PASSES = 4              # of a fit of all numbers, at most
+_REFINEMENTS = 6        # further passes of a fit that still gains
+_BLOCK = 1.0            # within which residuals may go together [s]
+CLOSE = 0.5             # improvement of the score that is not worth another pass
+_FINE = 0.01            # share of the usual step in a derivative: noise is the same at both ends
+FAR = 100.0             # improvement by a step after which no derivative is as it was
+
+
+class _Base(NamedTuple):
+    """Terms that were changed last, and what they leave as they are (m, c) [N*m]."""
+
+    terms: tuple[AnyTerm, ...]
+    residual: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Terms at their best: what was accepted, what only may differ, and what is left."""
+
+    accepted: tuple[Term, ...]
+    nuisance: tuple[AnyTerm, ...]
+    balance: Balance
+    columns: Array              # (m, c, p) derivatives of the residual, accepted terms first
+    score: float                # smaller is better
+    variance: Array             # (c,) of what is left [N^2*m^2]
+
+    @property
+    def terms(self) -> tuple[AnyTerm, ...]:
+        """Return all terms, the accepted ones first."""
+        return self.accepted + self.nuisance
+
+    def terms_beside(self, term: AnyTerm) -> list[AnyTerm]:
+        """Return all terms but one."""
+        return [other for other in self.terms if other is not term]
+
+    def causes_beside(self, term: Term) -> list[Term]:
+        """Return the accepted terms but one."""
+        return [other for other in self.accepted if other is not term]
+
+    def own(self, term: AnyTerm) -> NDArray[np.bool_]:
+        """Return which columns are those of a term (p,)."""
+        return np.concatenate([np.full(other.size, other is term) for other in self.terms])
+
+
+@dataclass(frozen=True, eq=False)
+class Fitter:
+    """Fits on some rows of the balances of one measurement, for one arm as given."""
+
+    balancer: Balancer
+    arm: Arm
+    noise: Array                # (c,) standard deviation that a healthy arm leaves [N*m]
+    effective: float            # share of samples that are independent
+    rows: NDArray[np.bool_]     # (m,) those to be used
+    _base: list['_Base'] = field(default_factory=list, init=False, repr=False)  # the last, if any
+
+    def on(self, terms: Sequence[AnyTerm]) -> Arm:
+        """Return the arm as given with these terms."""
+        arm = self.arm
+        for term in terms:
+            arm = term.on(arm)
+        return arm
+
+    def valid(self, balance: Balance) -> NDArray[np.bool_]:
+        """Return what counts of a balance (m, c)."""
+        return balance.valid & self.rows[:, None]
+
+    def fit(self, accepted: Sequence[Term], start: Sequence[AnyTerm] = ()) -> Fit:
+        """Fit accepted terms and all nuisances together, the latter from `start` where given."""
+        terms = self._start([*accepted, *self._others(accepted, start)])
+        columns = self.derivatives(terms, terms)
+        best = self.at(terms, len(accepted), columns)
+        for _ in range(PASSES):
+            better = self._descend(best, len(accepted))
+            gained, best = best.score - better.score, better
+            if gained < CLOSE:
+                break
+            best = self._renewed(best, best.terms, 0)
+        return best
+
+    def _start(self, terms: list[AnyTerm]) -> list[AnyTerm]:
+        """Return terms that an arm can have together: as they are, or closer to the arm's own."""
+        own = [replace(term, effect=self.arm.effect(*term.place))
+               if isinstance(term, Term) else term for term in terms]
+        for share in (1.0, 0.5, 0.25):
+            closer = [term.at(near.vector() + share * (term.vector() - near.vector()))
+                      for near, term in zip(own, terms)]
+            try:
+                self.on(closer)
+            except IMPOSSIBLE:
+                continue
+            return closer if share < 1.0 else terms
+        return list(own)
+
+    def refit(self, fit: Fit, term: Term) -> Fit:
+        """Return a fit with one more term, after two steps with the others' columns as given."""
+        kept = [other for other in fit.nuisance if other.place != term.place]
+        terms: list[AnyTerm] = [*fit.accepted, term, *kept]
+        first, count = sum(other.size for other in fit.accepted), len(fit.accepted) + 1
+        known = fit.columns[:, :, _rows_of(fit.terms, [*fit.accepted, *kept])]
+        own = self.derivatives([term], terms)
+        start = self._descend(self.at(terms, count, np.concatenate(
+            [known[:, :, :first], own, known[:, :, first:]], axis=2)), count)
+        return self._descend(self._renewed(start, start.accepted[-1:], first), count)
+
+    def refined(self, fit: Fit) -> Fit:
+        """Return a fit to the end; after far steps no derivative is as it was."""
+        best, gained = fit, FAR
+        first = sum(other.size for other in fit.accepted[:-1])
+        for _ in range(_REFINEMENTS):
+            best = (self._renewed(best, best.terms, 0) if gained >= FAR else
+                    self._renewed(best, best.accepted[-1:], first))
+            better = self._descend(best, len(fit.accepted))
+            gained, best = best.score - better.score, better
+            if gained < CLOSE:
+                break
+        return best
+
+    def _renewed(self, fit: Fit, terms: Sequence[AnyTerm], place: int) -> Fit:
+        """Return a fit with the columns of some neighbouring terms made again."""
+        columns = fit.columns.copy()
+        fresh = self.derivatives(terms, fit.terms)
+        columns[:, :, place:place + fresh.shape[2]] = fresh
+        return replace(fit, columns=columns)
+
+    def _descend(self, fit: Fit, accepted: int) -> Fit:
+        """Return the fit after one step that improves it, shortened if need be, or itself."""
+        condensed = condense(fit.balance.residual, fit.columns, self.valid(fit.balance))
+        step = solve(condensed, self.noise, self.effective, self.away(fit.terms),
+                     deviations(fit.terms)).step
+        for share in (1.0, 0.4, 0.1):
+            try:
+                trial = self.at(moved(fit.terms, share * step), accepted, fit.columns)
+            except IMPOSSIBLE:
+                continue
+            if trial.score < fit.score:
+                return trial
+        return fit
+
+    def at(self, terms: Sequence[AnyTerm], accepted: int, columns: Array) -> Fit:
+        """Return the fit with these terms as they are, exactly evaluated."""
+        balance = self.balancer(self.on(terms))
+        valid = self.valid(balance)
+        count = np.maximum(valid.sum(axis=0), 1)
+        left = np.where(valid, balance.residual ** 2, 0.0).sum(axis=0) / count
+        prior = float(np.sum((self.away(terms) / deviations(terms)) ** 2))
+        return Fit(tuple(terms[:accepted]), tuple(terms[accepted:]),   # type: ignore[arg-type]
+                   balance, columns, score(left, valid.sum(axis=0), self.noise, self.effective)
+                   + prior, np.maximum(left, self.noise ** 2))
+
+    def covariance(self, fit: Fit) -> Array:
+        """
+        Return how uncertain a fit is: covariances (p, p), those of accepted terms first.
+
+        They are those of noise, widened where blocks of the recording pull more apart than
+        noise would (Huber's sandwich, by blocks of a second).
+        """
+        valid, tolerances = self.valid(fit.balance), deviations(fit.terms)
+        condensed = condense(fit.balance.residual, fit.columns, valid)
+        plain = covariance(condensed, fit.variance, self.effective, tolerances)
+        pull = np.where(valid[:, :, None], fit.columns * (fit.balance.residual
+                                                          / fit.variance)[:, :, None], 0.0)
+        starts = np.arange(0, len(pull), round(_BLOCK * RATE))
+        blocks = self.effective * np.add.reduceat(pull.sum(axis=1), starts)
+        meat = blocks.T @ blocks + np.diag(1.0 / tolerances ** 2)
+        wide = np.sqrt(np.maximum(np.diag(plain @ meat @ plain)
+                                  / np.maximum(np.diag(plain), 1e-300), 1.0))
+        return plain * np.outer(wide, wide)
+
+    def derivatives(self, terms: Sequence[AnyTerm], among: Sequence[AnyTerm]) -> Array:
+        """Return the derivative columns (m, c, p) of terms, all of which are `among` others."""
+        shape = len(self.balancer.time), 2 * len(self.arm.joints)
+        columns = np.zeros((*shape, sum(term.size for term in terms)))
+        for group in _groups(terms):
+            self._difference(terms, among, group, columns)
+        return columns
+
+    def change(self, terms: Sequence[AnyTerm], arm: Arm) -> Array:
+        """
+        Return what the residual (m, c) of an arm has more than that of the terms [N*m].
+
+        Noise is the same in both, so fewer samples tell as much.
+        """
+        if not self._base or not _same(self._base[0].terms, terms):
+            self._base[:] = [_Base(tuple(terms), self.balancer.thinned(self.on(terms)).residual)]
+        return self.balancer.thinned(arm).residual - self._base[0].residual
+
+    def _difference(self, terms: Sequence[AnyTerm], among: Sequence[AnyTerm],
+                    group: list[tuple[int, int, int]], columns: Array) -> None:
+        """Fill the columns of a group, one simulation for all of its members."""
+        changed = {id(term): term for term in among}
+        for place, number, _ in group:
+            changed[id(terms[place])] = _stepped(terms[place], number)
+        try:
+            shift = self.change(among, self.on(list(changed.values())))
+        except IMPOSSIBLE:
+            return                                  # no way to go: the column stays zero
+        for place, number, column in group:
+            step = (changed[id(terms[place])].vector() - terms[place].vector())[number]
+            own = slice(None) if len(group) == 1 else self.own_channels(terms[place].joint)
+            if step:
+                columns[:, own, column] = shift[:, own] / step
+
+    def own_channels(self, joint: str | None) -> list[int]:
+        """Return the channels of a joint: its A and its B."""
+        place = self.arm.labels.index(str(joint))
+        return [place, len(self.arm.labels) + place]
+
+    def channels_of(self, term: Term) -> list[int]:
+        """Return the channels in which a term may show: those of its joint, or all."""
+        return (self.own_channels(term.joint) if term.joint is not None
+                else list(range(2 * len(self.arm.labels))))
+
+    def _others(self, accepted: Sequence[Term], start: Sequence[AnyTerm]) -> list[AnyTerm]:
+        """Return the nuisances that are not accepted effects, as far as they have come."""
+        taken = {term.place for term in accepted}
+        known = {term.place: term for term in start}
+        return [known.get(term.place, term) for term in nuisances(self.arm)
+                if term.place not in taken]
+
+    def away(self, terms: Sequence[AnyTerm]) -> Array:
+        """Return how far the free numbers are from nominal, 0 for those without a tolerance."""
+        nominal = {term.place: term.vector() for term in nuisances(self.arm)}
+        return np.concatenate([
+            np.where(np.isfinite(term.deviations()),
+                     term.vector() - nominal.get(term.place, 0.0), 0.0) for term in terms])
+
+
+def _same(terms: Sequence[AnyTerm], others: Sequence[AnyTerm]) -> bool:
+    """Tell whether terms are the very same."""
+    return len(terms) == len(others) and all(map(is_, terms, others))
+
+
+def moved(terms: Sequence[AnyTerm], step: Array) -> list[AnyTerm]:
+    """Return terms with their free numbers moved."""
+    ends = np.cumsum([term.size for term in terms])
+    parts = [step[end - term.size:end] for term, end in zip(terms, ends)]
+    return [term.moved(part) if isinstance(term, Term) else term.at(term.vector() + part)
+            for term, part in zip(terms, parts)]
+
+
+def _stepped(term: AnyTerm, number: int) -> AnyTerm:
+    """Return a term with one number a fine step on, or back from its bound."""
+    for step in (_FINE, -_FINE):
+        vector = term.vector()
+        vector[number] += step * term.all_steps()[number]
+        moved_on = term.at(vector)
+        if (moved_on.vector() != term.vector()).any():
+            break
+    return moved_on
+
+
+def _rows_of(terms: Sequence[AnyTerm], chosen: Sequence[AnyTerm]) -> list[int]:
+    """Return the columns of chosen terms among those of all terms."""
+    ends = np.cumsum([term.size for term in terms])
+    picked = {id(term) for term in chosen}
+    return [column for term, end in zip(terms, ends) if id(term) in picked
+            for column in range(end - term.size, end)]
+
+
+def deviations(terms: Sequence[AnyTerm]) -> Array:
+    """Return the tolerances of all free numbers."""
+    return np.concatenate([term.deviations() for term in terms])
+
+
+def _groups(terms: Sequence[AnyTerm]) -> list[list[tuple[int, int, int]]]:
+    """
+    Return numbers (term, number, column) that one simulation can vary at once.
+
+    Motor and torsion effects of different joints do not meet: each shows in its own joint only.
+    """
+    groups: dict[object, list[tuple[int, int, int]]] = {}
+    column = 0
+    for place, term in enumerate(terms):
+        for number in range(term.size):
+            key = (term.name, number) if acts_apart(term) else (place, number)
+            member = groups.setdefault(key, [])
+            if any(terms[other].joint == term.joint for other, _, _ in member):
+                member = groups.setdefault((place, number), [])
+            member.append((place, number, column))
+            column += 1
+    return list(groups.values())
+
+
+def acts_apart(term: AnyTerm) -> bool:
+    """Tell whether a term shows in its own joint only."""
+    if isinstance(term, Zero):
+        return True
+    if isinstance(term, CouplingInertia):
+        return False
+    kind = effect_named(term.name)
+    return kind.scope is Scope.JOINT and kind.site is not Site.LINK

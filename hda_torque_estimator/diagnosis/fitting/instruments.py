@@ -1,0 +1,58 @@
+"""
+Estimates without the bias of noisy regressors: instrumental variables (eq:instruments).
+
+What a fit moves along, accelerations and torsions, is measured with noise, and noise of the torque
+moves the arm as well. Least squares therefore read inertias, stiffnesses and torque constants too
+small, by a few of their own deviations over a minute. A simulated twin that follows the same
+motion has other noise. Its derivatives tell the same directions and go with nothing that was
+random in the recording (Janot, Vandanjon and Gautier 2014, for rigid robots).
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .fit import deviations, Fit, Fitter, IMPOSSIBLE, moved
+from .solve import condense, solve
+from ..balances.balance import Balancer
+
+Array = NDArray[np.float64]
+# Choices unless told otherwise.
+_ALIKE = 0.85           # correlation with the twin's column from which it can stand for one
+_FAR = 8.0              # deviations by which no bias of noise moves a cause
+
+
+def unbiased(fitter: Fitter, fit: Fit, twin: Balancer) -> Fit:
+    """
+    Return a fit moved to where its rest goes with no column of the twin, and those columns.
+
+    Fine waves, on which the twin is not at the same place, keep their own columns. A fit of which
+    a cause would move too far, or that would fit much worse, is returned as it was.
+    """
+    theirs = replace(fitter, balancer=twin).derivatives(fit.terms, fit.terms)
+    valid = fitter.valid(fit.balance)
+    columns = _projected(fit.columns, theirs, np.where(valid, 1.0 / np.sqrt(fit.variance), 0.0))
+    step = solve(condense(fit.balance.residual, columns, valid), fitter.noise, fitter.effective,
+                 fitter.away(fit.terms), deviations(fit.terms)).step
+    causes = slice(sum(term.size for term in fit.accepted))
+    spread = np.sqrt(np.diag(fitter.covariance(fit)))
+    if (np.abs(step) > _FAR * spread)[causes].any():
+        return fit
+    try:
+        there = fitter.at(moved(fit.terms, step), len(fit.accepted), columns)
+    except IMPOSSIBLE:
+        return fit
+    return there if there.score < fit.score + len(step) * _FAR ** 2 else fit
+
+
+def _projected(own: Array, theirs: Array, weight: Array) -> Array:
+    """Return columns (m, c, p) as far as the twin's tell them, weighed by (m, c)."""
+    ours, instruments = ((columns * weight[:, :, None]).reshape(-1, columns.shape[2])
+                         for columns in (own, theirs))
+    power = np.sqrt((ours ** 2).sum(axis=0) * (instruments ** 2).sum(axis=0))
+    alike = (ours * instruments).sum(axis=0) > _ALIKE * power
+    instruments = np.where(alike, instruments, ours)
+    size = np.maximum(np.sqrt((instruments ** 2).sum(axis=0)), 1e-300)
+    shares = np.linalg.lstsq(instruments / size, ours, rcond=1e-10)[0]
+    return np.where(alike, theirs, own) / size @ shares

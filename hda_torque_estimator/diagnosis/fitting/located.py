@@ -1,0 +1,199 @@
+"""
+Where to start a fit of effects that no fixed grid reaches: at a time, at a frequency.
+
+The start is read from what is left: J^T F of one force that begins and ends stands out in both
+joints for a while. A base that swings answers the links' own acceleration at one frequency.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from hda_arm_sim.foundation.rigid import tip_torque
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects import BaseVibration, Effect, ExternalContact
+from hda_arm_sim.model.kernel import LINK_ANGLE
+from hda_arm_sim.model.parts import Links
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import fftconvolve
+
+from .fit import Fit, Fitter
+from .hypotheses import HYPOTHESES
+from .term import Term
+from ..balances.balance import Balancer, RATE
+from ..balances.swinging import swing_in
+from ...measurements.running_clock import Spans
+
+Array = NDArray[np.float64]
+# Choices unless told otherwise.
+DURATIONS = np.geomspace(0.2, 6.0, 18)      # of contacts that are tried [s]
+_STANDS_OUT = 5.0       # least power of a contact, over the best one at any other time
+_FITS = 0.7             # least share of the power around a contact that one force explains
+_NEAR = 0.3             # before and after a contact, where fits see all [s]
+_AGREES = 0.35          # largest difference of motor and torsion balance, of the force
+
+
+class Contact(NamedTuple):
+    """One force on the tip for some time, with the power that it explains."""
+
+    power: float                # over that of noise
+    force: tuple[float, float]  # base frame [N]
+    onset: float                # [s]
+    duration: float             # [s]
+
+
+def located(fitter: Fitter, fit: Fit, name: str) -> list[Term]:
+    """Return the starts that the rest of a fit gives an effect, none where nothing stands out."""
+    return _LOCATED[name](fitter, fit)
+
+
+def contact_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np.bool_],
+               noise: Array) -> Contact | None:
+    """
+    Return the force on the tip that stands out of a residual (m, 2 n), None if there is none.
+
+    It must be far above every other time, fit one force well, and show in both balances alike. A
+    smooth rest of another cause does not.
+    """
+    if arm.links is None:
+        return None
+    joints = len(arm.labels)
+    leverage = _leverage(balancer, arm, arm.links)
+    weight = valid / noise ** 2
+    torsion = _sums(leverage, residual[:, joints:], weight[:, joints:])
+    found, elsewhere = _best(torsion)
+    if found is None or found.power < _STANDS_OUT * elsewhere:
+        return None
+    motor = _at(_sums(leverage, residual[:, :joints], weight[:, :joints]), found)
+    near = _around(balancer.time, found)
+    around = float((weight[:, joints:] * residual[:, joints:] ** 2)[near].sum())
+    miss = np.hypot(*np.subtract(motor, found.force))
+    stands = found.power > _FITS * around and miss < _AGREES * np.hypot(*found.force)
+    return found if stands else None
+
+
+def split_at_contact(balancer: Balancer, arm: Arm, noise: Array, training: Spans,
+                     held_out: Spans) -> tuple[Spans, Spans]:
+    """
+    Return the stretches where fits see begin and end of a contact, and not its middle.
+
+    A contact is there once: stretches that alternate without regard to it would have all of it
+    in those for fits, or none. Without a contact they stay as they are.
+    """
+    balance = balancer(arm)
+    residual = balance.residual - np.median(balance.residual, axis=0)
+    contact = contact_in(balancer, arm, residual, balance.valid, noise)
+    if contact is None:
+        return training, held_out
+    begin, end = contact.onset, contact.onset + contact.duration
+    near = max(begin - _NEAR, 0.0), end + _NEAR
+    centre, reach = 0.5 * (begin + end), _middle(contact.duration)
+    middle = centre - reach, centre + reach
+    return (tuple(sorted((*_without(training, near), (near[0], middle[0]), (middle[1], near[1])))),
+            tuple(sorted((*_without(held_out, near), middle))))
+
+
+def _middle(duration: float) -> float:
+    """Return half of what fits do not see of a contact: not its edges, but some windows [s]."""
+    return float(np.clip(0.15, 0.2 * duration, 0.3 * duration))
+
+
+def _without(spans: Spans, taken: tuple[float, float]) -> Spans:
+    """Return spans of time without one of them."""
+    parts = (part for first, last in spans
+             for part in ((first, min(last, taken[0])), (max(first, taken[1]), last)))
+    return tuple((first, last) for first, last in parts if first < last)
+
+
+def _leverage(balancer: Balancer, arm: Arm, links: Links) -> Array:
+    """Return the torques of a unit force along x and along y on every joint (m, n, 2) [m]."""
+    angle = balancer.motion(arm).state[::balancer.every, :, LINK_ANGLE]
+    elbow = angle[:, 1] if angle.shape[1] == 2 else np.zeros(len(angle))
+    sides = [np.stack(tip_torque(links.length1, links.length2, angle[:, 0], elbow, *force), axis=1)
+             for force in np.eye(2)]
+    return np.stack(sides, axis=2)[:, :angle.shape[1]]
+
+
+def _sums(leverage: Array, residual: Array, weight: Array) -> Array:
+    """Return per sample the normal equations of a force: xx, xy, yy, x, y (m, 5)."""
+    x, y = leverage[:, :, 0], leverage[:, :, 1]
+    return np.stack([(weight * part).sum(axis=1) for part in
+                     (x * x, x * y, y * y, x * residual, y * residual)], axis=1)
+
+
+def _profile(duration: float) -> Array:
+    """Return the course of a contact of 1 N, from its begin on at the balances' rate."""
+    time = np.arange(round(duration * RATE) + 1) / RATE
+    return np.asarray(ExternalContact(force=1.0, duration=duration)(time=time)[0])
+
+
+def _forces(sums: Array, profile: Array) -> tuple[Array, Array]:
+    """Return for every onset the force (k, 2) of a profile and the power that it explains (k,)."""
+    back = profile[::-1, None]
+    normal = fftconvolve(sums[:, :3], back ** 2, 'valid', axes=0)
+    right = fftconvolve(sums[:, 3:], back, 'valid', axes=0)
+    xx, xy, yy = normal.T
+    ridge = max(1e-6 * (xx + yy).max(), 1e-100)     # where nothing is valid, no force
+    xx, yy = xx + ridge, yy + ridge
+    force = np.stack([yy * right[:, 0] - xy * right[:, 1], xx * right[:, 1] - xy * right[:, 0]],
+                     axis=1) / (xx * yy - xy * xy)[:, None]
+    return force, (force * right).sum(axis=1)
+
+
+def _best(sums: Array) -> tuple[Contact | None, float]:
+    """Return the contact that explains most, and what one as long explains at other times."""
+    best, elsewhere = None, 0.0
+    for duration in DURATIONS[len(sums) > 2 * RATE * DURATIONS]:
+        force, power = _forces(sums, _profile(duration))
+        at = int(np.argmax(power))
+        if best is None or power[at] > best.power:
+            best = Contact(float(power[at]), (force[at, 0], force[at, 1]), at / RATE, duration)
+            apart = np.abs(np.arange(len(power)) - at) > 1.25 * duration * RATE
+            elsewhere = float(power[apart].max(initial=0.0))
+    return best, elsewhere
+
+
+def _at(sums: Array, contact: Contact) -> tuple[float, float]:
+    """Return the force that other sums tell for the time of a contact [N]."""
+    profile = _profile(contact.duration)
+    first = round(contact.onset * RATE)
+    force, _ = _forces(sums[first:first + len(profile)], profile)
+    return float(force[0, 0]), float(force[0, 1])
+
+
+def _around(time: Array, contact: Contact) -> NDArray[np.bool_]:
+    """Tell which times are within a contact or close to it."""
+    margin = 0.25 * contact.duration
+    return np.asarray((time > contact.onset - margin)
+                      & (time < contact.onset + contact.duration + margin))
+
+
+def _contacts(fitter: Fitter, fit: Fit) -> list[Term]:
+    """Return the contact that stands out of the rest of a fit."""
+    found = contact_in(fitter.balancer, fitter.on(fit.terms), fit.balance.residual,
+                       fitter.valid(fit.balance), fitter.noise)
+    if found is None:
+        return []
+    x, y = found.force
+    return [_term(ExternalContact(float(np.hypot(x, y)), float(np.arctan2(y, x)), found.onset,
+                                  found.duration))]
+
+
+def _swings(fitter: Fitter, fit: Fit) -> list[Term]:
+    """Return the mode of the base that stands out of the rest of a fit."""
+    found = swing_in(fitter.balancer, fitter.on(fit.terms), fit.balance.residual,
+                     fitter.valid(fit.balance), fitter.noise)
+    return [] if found is None else [_term(found)]
+
+
+def _term(start: Effect) -> Term:
+    """Return the term that begins at this effect, with the free numbers of its hypothesis."""
+    sought = HYPOTHESES[start.name]
+    return Term(start, None, tuple(sought.free), tuple(sought.free.values()), grown=True)
+
+
+_LOCATED: dict[str, Callable[[Fitter, Fit], list[Term]]] = {
+    ExternalContact.name: _contacts,
+    BaseVibration.name: _swings,
+}
+LOCATED = tuple(_LOCATED)

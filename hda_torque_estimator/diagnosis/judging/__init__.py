@@ -1,0 +1,1 @@
+"""Which causes are named: search, acceptance, rivals, backing, verdict."""

@@ -1,0 +1,111 @@
+"""
+When a cause earns its place: by the score, and materially.
+
+It must explain much more than its freedom buys, and be well above what a healthy arm leaves. What
+the causes beside it may leave as one form of several is no reason for another, unless it explains
+nearly all of that. More is asked of one that they are confused with. One that fits best where
+a number of it is at its bound stands for another (`limits`). Where none is beside it, a certain
+one may even be less than noise. One that is quick enough passes for noise until it is known, and
+must stand out of what is noise then.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .limits import ends_at_limit
+from .nameless import best_curves
+from ..fitting.fit import Fit, Fitter
+from ..fitting.hypotheses import HYPOTHESES
+from ..fitting.term import Term
+from ...significance import SCORE_BAR
+
+Array = NDArray[np.float64]
+# Choices unless told otherwise.
+_MATERIAL = 0.7         # least explained rms, in rms that a healthy arm leaves
+# (null: a simple curve improved the score of healthy arms by 61 at most)
+_CERTAIN = 200.0        # improvement of the score that may pass for noise at first
+_SURE = 1000.0          # improvement and
+_NEARLY_ALL = 0.9       # share of a rest that no law leaves to one of another form,
+_ALL_OF_ALIKE = 0.98    # and to one that it is confused with,
+# (measured: a soft wind-up named a stiffness left a rest of 8.6 times noise)
+_ALIKE_REST = 50.0      # of which there must be so much, over noise, that this can be told
+
+
+def freedom(fitter: Fitter, term: Term) -> float:
+    """Return what the freedom of a term costs: ln(samples) for each number (BIC)."""
+    return term.size * float(np.log(max(fitter.rows.sum() * fitter.effective, 2.0)))
+
+
+def threshold(fitter: Fitter, term: Term) -> float:
+    """Return the improvement of the score that a term must reach."""
+    return SCORE_BAR + freedom(fitter, term)
+
+
+def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term) -> bool:
+    """Tell whether a term of an `extended` fit earns its place in it, by a fit without it."""
+    beside = extended.causes_beside(term)
+    improvement = without.score - extended.score
+    if improvement < threshold(fitter, term) or ends_at_limit(fitter, extended, term):
+        return False
+    if improvement > _CERTAIN and alone(fitter, term, beside):
+        return True
+    gain, rest = without.variance - extended.variance, without.variance - fitter.noise ** 2
+    if (gain > material(fitter, first, beside)).any():
+        return True
+    alike = any(term.name in HYPOTHESES[other.name].alike for other in beside
+                if other.joint == term.joint)
+    least = _ALIKE_REST * fitter.noise ** 2 if alike else _floor(fitter)
+    nearly_all = gain > (_ALL_OF_ALIKE if alike else _NEARLY_ALL) * rest
+    return improvement > _SURE and bool((nearly_all & (gain > least)).any())
+
+
+def alone(fitter: Fitter, term: Term, beside: Sequence[Term]) -> bool:
+    """Tell whether no other term shows where a term does."""
+    own = set(fitter.channels_of(term))
+    return not any(own.intersection(fitter.channels_of(other)) for other in beside)
+
+
+def material(fitter: Fitter, first: Fit, beside: Sequence[Term]) -> Array:
+    """
+    Return the power (c,) [N^2*m^2] in one of the channels that is worth a cause beside others.
+
+    It is far above noise, and above what the others may leave as one form of several.
+    """
+    excess = np.maximum(first.variance - fitter.noise ** 2, 0.0)
+    blurred = np.zeros_like(excess)
+    for term in beside:
+        own = fitter.channels_of(term)
+        blurred[own] = np.maximum(blurred[own], HYPOTHESES[term.name].form_error)
+    return np.maximum(_floor(fitter), blurred * excess)
+
+
+def _floor(fitter: Fitter) -> Array:
+    """Return the power (c,) that is far above noise [N^2*m^2]."""
+    return np.asarray((_MATERIAL * fitter.noise) ** 2)
+
+
+def open_rest(fitter: Fitter, fit: Fit) -> bool:
+    """Tell whether more is left than noise, or less that a simple curve tells for certain."""
+    if (fit.variance - fitter.noise ** 2 > _floor(fitter)).any():
+        return True
+    taken = {channel for term in fit.accepted for channel in fitter.channels_of(term)}
+    quiet = [label for label in fitter.arm.labels
+             if not taken.intersection(fitter.own_channels(label))]
+    return bool(quiet) and any(curve.improvement > _CERTAIN
+                               for curve in best_curves(fitter, fit, quiet).values())
+
+
+def confirmed(fitter: Fitter, first: Fit, last: Fit) -> tuple[Term, ...]:
+    """
+    Return the accepted terms of the `last` fit that stand out of noise as it is known now.
+
+    One that passed for noise makes the noise less once it is known, and then stands out of it.
+    """
+    before = fitter.at(first.terms, 0, first.columns)
+    after = fitter.at(last.terms, len(last.accepted), last.columns)
+    told = before.variance - after.variance > _floor(fitter)
+    return tuple(term for place, term in enumerate(last.accepted)
+                 if not alone(fitter, term, last.accepted[:place] + last.accepted[place + 1:])
+                 or told[fitter.channels_of(term)].any())

@@ -1,0 +1,140 @@
+"""
+Whether the causes that were found are backed: nothing is named on a rest that none explains.
+
+A wrong cause takes the place of the right one and leaves a part of what it cannot describe. So a
+joint takes back every cause that rests on it where much more is left than noise. It must also be
+more than the accepted laws may leave as one form of several (`Hypothesis.form_error`). And so does
+a rest of any size that a simple curve tells (`nameless`). A search that took as many causes as it
+may, and leaves a rest, is lost and backs none.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+from hda_arm_sim.model.effects import effect_named
+from hda_arm_sim.model.effects.hypothesis import Hypothesis
+import numpy as np
+from numpy.typing import NDArray
+
+from .nameless import best_curves, Curve
+from .search import Found, MOST
+from ..balances.balance import RATE
+from ..fitting.fit import Fit, Fitter
+from ..fitting.hypotheses import HYPOTHESES
+from ..fitting.term import Place, Term
+from ...significance import SCORE_BAR
+
+Array = NDArray[np.float64]
+# Choices unless told otherwise.
+REST = 0.8              # rms left beside noise, in rms of noise, that asks for an explanation
+# (null: over ten seconds the noise is known to 40 %; one healthy arm in two left more)
+_ENOUGH = 40.0          # of motion; over less, the level of noise is known less well [s]
+
+
+class Backing(NamedTuple):
+    """What was found, judged by what it leaves."""
+
+    backed: tuple[Term, ...]            # accepted causes that may be named
+    unexplained: NDArray[np.bool_]      # (c,) channels in which something has no name
+    powers: Mapping[Place, Array]       # (c,) of what each accepted cause explains, over noise
+
+
+def backing(fitter: Fitter, found: Found, doubted: Sequence[Term] = ()) -> Backing:
+    """
+    Return which accepted causes are backed, and where something is unexplained.
+
+    Causes that are `doubted` are not: what they explain has another site or another form. Causes
+    may cancel each other, so each counts with no more power than was wrong at first.
+    """
+    trained = fitter.rows.mean()
+    fitter = replace(fitter, rows=np.ones_like(fitter.rows))        # held-out stretches as well
+    noise = fitter.noise ** 2
+    fit = fitter.at(found.last.terms, len(found.last.accepted), found.last.columns)
+    lacking = [_lacking(fitter, fit, term) for term in fit.accepted]
+    powers = [np.maximum(without.variance - fit.variance, 0.0) for without in lacking]
+    counted = {term.place: np.minimum(power, found.first.variance) / noise
+               for term, power in zip(fit.accepted, powers)}
+    allowed = sum((HYPOTHESES[name].form_error * power for (name, _), power in counted.items()),
+                  np.zeros_like(noise))
+    unexplained = fit.variance - noise > (REST ** 2 * _unsure(fit) + allowed) * noise
+    for term in [*doubted, *_formed(fitter, fit, found, counted, trained),
+                 *_shapeless(fitter, fit, lacking)]:
+        unexplained[fitter.channels_of(term)] = True
+    for label in fitter.arm.labels:                 # what is wrong at a joint may be any of it
+        own = fitter.own_channels(label)
+        unexplained[own] = unexplained[own].any()
+    lost = len(fit.accepted) == MOST and unexplained.any()      # it took what came, and ran out
+    backed = () if lost else tuple(term for term, power in zip(fit.accepted, powers)
+                                   if not (unexplained & _acts(power / noise)).any())
+    return Backing(backed, unexplained, {
+        term.place: power / noise for term, power in zip(fit.accepted, powers)})
+
+
+def _unsure(fit: Fit) -> Array:
+    """Return how much worse than over a long motion the noise of each channel (c,) is known."""
+    seconds = np.maximum(fit.balance.valid.sum(axis=0), 1) / RATE
+    return np.sqrt(np.maximum(_ENOUGH / seconds, 1.0))
+
+
+def _acts(power: Array) -> NDArray[np.bool_]:
+    """Tell in which channels (c,) a cause acts by its power over noise: most, or much."""
+    return (power > REST ** 2) | (power > 0.5 * power.max())
+
+
+def _formed(fitter: Fitter, fit: Fit, found: Found, powers: Mapping[Place, Array],
+            trained: float) -> list[Term]:
+    """
+    Return the causes beside which a simple curve tells what they leave.
+
+    A curve at the motor is not what a cause in the torsion leaves, nor the reverse, where another
+    cause of the joint is nearer; at a joint without one it is held against those of the whole arm.
+    Whose curve it is cannot be told among those that are near, so it may be what all of their laws
+    leave together, and laws of several forms of the whole arm. The `powers` (c,) of the causes are
+    over noise; what these improve was found on the share `trained` of the rows that are looked at.
+    """
+    whole = [term for term in fit.accepted if term.joint is None]
+    joints = fitter.arm.labels if whole else {str(term.joint) for term in fit.accepted}
+    if not joints:
+        return []
+    rows = fitter.effective * fitter.valid(fit.balance).sum(axis=0)
+    shares = {
+        place: HYPOTHESES[place[0]].form_share * reason.improvement / trained
+        + float(rows @ np.log1p(HYPOTHESES[place[0]].form_power * powers[place]))
+        for place, reason in found.reasons().items()}
+    shared = sum(share for (name, joint), share in shares.items() if joint is None
+                 and HYPOTHESES[name].form_share > Hypothesis.form_share)
+    formed = []
+    for label, curve in best_curves(fitter, fit, joints).items():
+        own = [term for term in fit.accepted if term.joint == label]
+        near = [term for term in own or whole if {
+            curve.site, effect_named(term.name).site.value} != {'motor', 'torsion'}] or own
+        allowed = sum(shares[term.place] for term in near) + (shared if own else 0.0)
+        if curve.improvement > allowed + max(
+                _least(curve, term, powers[term.place].max()) for term in near):
+            formed += near
+    return formed
+
+
+def _least(curve: Curve, term: Term, power: float) -> float:
+    """Return the improvement by a curve from which a cause of so much power is doubted."""
+    sought = HYPOTHESES[term.name]
+    near = term.joint is None or curve.site == effect_named(term.name).site.value
+    return sought.form if near and power >= sought.clear else Hypothesis.form
+
+
+def _shapeless(fitter: Fitter, fit: Fit, lacking: Sequence[Fit]) -> list[Term]:
+    """Return the causes of several numbers without which one curve tells as much."""
+    shapeless = []
+    for term, without in zip(fit.accepted, lacking):
+        if len(term.free) > 1 and term.joint is not None:
+            curve = best_curves(fitter, without, (term.joint,))[term.joint]
+            if curve.score - fit.score < SCORE_BAR:
+                shapeless.append(term)
+    return shapeless
+
+
+def _lacking(fitter: Fitter, fit: Fit, term: Term) -> Fit:
+    """Return a fit as it is without one of its accepted terms."""
+    return fitter.at(fit.terms_beside(term), len(fit.accepted) - 1,
+                     fit.columns[:, :, ~fit.own(term)])

@@ -1,0 +1,74 @@
+"""
+Numbers that end at a bound of what was declared for them: the law is not what was measured.
+
+A friction law with an exponent of nearly zero is dry friction. One that fits best there stands in
+for another cause, which must be named instead. A bound that is the neutral value of a number, like
+a mass of zero, limits nothing. Nor does one where a part of the arm is gone (`Hypothesis.ends`).
+"""
+
+import math
+
+from hda_arm_sim.model.effects import effect_named
+from hda_arm_sim.model.effects.hypothesis import Hypothesis
+import numpy as np
+
+from ..findings.report import Finding
+from ..fitting.fit import Fit, Fitter
+from ..fitting.hypotheses import HYPOTHESES
+from ..fitting.term import Term
+from ...significance import NORMAL_90
+
+# Choices unless told otherwise.
+_NEAR = 0.3             # of a number, from its bound, within which its interval is looked at
+_ROUND = ('phase', 'direction')     # what these begin with turns round and has no end
+
+
+def limits_of(effect: str, number: str) -> tuple[float, float]:
+    """Return the bounds of a number beyond which its law ends, infinite where it does not."""
+    rule = effect_named(effect).declaration(number)
+    if number.startswith(_ROUND):
+        return -math.inf, math.inf
+    ends = number in HYPOTHESES.get(effect, Hypothesis()).ends
+    return (-math.inf if ends or rule.low == rule.default else rule.low,
+            math.inf if ends or rule.high == rule.default else rule.high)
+
+
+def ends_at_limit(fitter: Fitter, fit: Fit, term: Term) -> bool:
+    """Tell whether the interval of a free number of a term in a fit reaches a limit."""
+    near = [place for place, number in enumerate(term.free)
+            if _distance(term, number) <= _NEAR * abs(getattr(term.effect, number))]
+    if not near:
+        return False
+    if any(_distance(term, term.free[place]) == 0.0 for place in near):
+        return True
+    own = np.flatnonzero(fit.own(term))
+    reach = NORMAL_90 * np.sqrt(np.maximum(np.diag(fitter.covariance(fit))[own], 0.0))
+    return any(_distance(term, term.free[place]) <= reach[place] for place in near)
+
+
+def _distance(term: Term, number: str) -> float:
+    """Return how far a number of a term is from its nearest limit."""
+    return min(abs(getattr(term.effect, number) - bound)
+               for bound in limits_of(term.name, number))
+
+
+def limited(finding: Finding) -> str | None:
+    """
+    Return what is wrong with a finding of which a number reaches a limit, if one does.
+
+    Its interval counts as far as it is one of noise: not where its law may have another form.
+    """
+    sought = HYPOTHESES.get(finding.effect, Hypothesis())
+    loose = sought.form_share > Hypothesis.form_share
+    for name, number in finding.parameters.items():
+        if number.chosen:
+            continue
+        low, high = limits_of(finding.effect, name)
+        least, most = ((number.value, number.value) if loose or name in sought.doubts else
+                       (number.low, number.high))
+        if least <= low or most >= high:
+            told = f'{number.value:.4g} [{number.low:.4g}, {number.high:.4g}] {number.unit}'
+            return (f'{finding.effect} at {finding.joint or "the arm"} is not told: its {name} = '
+                    f'{told.rstrip()} reaches the bound {low if least <= low else high:g}, '
+                    'so another law is at work')
+    return None

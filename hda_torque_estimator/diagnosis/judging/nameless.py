@@ -1,0 +1,124 @@
+"""
+Laws without a name: simple curves along each coordinate, at each site of each joint.
+
+They belong to no cause. But a cause that is named rightly leaves none of them, whatever the size
+of its rest. One with several numbers tells more than any single curve does. A cause that
+stands in for another passes neither.
+"""
+
+from collections.abc import Collection, Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..balances.coordinates import coordinates_of
+from ..fitting.fit import deviations, Fit, Fitter
+from ..fitting.solve import Columns, condense, condense_more, Solution, solve
+
+Array = NDArray[np.float64]
+# Choices unless told otherwise.
+_SLOW = 1.0             # shaft speed over which a sense of motion sets in [rad/s]
+_SLIDING = (5.0, 20.0)  # shaft speeds over which friction may fall [rad/s]
+_LINK_ORDERS = (1, 2, 3, 4, 6)  # waves per link turn of curves without a name
+_MOTOR_ORDERS = (1, 2, 4, 6, 8, 12)  # waves per motor turn of curves without a name
+# Beside these two, what follows the torque lets a motor balance shrink with all of its noise.
+_SCALED, _SCALE = {'torque_constant_error', 'motor_inertia_error'}, ('motor', 'joint_torque^1')
+_AT_REST = 1e-30        # mean square of a shape, below which nothing moved that makes it
+
+
+class Curve(NamedTuple):
+    """
+    One curve at one site of a joint, with the score of a fit that has it as well.
+
+    It may help what is left at another joint, through masses that are not quite known. That tells
+    nothing of its own, so the `improvement` is not more than in the channels of its joint.
+    """
+
+    joint: str
+    site: str
+    form: str
+    score: float
+    improvement: float
+
+
+def best_curves(fitter: Fitter, fit: Fit, joints: Collection[str]) -> dict[str, Curve]:
+    """Return the curve that tells most of each of these joints beside the terms of a fit."""
+    coordinates = coordinates_of(fitter.balancer, fitter.on(fit.terms))
+    known = condense(fit.balance.residual, fit.columns, fitter.valid(fit.balance))
+    plain = solve(known, fitter.noise, fitter.effective, fitter.away(fit.terms),
+                  deviations(fit.terms))
+    curves: dict[str, Curve] = {}
+    for place, label in enumerate(fitter.arm.labels):
+        if label not in joints:
+            continue
+        own = fitter.own_channels(label)
+        along = {name: values[:, place] for name, values in coordinates.items()}
+        scaled = {term.name for term in fit.accepted if term.joint == label} >= _SCALED
+        forms = dict(_forms(fitter.balancer.time, along))
+        columns = np.stack(list(forms.values()), 1)
+        shapes = columns / np.sqrt(np.maximum(np.mean(columns ** 2, axis=0), _AT_REST))
+        for site, channels in _sites(fitter, label).items():
+            more = np.zeros((len(shapes), len(fitter.noise), shapes.shape[1]))
+            more[:, channels] = shapes[:, None]
+            wide = condense_more(known, fit.balance.residual, fit.columns, more,
+                                 fitter.valid(fit.balance))
+            for number, form in enumerate(forms):
+                if (site, form) == _SCALE and scaled:
+                    continue
+                told = _solved(fitter, fit, wide, number, len(forms))
+                better = min(plain.score - told.score,
+                             float((plain.scores - told.scores)[own].sum()))
+                if label not in curves or better > curves[label].improvement:
+                    curves[label] = Curve(label, site, form, told.score, better)
+    return curves
+
+
+def _sites(fitter: Fitter, label: str) -> dict[str, list[int]]:
+    """Return the channels in which a curve at each site of a joint shows."""
+    motor, torsion = fitter.own_channels(label)
+    return {'motor': [motor], 'torsion': [torsion], 'link': [motor, torsion]}
+
+
+def _solved(fitter: Fitter, fit: Fit, wide: Columns, number: int, count: int) -> Solution:
+    """Return the solution with one of the `count` curves that stand before a fit's columns."""
+    keep = np.r_[number, count:wide.against.shape[1]]
+    columns = wide._replace(products=wide.products[:, keep[:, None], keep],
+                            against=wide.against[:, keep])
+    return solve(columns, fitter.noise, fitter.effective,
+                 np.concatenate([[0.0], fitter.away(fit.terms)]),
+                 np.concatenate([[np.inf], deviations(fit.terms)]))
+
+
+def _forms(time: Array, along: Mapping[str, Array]) -> Iterator[tuple[str, Array]]:
+    """Yield curves (m,) by what they follow."""
+    speed, torque, drive = along['motor_velocity'], along['joint_torque'], along['motor_torque']
+    link, motor = along['link_angle'], along['motor_angle']
+    sense, middle = np.tanh(speed / _SLOW), time - time.mean()
+    yield 'nothing', np.ones_like(time)
+    yield 'time', middle
+    for carrier, values in (('sense', sense), ('motor_velocity', speed)):
+        yield carrier, values
+        yield f'{carrier} over time', values * middle
+    yield 'motor_velocity, squared', speed * np.abs(speed)
+    yield 'motor_velocity, cubed', speed ** 3
+    for slow in _SLIDING:
+        yield f'sense below {slow:g} rad/s', sense / (1.0 + (speed / slow) ** 2)
+    for power in (1, 2, 3, 5):
+        yield f'joint_torque^{power}', torque ** power
+    yield 'sense of joint_torque', np.tanh(torque)
+    yield 'joint_torque by sense', np.abs(torque) * sense
+    for name, values in (('joint_torque', torque), ('motor_torque', drive),
+                         ('motor_velocity', speed)):
+        rate = np.gradient(values, time)
+        yield f'rate of {name}', rate
+        yield f'second rate of {name}', np.gradient(rate, time)
+    for power in (1, 2, 3):
+        yield f'link_angle^{power}', link ** power
+    for order in _LINK_ORDERS:
+        for name, wave in (('sin', np.sin(order * link)), ('cos', np.cos(order * link))):
+            yield f'{name} {order} link_angle', wave
+            yield f'{name} {order} link_angle by sense', wave * sense
+    for order in _MOTOR_ORDERS:
+        yield f'sin {order} motor_angle', np.sin(order * motor)
+        yield f'cos {order} motor_angle', np.cos(order * motor)

@@ -1,0 +1,85 @@
+"""
+The pattern that a rest makes in the two balances of a joint tells its site.
+
+What acts on the motor shows in A alone, what acts on the torsion in B alone, what acts on the link
+in both alike. Each of the three says that something must vanish (B, A, or A - B); the one of which
+the least is left is right.
+"""
+
+from typing import NamedTuple
+
+from hda_arm_sim.model.effects import effect_named, Site
+import numpy as np
+from numpy.typing import NDArray
+
+from .search import Found
+from ..fitting.fit import Fit, Fitter
+from ..fitting.term import Term
+
+Array = NDArray[np.float64]
+# Choices unless told otherwise.
+_ALIKE = 0.25           # most of the power that A - B may hold where both are of one link torque
+_LOUD = 3.0             # rms over noise from which a balance shows a pattern
+
+
+class Pair(NamedTuple):
+    """Residuals of one joint where both of its balances hold (k,) [N*m], and their noise."""
+
+    motor: Array
+    torsion: Array
+    motor_noise: float
+    torsion_noise: float
+
+    def site(self) -> str:
+        """Return the site whose own pattern the residuals break least."""
+        var_a, var_b = self.motor_noise ** 2, self.torsion_noise ** 2
+        left = {'motor': power(self.torsion) - var_b, 'torsion': power(self.motor) - var_a,
+                'link': power(self.motor - self.torsion) - var_a - var_b}
+        return min(left, key=lambda site: left[site])
+
+    def is_one_link_torque(self) -> bool:
+        """Tell whether both balances show the same, far above their noise."""
+        least = min(power(self.motor), power(self.torsion))
+        return (least > (_LOUD * max(self.motor_noise, self.torsion_noise)) ** 2
+                and power(self.motor - self.torsion) < _ALIKE * least)
+
+
+def pair_of(residual: Array, valid: NDArray[np.bool_], noise: Array, place: int) -> Pair:
+    """Return the residuals of one joint from those of all, columns A then B (m, 2 n)."""
+    motor, torsion = place, len(noise) // 2 + place
+    both = valid[:, motor] & valid[:, torsion]
+    return Pair(residual[both, motor], residual[both, torsion], float(noise[motor]),
+                float(noise[torsion]))
+
+
+def misplaced(fitter: Fitter, found: Found) -> tuple[Term, ...]:
+    """
+    Return the accepted causes that take one link torque for something else.
+
+    They sit at the motor and the torsion of a joint. But what both of its balances show without
+    them is the same torque, and no such causes do that.
+    """
+    wrong: list[Term] = []
+    for place, label in enumerate(fitter.arm.labels):
+        here = [term for term in found.last.accepted if term.joint == label
+                and effect_named(term.name).site is not Site.LINK]
+        if _doubtful(fitter, found.last, here):
+            others = [term for term in found.last.accepted if term not in here]
+            balance = found.with_only(fitter, others).balance
+            if pair_of(balance.residual, balance.valid, fitter.noise, place).is_one_link_torque():
+                wrong += here
+    return tuple(wrong)
+
+
+def _doubtful(fitter: Fitter, fit: Fit, here: list[Term]) -> bool:
+    """Tell whether causes at one joint leave much there, or sit at both of its sides."""
+    if not here:
+        return False
+    own = fitter.own_channels(here[0].joint)
+    loud = fit.variance[own] > (_LOUD * fitter.noise[own]) ** 2
+    return bool(loud.any()) or len({effect_named(term.name).site for term in here}) > 1
+
+
+def power(values: Array) -> float:
+    """Return the mean square of values (k,), 0 if there are none."""
+    return float(np.mean(values ** 2)) if len(values) else 0.0

@@ -1,0 +1,81 @@
+"""
+What the freedom of a cause buys by itself: placebos, fitted and judged like the cause.
+
+They are the cause's own columns, moved along the recording to where they are least like what they
+were. They are as free, as large and as rough, with no reason to explain anything. What the best of
+them gains on held-out stretches is chance.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..fitting.fit import deviations, Fit, Fitter
+from ..fitting.solve import condense, solve
+from ..fitting.term import Term
+
+Array = NDArray[np.float64]
+# Choices unless told otherwise.
+_NEAREST = 0.25         # of the recording, that a placebo is away from the cause at least
+_PLACEBOS = 4           # of each cause
+_LEAST = 0.01           # of the power of noise, beyond which there is something to remove
+
+
+class Shares(NamedTuple):
+    """Shares of what held-out balances have beyond noise that a cause and a placebo remove."""
+
+    cause: float
+    placebo: float
+
+
+def placebo_shares(fitter: Fitter, fit: Fit, term: Term) -> Shares:
+    """
+    Return what an accepted cause removes from held-out balances, and what its best placebo does.
+
+    Everything else that is free is fitted anew beside either, on the rows of the fitter.
+    """
+    keep = fit.own(term)
+    others = fit.terms_beside(term)
+    known, away, free = fit.columns[:, :, ~keep], fitter.away(others), deviations(others)
+    lacking = fitter.balancer(fitter.on(others)).residual
+    rows = fit.balance.valid & ~fitter.rows[:, None]
+
+    def left(more: Array) -> Array:
+        columns, extra = np.concatenate([more, known], axis=2), more.shape[2]
+        condensed = condense(lacking, columns, fitter.valid(fit.balance))
+        step = solve(condensed, fitter.noise, fitter.effective,
+                     np.concatenate([np.zeros(extra), away]),
+                     np.concatenate([np.full(extra, np.inf), free])).step
+        return _powers(fitter, lacking + columns @ step, rows)
+
+    own = fit.columns[:, :, keep]
+    without = left(own[:, :, :0])
+    # A channel that is quieter than its noise takes nothing from the others.
+    excess = max(float(np.maximum(without - rows.sum(axis=0), 0.0).sum()),
+                 _LEAST * float(rows.sum()))
+    gone = float((without - _powers(fitter, fit.balance.residual, rows)).sum())
+    best = max(float((without - left(moved)).sum()) for moved in moved_away(own))
+    return Shares(gone / excess, best / excess)
+
+
+def moved_away(columns: Array) -> Iterator[Array]:
+    """
+    Yield columns (m, c, p) without their means, rolled to where they are least like themselves.
+
+    One for each part of the recording that is not near. A mean would stay wherever it is moved.
+    """
+    varied = columns - columns.mean(axis=0)
+    flat = varied.reshape(len(varied), -1)
+    scaled = flat / np.maximum(np.sqrt((flat ** 2).sum(axis=0)), 1e-300)
+    alike = np.abs(np.fft.irfft(np.abs(np.fft.rfft(scaled, axis=0)) ** 2, len(flat), axis=0))
+    ends = np.linspace(_NEAREST, 1.0 - _NEAREST, _PLACEBOS + 1) * len(flat)
+    for first, last in zip(ends[:-1].astype(int), ends[1:].astype(int)):
+        away = first + int(np.argmin(alike[first:last].max(axis=1)))
+        yield np.roll(varied, away, axis=0)
+
+
+def _powers(fitter: Fitter, residual: Array, rows: NDArray[np.bool_]) -> Array:
+    """Return the power (c,) of a residual (m, c) in these rows, over that of noise."""
+    return np.where(rows, (residual / fitter.noise) ** 2, 0.0).sum(axis=0)

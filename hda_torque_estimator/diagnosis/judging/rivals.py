@@ -1,0 +1,88 @@
+"""
+The best other cause, and by how much it explains less.
+
+What is unknown of a motion, noise of readings and of torques, comes into a balance by the inertia
+and the stiffness of the arm. One that has less of them makes less of it, which is no reason to
+believe it. So fits are compared as if all made as much of it.
+Effects of the command act on the noise of the encoders that it repeats, and the balances have the
+same noise. At high frequency it speaks for one of two such effects whatever the truth. They are
+compared where a motion has more.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import filtfilt, firwin
+
+from .acceptance import freedom
+from .screen import Prospect
+from ..balances.balance import RATE
+from ..fitting.fit import Fit, Fitter
+from ..fitting.hypotheses import HYPOTHESES
+from ..fitting.solve import score
+from ..fitting.term import Term
+
+Array = NDArray[np.float64]
+# Choices unless told otherwise.
+_TAPS = 101             # of the low-pass, at the balances' rate
+_LEAST = 0.1            # share of a rest that stays at least, without what noise makes,
+_SHARES = (0.5, 1.5)    # and how much less or more noise one arm may make than another
+
+
+def leading(fitter: Fitter, fit: Fit, exact: Sequence[Fit],
+            prospects: Sequence[Prospect]) -> tuple[Fit, Term | None, float]:
+    """
+    Return the leading of `exact` fits beyond `fit`, the best other cause, and what that lacks.
+
+    The score is that of an equal noise, and of two effects of the command what tells them apart.
+    Where one fit is left, its rival is the best of the prospects.
+    """
+    if len(exact) > 1:
+        usual = _noise_in(fitter, fit)
+        costs = [_fair_cost(fitter, each, usual) for each in exact]
+        first, second = np.argsort(costs)[:2]
+        best, other, lack = exact[first], exact[second], costs[second] - costs[first]
+        below = min(HYPOTHESES[each.accepted[-1].name].below for each in (best, other))
+        if np.isfinite(below):
+            lack = _lack_below(fitter, best, other, below)
+        if lack < 0.0:
+            best, other, lack = other, best, -lack
+        return best, other.accepted[-1], lack
+    best = exact[0]
+    others = [prospect for prospect in prospects
+              if prospect.term.place != best.accepted[-1].place]
+    return (best, others[0].term, others[0].score - best.score) if others else (best, None, np.inf)
+
+
+def _fair_cost(fitter: Fitter, fit: Fit, usual: Array) -> float:
+    """Return the score of a fit as if noise had its `usual` power (c,), and what freedom costs."""
+    valid = fitter.valid(fit.balance)
+    count = np.maximum(valid.sum(axis=0), 1)
+    left = np.where(valid, fit.balance.residual ** 2, 0.0).sum(axis=0) / count
+    share = np.clip(_noise_in(fitter, fit) / usual, *_SHARES)
+    fair = np.maximum(left + fitter.noise ** 2 * (1.0 - share), _LEAST * left)
+    return (fit.score + freedom(fitter, fit.accepted[-1])
+            + score(fair, count, fitter.noise, fitter.effective)
+            - score(left, count, fitter.noise, fitter.effective))
+
+
+def _noise_in(fitter: Fitter, fit: Fit) -> Array:
+    """Return the power (c,) that some noise of the angles has in the residual of a fit."""
+    valid = fitter.valid(fit.balance)
+    more = fitter.balancer.noisier(fitter.on(fit.terms)).residual - fit.balance.residual
+    return np.asarray(np.maximum((more ** 2).sum(axis=0, where=valid), 1e-300))
+
+
+def _lack_below(fitter: Fitter, best: Fit, other: Fit, below: float) -> float:
+    """Return the score that another fit lacks below a frequency [Hz]."""
+    independent = fitter.effective * fitter.valid(best.balance).sum(axis=0) * 2.0 * below / RATE
+    return float(independent @ np.log(_power(fitter, other, below) / _power(fitter, best, below)))
+
+
+def _power(fitter: Fitter, fit: Fit, below: float) -> Array:
+    """Return the power (c,) of what a fit leaves below a frequency [N^2*m^2]."""
+    valid = fitter.valid(fit.balance)
+    slow = filtfilt(firwin(_TAPS, below, fs=RATE), [1.0],
+                    np.where(valid, fit.balance.residual, 0.0), axis=0)
+    return np.maximum((slow ** 2).sum(axis=0, where=valid), 1e-300)

@@ -1,0 +1,138 @@
+"""Weigh every hypothesis at once, to first order, before the best are fitted exactly."""
+
+from collections.abc import Iterator, Sequence
+from itertools import groupby
+from typing import NamedTuple
+
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects import effect_named, Site
+import numpy as np
+from numpy.typing import NDArray
+
+from ..fitting.fit import acts_apart, deviations, Fit, Fitter, IMPOSSIBLE
+from ..fitting.hypotheses import terms_of, variant_of
+from ..fitting.located import LOCATED, located
+from ..fitting.solve import Columns, condense, condense_more, solve
+from ..fitting.term import Term
+
+Array = NDArray[np.float64]
+# Choices unless told otherwise.
+LOUD = 1.4              # variance over that of noise from which something is left in a channel
+
+
+class Prospect(NamedTuple):
+    """A term at the size that the first order gives it, and the score it would reach."""
+
+    term: Term
+    score: float
+
+
+def screen(fitter: Fitter, fit: Fit, names: Sequence[str]) -> list[Prospect]:
+    """Return one prospect for every law and place, from its most promising start."""
+    best: dict[tuple[object, ...], Prospect] = {}
+    names = [name for name in names if _may_show(fitter, fit, effect_named(name).site)]
+    known = condense(fit.balance.residual, fit.columns, fitter.valid(fit.balance))
+    for name in names:
+        for prospect in _possible(fitter, fit, known, name):
+            key = (name, prospect.term.joint, *variant_of(prospect.term))
+            if key not in best or prospect.score < best[key].score:
+                best[key] = prospect
+    return sorted(best.values(), key=lambda prospect: prospect.score)
+
+
+def _may_show(fitter: Fitter, fit: Fit, site: Site) -> bool:
+    """Tell whether more than noise is left where effects of a site show most, or nowhere."""
+    joints = len(fitter.arm.labels)
+    loud = fit.variance > LOUD * fitter.noise ** 2
+    loud |= not loud.any()
+    where = {Site.MOTOR: loud[:joints], Site.TORSION: loud[joints:]}
+    return bool(where.get(site, loud).any())
+
+
+def _possible(fitter: Fitter, fit: Fit, known: Columns, name: str) -> list[Prospect]:
+    """Return the prospects of one effect, none where the arm cannot have it."""
+    try:
+        return list(_prospects(fitter, fit, known, name))
+    except IMPOSSIBLE:
+        return []
+
+
+def _prospects(fitter: Fitter, fit: Fit, known: Columns, name: str) -> Iterator[Prospect]:
+    starts = (located(fitter, fit, name) if name in LOCATED else
+              list(terms_of(fitter.on(fit.terms), name)))
+    for start, shift in shifts(fitter, fit, starts):
+        yield _weighed(fitter, fit, known, start, shift)
+
+
+def shifts(fitter: Fitter, fit: Fit, starts: Sequence[Term]) -> Iterator[tuple[Term, Array]]:
+    """Yield starts of one effect with what each of their directions changes (m, c, d)."""
+    if not starts or not acts_apart(starts[0]):
+        for start in starts:
+            yield start, _shifts(fitter, fit, [start])[0]
+        return
+    per_joint = [list(group) for _, group in groupby(starts, key=lambda term: term.joint)]
+    for together in zip(*per_joint):                # one simulation for all joints
+        yield from zip(together, _shifts(fitter, fit, together))
+
+
+def _shifts(fitter: Fitter, fit: Fit, starts: Sequence[Term]) -> list[Array]:
+    """Return what the directions of each start change in the residual, starts all at once."""
+    arm = fitter.on(fit.terms)
+    changes = []
+    for trials in zip(*(directions(start) for start in starts)):
+        changed = arm
+        for trial in trials:
+            changed = trial.on(changed)
+        changes.append(fitter.change(fit.terms, changed))
+    together = np.stack(changes, axis=2)
+    if len(starts) == 1:
+        return [together]
+    parts = [np.zeros_like(together) for _ in starts]
+    for part, start in zip(parts, starts):
+        own = fitter.own_channels(start.joint)
+        part[:, own] = together[:, own]
+    return parts
+
+
+def directions(start: Term) -> list[Term]:
+    """Return the terms to which a start is compared: one for a size, two for each wave."""
+    steps = start.all_steps()
+    if start.free:
+        vector = start.vector()
+        if not start.grown:
+            vector[0] += steps[0]
+        return [start.at(vector)]
+    trials = []
+    for number in range(start.size):
+        vector = start.vector()
+        vector[number] += steps[number]
+        trials.append(start.at(vector))
+    return trials
+
+
+def _weighed(fitter: Fitter, fit: Fit, known: Columns, start: Term,
+             shift: Array) -> Prospect:
+    """Return the first-order prospect of one start."""
+    extra = shift.shape[2]
+    found = solve(condense_more(known, fit.balance.residual, fit.columns, shift,
+                                fitter.valid(fit.balance)),
+                  fitter.noise, fitter.effective,
+                  np.concatenate([np.zeros(extra), fitter.away(fit.terms)]),
+                  np.concatenate([np.full(extra, np.inf), deviations(fit.terms)]))
+    sized = _sized(fitter.on(fit.terms), start, found.step[:extra])
+    return Prospect(sized, fit.score if sized is start else found.score)
+
+
+def _sized(arm: Arm, start: Term, shares: Array) -> Term:
+    """Return the start at the size that the shares give, or itself where that is impossible."""
+    vector = start.vector()
+    if start.free:
+        now = getattr(arm.effect(start.name, start.joint), start.free[0])
+        full = directions(start)[0].vector()[0]
+        vector[0] = now + float(np.clip(shares[0], -5.0, 5.0)) * (full - now)
+        vector = start.short_of_bounds(vector)
+    else:
+        vector = vector + shares * start.all_steps()
+    sized = start.at(vector)
+    possible = np.allclose(sized.vector(), vector, rtol=1e-6, atol=1e-12)
+    return sized if possible else start

@@ -1,0 +1,291 @@
+"""
+Look for the causes: accept the best hypothesis, simulate with it, look again.
+
+What a cause must do to be accepted is told in `acceptance`. Where the way that was best at every
+step ends with a rest, it weighs the laws of each cause again beside all others. Then it goes back
+to where another cause was nearly as good.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from hda_arm_sim.model.arm import Arm
+
+from .acceptance import accepted, confirmed, freedom, material, open_rest, threshold
+from .rivals import leading
+from .screen import Prospect, screen
+from ..fitting.fit import Fit, Fitter, IMPOSSIBLE
+from ..fitting.hypotheses import HYPOTHESES, terms_of
+from ..fitting.term import Place, Term
+from ...significance import SCORE_BAR
+
+# Choices unless told otherwise.
+MOST = 5                # causes in one recording
+_CANDIDATES = 6         # fitted in every round, with two steps,
+_FINALISTS = 3          # and the best places of them to the end
+_NEAR = 0.5             # share of an improvement that a cause may lack to be tried in its stead
+_TURNS = 2              # ways that are tried so
+_CLOSE = 0.05           # likewise, to be weighed again when all causes are known
+
+
+class Evidence(NamedTuple):
+    """Why a cause was accepted."""
+
+    improvement: float          # of the score
+    threshold: float
+    runner_up: Term | None
+    runner_up_gap: float        # score of the runner-up above the accepted one
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The outcome of a search: the first and the last fit, and the evidence of every cause."""
+
+    first: Fit
+    last: Fit
+    evidence: tuple[Evidence, ...]      # one for each accepted term
+
+    def with_only(self, fitter: Fitter, kept: Sequence[Term]) -> Fit:
+        """
+        Return the fit of the accepted terms that are kept.
+
+        One that is not has bent the others to fit, so they are fitted again without it.
+        """
+        if len(kept) == len(self.last.accepted):
+            return self.last
+        return fitter.fit(kept, self.first.nuisance) if kept else self.first
+
+    def reasons(self) -> dict[Place, Evidence]:
+        """Return the evidence by the places of the accepted terms."""
+        return {term.place: reason for term, reason in zip(self.last.accepted, self.evidence)}
+
+
+def search(fitter: Fitter, names: Sequence[str], begun: Found | None = None,
+           tell: Callable[[str], None] = lambda text: None) -> Found:
+    """
+    Return the causes that explain a measurement, among the effects of these names.
+
+    A search that was `begun` with another noise goes on from what it had found. `tell` hears
+    what is being done.
+    """
+    names = [name for name in names if name in HYPOTHESES]
+    tell('fitting the arm as it is known')
+    first = fitter.fit(())
+    found = Found(first, first, ())
+    if begun is not None and begun.last.accepted:
+        found = Found(first, fitter.fit(begun.last.accepted, begun.last.nuisance), begun.evidence)
+    found = _extended(fitter, names, found, tell)
+    for start in _turns(fitter, found):
+        if not _stuck(fitter, found):
+            break
+        other = _extended(fitter, names, start, tell)
+        if _better(fitter, other.last, found.last):
+            found = other
+    return _weighed_again(fitter, found)
+
+
+def without_noise(fitter: Fitter, found: Found) -> Found:
+    """Return what was found without causes that do not stand out of noise as it is known now."""
+    kept = confirmed(fitter, found.first, found.last)
+    reasons = found.reasons()
+    return Found(found.first, found.with_only(fitter, kept),
+                 tuple(reasons[term.place] for term in kept))
+
+
+def _extended(fitter: Fitter, names: Sequence[str], found: Found,
+              tell: Callable[[str], None]) -> Found:
+    """Return what was found with further causes, the best at every step."""
+    first, fit, evidence = found.first, found.last, found.reasons()
+    while len(fit.accepted) < MOST and open_rest(fitter, fit):
+        tell(f'looking for cause {len(fit.accepted) + 1}')
+        step = _next(fitter, first, fit, names)
+        if step is None:
+            break
+        extended, reason = step
+        evidence[_place(extended)] = reason
+        extended = _without_unneeded(fitter, first, extended)
+        if fit.score - extended.score < SCORE_BAR:
+            break
+        fit = _simplified(fitter, extended, names, evidence)
+    return Found(first, fit, tuple(evidence[term.place] for term in fit.accepted))
+
+
+def _stuck(fitter: Fitter, found: Found) -> bool:
+    """Tell whether more is left than noise, and than the laws that were found may leave."""
+    fit = found.last
+    return bool((fit.variance - fitter.noise ** 2
+                 > material(fitter, found.first, fit.accepted)).any())
+
+
+def _turns(fitter: Fitter, found: Found) -> Iterator[Found]:
+    """
+    Yield where a search may begin again.
+
+    With another law of a cause, which was chosen before the others were known; or with a cause
+    that was nearly as good as another.
+    """
+    terms = found.last.accepted
+    for term in terms[:-1]:
+        if HYPOTHESES[term.name].grid:
+            yield from _other_law(fitter, found, term)
+    near = sorted((reason.runner_up_gap / reason.improvement, place)
+                  for place, reason in enumerate(found.evidence) if reason.runner_up is not None
+                  and reason.runner_up.name != HYPOTHESES[terms[place].name].twin)
+    for share, place in near[:_TURNS]:
+        reason = found.evidence[place]
+        assert reason.runner_up is not None
+        if share > _NEAR:
+            return
+        before = fitter.fit(terms[:place], found.first.nuisance) if place else found.first
+        fit = fitter.fit([*terms[:place], reason.runner_up], before.nuisance)
+        if accepted(fitter, found.first, before, fit, fit.accepted[-1]):
+            taken = Evidence(before.score - fit.score, threshold(fitter, reason.runner_up),
+                             terms[place], SCORE_BAR)         # by which it must win
+            yield Found(found.first, fit, (*found.evidence[:place], taken))
+
+
+def _other_law(fitter: Fitter, found: Found, term: Term) -> Iterator[Found]:
+    """Yield what was found with the law of a cause that fits best beside all others."""
+    others = found.last.causes_beside(term)
+    without = fitter.fit(others, found.last.nuisance)
+    laws = _starts(fitter.on(others), term.name, term.joint)
+    best = _exact(fitter, _refits(fitter, without, laws))
+    if best and _better(fitter, best[0], found.last):
+        reasons = found.reasons()
+        yield Found(found.first, best[0], tuple(reasons[other.place] for other in (*others, term)))
+
+
+def _weighed_again(fitter: Fitter, found: Found) -> Found:
+    """Return what was found with each cause compared to its near rival beside all others."""
+    for place in [term.place for term in found.last.accepted]:
+        fit, reasons = found.last, found.reasons()
+        taken, reason = {term.place for term in fit.accepted}, reasons[place]
+        rival = reason.runner_up
+        if (rival is None or rival.place in taken or len(taken) < 2
+                or reason.runner_up_gap > _CLOSE * reason.improvement):
+            continue
+        own, = (term for term in fit.accepted if term.place == place)
+        others = fit.causes_beside(own)
+        best, other, gap = leading(fitter, found.first, [
+            fitter.fit([*others, term], fit.nuisance) for term in (own, rival)], ())
+        if _place(best) != place and not accepted(
+                fitter, found.first, fitter.fit(others, fit.nuisance), best, best.accepted[-1]):
+            continue
+        found = Found(found.first, best, (
+            *(reasons[term.place] for term in others),
+            reason._replace(runner_up=other, runner_up_gap=gap)))
+    return found
+
+
+def _next(fitter: Fitter, first: Fit, fit: Fit,
+          names: Sequence[str]) -> tuple[Fit, Evidence] | None:
+    """Return the fit with the best further cause, or None if there is no further cause."""
+    taken = {term.place for term in fit.accepted}
+    prospects = [prospect for prospect in screen(fitter, fit, names)
+                 if prospect.term.place not in taken]
+    promising = [prospect for prospect in _first_places(prospects)
+                 if fit.score - prospect.score > threshold(fitter, prospect.term)]
+    tried = _exact(fitter, _refits(fitter, fit, [each.term for each in promising]))
+    exact = [trial for trial in tried if accepted(fitter, first, fit, trial, trial.accepted[-1])]
+    if not exact:
+        return None
+    refused = {_place(trial) for trial in tried} - {_place(trial) for trial in exact}
+    best, other, gap = leading(fitter, fit, exact, [
+        prospect for prospect in prospects if prospect.term.place not in refused])
+    settled = fitter.fit(best.accepted, best.nuisance)
+    return settled, Evidence(fit.score - best.score, threshold(fitter, best.accepted[-1]), other,
+                             gap)
+
+
+def _first_places(prospects: list[Prospect]) -> list[Prospect]:
+    """Return the prospects of the most promising causes, all laws of each."""
+    places = list(dict.fromkeys(each.term.place for each in prospects))
+    first = set(places[:_CANDIDATES])
+    return [each for each in prospects if each.term.place in first]
+
+
+def _place(trial: Fit) -> Place:
+    """Return the place of the last cause of a fit."""
+    return trial.accepted[-1].place
+
+
+def _cost(fitter: Fitter, fit: Fit) -> float:
+    """Return the score of a fit with what the freedom of its causes costs."""
+    return fit.score + sum(freedom(fitter, term) for term in fit.accepted)
+
+
+def _better(fitter: Fitter, fit: Fit, than: Fit) -> bool:
+    """Tell whether a fit costs so much less than another that it is worth a change."""
+    return _cost(fitter, fit) < _cost(fitter, than) - SCORE_BAR
+
+
+def _starts(arm: Arm, name: str, joint: str | None) -> list[Term]:
+    """Return every start of one hypothesis at one joint, or of the whole arm."""
+    return [start for start in terms_of(arm, name) if start.joint == joint]
+
+
+def _refits(fitter: Fitter, fit: Fit, terms: Sequence[Term]) -> Iterator[Fit]:
+    """Return the fits with one more of these terms, but for those that no arm can have."""
+    for term in terms:
+        try:
+            yield fitter.refit(fit, term)
+        except IMPOSSIBLE:
+            continue
+
+
+def _exact(fitter: Fitter, trials: Iterable[Fit]) -> list[Fit]:
+    """
+    Return the fits of the most promising places to the end, the best first.
+
+    A place may have several laws, and two steps do not tell which of them will fit.
+    """
+    tried = sorted(trials, key=lambda trial: _cost(fitter, trial))
+    finalists = list(dict.fromkeys(map(_place, tried)))[:_FINALISTS]
+    best: dict[Place, Fit] = {}
+    for trial in sorted((fitter.refined(trial) for trial in tried if _place(trial) in finalists),
+                        key=lambda trial: _cost(fitter, trial)):
+        best.setdefault(_place(trial), trial)
+    return list(best.values())
+
+
+def _without_unneeded(fitter: Fitter, first: Fit, fit: Fit) -> Fit:
+    """
+    Return the fit without the causes that later ones have made superfluous.
+
+    That may be the latest itself: others may have gone on only because it gave way to them.
+    """
+    for term in fit.accepted:
+        fewer = fitter.fit(fit.causes_beside(term), fit.nuisance)
+        if not accepted(fitter, first, fewer, fit, term):
+            return _without_unneeded(fitter, first, fewer)
+    return fit
+
+
+def _simplified(fitter: Fitter, fit: Fit, names: Sequence[str],
+                evidence: dict[Place, Evidence]) -> Fit:
+    """
+    Return the fit in which causes give way to those of fewer numbers that explain as well.
+
+    One that was taken early may have stood for a part of what was found since; the `evidence` of
+    one that takes its place is added.
+    """
+    for term in fit.accepted[:-1]:
+        others = fit.causes_beside(term)
+        for start in _simpler(fitter.on(others), term, names):
+            trial = fitter.fit([*others, start], fit.nuisance)
+            gap = fit.score - trial.score + freedom(fitter, term) - freedom(fitter, start)
+            if gap > 0.0:
+                before = evidence[term.place]
+                evidence[start.place] = before._replace(
+                    improvement=before.improvement + gap, runner_up=term, runner_up_gap=gap)
+                return _simplified(fitter, trial, names, evidence)
+    return fit
+
+
+def _simpler(arm: Arm, term: Term, names: Sequence[str]) -> Iterator[Term]:
+    """Yield what a cause is confused with that has fewer numbers, all of which fits reach."""
+    for name in HYPOTHESES[term.name].alike:
+        if name in names and not HYPOTHESES[name].grid:
+            yield from (start for start in _starts(arm, name, term.joint)
+                        if start.size < term.size)

@@ -1,0 +1,144 @@
+"""From fits to findings: causes with intervals, rivals, gains, and what is left unexplained."""
+
+from collections.abc import Mapping, Sequence
+
+from hda_arm_sim.model.effects import effect_named
+from hda_arm_sim.model.effects.hypothesis import Hypothesis
+import numpy as np
+from numpy.typing import NDArray
+
+from .backing import Backing
+from .placebo import placebo_shares
+from .search import Evidence as Reason
+from .search import Found
+from ..balances.balance import Balancer
+from ..findings.gains import gains
+from ..findings.report import Alike, Evidence, Finding, Number, OwnGain, Residual, told
+from ..findings.smallest import size_numbers
+from ..fitting.fit import Fit, Fitter
+from ..fitting.hypotheses import HYPOTHESES
+from ..fitting.term import Place, Term
+from ...measurements.running_clock import Spans
+from ...significance import NORMAL_90
+
+Array = NDArray[np.float64]
+TIED = 20.0             # difference of scores below which two causes explain equally well,
+# (measured: scale and eccentricity of an encoder differ by 0.002 on a short arc)
+TIED_SHARE = 0.002      # and likewise in shares of what the cause improves: no law is exact
+NO_MOTION = ('none that moves the arm, as no motion separates them; read the torque of the drive '
+             'in a dwell at zero command')
+
+
+def findings(fitter: Fitter, fit: Fit, reasons: Mapping[Place, Reason], nameable: Sequence[Term],
+             twin: Balancer, spans: Spans) -> tuple[Finding, ...]:
+    """
+    Return the causes of a fit that may be named, with numbers, evidence and own gain.
+
+    A cause that does not gain on the held-out stretches, or no more there than its placebo, is
+    not told. Nor is one that has vanished without others. The largest comes first.
+    """
+    covariance, gaining = fitter.covariance(fit), []
+    for term in fit.accepted:
+        if term not in nameable or _vanished(term):
+            continue
+        own = fit.own(term)
+        part = covariance[own][:, own]
+        gain = gains(fitter.balancer, twin, fitter.on(fit.terms_beside(term)),
+                     fitter.on(fit.terms), spans).gain()
+        shares = placebo_shares(fitter, fit, term)
+        # Zero: a draw without any window in which an event lies.
+        if not gain.low < 0.0 and shares.cause > shares.placebo:
+            gaining.append(_finding(fitter, term, part, reasons[term.place],
+                                    gain.beside(shares.placebo)))
+    return tuple(sorted(told(gaining), key=lambda finding: -finding.evidence.score))
+
+
+def _vanished(term: Term) -> bool:
+    """Tell whether nothing is left of an effect but its shape."""
+    kind = type(term.effect)
+    return all(getattr(term.effect, number) == kind.declaration(number).default
+               for number in size_numbers(term.name))
+
+
+def _finding(fitter: Fitter, term: Term, covariance: Array, reason: Reason,
+             gain: OwnGain) -> Finding:
+    kind = effect_named(term.name)
+    rival = None if reason.runner_up is None else reason.runner_up.name
+    odds = float(np.exp(min(0.5 * reason.runner_up_gap, 700.0)))
+    return Finding(term.name, term.joint, kind.site.value, kind.cause,
+                   numbers_of(fitter, term, covariance),
+                   Evidence(reason.improvement, reason.threshold, rival, odds), gain)
+
+
+def numbers_of(fitter: Fitter, term: Term, covariance: Array) -> dict[str, Number]:
+    """Return the numbers of a term with 90 % intervals; waves as order, amplitude and phase."""
+    reach = NORMAL_90 * np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    numbers = {name: _number(term, name, 0.0) for name in HYPOTHESES[term.name].chosen
+               if getattr(term.effect, name)}
+    for place, name in enumerate(term.free):
+        numbers[name] = _number(term, name, float(np.hypot(reach[place], _doubt(
+            fitter, term, name))))
+    for place, (amplitude, phase) in enumerate(term.waves):
+        size = getattr(term.effect, amplitude)
+        wide = float(reach[len(term.free) + 2 * place:][:2].mean())
+        numbers[amplitude] = _number(term, amplitude, wide)
+        numbers[phase] = _number(term, phase, wide / max(size, 1e-300))
+    return numbers
+
+
+def _doubt(fitter: Fitter, term: Term, name: str) -> float:
+    """Return by how much a number is in doubt because its law has several forms."""
+    sought = HYPOTHESES[term.name]
+    if name in sought.doubts:
+        share, whole = sought.doubts[name]
+        return share * (abs(getattr(term.effect, whole)) if whole else 1.0)
+    if sought.form_share <= Hypothesis().form_share:
+        return 0.0
+    nominal = getattr(fitter.arm.effect(*term.place), name)
+    return float(np.sqrt(sought.form_error)) * abs(getattr(term.effect, name) - nominal)
+
+
+def _number(term: Term, name: str, reach: float) -> Number:
+    value, rule = getattr(term.effect, name), type(term.effect).declaration(name)
+    return Number(value, rule.unit, max(value - reach, rule.low), min(value + reach, rule.high))
+
+
+def alike(found: Found, judged: Backing) -> tuple[Alike, ...]:
+    """
+    Return the backed causes that a rival, or a twin by nature, explains as well.
+
+    A rival with more numbers does not count: one that contains the cause always explains as well.
+    Nor does one that was found beside it.
+    """
+    pairs, taken = [], {term.place for term in found.last.accepted}
+    for term, reason in zip(found.last.accepted, found.evidence):
+        if term not in judged.backed:
+            continue
+        rival, sought = reason.runner_up, HYPOTHESES[term.name]
+        unclear = judged.powers[term.place].max() < sought.clear
+        twin = sought.alike[0] if unclear else sought.twin
+        other: Place | None = (twin, term.joint) if twin else None
+        if (rival is not None and rival.place not in taken and rival.size <= term.size
+                and reason.runner_up_gap < max(TIED, TIED_SHARE * reason.improvement)):
+            other = rival.place
+        if other is not None:
+            by_nature = sought.twin and other == (sought.twin, term.joint)
+            pairs.append(Alike((term.place, other), NO_MOTION if by_nature else
+                               sought.experiment))
+    return tuple(pairs)
+
+
+def residuals(fitter: Fitter, first: Fit, last: Fit,
+              held_out: NDArray[np.bool_]) -> tuple[Residual, ...]:
+    """Return what each balance misses on held-out rows, rms [N*m at the output]."""
+    rows = []
+    for place, (site, label) in enumerate([(site, label) for site in ('motor', 'torsion')
+                                           for label in fitter.arm.labels]):
+        left = []
+        for fit in (first, last):
+            valid = fit.balance.valid[:, place] & held_out
+            left.append(float(np.sqrt(np.mean(fit.balance.residual[valid, place] ** 2)))
+                        if valid.any() else np.nan)
+        rows.append(Residual(site, label, left[0], left[1], float(fitter.noise[place])
+                             if last.balance.valid[:, place].any() else np.nan, 'N*m'))
+    return tuple(rows)

@@ -1,0 +1,1 @@
+"""Recordings without link angles, diagnosed by the torque of their motors."""

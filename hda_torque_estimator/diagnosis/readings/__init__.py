@@ -1,0 +1,1 @@
+"""Causes that only raw readings show, before any filter."""

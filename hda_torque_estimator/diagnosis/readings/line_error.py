@@ -1,0 +1,209 @@
+"""
+Find the error of a link encoder that repeats with every line of its scale, and take it out.
+
+What a local polynomial leaves of the readings is folded over the angle for every number of lines
+at once. The strongest wave is then fitted by least squares through the same filter. So slow
+stretches, where the polynomial follows the wave, neither help nor mislead. Stretches in which the
+samples do not resolve a wave are left aside (`line_alias`).
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+import math
+from typing import NamedTuple
+
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects import CoarseQuantisation, Effect, EncoderInterpolationError
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import savgol_filter
+
+from .line_alias import agrees, counting, moves, resolved
+from .raw_cause import number, RawCause
+from ...measurements.measurement import Measurement
+from ...significance import NORMAL_90, SCORE_BAR
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+MOTOR, LINK = 0, 1      # sides of a reading
+# Choices unless told otherwise.
+_WINDOW, _DEGREE = 0.021, 5     # of the polynomials [s]
+_BINS = 2 ** 18         # of one turn
+_FEWEST, _MOST = 1000, 2 ** 16  # lines per turn that are looked for; fewer, the arm may follow
+_SHARE = 0.05           # of the rest's power, below which a wave is immaterial
+_HINT = 0.01            # of it, by folding alone, from which a wave is fitted
+_WHOLE_STEPS = 4.0      # least counts of the encoder in a line
+_BAND = 1.4             # from the fewest lines to the most that are looked for in the same rows
+_NEAR = 2               # lines about the strongest that are fitted exactly
+_ROUNDS = 3             # the angle behind a reading is known better each time
+_TRIED = (2500.0, 6000.0, 20000.0)          # lines for which the smallest wave is sought
+_PASSED = 0.01          # least power of a wave of 1 that the polynomials must leave
+_INVERSE = 12           # rounds to the angle behind a reading
+
+
+class Wave(NamedTuple):
+    """A wave over the angle behind the readings, as fitted: what it leaves, how sure it is."""
+
+    effect: EncoderInterpolationError
+    before: float           # power of the rest without the wave [rad^2]
+    after: float            # and with it
+    rows: Mask              # (k,) in which it was fitted
+    columns: Array          # (2, m) its sine and cosine there
+    spread: Array           # (2,) deviations of amplitude [rad] and lines
+
+    @property
+    def score(self) -> float:
+        """Return twice the gain of log likelihood."""
+        return int(self.rows.sum()) * math.log(self.before / self.after)
+
+
+def uneven_lines(measurement: Measurement, arm: Arm, seen: Mask) -> Iterator[RawCause]:
+    """
+    Return the joints whose link encoders err with their lines, from rows `seen` (k,).
+
+    Phases are those at readings of zero.
+    """
+    for column, (label, joint) in enumerate(zip(arm.labels, arm.joints)):
+        motor, link = measurement.reading[:, column].T
+        step = arm.effect(CoarseQuantisation.name, label).values()[LINK]
+        wave = wave_of(link, measurement.dt, seen, step)
+        if wave is not None and wave.before - wave.after >= _SHARE * wave.before \
+                and wave.score > SCORE_BAR \
+                and _of_one_encoder(wave, motor / joint.ratio, link, measurement.dt, step):
+            size, slope = (NORMAL_90 * wave.spread).tolist()
+            yield RawCause(wave.effect, label, {
+                'amplitude': number(wave.effect, 'amplitude', size),
+                'lines': number(wave.effect, 'lines', slope),
+                'phase': number(wave.effect, 'phase', size / wave.effect.amplitude),
+            }, wave.score, ((column, LINK),))
+
+
+def _of_one_encoder(wave: Wave, motor: Array, link: Array, dt: float, step: float) -> bool:
+    """Tell whether a wave is the link encoder's: no counting, no movement, one phase always."""
+    window, rows = _window(dt), wave.rows
+    rest = _fast(link, window)[rows]
+    return (wave.effect.amplitude > counting(step)
+            and not moves(wave.columns, rest, _fast(motor, window)[rows])
+            and agrees(_speed(link, dt)[rows], wave.columns, rest))
+
+
+def smallest_wave(angle: Array, dt: float, seen: Mask, step: float) -> float | None:
+    """Return the smallest amplitude of a wave that readings (k,) would show [rad], or None."""
+    window, good = _window(dt), _inner(seen, _window(dt))
+    rest, speed = _fast(angle, window), _speed(angle, dt)
+    sizes = [_smallest(rest, _fast(np.sin(lines * angle), window),
+                       good & resolved(speed, lines, dt)) for lines in _TRIED
+             if lines < _most(step)]
+    size = max(min(sizes, default=math.inf), counting(step))
+    return size if size <= EncoderInterpolationError.declaration('amplitude').high else None
+
+
+def _smallest(rest: Array, wave: Array, rows: Mask) -> float:
+    """Return how many of a wave (k,) would show beside a rest (k,) in these rows."""
+    passed = float(np.mean(wave[rows] ** 2)) if rows.any() else 0.0
+    if passed < _PASSED:
+        return math.inf
+    power = float(np.mean(rest[rows] ** 2))
+    needed = max(_SHARE, -math.expm1(-SCORE_BAR / int(rows.sum())))
+    return math.sqrt(needed / (1.0 - needed) * power / passed)
+
+
+def without_waves(measurement: Measurement, causes: list[RawCause],
+                  labels: tuple[str, ...]) -> Measurement:
+    """Return the measurement as link encoders without these waves would have shown it."""
+    if not causes:
+        return measurement
+    reading = measurement.reading.copy()
+    for cause in causes:
+        column = labels.index(str(cause.joint))
+        reading[:, column, LINK] = _behind(reading[:, column, LINK], cause.effect)
+    return replace(measurement, reading=reading)
+
+
+def wave_of(angle: Array, dt: float, seen: Mask, step: float) -> Wave | None:
+    """Return the strongest wave in readings (k,) of an encoder with this step [rad]."""
+    window, speed = _window(dt), _speed(angle, dt)
+    rest, good = _fast(angle, window), _inner(seen, window)
+    lines, behind = _strongest(angle, rest, good, speed * dt, _most(step)), angle
+    if lines is None:
+        return None
+    rows = good & resolved(speed, lines + _NEAR, dt)
+    near = range(max(lines - _NEAR, 2), lines + _NEAR + 1)
+    best = min((_fitted(behind, rest, window, rows, trial) for trial in near),
+               key=lambda wave: wave.after)
+    for _ in range(_ROUNDS):
+        behind = _behind(angle, best.effect)
+        best = _fitted(behind, rest, window, rows, round(best.effect.lines))
+    return best
+
+
+def _speed(angle: Array, dt: float) -> Array:
+    """Return the speed of readings (k,) by the same polynomials [rad/s]."""
+    return np.asarray(savgol_filter(angle, _window(dt), _DEGREE, deriv=1, delta=dt))
+
+
+def _window(dt: float) -> int:
+    """Return the samples of a polynomial."""
+    return max(_DEGREE + 2, 2 * round(0.5 * _WINDOW / dt) + 1)
+
+
+def _inner(seen: Mask, window: int) -> Mask:
+    """Return rows of `seen` (k,) that are not near the ends."""
+    good = seen.copy()
+    good[:window], good[-window:] = False, False
+    return good
+
+
+def _most(step: float) -> int:
+    """Return the most lines per turn of an encoder with this step [rad] that can be told."""
+    return _MOST if step <= 0.0 else min(_MOST, int(2.0 * math.pi / step / _WHOLE_STEPS))
+
+
+def _strongest(angle: Array, rest: Array, good: Mask, travel: Array, most: int) -> int | None:
+    """
+    Return the lines per turn over which the rest adds up to the largest wave, if to one.
+
+    All are (k,), `travel` from sample to sample [rad]. Each band of lines is folded over the rows
+    that resolve it.
+    """
+    place = np.floor(angle * (_BINS / (2.0 * math.pi))).astype(np.int64) % _BINS
+    best, strongest, fewest = 0.0, None, _FEWEST
+    while fewest < most:
+        end = min(math.ceil(_BAND * fewest), most)
+        rows = good & resolved(travel, end, 1.0)
+        power = float(rest[rows] @ rest[rows])
+        if power > 0.0:
+            folded = np.abs(np.fft.rfft(np.bincount(place[rows], rest[rows], _BINS))[fewest:end])
+            gained = 2.0 * float(folded.max()) ** 2 / power         # share of it, times samples
+            if gained > max(_HINT * int(rows.sum()), best):
+                best, strongest = gained, int(np.argmax(folded)) + fewest
+        fewest = end
+    return strongest
+
+
+def _fitted(behind: Array, rest: Array, window: int, rows: Mask, lines: int) -> Wave:
+    """Return the wave of so many lines over the angle behind the readings."""
+    turn = lines * behind
+    columns = np.stack([_fast(np.sin(turn), window)[rows], _fast(np.cos(turn), window)[rows]])
+    normal, power = columns @ columns.T, float(rest[rows] @ rest[rows])
+    along, across = np.linalg.solve(normal, columns @ rest[rows])
+    left, count = rest[rows] - along * columns[0] - across * columns[1], int(rows.sum())
+    highest = EncoderInterpolationError.declaration('amplitude').high
+    effect = EncoderInterpolationError(min(math.hypot(along, across), highest), float(lines),
+                                       math.atan2(across, along))
+    size = math.sqrt(float(left @ left) / count * np.linalg.inv(normal).trace() / 2.0)
+    slope = size / max(effect.amplitude, 1e-30) / max(float(behind[rows].std()), 1e-12)
+    return Wave(effect, power, float(left @ left), rows, columns, np.array([size, slope]))
+
+
+def _fast(signal: Array, window: int) -> Array:
+    """Return what local polynomials leave of a signal (k,)."""
+    return signal - savgol_filter(signal, window, _DEGREE)
+
+
+def _behind(angle: Array, wave: Effect) -> Array:
+    """Return the angle behind readings (k,) that carry a wave [rad]."""
+    behind = angle
+    for _ in range(_INVERSE):
+        behind = angle - wave(angle=behind)
+    return behind

@@ -1,0 +1,33 @@
+"""A cause that raw readings show before any filter, and the limits that all of them must pass."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects import Effect
+
+from ..findings.report import Number
+
+# Choices unless told otherwise.
+SHARE = 0.02            # of what the readings scatter, below which a cause is immaterial
+
+
+class RawCause(NamedTuple):
+    """An effect at its place, its numbers with 90 % intervals, and how sure it is."""
+
+    effect: Effect
+    joint: str | None
+    numbers: Mapping[str, Number]
+    score: float
+    channels: tuple[tuple[int, int], ...]       # columns and sides of the readings that show it
+    recording: int = 0                          # the one of several that shows it best
+
+    def on(self, arm: Arm) -> Arm:
+        """Return the arm with this cause."""
+        return arm.with_effect(self.effect, self.joint)
+
+
+def number(effect: Effect, name: str, reach: float) -> Number:
+    """Return a number of an effect that is known to within `reach`."""
+    value = getattr(effect, name)
+    return Number(value, type(effect).declaration(name).unit, value - reach, value + reach)

@@ -1,0 +1,171 @@
+"""
+What only raw readings show: causes that a filter would hide, found before any balance.
+
+The balances then work with an arm that senses as the recorded one does. What a cause explains is
+how much the readings scatter from sample to sample. These are their second differences in
+stretches that were held out. Simulated recordings with the cause and without it are held against
+the measured ones.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects import CoarseQuantisation, DroppedSamples, EncoderInterpolationError
+from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY
+from hda_arm_sim.motions import Motion
+import numpy as np
+from numpy.typing import NDArray
+
+from .encoder_steps import coarse_encoders
+from .line_error import uneven_lines, without_waves
+from .lost_samples import lost_samples, slips_of
+from .raw_cause import RawCause
+from ..balances.balance import Balancer
+from ..findings.gains import Gains
+from ..findings.report import Evidence, Finding, told, TotalGain
+from ...measurements.even_grid import on_grid
+from ...measurements.measurement import joined, Measurement
+from ...measurements.running_clock import inside, Spans, within
+from ...significance import SCORE_BAR
+from ...simulating.closed_loop import run
+
+Array = NDArray[np.float64]
+# Choices unless told otherwise.
+_ASIDE = 1e-4           # moves a motion so that its counts fall elsewhere [rad]
+WHOLE: Spans = ((0.0, float('inf')),)
+RAW_EFFECTS = (CoarseQuantisation.name, DroppedSamples.name, EncoderInterpolationError.name)
+METRIC = ('squared logarithm of the power of simulated over measured second differences of the '
+          'raw readings, on held-out stretches')
+
+
+class RawReadings(NamedTuple):
+    """Readings as far as they can be mended, the arm that gives such mended ones, and why."""
+
+    measurement: Measurement
+    arm: Arm
+    causes: tuple[RawCause, ...]
+    on_time: Measurement        # lost samples put in and jitter taken out, all else as recorded
+
+
+def raw_readings(measurement: Measurement, arm: Arm,
+                 names: Sequence[str] = RAW_EFFECTS, training: Spans = WHOLE) -> RawReadings:
+    """
+    Return what the raw readings of an arm show, among the effects of these names.
+
+    Numbers are fitted to the training stretches alone; all readings are mended. Of several
+    recordings, each is mended by what it shows itself.
+    """
+    causes: dict[tuple[str, str | None], RawCause] = {}
+    parts = []
+    for place, (one, piece) in enumerate(zip(measurement.recordings(), measurement.pieces())):
+        seen = within(training, piece, measurement.dt)
+        parts.append(_of_one(one, arm, names, seen or WHOLE))
+        for cause in parts[-1].causes if seen else ():
+            known = causes.get((cause.effect.name, cause.joint))
+            if known is None or cause.score > known.score:
+                causes[cause.effect.name, cause.joint] = cause._replace(recording=place)
+    if len(parts) == 1:
+        return parts[0]
+    known_arm = extended_by([cause for cause in causes.values()
+                             if cause.effect.name == CoarseQuantisation.name], arm)
+    return RawReadings(joined([part.measurement for part in parts]), known_arm,
+                       tuple(causes.values()), joined([part.on_time for part in parts]))
+
+
+def _of_one(measurement: Measurement, arm: Arm, names: Sequence[str],
+            training: Spans) -> RawReadings:
+    """Return what the raw readings of one recording show."""
+    causes: list[RawCause] = []
+    seen = inside(measurement.time, training)
+    if CoarseQuantisation.name in names:
+        causes += coarse_encoders(measurement, arm, seen)
+    known = extended_by(causes, arm)
+    if DroppedSamples.name in names:
+        slips = slips_of(measurement, known)
+        lost = lost_samples(slips, seen)
+        if lost is not None:
+            causes.append(lost)
+            measurement = replace(measurement, reading=slips.reading)
+    on_time = measurement = on_grid(measurement)
+    if EncoderInterpolationError.name in names:
+        waves = list(uneven_lines(measurement, known, seen))
+        causes += waves
+        measurement = without_waves(measurement, waves, arm.labels)
+    return RawReadings(measurement, known, tuple(causes), on_time)
+
+
+def extended_by(causes: Sequence[RawCause], arm: Arm) -> Arm:
+    """Return the arm with these causes."""
+    for cause in causes:
+        arm = cause.on(arm)
+    return arm
+
+
+def raw_findings(raw: RawReadings, measured: Measurement, balancer: Balancer, given: Arm,
+                 extended: Arm, held_out: Spans) -> tuple[Finding, ...]:
+    """
+    Return the causes that gain on held-out stretches as findings, each with its own gain.
+
+    `measured` are the readings as recorded, `balancer` holds them mended, `given` is the arm
+    without all causes, `extended` the one that gives the mended readings.
+    """
+    gaining = []
+    for cause in raw.causes:
+        late, place = cause.effect.name == DroppedSamples.name, cause.recording
+        piece = measured.pieces()[place]
+        whole = extended_by([other for other in raw.causes
+                             if late or other.effect.name != DroppedSamples.name], extended)
+        gain = _gains(cause, (measured if late else raw.on_time).recordings()[place],
+                      _motion(balancer, extended, piece), given, whole,
+                      within(held_out, piece, measured.dt)).gain()
+        odds = float(np.exp(min(0.5 * cause.score, 700.0)))
+        gaining.append(Finding(cause.effect.name, cause.joint, cause.effect.site.value,
+                               cause.effect.cause, cause.numbers,
+                               Evidence(cause.score, SCORE_BAR, None, odds), gain))
+    return told(gaining)
+
+
+def raw_total(findings: Sequence[Finding]) -> TotalGain:
+    """Return the gain of all raw causes together, the mean of theirs."""
+    before, after, floor, removed, low, high = np.mean([
+        [gain.before, gain.after, gain.floor, gain.removed, gain.low, gain.high]
+        for gain in (finding.gain for finding in findings)], axis=0).tolist()
+    return TotalGain(before, after, floor, removed, low, high, METRIC, '1')
+
+
+def _motion(balancer: Balancer, arm: Arm, piece: slice) -> Motion:
+    """Return the links' measured motion in one recording as a reference for simulations."""
+    state = balancer.motion(arm).state[piece]
+    angle, rate = state[:, :, LINK_ANGLE].copy(), state[:, :, LINK_VELOCITY].copy()
+    time = balancer.measurement.dt * np.arange(len(angle), dtype=np.float64)
+    return Motion(time, angle, rate, np.zeros((len(angle), 2)))
+
+
+def _readings(arm: Arm, motion: Motion, seed: int) -> Array:
+    """Return the angles (k, n, 2) that a simulated arm shows along a motion."""
+    return run(arm, arm, motion, seed, estimator=None).reading[:, :, :2]
+
+
+def _scatter(reading: Array, spans: Spans, dt: float,
+             channels: Sequence[tuple[int, int]]) -> Array:
+    """Return the logarithm of the power of second differences (w, c), one row for a span."""
+    columns, sides = np.array(channels).T
+    fast = np.diff(reading[:, columns, sides], 2, axis=0) ** 2
+    rows = [fast[round(begin / dt):round(end / dt)] for begin, end in spans]
+    return np.log(np.array([row.mean(axis=0) for row in rows if len(row)]) + 1e-30)
+
+
+def _gains(cause: RawCause, measured: Measurement, motion: Motion, given: Arm, extended: Arm,
+           spans: Spans) -> Gains:
+    """Return how far the scatter of simulations is from the measured, and by chance alone."""
+    place = cause.effect.name, cause.joint
+    lacking = extended.without(*place).with_effect(given.effect(*place), cause.joint)
+    aside = motion._replace(angle=motion.angle + _ASIDE)
+    shown, before, after, again = (
+        _scatter(reading, spans, measured.dt, cause.channels) for reading in
+        (measured.reading, _readings(lacking, motion, 1), _readings(extended, motion, 1),
+         _readings(extended, aside, 2)))
+    return Gains(*(np.mean((one - other) ** 2, axis=1) for one, other in
+                   ((before, shown), (after, shown), (again, after))))

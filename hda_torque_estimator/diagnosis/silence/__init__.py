@@ -1,0 +1,1 @@
+"""What silence means: the smallest effects that a recording could have shown."""

@@ -1,0 +1,114 @@
+"""
+The smallest size of every effect that a recording could have shown.
+
+Every effect is tried with the shapes in which it is looked for; the smallest size of all is told.
+Of waves it is that of the phase that shows least. What would not show within the bounds that are
+declared for an effect, this motion cannot show.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+import math
+from typing import NamedTuple
+
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects import effect_named
+import numpy as np
+from numpy.typing import NDArray
+
+from .imagined import shapes
+from .visibility import Visibility
+from ..findings.smallest import hidden, places, size_numbers, Smallest, WEAKER
+from ..fitting.fit import Fit, Fitter, IMPOSSIBLE
+from ..fitting.term import Term
+from ..judging.screen import shifts
+from ..judging.search import Found
+
+Array = NDArray[np.float64]
+# Choices unless told otherwise.
+_BEYOND = 3.0           # values that were tried, to which lines through them go on
+
+
+class Point(NamedTuple):
+    """A value of a number, and how far above what is needed an effect of it is."""
+
+    value: float
+    strength: float
+
+
+def smallest_in_balances(fitter: Fitter, found: Found, fit: Fit,
+                         names: Sequence[str]) -> Iterator[Smallest]:
+    """Yield the smallest size of each effect and place that shows beside what `fit` knows."""
+    coarse = replace(fitter, balancer=fitter.balancer.thinned)
+    sight = Visibility(coarse, found, coarse.at(fit.terms, len(fit.accepted), fit.columns))
+    for name in names:
+        yield from _of_effect(sight, name)
+
+
+def _of_effect(sight: Visibility, name: str) -> Iterator[Smallest]:
+    """Yield the smallest size of one effect at every place."""
+    arm = sight.fitter.on(sight.fit.terms)
+    sizes: dict[str | None, list[Smallest]] = {place: [] for place in places(arm, name)}
+    points: dict[str | None, list[Point]] = {place: [] for place in sizes}
+    for start, shift in _shifts(sight, arm, name):
+        if start.grown:
+            points[start.joint].append(Point(start.vector()[0], sight.strength(start, shift)))
+        else:
+            sizes[start.joint] += _in_steps(sight, arm, start, shift)
+    for place, grown in points.items():
+        told = [*sizes[place], *_between(arm, name, place, grown)]
+        yield min(told, key=lambda one: one.size or 0.0, default=hidden(name, place))
+
+
+def _shifts(sight: Visibility, arm: Arm, name: str) -> list[tuple[Term, Array]]:
+    """Return the shapes of one effect and what they change, none where no arm can have it."""
+    try:
+        return list(shifts(sight.fitter, sight.fit, list(shapes(sight.fitter, arm, name))))
+    except IMPOSSIBLE:
+        return []
+
+
+def _in_steps(sight: Visibility, arm: Arm, start: Term, shift: Array) -> Iterator[Smallest]:
+    """Return the smallest sizes of numbers in which the residuals are linear."""
+    steps, width = start.all_steps(), 1 if start.free else 2
+    for place, number in enumerate(start.free[:1] or [number for number, _ in start.waves]):
+        rule = effect_named(start.name).declaration(number)
+        now = getattr(arm.effect(start.name, start.joint), number)
+        step = float(steps[width * place])
+        most = max(rule.high - now, now - rule.low) / step
+        share = sight.least(start, shift[:, :, width * place:width * (place + 1)], most)
+        if share < most:
+            yield Smallest(start.name, start.joint, number, share * step)
+
+
+def _between(arm: Arm, name: str, place: str | None,
+             points: Sequence[Point]) -> Iterator[Smallest]:
+    """Return the sizes at which the strengths of an effect, found at some values, pass 1."""
+    number = size_numbers(name)[0]
+    rule, now = effect_named(name).declaration(number), getattr(arm.effect(name, place), number)
+    value = np.array([point.value for point in points])
+    above = np.sqrt(np.maximum([point.strength for point in points], 0.0))
+    if name in WEAKER:
+        passing = _passing(-np.log(value), above)
+        size = math.exp(-passing)
+        if passing < math.inf and value.min() / _BEYOND < size < _BEYOND * value.max():
+            yield Smallest(name, place, number, size)
+        return
+    for side in (1.0, -1.0):
+        away = side * (value - now)
+        ahead = away > 0.0
+        size = _passing(np.append(away[ahead], 0.0), np.append(above[ahead], 0.0))
+        if rule.low <= now + side * size <= rule.high:
+            yield Smallest(name, place, number, size)
+
+
+def _passing(places: Array, heights: Array) -> float:
+    """Return where a line through points, which rises and goes on straight, passes 1."""
+    order = np.argsort(places)
+    places, heights = places[order], heights[order]
+    if len(places) < 2 or heights[-1] <= 0.0:
+        return math.inf
+    last = min(max(int(np.searchsorted(heights, 1.0)), 1), len(places) - 1)
+    rise = heights[last] - heights[last - 1]
+    run = places[last] - places[last - 1]
+    return float(places[last] + (1.0 - heights[last]) * run / rise) if rise > 0.0 else math.inf

@@ -1,0 +1,57 @@
+"""
+Whether the rate of a recording hides what its motion would show.
+
+A healthy twin of the arm is simulated along the measured motion at a rate that hides nothing. It
+is asked which effects would have been seen. The motion between samples is that of a spline.
+"""
+
+from collections.abc import Sequence
+
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.kernel import LINK_ANGLE
+from hda_arm_sim.motions import Motion
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from .excitation import cannot_tell, smallest_sizes
+from ..balances.balance import Balancer
+from ..balances.healthy import noise_of
+from ..fitting.fit import Fitter
+from ..fitting.term import Place
+from ..judging.search import Found
+from ..readings.raw_readings import raw_readings
+from ...measurements.measurement import Measurement
+from ...measurements.running_clock import inside, split
+from ...simulating.closed_loop import run
+
+# Choices unless told otherwise.
+# (source: the rate of the records of docs/accuracy.md)
+FAST = 1000.0           # rate at which the diagnosis was measured [Hz]
+_SLOWER = 0.9           # share of it, below which a rate may be to blame
+_LONGEST = 60.0         # of the motion that is simulated [s]
+
+
+def rate_hides(balancer: Balancer, arm: Arm, names: Sequence[str], about: Sequence[Place],
+               effective: float) -> bool:
+    """Tell whether the same motion, sampled faster, would show what this recording does not."""
+    if 1.0 / balancer.measurement.dt > _SLOWER * FAST:
+        return False
+    twin = _faster(balancer, arm)
+    training = split(twin)[0]
+    raw = raw_readings(twin, arm, names, training)
+    fast = Balancer(raw.measurement)
+    fitter = Fitter(fast, arm, noise_of(fast, arm)[0], effective, inside(fast.time, training))
+    fit = fitter.fit(())
+    sizes = smallest_sizes(fitter, Found(fit, fit, ()), fit, raw, training, names)
+    return not cannot_tell(sizes, arm, about)
+
+
+def _faster(balancer: Balancer, arm: Arm) -> Measurement:
+    """Return the recording of a healthy arm that moves as measured, at the fast rate."""
+    piece = max(balancer.measurement.pieces(), key=lambda part: part.stop - part.start)
+    angle = balancer.motion(arm).state[piece, :, LINK_ANGLE]
+    spline = CubicSpline(balancer.measurement.dt * np.arange(len(angle)), angle)
+    time = np.arange(round(min(float(spline.x[-1]), _LONGEST) * FAST)) / FAST
+    made = run(arm, arm, Motion(time, spline(time), spline(time, 1), np.zeros((len(time), 2))), 1)
+    return Measurement(balancer.measurement.labels, 1.0 / FAST,
+                       np.ascontiguousarray(made.reading[:, :, :2]), made.command)

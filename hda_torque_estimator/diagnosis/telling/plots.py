@@ -1,0 +1,222 @@
+"""The figures of a diagnosis: what the simulation misses, what it follows, and what is gained."""
+
+from collections.abc import Mapping
+import math
+
+import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, FuncFormatter
+import numpy as np
+from numpy.typing import NDArray
+
+from .exhibits import along, binned, Exhibits
+from .following import BINS, Following, TURN, TURN_BINS, WRAPPED
+from .unexplained import Rest
+from ..balances.balance import BANDWIDTH
+from ..findings.report import Diagnosis, Finding, Unexplained
+from ...pages.drawing import AFTER, band, BEFORE, FLOOR, INK, plain, STYLE
+
+Array = NDArray[np.float64]
+COORDINATES = {
+    'time': 'time [s]',
+    'motor_velocity': 'motor velocity, shaft [rad/s]',
+    'link_velocity': 'link velocity [rad/s]',
+    'motor_angle': 'motor angle in its turn, shaft [rad]',
+    'link_angle': 'link angle [rad]',
+    'other_link_angle': 'link angle of the other joint [rad]',
+    'joint_torque': 'joint torque, output [N·m]',
+    'motor_torque': 'motor torque, shaft [N·m]',
+}
+BALANCES = ('A, motor', 'B, torsion')
+
+
+def figures(diagnosis: Diagnosis, exhibits: Exhibits) -> dict[str, Figure]:
+    """Return all figures of a diagnosis by name, in the order in which they are shown."""
+    drawn = {'residuals': residual_figure(diagnosis, exhibits)}
+    for number, finding in enumerate(diagnosis.findings, 1):
+        drawn[f'finding_{number}'] = finding_figure(finding, exhibits)
+    if diagnosis.unexplained is not None:
+        drawn['unexplained'] = rest_figure(diagnosis.unexplained, exhibits.rest())
+    drawn['prediction'] = prediction_figure(exhibits)
+    return drawn
+
+
+def residual_figure(diagnosis: Diagnosis, exhibits: Exhibits) -> Figure:
+    """Draw the residual of every balance over time, before and after, and its noise floor."""
+    joints = len(exhibits.labels)
+    floors = {(row.site, row.joint): row.floor for row in diagnosis.residuals}
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(7.6, 1.0 + 1.45 * 2 * joints), layout='constrained')
+        rows = figure.subplots(2 * joints, 1, sharex=True, squeeze=False)[:, 0]
+        for column, axes in enumerate(rows):
+            label, side = exhibits.labels[column % joints], column // joints
+            axes.set_title(f'{plain(label)}: balance {BALANCES[side]}')
+            axes.set_ylabel('residual,\noutput [N·m]')
+            for residual, colour, name in ((exhibits.before, BEFORE, 'arm as given'),
+                                           (exhibits.after, AFTER, 'extended arm')):
+                shown = np.where(exhibits.valid[:, column], residual[:, column], np.nan)
+                band(axes, exhibits.time, shown, colour, name,
+                     alpha=0.55 if colour == BEFORE else 1.0)
+            _floor(axes, floors.get((('motor', 'torsion')[side], label), math.nan))
+        rows[-1].set_xlabel(COORDINATES['time'])
+        _legend(figure, rows[0])
+        figure.align_ylabels()
+    return figure
+
+
+def finding_figure(finding: Finding, exhibits: Exhibits) -> Figure:
+    """Draw the residual that one cause leaves against what gives it away, before and after."""
+    own = exhibits.of(finding.effect, finding.joint)
+    column = own.column(finding.site, finding.joint)
+    return _against(own, column, finding.effect, ('without this cause', 'with it'))
+
+
+def rest_figure(told: Unexplained, rest: Rest) -> Figure:
+    """Draw the map of a rest: what it follows, how, and its spectrum."""
+    place = (int(np.argmax(rest.powers())) if told.joint is None
+             else rest.labels.index(told.joint))
+    column = rest.column(place, told.site)
+    found = rest.followed(column)
+    best = next((each for each in found if each.coordinate == told.depends_on), found[0])
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(7.6, 3.3))
+        bars, curve, spectrum = figure.subplots(1, 3, width_ratios=(0.8, 1.2, 1.0))
+        figure.subplots_adjust(0.16, 0.25, 0.99, 0.88, 0.45)
+        _bars(bars, found)
+        _curve(curve, rest, column, best, AFTER)
+        curve.set_xlabel(_name_of(best))
+        curve.set_ylabel('residual, output [N·m]')
+        _spectrum(spectrum, rest.time,
+                  np.where(rest.valid[:, column], rest.residual[:, column], 0.0))
+        figure.suptitle(plain(f'unexplained: {_where(rest.labels, column)}'), x=0.01, ha='left',
+                        fontsize=9.5)
+        handles, names = curve.get_legend_handles_labels()
+        figure.legend(handles, names, ncols=len(names), loc='lower left')
+    return figure
+
+
+def _where(labels: tuple[str, ...], column: int) -> str:
+    """Return the joint and the balance of a column."""
+    return f'{labels[column % len(labels)]}, balance {BALANCES[column // len(labels)]}'
+
+
+def _bars(axes: Axes, found: list[Following]) -> None:
+    """Draw what each coordinate tells, the most on top."""
+    names = [told.coordinate.replace('_', ' ') + (f'\nby {told.carrier}' if told.carrier else '')
+             for told in found]
+    axes.barh(names, [100.0 * told.share for told in found], color=AFTER)
+    axes.invert_yaxis()
+    axes.set_xlim(0.0, 100.0)
+    axes.grid(visible=False, axis='y')
+    axes.set_xlabel('power told [%]')
+
+
+def _curve(axes: Axes, rest: Rest, column: int, told: Following, colour: str) -> None:
+    """Draw a rest along what it follows, apart for both signs of what the curve multiplies."""
+    valid = rest.valid[:, column]
+    coordinate, values = along(rest, told, column)[valid], rest.residual[valid, column]
+    parts = [('median', np.ones(len(values), bool), '-')]
+    if told.carrier:
+        name = {'direction': 'motor_velocity', 'torque': 'joint_torque'}[told.carrier]
+        sign = rest.coordinates[name][valid, column % len(rest.labels)] > 0.0
+        parts = [(f'median, {told.carrier} positive', sign, '-'),
+                 (f'median, {told.carrier} negative', ~sign, '--')]
+    for name, rows, line in parts:
+        _spread(axes, coordinate[rows], values[rows], colour, line, name, _bins(told))
+    axes.axhline(0.0, color=INK, linewidth=0.6)
+    if told.coordinate == WRAPPED:
+        _turn_ticks(axes)
+
+
+def _spectrum(axes: Axes, time: Array, values: Array) -> None:
+    """Draw the amplitude of each line of a residual, as far as the balances reach."""
+    size = np.abs(np.fft.rfft(values * np.hanning(len(values)))) * 4.0 / len(values)
+    frequency = np.fft.rfftfreq(len(values), float(time[1] - time[0]))
+    shown = (frequency > 0.0) & (frequency <= BANDWIDTH)
+    axes.semilogx(frequency[shown], size[shown], color=AFTER, linewidth=0.8)
+    axes.set_ylim(bottom=0.0)
+    axes.set_xlabel('frequency [Hz]')
+    axes.set_ylabel('amplitude [N·m]')
+
+
+def _against(exhibits: Exhibits, column: int, title: str, names: tuple[str, ...]) -> Figure:
+    """Draw one panel for each name: the residual before, and after, over what it follows."""
+    missed = exhibits.missed()
+    told = missed.followed(column)[0]
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(7.6 if len(names) > 1 else 4.8, 3.3), layout='constrained')
+        panels = figure.subplots(1, len(names), sharey=True, sharex=True, squeeze=False)[0]
+        for axes, name, rest, colour in zip(panels, names, (missed, exhibits.rest()),
+                                            (BEFORE, AFTER)):
+            _curve(axes, rest, column, told, colour)
+            axes.set_title(name)
+            axes.set_xlabel(_name_of(told))
+        figure.suptitle(plain(f'{title}: {_where(exhibits.labels, column)}'), x=0.01, ha='left',
+                        fontsize=9.5)
+        panels[0].set_ylabel('residual, output [N·m]')
+        _legend(figure, panels[0], below=True)
+    return figure
+
+
+def prediction_figure(exhibits: Exhibits) -> Figure:
+    """Draw the error of predictions from measured states over how far ahead they look."""
+    count = len(exhibits.horizons)
+    marks = np.unique(np.geomspace(1, max(count, 1), min(count, 9)).astype(int) - 1).tolist()
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(4.8, 3.4), layout='constrained')
+        axes = figure.subplots()
+        for name, error, colour, style in (
+                ('arm as given', exhibits.predicted_before, BEFORE, 'o-'),
+                ('extended arm', exhibits.predicted_after, AFTER, 's--'),
+                ('noise alone', exhibits.predicted_floor, FLOOR, '^:')):
+            axes.loglog(exhibits.horizons, error, style, color=colour, label=name, markersize=4.5,
+                        markevery=marks, linewidth=1.4)
+        axes.set_xlabel('time ahead of the measured state [s]')
+        axes.set_ylabel('rms prediction error, output [rad]')
+        axes.grid(which='minor', alpha=0.12)
+        _legend(figure, axes)
+    return figure
+
+
+def _name_of(told: Following) -> str:
+    """Return what stands at the axis of what a residual follows."""
+    if told.coordinate == 'time' and told.line is not None:
+        return f'time in the period of {told.line:.4g} Hz [s]'
+    return COORDINATES[told.coordinate]
+
+
+def _bins(told: Following) -> int:
+    return TURN_BINS if told.coordinate == WRAPPED else BINS
+
+
+def _floor(axes: Axes, floor: float) -> None:
+    """Draw twice the rms of noise on both sides of zero."""
+    if math.isfinite(floor):
+        axes.axhline(2.0 * floor, color=INK, linestyle=(0, (4, 3)), linewidth=0.8,
+                     label='noise floor, two standard deviations')
+        axes.axhline(-2.0 * floor, color=INK, linestyle=(0, (4, 3)), linewidth=0.8)
+
+
+def _spread(axes: Axes, coordinate: Array, values: Array, colour: str, line: str, name: str,
+            bins: int) -> None:
+    """Draw the binned median of values, and the quartiles around it."""
+    if not len(values):
+        return
+    told = binned(coordinate, values, max(1, min(bins, len(values) // 20)))
+    axes.fill_between(told.centre, told.low, told.high, color=colour, alpha=0.3, linewidth=0.0,
+                      label='middle half' if line == '-' else None)
+    axes.plot(told.centre, told.median, line, color=colour, linewidth=1.6, label=name)
+
+
+def _turn_ticks(axes: Axes) -> None:
+    axes.set_xlim(0.0, TURN)
+    axes.xaxis.set_major_locator(FixedLocator([0.25 * TURN * place for place in range(5)]))
+    names: Mapping[int, str] = {0: '0', 1: 'π/2', 2: 'π', 3: '3π/2', 4: '2π'}
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: names[round(4 * value / TURN)]))
+
+
+def _legend(figure: Figure, axes: Axes, *, below: bool = False) -> None:
+    handles, names = axes.get_legend_handles_labels()
+    figure.legend(handles, names, ncols=len(names), borderpad=0.0,
+                  loc='outside lower left' if below else 'outside upper left')

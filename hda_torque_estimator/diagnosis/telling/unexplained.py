@@ -1,0 +1,102 @@
+"""
+What no effect of the catalogue explains: where it sits, and what it follows.
+
+The site is told by the pattern of both balances (`pattern`), the coordinate by how much of the
+power a curve along it tells (`following`).
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .following import follow, Following, VELOCITIES
+from ..balances.coordinates import coordinates_of
+from ..findings.report import NOTHING, Unexplained
+from ..fitting.fit import Fit, Fitter
+from ..judging.pattern import pair_of, power
+
+Array = NDArray[np.float64]
+# Choices unless told otherwise.
+LEAST = 2.0             # rms left over noise from which there is a rest
+_TELLS = 0.1            # least share of the power that a coordinate must tell
+_TIMING = 0.5           # least share that follows the velocity if angles are sampled apart
+_ARM = 0.1              # least power at each joint, over the largest, of what loads the whole arm
+
+
+class Rest(NamedTuple):
+    """What a fit leaves: columns (m, 2 n) A of every joint, then B [N*m at the output]."""
+
+    time: Array                         # (m,) [s]
+    labels: tuple[str, ...]
+    residual: Array
+    valid: NDArray[np.bool_]            # (m, 2 n)
+    noise: Array                        # (2 n,) standard deviation
+    coordinates: Mapping[str, Array]    # (m, n) each
+
+    def column(self, place: int, site: str) -> int:
+        """Return the column in which a rest at a site shows best."""
+        return place if site == 'motor' else len(self.labels) + place
+
+    def along(self, place: int) -> dict[str, Array]:
+        """Return the coordinates (m,) of a joint."""
+        return {name: values[:, place] for name, values in self.coordinates.items()}
+
+    def followed(self, column: int) -> list[Following]:
+        """Return what a column follows, the most first."""
+        side, place = divmod(column, len(self.labels))
+        return follow(self.time, self.residual[:, column], self.valid[:, column],
+                      self.along(place), VELOCITIES[side])
+
+    def excess(self) -> Array:
+        """Return the power (2 n,) of each column beyond that of noise, 0 where at the noise."""
+        powers = np.array([power(column[valid]) for column, valid in
+                           zip(self.residual.T, self.valid.T)])
+        return np.where(powers > (LEAST * self.noise) ** 2, powers - self.noise ** 2, 0.0)
+
+    def powers(self) -> Array:
+        """Return the larger excess of both balances of each joint (n,)."""
+        joints, excess = len(self.labels), self.excess()
+        return np.maximum(excess[:joints], excess[joints:])
+
+
+def unexplained(fitter: Fitter, fit: Fit) -> Unexplained | None:
+    """Return where the rest of a fit sits and what it follows, None if it is at the noise."""
+    return told_of(rest_of(fitter, fit))
+
+
+def rest_of(fitter: Fitter, fit: Fit) -> Rest:
+    """Return what a fit leaves, with the coordinates of the arm that it found."""
+    balancer = fitter.balancer
+    return Rest(balancer.time, fitter.arm.labels, fit.balance.residual, fit.balance.valid,
+                fitter.noise, coordinates_of(balancer, fitter.on(fit.terms)))
+
+
+def told_of(rest: Rest) -> Unexplained | None:
+    """Return where a rest sits and what it follows, None if it is at the noise."""
+    joints, powers = len(rest.labels), rest.powers()
+    if not powers.any():
+        return None
+    place = int(np.argmax(powers))
+    site = site_of(rest, place)
+    told = rest.followed(rest.column(place, site))[0]
+    whole = site == 'link' and joints > 1 and all(
+        found > _ARM * powers[place] and site_of(rest, other) == 'link'
+        for other, found in enumerate(powers))
+    return Unexplained(
+        _timed(site, told), None if whole else rest.labels[place],
+        told.coordinate if told.share > _TELLS else NOTHING,
+        told.line if told.share > _TELLS else None,
+        min(told.share, 1.0) * (1.0 if whole else float(powers[place] / powers.sum())))
+
+
+def site_of(rest: Rest, place: int) -> str:
+    """Return the site of a rest at a joint: the one whose own pattern it breaks least."""
+    return pair_of(rest.residual, rest.valid, rest.noise, place).site()
+
+
+def _timed(site: str, told: Following) -> str:
+    """Return `timing` for a torsion that is off as the speed is: the angles are of two times."""
+    late = told.coordinate in VELOCITIES and told.share > _TIMING
+    return 'timing' if site == 'torsion' and late else site

@@ -1,0 +1,321 @@
+"""
+Estimate joint torques and the tip force from the encoders, live or over a whole recording.
+
+Both ways accept and refuse the same samples and run the same compiled step. So a recording gives
+the same bits as the live run it was made from.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, ClassVar, NamedTuple
+
+from hda_arm_sim.foundation.compiled import compiled
+from hda_arm_sim.foundation.parameter import Declared, parameter
+from hda_arm_sim.model.arm import Arm, ArmRecord
+from hda_arm_sim.model.link_side import loaded_inertia
+from hda_arm_sim.model.plain import inertia_of, plain
+import numpy as np
+from numpy.typing import NDArray
+
+from .laws import belief, estimate, fusion
+from .laws.contact import level
+from .laws.estimate import CompiledSettings
+from .laws.route_errors import Known, known
+from ..samples.sample_watch import LARGEST, watch_limits, WATCH_MEMORY
+from ..samples.stamp_order import AFRESH, BACK, follow, follow_one, ORDER, TWO
+
+Array = NDArray[np.float64]
+# Choices unless told otherwise.
+PART = 1 << 15          # samples of a part: small enough for a cache, large enough to pay
+FARTHEST = 1e4          # angle of a link that may be turned (choice) [rad]
+
+
+class Refusal(Enum):
+    """Why a sample is not used."""
+
+    NONE = 'accepted'
+    NOT_FINITE = 'an angle is NaN or infinite'
+    NOT_LATER = 'its stamp is not later than that of the sample before'
+
+
+_REFUSALS = (Refusal.NONE, Refusal.NOT_FINITE, Refusal.NOT_LATER)
+
+
+@dataclass(frozen=True)
+class EstimatorSettings(Declared):
+    """What a user may tune; nothing here is a property of the arm."""
+
+    name: ClassVar[str] = 'estimator'
+    velocity_bandwidth: float = parameter(
+        40.0, 'Hz', 0.1, 1e4, 'low-pass of the velocities')
+    torsion_bandwidth: float = parameter(
+        80.0, 'Hz', 0.1, 1e4, 'low-pass of the rate of the torsion, for damping and lateness')
+    observer_bandwidth: float = parameter(
+        20.0, 'Hz', 0.01, 1e3, 'momentum observer of the external torque')
+    singular_sine: float = parameter(
+        0.1, '', 1e-6, 1.0, '|sin(theta2)| below which the axial tip force is not observed')
+    longest_gap: float = parameter(
+        0.1, 's', 1e-4, 10.0, 'time between samples after which filters start afresh')
+    contact_deviations: float = parameter(
+        4.0, '', 1.0, 1e3, 'external torque over its deviation that is a contact')
+    collision_torque: float = parameter(
+        2.0, 'N*m', 0.0, 1e4, 'external torque of a contact that stays until the reset')
+    tare_time: float = parameter(
+        0.5, 's', 0.0, 60.0, 'time over which a tare takes the mean torsion')
+    fusion: float = parameter(
+        1.0, '', 0.0, 1.0, '1: torsion and motor torque correct each other, 0: torsion alone')
+    fusion_window: float = parameter(
+        0.01, 's', 1e-3, 1.0, 'half the time over which both torques are compared')
+    fusion_memory: float = parameter(
+        600.0, 's', 1.0, 1e6, 'time after which what the comparison taught has faded')
+
+
+class Estimates(NamedTuple):
+    """Estimates over time: stamps (k,) ns, joints (k, n, RESULTS), tip (k, TIP_RESULTS)."""
+
+    stamps: NDArray[np.int64]
+    joints: Array
+    tip: Array
+    refused: NDArray[np.int64]          # indices of the samples that were not used
+
+    @property
+    def torque(self) -> Array:
+        """Return the torques through the gears (k, n) [N*m, output side]."""
+        return self.joints[:, :, estimate.TORQUE]
+
+    @property
+    def torque_deviation(self) -> Array:
+        """Return the standard deviations of the torques (k, n) [N*m]."""
+        return self.joints[:, :, estimate.TORQUE_DEVIATION]
+
+    @property
+    def external_torque(self) -> Array:
+        """Return the joint torques of the environment (k, n) [N*m], NaN without links."""
+        return self.joints[:, :, estimate.EXTERNAL_TORQUE]
+
+    @property
+    def base_force(self) -> Array:
+        """Return the force on the tip in the base frame (k, 2) [N]."""
+        return self.tip[:, estimate.BASE_X:estimate.BASE_X + 2]
+
+    @property
+    def tool_force(self) -> Array:
+        """Return the force on the tip in the tool frame, axial first (k, 2) [N]."""
+        return self.tip[:, estimate.TOOL_X:estimate.TOOL_X + 2]
+
+
+class Estimator:
+    """The estimator with its memory; `update` takes samples one by one, `run` many at once."""
+
+    def __init__(self, arm: Arm, settings: EstimatorSettings = EstimatorSettings()) -> None:
+        """Prepare for an arm; without links only the torsion's results will be numbers."""
+        joints = len(arm.joints)
+        self.arm, self.settings = arm, settings
+        self._result = np.zeros((1, joints, estimate.RESULTS))
+        self._tips = np.full((1, estimate.TIP_RESULTS), np.nan)
+        self._unknown = np.full((1, joints), np.nan)
+        self.joints, self.tip = self._result[0], self._tips[0]
+        self._record = arm.record()
+        self._plain = plain(self._record)
+        self._inertia = loaded_inertia(self._record.body)
+        self.tune(settings)
+        self._memory = np.zeros((joints, estimate.MEMORY))
+        self._limits = watch_limits(arm)
+        self._limits[:, LARGEST] = np.maximum(self._limits[:, LARGEST], FARTHEST)
+        self._watch = np.zeros((joints, WATCH_MEMORY))
+        self._belief = np.zeros((joints, belief.MEMORY))
+        self._order, self._seconds = np.zeros(ORDER, np.int64), np.zeros(1)
+        self._tare_left = 0.0
+        self._tared = 0
+
+    def tune(self, settings: EstimatorSettings) -> None:
+        """Use other settings from the next sample on; filters and zero stay as they are."""
+        self.settings = settings
+        self._settings = compiled_settings(self.arm, settings)
+        self._numbers = np.array([*self._settings[:-1], *self._settings.known])
+
+    def reset(self) -> None:
+        """Forget every sample, filter and tare."""
+        for memory in (self._memory, self._watch, self._belief, self._order):
+            memory[:] = 0
+        self._tare_left, self._tared = 0.0, 0
+
+    def tare(self) -> None:
+        """Take the mean torsion of the coming `tare_time` for that of an arm without contact."""
+        self._memory[:, estimate.TARE_SUM] = 0.0
+        self._tare_left, self._tared = max(self.settings.tare_time, 1e-9), 0
+
+    @property
+    def taring(self) -> bool:
+        """Tell whether a tare is under way."""
+        return self._tare_left > 0.0
+
+    @property
+    def known(self) -> Known:
+        """Return how well the arm's numbers are known."""
+        return self._settings.known
+
+    @property
+    def memory(self) -> Array:
+        """Return what was learnt and filtered so far (n, MEMORY), to be read only."""
+        view = self._memory.view()
+        view.flags.writeable = False
+        return view
+
+    @property
+    def zero(self) -> Array:
+        """Return what a tare took for no torsion, by joint [rad]."""
+        return self._memory[:, estimate.ZERO].copy()
+
+    def update(self, stamp: int, reading: Array, command: Array | None = None) -> Refusal:
+        """
+        Estimate from one sample (n, READINGS) with its stamp [ns]; fills `joints` and `tip`.
+
+        `command` (n,) is the motor torque in force from this sample on [N*m at the shaft]; without
+        it the torsion stands alone. A refused sample changes nothing.
+        """
+        place, dt = follow_one(self._order, stamp, estimate.usable(reading),
+                               self.settings.longest_gap)
+        refusal = _REFUSALS[place]
+        if refusal is Refusal.NONE:
+            self._seconds[0] = dt
+            self._step(np.ascontiguousarray(reading)[np.newaxis],
+                       self._unknown if command is None else command[np.newaxis], self._seconds,
+                       self._result, self._tips)
+            if self._tare_left > 0.0 and self.believed:
+                self._go_on_taring(min(max(dt, 0.0), self.settings.longest_gap))
+        return refusal
+
+    @property
+    def believed(self) -> bool:
+        """Tell whether the last sample could be estimated from."""
+        return bool(np.isfinite(self.joints[:, estimate.TORQUE]).all())
+
+    @property
+    def unbelieved(self) -> int:
+        """Return how many samples no arm can have shown, since the last reset or gap."""
+        return int(self._belief[0, belief.UNBELIEVED])
+
+    def run(self, stamps: NDArray[np.int64], reading: Array,
+            command: Array | None = None) -> Estimates:
+        """
+        Estimate a recording: stamps (k,) ns, reading (k, n, READINGS); goes on from before.
+
+        `command` (k, n) is the motor torque in force from each sample on [N*m at the shaft].
+        """
+        whole, parts = self.in_parts(stamps, reading, command)
+        for _ in parts:
+            pass
+        return whole
+
+    def in_parts(self, stamps: NDArray[np.int64], reading: Array, command: Array | None = None,
+                 size: int = PART) -> tuple[Estimates, Iterator[Estimates]]:
+        """
+        Return the estimates of a recording, which are there when all of the parts were drawn.
+
+        The parts, of `size` samples, are views of them in order. Arguments are those of `run`.
+        """
+        refusals, seconds = self._follow(stamps, reading)
+        used = refusals == 0
+        given = np.full(reading.shape[:2], np.nan) if command is None else command
+        count = int(used.sum())
+        whole = Estimates(stamps[used], np.empty((count, len(self.arm.joints), estimate.RESULTS)),
+                          np.empty((count, estimate.TIP_RESULTS)), np.flatnonzero(~used))
+        return whole, self._parts(whole, np.ascontiguousarray(reading[used]),
+                                  np.ascontiguousarray(given[used]), seconds[used], size)
+
+    def _parts(self, whole: Estimates, reading: Array, command: Array, seconds: Array,
+               size: int) -> Iterator[Estimates]:
+        """Fill estimates part by part, and yield each part."""
+        for begin in range(0, len(whole.stamps), size):
+            rows = slice(begin, begin + size)
+            part = Estimates(whole.stamps[rows], whole.joints[rows], whole.tip[rows],
+                             np.empty(0, np.intp))
+            self._step(reading[rows], command[rows], seconds[rows], part.joints, part.tip)
+            yield part
+
+    def _follow(self, stamps: NDArray[np.int64],
+                reading: Array) -> tuple[NDArray[np.int64], Array]:
+        """Return refusals (k,), as places in `_REFUSALS`, and times since the last samples."""
+        refusals, seconds = np.empty(len(stamps), np.int64), np.empty(len(stamps))
+        finite = np.all(np.isfinite(reading[:, :, :2]), axis=(1, 2))
+        follow(self._order, stamps, finite, self.settings.longest_gap, refusals, seconds)
+        return refusals, seconds
+
+    def _step(self, reading: Array, command: Array, seconds: Array, joints: Array,
+              tip: Array) -> None:
+        _run(*self._plain, self._numbers, self._limits, self._watch, self._belief, self._memory,
+             reading, command, seconds, joints, tip)
+
+    def _go_on_taring(self, dt: float) -> None:
+        estimate.add_to_tare(self._record, self._settings, self._inertia, self._memory)
+        self._tared += 1
+        self._tare_left -= dt
+        if self._tare_left <= 1e-12:
+            self._memory[:, estimate.ZERO] += self._memory[:, estimate.TARE_SUM] / self._tared
+            self._memory[:, estimate.FUSION + fusion.SLIPPED] = 0.0
+            self._tare_left = 0.0
+
+
+def compiled_settings(arm: Arm, settings: EstimatorSettings) -> CompiledSettings:
+    """Return what the compiled step reads of the settings and of the arm's tolerances."""
+    return CompiledSettings(
+        settings.velocity_bandwidth, settings.observer_bandwidth, settings.singular_sine,
+        arm.tolerances.link_inertia, float(arm.links is not None), settings.torsion_bandwidth,
+        settings.fusion, settings.fusion_window, settings.fusion_memory,
+        settings.contact_deviations, settings.collision_torque, known(arm))
+
+
+@compiled
+def _run(joints: NDArray[Any], body: NDArray[Any], inertia: Array, settings: Array, limits: Array,
+         watch: Array, doubts: Array, memory: Array, reading: Array, command: Array,
+         seconds: Array, result: Array, tip: Array) -> None:
+    """
+    Estimate samples (k, n, READINGS) and commands (k, n), with the times since the last ones (k,).
+
+    One sample and a recording take the same machine code, therefore the same bits: where a
+    compiler joins a step to two callers, it may round differently in each.
+    """
+    n = settings
+    numbers = CompiledSettings(
+        n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8], n[9], n[10],
+        Known(n[11], n[12], n[13], n[14], n[15], n[16], n[17], n[18], n[19], n[20]))
+    record, rigid = ArmRecord(joints, body[0]), inertia_of(inertia)
+    clean, given, told = np.empty_like(reading[0]), np.empty_like(command[0]), np.zeros(5)
+    held = np.empty((reading.shape[1], 3))
+    for i in range(reading.shape[0]):
+        back, two = seconds[i] <= BACK, seconds[i] >= TWO
+        passed = AFRESH if back else seconds[i] - TWO if two else seconds[i]
+        if back:
+            _forget(memory, doubts)
+        belief.sane(limits, joints, reading[i], command[i], clean, given)
+        dt = belief.look(record, limits, watch, doubts, reading[i], passed, told)
+        if back or two:
+            belief.blame(doubts, belief.CLOCK_BACK if back else belief.TWO_PUBLISHERS)
+        if dt < 0.0:
+            result[i, :, :] = np.nan
+            tip[i, :] = np.nan
+            result[i, :, estimate.DOUBT] = 0.0
+            tip[i, estimate.CONTACT_LEVEL] = level(memory[0, estimate.CONTACT:])
+        else:
+            belief.feel_slips(limits, doubts, memory[:, estimate.FUSION:],
+                              numbers.known.torsion_zero, clean, dt)
+            estimate.step(record, numbers, rigid, memory, clean, given, dt, result[i], tip[i])
+            for j in range(result.shape[1]):
+                held[j, 0] = result[i, j, estimate.EXTERNAL_TORQUE]
+                held[j, 1] = result[i, j, estimate.EXTERNAL_DEVIATION]
+                held[j, 2] = result[i, j, estimate.TORQUE]
+            belief.feel_standstill(record, limits, doubts, clean, held, dt)
+        for j in range(result.shape[1]):
+            result[i, j, estimate.DOUBT] = belief.doubt(doubts, j, result[i, j, estimate.DOUBT])
+
+
+@compiled
+def _forget(memory: Array, doubts: Array) -> None:
+    """Begin as after a start, but with the zero of the last tare."""
+    for j in range(memory.shape[0]):
+        zero = memory[j, estimate.ZERO]
+        memory[j, :] = 0.0
+        doubts[j, :] = 0.0
+        memory[j, estimate.ZERO] = zero

@@ -1,0 +1,89 @@
+"""
+What may be wrong with the two ways to a joint's torque (docs/estimation.md#equations).
+
+The torsion tells the torque through the gear, and so does the motor: its torque less friction and
+inertia. Each error is one number in units of how well it is known, and has an effect on the torque
+that its way tells. So before anything is learnt the covariance of all errors is the identity.
+"""
+
+from typing import NamedTuple
+
+from hda_arm_sim.foundation.compiled import Array, compiled, inlined, Record
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.motor_side import drag, friction_budget, ripple, shaft_torque
+import numpy as np
+
+# Errors of the torsion: zero, waves over shaft and link (sine and cosine of an order), skew of the
+# encoders, stiffness. Errors of the motor: friction, torque constant, offset of the drive, ripple.
+ZERO, SHAFT_1, SHAFT_2, SHAFT_4, LINK_1, LINK_2, SKEW, STIFFNESS = 0, 1, 3, 5, 7, 9, 11, 12
+TORSION_ERRORS = 13
+DRY, VISCOUS, GAIN, OFFSET, RIPPLE_2, RIPPLE_4 = 13, 14, 15, 16, 17, 19
+ERRORS = 21
+
+
+class Known(NamedTuple):
+    """How well an arm's numbers are known, one sigma, as compiled code reads it."""
+
+    torsion_zero: float
+    kinematic_error: float
+    eccentricity: float
+    clock_skew: float
+    stiffness: float
+    dry_friction: float
+    viscous_friction: float
+    torque_constant: float
+    drive_offset: float
+    torque_ripple: float
+
+
+def known(arm: Arm) -> Known:
+    """Return how well the numbers of an arm are known."""
+    return Known(*(getattr(arm.tolerances, name) for name in Known._fields))
+
+
+@compiled
+def torsion_effects(known: Known, motor_angle: float, link_angle: float, link_velocity: float,
+                    effect: Array) -> None:
+    """Fill what a sigma of each error adds to the torsion (ERRORS,) [rad], (eq:wrong-torsion)."""
+    _wave(known.kinematic_error, motor_angle, effect, SHAFT_1)
+    _wave(known.kinematic_error, 2.0 * motor_angle, effect, SHAFT_2)
+    _wave(known.kinematic_error, 4.0 * motor_angle, effect, SHAFT_4)
+    _wave(known.eccentricity, link_angle, effect, LINK_1)
+    _wave(known.eccentricity, 2.0 * link_angle, effect, LINK_2)
+    effect[ZERO] = known.torsion_zero
+    effect[SKEW] = -known.clock_skew * link_velocity
+
+
+@inlined
+def _wave(size: float, angle: float, effect: Array, place: int) -> None:
+    effect[place], effect[place + 1] = size * np.sin(angle), size * np.cos(angle)
+
+
+@compiled
+def torque_effects(known: Known, torque: float, stiffness: float, effect: Array) -> None:
+    """Turn effects on the torsion into those on the torque it tells [N*m], (eq:two-routes)."""
+    effect[:STIFFNESS] *= stiffness
+    effect[STIFFNESS] = -known.stiffness * torque
+
+
+@compiled
+def motor_effects(joint: Record, known: Known, command: float, velocity: float, sense: float,
+                  motor_angle: float, effect: Array) -> None:
+    """Fill what one sigma of each error takes from the motor's torque, (eq:motor-torque)."""
+    ratio, wavy = joint.ratio, joint.ratio * known.torque_ripple
+    effect[DRY] = -ratio * known.dry_friction * joint.coulomb_friction.level * sense
+    effect[VISCOUS] = -ratio * known.viscous_friction * joint.viscous_friction.slope * velocity
+    effect[GAIN] = ratio * known.torque_constant * command
+    effect[OFFSET] = ratio * known.drive_offset
+    _wave(wavy, 2.0 * motor_angle, effect, RIPPLE_2)
+    _wave(wavy, 4.0 * motor_angle, effect, RIPPLE_4)
+
+
+@compiled
+def motor_torque(joint: Record, command: float, motor_angle: float, velocity: float, torque: float,
+                 link_angle: float, time: float) -> float:
+    """Return the gear's torque that a motor without inertia tells [N*m], (eq:motor-torque)."""
+    sense = np.sign(velocity)
+    dry = sense * friction_budget(joint, velocity, sense, torque, link_angle)
+    driving = shaft_torque(joint, command) + ripple(joint, motor_angle)
+    return joint.ratio * (driving - drag(joint, velocity, time) - dry)

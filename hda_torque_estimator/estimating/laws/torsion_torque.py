@@ -1,0 +1,87 @@
+"""
+Estimate the joint torque from the torsion, one joint and one sample (docs/model.md#estimator).
+
+This is the paper's estimator with its equations made consistent: both encoders, minus kinematic
+torsion, through the inverse of the torsion law. Hysteresis and damping come on top.
+"""
+
+from hda_arm_sim.foundation.compiled import Array, compiled, Record
+from hda_arm_sim.model.effects.place import Sampled
+from hda_arm_sim.model.effects.timing import sampled_late
+from hda_arm_sim.model.effects.transmission import slid, SLIDERS
+from hda_arm_sim.model.encoders import (link_angle_behind, link_gain, motor_angle_behind,
+                                        motor_gain)
+from hda_arm_sim.model.kernel import gear_torque, growth, played_torsion, transmission
+from hda_arm_sim.model.torsion import stiffness_at, torque_of_torsion
+import numpy as np
+
+
+@compiled
+def shaft(joint: Record, reading: float, rate: float) -> tuple[float, float]:
+    """Return angle and velocity of the shaft at the stamp, from what its encoder shows."""
+    angle = motor_angle_behind(joint, reading - joint.motor_encoder.zero)
+    velocity = rate / motor_gain(joint, angle)
+    at = Sampled(angle, velocity, 0.0)
+    return sampled_late(-joint.motor_encoder.sampling_time, at), velocity
+
+
+@compiled
+def link(joint: Record, tilt_moment: float, reading: float, rate: float) -> tuple[float, float]:
+    """Return angle and velocity of the link at the stamp, from what its encoder shows."""
+    angle = link_angle_behind(joint, reading - joint.link_encoder.zero, tilt_moment)
+    velocity = rate / link_gain(joint, angle)
+    late = joint.motor_encoder.sampling_time + joint.clock_skew.skew
+    return sampled_late(-late, Sampled(angle, velocity, 0.0)), velocity
+
+
+@compiled
+def torsions(joint: Record, motor_angle: float, motor_velocity: float, link_angle: float,
+             link_velocity: float) -> tuple[float, float, float]:
+    """Return total torsion, kinematic -e(theta_m) [rad] and elastic rate, (eq:elastic-part)."""
+    error, ratio = transmission(joint, motor_angle)
+    return (motor_angle / joint.ratio - link_angle, -error,
+            ratio * motor_velocity - link_velocity)
+
+
+@compiled
+def slide(joint: Record, change: float, stretch: Array) -> float:
+    """
+    Let the elements of the hysteresis (SLIDERS,) follow a change of the torsion, (eq:loop-state).
+
+    Returns the hysteresis z in [-1, 1].
+    """
+    own, total = joint.torsional_hysteresis, 0.0
+    for place in range(SLIDERS):
+        stretch[place] = slid(own, stretch[place], change, place)
+        total += stretch[place]
+    return total / (SLIDERS * own.width)
+
+
+@compiled
+def torque_through_gear(joint: Record, motor_angle: float, torsion: float, torsion_rate: float,
+                        state: float) -> float:
+    """Return the gear's torque of an elastic torsion, (eq:torque-law) [N*m at the output]."""
+    spring = played_torsion(joint, torsion)
+    torque = torque_of_torsion(joint.torsion, joint.ratio, spring, growth(joint, motor_angle)[0])
+    return gear_torque(joint, torque, torsion, torsion_rate, state)
+
+
+@compiled
+def torsion_deviation(joint: Record) -> float:
+    """Return what counts and noise of both encoders make of a torsion, one sigma [rad]."""
+    motor = (joint.coarse_quantisation.motor_step ** 2 / 12.0 + joint.motor_encoder.noise ** 2)
+    link = (joint.coarse_quantisation.link_step ** 2 / 12.0 + joint.link_encoder.noise ** 2)
+    return np.sqrt(motor / joint.ratio ** 2 + link)
+
+
+@compiled
+def reading_deviation(joint: Record, torque: float, rate_gain: float) -> tuple[float, float]:
+    """
+    Return stiffness at a torque [N*m/rad] and deviation by readings [N*m], (eq:sigma-reading).
+
+    It holds quantisation and noise of both encoders, which differ from sample to sample, in the
+    torsion and by `rate_gain` [1/s] in its rate.
+    """
+    stiffness = stiffness_at(joint.torsion, joint.ratio, torque)
+    noise = stiffness + joint.structural_damping.coefficient * rate_gain
+    return stiffness, noise * torsion_deviation(joint)

@@ -1,0 +1,149 @@
+"""
+The estimator's state as messages, at a steady rate that the stamps of the samples decide.
+
+The node and the offline command choose the same samples and write the same texts.
+"""
+
+from collections.abc import Sequence
+from functools import lru_cache
+import json
+from typing import NamedTuple
+
+from hda_arm_sim.model.arm import Arm
+from hda_msgs_json.messages import assembled, EstimatorState
+from hda_msgs_json.samples import TextSamples
+import numpy as np
+from numpy.typing import NDArray
+
+from .belief_words import believed, doubts_told
+from .estimator import Estimates
+from .laws import estimate
+from .laws.contact import contact_name
+
+Array = NDArray[np.float64]
+STATE_RATE = 50.0               # default [Hz]
+
+JOINT_NUMBERS = {
+    'torsion': estimate.TORSION, 'kinematic_torsion': estimate.KINEMATIC_TORSION,
+    'torque': estimate.TORQUE, 'torque_std': estimate.TORQUE_DEVIATION,
+    'external_torque': estimate.EXTERNAL_TORQUE,
+    'external_torque_std': estimate.EXTERNAL_DEVIATION,
+    'motor_share': estimate.MOTOR_SHARE}
+"""Which result of a joint each field of the message holds, in the order of the message."""
+TIP_NUMBERS = (estimate.BASE_X, estimate.BASE_Y,
+               *range(estimate.BASE_COVARIANCE, estimate.BASE_COVARIANCE + 4))
+
+
+class Pacer:
+    """Choose samples at a steady rate: the first one in every period of the stamps."""
+
+    def __init__(self, rate: float) -> None:
+        """Choose at most `rate` samples per second [Hz]."""
+        self.period = max(1, round(1e9 / rate))
+        self._last: int | None = None
+
+    def due(self, stamp: int) -> bool:
+        """Tell whether a sample is chosen, by its stamp [ns]."""
+        before, self._last = self._last, stamp // self.period
+        return self._last != before
+
+
+def due_rows(stamps: NDArray[np.int64], rate: float,
+             before: int | None = None) -> NDArray[np.intp]:
+    """Return the samples that a `Pacer` of this rate [Hz] chooses after a stamp `before` [ns]."""
+    period = Pacer(rate).period
+    periods = stamps // period
+    last = periods[:1] - 1 if before is None else np.array([before // period])
+    return np.flatnonzero(np.diff(periods, prepend=last))
+
+
+class StateWriter:
+    """
+    Write the states of an arm as the texts of their messages.
+
+    One sample and a recording take the same way, so that they give the same texts.
+    """
+
+    def __init__(self, arm: Arm) -> None:
+        """Prepare the text around the numbers."""
+        each = _list_of(len(arm.joints))
+        texts = dict.fromkeys(JOINT_NUMBERS, each) | {
+            'stamp': '%d', 'names': json.dumps(arm.labels, separators=(',', ':')).replace(
+                '%', '%%'),
+            'valid': '%s', 'flags': '%s', 'tip_force': _list_of(2),
+            'tip_force_covariance': _list_of(4), 'singular': '%s', 'conditioning': '%s',
+            'contact_deviations': '%s', 'payload': '%s', 'payload_std': '%s', 'contact': '%s'}
+        self._form = assembled(EstimatorState, texts)
+        self._labels = arm.labels
+
+    def __call__(self, stamp: int, joints: Array, tip: Array, *, taring: bool = False) -> str:
+        """Return the state after one sample from its results (n, RESULTS) and (TIP_RESULTS,)."""
+        return self.texts([stamp], joints[np.newaxis], tip[np.newaxis], taring=taring)[0]
+
+    def texts(self, stamps: Sequence[int], joints: Array, tip: Array, *,
+              taring: bool = False) -> list[str]:
+        """Return the states after samples: stamps (k,), (k, n, RESULTS) and (k, TIP_RESULTS)."""
+        beyond = (joints[:, :, estimate.BEYOND_RANGE] > 0.0).tolist()
+        singular = (tip[:, estimate.SINGULAR] > 0.0).tolist()
+        level = [contact_name(value) for value in tip[:, estimate.CONTACT_LEVEL].tolist()]
+        doubts = joints[:, :, estimate.DOUBT].tolist()
+        verdicts = [_verdict(self._labels, tuple(too_far), tuple(doubted), hidden, taring)
+                    for too_far, doubted, hidden in zip(beyond, doubts, singular)]
+        of_joints = (joints[:, j, index] for index in JOINT_NUMBERS.values()
+                     for j in range(len(self._labels)))
+        columns = (stamps, *map(_words, of_joints), [verdict.valid for verdict in verdicts],
+                   [verdict.flags for verdict in verdicts],
+                   *(_words(tip[:, index]) for index in TIP_NUMBERS),
+                   [_truth(hidden) for hidden in singular],
+                   _words(tip[:, estimate.CONDITIONING]),
+                   *(_words(tip[:, index]) for index in (
+                       estimate.CONTACT_DEVIATIONS, estimate.MASS, estimate.MASS_DEVIATION)),
+                   map(json.dumps, level))
+        return [self._form % row for row in zip(*columns)]
+
+
+def state_samples(arm: Arm, estimates: Estimates, rate: float = STATE_RATE,
+                  before: int | None = None) -> TextSamples:
+    """Return the states of a recording at a rate [Hz], after a sample at `before` [ns]."""
+    rows = due_rows(estimates.stamps, rate, before)
+    stamps = estimates.stamps[rows]
+    texts = StateWriter(arm).texts(stamps.tolist(), estimates.joints[rows], estimates.tip[rows])
+    return TextSamples(stamps, tuple(texts))
+
+
+def _list_of(count: int) -> str:
+    return f'[{",".join(["%s"] * count)}]'
+
+
+def _words(values: Array) -> list[str]:
+    """Return numbers as JSON has them, null for those that are unknown or overflowed."""
+    words = list(map(repr, values.tolist()))
+    for at in np.flatnonzero(~np.isfinite(values)).tolist():
+        words[at] = 'null'
+    return words
+
+
+def _truth(value: bool) -> str:
+    return 'true' if value else 'false'
+
+
+class _Verdict(NamedTuple):
+    """Say as JSON which joints are valid, and what is remarkable."""
+
+    valid: str
+    flags: str
+
+
+@lru_cache
+def _verdict(labels: tuple[str, ...], beyond: tuple[bool, ...], doubts: tuple[float, ...],
+             singular: bool, taring: bool) -> _Verdict:
+    flags = doubts_told(labels, doubts)
+    flags += [f'{label}: the torque exceeds the valid range of the torsion law'
+              for label, too_far in zip(labels, beyond) if too_far]
+    if singular:
+        flags.append('tip: the force along the last link cannot be observed in this posture')
+    if taring:
+        flags.append('a tare is under way')
+    valid = ','.join(_truth(not too_far and believed(doubt))
+                     for too_far, doubt in zip(beyond, doubts))
+    return _Verdict(f'[{valid}]', json.dumps(flags, separators=(',', ':')))

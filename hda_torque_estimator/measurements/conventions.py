@@ -1,0 +1,173 @@
+"""
+Tell a recording in other conventions: a reversed sign, degrees, another ratio, motor at the link.
+
+The motor of a right joint turns `ratio` times as far as its link, the same way. Only torsion and
+what is wrong with a disc differ. Slopes are local, so that a slip or an absurd reading spoils
+one stretch only. A recording with too little travel tells nothing and is accepted.
+"""
+
+import math
+from typing import NamedTuple
+
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.parts import Joint
+from hda_msgs_json.errors import HdaError
+from hda_msgs_json.topics import motor_name
+import numpy as np
+from numpy.typing import NDArray
+
+from ..samples.coupling import (AT_LINK, bend_over, kind_of, LINK_DEGREES, MOTOR_DEGREES, RIGHT,
+                                TRAVEL, twist_of)
+from ..significance import SIGN_CERTAIN
+
+Array = NDArray[np.float64]
+# Choices unless told otherwise.
+STRETCHES = 9           # of a recording, each with a slope of its own; their median counts
+SANE = 1e9              # angle beyond which a reading is no angle [rad]
+BRAKING = 0.2           # of the power that goes through a motor, from which it is a brake
+SLOWEST = 0.02          # share of the largest speed below which a motor rests
+FEWEST = 100            # samples of each way
+
+
+class ConventionError(HdaError):
+    """A recording whose angles or torques have another sign, unit or ratio than the arm's."""
+
+
+class Wrong(NamedTuple):
+    """What is wrong, in a sentence, and which options of `hda diagnose` mend it."""
+
+    words: str
+    options: str = ''
+
+    def mended_on_import(self) -> str:
+        """Return the sentence where no option mends it."""
+        return self.words + ('; correct it when importing the recording' if self.options else '')
+
+    def mended_by_options(self) -> str:
+        """Return the sentence with the options that mend it."""
+        return self.words + (f'; say {self.options}' if self.options else '')
+
+
+def check_conventions(arm: Arm, reading: Array, command: Array, source: str) -> None:
+    """
+    Raise ConventionError where a recording has other conventions than the arm.
+
+    `reading` (k, n, 2 or more) are angles of shaft and link [rad]. `command` (k, n) the motor
+    torques [N*m, shaft], NaN where there are none.
+    """
+    for column, joint in enumerate(arm.joints):
+        motor, link = reading[:, column, 0], reading[:, column, 1]
+        if wrong := wrong_convention(joint, motor, link, command[:, column]):
+            raise ConventionError(f'{source}: {wrong.mended_on_import()}')
+
+
+def wrong_convention(joint: Joint, motor: Array, link: Array, command: Array) -> Wrong | None:
+    """Return what is wrong with angles [rad] and motor torques [N*m] (k,), None if nothing."""
+    sane = (np.abs(motor) < SANE) & (np.abs(link) < SANE)           # NaN compares false
+    motor, link, command = motor[sane], link[sane], command[sane]
+    return (wrong_coupling(joint, motor, link) or wrong_step(joint, motor, link)
+            or wrong_effort(joint, motor, link, command))
+
+
+def wrong_coupling(joint: Joint, motor: Array, link: Array) -> Wrong | None:
+    """Return what is wrong with how far shaft and link turn (k,) [rad], None if nothing."""
+    slope, span = _local(motor, link, joint.ratio)
+    code = kind_of(slope, span, joint.ratio, bend_over(_widest(joint), max(span, TRAVEL)))
+    return None if code == RIGHT else coupling_sentence(joint, code, slope)
+
+
+def coupling_sentence(joint: Joint, code: int, slope: float = math.nan) -> Wrong:
+    """Return a wrong coupling in words, with its slope if that is known."""
+    label, motor = joint.label, motor_name(joint.label)
+    said = '' if math.isnan(slope) else (f'its motor turns {slope:.5g} times per turn of the link '
+                                         f'where the arm file says {joint.ratio:g}: ')
+    reasons, options = [], []
+    if abs(code) == AT_LINK:
+        reasons.append('the motor angle is divided by the ratio already')
+        options.append('--motor-at-link')
+    if abs(code) in (MOTOR_DEGREES, LINK_DEGREES):
+        sides = ('motor', 'link') if abs(code) == MOTOR_DEGREES else ('link', 'motor')
+        reasons.append(f'the {sides[0]} angle is in degrees beside a {sides[1]} angle in rad')
+        options.append('"unit: deg" on import')
+    if code < 0:
+        reasons.append('the sign of one encoder is wrong')
+        options.append(f'--flip {motor} or --flip {label}')
+    if not reasons:
+        return Wrong(f'{label}: {said}the ratio is wrong; correct "ratio" in the arm file')
+    return Wrong(f'{label}: {said}{" and ".join(reasons)}', ' '.join(options))
+
+
+def wrong_step(joint: Joint, motor: Array, link: Array) -> Wrong | None:
+    """Recognise that both angles (k,) are in degrees by the steps in which the motor counts."""
+    expected = joint.motor_encoder.step
+    changes = np.abs(np.diff(motor))
+    changes = changes[changes > 1e-12]
+    if expected <= 0.0 or not len(changes) or not _travels(motor, link, joint.ratio):
+        return None
+    step = float(np.percentile(changes, 1.0))
+    if abs(step / math.degrees(expected) - 1.0) >= 0.02:
+        return None
+    return Wrong(f'{motor_name(joint.label)} counts in steps of {step:.3g} where {expected:.3g} '
+                 'rad is right; the angles are in degrees', '--degrees')
+
+
+def wrong_effort(joint: Joint, motor: Array, link: Array, command: Array) -> Wrong | None:
+    """Return what is wrong with the sign of motor torques (k,), None if nothing."""
+    known = np.isfinite(command[1:]) & np.isfinite(command[:-1])
+    speed, torque = np.diff(motor)[known], command[:-1][known]
+    largest = joint.torque_limit * 1e3
+    if not len(speed) or np.abs(torque).max() > largest or not _travels(motor, link, joint.ratio):
+        return None
+    moving = np.abs(speed) > SLOWEST * np.percentile(np.abs(speed), 95.0)
+    ways = [moving & (speed > 0.0), moving & (speed < 0.0)]
+    if min(way.sum() for way in ways) < FEWEST:
+        return None             # one way only: a load that goes down drives its motor
+    if all(_brakes(torque[way] * speed[way]) for way in ways) or _helps(
+            torque[moving], link[:-1][known][moving], speed[moving]):
+        return Wrong(f'{joint.label}: its motor brakes whenever it turns either way: the motor '
+                     'torques have the wrong sign; import them with the other one')
+    return None
+
+
+def _brakes(power: Array) -> bool:
+    return float(power.mean()) < -BRAKING * float(np.abs(power).mean())
+
+
+def _helps(torque: Array, link: Array, speed: Array) -> bool:
+    """
+    Tell whether friction would help: less torque forwards than backwards at one angle of the link.
+
+    Weight depends on the angle alone, whatever it is, and so does what an encoder does.
+    """
+    waves = [part(order * link) for order in (1, 2) for part in (np.sin, np.cos)]
+    of_angle = np.stack([np.ones_like(link), link, *waves], axis=1)
+    both = np.stack([torque, np.sign(speed)], axis=1)
+    both = both - of_angle @ np.linalg.lstsq(of_angle, both, rcond=None)[0]
+    first, second = both.T
+    size = float(np.sqrt((first @ first) * (second @ second)))
+    return size > 0.0 and float(first @ second) < -SIGN_CERTAIN * size
+
+
+def _widest(joint: Joint) -> float:
+    return float(twist_of(joint.torsion.record(joint.ratio)['valid_torsion']))
+
+
+def _travels(motor: Array, link: Array, ratio: float) -> bool:
+    return len(motor) > 1 and max(float(np.ptp(link)), float(np.ptp(motor)) / ratio) >= TRAVEL
+
+
+def _local(motor: Array, link: Array, ratio: float) -> tuple[float, float]:
+    """Return the median of local slopes of motor over link, and the travel it is known from."""
+    parts = [(m, x) for m, x in zip(np.array_split(motor, STRETCHES),
+                                    np.array_split(link, STRETCHES)) if _travels(m, x, ratio)]
+    parts = parts or [(motor, link)] * _travels(motor, link, ratio)
+    if not parts:
+        return ratio, 0.0
+    found = sorted((_slope(*part), max(np.ptp(part[1]), np.ptp(part[0]) / ratio))
+                   for part in parts)
+    return found[len(found) // 2][0], float(np.median([span for _, span in found]))
+
+
+def _slope(motor: Array, link: Array) -> float:
+    link, motor = link - link.mean(), motor - motor.mean()
+    return float(link @ motor) / max(float(link @ link), 1e-12 * float(motor @ motor), 1e-300)

@@ -1,0 +1,209 @@
+"""A recording as the diagnosis sees it: both angles and the commanded torque on a time grid."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+from hda_msgs_json.errors import HdaError
+from hda_msgs_json.samples import JointSamples
+from hda_msgs_json.topics import motor_name
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from ..samples.readings import readings
+from ..significance import FOURTH_DIFFERENCES
+
+Array = NDArray[np.float64]
+# Choices unless told otherwise.
+SEGMENT = 0.5           # of an estimate of noise [s]
+QUIET = 0.25            # share of segments that an effect surely leaves quiet
+FINEST = 1e-6           # period of a grid: no encoder is read more often [s]
+EMPTIEST = 4.0          # places of a grid for each sample: beyond, most would be made up
+
+
+class StampsError(HdaError):
+    """Stamps from which no even grid can be made."""
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """
+    Evenly sampled readings of n joints.
+
+    `reading` (k, n, 2) are the angles of shaft and link as the encoders show them [rad].
+    `command` (k, n) the motor torque in force from a sample until the next [N*m, shaft]. Samples
+    that never came, and were put in to keep the grid, are listed in `absent`.
+
+    `past` (k,) tells by how much each was taken after its tick [s], as far as its stamp
+    knows. It is empty if nothing is known.
+
+    A measurement may hold several recordings of an arm, one after another on one running clock;
+    `begins` are their first samples.
+    """
+
+    labels: tuple[str, ...]
+    dt: float
+    reading: Array
+    command: Array
+    absent: tuple[int, ...] = ()
+    begins: tuple[int, ...] = (0,)
+    past: Array = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def time(self) -> Array:
+        """Return the times since the first sample (k,) [s]."""
+        return self.dt * np.arange(len(self.command), dtype=np.float64)
+
+    @property
+    def duration(self) -> float:
+        """Return the time from the first to the last sample [s]."""
+        return self.dt * (len(self.command) - 1)
+
+    @property
+    def put_in(self) -> NDArray[np.bool_]:
+        """Return which samples never came (k,)."""
+        mask = np.zeros(len(self.command), bool)
+        mask[list(self.absent)] = True
+        return mask
+
+    def pieces(self) -> list[slice]:
+        """Return the samples of each recording."""
+        ends = (*self.begins[1:], len(self.command))
+        return [slice(begin, end) for begin, end in zip(self.begins, ends)]
+
+    def reading_noise(self) -> Array:
+        """Return the white noise of readings (n, 2) in the quieter segments [rad]."""
+        fine = np.diff(self.reading, 4, axis=0) / np.sqrt(FOURTH_DIFFERENCES)
+        length = max(1, round(SEGMENT / self.dt))
+        parts = fine[:len(fine) // length * length].reshape(-1, length, *fine.shape[1:])
+        return np.maximum(np.quantile(parts.std(axis=1), QUIET, axis=0), 1e-13)
+
+    def recordings(self) -> list['Measurement']:
+        """Return each recording on its own, its time from zero."""
+        return [Measurement(self.labels, self.dt, self.reading[piece], self.command[piece],
+                            tuple(place - piece.start for place in self.absent
+                                  if piece.start <= place < piece.stop), past=self.past[piece])
+                for piece in self.pieces()]
+
+
+def joined(recordings: Sequence[Measurement], grain: int = 1) -> Measurement:
+    """
+    Return recordings of one arm and one rate as one measurement.
+
+    If there are several, each is cut to a multiple of `grain` samples.
+    """
+    if len(recordings) == 1:
+        return recordings[0]
+    lengths = [len(one.command) // grain * grain for one in recordings]
+    begins = np.cumsum([0, *lengths[:-1]]).tolist()
+    return Measurement(
+        recordings[0].labels, recordings[0].dt,
+        np.concatenate([one.reading[:length] for one, length in zip(recordings, lengths)]),
+        np.concatenate([one.command[:length] for one, length in zip(recordings, lengths)]),
+        tuple(begin + place for one, length, begin in zip(recordings, lengths, begins)
+              for place in one.absent if place < length), tuple(begins),
+        _past(recordings, lengths))
+
+
+def _past(recordings: Sequence[Measurement], lengths: Sequence[int]) -> Array:
+    """Return how far all are past their ticks, 0 where nothing is known; empty if nowhere."""
+    if not any(len(one.past) for one in recordings):
+        return np.zeros(0)
+    return np.concatenate([one.past[:length] if len(one.past) else np.zeros(length)
+                           for one, length in zip(recordings, lengths)])
+
+
+def resampled(measurement: Measurement, dt: float) -> Measurement:
+    """
+    Return a measurement with another period, as it is where less than a sample apart at the end.
+
+    Angles go along splines; a command is the mean of those in force. Nothing is known any more
+    about when each sample was taken.
+    """
+    count = len(measurement.command)
+    if abs(dt / measurement.dt - 1.0) * count < 1.0:
+        return replace(measurement, dt=dt)
+    time = measurement.time
+    grid = dt * np.arange(int(time[-1] / dt) + 1)
+    asked = measurement.dt * np.arange(count + 1)
+    whole = np.concatenate([np.zeros((1, measurement.command.shape[1])),
+                            np.cumsum(measurement.command, axis=0)]) * measurement.dt
+    edges = np.append(grid, grid[-1] + dt)
+    given = np.stack([np.interp(edges, asked, column) for column in whole.T], axis=1)
+    absent = {min(round(place * measurement.dt / dt), len(grid) - 1)
+              for place in measurement.absent}
+    return Measurement(measurement.labels, dt, CubicSpline(time, measurement.reading)(grid),
+                       np.diff(given, axis=0) / dt, tuple(sorted(absent)))
+
+
+def measurement_from(labels: tuple[str, ...], samples: JointSamples,
+                     source: str = 'the recording') -> Measurement:
+    """
+    Return the joint states on the even grid of their usual period.
+
+    Stamps that jitter by less than half a period only tell by how much a sample was past its tick.
+    Where samples are missing, angles are joined by straight lines and commands held. Raises
+    StampsError, naming the source, for stamps that are on no such grid.
+    """
+    reading = readings(labels, samples)[:, :, :2]
+    command = samples.select([motor_name(label) for label in labels]).effort
+    keep = np.isfinite(reading).all(axis=(1, 2)) & np.isfinite(command).all(axis=1)
+    latest = np.maximum.accumulate(samples.stamps)
+    keep &= np.diff(latest, prepend=latest[:1] - 1) > 0
+    stamps = samples.stamps[keep]
+    _check_count(stamps, samples.stamps, source)
+    since = (stamps - stamps[0]) * 1e-9
+    dt = _period(since)
+    _check_grid(since, dt, source)
+    ticks = np.round(since / dt).astype(np.int64)
+    ticks = np.maximum(ticks, np.arange(len(ticks)))
+    past = since - dt * ticks
+    if ticks[-1] == len(ticks) - 1:
+        return Measurement(labels, dt, np.ascontiguousarray(reading[keep]), command[keep],
+                           past=past)
+    grid = np.arange(ticks[-1] + 1)
+    flat = reading[keep].reshape(len(ticks), -1)
+    full = np.stack([np.interp(grid, ticks, column) for column in flat.T], axis=1)
+    held = np.searchsorted(ticks, grid, side='right') - 1
+    absent = np.setdiff1d(grid, ticks)
+    return Measurement(labels, dt, full.reshape(len(grid), *reading.shape[1:]),
+                       command[keep][held], tuple(absent.tolist()),
+                       past=np.interp(grid, ticks, past))
+
+
+def _check_count(kept: NDArray[np.int64], stamps: NDArray[np.int64], source: str) -> None:
+    """Raise StampsError where there are no two samples, or most stamps are of another time."""
+    growing = np.diff(np.maximum.accumulate(stamps), prepend=stamps[:1] - 1) > 0
+    if len(stamps) > 1 and 2 * growing.sum() < len(stamps):
+        raise StampsError(f'{source}: only {growing.sum()} of {len(stamps)} stamps are later than '
+                          'all before them; record the time of each sample in its header')
+    if len(kept) < 2:
+        raise StampsError(f'{source} is too short: it has {len(kept)} samples of all angles and '
+                          'motor torques')
+
+
+def _check_grid(since: Array, dt: float, source: str) -> None:
+    """Raise StampsError for a grid that no encoder is read at, or that is nearly empty."""
+    if dt < FINEST:
+        raise StampsError(f'{source}: its stamps are {dt:.3g} s apart, at least {FINEST:g} s is '
+                          'right; record the time of each sample in its header [ns]')
+    if since[-1] > EMPTIEST * dt * len(since):
+        at = int(np.argmax(np.diff(since)))
+        before, after = since[at:at + 2]
+        raise StampsError(f'{source}: its {len(since)} samples of {dt:.3g} s are spread over '
+                          f'{since[-1]:.4g} s; the stamps jump by {after - before:.4g} s after '
+                          f'{before:.4g} s: cut the recording there')
+
+
+def _period(since: Array) -> float:
+    """
+    Return the even period of stamps that jitter about it, some of them missing [s].
+
+    The usual interval would be wrong by whole samples in the end, so it counts the samples in a
+    stretch of twice the length each time, and is set by their number.
+    """
+    period, reach = float(np.median(np.diff(since))), 1
+    while reach < len(since) - 1:
+        reach = min(2 * reach, len(since) - 1)
+        period = float(since[reach]) / max(round(float(since[reach]) / period), 1)
+    return period

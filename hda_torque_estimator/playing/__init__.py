@@ -1,0 +1,1 @@
+"""The player: a recording onto its topics again, in time."""

@@ -1,0 +1,1 @@
+"""The recorder: topics onto the disk, on one clock, whole after a crash."""

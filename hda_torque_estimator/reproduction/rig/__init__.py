@@ -1,0 +1,1 @@
+"""What the figures share: the paper's rig, its printed numbers, and exhibits."""

@@ -1,0 +1,1 @@
+"""One sample of an arm: read from its message, put in order, and judged by what can be."""

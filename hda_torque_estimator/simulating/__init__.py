@@ -1,0 +1,1 @@
+"""Arm, estimator and controller in one compiled loop, and its run as a bag."""

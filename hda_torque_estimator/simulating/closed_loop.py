@@ -1,0 +1,137 @@
+"""Arm, estimator and controller in one compiled loop, the same functions as the three nodes."""
+
+from dataclasses import dataclass
+import math
+
+from hda_arm_sim.drive import act
+from hda_arm_sim.foundation.compiled import compiled
+from hda_arm_sim.model.arm import Arm, ArmRecord
+from hda_arm_sim.model.kernel import registers, STATE, STATES
+from hda_arm_sim.model.link_side import loaded_inertia
+from hda_arm_sim.motions import Motion
+from hda_arm_sim.plant import observe
+from hda_arm_sim.sensors import DRAWS, sample_lost
+from hda_arm_sim.simulate import checked, rest, step_count
+import numpy as np
+from numpy.typing import NDArray
+
+from ..controlling import control
+from ..controlling.controller import compiled_settings as controller_settings, ControllerSettings
+from ..estimating.estimator import compiled_settings as estimator_settings, EstimatorSettings
+from ..estimating.laws import estimate
+
+Array = NDArray[np.float64]
+# Choices unless told otherwise.
+CONTROL_PERIOD = 1e-3   # longest between two commands: a slow log is that of a faster loop [s]
+SAME_RATE = 0.02        # share by which clocks of one rate may differ: 1.000002 ms is 1 ms
+
+
+@dataclass(frozen=True)
+class Run:
+    """A closed-loop run, over time: what the encoders showed and what was true."""
+
+    time: Array                 # (k,) [s]
+    reading: Array              # (k, n, 4) angles and velocities of shaft and link
+    command: Array              # (k, n) motor torque in force from the sample on, shaft [N*m]
+    joint_torque: Array         # (k, n) true, through the gear [N*m]
+    estimated_torque: Array     # (k, n) as the controller saw it [N*m], NaN without an estimator
+    force: Array                # (k, 2) on the tip, base frame [N]
+    state: Array                # (k, n, STATES) true
+
+
+def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
+        controller: ControllerSettings = ControllerSettings(),
+        estimator: EstimatorSettings | None = EstimatorSettings()) -> Run:
+    """
+    Let `true_arm` follow a motion under a controller that believes in `known_arm`.
+
+    A command answers the sample before it, as over a bus. Where samples are further apart than
+    CONTROL_PERIOD, the loop runs at a whole multiple of their rate. They are every so many of its
+    samples, as most logs come about. Where nobody reads estimated torques `estimator` may be
+    None. Raises ArmError where the arm cannot be simulated, ValueError where the controller needs
+    an estimator and has none.
+    """
+    if estimator is None and controller.torque_feedback:
+        raise ValueError('torque feedback needs an estimator: controller.torque_feedback is '
+                         f'{controller.torque_feedback:g} and estimator is None')
+    dt = float(motion.time[1] - motion.time[0])
+    every = max(1, math.ceil(dt / CONTROL_PERIOD - SAME_RATE))
+    if every > 1:
+        made = run(true_arm, known_arm, _refined(motion, every), seed, controller=controller,
+                   estimator=estimator)
+        return _thinned(made, motion, every, _lost(true_arm, len(made.time), seed))
+    plant, belief = checked(true_arm, dt).record(), known_arm.record()
+    samples, joints = motion.angle.shape
+    noise = _noise(samples, joints, seed)
+    reference = np.stack([motion.angle, motion.rate], axis=2)
+    reading, states = np.empty((samples, joints, 4)), np.empty((samples, joints, STATES))
+    torques = np.zeros((3, samples, joints))
+    _run(plant, belief, estimator_settings(known_arm, estimator or EstimatorSettings()),
+         estimator is not None, controller_settings(known_arm, controller),
+         registers(rest(true_arm, motion.angle[0])), np.ascontiguousarray(reference),
+         motion.force, noise, dt, step_count(dt), reading, states, torques)
+    if estimator is None:
+        torques[2] = np.nan
+    return Run(motion.time, reading, torques[0], torques[1], torques[2], motion.force, states)
+
+
+def _noise(samples: int, joints: int, seed: int) -> Array:
+    return np.random.default_rng(seed).standard_normal((samples, joints, DRAWS))
+
+
+def _refined(motion: Motion, every: int) -> Motion:
+    """Return a motion with so many times its samples: cubic between them, the force straight."""
+    from scipy.interpolate import CubicHermiteSpline    # a third of a second few need to wait
+    count = (len(motion.time) - 1) * every + 1
+    time = (motion.time[1] - motion.time[0]) / every * np.arange(float(count))
+    path = CubicHermiteSpline(motion.time, motion.angle, motion.rate)
+    at = np.minimum(motion.time[0] + time, motion.time[-1])
+    force = np.stack([np.interp(at, motion.time, axis) for axis in motion.force.T], axis=1)
+    return Motion(time, path(at), path.derivative()(at), force)
+
+
+def _lost(arm: Arm, samples: int, seed: int) -> NDArray[np.bool_]:
+    """Return which samples (k,) of a run were lost on their way."""
+    record = arm.record()
+    if record.body['dropped_samples']['rate'] == 0.0:
+        return np.zeros(samples, np.bool_)
+    lost = [sample_lost(record, each) for each in _noise(samples, len(arm.joints), seed)]
+    return np.array([False, *lost[1:]])
+
+
+def _thinned(made: Run, motion: Motion, every: int, lost: NDArray[np.bool_]) -> Run:
+    """Return every so many of the samples; a lost one repeats the one before that is told."""
+    rows = np.arange(0, len(made.time), every)
+    told = np.maximum.accumulate(np.where(lost[rows], 0, rows))
+    reading = made.reading[told]
+    kept = np.flatnonzero(told == rows)
+    angles, dt = reading[kept, :, :2], motion.time[1] - motion.time[0]
+    rate = np.concatenate([np.full_like(angles[:1], np.nan), np.diff(angles, axis=0) / dt])
+    reading[:, :, 2:] = rate[np.searchsorted(kept, np.arange(len(rows)), side='right') - 1]
+    return Run(motion.time, reading, made.command[rows], made.joint_torque[rows],
+               made.estimated_torque[rows], motion.force, made.state[rows])
+
+
+@compiled
+def _run(plant: ArmRecord, belief: ArmRecord, estimating: estimate.CompiledSettings,
+         estimates: bool, controlling: control.CompiledSettings, w: Array, reference: Array,
+         force: Array, noise: Array, dt: float, count: int, reading: Array, states: Array,
+         torques: Array) -> None:
+    joints = reference.shape[1]
+    inertia, believed = loaded_inertia(plant.body), loaded_inertia(belief.body)
+    memory = np.zeros((joints, estimate.MEMORY))
+    control_memory = np.zeros((joints, control.MEMORY))
+    result, tip = np.zeros((joints, estimate.RESULTS)), np.zeros(estimate.TIP_RESULTS)
+    now, command = np.zeros((joints, 4)), np.zeros(joints)
+    for k in range(reference.shape[0]):
+        since = dt if k > 0 else 0.0
+        torques[0, k] = command
+        observe(plant, inertia, w, noise[k], dt, k == 0, now, torques[1, k])
+        reading[k], states[k] = now, w[:joints, STATE:STATE + STATES]
+        if estimates:
+            estimate.step(belief, estimating, believed, memory, now, command, since, result,
+                          tip)
+            torques[2, k] = result[:, estimate.TORQUE]
+        act(plant, inertia, w, command, force[k], dt, count)
+        control.step(belief, controlling, control_memory, reference[k], now[:, 0],
+                     torques[2, k], since, command)
