@@ -26,6 +26,7 @@ COMMANDS = {
     'compare': 'two bags laid over each other, and how they differ',
     'reproduce': 'the figures and tables of the paper, with the numbers beside its own',
     'repair': 'make a bag that was cut off whole',
+    'effects': 'the effects that an arm can have, with all their parameters',
     'info': 'what a bag holds, and what it can and cannot show',
 }
 DONE, MISUSED, INTERRUPTED = 0, 2, 130
