@@ -14,9 +14,9 @@ from .outcome import Outcome
 WIDTH = 80              # of a plain terminal
 _ROW = '  {:<17} {:<10} {:<17} {:>9}  {:>9}'
 _HEADS = ('parameter', 'unit', 'from .. to', 'default', 'typical')
-_SCALE = ('An effect listed without parameters has its typical size, + on top of what the arm has; '
-          'one without any (-) needs parameters. Sizes are those of a motor of 0.3 N*m and a gear '
-          'of ratio 100; torques grow with both.')
+_SCALE = ('An effect listed without parameters has its typical size, + on top of what the arm '
+          'has; one without any (-) needs parameters. Sizes are those of a motor of 0.3 N*m and '
+          'a gear of ratio 100; torques grow with both.')
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
