@@ -17,6 +17,7 @@ from .version import version
 
 # A command's module is imported only when it is asked for, so that `hda` starts at once.
 COMMANDS = {
+    'new': 'an arm file from a few answers: gear by its catalogue name, motor, encoders, links',
     'simulate': 'simulate the arm to a bag',
     'estimate': 'joint torques and tip force from a bag',
     'import': 'turn a table (CSV, Parquet, MAT, NPZ) into bags',
