@@ -8,8 +8,10 @@ from hda_arm_sim.model import files
 from hda_arm_sim.model.files import arm_from_text, arm_to_text, read_arm
 from hda_arm_sim.model.gear_catalogue import gear, gear_names, GearError
 from hda_arm_sim.model.torsion import torsion_of_torque
+from hda_arm_sim.model.unstated import defaults_sentence
+from hda_torque_estimator.calibrate.arm_numbers import number, with_numbers
 from hda_torque_estimator.cli import main
-from hda_torque_estimator.commands.new_arm_text import number
+from hda_torque_estimator.commands.new_arm_text import yaml_number
 import numpy as np
 import pytest
 import yaml
@@ -18,6 +20,9 @@ MOTOR = ['--motor-inertia', '1.21e-4', '--motor-torque', '0.5', '--motor-counts'
          '--link-counts', '4e6']
 RATED = ['--peak-torque', '50', '--motor-speed', '500']     # that no table of CSF was found for
 LINKS = ['--lengths', '0.3', '0.25', '--masses', '4', '2']
+
+DEFAULTS = ('structural_damping.coefficient', 'coulomb_friction.level', 'viscous_friction.slope',
+            'torsional_hysteresis.width')
 
 # Torsions at T1 and T2 that the manufacturer's tables print beside their stiffnesses [1e-4 rad].
 PRINTED = {
@@ -84,11 +89,18 @@ def test_every_gear_becomes_an_arm_that_states_all(name, tmp_path, capsys, caplo
     loop = arm.effect('torsional_hysteresis', 'joint1')
     assert 2.0 * loop.level / known.stiffness[0] == pytest.approx(known.hysteresis_loss)
     line, = caplog.messages
-    assert line == (f'{path}: class defaults stand for torsion.damping (joint1), dry_friction '
-                    '(joint1), viscous_friction (joint1), torsional_hysteresis.width (joint1), '
-                    'until hda calibrate')
-    assert set(report['class_defaults']) == {
-        'torsion.damping', 'dry_friction', 'viscous_friction', 'torsional_hysteresis.width'}
+    assert line == f'{path}: class defaults stand for ' + ', '.join(
+        f'{default} (joint1)' for default in DEFAULTS) + ', until hda calibrate'
+    assert report['class_defaults'] == sorted(DEFAULTS)
+
+
+def test_what_a_calibration_has_found_is_no_class_default_any_more(tmp_path, capsys):
+    path, _ = made(tmp_path, capsys, '--gear', 'CSG-17-100', *MOTOR)
+    arm = read_arm(path)
+    assert defaults_sentence(dict(arm.provenance))
+    found = [number(name, 1e-4, 1e-6) for name in DEFAULTS]
+    calibrated = with_numbers(arm, 'joint1', found, 'a recording')
+    assert defaults_sentence(dict(calibrated.provenance)) == ''
 
 
 def test_every_number_has_a_comment(tmp_path, capsys):
@@ -138,7 +150,7 @@ def test_what_is_told_counts_more_than_the_catalogue(tmp_path, capsys):
     assert (joint.torsion.valid_torque, joint.viscous_friction) == (50.0, 6e-5)
     assert arm.effects == ()
     assert arm.links is None
-    assert report['class_defaults'] == ['torsion.damping']
+    assert report['class_defaults'] == ['structural_damping.coefficient']
 
 
 @pytest.mark.parametrize(('words', 'says'), [
@@ -204,7 +216,7 @@ def test_somebody_who_leaves_gets_one_line(tmp_path, capsys, monkeypatch):
 
 @pytest.mark.parametrize('value', [1e-5, 1e-10, 1.0, 4e6, 1e10, 0.1, 2.5e-7])
 def test_numbers_are_numbers_to_yaml(value):
-    assert yaml.safe_load(number(value)) == value
+    assert yaml.safe_load(yaml_number(value)) == value
 
 
 def test_a_name_of_no_gear_raises():

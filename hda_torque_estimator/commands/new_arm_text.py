@@ -75,7 +75,7 @@ def _joint_lines(joint: JointAnswers) -> Iterator[str]:
     yield '    torsion:'
     yield from (_row(6, *row) for row in torsion)
     for side, counts in (('motor', joint.motor_counts), ('link', joint.link_counts)):
-        yield _beside(f'    {side}_encoder: {{counts: {number(counts)}}}',
+        yield _beside(f'    {side}_encoder: {{counts: {yaml_number(counts)}}}',
                       'per turn, as stated' if counts else 'as stated: perfect')
 
 
@@ -151,12 +151,13 @@ def _tolerance_lines(joints: Sequence[JointAnswers]) -> Iterator[str]:
 
 
 def _provenance_lines(joints: Sequence[JointAnswers]) -> Iterator[str]:
-    yield 'provenance:'
+    yield _beside('provenance:', 'by the names under which hda calibrate tells its own')
     for joint in joints:
-        origins = {'torsion': f'{joint.gear.name}, catalogue',
-                   'torsion.damping': f'{CLASS_DEFAULT}, {DAMPING_TIME:g} s times K1'}
-        for name, value in (('dry_friction', joint.starting_torque),
-                            ('viscous_friction', joint.viscous_friction)):
+        origins = {
+            'torsion': f'{joint.gear.name}, catalogue',
+            'structural_damping.coefficient': f'{CLASS_DEFAULT}, {DAMPING_TIME:g} s times K1'}
+        for name, value in (('coulomb_friction.level', joint.starting_torque),
+                            ('viscous_friction.slope', joint.viscous_friction)):
             if value is None:
                 origins[name] = f'{CLASS_DEFAULT}, 0, unknown'
         if _loss(joint):
@@ -179,7 +180,7 @@ def _word(text: str) -> str:
 
 
 def _row(indent: int, name: str, value: float, comment: str) -> str:
-    return _beside(f'{" " * indent + name}: {number(value)}', comment)
+    return _beside(f'{" " * indent + name}: {yaml_number(value)}', comment)
 
 
 def _beside(text: str, comment: str) -> str:
@@ -187,10 +188,10 @@ def _beside(text: str, comment: str) -> str:
 
 
 def _numbers(values: Sequence[float]) -> str:
-    return f'[{", ".join(map(number, values))}]'
+    return f'[{", ".join(map(yaml_number, values))}]'
 
 
-def number(value: float) -> str:
+def yaml_number(value: float) -> str:
     """Return a number that YAML 1.1 reads as a number, on ten digits."""
     if math.isinf(value):
         return '.inf'
