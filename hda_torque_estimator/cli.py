@@ -19,6 +19,7 @@ from .version import version
 
 # A command's module is imported only when it is asked for, so that `hda` starts at once.
 COMMANDS = {
+    'new': 'an arm file from a few answers: gear by its catalogue name, motor, encoders, links',
     'simulate': 'simulate the arm to a bag',
     'estimate': 'joint torques and tip force from a bag',
     'import': 'turn a table (CSV, Parquet, MAT, NPZ) into bags',
@@ -28,6 +29,7 @@ COMMANDS = {
     'compare': 'two bags laid over each other, and how they differ',
     'reproduce': 'the figures and tables of the paper, with the numbers beside its own',
     'repair': 'make a bag that was cut off whole',
+    'effects': 'the effects that an arm can have, with all their parameters',
     'info': 'what a bag holds, and what it can and cannot show',
 }
 DONE, MISUSED, INTERRUPTED = 0, 2, 130

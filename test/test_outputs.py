@@ -41,7 +41,9 @@ def words_of(command, bag, table, out):
         'diagnose': [str(bag), *ARM], 'compare': [str(bag), str(bag)],
         'plan': [*ARM, *EFFECTS, '--duration', '10'], 'repair': [str(bag)],
         'import': [str(table), '--map', str(table.with_name('map.yaml'))],
-        'reproduce': ['fig7']}
+        'reproduce': ['fig7'],
+        'new': ['--gear', 'CSG-17-100', '--motor-inertia', '1e-4', '--motor-torque', '0.5',
+                '--motor-counts', '4096', '--link-counts', '4096']}
     return [command, *words[command], '--out', str(out)]
 
 
@@ -66,7 +68,7 @@ def something_at(out, kind):
 
 @pytest.mark.parametrize('kind', ['file', 'folder', 'link', 'broken link'])
 @pytest.mark.parametrize('command', ['simulate', 'estimate', 'calibrate', 'diagnose', 'compare',
-                                     'plan', 'repair', 'import', 'reproduce'])
+                                     'plan', 'repair', 'import', 'reproduce', 'new'])
 def test_nothing_that_exists_is_written_over(command, kind, bag, table, tmp_path, capsys):
     something_at(tmp_path / 'out', kind)
     before = content(tmp_path)

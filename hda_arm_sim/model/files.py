@@ -18,7 +18,7 @@ from .effects import Effect, effect_named
 from .parts import Base, Encoder, Joint, Links, Tolerances
 from .torsion import TorsionLaw
 from .typical_sizes import SIZED, typical
-from .unstated import sentence, unstated
+from .unstated import defaults_sentence, sentence, unstated
 from ..foundation.parameter import Declared, ParameterError
 
 _LOG = logging.getLogger(__name__)      # without any settings its lines go to stderr
@@ -34,13 +34,16 @@ def read_arm(path: str | Path) -> Arm:
     """
     Read an arm from a file or by the name of a shipped one; raises ArmError.
 
-    What the file leaves open about a gear is said, a line for each joint, once.
+    What the file leaves open about a gear is said once, a line for each joint. One line more
+    says which of its numbers are class defaults.
     """
     text = _text(Path(path))
     arm = arm_from_text(text, str(path))
     for item in _document(text, str(path))['joints']:
         if missing := unstated(item):
             _say(f'{path}: {sentence(item["name"], missing)}')
+    if defaults := defaults_sentence(dict(arm.provenance)):
+        _say(f'{path}: {defaults}')
     return arm
 
 

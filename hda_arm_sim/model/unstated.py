@@ -10,6 +10,8 @@ _OF_JOINT = ('ratio', 'motor_inertia')
 _OF_TORSION = ('flexspline_stiffness', 'flexspline_curvature', 'wave_generator_stiffness',
                'wave_generator_curvature', 'damping', 'valid_torque')
 _INFINITE = float('inf')
+CLASS_DEFAULT = 'class default'
+"""How the origin of a number begins that nobody has stated for this arm."""
 
 
 def unstated(joint: Mapping[str, Any]) -> dict[str, str]:
@@ -33,6 +35,17 @@ def sentence(label: str, missing: Mapping[str, str]) -> str:
     """Return one sentence on what a joint does not state."""
     values = ', '.join(f'{key} ({value})' for key, value in missing.items())
     return f"{label} does not state what its gear is; those of the paper's gear stand for {values}"
+
+
+def defaults_sentence(provenance: Mapping[str, str]) -> str:
+    """Return one sentence on the numbers that are class defaults, empty if none is."""
+    joints: dict[str, list[str]] = {}
+    for place, origin in provenance.items():
+        if origin.startswith(CLASS_DEFAULT):
+            joint, _, name = place.partition('.')
+            joints.setdefault(name, []).append(joint)
+    names = ', '.join(f'{name} ({", ".join(labels)})' for name, labels in joints.items())
+    return f'class defaults stand for {names}, until hda calibrate' if names else ''
 
 
 def _value(kind: type[Joint] | type[TorsionLaw], key: str) -> str:

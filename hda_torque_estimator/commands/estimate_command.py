@@ -2,6 +2,7 @@
 
 import argparse
 from dataclasses import replace
+import json
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 
 from .out_option import add_out
 from .outcome import Outcome
+from .tare_option import check_rest, stretch, taken_zero, tare_stamps, tare_words
 from ..estimating.accuracy import Errors, errors
 from ..estimating.belief_words import doubt_shares
 from ..estimating.estimate_messages import estimate_samples
@@ -44,6 +46,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--fusion', choices=('on', 'off'),
                         help='let torsion and motor torque correct each other, or not; else as '
                              'the settings say')
+    parser.add_argument('--tare', type=stretch, metavar='A:B',
+                        help='seconds from the start in which nothing touches the resting arm: '
+                             'their mean torsion becomes zero, from B on')
 
 
 def execute(options: argparse.Namespace) -> Outcome:
@@ -54,8 +59,9 @@ def execute(options: argparse.Namespace) -> Outcome:
     settings = _settings(options, recording)
     found = recorded_readings(arm, recording, settings.driver)
     check_conventions(arm, found.reading, found.command, str(options.bag))
-    estimates, parts = Estimator(arm, settings.estimator).in_parts(
-        found.stamps, found.reading, found.command)
+    estimator = Estimator(arm, settings.estimator)
+    tare = tare_stamps(options.tare, found.stamps)
+    estimates, parts = estimator.in_parts(found.stamps, found.reading, found.command, tare=tare)
     if len(estimates.stamps) <= min(1, len(found.stamps) - 1):
         usable = 'only 1' if len(estimates.stamps) else 'none'
         raise EstimateError(f'{options.bag}: {usable} of {len(found.stamps)} joint states has '
@@ -64,14 +70,19 @@ def execute(options: argparse.Namespace) -> Outcome:
     if (back := np.flatnonzero(np.diff(estimates.stamps) < 0)).size:
         raise EstimateError(f'{options.bag}: stamps go back at sample {back[0] + 1}, a loop or a '
                             'restart while it was recorded; split it there')
+    if options.tare:
+        check_rest(options.tare, arm, tare, found)
     about = {'arm': arm_to_text(arm), 'source': str(options.bag.name), **settings.to_metadata()}
     with BagWriter(options.out, about, force=options.force) as bag:
         for part in drawn_ahead(parts, 1):      # another thread estimates, this one writes
             _write(bag, arm, part, settings, before=last)
             last = int(part.stamps[-1])
+        zero = taken_zero(options.tare, estimator, estimates, tare)
+        if zero:
+            bag.add_metadata({'tare': json.dumps(zero)})
         found_errors = _all_errors(recording, arm, estimates)   # damaged truth: no bag stands
     return _outcome(options, arm, estimates, found_errors,
-                    len(estimates.refused) + found.unreadable)
+                    len(estimates.refused) + found.unreadable, zero)
 
 
 def _write(bag: BagWriter, arm: Arm, part: Estimates, settings: RecordedSettings, *,
@@ -120,13 +131,13 @@ def _held(recording: Recording, topic: str) -> str | None:
 
 
 def _outcome(options: argparse.Namespace, arm: Arm, estimates: Estimates,
-             found: dict[str, Errors], refused: int) -> Outcome:
+             found: dict[str, Errors], refused: int, zero: dict[str, Any]) -> Outcome:
     doubted = doubt_shares(arm.labels, estimates.joints[:, :, estimate.DOUBT])
     report: dict[str, Any] = {
         'bag': str(options.out), 'samples': len(estimates.stamps),
         'refused': refused, 'joints': list(arm.labels),
         'largest_torque': _largest(estimates).tolist(),
-        'doubts': doubted,
+        'doubts': doubted, 'tare': zero or None,
         'errors': {name: {key: None if np.isnan(value) else value
                           for key, value in error._asdict().items()}
                    for name, error in found.items()}}
@@ -135,6 +146,8 @@ def _outcome(options: argparse.Namespace, arm: Arm, estimates: Estimates,
              f'joint torques up to {torques} N*m']
     lines += [f'  {100.0 * share:.3g} % of the samples: {words}'
               for words, share in doubted.items()]
+    if zero:
+        lines.append(f'  {tare_words(zero)}')
     if arm.links is None:
         lines.append('  no external torque and no tip force: the arm file says "links: none"')
     lines += [f'  error against {name}: {error.rms:.3f} {_unit(name)} rms '

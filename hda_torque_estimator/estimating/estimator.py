@@ -8,6 +8,7 @@ the same bits as the live run it was made from.
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
+from itertools import pairwise
 from typing import Any, ClassVar, NamedTuple
 
 from hda_arm_sim.foundation.compiled import compiled
@@ -78,6 +79,7 @@ class Estimates(NamedTuple):
     joints: Array
     tip: Array
     refused: NDArray[np.int64]          # indices of the samples that were not used
+    taring: bool = False                # of a part: a tare is under way after each sample
 
     @property
     def torque(self) -> Array:
@@ -184,7 +186,10 @@ class Estimator:
                        self._unknown if command is None else command[np.newaxis], self._seconds,
                        self._result, self._tips)
             if self._tare_left > 0.0 and self.believed:
-                self._go_on_taring(min(max(dt, 0.0), self.settings.longest_gap))
+                self._add_to_tare()
+                self._tare_left -= min(max(dt, 0.0), self.settings.longest_gap)
+                if self._tare_left <= 1e-12:
+                    self._end_tare()
         return refusal
 
     @property
@@ -210,11 +215,14 @@ class Estimator:
         return whole
 
     def in_parts(self, stamps: NDArray[np.int64], reading: Array, command: Array | None = None,
-                 size: int = PART) -> tuple[Estimates, Iterator[Estimates]]:
+                 size: int = PART,
+                 tare: tuple[int, int] = (0, 0)) -> tuple[Estimates, Iterator[Estimates]]:
         """
         Return the estimates of a recording, which are there when all of the parts were drawn.
 
         The parts, of `size` samples, are views of them in order. Arguments are those of `run`.
+        The mean torsion between both stamps of `tare` [ns], the second excluded, becomes zero
+        there, as if `tare` had been called at the first. Stamps must rise for that.
         """
         refusals, seconds = self._follow(stamps, reading)
         used = refusals == 0
@@ -222,17 +230,26 @@ class Estimator:
         count = int(used.sum())
         whole = Estimates(stamps[used], np.empty((count, len(self.arm.joints), estimate.RESULTS)),
                           np.empty((count, estimate.TIP_RESULTS)), np.flatnonzero(~used))
+        tared = range(*np.searchsorted(whole.stamps, tare).tolist())
         return whole, self._parts(whole, np.ascontiguousarray(reading[used]),
-                                  np.ascontiguousarray(given[used]), seconds[used], size)
+                                  np.ascontiguousarray(given[used]), seconds[used], size, tared)
 
     def _parts(self, whole: Estimates, reading: Array, command: Array, seconds: Array,
-               size: int) -> Iterator[Estimates]:
+               size: int, tare: range) -> Iterator[Estimates]:
         """Fill estimates part by part, and yield each part."""
-        for begin in range(0, len(whole.stamps), size):
-            rows = slice(begin, begin + size)
+        for rows in _pieces(len(whole.stamps), size, tare):
+            taring = rows.start in tare
             part = Estimates(whole.stamps[rows], whole.joints[rows], whole.tip[rows],
-                             np.empty(0, np.intp))
-            self._step(reading[rows], command[rows], seconds[rows], part.joints, part.tip)
+                             np.empty(0, np.intp), taring and rows.stop < tare.stop)
+            if rows.start == tare.start and taring:
+                self.tare()
+            for each in _one_by_one(rows) if taring else (rows,):
+                self._step(reading[each], command[each], seconds[each], whole.joints[each],
+                           whole.tip[each])
+                if taring and np.isfinite(whole.joints[each, :, estimate.TORQUE]).all():
+                    self._add_to_tare()
+            if rows.stop == tare.stop and taring:
+                self._end_tare()
             yield part
 
     def _follow(self, stamps: NDArray[np.int64],
@@ -248,14 +265,30 @@ class Estimator:
         _run(*self._plain, self._numbers, self._limits, self._watch, self._belief, self._memory,
              reading, command, seconds, joints, tip)
 
-    def _go_on_taring(self, dt: float) -> None:
+    def _add_to_tare(self) -> None:
         estimate.add_to_tare(self._record, self._settings, self._inertia, self._memory)
         self._tared += 1
-        self._tare_left -= dt
-        if self._tare_left <= 1e-12:
+
+    def _end_tare(self) -> None:
+        """Take the mean of what was added for zero; without anything the zero stays."""
+        if self._tared:
             self._memory[:, estimate.ZERO] += self._memory[:, estimate.TARE_SUM] / self._tared
             self._memory[:, estimate.FUSION + fusion.SLIPPED] = 0.0
-            self._tare_left = 0.0
+        self._tare_left = 0.0
+
+
+def _pieces(count: int, size: int, tare: range) -> Iterator[slice]:
+    """Yield the parts of a recording in order; a tare and its last sample are parts of theirs."""
+    cuts = {*range(0, count, size), count}
+    if tare:
+        cuts |= {tare.start, tare.stop - 1, tare.stop}
+    for begin, end in pairwise(sorted(cuts)):
+        yield slice(begin, end)
+
+
+def _one_by_one(rows: slice) -> Iterator[slice]:
+    for row in range(rows.start, rows.stop):
+        yield slice(row, row + 1)
 
 
 def compiled_settings(arm: Arm, settings: EstimatorSettings) -> CompiledSettings:

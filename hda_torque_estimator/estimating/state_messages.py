@@ -107,7 +107,8 @@ def state_samples(arm: Arm, estimates: Estimates, rate: float = STATE_RATE,
     """Return the states of a recording at a rate [Hz], after a sample at `before` [ns]."""
     rows = due_rows(estimates.stamps, rate, before)
     stamps = estimates.stamps[rows]
-    texts = StateWriter(arm).texts(stamps.tolist(), estimates.joints[rows], estimates.tip[rows])
+    texts = StateWriter(arm).texts(stamps.tolist(), estimates.joints[rows], estimates.tip[rows],
+                                   taring=estimates.taring)
     return TextSamples(stamps, tuple(texts))
 
 

@@ -1,0 +1,98 @@
+"""What `hda new` is told of each joint, and of the links."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, TypeVar
+
+from hda_arm_sim.model.gear_catalogue import Gear
+from hda_msgs_json.errors import HdaError
+
+Value = TypeVar('Value')
+
+
+class NewError(HdaError):
+    """Answers from which no arm can be made."""
+
+
+class Answer(NamedTuple):
+    """One thing to know of every joint: its option, unit and meaning."""
+
+    name: str
+    unit: str
+    meaning: str
+    required: bool = False
+
+    @property
+    def option(self) -> str:
+        """Return the option of the command line."""
+        return '--' + self.name.replace('_', '-')
+
+
+ANSWERS = (
+    Answer('motor_inertia', 'kg*m^2', 'inertia of the rotor and what turns with it, without that '
+           'of the wave generator', True),
+    Answer('motor_torque', 'N*m', 'largest torque of the motor, at its shaft', True),
+    Answer('motor_counts', '1/turn', 'counts of the motor encoder per turn of the motor', True),
+    Answer('link_counts', '1/turn', 'counts of the link encoder per turn of the link', True),
+    Answer('torque_constant', 'N*m/A', 'with --motor-current in the place of --motor-torque'),
+    Answer('motor_current', 'A', 'largest current of the drive'),
+    Answer('motor_speed', 'rad/s', 'largest speed of the motor; that of the gear unless given'),
+    Answer('peak_torque', 'N*m', 'repeated peak torque of the gear, at its output; that of the '
+           'catalogue unless given'),
+    Answer('starting_torque', 'N*m', 'dry friction of motor and gear, at the motor shaft; 0, '
+           'unknown, unless given'),
+    Answer('viscous_friction', 'N*m*s/rad', 'its slope, at the motor shaft; 0, unknown, unless '
+           'given'),
+    Answer('hysteresis_loss', 'arcmin', 'of the gear, at its output; that of the catalogue unless '
+           'given, 0 for none'),
+)
+
+
+@dataclass(frozen=True)
+class JointAnswers:
+    """What is known of one joint; None for what was not told, in the units of `ANSWERS`."""
+
+    label: str
+    gear: Gear
+    motor_inertia: float
+    motor_torque: float
+    motor_counts: float
+    link_counts: float
+    torque_constant: float | None = None
+    motor_current: float | None = None
+    motor_speed: float | None = None
+    peak_torque: float | None = None
+    starting_torque: float | None = None
+    viscous_friction: float | None = None
+    hysteresis_loss: float | None = None
+
+
+@dataclass(frozen=True)
+class Rods:
+    """Links as uniform rods."""
+
+    lengths: tuple[float, ...]          # [m]
+    masses: tuple[float, ...]           # [kg]
+
+    def inertia(self) -> tuple[float, ...]:
+        """Return p1, or p1, p2, p3 of `Links` [kg*m^2]."""
+        own = [mass * length ** 2 / 3.0 for mass, length in zip(self.masses, self.lengths)]
+        if len(own) == 1:
+            return own[0],
+        mass, length = self.masses[1], self.lengths[0]
+        return (own[0] + own[1] + mass * length ** 2, own[1],
+                mass * length * self.lengths[1] / 2.0)
+
+    def mass_moments(self) -> tuple[float, ...]:
+        """Return the mass moments about the joints [kg*m]."""
+        own = [mass * length / 2.0 for mass, length in zip(self.masses, self.lengths)]
+        return (own[0],) if len(own) == 1 else (own[0] + self.masses[1] * self.lengths[0], own[1])
+
+
+def spread(values: Sequence[Value] | None, joints: int, option: str) -> list[Value | None]:
+    """Return a value for each joint from one for all, one for each, or none; raises NewError."""
+    if not values:
+        return [None] * joints
+    if len(values) not in (1, joints):
+        raise NewError(f'{option} needs one value for all joints or {joints}, got {len(values)}')
+    return [*values] if len(values) == joints else [*values] * joints

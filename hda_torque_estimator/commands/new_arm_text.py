@@ -1,0 +1,199 @@
+"""An arm file with a comment on every number: who stated it, or that it is a class default."""
+
+from collections.abc import Iterator, Sequence
+import json
+import math
+from textwrap import wrap
+
+from hda_arm_sim.model.gear_catalogue import (HYSTERESIS_SOURCE, RATING_SOURCE,
+                                              STIFFNESS_SOURCE)
+from hda_arm_sim.model.unstated import CLASS_DEFAULT
+import yaml
+
+from .arm_answers import JointAnswers, NewError, Rods
+
+DAMPING_TIME = 8e-4     # class default of damping over stiffness, as in hda_arm.yaml [s]
+_WIDTH = 90
+_ARC_MINUTE = math.pi / 180.0 / 60.0
+
+# One sigma of what is known before a calibration (docs/new_arm.md).
+_TOLERANCES = (
+    ('stiffness', 0.25, 'catalogues state an average'),
+    ('link_inertia', 0.2, 'uniform rods'),
+    ('torque_constant', 0.1, 'data sheets of motors'),
+    ('dry_friction', 0.5, 'differs with grease, load and age'),
+    ('viscous_friction', 0.5, 'differs with temperature'),
+    ('damping', 1.0, 'not stated by anybody'),
+    ('torsion_zero', 1e-3, 'not taken yet [rad]'),
+    ('kinematic_error', 3e-4, 'about 1 arcmin [rad]'),
+    ('eccentricity', 3e-4, 'of an encoder nobody has measured [rad]'),
+    ('clock_skew', 5e-4, 'of encoders nobody has measured [s]'))
+_OF_MOTOR = 0.02        # one sigma of ripple and offset, as a share of the largest torque
+
+
+def arm_text(joints: Sequence[JointAnswers], rods: Rods | None) -> str:
+    """Return the arm as commented YAML; raises NewError where something has to be stated."""
+    lines = [*_head(joints), 'joints:']
+    for joint in joints:
+        lines += _joint_lines(joint)
+    lines += [*_link_lines(rods), *_effect_lines(joints), *_tolerance_lines(joints),
+              *_provenance_lines(joints)]
+    return '\n'.join(lines) + '\n'
+
+
+def _head(joints: Sequence[JointAnswers]) -> Iterator[str]:
+    names = ', '.join(dict.fromkeys(joint.gear.name for joint in joints))
+    yield f'# Made by hda new: {len(joints)} joint{"s" * (len(joints) > 1)} with {names}.'
+    yield '# Angles in rad, torques in N*m; friction, inertia and limits at the motor shaft,'
+    yield '# torsion at the output of the gear. hda calibrate replaces catalogue by measurement.'
+    for place, source in enumerate((STIFFNESS_SOURCE, HYSTERESIS_SOURCE, RATING_SOURCE), 1):
+        yield from wrap(f'[{place}] {source}', _WIDTH, initial_indent='# ',
+                        subsequent_indent='#     ')
+
+
+def _joint_lines(joint: JointAnswers) -> Iterator[str]:
+    gear = joint.gear
+    k1, k2, k3 = gear.stiffness
+    t1, t2 = gear.knees
+    rows = (
+        ('ratio', gear.ratio, gear.name),
+        ('motor_inertia', *_inertia(joint)),
+        ('dry_friction', joint.starting_torque or 0.0, _stated(joint.starting_torque)),
+        ('viscous_friction', joint.viscous_friction or 0.0, _stated(joint.viscous_friction)),
+        ('torque_limit', *_motor_torque(joint)),
+        ('velocity_limit', *_speed(joint)),
+        ('angle_limit', 1e3, 'not stated: no limit'))
+    torsion = (
+        ('flexspline_stiffness', k1, 'K1 [N*m/rad], wave generator blocked [1]'),
+        ('knee_1', t1, 'T1 [1]'), ('second_stiffness', k2, 'K2 [1]'), ('knee_2', t2, 'T2 [1]'),
+        ('third_stiffness', k3, 'K3 [1]'),
+        ('wave_generator_stiffness', math.inf, 'its wind-up is in K1, and in the hysteresis'),
+        ('damping', DAMPING_TIME * k1, f'{CLASS_DEFAULT}: {DAMPING_TIME:g} s times K1'),
+        ('valid_torque', *_peak(joint)))
+    yield f'  - name: {_word(joint.label)}'
+    yield from (_row(4, *row) for row in rows)
+    yield '    torsion:'
+    yield from (_row(6, *row) for row in torsion)
+    for side, counts in (('motor', joint.motor_counts), ('link', joint.link_counts)):
+        yield _beside(f'    {side}_encoder: {{counts: {yaml_number(counts)}}}',
+                      'per turn, as stated' if counts else 'as stated: perfect')
+
+
+def _inertia(joint: JointAnswers) -> tuple[float, str]:
+    own = joint.gear.inertia
+    if own is None:
+        return joint.motor_inertia, f'as stated; that of the {joint.gear.name} is not known to us'
+    return joint.motor_inertia + own, f'rotor as stated, and wave generator {own:g} [3]'
+
+
+def _motor_torque(joint: JointAnswers) -> tuple[float, str]:
+    if joint.torque_constant is not None and joint.motor_current is not None:
+        return joint.motor_torque, (f'{joint.torque_constant:g} N*m/A times '
+                                    f'{joint.motor_current:g} A, as stated')
+    return joint.motor_torque, 'as stated'
+
+
+def _speed(joint: JointAnswers) -> tuple[float, str]:
+    if joint.motor_speed is not None:
+        return joint.motor_speed, 'as stated [rad/s]'
+    if joint.gear.speed is None:
+        raise NewError(f'{joint.label} needs --motor-speed in rad/s: no public table of its gear '
+                       f'{joint.gear.name} was found')
+    return joint.gear.speed, 'largest input speed of the gear [rad/s] [3]'
+
+
+def _peak(joint: JointAnswers) -> tuple[float, str]:
+    if joint.peak_torque is not None:
+        return joint.peak_torque, 'repeated peak torque, as stated'
+    if joint.gear.peak_torque is None:
+        raise NewError(f'{joint.label} needs --peak-torque in N*m: no public table of its gear '
+                       f'{joint.gear.name} was found')
+    return joint.gear.peak_torque, 'repeated peak torque of the gear [3]'
+
+
+def _stated(value: float | None) -> str:
+    return 'not stated: unknown until hda calibrate' if value is None else 'as stated'
+
+
+def _link_lines(rods: Rods | None) -> Iterator[str]:
+    if rods is None:
+        yield _beside('links: none', 'not stated: torsion only, no tip force')
+        return
+    yield _beside('links:', f'uniform rods of {_numbers(rods.masses)} kg')
+    yield f'  lengths: {_numbers(rods.lengths)}'
+    yield f'  inertia: {_numbers(rods.inertia())}'
+    yield f'  mass_moments: {_numbers(rods.mass_moments())}'
+    yield _beside('base: {tilt: 0.0, direction: 0.0}', 'not stated: level')
+
+
+def _effect_lines(joints: Sequence[JointAnswers]) -> Iterator[str]:
+    if not any(map(_loss, joints)):
+        yield 'effects: []'
+        return
+    yield 'effects:'
+    for joint in joints:
+        if loss := _loss(joint):
+            source = 'at most [2]' if joint.hysteresis_loss is None else 'as stated'
+            yield _beside('  - effect: torsional_hysteresis',
+                          f'loss {loss / _ARC_MINUTE:g} arcmin, {source}')
+            yield f'    joint: {_word(joint.label)}'
+            yield '    parameters:'
+            yield _row(6, 'level', 0.5 * loss * joint.gear.stiffness[0], 'half the loss times K1')
+            yield _row(6, 'width', 0.5 * loss, f'{CLASS_DEFAULT}: half of the loss')
+
+
+def _tolerance_lines(joints: Sequence[JointAnswers]) -> Iterator[str]:
+    yield _beside('tolerances:', 'one sigma, relative unless a unit is given')
+    yield from (_row(2, *row) for row in _TOLERANCES)
+    of_motor = _OF_MOTOR * max(joint.motor_torque for joint in joints)
+    for name in ('torque_ripple', 'drive_offset'):
+        yield _row(2, name, min(of_motor, 1.0), f'{_OF_MOTOR:g} of the largest torque [N*m]')
+
+
+def _provenance_lines(joints: Sequence[JointAnswers]) -> Iterator[str]:
+    yield _beside('provenance:', 'by the names under which hda calibrate tells its own')
+    for joint in joints:
+        origins = {
+            'torsion': f'{joint.gear.name}, catalogue',
+            'structural_damping.coefficient': f'{CLASS_DEFAULT}, {DAMPING_TIME:g} s times K1'}
+        for name, value in (('coulomb_friction.level', joint.starting_torque),
+                            ('viscous_friction.slope', joint.viscous_friction)):
+            if value is None:
+                origins[name] = f'{CLASS_DEFAULT}, 0, unknown'
+        if _loss(joint):
+            origins['torsional_hysteresis.width'] = f'{CLASS_DEFAULT}, half of the loss'
+        for name, origin in origins.items():
+            yield f"  {_word(f'{joint.label}.{name}')}: {_word(origin)}"
+
+
+def _loss(joint: JointAnswers) -> float:
+    """Return the hysteresis loss of a joint [rad at the output]."""
+    if joint.hysteresis_loss is None:
+        return joint.gear.hysteresis_loss
+    return joint.hysteresis_loss * _ARC_MINUTE
+
+
+def _word(text: str) -> str:
+    """Return a text as YAML reads it as one, whatever is in it."""
+    plain = str(yaml.safe_dump([text], default_flow_style=True, width=math.inf)).strip()[1:-1]
+    return json.dumps(text) if '\n' in plain else plain
+
+
+def _row(indent: int, name: str, value: float, comment: str) -> str:
+    return _beside(f'{" " * indent + name}: {yaml_number(value)}', comment)
+
+
+def _beside(text: str, comment: str) -> str:
+    return f'{text:<43} # {comment}'
+
+
+def _numbers(values: Sequence[float]) -> str:
+    return f'[{", ".join(map(yaml_number, values))}]'
+
+
+def yaml_number(value: float) -> str:
+    """Return a number that YAML 1.1 reads as a number, on ten digits."""
+    if math.isinf(value):
+        return '.inf'
+    text = repr(float(f'{value:.10g}'))
+    return text.replace('e', '.0e') if 'e' in text and '.' not in text else text

@@ -1,0 +1,150 @@
+"""`hda new`: an arm file from a few answers, by options or asked for on a terminal."""
+
+import argparse
+from collections.abc import Callable, Sequence
+import math
+import sys
+from typing import Any, TypeVar
+
+from hda_arm_sim.model.files import arm_from_text
+from hda_arm_sim.model.gear_catalogue import gear, GearError
+from hda_arm_sim.model.unstated import CLASS_DEFAULT
+from hda_msgs_json.outputs import check_file, whole_file
+
+from .arm_answers import Answer, ANSWERS, JointAnswers, NewError, Rods, spread
+from .new_arm_text import arm_text
+from .out_option import add_out
+from .outcome import Outcome
+
+_GEAR = Answer('gear', '', 'catalogue name like CSG-17-100: series CSG or CSF, size 14 to 40, '
+               'ratio', True)
+Value = TypeVar('Value')
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument('--joints', nargs='+', metavar='NAME',
+                        help='names of the joints; joint1 and so on unless given')
+    parser.add_argument(_GEAR.option, nargs='+', metavar='GEAR',
+                        help=f'{_GEAR.meaning}; one for all joints, or one for each')
+    for answer in ANSWERS:
+        parser.add_argument(answer.option, nargs='+', type=_size, metavar=answer.unit.upper(),
+                            help=f'{answer.meaning} [{answer.unit}]')
+    parser.add_argument('--lengths', nargs='+', type=_size, metavar='M',
+                        help='of one or two links; without them the arm has torsion only [m]')
+    parser.add_argument('--masses', nargs='+', type=_size, metavar='KG',
+                        help='of these links, taken for uniform rods [kg]')
+    add_out(parser, 'FILE', 'model file to write')
+
+
+def execute(options: argparse.Namespace) -> Outcome:
+    """Make the arm and write it; raises the project's errors."""
+    check_file(options.out, force=options.force)
+    _complete(options)
+    joints, rods = _joints(options), _rods(options)
+    text = arm_text(joints, rods)
+    arm = arm_from_text(text, str(options.out))     # what every command will read
+    with whole_file(options.out, force=options.force) as file:
+        file.write(text)
+    unknown = sorted({key.partition('.')[2] for key, origin in arm.provenance
+                      if origin.startswith(CLASS_DEFAULT)})
+    names = ', '.join(f'{joint.label} {joint.gear.name}' for joint in joints)
+    return Outcome(
+        f'{options.out}: {names}; every number has its source beside it\n'
+        f'  class defaults until hda calibrate: {", ".join(unknown)}',
+        {'arm': str(options.out), 'gears': {joint.label: joint.gear.name for joint in joints},
+         'class_defaults': unknown, 'links': rods is not None})
+
+
+def _size(text: str) -> float:
+    """Return a number that is no less than zero; raises ArgumentTypeError."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 <= value < math.inf:
+        raise argparse.ArgumentTypeError(f'it must be a number >= 0, got {text!r:.60}')
+    return value
+
+
+def _missing(options: argparse.Namespace) -> list[Answer]:
+    """Return what has to be told and is not."""
+    missing = [answer for answer in (_GEAR, *ANSWERS)
+               if answer.required and not getattr(options, answer.name)]
+    return [answer for answer in missing if answer.name != 'motor_torque' or not (
+        options.torque_constant and options.motor_current)]
+
+
+def _complete(options: argparse.Namespace) -> None:
+    """Ask for what is missing on a terminal; raises NewError where nobody can be asked."""
+    missing = _missing(options)
+    if missing and (sys.stdin is None or not sys.stdin.isatty()):
+        raise NewError('an arm needs ' + ', '.join(
+            f'{answer.option} [{answer.unit}]'.removesuffix(' []') for answer in missing))
+    for answer in missing:
+        read: Callable[[str], Any] = _gear_name if answer is _GEAR else _size
+        setattr(options, answer.name, _asked(answer, read))
+
+
+def _asked(answer: Answer, read: Callable[[str], Value]) -> list[Value]:
+    """Return what somebody types, asked again until it can be read; raises NewError at the end."""
+    while True:
+        unit = f' [{answer.unit}]' if answer.unit else ''
+        sys.stderr.write(f'{answer.meaning}{unit}, one for all joints or one for each: ')
+        sys.stderr.flush()
+        line = sys.stdin.readline()
+        if not line:
+            raise NewError(f'no answer for {answer.option}')
+        try:
+            values = [read(word) for word in line.replace(',', ' ').split()]
+        except (argparse.ArgumentTypeError, GearError) as error:
+            sys.stderr.write(f'{error}\n')
+            continue
+        if values:
+            return values
+
+
+def _gear_name(word: str) -> str:
+    """Return the name of a gear; raises GearError."""
+    return gear(word).name
+
+
+def _joints(options: argparse.Namespace) -> list[JointAnswers]:
+    """Return what is known of each joint; raises NewError or GearError."""
+    given: dict[str, Sequence[Any] | None] = {
+        answer.name: getattr(options, answer.name) for answer in (_GEAR, *ANSWERS)}
+    count = len(options.joints or ()) or max(
+        len(values or ()) for values in (*given.values(), options.lengths))
+    labels = options.joints or [f'joint{place + 1}' for place in range(count)]
+    columns = {name: spread(values, count, Answer(name, '', '').option)
+               for name, values in given.items()}
+    return [_joint(label, {name: column[place] for name, column in columns.items()})
+            for place, label in enumerate(labels)]
+
+
+def _joint(label: str, told: dict[str, Any]) -> JointAnswers:
+    constant, current = told['torque_constant'], told['motor_current']
+    if (constant is None) != (current is None):
+        raise NewError('--torque-constant and --motor-current are told together, or neither')
+    if constant is not None:
+        if told['motor_torque'] is not None:
+            raise NewError('the largest torque is told twice: give --motor-torque, or '
+                           '--torque-constant and --motor-current')
+        told['motor_torque'] = constant * current
+    return JointAnswers(label, gear(told.pop('gear')), **told)
+
+
+def _rods(options: argparse.Namespace) -> Rods | None:
+    """Return the links, if they are told; raises NewError."""
+    lengths, masses = options.lengths, options.masses
+    if not lengths and not masses:
+        return None
+    if not lengths or not masses or len(lengths) != len(masses):
+        raise NewError('--lengths and --masses need a value for each link, got '
+                       f'{len(lengths or ())} and {len(masses or ())}')
+    if not all((*lengths, *masses)):
+        raise NewError('--lengths and --masses must be above 0')
+    if len(lengths) > 2:
+        raise NewError(f'links are modelled for one or two joints, got {len(lengths)}; leave '
+                       '--lengths and --masses out for torsion only')
+    return Rods(tuple(lengths), tuple(masses))

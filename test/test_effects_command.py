@@ -1,0 +1,65 @@
+"""`hda effects` shows the catalogue as it is declared, on 80 columns."""
+
+import json
+
+from hda_arm_sim.model.effects import effect_named, EFFECTS
+from hda_arm_sim.model.typical_sizes import SIZED
+from hda_torque_estimator.cli import main
+from hda_torque_estimator.commands.effects_command import WIDTH
+import pytest
+
+
+def shown(capsys, *words):
+    """Return what `hda effects` prints."""
+    assert main(['effects', *words]) == 0
+    return capsys.readouterr().out
+
+
+def test_every_effect_stands_there_with_its_cause_and_all_its_parameters(capsys):
+    blocks = {block.partition(':')[0]: block for block in shown(capsys).split('\n\n')}
+    for effect in EFFECTS:
+        block = blocks[effect.name]
+        assert ' '.join(effect.cause.split()) in ' '.join(block.split())
+        rows = [line.split() for line in block.splitlines()]
+        for rule in effect.declarations():
+            row = next(words for words in rows if words[:1] == [rule.name])
+            assert f'{rule.low:g} .. {rule.high:g}' in ' '.join(row)
+            assert not rule.unit or row[1] == rule.unit
+
+
+@pytest.mark.parametrize('names', [(), tuple(effect.name for effect in EFFECTS)])
+def test_lines_fit_a_plain_terminal(names, capsys):
+    text = shown(capsys, *names)
+    assert [line for line in text.splitlines() if len(line) > WIDTH] == []
+    assert text.isascii()
+    assert '\x1b' not in text
+
+
+def test_a_name_alone_is_explained_parameter_by_parameter(capsys):
+    text = shown(capsys, 'backlash', 'backlash')
+    assert text.count('backlash:') == 1
+    assert effect_named('backlash').declaration('half_width').meaning in text
+    assert 'payload' not in text
+
+
+def test_json_holds_the_declarations(capsys):
+    assert main(['effects', '--json']) == 0
+    listed = json.loads(capsys.readouterr().out)['effects']
+    assert [one['name'] for one in listed] == [effect.name for effect in EFFECTS]
+    sized = {one['name'] for one in listed
+             if any(rule['typical'] is not None for rule in one['parameters'])}
+    assert sized == {name for name in SIZED if effect_named(name).declarations()}
+    play = next(one for one in listed if one['name'] == 'backlash')['parameters'][0]
+    assert (play['name'], play['unit'], play['low'], play['high'], play['default']) == (
+        'half_width', 'rad', 0.0, 0.01, 0.0)
+    assert play['typical'] > 0.0
+    assert play['on_top']
+
+
+def test_an_unknown_name_is_one_line_with_the_valid_ones(capsys):
+    assert main(['effects', 'backlash', 'magic\n']) == 2
+    said = capsys.readouterr()
+    assert said.out == ''
+    assert len(said.err.splitlines()) == 1
+    assert "'magic" in said.err
+    assert 'bearing_crosstalk' in said.err
