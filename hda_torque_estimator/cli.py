@@ -19,7 +19,8 @@ from .version import version
 COMMANDS = {
     'simulate': 'simulate the arm to a bag',
     'estimate': 'joint torques and tip force from a bag',
-    'import': 'turn a table (CSV, Parquet, MAT, NPZ) into bags',
+    'import': 'turn a table (CSV or other text, JSON lines, Parquet, MAT, NPZ) into bags',
+    'export': 'turn a bag into a table (CSV, Parquet)',
     'calibrate': 'a new model file from recordings',
     'diagnose': 'what the simulation gets wrong, why, and the extended model',
     'plan': 'a motion that separates two effects',
