@@ -56,6 +56,22 @@ def test_one_topic_has_a_row_for_each_of_its_messages(bag):
     np.testing.assert_array_equal(table['tip/wrench.torque.y'], PUSHES.torque[:, 1])
 
 
+def test_motor_and_link_in_two_topics_of_a_stranger_become_a_bag(tmp_path):
+    late = replace(STATES, stamps=STATES.stamps + 100_000)
+    with BagWriter(tmp_path / 'theirs', {}) as bag:
+        for topic, samples in (('/r/drive', STATES), ('/r/load', late)):
+            bag.write_joint_states(replace(JOINT_STATES, name=topic), samples.select(['joint1']))
+    out, map_file = tmp_path / 'table.parquet', tmp_path / 'map.yaml'
+    assert main(['export', str(tmp_path / 'theirs'), '--topic', '/r/drive', '--topic', '/r/load',
+                 '--out', str(out)]) == 0
+    map_file.write_text('time: {column: stamp, unit: ns}\njoints: {elbow: {'
+                        'motor: {position: joint1.position}, '
+                        'link: {position: r/load.joint1.position}}}\n')
+    assert main(['import', str(out), '--map', str(map_file), '--out', str(tmp_path / 'ours')]) == 0
+    states = open_recording(tmp_path / 'ours').joint_states().select(['elbow', 'elbow_motor'])
+    np.testing.assert_array_equal(states.position, STATES.position[:, [0, 0]])
+
+
 def test_what_is_exported_can_be_imported(bag):
     out, map_file = bag.with_name('table.csv'), bag.with_name('map.yaml')
     assert main(['export', str(bag), '--out', str(out)]) == 0

@@ -1,13 +1,14 @@
 """`hda export`: a bag becomes one table, CSV or Parquet."""
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import BinaryIO
 
 from hda_msgs_json.bag import open_recording, Recording
 from hda_msgs_json.errors import HdaError
 from hda_msgs_json.outputs import check_file, whole_file
+from hda_msgs_json.samples import Stamps
 from hda_msgs_json.topics import JOINT_STATE, JOINT_STATES, WRENCH_STAMPED
 import pyarrow as pa
 import pyarrow.csv
@@ -18,6 +19,7 @@ from .outcome import Outcome
 from ..importing.exported import (
     at_stamps, Columns, joint_columns, time_columns, wrench_columns)
 
+NUMBERS = (JOINT_STATE, WRENCH_STAMPED)
 WRITE: dict[str, Callable[[pa.Table, BinaryIO], None]] = {
     '.csv': pyarrow.csv.write_csv,
     '.parquet': pyarrow.parquet.write_table,
@@ -31,8 +33,9 @@ class ExportError(HdaError):
 def configure(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument('bag', type=Path, metavar='BAG', help='bag directory, .mcap or .db3 file')
-    parser.add_argument('--topic', metavar='TOPIC',
-                        help='only this topic, one row for each of its messages')
+    parser.add_argument('--topic', action='append', metavar='TOPIC',
+                        help='only this topic, a row for each of its messages; given again: '
+                             'this one too, in the rows of the first')
     add_out(parser, 'FILE', f'table to write: {" or ".join(WRITE)}')
 
 
@@ -43,8 +46,7 @@ def execute(options: argparse.Namespace) -> Outcome:
         raise ExportError(f'{options.out} must end in {" or ".join(WRITE)}')
     check_file(options.out, force=options.force, reads=[options.bag])
     recording = open_recording(options.bag)
-    columns = (_whole_table(recording) if options.topic is None else
-               _topic_table(recording, options.topic))
+    columns = _table(recording, options.topic or _topics(recording))
     rows = len(columns['stamp'])
     if not rows:
         raise ExportError(f'{options.bag} has no messages to export')
@@ -52,7 +54,7 @@ def execute(options: argparse.Namespace) -> Outcome:
         write(pa.table(columns), stream.buffer)
     left_out = [] if options.topic else sorted(
         name for name, topic in recording.topics.items()
-        if topic.count and topic.message_type not in (JOINT_STATE, WRENCH_STAMPED))
+        if topic.count and topic.message_type not in NUMBERS)
     lines = [f'{options.out}: {rows} rows, {len(columns)} columns']
     lines += [f'  left out: {", ".join(left_out)}'] if left_out else []
     lines += [f'  warning: {sentence}' for sentence in recording.warnings]
@@ -61,31 +63,30 @@ def execute(options: argparse.Namespace) -> Outcome:
         'warnings': recording.warnings})
 
 
-def _topic_table(recording: Recording, topic: str) -> Columns:
-    """Return one topic at its own stamps."""
-    name = topic.strip('/')
-    if _type_of(recording, name) == WRENCH_STAMPED:
-        wrenches = recording.wrenches(topic)
-        return {**time_columns(wrenches.stamps), **wrench_columns(wrenches, name)}
-    states = recording.joint_states(topic)
-    return {**time_columns(states.stamps), **joint_columns(states)}
+def _topics(recording: Recording) -> list[str]:
+    """Return the joint states and, behind them, all other topics that have numbers."""
+    return [JOINT_STATES.name, *(
+        name for name, topic in recording.topics.items()
+        if topic.message_type in NUMBERS and name.rpartition('/')[2] != JOINT_STATES.name)]
 
 
-def _whole_table(recording: Recording) -> Columns:
-    """Return the joint states, and all else that has numbers at their stamps."""
-    states = recording.joint_states()
-    columns = {**time_columns(states.stamps), **joint_columns(states)}
-    for topic, summary in recording.topics.items():
-        name = topic.strip('/')
-        if summary.message_type == WRENCH_STAMPED:
-            wrenches = recording.wrenches(topic)
-            columns |= at_stamps(wrench_columns(wrenches, name), wrenches.stamps, states.stamps)
-        elif summary.message_type == JOINT_STATE and name.split('/')[-1] != JOINT_STATES.name:
-            others = recording.joint_states(topic)
-            columns |= at_stamps(joint_columns(others, name), others.stamps, states.stamps)
+def _table(recording: Recording, topics: Sequence[str]) -> Columns:
+    """Return the first topic at its own stamps, and all others at the same ones."""
+    grid, found = _numbers(recording, topics[0], '')
+    columns = {**time_columns(grid), **found}
+    for topic in topics[1:]:
+        stamps, found = _numbers(recording, topic, topic.strip('/'))
+        columns |= at_stamps(found, stamps, grid)
     return columns
 
 
-def _type_of(recording: Recording, name: str) -> str:
-    return next((summary.message_type for topic, summary in recording.topics.items()
-                 if topic.strip('/') == name), '')
+def _numbers(recording: Recording, topic: str, prefix: str) -> tuple[Stamps, Columns]:
+    """Return the stamps of a topic and its columns; names of joints stand behind the prefix."""
+    name = topic.strip('/')
+    kind = next((summary.message_type for other, summary in recording.topics.items()
+                 if other.strip('/') == name), '')
+    if kind == WRENCH_STAMPED:
+        wrenches = recording.wrenches(topic)
+        return wrenches.stamps, wrench_columns(wrenches, name)
+    states = recording.joint_states(topic)
+    return states.stamps, joint_columns(states, prefix)
