@@ -4,6 +4,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
+from hda_msgs_json.bag_sqlite import is_sqlite, to_mcap
 from hda_msgs_json.errors import HdaError
 from hda_msgs_json.mcap_chunk import expand_file
 from hda_msgs_json.mcap_records import BagError
@@ -13,15 +14,16 @@ METADATA_FILE = 'metadata.yaml'
 LARGEST_METADATA = 1 << 20
 """Bytes: what some thousand files of a split bag need, and what YAML reads in 20 s."""
 COMPRESSED = '.zstd'
+ENDINGS = ('.mcap', '.db3', f'.mcap{COMPRESSED}', f'.db3{COMPRESSED}')
 
 
 class BagFiles(NamedTuple):
-    """Hold the MCAP files of a recording in their order, and what is wrong with the directory."""
+    """Hold the MCAP files of a recording in their order, and what is wrong with it."""
 
     paths: list[Path]
     warnings: list[str]
     expanded: TemporaryDirectory[str] | None = None
-    """Where files that were compressed as a whole are, as long as the recording is used."""
+    """Where copies of compressed and SQLite files are, as long as the recording is used."""
 
 
 def find_files(path: Path) -> BagFiles:
@@ -49,20 +51,27 @@ def _find(path: Path) -> BagFiles:
                     ] if missing else []
     except _NoListError as error:
         # A pipe would be waited for, and a device has no end.
-        files = filter(Path.is_file, [*path.glob('*.mcap'), *path.glob(f'*.mcap{COMPRESSED}')])
+        files = filter(Path.is_file, [file for ending in ENDINGS
+                                      for file in path.glob(f'*{ending}')])
         present, warnings = sorted(files, key=_natural), [str(error)]
     if not present:
-        raise BagError(f'{path} is not a recording: it has no .mcap file')
+        raise BagError(f'{path} is not a recording: it has no .mcap file, and no .db3')
     return _opened(present, warnings)
 
 
 def _opened(paths: list[Path], warnings: list[str]) -> BagFiles:
-    """Return the files, those that were compressed as a whole in a temporary directory."""
-    if not any(path.suffix == COMPRESSED for path in paths):
+    """Return the files, copies of compressed and SQLite ones in a temporary directory."""
+    if not any(path.suffix == COMPRESSED or is_sqlite(path) for path in paths):
         return BagFiles(paths, warnings)
     directory = TemporaryDirectory(prefix='hda_bag_')
-    expanded = [_expanded(path, Path(directory.name)) for path in paths]
-    return BagFiles(expanded, warnings, directory)
+    copies = []
+    for path in paths:
+        copy = _expanded(path, Path(directory.name))
+        if is_sqlite(copy):
+            copy, found = to_mcap(copy, Path(directory.name))
+            warnings += found
+        copies.append(copy)
+    return BagFiles(copies, warnings, directory)
 
 
 def _expanded(path: Path, directory: Path) -> Path:
@@ -86,14 +95,11 @@ def _listed(directory: Path) -> list[str]:
             about: Any = yaml_document(stream.read(LARGEST_METADATA + 1).decode(),
                                        LARGEST_METADATA)
         about = about['rosbag2_bagfile_information']
-        storage, names = about['storage_identifier'], about['relative_file_paths']
+        names = about['relative_file_paths']
     except FileNotFoundError:
         raise _NoListError(f'{METADATA_FILE} is missing') from None
     except (OSError, ValueError, LookupError, TypeError):
         raise _NoListError(f'{METADATA_FILE} is damaged') from None
-    if storage == 'sqlite3':
-        raise BagError(
-            f'{directory} is an SQLite bag; `ros2 bag convert` makes an MCAP bag of it')
     if not isinstance(names, list) or not all(
             isinstance(name, str) and name.isprintable() for name in names):
         raise _NoListError(f'{METADATA_FILE} is damaged')

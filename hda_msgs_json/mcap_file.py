@@ -21,7 +21,6 @@ CHUNK_HEAD = struct.Struct('<QQQII')
 INDEX_HEAD = struct.Struct('<HI')
 LONGEST_NAME = 16
 NO_HINTS = np.empty(0, np.int64)
-SQLITE = b'SQLite format 3'
 
 
 @dataclass(frozen=True)
@@ -150,14 +149,11 @@ class _Scanner:
         return self._found
 
     def _check_magic(self) -> None:
-        start = self._read(0, len(SQLITE))
-        if start == SQLITE:
-            raise BagError(
-                f'{self._path} is an SQLite bag; `ros2 bag convert` makes an MCAP bag of it')
+        start = self._read(0, len(MAGIC))
         if not start:
             raise BagError(f'{self._path} is empty')
-        if start[:len(MAGIC)] != MAGIC:
-            raise BagError(f'{self._path} is not an MCAP file: it starts with {start[:8]!r}')
+        if start != MAGIC:
+            raise BagError(f'{self._path} is not an MCAP file: it starts with {start!r}')
 
     def _check_end(self) -> None:
         if self._read(self._size - len(MAGIC), len(MAGIC)) != MAGIC:

@@ -138,15 +138,6 @@ def test_damaged_metadata_is_a_warning(tmp_path: Path, text: str) -> None:
     assert contents(recording) == messages
 
 
-def test_sqlite_bags_are_named(tmp_path: Path) -> None:
-    """The other storage of rosbag2 is recognised, and what would help is said."""
-    write_ours(tmp_path / 'bag', [])
-    file = tmp_path / 'bag' / 'metadata.yaml'
-    file.write_text(file.read_text().replace('mcap', 'sqlite3'))
-    with pytest.raises(BagError, match='is an SQLite bag; `ros2 bag convert`'):
-        open_recording(tmp_path / 'bag')
-
-
 def test_missing_topics_and_wrong_types_are_named(tmp_path: Path) -> None:
     """The error names the topics that are there, or the type that was found."""
     write_ours(tmp_path / 'bag', some_messages(3))

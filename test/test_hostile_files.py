@@ -133,7 +133,7 @@ def test_a_table_with_too_many_columns_is_one_line(tmp_path, capsys):
     for count in (MOST_COLUMNS + 1, 100_000, 1_000_000):
         table.write_text(','.join(f'q{number}' for number in range(count)) + '\n')
         assert 'table.csv' in line_of(capsys, 'import', str(table), '--guess')
-    np.savez(tmp_path / 'table.npz', turned=np.zeros((2, 50_000)))
+    np.savez(tmp_path / 'table.npz', t=np.arange(2.0), turned=np.zeros((2, 50_000)))
     assert 'may be exchanged' in line_of(capsys, 'import', str(tmp_path / 'table.npz'), '--guess')
 
 

@@ -81,6 +81,30 @@ def test_references_average_their_columns_and_share_the_stamps():
     np.testing.assert_array_equal(wrench.stamps, recording.joint_states.stamps)
 
 
+@pytest.mark.parametrize('formula, expected', [
+    ('0.05 * (24 * x - y / 10) / 1.5', 0.05 * (24 * LINK - (LINK + 1) / 10) / 1.5),
+    ('-x + `motor load [%]`', LINK ** 2 - LINK), ('x_{n} - 1', LINK + 2),
+    ('+x / 0', LINK * np.nan),
+    ('-' * 280 + 'x', LINK)])
+def test_a_formula_of_columns(formula, expected):
+    states = imported(one_joint(motor={'effort': {'formula': formula, 'sign': -1}}), x=LINK,
+                      y=LINK + 1, x_1=LINK + 3, **{'motor load [%]': LINK ** 2}).joint_states
+    np.testing.assert_allclose(states.effort[:, 0], -expected, rtol=1e-14)
+
+
+def test_six_columns_are_a_wrench_on_the_tip(tmp_path):
+    axes = {axis: LINK + place for place, axis in enumerate(('fx', 'fy', 'fz', 'a', 'b', 'c'))}
+    save_csv(tmp_path / 'log.csv', {'t': TIMES, 'q': LINK, **axes})
+    document = {**one_joint(link={'position': 'q'}),
+                'wrench': {'column': list(axes), 'sign': -1, 'zero': 'first'}}
+    (tmp_path / 'map.yaml').write_text(yaml.safe_dump(document))
+    bag, = run_import(tmp_path / 'log.csv', tmp_path / 'map.yaml', tmp_path / 'bag')
+    wrench = open_recording(bag).wrenches('reference/tip/wrench')
+    assert wrench.frame_id == 'base'
+    for values in (*wrench.force.T, *wrench.torque.T):
+        np.testing.assert_allclose(values, LINK[0] - LINK, atol=1e-15)
+
+
 @pytest.mark.parametrize('zero, expected', [
     (0.5, LINK - 0.5), ('first', LINK - LINK[0]), ('mean', LINK - LINK.mean())])
 def test_the_zero_is_in_the_units_of_the_table(zero, expected):
@@ -183,6 +207,17 @@ BAD_MAPS = {
     'time.rate must lie in': {'time': {'rate': 0}, 'joints': ['joint1']},
     "time has an unknown key 'unit'": {'time': {'rate': 9, 'unit': 's'}, 'joints': ['joint1']},
     'time.zero must be a number or': {'time': {'column': 't', 'zero': 'mean'}, 'joints': ['a']},
+    'wrench.column must list six columns': {**one_joint(reference='x'), 'wrench': ['x'] * 5},
+    "wrench has an unknown key 'frame'": {**one_joint(reference='x'), 'wrench': {'frame': 'a'}},
+    'wrench.column must be a name, got 3': {**one_joint(reference='x'), 'wrench': [3] * 6},
+    'has both a column and a formula': one_joint(reference={'column': 'x', 'formula': 'x'}),
+    'formula must be a text of 1 to 300': one_joint(reference={'formula': 3}),
+    **{f'formula {text!r} {said}': one_joint(reference={'formula': text}) for text, said in {
+        '2 + 3': 'names no column', 'x +': 'cannot be read', '`x` `y`': 'cannot be read',
+        '-' * 290 + '(' * 9: 'cannot be read', 'x ** 9': 'may hold columns',
+        '__import__("os")': 'may hold columns', 'x.real': 'may hold columns',
+        'x[0]': 'may hold columns', '(y := x)': 'may hold columns', '"a" * x': 'may hold columns',
+        'x if x else y': 'may hold columns', '1j * x': 'may hold columns'}.items()},
     'joints.joint1.ratio must lie in [1, 10000]': one_joint(ratio=0.01, reference='x'),
     "unit of angle, one of 'rad', 'deg', 'turn', 'count', got 'N*m'":
         one_joint(link={'position': {'column': 'x', 'unit': 'N*m'}}),

@@ -52,7 +52,7 @@ def _elastic(record: ArmRecord, state: Array) -> float:
 def _integral(joint: Any, torsion: float, growing: float) -> float:
     """Return the integral of the spring's torque over its torsion, from corner to corner [J]."""
     law, ratio = joint['torsion'], float(joint['ratio'])
-    growing *= float(np.sign(torsion))          # a torsion of the other sign has the other energy
+    growing *= float(np.sign(torsion))          # all else of the law is odd
     reach = max(abs(torsion) - float(joint['backlash']['half_width']), 0.0)
     corners = [float(torsion_of_torque(law, ratio, torque)) - growing * torque
                for torque in (float(law[end]) for end in ('knee_1', 'knee_2', 'valid_torque'))]
@@ -60,9 +60,9 @@ def _integral(joint: Any, torsion: float, growing: float) -> float:
     nodes, weights = np.polynomial.legendre.leggauss(20)
     total = 0.0
     for begin, half in zip(edges[:-1], 0.5 * np.diff(edges)):
-        total += half * sum(
-            weight * torque_of_torsion(law, ratio, begin + half * (1.0 + node), growing)
-            for node, weight in zip(nodes, weights))
+        points = begin + half * (1.0 + nodes)
+        total += half * sum(weight * torque_of_torsion(law, ratio, point, growing)
+                            for point, weight in zip(points, weights))
     return total
 
 

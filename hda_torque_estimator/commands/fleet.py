@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import NamedTuple
 
-from hda_msgs_json.bag_files import METADATA_FILE
+from hda_msgs_json.bag_files import ENDINGS, METADATA_FILE
 from hda_msgs_json.errors import HdaError
 
 from .outcome import Outcome
@@ -17,7 +17,6 @@ from ..told_errors import ToldErrors
 from ..version import version
 
 Diagnose = Callable[[argparse.Namespace], Outcome]
-ENDINGS = ('.mcap', '.mcap.zstd')
 OWN = ('--workers', '--scheduler')      # options that need --each
 
 
@@ -72,8 +71,8 @@ def bags_in(path: Path) -> list[Path]:
     """
     Return the bag at a path, or all bags in it if it is a directory of bags.
 
-    A bag is a directory with `metadata.yaml`, one with .mcap files where a recording was cut off
-    before that was written, or one .mcap file. Raises FleetError where there is none.
+    A bag is a directory with `metadata.yaml`, or a loose .mcap or .db3 file. A directory of such
+    files alone is one too: its recording was cut off. Raises FleetError where there is none.
     """
     if not path.is_dir() or (path / METADATA_FILE).exists():
         return [path]
@@ -89,7 +88,7 @@ def bags_in(path: Path) -> list[Path]:
 
 
 def _loose(directory: Path) -> list[Path]:
-    """Return the MCAP files that stand in a directory."""
+    """Return the recorded files that stand in a directory."""
     return [file for ending in ENDINGS for file in directory.glob(f'*{ending}') if file.is_file()]
 
 

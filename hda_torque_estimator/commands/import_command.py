@@ -16,7 +16,8 @@ class ImportUseError(HdaError):
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument('table', type=Path, metavar='TABLE', help='CSV, Parquet, MAT or NPZ')
+    parser.add_argument('table', type=Path, metavar='TABLE',
+                        help='CSV or other text, JSON lines, Parquet, MAT or NPZ')
     parser.add_argument('--guess', action='store_true',
                         help='print a map guessed from names and numbers, to be edited')
     parser.add_argument('--map', type=Path, metavar='FILE',

@@ -1,17 +1,21 @@
 """
 The column map: what each column of a table means, and how it becomes a value of a bag.
 
-    value = factor * (mean of the columns - zero)
+    value = factor * (mean or formula of the columns - zero)
 
 `factor` holds the unit, the sign, the constants of the device and the gear ratio. A bag states
 `joint1` at the link and `joint1_motor` at the motor shaft, whatever side the table uses.
 """
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
 from hda_msgs_json.errors import HdaError
+import numpy as np
+from numpy.typing import NDArray
 
+Floats = NDArray[np.float64]
 Zero = float | Literal['first', 'mean']
 
 
@@ -24,9 +28,10 @@ class Column:
     """One quantity: where it stands in the table and how it becomes a value of the bag."""
 
     entry: str                      # its place in the map, for messages
-    names: tuple[str, ...]          # averaged when there are several
+    names: tuple[str, ...]          # averaged when there are several, unless a formula says
     factor: float = 1.0
     zero: Zero = 0.0                # in the table's unit, or taken from each recording
+    formula: Callable[[Mapping[str, Floats]], Floats] | None = None     # of columns by name
 
 
 @dataclass(frozen=True)
@@ -59,14 +64,20 @@ class JointColumns:
 
 @dataclass(frozen=True)
 class ColumnMap:
-    """All joints, the time (a column, or a rate [Hz]), and the column that splits recordings."""
+    """
+    All joints, the time (a column, or a rate [Hz]), and the column that splits recordings.
+
+    The wrench on the tip has six columns, force and torque, or none.
+    """
 
     joints: tuple[JointColumns, ...]
     time: Column | float
     split: Column | None = None
+    wrench: tuple[Column, ...] = ()
 
     def columns(self) -> tuple[Column, ...]:
         """Return every column that the map asks of a table."""
         time = (self.time,) if isinstance(self.time, Column) else ()
         split = () if self.split is None else (self.split,)
-        return (*time, *split, *(c for joint in self.joints for c in joint.columns()))
+        joints = (column for joint in self.joints for column in joint.columns())
+        return (*time, *split, *self.wrench, *joints)

@@ -6,7 +6,7 @@ from difflib import get_close_matches
 from typing import Any
 
 from hda_msgs_json.samples import JointSamples, Stamps, WrenchSamples
-from hda_msgs_json.topics import link_frame, motor_name
+from hda_msgs_json.topics import BASE_FRAME, link_frame, motor_name
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,11 +22,12 @@ SUGGESTIONS = 4
 
 @dataclass(frozen=True, eq=False)
 class Imported:
-    """One recording: the value that split it off, its joint states and reference torques."""
+    """One recording: the value that split it off, joint states, reference torques and wrench."""
 
     label: str
     joint_states: JointSamples
     references: dict[str, WrenchSamples]    # by the name of the joint
+    wrench: WrenchSamples | None = None     # on the tip
 
 
 def convert(column_map: ColumnMap, columns: Columns) -> tuple[Imported, ...]:
@@ -86,9 +87,10 @@ def _recording(column_map: ColumnMap, label: str, rows: NDArray[np.intp],
     """Return one recording; its rows are those of the table."""
     stamps = _stamps(column_map.time, rows, columns)
     references = {
-        joint.name: _wrench(joint, joint.reference, stamps, rows, columns)
+        joint.name: _reference(joint, joint.reference, stamps, rows, columns)
         for joint in column_map.joints if joint.reference is not None}
-    return Imported(label, _joint_states(column_map, stamps, rows, columns), references)
+    return Imported(label, _joint_states(column_map, stamps, rows, columns), references,
+                    _wrench(column_map.wrench, stamps, rows, columns))
 
 
 def _stamps(time: Column | float, rows: NDArray[np.intp], columns: Columns) -> Stamps:
@@ -144,8 +146,17 @@ def _joint_states(column_map: ColumnMap, stamps: Stamps, rows: NDArray[np.intp],
                         table('effort'))
 
 
-def _wrench(joint: JointColumns, reference: Column, stamps: Stamps, rows: NDArray[np.intp],
-            columns: Columns) -> WrenchSamples:
+def _wrench(axes: tuple[Column, ...], stamps: Stamps, rows: NDArray[np.intp],
+            columns: Columns) -> WrenchSamples | None:
+    """Return the wrench on the tip in the base frame, None where the table has none."""
+    if not axes:
+        return None
+    values = np.column_stack([_values(axis, rows, columns) for axis in axes])
+    return WrenchSamples(stamps, BASE_FRAME, values[:, :3], values[:, 3:])
+
+
+def _reference(joint: JointColumns, reference: Column, stamps: Stamps, rows: NDArray[np.intp],
+               columns: Columns) -> WrenchSamples:
     torque = np.zeros((len(rows), 3))
     torque[:, 2] = _values(reference, rows, columns)
     return WrenchSamples(stamps, link_frame(joint.name), np.zeros((len(rows), 3)), torque)
@@ -155,7 +166,9 @@ def _values(column: Column | None, rows: NDArray[np.intp], columns: Columns) -> 
     """Return the quantity in the unit and at the side of the bag (n,), NaN where it is absent."""
     if column is None:
         return np.nan
-    raw = np.mean([_numbers(column, name, rows, columns) for name in column.names], axis=0)
+    each = {name: _numbers(column, name, rows, columns) for name in column.names}
+    raw = (np.mean([*each.values()], axis=0) if column.formula is None else
+           column.formula({name: values.astype(np.float64) for name, values in each.items()}))
     return column.factor * (raw - _zero(column, raw))
 
 

@@ -1,7 +1,8 @@
 """Guess a column map from the names and the numbers of a table."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from os.path import commonprefix
 
 import numpy as np
 
@@ -58,7 +59,7 @@ class Guess:
 
 def guess(columns: Columns) -> Guess:
     """Return what the columns of a table most likely mean; raises ColumnMapError for nothing."""
-    headings = _alive([read_heading(name) for name in columns], columns)
+    headings = _alive(_headings(columns), columns)
     entries = entries_by_name(patterns_of(headings))
     if not entries:
         some = ', '.join(repr(name) for name in list(columns)[:4])
@@ -72,6 +73,17 @@ def guess(columns: Columns) -> Guess:
         for column in pattern.columns.values()}
     return Guess(time, settling.entries, ratios,
                  tuple(name for name in columns if name not in used))
+
+
+def _headings(columns: Columns) -> list[Heading]:
+    """Return what the names say, without the struct in which all columns are: it says nothing."""
+    parts = commonprefix([name.split('.')[:-1] for name in columns])
+    prefix = ''.join(f'{part}.' for part in parts)
+    if '{' in prefix:
+        prefix = ''
+    headings = [read_heading(name.removeprefix(prefix)) for name in columns]
+    return [replace(heading, column=name, pattern=prefix + heading.pattern)
+            for name, heading in zip(columns, headings)]
 
 
 def _alive(headings: Sequence[Heading], columns: Columns) -> list[Heading]:

@@ -11,6 +11,8 @@ WORD = re.compile(r'[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|\d+')
 BRACKETED = re.compile(r'^(.*?)\s*[\[(]\s*([^\])]+?)\s*[\])]\s*$')
 
 SIDED = re.compile(r'(motor|mot|rotor|shaft|link|load|joint)(.+)')
+SIDES_ALONE = frozenset({'motor', 'mot', 'rotor', 'link', 'load', 'joint'})
+"""Words that, with a number alone, name an angle, as in 'mot_3'; a 'load' may be a torque."""
 COUNTED = ('inc', 'incs', 'count', 'counts', 'cnt', 'tick', 'ticks')
 
 KINDS: dict[str, Kind] = {
@@ -70,6 +72,8 @@ def read_heading(column: str) -> Heading:
     if ending is words:
         words = words[:len(words) - length]
     number, pattern = _numbered(column, name)
+    if kind is None and number is not None and words and SIDES_ALONE.issuperset(words):
+        kind = 'position'
     return Heading(column, pattern, frozenset(words), number, kind, unit)
 
 

@@ -3,6 +3,7 @@ Read a column map from its document, as YAML gives it; docs/importing.md describ
 
     time: {column: t, unit: ms}       or    time: {rate: 1000.0}
     split: run                        one bag for each value of this column
+    wrench: [fx, fy, fz, tx, ty, tz]  force and torque on the tip, in the base frame
     each: {...}                       what all joints share; {n} is 1, 2, .., {joint} the name
     joints: [joint1, joint2]          or    joints: {joint1: {...}, joint2: {...}}
 """
@@ -13,16 +14,18 @@ from typing import cast, NamedTuple
 from hda_arm_sim.foundation.parameter import Declaration
 
 from .column_map import Column, ColumnMap, ColumnMapError, JointColumns, Side, Zero
+from .formula import read_formula
 from .units import ANGLE, CONSTANTS, Quantity, SPEED, TIME, TORQUE, Unit
 
-MAP_KEYS = ('time', 'split', 'each', 'joints')
+MAP_KEYS = ('time', 'split', 'wrench', 'each', 'joints')
 JOINT_KEYS = ('ratio', 'motor', 'link', 'reference')
 SIDES: dict[str, dict[str, Quantity]] = {
     'motor': {'position': ANGLE, 'velocity': SPEED, 'effort': TORQUE},
     'link': {'position': ANGLE, 'velocity': SPEED},
 }
+AXES = 6
 SHAPING = ('column', 'unit', 'zero')
-COLUMN_KEYS = (*SHAPING, 'sign', 'side', *(constant.name for constant in CONSTANTS))
+COLUMN_KEYS = (*SHAPING, 'formula', 'sign', 'side', *(constant.name for constant in CONSTANTS))
 RATIO = Declaration('ratio', float('nan'), '', 1.0, 1e4, 'gear ratio, motor over link')
 RATE = Declaration('rate', float('nan'), 'Hz', 1e-3, 1e6, 'rows per second')
 ZERO = Declaration('zero', 0.0, '', -1e18, 1e18, "reading at zero, in the column's unit")
@@ -50,7 +53,8 @@ def read_column_map(document: object) -> ColumnMap:
                              f'got {_listed(entries) or "nothing"}')
     time = _time(entries['time'])
     split = Column('split', (_name('split', entries['split']),)) if 'split' in entries else None
-    return ColumnMap(_joints(entries['joints'], entries.get('each', {})), time, split)
+    wrench = _wrench(entries['wrench']) if 'wrench' in entries else ()
+    return ColumnMap(_joints(entries['joints'], entries.get('each', {})), time, split, wrench)
 
 
 def _time(entry: object) -> Column | float:
@@ -63,6 +67,16 @@ def _time(entry: object) -> Column | float:
     if column.zero == 'mean':
         raise ColumnMapError("time.zero must be a number or 'first', got 'mean'")
     return column
+
+
+def _wrench(given: object) -> tuple[Column, ...]:
+    keys = _shorthand('wrench', given, ('column', 'zero', 'sign'))
+    names = keys.get('column')
+    if not isinstance(names, list) or len(names) != AXES:
+        raise ColumnMapError('wrench.column must list six columns, force x, y, z [N] and torque '
+                             f'x, y, z [N*m], got {names!r}')
+    return tuple(Column('wrench', (_name('wrench.column', name),), _sign('wrench', keys),
+                        _zero('wrench', keys)) for name in names)
 
 
 def _joints(entry: object, each: object) -> tuple[JointColumns, ...]:
@@ -110,13 +124,18 @@ def _column(joint: _Joint, place: str, given: object, quantity: Quantity, side: 
     """Return the column at a place, brought to the given side of the gear."""
     entry = f'{joint.entry}.{place}'
     keys = _shorthand(entry, given, COLUMN_KEYS)
-    named = keys.get('column')
+    if 'formula' in keys and 'column' in keys:
+        raise ColumnMapError(f'{entry} has both a column and a formula; give one of them')
+    given_formula = keys.get('formula')
+    formula = None if given_formula is None else read_formula(
+        entry, joint.in_table(given_formula) if isinstance(given_formula, str) else given_formula)
+    named = keys.get('column') if formula is None else list(formula.names.values())
     names = named if isinstance(named, list) and named else [named]
     unit = _unit(entry, keys, quantity)
     factor = unit.factor * _constants(entry, keys, unit) * _sign(entry, keys)
     return Column(
         entry, tuple(joint.in_table(_name(f'{entry}.column', name)) for name in names),
-        factor * _across_gear(joint, entry, keys, quantity, side), _zero(entry, keys))
+        factor * _across_gear(joint, entry, keys, quantity, side), _zero(entry, keys), formula)
 
 
 def _unit(entry: str, keys: Document, quantity: Quantity) -> Unit:

@@ -9,7 +9,7 @@ import shutil
 
 from hda_arm_sim.foundation.parameter import ParameterError
 from hda_msgs_json.bag import BagWriter
-from hda_msgs_json.topics import JOINT_STATES, reference_joint_torque
+from hda_msgs_json.topics import JOINT_STATES, reference_joint_torque, REFERENCE_TIP_WRENCH
 from hda_msgs_json.yaml_text import text_of, yaml_document, YamlError
 
 from .column_map import ColumnMap, ColumnMapError
@@ -95,3 +95,5 @@ def _write(path: Path, recording: Imported, metadata: dict[str, str], force: boo
         bag.write_joint_states(JOINT_STATES, recording.joint_states)
         for joint, wrench in recording.references.items():
             bag.write_wrenches(reference_joint_torque(joint), wrench)
+        if recording.wrench is not None:
+            bag.write_wrenches(REFERENCE_TIP_WRENCH, recording.wrench)

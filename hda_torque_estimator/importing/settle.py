@@ -15,7 +15,7 @@ from .headings import Heading
 from .places import (Entry, LINK, LINK_POSITION, LINK_VELOCITY, MOTOR, MOTOR_EFFORT,
                      MOTOR_POSITION, MOTOR_VELOCITY)
 from .sightings import (angle_unit, Columns, FEWEST, Floats, is_whole, motor_over_link, numbers,
-                        radians, rate_over, SAME, speed_unit)
+                        radians, rate_over, SAME, speed_unit, way_of_work)
 
 LARGEST_RATIO = 1e4             # what a column map takes
 LESS = 0.5                      # of the link's travel, that no motor behind a gear has
@@ -44,6 +44,7 @@ class Settling:
         ratios = self._settle_sides()
         for place in (MOTOR_VELOCITY, LINK_VELOCITY):
             self._settle_way(place)
+        self._settle_effort()
         return ratios
 
     def _settle_angles(self) -> None:
@@ -139,6 +140,21 @@ class Settling:
             slope = rate_over(self._column(place, n), self._column(position, n), self._seconds)
             signs[n] = self._sign(position, n) * (-1 if (slope or 1.0) < 0.0 else 1)
         self._state(place, 'sign', signs)
+
+    def _settle_effort(self) -> None:
+        """State the sign of efforts that take work from the motion which they should drive."""
+        position = next((place for place in (MOTOR_POSITION, LINK_POSITION)
+                         if place in self.entries), None)
+        if MOTOR_EFFORT not in self.entries or position is None:
+            return
+        joints = self._joints(MOTOR_EFFORT)
+        ways = {n: way_of_work(self._column(MOTOR_EFFORT, n),
+                               self._sign(position, n) * self._column(position, n))
+                for n in joints}
+        if against := sorted(n for n, way in ways.items() if way == -1):
+            self._state(MOTOR_EFFORT, 'sign', {n: way or 1 for n, way in ways.items()},
+                        reason=f'{self.entries[MOTOR_EFFORT].reason}; it takes work from the '
+                               f'motion{_of(against, joints)}')
 
     def _slopes(self) -> dict[int, float]:
         """Return how far each motor moves for one of its link, where both move."""

@@ -16,6 +16,8 @@ FEWEST = 8                      # rows that say anything
 WIDEST_LINK = 4.0 * math.pi     # [rad], more than a link turns
 MANY_COUNTS = 1000
 LIKELY_RATE = 1000.0            # [Hz]
+RETURNS = 0.5                   # of its way that a joint is away from its start at the end
+DRIVES = 0.2                    # cosine of torque and speed from which work is no accident
 SAME = 0.1                      # relative difference of two slopes that mean the same
 
 
@@ -83,6 +85,23 @@ def motor_over_link(motor: Floats, link: Floats) -> float | None:
     if not (np.isfinite(motor).any() and np.isfinite(link).any()):
         return None
     return through_zero(link - np.nanmean(link), motor - np.nanmean(motor))
+
+
+def way_of_work(torque: Floats, angle: Floats) -> int | None:
+    """
+    Return 1 where a torque drives the motion of an angle, -1 where it brakes, None if not told.
+
+    Friction takes work from whatever drives a joint. A load gives back what it took where the
+    joint comes back. So in sum the work of the drive is positive.
+    """
+    step, mean = np.diff(angle), 0.5 * (torque[1:] + torque[:-1])
+    known = np.isfinite(step) & np.isfinite(mean)
+    step, mean = step[known], mean[known]
+    if len(step) < FEWEST or abs(step.sum()) > RETURNS * np.abs(step).sum():
+        return None
+    size = math.sqrt(float(step @ step) * float(mean @ mean))
+    cosine = float(step @ mean) / size if size else 0.0
+    return None if abs(cosine) < DRIVES else (1 if cosine > 0.0 else -1)
 
 
 def time_step(values: Floats) -> float | None:

@@ -1,9 +1,10 @@
-"""Read tables from files: CSV (plain or compressed), Parquet, MAT and NPZ."""
+"""Read tables from files: CSV (plain or compressed), other text, Parquet, MAT and NPZ."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 import csv
 import gzip
+from itertools import islice
 from pathlib import Path
 import struct
 import tokenize
@@ -20,13 +21,15 @@ import pyarrow.parquet
 from scipy.io import loadmat
 from scipy.io.matlab import MatReadError
 
+from .json_lines import json_columns
 from .own_process import in_own_process
+from .text_tables import Form, form_of, table_lines, without_brackets
 
 Columns = dict[str, NDArray[Any]]
 Table = TypeVar('Table', Columns, list[str])
-DELIMITERS = ',;\t|'
 MOST_COLUMNS = 10_000
-LONGEST_HEADER = 1 << 20         # characters of the line with the names
+LONGEST_LINE = 1 << 20           # characters of one of the lines that are looked at first
+HEAD = 64                        # so many of them
 
 # What the libraries raise on files that are cut off, damaged or of another kind.
 UNREADABLE = (
@@ -43,8 +46,8 @@ def read_table(path: Path) -> Columns:
     """
     Return the columns of a table (n,) by their names; raises TableError.
 
-    A matrix (n, k) in a MAT or NPZ file gives the columns NAME_1 to NAME_k, a struct or a record
-    array STRUCT.FIELD.
+    A matrix (n, k) or (k, n) in a MAT or NPZ file gives the columns NAME_1 to NAME_k. A struct
+    or a record array gives STRUCT.FIELD.
     """
     kind = next((kind for kind in READERS if path.name.lower().endswith(kind)), None)
     if kind is None:
@@ -69,17 +72,46 @@ def _bounded(columns: Table) -> Table:
 
 def _read_csv(path: Path) -> Columns:
     opened = gzip.open if path.name.endswith('.gz') else open
-    with opened(path, 'rt', encoding='utf-8-sig', newline='') as lines:
-        header = lines.readline(LONGEST_HEADER)
-    if len(header) == LONGEST_HEADER:
-        raise TableError(f'its first line has {LONGEST_HEADER} characters or more')
-    delimiter = max(DELIMITERS, key=header.count)
-    names = next(csv.reader([header], delimiter=delimiter), [])
-    _bounded(names)
+    with opened(path, 'rt', encoding='utf-8-sig', newline='') as stream:
+        head = list(islice(iter(lambda: stream.readline(LONGEST_LINE), ''), HEAD))
+    _check_lengths(head)
+    return _arrow_table(path, form_of(head))
+
+
+def _read_text(path: Path) -> Columns:
+    with path.open(encoding='utf-8-sig') as stream:
+        lines = stream.read().splitlines()
+    _check_lengths(lines[:HEAD])
+    yarp = path.suffix.lower() == '.log'
+    if yarp:
+        lines = [without_brackets(line) for line in lines]
+    form = form_of(lines[:HEAD], yarp=yarp)
+    body = '\n'.join(table_lines(lines, form)).encode()
+    return _arrow_table(pa.BufferReader(body), form._replace(skipped=0))
+
+
+def _check_lengths(lines: Sequence[str]) -> None:
+    for number, line in enumerate(lines, start=1):
+        if len(line) >= LONGEST_LINE:
+            raise TableError(f'its line {number} has {LONGEST_LINE} characters or more')
+
+
+def _arrow_table(source: Path | pa.BufferReader, form: Form) -> Columns:
+    """Return the columns below the names that were found in a text."""
+    names = _bounded(form.names)
     if twice := sorted(name for name, count in Counter(names).items() if count > 1):
         raise TableError(f'more than one column has the name {twice[0]!r}')
+    if not names:
+        raise TableError('it has no columns')
     return _arrow_columns(pyarrow.csv.read_csv(
-        path, parse_options=pyarrow.csv.ParseOptions(delimiter=delimiter)))
+        source, pyarrow.csv.ReadOptions(column_names=names, skip_rows=form.skipped),
+        pyarrow.csv.ParseOptions(delimiter=form.mark),
+        pyarrow.csv.ConvertOptions(decimal_point=form.decimal_point)))
+
+
+def _read_json_lines(path: Path) -> Columns:
+    with path.open(encoding='utf-8-sig') as lines:
+        return json_columns(lines)
 
 
 def _read_parquet(path: Path) -> Columns:
@@ -92,16 +124,37 @@ def _arrow_columns(table: pa.Table) -> Columns:
 
 def _read_mat(path: Path) -> Columns:
     variables = in_own_process(loadmat, path, simplify_cells=True)  # damaged files crash it
-    return dict(_flat('', {name: variables[name] for name in variables if name[:2] != '__'}))
+    return _channels({name: variables[name] for name in variables if name[:2] != '__'})
 
 
 def _read_npz(path: Path) -> Columns:
     with np.load(path, allow_pickle=False) as arrays:
-        return dict(_flat('', {name: arrays[name] for name in arrays.files}))
+        return _channels({name: arrays[name] for name in arrays.files})
+
+
+def _channels(variables: dict[str, Any]) -> Columns:
+    """
+    Return every column in nested variables; a matrix has its channels in columns or in rows.
+
+    They are in rows where the longest vector is as long as a row, or, where neither side has its
+    length, where rows are longer than columns.
+    """
+    arrays = dict(_flat('', variables))
+    length = max((len(array) for array in arrays.values() if array.ndim == 1), default=0)
+    found: Columns = {}
+    for name, array in arrays.items():
+        if array.ndim == 1:
+            found[name] = array
+            continue
+        rows, columns = array.shape
+        in_rows = rows != length and (columns == length or columns > rows)
+        found.update((f'{name}_{place}', channel) for place, channel in enumerate(
+            array if in_rows else array.T, start=1))
+    return found
 
 
 def _flat(prefix: str, variables: dict[str, Any]) -> Iterator[tuple[str, NDArray[Any]]]:
-    """Yield every column in nested variables; what is no column (a scalar, a text) is left out."""
+    """Yield vectors and matrices in nested variables; scalars and texts are left out."""
     for name, value in variables.items():
         if isinstance(value, dict):
             yield from _flat(f'{prefix}{name}.', value)
@@ -109,16 +162,17 @@ def _flat(prefix: str, variables: dict[str, Any]) -> Iterator[tuple[str, NDArray
         array = np.asarray(value)
         if array.dtype.names:
             yield from _flat(f'{prefix}{name}.', {f: array[f] for f in array.dtype.names})
-        elif array.ndim == 1 or (array.ndim == 2 and 1 in array.shape):
-            yield prefix + name, array.ravel()
-        elif array.ndim == 2:
-            for place, column in enumerate(array.T, start=1):
-                yield f'{prefix}{name}_{place}', column
+        elif array.ndim and (flat := array.squeeze()).ndim < 2:
+            yield prefix + name, flat.ravel()
+        elif array.ndim and flat.ndim == 2:             # (k, 1, n) of a yarp telemetry too
+            yield prefix + name, flat
 
 
 READERS: dict[str, Callable[[Path], Columns]] = {
     '.csv': _read_csv,
     '.csv.gz': _read_csv,
+    **dict.fromkeys(('.txt', '.dat', '.tsv', '.log'), _read_text),
+    **dict.fromkeys(('.jsonl', '.ndjson'), _read_json_lines),
     '.parquet': _read_parquet,
     '.mat': _read_mat,
     '.npz': _read_npz,
