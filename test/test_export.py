@@ -5,6 +5,8 @@ from pathlib import Path
 
 from bag_content import joint_samples, START, wrench_samples
 from hda_msgs_json.bag import BagWriter, open_recording
+from hda_msgs_json.cdr_fields import FieldWriter
+from hda_msgs_json.schemas import Schema
 from hda_msgs_json.topics import (
     ESTIMATOR_STATE, JOINT_STATES, JOINT_TORQUES, reference_joint_torque, TIP_WRENCH)
 from hda_torque_estimator.cli import main
@@ -70,6 +72,59 @@ def test_motor_and_link_in_two_topics_of_a_stranger_become_a_bag(tmp_path):
     assert main(['import', str(out), '--map', str(map_file), '--out', str(tmp_path / 'ours')]) == 0
     states = open_recording(tmp_path / 'ours').joint_states().select(['elbow', 'elbow_motor'])
     np.testing.assert_array_equal(states.position, STATES.position[:, [0, 0]])
+
+
+def dynamic_joint_state(stamp, joints):
+    """Return a control_msgs/DynamicJointState of the interfaces of joints, as bytes."""
+    fields = FieldWriter()
+    fields.stamp(stamp)
+    fields.string('', 'frame_id')
+    fields.uint32(len(joints))
+    for joint in joints:
+        fields.string(joint, 'joint')
+    fields.uint32(len(joints))
+    for interfaces in joints.values():
+        fields.uint32(len(interfaces))
+        for name in interfaces:
+            fields.string(name, 'interface')
+        fields.uint32(len(interfaces))
+        fields.doubles(np.array(list(interfaces.values())))
+    return bytes(fields)
+
+
+def dynamic_bag(path, messages):
+    """Write a bag of DynamicJointStates."""
+    kind = 'control_msgs/msg/DynamicJointState'
+    topic = replace(JOINT_STATES, name='dynamic_joint_states', message_type=kind)
+    with BagWriter(path, {}) as bag:
+        bag.define(topic, Schema('', ''))
+        for number, message in enumerate(messages):
+            bag.write(topic, START + number, message)
+    return [str(path), '--topic', 'dynamic_joint_states', '--out', str(path.with_name('d.csv'))]
+
+
+def test_dynamic_joint_states_have_a_column_for_each_interface(tmp_path):
+    words = dynamic_bag(tmp_path / 'bag', [dynamic_joint_state(number, {
+        'elbow': {'position': number + 0.5, 'motor_position': 100.0 * number},
+        'base': {'effort': -number}}) for number in range(5)])
+    assert main(['export', *words]) == 0
+    table = read_table(tmp_path / 'd.csv')
+    np.testing.assert_array_equal(table['stamp'], range(5))
+    np.testing.assert_array_equal(table['elbow.motor_position'], 100.0 * np.arange(5))
+    np.testing.assert_array_equal(table['base.effort'], -np.arange(5.0))
+
+
+WHOLE = dynamic_joint_state(1, {'elbow': {'position': 1.0, 'effort': 2.0}})
+
+
+@pytest.mark.parametrize('messages, said', [
+    ([WHOLE[:-9]], 'message 0'), ([b''], 'message 0'), ([WHOLE, WHOLE[:20]], 'message 1'),
+    ([WHOLE, dynamic_joint_state(2, {'elbow': {}})], 'other joints or interfaces'),
+    ([WHOLE[:20] + b'\xff' * 40], 'message 0'), ([WHOLE + bytes(99)], 'follow the end')])
+def test_broken_dynamic_joint_states_are_one_line(messages, said, tmp_path, capsys):
+    assert main(['export', *dynamic_bag(tmp_path / 'bag', messages)]) == 2
+    line = capsys.readouterr().err
+    assert said in line and len(line.splitlines()) == 1 and 'unforeseen' not in line
 
 
 def test_what_is_exported_can_be_imported(bag):

@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import BinaryIO
 
 from hda_msgs_json.bag import open_recording, Recording
+from hda_msgs_json.cdr_dynamic import decode_dynamic_joint_states
+from hda_msgs_json.cdr_fields import CdrError
 from hda_msgs_json.errors import HdaError
 from hda_msgs_json.outputs import check_file, whole_file
 from hda_msgs_json.samples import Stamps
@@ -19,7 +21,8 @@ from .outcome import Outcome
 from ..importing.exported import (
     at_stamps, Columns, joint_columns, time_columns, wrench_columns)
 
-NUMBERS = (JOINT_STATE, WRENCH_STAMPED)
+DYNAMIC_JOINT_STATE = 'control_msgs/msg/DynamicJointState'
+NUMBERS = (JOINT_STATE, WRENCH_STAMPED, DYNAMIC_JOINT_STATE)
 WRITE: dict[str, Callable[[pa.Table, BinaryIO], None]] = {
     '.csv': pyarrow.csv.write_csv,
     '.parquet': pyarrow.parquet.write_table,
@@ -88,5 +91,12 @@ def _numbers(recording: Recording, topic: str, prefix: str) -> tuple[Stamps, Col
     if kind == WRENCH_STAMPED:
         wrenches = recording.wrenches(topic)
         return wrenches.stamps, wrench_columns(wrenches, name)
+    if kind == DYNAMIC_JOINT_STATE:
+        try:
+            stamps, columns = decode_dynamic_joint_states(recording.raw(topic)[1])
+        except CdrError as error:
+            raise ExportError(f'{recording.path}, topic {topic}: {error}') from None
+        return stamps, {f'{prefix}{"." * bool(prefix)}{key}': values
+                        for key, values in columns.items()}
     states = recording.joint_states(topic)
     return states.stamps, joint_columns(states, prefix)
