@@ -1,4 +1,4 @@
-"""docs/glossary.md: sorted, each term once, short, and every effect can be found."""
+"""docs/glossary.md: sorted, each term once and short; every effect has a section."""
 
 import re
 
@@ -21,8 +21,7 @@ def test_every_entry_is_a_term_with_its_meaning():
 
 
 @pytest.mark.parametrize('name', [effect.name for effect in EFFECTS])
-def test_every_effect_leads_to_its_section(name):
-    assert f'[{name}](model.md#{name})' in TEXT
+def test_every_effect_has_a_section(name):
     assert f'\n### `{name}`\n' in MODEL
 
 

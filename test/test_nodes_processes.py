@@ -14,12 +14,12 @@ from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import (
     DIAGNOSTICS, ESTIMATOR_STATE, JOINT_REFERENCE, JOINT_STATES, JOINT_TORQUES, MOTOR_COMMAND,
     Topic)
-from hda_torque_estimator.estimating.estimate_messages import estimate_samples
+from hda_torque_estimator.estimating.estimate_messages import estimate_samples, estimate_topics
 from hda_torque_estimator.estimating.estimator import Estimator
 from hda_torque_estimator.estimating.state_messages import state_samples
 from hda_torque_estimator.samples.readings import motor_commands, readings
 from moving_arm import moving
-from node_processes import diagnostics, MODULES, running, watching
+from node_processes import diagnostics, MODULES, running, SETTLE, watching
 import numpy as np
 import pytest
 from rclpy.serialization import serialize_message
@@ -68,12 +68,14 @@ def at_least(heard: list[bytes], count: int) -> bool:
 
 def test_estimates_of_a_recording_are_those_of_the_live_run(sent, tmp_path):
     """The recorder loses nothing, and the same samples give the same bits again."""
-    bag = tmp_path / 'bag'
+    bag, recorded = tmp_path / 'bag', [topic.name for topic in estimate_topics(ARM)]
     with watching() as watcher, running(tmp_path, torque_estimator=(), bag_recorder=(
             f'output:={bag}',)) as nodes:
         torques, states = watcher.hear(JOINT_TORQUES), watcher.hear(ESTIMATOR_STATE)
         send = watcher.send(JOINT_STATES, 2)
+        watcher.until(lambda: all(map(watcher.node.count_subscribers, recorded)), 'recorder')
         watcher.until(lambda: watcher.node.count_subscribers(JOINT_TORQUES.name) == 2, 'recorder')
+        watcher.spin(SETTLE)
         for first in range(0, len(sent), 100):          # never more on their way than queues hold
             watcher.until(partial(at_least, torques, first - 100), 'estimates')
             for message in sent[first:first + 100]:

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from textwrap import fill
 from typing import Any
 
+from hda_arm_sim.foundation.parameter import Declaration
 from hda_arm_sim.model.effects import Effect, effect_named, EFFECTS
 from hda_arm_sim.model.effects.hypothesis import Typical
-from hda_arm_sim.foundation.parameter import Declaration
 
 from .outcome import Outcome
 

@@ -22,9 +22,9 @@ from ...measurements.running_clock import Spans
 from ...significance import NORMAL_90
 
 Array = NDArray[np.float64]
-TIED = 20.0             # difference of scores below which two causes explain equally well,
-# (measured: scale and eccentricity of an encoder differ by 0.002 on a short arc)
-TIED_SHARE = 0.002      # and likewise in shares of what the cause improves: no law is exact
+# Difference of scores, and in shares of what the cause improves, below which two causes explain
+# equally well (measured: scale and eccentricity of an encoder differ by 0.002 on a short arc).
+TIED, TIED_SHARE = 20.0, 0.002
 NO_MOTION = ('none that moves the arm, as no motion separates them; read the torque of the drive '
              'in a dwell at zero command')
 
