@@ -1,6 +1,6 @@
 """Start the nodes as processes of their own, watch them, and leave none behind."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 import signal
@@ -92,6 +92,12 @@ class Watcher:
         self.until(lambda: made.get_subscription_count() >= readers, f'readers of {topic.name}')
         self.spin(SETTLE)
         return made.publish
+
+    def until_read(self, readers: Mapping[Topic, int]) -> None:
+        """Wait until topics have so many readers each, and until their writers know of them."""
+        self.until(lambda: all(self.node.count_subscribers(topic.name) >= count
+                               for topic, count in readers.items()), 'readers')
+        self.spin(SETTLE)
 
     def call(self, kind: type, name: str, **request: object) -> object:
         """Call a service and return its response."""

@@ -19,7 +19,7 @@ from hda_torque_estimator.estimating.estimator import Estimator
 from hda_torque_estimator.estimating.state_messages import state_samples
 from hda_torque_estimator.samples.readings import motor_commands, readings
 from moving_arm import moving
-from node_processes import diagnostics, MODULES, running, SETTLE, watching
+from node_processes import diagnostics, MODULES, running, watching
 import numpy as np
 import pytest
 from rclpy.serialization import serialize_message
@@ -68,14 +68,13 @@ def at_least(heard: list[bytes], count: int) -> bool:
 
 def test_estimates_of_a_recording_are_those_of_the_live_run(sent, tmp_path):
     """The recorder loses nothing, and the same samples give the same bits again."""
-    bag, recorded = tmp_path / 'bag', [topic.name for topic in estimate_topics(ARM)]
+    bag = tmp_path / 'bag'
     with watching() as watcher, running(tmp_path, torque_estimator=(), bag_recorder=(
             f'output:={bag}',)) as nodes:
         torques, states = watcher.hear(JOINT_TORQUES), watcher.hear(ESTIMATOR_STATE)
         send = watcher.send(JOINT_STATES, 2)
-        watcher.until(lambda: all(map(watcher.node.count_subscribers, recorded)), 'recorder')
-        watcher.until(lambda: watcher.node.count_subscribers(JOINT_TORQUES.name) == 2, 'recorder')
-        watcher.spin(SETTLE)
+        watcher.until_read({**dict.fromkeys(estimate_topics(ARM), 1), JOINT_TORQUES: 2,
+                            ESTIMATOR_STATE: 2})
         for first in range(0, len(sent), 100):          # never more on their way than queues hold
             watcher.until(partial(at_least, torques, first - 100), 'estimates')
             for message in sent[first:first + 100]:
@@ -102,7 +101,7 @@ def test_what_a_node_sent_arrives_though_it_ends(sent, tmp_path):
             f'output:={bag}',)) as nodes:
         torques = watcher.hear(JOINT_TORQUES)
         send = watcher.send(JOINT_STATES, 2)
-        watcher.until(lambda: watcher.node.count_subscribers(JOINT_TORQUES.name) == 2, 'recorder')
+        watcher.until_read({JOINT_TORQUES: 2})
         nodes['bag_recorder'].send(signal.SIGSTOP)
         for message in sent[:60]:
             send(message)

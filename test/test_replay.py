@@ -122,7 +122,8 @@ def test_recording_gives_the_bits_of_the_live_run_by_command_and_played(sent, tm
             tmp_path, torque_estimator=GIVEN, bag_recorder=(f'output:={live}',)) as nodes:
         torques, state = watcher.hear(JOINT_TORQUES), watcher.hear(ESTIMATOR_STATE)
         send = watcher.send(JOINT_STATES, 2)
-        watcher.until(lambda: watcher.node.count_subscribers(JOINT_TORQUES.name) == 2, 'recorder')
+        watcher.until_read({**dict.fromkeys(estimate_topics(ARM), 1), JOINT_TORQUES: 2,
+                            ESTIMATOR_STATE: 2})
         watcher.until(partial(recorded, live, 'velocity_bandwidth'), 'the settings')
         for first in range(0, len(sent), 100):          # never more on their way than queues hold
             watcher.until(partial(at_least, torques, first - 100), 'estimates')
@@ -137,9 +138,8 @@ def test_recording_gives_the_bits_of_the_live_run_by_command_and_played(sent, tm
     assert estimates(again) == expected
     with watching() as watcher, running(
             tmp_path, torque_estimator=GIVEN, bag_recorder=(f'output:={replayed}',)) as nodes:
-        watcher.until(lambda: watcher.node.count_subscribers('joint_states') == 2, 'readers')
-        watcher.until(lambda: watcher.node.count_subscribers(JOINT_TORQUES.name) == 1, 'recorder')
-        watcher.until(lambda: watcher.node.count_subscribers(ESTIMATOR_STATE.name) == 1, 'states')
+        watcher.until_read({**dict.fromkeys(estimate_topics(ARM), 1), JOINT_STATES: 2,
+                            ESTIMATOR_STATE: 1})
         watcher.until(partial(recorded, replayed, 'velocity_bandwidth'), 'the settings')
         with running(tmp_path, bag_player=(             # both readers, on a stalled machine too
                 f'bag:={live}', 'topics:=[joint_states]', 'settle_time:=10')) as player:
