@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 # Choices unless told otherwise.
 STRETCHES = 9           # of a recording, each with a slope of its own; their median counts
 SANE = 1e9              # angle beyond which a reading is no angle [rad]
+ENOUGH = 20_000         # samples that tell a sign, evenly over a recording (choice)
 BRAKING = 0.2           # of the power that goes through a motor, from which it is a brake
 SLOWEST = 0.02          # share of the largest speed below which a motor rests
 FEWEST = 100            # samples of each way
@@ -139,6 +140,8 @@ def _helps(torque: Array, link: Array, speed: Array) -> bool:
 
     Weight depends on the angle alone, whatever it is, and so does what an encoder does.
     """
+    few = slice(None, None, max(1, len(torque) // ENOUGH))
+    torque, link, speed = torque[few], link[few], speed[few]
     waves = [part(order * link) for order in (1, 2) for part in (np.sin, np.cos)]
     of_angle = np.stack([np.ones_like(link), link, *waves], axis=1)
     both = np.stack([torque, np.sign(speed)], axis=1)
