@@ -13,10 +13,8 @@ from hda_arm_sim.ros.early_end import EarlyEnd
 from hda_arm_sim.simulate import rest, rollout
 import numpy as np
 
-from .controlling.controller import Controller
 from .controlling.live_controller import LiveController
 from .estimating.estimator import Estimator
-from .estimating.laws.estimate import TORQUE
 from .estimating.live_estimator import LiveEstimator
 from .simulating.closed_loop import run
 
@@ -38,15 +36,10 @@ def warm_up(arm: Arm) -> None:
         rollout(arm, start, loop.command[:5], loop.force[:5], _DT, held=held)
     LiveEstimator(arm)
     LiveController(arm)
-    plant, estimator, controller = Plant(arm, start, _DT, 0), Estimator(arm), Controller(arm)
-    controller.enable()
-    estimator.tare()
-    for k in range(3):
-        reading = plant.sample()
-        estimator.update(k, reading, np.zeros(len(arm.joints)))
-        command = controller.update(k, reading[:, 0].copy(), estimator.joints[:, TORQUE].copy())
-        plant.advance(command, np.zeros(2))
-    estimator.run(np.arange(3, 6), loop.reading[:3], loop.command[:3])
+    plant = Plant(arm, start, _DT, 0)
+    plant.sample()
+    plant.advance(np.zeros(len(arm.joints)), np.zeros(2))
+    Estimator(arm).run(np.arange(3), loop.reading[:3], loop.command[:3])
 
 
 def main() -> int:

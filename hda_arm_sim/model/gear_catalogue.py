@@ -17,7 +17,7 @@ HYSTERESIS_SOURCE = 'Harmonic Drive SE, CHA manual 1018854, chapter "Accuracy": 
 RATING_SOURCE = ('Harmonic Drive SE, rating table of CSG-2A, as copied in '
                  'github.com/AimanHaidar/harmonic-drive-selector')
 
-_ARC_MINUTE = math.pi / 180.0 / 60.0
+ARC_MINUTE = math.pi / 10800.0      # [rad]
 _RPM = 2.0 * math.pi / 60.0
 
 _KNEES = {14: (2.0, 6.9), 17: (3.9, 12.0), 20: (7.0, 25.0), 25: (14.0, 48.0),
@@ -78,7 +78,7 @@ def gear(name: str) -> Gear:
     k1, k2, k3 = _STIFFNESS[group][size]
     rated = series == 'CSG'
     return Gear(f'{series}-{size}-{ratio}', float(ratio), _KNEES[size],
-                (1e3 * k1, 1e3 * k2, 1e3 * k3), _LOSS[group] * _ARC_MINUTE,
+                (1e3 * k1, 1e3 * k2, 1e3 * k3), _LOSS[group] * ARC_MINUTE,
                 _PEAK[size][ratios.index(ratio)] if rated else None,
                 _INERTIA[size] if rated else None, _SPEED[size] * _RPM if rated else None)
 

@@ -5,7 +5,7 @@ import json
 import math
 from textwrap import wrap
 
-from hda_arm_sim.model.gear_catalogue import (HYSTERESIS_SOURCE, RATING_SOURCE,
+from hda_arm_sim.model.gear_catalogue import (ARC_MINUTE, HYSTERESIS_SOURCE, RATING_SOURCE,
                                               STIFFNESS_SOURCE)
 from hda_arm_sim.model.unstated import CLASS_DEFAULT
 import yaml
@@ -14,7 +14,6 @@ from .arm_answers import JointAnswers, NewError, Rods
 
 DAMPING_TIME = 8e-4     # class default of damping over stiffness, as in hda_arm.yaml [s]
 _WIDTH = 90
-_ARC_MINUTE = math.pi / 180.0 / 60.0
 
 # One sigma of what is known before a calibration (docs/new_arm.md).
 _TOLERANCES = (
@@ -135,7 +134,7 @@ def _effect_lines(joints: Sequence[JointAnswers]) -> Iterator[str]:
         if loss := _loss(joint):
             source = 'at most [2]' if joint.hysteresis_loss is None else 'as stated'
             yield _beside('  - effect: torsional_hysteresis',
-                          f'loss {loss / _ARC_MINUTE:g} arcmin, {source}')
+                          f'loss {loss / ARC_MINUTE:g} arcmin, {source}')
             yield f'    joint: {_word(joint.label)}'
             yield '    parameters:'
             yield _row(6, 'level', 0.5 * loss * joint.gear.stiffness[0], 'half the loss times K1')
@@ -170,7 +169,7 @@ def _loss(joint: JointAnswers) -> float:
     """Return the hysteresis loss of a joint [rad at the output]."""
     if joint.hysteresis_loss is None:
         return joint.gear.hysteresis_loss
-    return joint.hysteresis_loss * _ARC_MINUTE
+    return joint.hysteresis_loss * ARC_MINUTE
 
 
 def _word(text: str) -> str:

@@ -7,16 +7,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-MOST_NAMES = 10_000
 THINNEST = 16
 """More places than this many times the values are a broken table, and would not fit in memory."""
 FEW = 1_000_000
 """So many places are never too many."""
 
 
-def json_columns(lines: Iterable[str]) -> dict[str, NDArray[Any]]:
+def json_columns(lines: Iterable[str], most: int) -> dict[str, NDArray[Any]]:
     """
-    Return the columns (n,) of JSON objects, one in each line that is not empty.
+    Return at most so many columns (n,) of JSON objects, one in each line that is not empty.
 
     A row without a value holds NaN, or an empty text. Raises ValueError where a line is none.
     """
@@ -29,7 +28,7 @@ def json_columns(lines: Iterable[str]) -> dict[str, NDArray[Any]]:
         rows.append(dict(_flat('', _object(line, number))))
         names.update(dict.fromkeys(rows[-1]))
         values += len(rows[-1])
-        if len(names) > MOST_NAMES or len(names) * len(rows) > max(FEW, THINNEST * values):
+        if len(names) > most or len(names) * len(rows) > max(FEW, THINNEST * values):
             raise ValueError(f'its rows have too many different names: {len(names)} after '
                              f'line {number}')
     return {name: _column([row.get(name) for row in rows]) for name in names}

@@ -111,7 +111,7 @@ def _arrow_table(source: Path | pa.BufferReader, form: Form) -> Columns:
 
 def _read_json_lines(path: Path) -> Columns:
     with path.open(encoding='utf-8-sig') as lines:
-        return json_columns(lines)
+        return json_columns(lines, MOST_COLUMNS)
 
 
 def _read_parquet(path: Path) -> Columns:

@@ -7,6 +7,7 @@ equation is wrong, that is what is to be shown.
 
 from typing import NamedTuple
 
+from hda_arm_sim.model.gear_catalogue import gear
 import numpy as np
 from numpy.typing import NDArray
 
@@ -31,17 +32,18 @@ class TableOne(NamedTuple):
 
 
 class Catalogue(NamedTuple):
-    """Torsion of a CSG-17-100 in three segments."""
+    """Torsion of a gear in three segments."""
 
-    first_stiffness: float = 1.0e4              # K_1 [N*m/rad]
-    knee_1: float = 3.9                         # T_1 [N*m]
-    second_stiffness: float = 1.4e4             # K_2 [N*m/rad]
-    knee_2: float = 12.0                        # T_2 [N*m]
-    third_stiffness: float = 1.6e4              # K_3 [N*m/rad]
+    first_stiffness: float                      # K_1 [N*m/rad]
+    second_stiffness: float                     # K_2 [N*m/rad]
+    third_stiffness: float                      # K_3 [N*m/rad]
+    knee_1: float                               # T_1 [N*m]
+    knee_2: float                               # T_2 [N*m]
 
 
 PRINTED = TableOne()
-CATALOGUE = Catalogue()
+_GEAR = gear('CSG-17-100')
+CATALOGUE = Catalogue(*_GEAR.stiffness, *_GEAR.knees)
 
 
 def viscous_friction(torque_constant: float, current: float, speed: float) -> float:
