@@ -1,0 +1,174 @@
+"""
+The descent of every fit: damped Gauss-Newton, with Broyden's slopes between new ones.
+
+What is fitted is a `Problem`: it gives errors and slopes for unknowns in sigmas from what was
+known before. Unknowns stay within the bounds of the problem.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .rows import bounded, noise_of, Rows, WORTHLESS
+from .sandwich import covariance
+from .term import Term
+
+Floats = NDArray[np.float64]
+Step = TypeVar('Step')
+# Choices unless told otherwise.
+PASSES = 14             # of Gauss-Newton at most
+CLOSE = 2e-3            # relative gain of a pass that ends the descent
+SHARES = (1.0, 0.5, 0.2, 0.05)  # of a step that are tried, the longest first
+
+
+class Problem(Protocol):
+    """
+    What is fitted: terms of a joint, then unknowns that are no numbers of it.
+
+    Unknowns (p,) are in sigmas from what was known. `prior` (p,) is 0 where that was nothing.
+    """
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """Return the terms."""
+
+    @property
+    def prior(self) -> Floats:
+        """Return 1 for every unknown of which something was known, else 0 (p,)."""
+
+    @property
+    def bounds(self) -> tuple[Floats, Floats]:
+        """Return where the search ends (p,)."""
+
+    def error(self, scaled: Floats) -> Floats:
+        """Return the errors of all rows (m,) [N*m]."""
+
+    def rows(self, scaled: Floats, error: Floats) -> Rows:
+        """Return the rows with all slopes about unknowns of which the errors are known."""
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A fit: all unknowns in sigmas from what was known, and what they leave."""
+
+    terms: tuple[Term, ...]     # as they were known before
+    scaled: Floats              # (p,)
+    prior: Floats               # (p,)
+    rows: Rows
+    noise: float                # that a row has if its neighbours told nothing new [N*m]
+
+    @property
+    def unknowns(self) -> int:
+        """Return the number of unknowns of the terms; others come behind them."""
+        return sum(term.size for term in self.terms)
+
+    def moved(self) -> list[Term]:
+        """Return the terms as they were found."""
+        return placed(self.terms, self.scaled)
+
+    def covariance(self) -> Floats:
+        """Return the covariance of all unknowns in sigmas (p, p)."""
+        return covariance(self.rows, self.noise, self.prior)
+
+    def without(self, term: Term) -> 'Found':
+        """Return the fit without one of its terms, as far as slopes stay as they are."""
+        place = next(place for place, one in zip(places(self.terms), self.terms) if one is term)
+        gone = np.arange(place.start, place.stop)
+        error = self.rows.error - self.rows.slopes[:, gone] @ self.scaled[gone]
+        rows = replace(self.rows, error=error, slopes=np.delete(self.rows.slopes, gone, axis=1))
+        return replace(self, terms=tuple(one for one in self.terms if one is not term), rows=rows,
+                       scaled=np.delete(self.scaled, gone), prior=np.delete(self.prior, gone))
+
+
+def places(terms: Sequence[Term]) -> list[slice]:
+    """Return where the unknowns of each term stand among all."""
+    ends = np.cumsum([term.size for term in terms])
+    return [slice(int(end) - term.size, int(end)) for term, end in zip(terms, ends)]
+
+
+def placed(terms: Sequence[Term], scaled: Floats) -> list[Term]:
+    """Return terms moved to unknowns in sigmas from what was known."""
+    return [term.at(term.vector() + term.deviations() * scaled[place])
+            for term, place in zip(terms, places(terms))]
+
+
+def beginning(terms: Sequence[Term], more: int) -> Floats:
+    """Return where a search begins, in sigmas; `more` unknowns behind the terms begin at 0."""
+    return np.concatenate([*((term.start() - term.vector()) / term.deviations()
+                             for term in terms), np.zeros(more)])
+
+
+def limits(terms: Sequence[Term], more: int) -> tuple[Floats, Floats]:
+    """Return the bounds of a search, in sigmas; `more` unknowns behind the terms have none."""
+    low, high = ([(term.bounds()[side] - term.vector()) / term.deviations() for term in terms]
+                 for side in (0, 1))
+    wide = np.full(more, np.inf)
+    return np.concatenate([*low, -wide]), np.concatenate([*high, wide])
+
+
+def descend(problem: Problem, start: Floats, noise: float | None = None) -> Found:
+    """
+    Return the most likely unknowns, descending from `start` (p,).
+
+    The noise of a row is what each pass leaves, or `noise` [N*m] where that is given. A fit that
+    is far off takes all of its error for noise, and priors then hold it where it is.
+    """
+    scaled, error = start, problem.error(start)
+    rows, fresh = problem.rows(scaled, error), True
+    for _ in range(PASSES):
+        weighed = noise_of(error, rows.stretch) if noise is None else noise
+        trial = _step(problem, rows, weighed, scaled)
+        if trial is not None and trial.gain > CLOSE:
+            slopes = _corrected(rows.slopes, trial.error - error, trial.scaled - scaled)
+            scaled, error, fresh = trial.scaled, trial.error, False
+            rows = replace(rows, error=error, slopes=slopes)
+        elif fresh:
+            break
+        else:
+            rows, fresh = problem.rows(scaled, error), True
+    rows = rows if fresh else problem.rows(scaled, error)
+    return Found(tuple(problem.terms), scaled, problem.prior, rows, noise_of(error, rows.stretch))
+
+
+class _Trial(NamedTuple):
+    """Unknowns after a step, their errors, and the relative gain."""
+
+    scaled: Floats
+    error: Floats
+    gain: float
+
+
+def _step(problem: Problem, rows: Rows, noise: float, scaled: Floats) -> _Trial | None:
+    """Return the longest share of a step that gains, None where none does."""
+    step = bounded(rows, noise, scaled, problem.prior, problem.bounds)
+    before = _cost(problem, rows.error, noise, scaled)
+
+    def trial(share: float) -> _Trial:
+        there = np.clip(scaled + share * step, *problem.bounds)
+        error = problem.error(there)
+        return _Trial(there, error, 1.0 - _cost(problem, error, noise, there) / before)
+
+    return damped(trial, SHARES, lambda found: found.gain > 0.0)
+
+
+def damped(trial: Callable[[float], Step | None], shares: Sequence[float],
+           gains: Callable[[Step], bool]) -> Step | None:
+    """Return the first of a step's shares, tried in this order, that gains; None if none does."""
+    for share in shares:
+        found = trial(share)
+        if found is not None and gains(found):
+            return found
+    return None
+
+
+def _corrected(slopes: Floats, change: Floats, step: Floats) -> Floats:
+    """Return slopes that explain the last change of the errors (Broyden), in place of new ones."""
+    miss = change - slopes @ step
+    return slopes + np.outer(miss, step / max(float(step @ step), WORTHLESS))
+
+
+def _cost(problem: Problem, error: Floats, noise: float, scaled: Floats) -> float:
+    return float(error @ error / noise ** 2 + (problem.prior * scaled) @ scaled)

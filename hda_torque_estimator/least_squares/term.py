@@ -1,0 +1,138 @@
+"""
+A term: an effect or a part of an arm at one place, with charts of the numbers that a fit may move.
+
+Calibration and diagnosis fit the same terms. Bounds of every number are those of its declaration.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+from hda_arm_sim.foundation.parameter import Declared
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects import Effect
+import numpy as np
+from numpy.typing import NDArray
+
+from .bounds import bounded, entered
+from .charts import Chart, Plain, Wave
+
+Array = NDArray[np.float64]
+Place = tuple[str, str | None]        # an effect and its joint, None for the whole arm
+# Choices unless told otherwise.
+_TO_BOUND = 0.7         # share of the way to a bound that a step may take
+
+
+@dataclass(frozen=True)
+class Term:
+    """
+    An effect or a part of a joint as it stands, and charts of its free numbers.
+
+    `part` names what is no effect (`torsion`, `link_encoder`). `own` are the numbers that belong
+    to the term where it shares its effect with others; none means all of them.
+    """
+
+    effect: Any
+    joint: str | None
+    charts: tuple[Chart, ...] = ()
+    part: str = ''
+    own: tuple[str, ...] = ()
+    grown: bool = False             # whether the first number has a size to start from already
+
+    @property
+    def name(self) -> str:
+        """Return the catalogue name of the effect, or that of the part."""
+        return self.part or self.effect.name
+
+    @property
+    def place(self) -> Place:
+        """Return what tells a term from all others of a fit."""
+        return self.name, self.joint
+
+    @cached_property
+    def size(self) -> int:
+        """Return the number of unknowns."""
+        return sum(chart.size for chart in self.charts)
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Return the numbers that are no waves."""
+        return tuple(chart.names[0] for chart in self.charts if not isinstance(chart, Wave))
+
+    @property
+    def waves(self) -> tuple[tuple[str, ...], ...]:
+        """Return the names of amplitude and phase of every wave."""
+        return tuple(chart.names for chart in self.charts if isinstance(chart, Wave))
+
+    def all_steps(self) -> Array:
+        """Return the usual step of every unknown."""
+        return self._each('step')
+
+    def deviations(self) -> Array:
+        """Return what is known of every unknown before: one sigma, infinite for nothing."""
+        return self._each('prior')
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Return where a search of every unknown ends."""
+        return self._each('low'), self._each('high')
+
+    def _each(self, what: str) -> Array:
+        return np.array([getattr(chart, what) for chart in self.charts
+                         for _ in range(chart.size)])
+
+    def vector(self) -> Array:
+        """Return the unknowns as they stand."""
+        return np.array([unknown for chart in self.charts
+                         for unknown in chart.unknowns(self.effect)])
+
+    def start(self) -> Array:
+        """Return the unknowns where a search begins."""
+        return np.array([unknown if chart.start is None else chart.start for chart in self.charts
+                         for unknown in chart.unknowns(self.effect)])
+
+    def meant(self, vector: Array) -> dict[str, float]:
+        """Return the numbers that unknowns stand for, by name, in bounds or not."""
+        return {name: value for chart, part in self._parts(vector)
+                for name, value in chart.numbers(part.tolist()).items()}
+
+    def _parts(self, vector: Array) -> Iterator[tuple[Chart, Array]]:
+        first = 0
+        for chart in self.charts:
+            yield chart, vector[first:first + chart.size]
+            first += chart.size
+
+    def at(self, vector: Array) -> 'Term':
+        """Return the term with other unknowns, its numbers kept within their declared bounds."""
+        kind: type[Declared] = type(self.effect)
+        return replace(self, effect=replace(self.effect, **bounded(kind, self.meant(vector))))
+
+    def moved(self, step: Array) -> 'Term':
+        """Return the term a step on, but no more than most of the way to a bound of the search."""
+        return self.at(self.short_of_bounds(self.vector() + step))
+
+    def short_of_bounds(self, vector: Array) -> Array:
+        """Return other unknowns, or those most of the way to the lower bound of the search."""
+        now = self.vector()
+        return np.maximum(vector, now + _TO_BOUND * (self.bounds()[0] - now))
+
+    def numbers(self) -> dict[str, float]:
+        """Return the numbers that are the term's, by their names in an arm file."""
+        names = self.own or tuple(name for chart in self.charts for name in chart.names)
+        return {f'{self.name}.{name}': getattr(self.effect, name) for name in names}
+
+    def on(self, arm: Arm) -> Arm:
+        """Return the arm with this term."""
+        if isinstance(self.effect, Effect) and not self.own:
+            return arm.with_effect(self.effect, self.joint)
+        return entered(arm, str(self.joint), self.numbers())
+
+
+def looked_for(effect: Effect, joint: str | None, free: Mapping[str, float],
+               waves: Mapping[tuple[str, str], float], least: Mapping[str, float],
+               *, grown: bool = False) -> Term:
+    """Return the term of an effect of which plain numbers and waves are looked for, by steps."""
+    charts: list[Chart] = [Plain((name,), step, low=least.get(name, -np.inf))
+                           for name, step in free.items()]
+    charts += [Wave(names, step) for names, step in waves.items()]
+    return Term(effect, joint, tuple(charts), grown=grown)
