@@ -2,12 +2,13 @@
 
 import numpy as np
 
+from .foundation.chain import lent
 from .foundation.compiled import Array, borrowed, compiled, inlined, Record
 from .foundation.rigid import Inertia
 from .model.arm import ArmRecord
 from .model.effects.actuation import late_torque
 from .model.effects.place import Commanded
-from .model.integrate import advance, set_input
+from .model.integrate import advance, axes, set_input
 from .model.kernel import COMMANDS, FORCES, HISTORY, SENT
 
 NODES = 3               # start, middle and end of a step
@@ -33,12 +34,17 @@ def _hold(arm: ArmRecord, w: Array, force: Array, dt: float, elapsed: float) -> 
         for k in range(NODES):
             w[j, COMMANDS + k] = torque
     for k in range(NODES):
-        w[0, FORCES + k], w[1, FORCES + k] = force[0], force[1]
+        for axis in range(axes(arm)):
+            w[axis, FORCES + k] = force[axis]
 
 
 @compiled
 def send(arm: ArmRecord, w: Array, torque: Array, force: Array, dt: float) -> None:
-    """Send motor torques (n,) [N*m] and a tip force (2,) [N, base], held for the coming dt [s]."""
+    """
+    Send motor torques (n,) [N*m], held for the coming dt [s].
+
+    So is what acts on the tip: a force (2,), or a wrench (6,) on a chain [N, N*m, base].
+    """
     for j in range(arm.joints.shape[0]):
         if arm.joints[j].command_delay.delay > 0.0:
             for k in range(HISTORY - 1, 0, -1):
@@ -71,6 +77,6 @@ def pass_sample(arm: ArmRecord, inertia: Inertia, w: Array, force: Array, dt: fl
 def act(arm: ArmRecord, inertia: Inertia, w: Array, torque: Array, force: Array, dt: float,
         count: int) -> None:
     """Advance the registers by one sample of dt [s] in `count` steps under held inputs."""
-    arm, w = ArmRecord(borrowed(arm.joints), arm.body), borrowed(w)
+    arm, w, inertia = ArmRecord(borrowed(arm.joints), arm.body), borrowed(w), lent(inertia)
     send(arm, w, torque, force, dt)
     pass_sample(arm, inertia, w, force, dt, count)

@@ -6,11 +6,10 @@ from hda_msgs_json.cdr import CdrError, decode_wrench, JointState, JointStateDec
 from hda_msgs_json.columns import ColumnFinder, LengthsError, NamesError
 from hda_msgs_json.topics import BASE_FRAME
 import numpy as np
-from numpy.typing import NDArray
 
+from .foundation.arrays import Array
 from .health import Refused
 
-Array = NDArray[np.float64]
 UNREADABLE = (CdrError, LengthsError, NamesError)
 _REASONS: dict[type[Exception], str] = {
     CdrError: 'malformed message', LengthsError: 'wrong lengths', NamesError: 'wrong names'}
@@ -38,12 +37,16 @@ class EffortReader:
             raise refusal(error) from None
 
 
-def tip_force(message: bytes) -> Array:
-    """Return the force in the plane (2,) [N] of a WrenchStamped in the base frame, or refuse."""
+def tip_force(message: bytes, axes: int = 2) -> Array:
+    """
+    Return what a WrenchStamped in the base frame does to the tip (axes,), or refuse.
+
+    That is the force in the plane [N], or with 6 axes force and moment [N, N*m].
+    """
     try:
         wrench = decode_wrench(message)
     except CdrError as error:
         raise refusal(error) from None
     if wrench.frame_id not in ('', BASE_FRAME):
         raise Refused('wrong frame', f'the frame must be {BASE_FRAME!r}, got {wrench.frame_id!r}')
-    return wrench.force[:2]
+    return np.concatenate([wrench.force, wrench.torque])[:axes]

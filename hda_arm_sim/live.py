@@ -8,16 +8,15 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .foundation.arrays import Array
 from .foundation.parameter import Declared, parameter
 from .health import Refused
 from .model.arm import Arm
-from .motions import HOME
+from .motions import home_of
 from .plant import Plant
-from .simulate import checked, rest
+from .simulate import checked, on_tip, rest
 
-Array = NDArray[np.float64]
 LONGEST_HOLD = 50_000_000       # time for which a command stays in force [ns]
 FIRST_STAMP = 1_000_000_000     # of simulated time: a bag that starts at 0 looks empty [ns]
 
@@ -52,7 +51,7 @@ class Sample(NamedTuple):
     reading: Array              # (n, 4) angles and velocities of shaft and link
     motor_torque: Array         # (n,) in force from the stamp until the next, shaft [N*m]
     joint_torque: Array         # (n,) true, through the gear [N*m]
-    tip_force: Array            # (2,) on the tip, base frame [N]
+    tip_force: Array            # (2,) on the tip, base frame [N]; (6,) on a chain, with moments
 
 
 class LiveArm:
@@ -62,17 +61,18 @@ class LiveArm:
         """Start at rest in the posture where motions start; raises ArmError without links."""
         self.arm, self.settings, self.stamp = checked(arm), settings, first_stamp
         self._limits = np.array([joint.torque_limit for joint in arm.joints])
+        self.axes = on_tip(arm, np.zeros((1, 2))).shape[1]      # components of what acts on it
         self.saturated = 0              # commands beyond the limit of a motor
         self.expired = 0                # times that commands stopped coming
         self.reset()
 
     def reset(self) -> None:
         """Start again from rest without command and push; time goes on."""
-        home = rest(self.arm, HOME[:len(self.arm.joints)])
+        home = rest(self.arm, home_of(self.arm))
         self._plant = Plant(self.arm, home, self.settings.period * 1e-9, int(self.settings.seed))
         self._command = np.zeros_like(self._limits)
         self._commanded: int | None = None
-        self._force = np.zeros(2)
+        self._force = np.zeros(self.axes)
 
     def command(self, stamp: int, torque: Array) -> None:
         """
@@ -91,10 +91,16 @@ class LiveArm:
         self._command, self._commanded = limited, stamp
 
     def push(self, force: Array) -> None:
-        """Hold a force (2,) [N, base frame] on the tip until the next; raises Refused."""
+        """
+        Hold on the tip until the next: a force (2,) [N], or a wrench (6,) on a chain [N, N*m].
+
+        Both are in the base frame. Raises Refused.
+        """
+        if self.axes > 2:           # of a moment that was left out a tool may say NaN
+            force = np.concatenate([force[:3], np.nan_to_num(force[3:], nan=0.0, posinf=np.inf)])
         if not np.isfinite(force).all():
             raise Refused('force not finite', f'the force must be finite, got {force.tolist()}')
-        self._force = np.array(force)
+        self._force = on_tip(self.arm, force[np.newaxis])[0]
 
     def sample(self) -> Sample:
         """Return the sample of `stamp`; its reading and its truth are the same arrays always."""

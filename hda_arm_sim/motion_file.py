@@ -11,11 +11,10 @@ from pathlib import Path
 
 from hda_msgs_json.outputs import whole_file
 import numpy as np
-from numpy.typing import NDArray
 
+from .foundation.arrays import Array
 from .motions import Motion, MotionError
 
-Array = NDArray[np.float64]
 RATE = 200.0            # rows in a second of a table that is written [Hz]
 
 

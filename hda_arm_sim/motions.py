@@ -9,12 +9,24 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from hda_msgs_json.errors import HdaError
+from hda_msgs_json.nearest import did_you_mean
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-HOME = (0.3, 1.2)               # link angles where every motion starts [rad]
+from .foundation.arrays import Array
+from .model.arm import Arm
+from .model.chain_links import ChainLinks
+
+HOME = (0.3, 1.2)               # link angles where every motion of two links starts [rad]
 _EASE = 1.0                     # time over which a motion is faded in and out [s]
+# Of a chain, unless its file says where: bent in every joint, so near no singular pose [rad].
+_BENT = (0.3, 0.6, -0.3, -1.2, 0.4, 0.9, 0.2, -0.7, 0.5, 0.8, -0.4, 0.6)
+_ROOM = 0.25                    # share of a joint's range that a chosen home leaves at either end
+_SHARE = 0.5                    # of a joint's declared speed that a motion takes
+# For each joint its own, so that joints tell themselves apart: periods [s], shifts of tones [Hz].
+_SLOW = (11.0, 13.7, 12.1, 9.7, 14.9, 10.3, 8.9, 12.7, 9.1, 13.1, 10.9, 11.9)
+_QUICK = (4.3, 3.6, 3.9, 4.7, 3.3, 4.1, 5.1, 3.5, 4.5, 3.7, 4.9, 3.1)
+_TURNS = (16.0, 12.0, 14.0, 11.0, 17.0, 13.0, 10.0, 15.0, 9.0, 18.0, 12.5, 10.5)
+_SHIFT = (0.0, 0.05, 0.1, 0.15, 0.025, 0.075, 0.125, 0.175, 0.0125, 0.0625, 0.1125, 0.1625)
 
 
 class MotionError(HdaError):
@@ -36,21 +48,58 @@ class _Recipe(NamedTuple):
     force: Callable[[Array], Array]
 
 
+def home_of(arm: Arm) -> tuple[float, ...]:
+    """Return the link angles (n,) where motions of an arm start [rad]."""
+    joints = len(arm.joints)
+    if not isinstance(arm.links, ChainLinks):
+        return HOME[:joints]
+    if arm.links.home:
+        return arm.links.home
+    found = []
+    for joint, bent in zip(arm.links.built.joints, _BENT):
+        low, high = joint.limits.get('lower', 0.0), joint.limits.get('upper', 0.0)
+        room = _ROOM * (high - low)
+        bounded = joint.kind == 'revolute' and room > 0.0
+        found.append(min(max(bent, low + room), high - room) if bounded else bent)
+    return tuple(found)
+
+
+def motion_of(arm: Arm, name: str, duration: float, dt: float, seed: int) -> Motion:
+    """
+    Return the motion `name` about the home of an arm, sampled every dt [s].
+
+    Each joint of a chain goes as far as its declared angle allows, at half of its declared speed
+    at most. Raises MotionError.
+    """
+    made = motion(name, len(arm.joints), duration, dt, seed)
+    if not isinstance(arm.links, ChainLinks):
+        return made
+    home = np.array(home_of(arm))
+    away = made.angle - made.angle[0]
+    room = np.maximum([joint.angle_limit for joint in arm.joints] - np.abs(home), 0.0)
+    speed = [_SHARE * joint.velocity_limit / joint.ratio for joint in arm.joints]
+    with np.errstate(divide='ignore'):
+        share = np.minimum(np.minimum(room / np.abs(away).max(axis=0),
+                                      speed / np.abs(made.rate).max(axis=0)), 1.0)
+    return made._replace(angle=home + share * away, rate=share * made.rate)
+
+
 def motion(name: str, joints: int, duration: float, dt: float, seed: int) -> Motion:
     """
-    Return the motion `name` for an arm with 1 or 2 joints, sampled every dt [s].
+    Return the motion `name` for an arm with so many joints, sampled every dt [s].
 
     Raises MotionError with the valid names, or for a duration shorter than 2 s.
     """
     if name not in MOTIONS:
-        raise MotionError(f'no motion is named {name!r}; valid names: {", ".join(MOTIONS)}')
+        raise MotionError(f'no motion is named {name!r}{did_you_mean(name, MOTIONS) or ";"} '
+                          f'valid names: {", ".join(MOTIONS)}')
     if not 2.0 * _EASE <= duration <= 86400.0:
         raise MotionError(f'a motion lasts from {2.0 * _EASE:g} s to a day, got {duration:g} s')
     time: Array = dt * np.arange(round(duration / dt) + 1, dtype=np.float64)
     random = np.random.default_rng(seed)
     columns = [MOTIONS[name].angle(time, joint, random) for joint in range(joints)]
     away: Array = np.stack(columns, axis=1) * _window(time, duration)[:, None]
-    angle = np.asarray(HOME[:joints]) + away
+    angle = np.asarray(HOME[:joints] if joints <= 2 else _BENT[:joints]) + away
     return Motion(time, angle, np.gradient(angle, dt, axis=0), MOTIONS[name].force(time))
 
 
@@ -67,8 +116,8 @@ def _triangle(time: Array, period: float, amplitude: float) -> Array:
 
 def _rich(time: Array, joint: int, random: np.random.Generator) -> Array:
     """Slow triangles of two periods, and bursts of a multi-sine from 0.1 to 2.9 Hz."""
-    slow = _triangle(time, (11.0, 13.7)[joint], 0.45) + _triangle(time, (4.3, 3.6)[joint], 0.12)
-    tones = np.linspace(0.1, 2.9, 15) + 0.05 * joint
+    slow = _triangle(time, _SLOW[joint], 0.45) + _triangle(time, _QUICK[joint], 0.12)
+    tones = np.linspace(0.1, 2.9, 15) + _SHIFT[joint]
     phases = random.uniform(0.0, 2.0 * np.pi, len(tones))
     size = 0.25 / (1.0 + (tones / 0.4) ** 2) + 0.002
     wave = (size * np.sin(2.0 * np.pi * np.outer(time, tones) + phases)).sum(axis=1)
@@ -85,7 +134,7 @@ def _slow_sine(time: Array, joint: int, random: np.random.Generator) -> Array:
 
 
 def _turn(time: Array, joint: int, random: np.random.Generator) -> Array:
-    return _triangle(time, (16.0, 12.0)[joint], 1.2)
+    return _triangle(time, _TURNS[joint], 1.2)
 
 
 def _still(time: Array, joint: int, random: np.random.Generator) -> Array:

@@ -4,8 +4,10 @@ from collections.abc import Mapping
 import time
 from typing import Any, ClassVar
 
+from hda_msgs_json.cdr import encode_string
 from hda_msgs_json.cdr_fields import LITTLE_ENDIAN, pack_stamp
-from hda_msgs_json.topics import CLOCK, EXTERNAL_WRENCH, JOINT_STATES, MOTOR_COMMAND, motor_name
+from hda_msgs_json.topics import (
+    CLOCK, EXTERNAL_WRENCH, JOINT_STATES, MOTOR_COMMAND, motor_name, ROBOT_DESCRIPTION)
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from std_srvs.srv import Trigger
@@ -13,6 +15,7 @@ from std_srvs.srv import Trigger
 from .health import Refused, Report
 from .inputs import EffortReader, tip_force
 from .live import FIRST_STAMP, LiveArm, SimulationSettings
+from .model.description import urdf
 from .model.files import read_effects
 from .ros.arm_node import ArmNode
 from .ros.topics import publisher, publishers, subscribe
@@ -52,12 +55,16 @@ class ArmSim(ArmNode):
         self._live = LiveArm(arm, settings, FIRST_STAMP)
         self._connect()
         self.begin()
+        self.say_started(f'{MOTOR_COMMAND.name}; no torque until then, '
+                         f'{settings.rate:g} samples per second')
         self._timer = self.create_timer(self._schedule.tick * 1e-9, self._tick,
                                         clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _connect(self) -> None:
         self._joint_states = publisher(self, JOINT_STATES)
         self._truth = publishers(self, truth_topics(self.arm))
+        self._description = publisher(self, ROBOT_DESCRIPTION)
+        self._description.publish(encode_string(urdf(self.arm)))
         self._read_command = EffortReader([motor_name(label) for label in self.arm.labels])
         subscribe(self, MOTOR_COMMAND, self._on_command)
         subscribe(self, EXTERNAL_WRENCH, self._on_wrench)
@@ -90,7 +97,7 @@ class ArmSim(ArmNode):
 
     def _on_wrench(self, message: bytes) -> None:
         try:
-            self._live.push(tip_force(message))
+            self._live.push(tip_force(message, self._live.axes))
         except Refused as refused:
             self.refuse(EXTERNAL_WRENCH, refused)
 

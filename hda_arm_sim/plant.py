@@ -6,31 +6,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .drive import act
+from .foundation.arrays import Array
+from .foundation.chain import lent
 from .foundation.compiled import borrowed, compiled
 from .foundation.rigid import Inertia
 from .model.arm import Arm, ArmRecord
 from .model.kernel import registers, slope, SLOPE_1, STATE, STATES, TORQUE
 from .model.plain import inertia_of, plain
 from .sensors import DRAWS, read_encoders, sample_lost, SIDES
-from .simulate import checked, step_count
-
-Array = NDArray[np.float64]
+from .simulate import checked, longest_step, step_count
 
 
 @compiled
-def observe(arm: ArmRecord, inertia: Inertia, w: Array, noise: Array, dt: float, first: bool,
+def observe(arm: ArmRecord, inertia: Inertia, w: Array, noise: Array, dt: float,
             reading: Array, torque: Array) -> None:
     """
     Fill a reading (n, 4) and the true joint torques (n,) [N*m] at the state in the registers.
 
     Velocities are what a drive reports, (eq:velocity): the angle's change since the last reading
-    over dt [s]. A lost sample leaves the reading as it was.
+    over dt [s], which is 0 for the first one. A lost sample leaves the reading as it was.
     """
-    arm, w = ArmRecord(borrowed(arm.joints), arm.body), borrowed(w)
+    arm, w, inertia = ArmRecord(borrowed(arm.joints), arm.body), borrowed(w), lent(inertia)
     joints = arm.joints.shape[0]
     slope(arm, inertia, w, STATE, SLOPE_1)
     for j in range(joints):
         torque[j] = w[j, TORQUE]
+    first = dt == 0.0
     if not first and sample_lost(arm, noise):
         return
     angles = np.empty((joints, SIDES))
@@ -44,14 +45,15 @@ def observe(arm: ArmRecord, inertia: Inertia, w: Array, noise: Array, dt: float,
 
 @compiled
 def _observe(joints: NDArray[Any], body: NDArray[Any], inertia: Array, w: Array, noise: Array,
-             dt: float, first: bool, reading: Array, torque: Array) -> None:
-    observe(ArmRecord(joints, body[0]), inertia_of(inertia), w, noise, dt, first, reading, torque)
+             dt: float, shown: Array) -> None:
+    observe(ArmRecord(joints, body[0]), inertia_of(inertia), w, noise, dt,
+            shown[:, :2 * SIDES], shown[:, 2 * SIDES])
 
 
 @compiled
 def _act(joints: NDArray[Any], body: NDArray[Any], inertia: Array, w: Array, torque: Array,
-         force: Array, dt: float, count: int) -> None:
-    act(ArmRecord(joints, body[0]), inertia_of(inertia), w, torque, force, dt, count)
+         force: Array, pace: Array) -> None:
+    act(ArmRecord(joints, body[0]), inertia_of(inertia), w, torque, force, pace[0], int(pace[1]))
 
 
 class Plant:
@@ -62,23 +64,25 @@ class Plant:
         self._plain = plain(checked(arm, dt).record())
         self._registers = registers(initial)
         self._random = np.random.default_rng(seed)
-        self._dt, self._count = dt, step_count(dt)
-        self._first = True
-        joints = len(arm.joints)
-        self.reading = np.zeros((joints, 2 * SIDES))
-        self.joint_torque = np.zeros(joints)
+        self._pace = np.array([dt, step_count(dt, longest_step(arm))])
+        self._since = 0.0
+        self._shown = np.zeros((len(arm.joints), 2 * SIDES + 1))
+        self.reading, self.joint_torque = self._shown[:, :2 * SIDES], self._shown[:, 2 * SIDES]
 
     def sample(self) -> Array:
         """Return the reading (n, 4) now: angles [rad] and velocities [rad/s], shaft and link."""
         noise = self._random.standard_normal((len(self.reading), DRAWS))
-        _observe(*self._plain, self._registers, noise, self._dt, self._first, self.reading,
-                 self.joint_torque)
-        self._first = False
+        _observe(*self._plain, self._registers, noise, self._since, self._shown)
+        self._since = self._pace[0]
         return self.reading
 
     def advance(self, motor_torque: Array, tip_force: Array) -> None:
-        """Move on by one sample under motor torques (n,) [N*m] and a tip force (2,) [N, base]."""
-        _act(*self._plain, self._registers, motor_torque, tip_force, self._dt, self._count)
+        """
+        Move on by one sample under motor torques (n,) [N*m] and what acts on the tip.
+
+        That is a force (2,) [N], or a wrench (6,) on a chain [N, N*m], in the base frame.
+        """
+        _act(*self._plain, self._registers, motor_torque, tip_force, self._pace)
 
     @property
     def state(self) -> Array:

@@ -40,5 +40,5 @@ class SampleEncoder:
         """Return the messages of `truth_topics` in their order."""
         messages = [encode(sample.stamp, UNKNOWN, (np.nan, np.nan, torque))
                     for encode, torque in zip(self._torques, sample.joint_torque.tolist())]
-        force = (*sample.tip_force.tolist(), np.nan)
-        return [*messages, self._tip(sample.stamp, force, UNKNOWN)]
+        on_tip = (sample.tip_force.tolist() + [np.nan] * 4)[:6]     # in a plane there are two
+        return [*messages, self._tip(sample.stamp, tuple(on_tip[:3]), tuple(on_tip[3:]))]

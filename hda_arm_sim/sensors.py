@@ -8,7 +8,7 @@ from .model.arm import ArmRecord
 from .model.effects.place import Counted, Sampled, Sent
 from .model.effects.sensing import quantised_sides
 from .model.effects.timing import lost, sampled_late
-from .model.encoders import link_error, motor_error, tilt_moments
+from .model.encoders import link_error, motor_error, tilt_moments, tilt_of
 from .model.kernel import (LINK_ANGLE, LINK_VELOCITY, MOTOR_ANGLE, MOTOR_VELOCITY, SLOPE_1, STATE)
 
 SIDES = 2
@@ -34,15 +34,14 @@ def read_encoders(arm: ArmRecord, inertia: Inertia, w: Array, noise: Array,
     variance. The link encoder is late by its skew on top of the motor encoder's sampling time.
     """
     joints = arm.joints.shape[0]
-    elbow = w[1, STATE + LINK_ANGLE] if joints == 2 else 0.0
-    moments = tilt_moments(arm.body, inertia, elbow)
+    moments = tilt_moments(arm.body, inertia, w[:joints, STATE + LINK_ANGLE])
     for j in range(joints):
         joint = arm.joints[j]
         late = joint.motor_encoder.sampling_time
         motor = _turned(w, j, MOTOR_VELOCITY, MOTOR_ANGLE, late)
         link = _turned(w, j, LINK_VELOCITY, LINK_ANGLE, late + joint.clock_skew.skew)
         motor += motor_error(joint, motor) + joint.motor_encoder.zero
-        link += link_error(joint, link, moments[min(j, 1)]) + joint.link_encoder.zero
+        link += link_error(joint, link, tilt_of(moments, j)) + joint.link_encoder.zero
         reading[j, MOTOR], reading[j, LINK] = quantised_sides(
             joint.coarse_quantisation, Counted(motor + noise[j, MOTOR] * joint.motor_encoder.noise,
                                                link + noise[j, LINK] * joint.link_encoder.noise))

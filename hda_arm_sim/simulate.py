@@ -2,22 +2,31 @@
 
 from dataclasses import dataclass
 import math
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .drive import NODES, pass_sample, send
+from .foundation.arrays import Array
 from .foundation.compiled import borrowed, compiled
 from .foundation.rigid import Inertia
 from .model.arm import Arm, ArmError, ArmRecord
+from .model.chain_links import ChainLinks
 from .model.integrate import advance, set_input
-from .model.kernel import (COMMANDS, FORCES, HISTORY, LINK_ANGLE, LINK_VELOCITY, MOTOR_ANGLE,
+from .model.kernel import (AXES, COMMANDS, FORCES, HISTORY, LINK_ANGLE, LINK_VELOCITY, MOTOR_ANGLE,
                            MOTOR_VELOCITY, registers, slope, SLOPE_1, STATE, STATES, TIME, TORQUE)
 from .model.link_side import loaded_inertia
+from .model.stiffness_rate import fastest_rate
 
-Array = NDArray[np.float64]
-MOST_JOINTS = 2         # whose links are modelled
-STEP = 1e-3 / 3                   # default integration step [s]
+STEP = 1e-3 / 3         # default integration step [s]
+STABLE = 2.0            # step times fastest rate; beyond 2.78 Runge-Kutta 4 grows without end
+
+
+class Course(NamedTuple):
+    """Inputs over time: torques of the motors, and what acts on the tip."""
+
+    torque: Array
+    force: Array
 
 
 @dataclass(frozen=True)
@@ -65,29 +74,30 @@ def rollout(arm: Arm, initial: Array, motor_torque: Array, tip_force: Array, dt:
     Simulate an arm under given inputs, sampled every dt [s].
 
     `motor_torque` (k, n) [N*m, shaft] and `tip_force` (k, 2) [N, base frame] are held from their
-    sample until the next. Or they are joined by a cubic spline with `held=False`. `start` is the
+    sample until the next. On a chain wrenches (k, 6) may act instead, force and moment [N, N*m].
+    Or they are joined by a cubic spline with `held=False`. `start` is the
     time of the first sample [s], for what changes with time. Accelerations are those under the
     inputs from their sample on. Raises ArmError for an arm without links and for arrays that do
     not fit.
     """
     record = checked(arm, dt).record()
     samples = len(motor_torque)
-    if motor_torque.shape != (samples, len(arm.joints)) or tip_force.shape != (samples, 2):
+    if motor_torque.shape != (samples, len(arm.joints)) or len(tip_force) != samples:
         raise ArmError(f'inputs must have shapes (k, {len(arm.joints)}) and (k, 2), got '
                        f'{motor_torque.shape} and {tip_force.shape}')
-    count = step_count(dt, step)
+    count = step_count(dt, min(step, longest_step(arm)))
     torque = np.ascontiguousarray(motor_torque, float)
-    force = np.ascontiguousarray(tip_force, float)
+    force = on_tip(arm, tip_force)
     states: Array = np.empty((samples, len(arm.joints), STATES))
     extra: Array = np.empty((3, samples, len(arm.joints)))
     w = registers(np.asarray(initial, float))
     w[0, TIME] = start
     if held or samples < 4:
-        _run_held(record, w, torque, force, dt, count, states, extra)
+        _run_held(record, w, Course(torque, force), dt, count, states, extra)
     else:
         late = [joint['command_delay']['delay'] / dt for joint in record.joints]
-        _run_smooth(record, w, _nodes(torque, count, late), _nodes(force, count, [0.0, 0.0]),
-                    dt / count, count, states, extra)
+        nodes = Course(_nodes(torque, count, late), _nodes(force, count, [0.0] * force.shape[1]))
+        _run_smooth(record, w, nodes, dt / count, count, states, extra)
     return Trajectory(start + dt * np.arange(float(samples)), states, *extra)
 
 
@@ -98,15 +108,11 @@ def step_count(dt: float, step: float = STEP) -> int:
 
 def checked(arm: Arm, dt: float = 1e-3) -> Arm:
     """Return the arm if it can move in samples of dt [s]; raises ArmError if not."""
-    if len(arm.joints) > MOST_JOINTS:
-        raise ArmError(f'an arm of {len(arm.joints)} joints cannot be simulated, so it cannot be '
-                       f'diagnosed as a whole: links are modelled for {MOST_JOINTS} at most; '
-                       'an arm without links ("links: none") goes joint by joint to '
-                       'hda estimate and hda calibrate, and recordings of its motors alone to '
-                       'hda diagnose')
     if arm.links is None:
+        how = ('its lengths and inertia' if len(arm.joints) <= 2 else
+               '{urdf: FILE, tip: FRAME, joints: [...]}')
         raise ArmError('an arm without links ("links: none") cannot be simulated: '
-                       'give its lengths and inertia under "links"')
+                       f'give {how} under "links"')
     longest = (HISTORY - 2) * dt
     for label in arm.labels:
         delay = arm.effect('command_delay', label).values()[0]
@@ -114,6 +120,37 @@ def checked(arm: Arm, dt: float = 1e-3) -> Arm:
             raise ArmError(f'command_delay of {label} must be at most {HISTORY - 2} samples, '
                            f'{longest:g} s, got {delay:g} s')
     return arm
+
+
+def in_plane(arm: Arm, job: str) -> Arm:
+    """Return the arm unless it is a chain, which a job does not know; raises ArmError."""
+    if isinstance(arm.links, ChainLinks):
+        raise ArmError(f'{job} knows one or two links in a plane, and the arm has a chain of '
+                       f'{len(arm.joints)} joints. What works: hda simulate, hda estimate '
+                       'and hda calibrate of its gears, hda diagnose of motors alone with '
+                       '"links: none"')
+    return arm
+
+
+def on_tip(arm: Arm, force: Array) -> Array:
+    """Return what acts on the tip: (k, 2) in a plane, (k, 6) on a chain; raises ArmError."""
+    count = AXES if isinstance(arm.links, ChainLinks) else 2
+    given = np.ascontiguousarray(force, float)
+    if given.ndim != 2 or given.shape[1] not in (2, 3, count) or given.shape[1] > count:
+        raise ArmError(f'what acts on the tip must have shape (k, {count}), got {given.shape}')
+    return np.ascontiguousarray(np.pad(given, ((0, 0), (0, count - given.shape[1]))))
+
+
+def longest_step(arm: Arm) -> float:
+    """
+    Return the longest step of integration that an arm bears [s].
+
+    That of two links is STEP. Light links of a chain behind stiff gears may need shorter ones.
+    Runge-Kutta 4 is stable while a step times its fastest rate is below 2.78.
+    """
+    if not isinstance(arm.links, ChainLinks):
+        return STEP
+    return min(STEP, STABLE / fastest_rate(arm))
 
 
 def _nodes(values: Array, count: int, late: list[float]) -> Array:
@@ -137,10 +174,10 @@ def observe(arm: ArmRecord, inertia: Inertia, w: Array, torque: Array,
 
 
 @compiled
-def _run_held(arm: ArmRecord, w: Array, torque: Array, force: Array, dt: float, count: int,
+def _run_held(arm: ArmRecord, w: Array, course: Course, dt: float, count: int,
               states: Array, extra: Array) -> None:
     """Fill the states (k, n, STATES) and torques and accelerations under held inputs."""
-    inertia = loaded_inertia(arm.body)
+    inertia, (torque, force) = loaded_inertia(arm.body), course
     arm, w = ArmRecord(borrowed(arm.joints), arm.body), borrowed(w)
     joints, samples = states.shape[1], states.shape[0]
     for i in range(samples):
@@ -152,10 +189,10 @@ def _run_held(arm: ArmRecord, w: Array, torque: Array, force: Array, dt: float, 
 
 
 @compiled
-def _run_smooth(arm: ArmRecord, w: Array, torque: Array, force: Array, dt: float, count: int,
+def _run_smooth(arm: ArmRecord, w: Array, course: Course, dt: float, count: int,
                 states: Array, extra: Array) -> None:
     """Fill the same under inputs at the start, middle and end of every step of dt [s]."""
-    inertia = loaded_inertia(arm.body)
+    inertia, (torque, force) = loaded_inertia(arm.body), course
     arm, w = ArmRecord(borrowed(arm.joints), arm.body), borrowed(w)
     joints, samples = states.shape[1], states.shape[0]
     for i in range(samples):
@@ -171,8 +208,9 @@ def _run_smooth(arm: ArmRecord, w: Array, torque: Array, force: Array, dt: float
 
 @compiled
 def _load(w: Array, torque: Array, force: Array) -> None:
-    """Load the inputs of a step, torques (NODES, n) and forces (NODES, 2), into the registers."""
+    """Load the inputs of a step, torques (NODES, n) and forces (NODES, 2 or 6)."""
     for k in range(NODES):
         for j in range(torque.shape[1]):
             w[j, COMMANDS + k] = torque[k, j]
-        w[0, FORCES + k], w[1, FORCES + k] = force[k, 0], force[k, 1]
+        for axis in range(force.shape[1]):
+            w[axis, FORCES + k] = force[k, axis]

@@ -10,19 +10,20 @@ opens a new folder for whoever can call it, and for nobody else.
 from collections.abc import Callable, Iterator
 from functools import cache
 import hashlib
+from inspect import signature
 import os
 from pathlib import Path
 import re
+from types import FunctionType
 from typing import Any, TypeAlias, TypeVar
 
 import numba
 from numba.core import cgutils, config, event
 from numba.core.caching import FunctionCache
-from numba.extending import intrinsic
-import numpy as np
-from numpy.typing import NDArray
+from numba.extending import intrinsic, overload
 
-Array: TypeAlias = NDArray[np.float64]
+from .arrays import Array as Array      # laws get it from here, beside `compiled`
+
 Record: TypeAlias = Any          # a numpy record: the numbers of a joint, an effect ... by name
 Number = TypeVar('Number', float, Array)        # of a law for scalars and arrays alike
 Law = TypeVar('Law', bound=Callable[..., Any])
@@ -164,6 +165,37 @@ def compiled(law: Law, *, inlined: bool = False) -> Law:
 def inlined(law: Law) -> Law:
     """Return `law` compiled into its callers."""
     return compiled(law, inlined=True)
+
+
+def either(first: Law, second: Law, is_second: Callable[[Any], bool]) -> Law:
+    """
+    Return what compiled code calls for one of two laws, chosen when its caller is compiled.
+
+    The second law is meant where `is_second` holds for the numba type of an argument. Both are
+    compiled functions with the same names of arguments. The choice costs nothing at run time.
+    """
+    def chosen(*arguments: Any) -> Any:
+        raise TypeError(f'{first.__name__} is chosen by compiled code alone')
+
+    laws = _bare(first), _bare(second)
+
+    def choose(*types: Any) -> Any:
+        return laws[any(map(is_second, types))]
+
+    choose.__signature__ = signature(laws[0])                   # type: ignore[attr-defined]
+    overload(chosen, jit_options={'error_model': 'numpy', 'forceinline': True,
+                                  'nogil': True})(choose)
+    made: Any = chosen
+    return made
+
+
+def _bare(law: Any) -> Any:
+    """Return the function of a compiled law without annotations, which numba would compare."""
+    made = law.py_func
+    bare = FunctionType(made.__code__, made.__globals__, made.__name__, made.__defaults__,
+                        made.__closure__)
+    bare.__module__ = made.__module__
+    return bare
 
 
 def interpreted(law: Law) -> Law:

@@ -11,6 +11,7 @@ import math
 from typing import Any, ClassVar
 
 from hda_msgs_json.errors import HdaError
+from hda_msgs_json.nearest import did_you_mean
 import numpy as np
 
 
@@ -83,8 +84,10 @@ class Declared:
         for rule in cls.declarations():
             if rule.name == name:
                 return rule
-        valid = ', '.join(rule.name for rule in cls.declarations()) or 'none'
-        raise ParameterError(f'{cls.name} has no parameter {name!r}; valid names: {valid}')
+        names = [rule.name for rule in cls.declarations()]
+        near = did_you_mean(name, names) or ';'
+        raise ParameterError(f'{cls.name} has no parameter {name!r}{near} valid names: '
+                             f'{", ".join(names) or "none"}')
 
     @classmethod
     def record_type(cls) -> np.dtype[Any]:

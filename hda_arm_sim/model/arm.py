@@ -15,6 +15,7 @@ from hda_msgs_json.topics import motor_name
 import numpy as np
 from numpy.typing import NDArray
 
+from .chain_links import ChainLinks
 from .effects import (BaseTilt, BaseVibration, Effect, effect_named, effects_of, InertialCoupling,
                       LinkInertiaError, MotorInertiaError, Scope, Site, StiffeningError,
                       StiffnessError, WaveGeneratorCompliance)
@@ -22,6 +23,7 @@ from .effects.catalogue import record_fields
 from .link_side import loaded_inertia, thrown_mass
 from .parts import Base, Encoder, Joint, Links, Tolerances
 from .torsion import chords, TorsionLaw
+from ..foundation.chain import CHAIN_RECORD, DOWN, INERTIA, MASS, MOMENT
 
 
 _STIFFNESSES = ('flexspline_stiffness', 'second_stiffness', 'third_stiffness')
@@ -50,11 +52,12 @@ JOINT_RECORD = np.dtype([
     ('ratio', float), ('motor_inertia', float), ('torsion', TorsionLaw.record_type()),
     ('motor_encoder', Encoder.record_type()), ('link_encoder', Encoder.record_type()),
     *record_fields(Scope.JOINT)])
-BODY_RECORD = np.dtype([
-    ('links', Links.record_type()),
+BODY_RECORD, CHAIN_BODY_RECORD = (np.dtype([
+    ('links', links),
     ('pull', float), ('direction', float),      # gravity in the plane, and where to [m/s^2, rad]
     ('weight', float),                          # gravity across the plane [m/s^2]
-    *record_fields(Scope.ARM)])
+    *record_fields(Scope.ARM)]) for links in (Links.record_type(), CHAIN_RECORD))
+_AXIS_INERTIA = INERTIA + 2     # of a link about its joint
 
 
 @dataclass(frozen=True)
@@ -62,7 +65,7 @@ class Arm:
     """An arm with n joints; without links (`links=None`) only its torsion is known."""
 
     joints: tuple[Joint, ...]
-    links: Links | None = None
+    links: Links | ChainLinks | None = None
     base: Base = Base()
     effects: tuple[Placed, ...] = ()
     tolerances: Tolerances = Tolerances()
@@ -79,7 +82,7 @@ class Arm:
                                'twice; an effect has one entry')
             listed.add((placed.effect.name, placed.joint))
         if self.links is not None:
-            _check_links(self.moving_links(), len(self.joints))
+            _check_links(self)
             _check_base(self)
 
     @property
@@ -135,10 +138,15 @@ class Arm:
     @cached_property
     def _record(self) -> ArmRecord:
         joints = np.array([self._joint_record(joint) for joint in self.joints], JOINT_RECORD)
-        body = np.zeros((), BODY_RECORD)[()]
+        chain = isinstance(self.links, ChainLinks)
+        body = np.zeros((), CHAIN_BODY_RECORD if chain else BODY_RECORD)[()]
         tilt = self._in_force(BaseTilt)
         down_x, down_y = tilt(gravity=self.base.gravity)
-        body['links'] = self.moving_links().values()
+        if chain:
+            body['links']['joints'] = len(self.joints)
+            body['links']['parts'][:len(self.joints) + 2] = self.moving_parts()
+        else:
+            body['links'] = self.moving_links().values()
         body['pull'] = math.hypot(down_x, down_y)
         body['direction'] = tilt.direction
         body['weight'] = self.base.gravity * math.cos(tilt.tilt)
@@ -147,8 +155,15 @@ class Arm:
         return ArmRecord(joints, body)
 
     def moving_links(self) -> Links:
-        """Return the links with the effects that change their inertia, but without a payload."""
+        """
+        Return two links with the effects that change their inertia, but without a payload.
+
+        Raises ArmError for a chain, which has `moving_parts`.
+        """
         links = self.links or Links()
+        if isinstance(links, ChainLinks):
+            raise ArmError('this is told of two links in a plane; the arm has a chain of '
+                           f'{len(self.joints)} joints')
         if len(self.joints) > 2:
             return links
         coupled = self._in_force(InertialCoupling)(nominal=links.coupled)
@@ -157,6 +172,23 @@ class Arm:
         p2 = inertia[1] if len(inertia) == 2 else links.p2
         return replace(links, p1=inertia[0] + coupled * (p2 - links.p2), p2=p2,
                        coupled=float(coupled))
+
+    def torsion_only(self) -> 'Arm':
+        """Return the arm without its chain, for who knows two links in a plane, or none."""
+        return replace(self, links=None) if isinstance(self.links, ChainLinks) else self
+
+    def moving_parts(self) -> NDArray[np.float64]:
+        """Return a chain (foundation.chain) with gravity and the effects on its inertia."""
+        if not isinstance(self.links, ChainLinks):
+            raise ArmError('this is told of chains; the arm has links in a plane, or none')
+        parts = self.links.parts.copy()
+        for row, joint in zip(parts[1:], self.joints):
+            heavier = self._in_force(LinkInertiaError, joint.label)
+            row[_AXIS_INERTIA] = heavier(nominal=row[_AXIS_INERTIA])
+        tilt = self._in_force(BaseTilt)
+        parts[0, DOWN:DOWN + 3] = (*tilt(gravity=self.base.gravity),
+                                   -self.base.gravity * math.cos(tilt.tilt))
+        return parts
 
     def moving_torsion(self, joint: Joint) -> TorsionLaw:
         """Return the torsion law of a joint with the effects that change it."""
@@ -208,10 +240,40 @@ def _check_labels(labels: list[str]) -> None:
                            'states; give that joint another name')
 
 
-def _check_links(links: Links, joints: int) -> None:
+def _check_links(arm: Arm) -> None:
+    if isinstance(arm.links, ChainLinks):
+        _check_chain(arm, arm.links)
+        return
+    joints = len(arm.joints)
     if joints > 2:
-        raise ArmError(f'links are modelled for one or two joints, got {joints} joints; '
-                       'write "links: none" for torsion only')
+        raise ArmError(f'lengths and inertia are those of one or two links in a plane, got '
+                       f'{joints} joints; write links: {{urdf: FILE, tip: FRAME, '
+                       'joints: [...]}}')
+    _check_pair(arm.moving_links(), joints)
+
+
+def _check_chain(arm: Arm, links: ChainLinks) -> None:
+    if len(links.names) != len(arm.joints):
+        raise ArmError(f'links has a chain of {len(links.names)} joints '
+                       f'({", ".join(links.names)}), got {len(arm.joints)} joints')
+    if not arm.effect(InertialCoupling.name).is_neutral():
+        raise ArmError('inertial_coupling is told of two links in a plane; the links of a chain '
+                       'always feel each other')
+    for label, row in zip(arm.labels, arm.moving_parts()[1:]):
+        if not _is_definite(row):
+            raise ArmError(f'link_inertia_error of {label} leaves an inertia that no body has')
+
+
+def _is_definite(row: NDArray[np.float64]) -> bool:
+    """Tell whether every motion of a link takes energy."""
+    (xx, yy, zz, xy, xz, yz), (x, y, z) = row[INERTIA:INERTIA + 6], row[MOMENT:MOMENT + 3]
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    turning = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    whole = np.block([[turning, cross], [cross.T, row[MASS] * np.eye(3)]])
+    return bool(np.linalg.eigvalsh(whole).min() > 0.0)
+
+
+def _check_pair(links: Links, joints: int) -> None:
     if joints == 2 and links.length2 <= 0.0:
         raise ArmError(f'two joints need two link lengths > 0 m, got {links.length2:g} m')
     if joints == 2 and not links.p2 > 0.0:
@@ -226,7 +288,9 @@ def _check_base(arm: Arm) -> None:
     """Check that the mass of a swinging base holds at least what the links throw about."""
     accelerance = arm.effect(BaseVibration.name).values()[2]
     if accelerance > 0.0:
-        mass = thrown_mass(loaded_inertia(arm.record().body), len(arm.joints))
+        inertia = loaded_inertia(arm.record().body)
+        mass = (float(inertia.table[1:-1, MASS].sum()) if isinstance(arm.links, ChainLinks)
+                else thrown_mass(inertia, len(arm.joints)))
         if accelerance * mass >= 1.0:
             raise ArmError('base_vibration.amplitude must lie below one over the mass that the '
                            f'links move, {1.0 / mass:.3g} 1/kg, got {accelerance:g} 1/kg')

@@ -4,10 +4,16 @@ What both encoders of a joint show of an angle, and which angle is behind what t
 See docs/model.md#encoders.
 """
 
+from typing import Any
+
+from numba.core import types
+
 from .acting import added
 from .effects.place import LINK_READING, MOTOR_READING, Read
 from .effects.sensing import tilting_moment
-from ..foundation.compiled import compiled, inlined, Record
+from ..foundation.chain import ANGLE, Chain, of_links, place, TORQUE
+from ..foundation.chain import tilting_moment as chain_tilt
+from ..foundation.compiled import Array, compiled, either, inlined, Record
 from ..foundation.rigid import Inertia
 
 _ROUNDS = 40            # of the inverse; an error's slope below 0.1 needs 15
@@ -64,7 +70,36 @@ def link_gain(joint: Record, angle: float) -> float:
     return _link_slope(joint, Read(angle, 0.0), 1.0)
 
 
-@compiled
-def tilt_moments(body: Record, inertia: Inertia, elbow: float) -> tuple[float, float]:
-    """Return the tilting moments on the bearings of joints 1 and 2 [N*m]."""
+@inlined
+def _pair_tilted(body: Record, inertia: Inertia, angles: Array) -> tuple[float, float]:
+    elbow = angles[angles.shape[0] - 1]
     return tilting_moment(inertia.first, inertia.second, body.weight, elbow)
+
+
+@compiled
+def _chain_tilted(body: Record, inertia: Chain, angles: Array) -> Array:
+    c = inertia.table
+    c[1:-1, ANGLE] = angles
+    place(c)
+    for row in range(1, c.shape[0] - 1):
+        c[row, TORQUE] = chain_tilt(c, row)
+    return c[1:-1, TORQUE]
+
+
+@inlined
+def _one_of_pair(moments: tuple[float, float], j: int) -> float:
+    return moments[min(j, 1)]
+
+
+@inlined
+def _one_of_many(moments: Array, j: int) -> float:
+    return moments[j]
+
+
+def _is_array(kind: Any) -> bool:
+    return isinstance(kind, types.Array)
+
+
+# Moments that tilt the bearings at some link angles (n,) [N*m], and that of one joint.
+tilt_moments = of_links(_pair_tilted, _chain_tilted)
+tilt_of = either(_one_of_pair, _one_of_many, _is_array)

@@ -11,6 +11,8 @@ from .kernel import (BASE_OFFSET, BASE_RATE, BRISTLE, growth, LINK_ANGLE, LINK_V
                      MOTOR_ANGLE, MOTOR_VELOCITY, STRETCH, transmission)
 from .link_side import base_coupling, loaded_inertia
 from .torsion import torque_of_torsion, torsion_of_torque
+from ..foundation import chain
+from ..foundation.chain import Chain
 from ..foundation.rigid import Inertia, mass_matrix
 
 Array = NDArray[np.float64]
@@ -25,8 +27,11 @@ def energy(arm: Arm, state: Array) -> float:
             + _potential(record.body, inertia, state[:, LINK_ANGLE]))
 
 
-def _kinetic(record: ArmRecord, inertia: Inertia, state: Array) -> float:
+def _kinetic(record: ArmRecord, inertia: Inertia | Chain, state: Array) -> float:
     motors = 0.5 * record.joints['motor_inertia'] @ state[:, MOTOR_VELOCITY] ** 2
+    if isinstance(inertia, Chain):
+        dq = state[:, LINK_VELOCITY]
+        return float(motors + 0.5 * dq @ _placed(inertia, state[:, LINK_ANGLE]) @ dq)
     if len(state) == 1:
         return float(motors + 0.5 * inertia.p1 * state[0, LINK_VELOCITY] ** 2)
     m11, m12, m22 = mass_matrix(inertia, state[1, LINK_ANGLE])
@@ -66,20 +71,41 @@ def _integral(joint: Any, torsion: float, growing: float) -> float:
     return total
 
 
-def _base(body: Any, inertia: Inertia, state: Array) -> float:
+def _base(body: Any, inertia: Inertia | Chain, state: Array) -> float:
     """Return the energy of a swinging base: its own, and what its speed adds to the links'."""
     swing = body['base_vibration']
     if swing['amplitude'] == 0.0:
         return 0.0
     offset, rate = state[0, BASE_OFFSET], state[0, BASE_RATE]
-    coupling = base_coupling(inertia, swing['direction'], state[0, LINK_ANGLE],
-                             state[-1, LINK_ANGLE] if len(state) == 2 else 0.0)
+    coupling = _couplings(inertia, float(swing['direction']), state[:, LINK_ANGLE])
     pace = 2.0 * np.pi * swing['frequency']
     own = 0.5 * (rate ** 2 + (pace * offset) ** 2) / swing['amplitude']
     return float(own + rate * sum(c * dq for c, dq in zip(coupling, state[:, LINK_VELOCITY])))
 
 
-def _potential(body: Any, inertia: Inertia, q: Array) -> float:
+def _couplings(inertia: Inertia | Chain, direction: float, q: Array) -> Any:
+    """Return the torque on each joint per acceleration of the base [kg*m]."""
+    if not isinstance(inertia, Chain):
+        return base_coupling(inertia, direction, q[0], q[-1] if len(q) == 2 else 0.0)
+    _placed(inertia, q)
+    chain.base_couplings(inertia.table, (np.cos(direction), np.sin(direction), 0.0))
+    return inertia.table[1:-1, chain.COUPLING]
+
+
+def _placed(inertia: Chain, q: Array) -> Array:
+    """Place a chain and return its mass matrix (n, n)."""
+    table = inertia.table
+    table[1:-1, chain.ANGLE] = q
+    chain.place(table)
+    chain.mass_matrix(table)
+    return table[1:-1, chain.MATRIX:chain.MATRIX + len(q)]
+
+
+def _potential(body: Any, inertia: Inertia | Chain, q: Array) -> float:
+    if isinstance(inertia, Chain):
+        _placed(inertia, q)
+        moments = inertia.table[1:-1, chain.MOMENT_HERE:chain.MOMENT_HERE + 3]
+        return float(-(moments @ inertia.table[0, chain.DOWN:chain.DOWN + 3]).sum())
     down = float(body['direction'])
     far = inertia.second * np.cos(down - q.sum()) if len(q) == 2 else 0.0
     return float(-body['pull'] * (inertia.first * np.cos(down - q[0]) + far))

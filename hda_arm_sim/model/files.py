@@ -9,21 +9,25 @@ from pathlib import Path
 import re
 from typing import Any
 
+from hda_msgs_json.nearest import did_you_mean
 from hda_msgs_json.outputs import OutputError, whole_file
 from hda_msgs_json.yaml_text import text_of, yaml_document, YamlError
 import yaml
 
 from .arm import Arm, ArmError, Placed
+from .chain_links import ChainLinks, kept
 from .effects import Effect, effect_named
 from .parts import Base, Encoder, Joint, Links, Tolerances
 from .torsion import TorsionLaw
 from .typical_sizes import SIZED, typical
 from .unstated import defaults_sentence, sentence, unstated
+from .urdf import LARGEST, UrdfError
 from ..foundation.parameter import Declared, ParameterError
 
 _LOG = logging.getLogger(__name__)      # without any settings its lines go to stderr
 _NAME = re.compile(r'[A-Za-z_][A-Za-z0-9_]*')       # of a part of a topic's name in ROS
 _LONGEST = 100          # of the 247 that a whole name of ROS may have
+_CHAIN = ('urdf', 'tip', 'joints', 'home', 'rpy')
 _PARTS = ('joints', 'links', 'base', 'effects', 'tolerances', 'provenance')
 _JOINT_PARTS = {'torsion': TorsionLaw, 'motor_encoder': Encoder, 'link_encoder': Encoder}
 _LINK_LISTS = {'lengths': ('length1', 'length2'), 'inertia': ('p1', 'p2', 'p3'),
@@ -44,6 +48,9 @@ def read_arm(path: str | Path) -> Arm:
             _say(f'{path}: {sentence(item["name"], missing)}')
     if defaults := defaults_sentence(dict(arm.provenance)):
         _say(f'{path}: {defaults}')
+    if isinstance(arm.links, ChainLinks):
+        for remark in arm.links.built.remarks:
+            _say(f'{path}: {remark}')
     return arm
 
 
@@ -56,7 +63,7 @@ def arm_from_text(text: str, source: str) -> Arm:
     """Read an arm from YAML text; `source` names it in errors. Raises ArmError."""
     document = _document(text, source)
     try:
-        return _arm(_mapping(document, 'the file', _PARTS))
+        return _arm(_mapping(document, 'the file', _PARTS), Path(source))
     except (ArmError, ParameterError) as error:
         raise ArmError(f'{source}: {error}') from None
 
@@ -102,7 +109,9 @@ def _text(path: Path) -> str:
             raise ArmError(str(error)) from None
     if path.name == str(path) and path.name in shipped_arms():
         return (resources.files('hda_arm_sim.config') / path.name).read_text(encoding='utf-8')
-    raise ArmError(f'no arm file {str(path)!r}; the shipped ones are {", ".join(shipped_arms())}')
+    near = did_you_mean(str(path), shipped_arms()) or ';'
+    raise ArmError(f'no arm file {str(path)!r}{near} the shipped ones are '
+                   f'{", ".join(shipped_arms())}')
 
 
 def _mapping(value: Any, owner: str, allowed: tuple[str, ...]) -> dict[str, Any]:
@@ -122,13 +131,13 @@ def _sequence(value: Any, owner: str) -> list[Any]:
     return value
 
 
-def _arm(document: dict[str, Any]) -> Arm:
+def _arm(document: dict[str, Any], source: Path) -> Arm:
     if 'joints' not in document or 'links' not in document:
         raise ArmError('an arm needs "joints" and "links" (or "links: none" for torsion only)')
     joints = tuple(_joint(item, index) for index, item in
                    enumerate(_sequence(document['joints'], 'joints')))
     Arm(joints)                                     # they must fit before links are counted
-    arm = Arm(joints, _links(document['links'], len(joints)),
+    arm = Arm(joints, _links(document['links'], joints, source),
               _group(Base, document.get('base', {})), (),
               _group(Tolerances, document.get('tolerances', {})),
               _provenance(document.get('provenance', {})))
@@ -201,10 +210,64 @@ def _part(kind: type[Declared], values: Any, owner: str) -> Any:
         raise ArmError(str(error).replace(kind.name, owner, 1)) from None
 
 
-def _links(value: Any, joints: int) -> Links | None:
+def _links(value: Any, joints: Sequence[Joint], source: Path) -> Links | ChainLinks | None:
     if value is None or value == 'none':
         return None
-    given = _mapping(value, 'links', (*_LINK_LISTS, 'coupled'))
+    given = _mapping(value, 'links', (*_LINK_LISTS, 'coupled', *_CHAIN))
+    if not any(key in given for key in _CHAIN):
+        return _pair(given, len(joints))
+    given = _mapping(value, 'links with a URDF', _CHAIN)
+    for key in _CHAIN[:2]:
+        if not isinstance(given.get(key), str) or not given[key]:
+            raise ArmError(f'links.{key} must be a text, got {given.get(key)!r:.60}')
+    names = _sequence(given.get('joints', [joint.label for joint in joints]), 'links.joints')
+    where = 'links.urdf' if _is_inline(given['urdf']) else f'links.urdf {given["urdf"]}'
+    try:
+        return ChainLinks(kept(_description(given['urdf'], source)), given['tip'],
+                          tuple(map(str, names)), _angles(given, 'home', None), _stands(given))
+    except UrdfError as error:
+        raise ArmError(f'{where}: {error}') from None
+
+
+def _angles(given: dict[str, Any], key: str, count: int | None) -> tuple[float, ...]:
+    """Return the angles of a list, of which there may have to be so many; raises ArmError."""
+    numbers = list(map(_number, _sequence(given.get(key, [0.0] * (count or 0)), f'links.{key}')))
+    if not all(isinstance(number, (int, float)) and abs(number) < 1e3 for number in numbers):
+        raise ArmError(f'links.{key} must be angles in rad, got {numbers!r:.60}')
+    if count is not None and len(numbers) != count:
+        raise ArmError(f'links.{key} needs {count} angles, got {len(numbers)}')
+    return tuple(map(float, numbers))
+
+
+def _stands(given: dict[str, Any]) -> tuple[float, float, float]:
+    roll, pitch, yaw = _angles(given, 'rpy', 3)
+    return roll, pitch, yaw
+
+
+def _is_inline(urdf: str) -> bool:
+    return urdf.lstrip().startswith('<')
+
+
+def _description(urdf: str, source: Path) -> str:
+    """Return the text of a robot description: itself, or a file beside the arm's own."""
+    if _is_inline(urdf):
+        return urdf
+    if '://' in urdf:
+        raise UrdfError('it must be a path, seen from the arm file; nothing is fetched')
+    beside = source.parent / urdf
+    shipped = resources.files('hda_arm_sim.config') / urdf
+    place = beside if beside.is_file() or source.name != str(source) else shipped
+    if not place.is_file():
+        raise UrdfError(f'no such file beside {source.name}')
+    with place.open('rb') as stream:
+        content = stream.read(LARGEST + 1)
+    try:
+        return content.decode()
+    except UnicodeDecodeError:
+        raise UrdfError('it is no text in UTF-8') from None
+
+
+def _pair(given: dict[str, Any], joints: int) -> Links:
     values: dict[str, Any] = {}
     counts = {'lengths': joints, 'inertia': 1 if joints == 1 else 3, 'mass_moments': joints}
     for key, names in _LINK_LISTS.items():
@@ -265,6 +328,10 @@ def _joint_document(joint: Joint) -> dict[str, Any]:
 def _links_document(arm: Arm) -> Any:
     if arm.links is None:
         return 'none'
+    if isinstance(arm.links, ChainLinks):
+        home = {'home': list(arm.links.home)} if arm.links.home else {}
+        return {'urdf': arm.links.description, 'tip': arm.links.tip,
+                'joints': list(arm.links.names), **home, 'rpy': list(arm.links.rpy)}
     single = len(arm.joints) == 1
     lists = {key: [getattr(arm.links, name) for name in names][:1 if single else None]
              for key, names in _LINK_LISTS.items()}

@@ -7,14 +7,17 @@ sticking one breaks away, the step is cut there. So the order survives dry frict
 (docs/model.md, eq:contact-event).
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from .arm import ArmRecord
 from .effects.place import Commanded
-from .kernel import (BUDGET, COMMAND, COMMANDS, CURRENT, DRIVE, FORCE, FORCES, MODE,
+from .kernel import (AXES, BUDGET, COMMAND, COMMANDS, CURRENT, DRIVE, FORCE, FORCES, MODE,
                      MOTOR_VELOCITY, NOW, settle, slope, SLOPE_1, SLOPE_2, SLOPE_3, SLOPE_4, STAGE,
                      STATE, STATES, TIME, TRIAL)
 from .motor_side import clipped, lagging, shaft_torque
+from ..foundation.chain import of_links
 from ..foundation.compiled import Array, compiled, inlined, Record
 from ..foundation.rigid import Inertia
 
@@ -23,11 +26,32 @@ MAX_EVENTS = 16         # in one step; a real arm has one or two
 _NONE, _STOP, _BREAK = 0, 1, 2
 
 
+class Event(NamedTuple):
+    """A contact that comes to rest or breaks away: which way, of which joint, on which side."""
+
+    kind: int
+    joint: int
+    side: int
+
+
 @inlined
 def _between(w: Array, row: int, column: int, s: float) -> float:
     """Return an input at the fraction s of a step: a parabola through start, middle, end."""
     return ((1.0 - s) * (1.0 - 2.0 * s) * w[row, column] + 4.0 * s * (1.0 - s) * w[row, column + 1]
             + s * (2.0 * s - 1.0) * w[row, column + 2])
+
+
+@inlined
+def _two(arm: ArmRecord) -> int:
+    return 2
+
+
+@inlined
+def _six(arm: ArmRecord) -> int:
+    return AXES
+
+
+axes = of_links(_two, _six)         # components of what acts on the tip
 
 
 @inlined
@@ -50,7 +74,8 @@ def set_input(arm: ArmRecord, w: Array, dt: float, begin: float, s: float) -> No
         joint = arm.joints[j]
         w[j, TRIAL + CURRENT] = _current(joint, w, j, dt, begin, s)
         w[j, COMMAND] = shaft_torque(joint, w[j, TRIAL + CURRENT])
-    w[0, FORCE], w[1, FORCE] = _between(w, 0, FORCES, s), _between(w, 1, FORCES, s)
+    for axis in range(axes(arm)):
+        w[axis, FORCE] = _between(w, axis, FORCES, s)
 
 
 @inlined
@@ -110,8 +135,8 @@ def _overload(w: Array, j: int, side: int) -> float:
 
 
 @compiled
-def _first_event(arm: ArmRecord, inertia: Inertia, w: Array) -> tuple[int, int, int]:
-    """Return the kind of the trial step's first event, its joint and its side."""
+def _first_event(arm: ArmRecord, inertia: Inertia, w: Array) -> Event:
+    """Return the trial step's first event."""
     kind, who, where, first = _NONE, -1, 0, 2.0
     sticks = _sticks(arm, w)
     if sticks:
@@ -126,13 +151,13 @@ def _first_event(arm: ArmRecord, inertia: Inertia, w: Array) -> tuple[int, int, 
                 kind, who, where, first = _STOP, j, side, before / (before - after)
             elif mode == 0.0 and first > 1.0 and _overload(w, j, side) > 0.0:
                 kind, who, where, first = _BREAK, j, side, 1.0
-    return kind, who, where
+    return Event(kind, who, where)
 
 
 @compiled
-def _distance(arm: ArmRecord, inertia: Inertia, w: Array, kind: int, joint: int,
-              side: int) -> float:
+def _distance(arm: ArmRecord, inertia: Inertia, w: Array, event: Event) -> float:
     """Return what falls through zero at an event, at the trial state."""
+    kind, joint, side = event
     if kind == _STOP:
         return w[joint, TRIAL + MOTOR_VELOCITY + SIDES * side] * w[joint, MODE + side]
     slope(arm, inertia, w, TRIAL, SLOPE_1)
@@ -140,19 +165,19 @@ def _distance(arm: ArmRecord, inertia: Inertia, w: Array, kind: int, joint: int,
 
 
 @compiled
-def _locate(arm: ArmRecord, inertia: Inertia, w: Array, dt: float, begin: float, kind: int,
-            joint: int, side: int) -> float:
+def _locate(arm: ArmRecord, inertia: Inertia, w: Array, dt: float, begin: float,
+            event: Event) -> float:
     """Return the fraction of the step at which an event happens; its state is the trial's."""
     low, high, middle = begin, 1.0, begin
-    at_high = _distance(arm, inertia, w, kind, joint, side)
+    at_high = _distance(arm, inertia, w, event)
     _runge_kutta(arm, inertia, w, dt, begin, begin)
-    at_low = _distance(arm, inertia, w, kind, joint, side)
+    at_low = _distance(arm, inertia, w, event)
     if not at_low > 0.0:
         return begin
     for _ in range(40):                                             # Illinois: regula falsi
         middle = high - at_high * (high - low) / (at_high - at_low)
         _runge_kutta(arm, inertia, w, dt, begin, middle)
-        distance = _distance(arm, inertia, w, kind, joint, side)
+        distance = _distance(arm, inertia, w, event)
         if abs(distance) < 1e-13 or high - low < 1e-12:
             break
         if distance < 0.0:
@@ -181,8 +206,9 @@ def _release(arm: ArmRecord, inertia: Inertia, w: Array) -> None:
 
 
 @compiled
-def _meet(arm: ArmRecord, inertia: Inertia, w: Array, kind: int, joint: int, side: int) -> None:
+def _meet(arm: ArmRecord, inertia: Inertia, w: Array, event: Event) -> None:
     """Bring a contact to rest, or let it break away the way it is driven."""
+    kind, joint, side = event
     w[joint, STATE + MOTOR_VELOCITY + SIDES * side] = 0.0
     w[joint, MODE + side] = 0.0
     _release(arm, inertia, w)
@@ -204,17 +230,18 @@ def advance(arm: ArmRecord, inertia: Inertia, w: Array, dt: float) -> int:
     _release(arm, inertia, w)
     while True:
         _runge_kutta(arm, inertia, w, dt, begin, 1.0)
-        kind, joint, side = _first_event(arm, inertia, w)
+        event = _first_event(arm, inertia, w)
+        kind, joint, side = event
         if kind == _NONE or events == MAX_EVENTS:
             break
         events += 1
         if kind == _STOP and w[joint, STATE + MOTOR_VELOCITY + SIDES * side] == 0.0:
             w[joint, MODE + side] = 0.0                             # set off the wrong way
             continue
-        begin = _locate(arm, inertia, w, dt, begin, kind, joint, side)
+        begin = _locate(arm, inertia, w, dt, begin, event)
         _accept(arm, w)
         set_input(arm, w, dt, begin, begin)
-        _meet(arm, inertia, w, kind, joint, side)
+        _meet(arm, inertia, w, event)
     _accept(arm, w)
     w[0, TIME] += dt
     return events

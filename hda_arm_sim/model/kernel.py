@@ -1,68 +1,40 @@
 """
 The equation of motion, compiled; every effect acts here at its place (docs/model.md#motion).
 
-All that moves stands in one array of registers (n, REGISTERS), a row per joint. A row holds its
-state, the stages and slopes of the integration, and the torques of the last slope taken. One array
-and not a dozen, because handing over many arrays costs more than the physics itself.
+All that moves stands in one array of registers (model/registers.py). Links in a plane and chains
+in space have each their own way to move (planar_side.py, chain_side.py). Which one is chosen when
+the kernel is compiled.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from . import chain_side, planar_side
 from .acting import added, passed
 from .arm import ArmRecord
-from .effects.environment import base_acceleration
 from .effects.friction import bristle_rate, bristle_torque
-from .effects.place import Bent, LOADED_GEAR, PLAY, Swung, TRANSMISSION, Turned, Twisted
+from .effects.place import Bent, LOADED_GEAR, PLAY, TRANSMISSION, Turned, Twisted
 from .effects.transmission import damping_torque, hysteresis_torque, slid, SLIDERS
-from .link_side import base_coupling, base_push, free_torque, link_torque, tip_force
 from .motor_side import drag, friction_budget, ripple
+from .registers import (AXES, BASE_OFFSET, BASE_RATE, BRISTLE, BUDGET, COMMAND, COMMANDS, CURRENT,
+                        DRIVE, FORCE, FORCES, GUESS, HISTORY, HYSTERESIS, LINK_ANGLE,
+                        LINK_VELOCITY, MODE, MOTOR_ANGLE, MOTOR_VELOCITY, NOW, REGISTERS,
+                        registers, SENT, SLOPE_1, SLOPE_2, SLOPE_3, SLOPE_4, STAGE, STATE, STATES,
+                        STRETCH, TIME, TORQUE, TRIAL)
 from .torsion import torque_from_guess
-from ..foundation.compiled import compiled, inlined, Record
-from ..foundation.rigid import Inertia, mass_matrix
+from ..foundation.chain import of_links
+from ..foundation.compiled import Array, compiled, inlined, Record
+from ..foundation.rigid import Inertia
 
-Array = NDArray[np.float64]
-
-# The state of one joint: shaft [rad, rad/s], link [rad, rad/s]; then what effects remember:
-# torsion at which the elements of the hysteresis stand [rad], bristles [rad], torque of the
-# current loop [N*m motor], in row 0 the base along its swing [m, m/s], the elements' stretches
-# [rad].
-MOTOR_ANGLE, MOTOR_VELOCITY, LINK_ANGLE, LINK_VELOCITY = range(4)
-HYSTERESIS, BRISTLE, CURRENT, BASE_OFFSET, BASE_RATE, STRETCH = range(4, 10)
-STATES = STRETCH + SLIDERS
-
-# Registers: blocks of STATES first, then single ones.
-STATE, STAGE, TRIAL, SLOPE_1, SLOPE_2, SLOPE_3, SLOPE_4 = range(0, 7 * STATES, STATES)
-TIME = 7 * STATES       # in row 0: since the start of the recording [s]
-(NOW,                   # in row 0: time of the stage [s]
- COMMAND,               # motor torque at the stage, shaft [N*m]
- FORCE,                 # tip force at the stage, base frame, x in row 0 and y in row 1 [N]
- TORQUE,                # through the gear, output side [N*m]
- ) = range(TIME + 1, TIME + 5)
-
-# Registers of a joint's two contacts, first the motor's, then that of the link bearing.
-MODE = TORQUE + 1       # direction of sliding, 0 for sticking
-DRIVE = MODE + 2        # what drives a contact, or what it must hold [N*m at its side]
-BUDGET = DRIVE + 2      # most torque that it can oppose [N*m at its side]
-
-GUESS = BUDGET + 2      # last torsion of the spring, its torque and its slope
-COMMANDS = GUESS + 3    # commanded torque at the start, the middle and the end of a step [N*m]
-FORCES = COMMANDS + 3   # tip force likewise, x in row 0 and y in row 1 [N]
-SENT = FORCES + 3       # the last commands, the newest first [N*m]
-HISTORY = 66
-REGISTERS = SENT + HISTORY
+__all__ = (                 # the registers are read by who reads the kernel
+    'AXES', 'BASE_OFFSET', 'BASE_RATE', 'BRISTLE', 'BUDGET', 'COMMAND', 'COMMANDS', 'CURRENT',
+    'DRIVE', 'FORCE', 'FORCES', 'GUESS', 'HISTORY', 'HYSTERESIS', 'LINK_ANGLE', 'LINK_VELOCITY',
+    'MODE', 'MOTOR_ANGLE', 'MOTOR_VELOCITY', 'NOW', 'REGISTERS', 'SENT', 'SLOPE_1', 'SLOPE_2',
+    'SLOPE_3', 'SLOPE_4', 'STAGE', 'STATE', 'STATES', 'STRETCH', 'TIME', 'TORQUE', 'TRIAL',
+    'gear_torque', 'growth', 'loop_state', 'played_torsion', 'registers', 'settle', 'slope',
+    'spring_torque', 'transmission')
 
 _ACCURACY = 1e-4        # of the spring's iteration: its cube, 1e-12, is left as an error
 _MOST_GROWTH = 0.9      # of the gear's least compliance, so that more torque twists it more
-
-
-def registers(state: Array) -> Array:
-    """Return registers for a state (n, STATES); row 1 is there for the force even if n = 1."""
-    fresh = np.zeros((max(2, len(state)), REGISTERS))
-    fresh[:len(state), STATE:STATE + STATES] = state
-    fresh[:, MODE] = np.sign(fresh[:, STATE + MOTOR_VELOCITY])
-    fresh[:, MODE + 1] = np.sign(fresh[:, STATE + LINK_VELOCITY])
-    return fresh
 
 
 @inlined
@@ -75,6 +47,7 @@ def _rate_left(at: Twisted, rate: float) -> Twisted:
     return Twisted(at.torsion, rate, at.state)
 
 
+_accelerate = of_links(planar_side.accelerate, chain_side.accelerate)
 _turning, _leading = added(TRANSMISSION), added(TRANSMISSION, 'law_slope')
 _growing, _rising = added(LOADED_GEAR), added(LOADED_GEAR, 'law_slope')
 _played, _played_rate = passed(PLAY, _left), passed(PLAY, _rate_left, 'law_rate')
@@ -186,59 +159,9 @@ def _motor_side(arm: ArmRecord, w: Array, j: int, at: int, to: int) -> None:
     w[j, TORQUE], w[j, DRIVE], w[j, BUDGET] = torque, drive, budget
 
 
-@inlined
-def _link_side(arm: ArmRecord, inertia: Inertia, w: Array, at: int, to: int) -> None:
-    """Fill the links' accelerations, M ddq = tau + J^T F + gravity - C dq, (eq:links)."""
-    two = arm.joints.shape[0] == 2
-    q1, dq1 = w[0, at + LINK_ANGLE], w[0, at + LINK_VELOCITY]
-    q2, dq2 = (w[1, at + LINK_ANGLE], w[1, at + LINK_VELOCITY]) if two else (0.0, 0.0)
-    force_x, force_y = tip_force(arm.body, w[0, NOW], w[0, FORCE], w[1, FORCE])
-    net1, net2 = free_torque(arm.body, inertia, q1, q2, dq1, dq2, force_x, force_y)
-    net1 += w[0, TORQUE] + link_torque(arm.joints[0], q1)
-    m11, m12, m22 = inertia.p1, 0.0, 1.0
-    if two:
-        net2 += w[1, TORQUE] + link_torque(arm.joints[1], q2)
-        m11, m12, m22 = mass_matrix(inertia, q2)
-    swing = arm.body.base_vibration
-    if swing.amplitude == 0.0:
-        _accelerate(arm, w, two, m11, m12, m22, net1, net2, to)
-        return
-    c1, c2 = base_coupling(inertia, swing.direction, q1, q2)
-    push = base_push(inertia, swing.direction, q1, q2, dq1, dq2, force_x, force_y)
-    free = base_acceleration(swing, Swung(push, w[0, at + BASE_OFFSET], w[0, at + BASE_RATE]))
-    share1, share2 = swing.amplitude * c1, swing.amplitude * c2
-    _accelerate(arm, w, two, m11 - share1 * c1, m12 - share1 * c2, m22 - share2 * c2,
-                net1 - c1 * free, net2 - c2 * free, to)
-    w[0, to + BASE_OFFSET] = w[0, at + BASE_RATE]
-    w[0, to + BASE_RATE] = free - share1 * w[0, to + LINK_VELOCITY]
-    if two:
-        w[0, to + BASE_RATE] -= share2 * w[1, to + LINK_VELOCITY]
-
-
-@inlined
-def _accelerate(arm: ArmRecord, w: Array, two: bool, m11: float, m12: float, m22: float,
-                net1: float, net2: float, to: int) -> None:
-    """Fill the links' accelerations, with bearings that hold or oppose them, (eq:bearing)."""
-    level1 = arm.joints[0].link_bearing_friction.level
-    level2 = arm.joints[1].link_bearing_friction.level if two else 0.0
-    held1, held2 = level1 > 0.0 and w[0, MODE + 1] == 0.0, level2 > 0.0 and w[1, MODE + 1] == 0.0
-    net1, net2 = net1 - w[0, MODE + 1] * level1, net2 - w[1, MODE + 1] * level2
-    determinant = m11 * m22 - m12 * m12
-    first = (m22 * net1 - m12 * net2) / determinant
-    second = (m11 * net2 - m12 * net1) / determinant
-    if held1 or held2:
-        first, second = (0.0 if held1 else net1 / m11), (0.0 if held2 else net2 / m22)
-    if level1 > 0.0 or level2 > 0.0:
-        w[0, DRIVE + 1], w[0, BUDGET + 1] = net1 - m12 * second, level1
-        w[1, DRIVE + 1], w[1, BUDGET + 1] = net2 - m12 * first, level2
-    w[0, to + LINK_VELOCITY] = first
-    if two:
-        w[1, to + LINK_VELOCITY] = second
-
-
 @compiled
 def slope(arm: ArmRecord, inertia: Inertia, w: Array, at: int, to: int) -> None:
     """Fill the slopes in block `to` of the state in block `at`, (eq:torsion-angle to links)."""
     for j in range(arm.joints.shape[0]):
         _motor_side(arm, w, j, at, to)
-    _link_side(arm, inertia, w, at, to)
+    _accelerate(arm, inertia, w, at, to)

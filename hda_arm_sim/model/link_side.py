@@ -4,11 +4,14 @@ What acts on the links: every effect of the links and the base at its place, by 
 See docs/model.md, eq:links.
 """
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
 from .acting import added, pair_added, passed
-from .effects.place import Carried, LINK_TORQUE, LOAD, Pulled, TIP, Touched
-from ..foundation.compiled import compiled, inlined, Number, Record
+from .effects.place import Carried, LINK_TORQUE, LOAD, Pulled, Signal, TIP, Touched
+from ..foundation.chain import Chain, chain, of_links
+from ..foundation.compiled import Array, compiled, inlined, Number, Record
 from ..foundation.rigid import coriolis, gravity_torque, Inertia, mass_matrix, tip_torque
 
 
@@ -17,16 +20,45 @@ def _carried(at: Carried, inertia: Inertia) -> Carried:
     return Carried(inertia, at.length1, at.length2)
 
 
-_loaded = passed(LOAD, _carried)
+@inlined
+def _as_they_are(at: Array, table: Array) -> Array:
+    return at
+
+
+_loaded, _loaded_chain = passed(LOAD, _carried), passed(LOAD, _as_they_are, 'law_chain')
 _touched, _pulled = pair_added(TIP), added(LINK_TORQUE)
 
 
-@compiled
-def loaded_inertia(body: Record) -> Inertia:
-    """Return the inertia of the links with what they carry, (eq:payload)."""
+class Pose(NamedTuple):
+    """Angles and rates of two joints, numbers or arrays over time."""
+
+    q1: Signal
+    q2: Signal
+    dq1: Signal
+    dq2: Signal
+
+
+@inlined
+def _loaded_pair(body: Record) -> Inertia:
     links = body.links
     bare = Inertia(links.p1, links.p2, links.p3, links.first, links.second, links.coupled)
     return _loaded(body, Carried(bare, links.length1, links.length2), bare)
+
+
+@inlined
+def _loaded_links(body: Record) -> Chain:
+    made = chain(body.links.parts[:int(body.links.joints) + 2])
+    _loaded_chain(body, made.table, made.table)
+    return made
+
+
+_loaded_inertia = of_links(_loaded_pair, _loaded_links)
+
+
+@compiled
+def loaded_inertia(body: Record) -> Any:
+    """Return the Inertia or the Chain of the links with what they carry, (eq:payload)."""
+    return _loaded_inertia(body)
 
 
 @inlined
@@ -37,9 +69,10 @@ def tip_force(body: Record, time: float, force_x: float,
 
 
 @inlined
-def free_torque(body: Record, inertia: Inertia, q1: float, q2: float, dq1: float, dq2: float,
-                force_x: float, force_y: float) -> tuple[float, float]:
+def free_torque(body: Record, inertia: Inertia, pose: Pose,
+                force: tuple[float, float]) -> tuple[float, float]:
     """Return what tip force, gravity and motion do to joints 1 and 2, without gears [N*m]."""
+    (q1, q2, dq1, dq2), (force_x, force_y) = pose, force
     tip1, tip2 = tip_torque(body.links.length1, body.links.length2, q1, q2, force_x, force_y)
     turn1, turn2 = coriolis(inertia, q2, dq1, dq2)
     if body.pull == 0.0:
@@ -63,9 +96,10 @@ def base_coupling(inertia: Inertia, direction: float, q1: Number,
 
 
 @compiled
-def base_push(inertia: Inertia, direction: float, q1: Number, q2: Number, dq1: Number, dq2: Number,
-              force_x: Number, force_y: Number) -> Number:
+def base_push(inertia: Inertia, direction: float, pose: Pose,
+              force: tuple[Number, Number]) -> Number:
     """Return the push of links and tip on the base, along `direction`, (eq:base-motion) [N]."""
+    (q1, q2, dq1, dq2), (force_x, force_y) = pose, force
     swing = (inertia.first * dq1 * dq1 * np.cos(direction - q1)
              + inertia.second * (dq1 + dq2) ** 2 * np.cos(direction - q1 - q2))
     return swing + force_x * np.cos(direction) + force_y * np.sin(direction)

@@ -8,12 +8,14 @@ passes arrays, and has compiled code make `ArmRecord(joints, body[0])` of them.
 
 from typing import Any, NamedTuple
 
+from numba.core import types
 import numpy as np
 from numpy.typing import NDArray
 
 from .arm import ArmRecord
 from .link_side import loaded_inertia
-from ..foundation.compiled import inlined
+from ..foundation.chain import Chain
+from ..foundation.compiled import Array, either, inlined
 from ..foundation.rigid import Inertia
 
 
@@ -22,16 +24,34 @@ class PlainArm(NamedTuple):
 
     joints: NDArray[Any]                # (n,) records
     body: NDArray[Any]                  # (1,) record
-    inertia: NDArray[np.float64]        # (6,) the fields of Inertia
+    inertia: Array                      # (6,) the fields of Inertia, or the table of a Chain
 
 
 def plain(record: ArmRecord) -> PlainArm:
     """Return an arm as arrays."""
+    inertia = loaded_inertia(record.body)
     return PlainArm(record.joints, np.array([record.body]),
-                    np.array(loaded_inertia(record.body)))
+                    inertia.table if isinstance(inertia, Chain) else np.array(inertia))
 
 
 @inlined
-def inertia_of(numbers: NDArray[np.float64]) -> Inertia:
-    """Return the inertia from its array."""
+def _pair_of(numbers: Array) -> Inertia:
     return Inertia(numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5])
+
+
+@inlined
+def _chain_of(numbers: Array) -> Chain:
+    return Chain(numbers)
+
+
+def _is_table(kind: Any) -> bool:
+    return isinstance(kind, types.Array) and kind.ndim == 2
+
+
+_chosen = either(_pair_of, _chain_of, _is_table)
+
+
+@inlined
+def inertia_of(numbers: Array) -> Any:
+    """Return the Inertia or the Chain from its array."""
+    return _chosen(numbers)

@@ -101,3 +101,8 @@ class ArmNode(ReportingNode):
         super().__init__(name)
         self.hardware = self.parameters.text('arm', *self.OPTIONS['arm'])
         self.arm: Arm = read_arm(self.hardware)
+
+    def say_started(self, waits: str) -> None:
+        """Say in one line that the node has started, what it uses and what it waits for."""
+        self.get_logger().info(f'started: uses the arm {self.hardware} '
+                               f'({", ".join(self.arm.labels)}), waits for {waits}')

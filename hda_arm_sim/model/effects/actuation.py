@@ -161,6 +161,7 @@ class CurrentLoopLag(Effect):
     place: ClassVar[Place] = COMMAND
     acts: ClassVar[tuple[str, ...]] = ('time_constant',)
     law = staticmethod(lagging_torque)
+    # (measured: above 30 Hz the noise that the command repeats spoke for a delay in any case)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         free={'time_constant': 0.001}, grid={'time_constant': (0.001, 0.004)},
         alike=('command_delay',), form_error=0.02, form=NO_OTHER_FORM, form_share=0.002,
@@ -179,6 +180,7 @@ class CommandDelay(Effect):
     place: ClassVar[Place] = COMMAND
     acts: ClassVar[tuple[str, ...]] = ('delay',)
     law = staticmethod(delayed_torque)
+    # (measured: above 30 Hz the noise that the command repeats spoke for a delay in any case)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         free={'delay': 0.001}, grid={'delay': (0.001, 0.004)}, alike=('current_loop_lag',),
         form_error=0.02, form=NO_OTHER_FORM, form_share=0.002, clear=4.0, below=30.0,

@@ -1,5 +1,6 @@
 """The catalogue: every effect that the arm can have, each on one line."""
 
+from hda_msgs_json.nearest import did_you_mean
 import numpy as np
 
 from .actuation import (CommandDelay, CurrentLoopLag, DriveOffset, MotorCogging, MotorInertiaError,
@@ -70,7 +71,8 @@ def effect_named(name: str) -> type[Effect]:
         if effect.name == name:
             return effect
     valid = ', '.join(effect.name for effect in EFFECTS)
-    raise ParameterError(f'no effect is named {name!r}; valid names: {valid}')
+    near = did_you_mean(name, (effect.name for effect in EFFECTS))
+    raise ParameterError(f'no effect is named {name!r}{near or ";"} valid names: {valid}')
 
 
 def effects_at(place: Place) -> tuple[type[Effect], ...]:

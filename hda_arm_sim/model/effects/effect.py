@@ -52,6 +52,7 @@ class Effect(Declared):
     law: ClassVar[Any]
     law_slope: ClassVar[Any] = None     # how the law changes with its angle, where a place asks
     law_rate: ClassVar[Any] = None      # how the law changes with time, where a place asks
+    law_chain: ClassVar[Any] = None     # how the law acts on a chain of links, where it differs
     hypothesis: ClassVar[Hypothesis | None] = None      # how balances tell it
     typical: ClassVar[Typical | None] = None            # size worth finding
 

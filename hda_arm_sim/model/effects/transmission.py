@@ -211,6 +211,7 @@ class TorsionalHysteresis(Effect):
     place: ClassVar[Place] = GEAR
     law = staticmethod(hysteresis_torque)
     slide = staticmethod(slid)
+    # (measured: a curve told up to 0.15 of the gain of a loop that was named rightly)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         free={'level': 0.3, 'width': 2e-05}, grid={'width': (3e-05, 0.0001, 0.0003)},
         alike=('backlash', 'clock_skew', 'structural_damping'), form_share=0.2, form_error=0.12,
@@ -262,6 +263,7 @@ class StiffeningError(Effect):
     site: ClassVar[Site] = Site.TORSION
     place: ClassVar[Place] = NUMBER
     law = staticmethod(bent)
+    # (measured: fitted alone, it left a hundredth of the 3 % that were forgiven before)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         free={'error': 0.3}, grid={'error': (-0.8, 0.5), ('knee_1', 'knee_2'): KNEES},
         alike=('stiffness_error', 'wave_generator_compliance'), form_share=0.01,
@@ -291,6 +293,7 @@ class WaveGeneratorCompliance(Effect):
     site: ClassVar[Site] = Site.TORSION
     place: ClassVar[Place] = NUMBER
     law = staticmethod(softer)
+    # (measured: fitted rightly it left 0.0003 of its power; ten records were 9 to 20 % off)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         free={'compliance': 0.1}, least={'compliance': rigid},
         alike=('backlash', 'stiffening_error', 'stiffness_error'), form_power=0.001,

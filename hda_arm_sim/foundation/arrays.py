@@ -1,0 +1,9 @@
+"""What the arrays of the project are called: numbers and masks, of any shape."""
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array: TypeAlias = NDArray[np.float64]
+Mask: TypeAlias = NDArray[np.bool_]
