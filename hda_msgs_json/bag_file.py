@@ -5,7 +5,8 @@ from pathlib import Path
 
 from hda_msgs_json.bag_metadata import channel_metadata, total
 from hda_msgs_json.mcap_file import METADATA_NAME
-from hda_msgs_json.mcap_writer import ChannelCount, McapWriter
+from hda_msgs_json.mcap_pack import ChannelCount
+from hda_msgs_json.mcap_writer import McapWriter
 from hda_msgs_json.schemas import Schema
 from hda_msgs_json.topics import Topic
 

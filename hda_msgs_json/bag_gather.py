@@ -11,7 +11,8 @@ from threading import Lock
 from typing import cast, Generic, TypeVar
 
 from hda_msgs_json.cdr_arrays import (
-    Batch, decode_joint_batch, decode_wrench_batch, fill, Form, joint_form, wrench_form)
+    decode_joint_batch, decode_wrench_batch, fill, Form, joint_form, wrench_form)
+from hda_msgs_json.cdr_batch import Batch
 from hda_msgs_json.cdr_fields import CdrError
 from hda_msgs_json.mcap_records import Messages
 from hda_msgs_json.samples import (

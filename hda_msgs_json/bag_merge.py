@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 from hda_msgs_json.cdr import encode_string
 from hda_msgs_json.cdr_arrays import encode_joint_rows, encode_wrench_rows
+from hda_msgs_json.mcap_pack import ChannelCount
 from hda_msgs_json.mcap_records import BagError, INDEX_ENTRY, MESSAGE_HEAD
 from hda_msgs_json.mcap_walk import RECORD_HEAD
-from hda_msgs_json.mcap_writer import ChannelCount, CHUNK_SIZE
+from hda_msgs_json.mcap_writer import CHUNK_SIZE
 from hda_msgs_json.samples import JointSamples, Stamps, TextSamples, WrenchSamples
 from hda_msgs_json.strided import Bytes, Indices, place
 from mcap.opcode import Opcode

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 
-from hda_msgs_json.mcap_writer import ChannelCount
+from hda_msgs_json.mcap_pack import ChannelCount
 from hda_msgs_json.schemas import Schema
 from hda_msgs_json.topics import Topic
 import yaml

@@ -1,7 +1,6 @@
 """Recordings: rosbag2 directories and loose MCAP files, whole or cut off, as arrays."""
 
 from collections.abc import Callable, Collection, Iterator
-from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple, TypeVar
@@ -10,17 +9,14 @@ from hda_msgs_json.ahead import ahead
 from hda_msgs_json.bag_files import BagFiles, find_files
 from hda_msgs_json.bag_gather import Gathering, JOINT_MESSAGES, Kind, WRENCH_MESSAGES
 from hda_msgs_json.bag_order import in_order, Message, part_messages, Source
+from hda_msgs_json.bag_parts import content_of, Part, scan_file, ScannedFile, summaries
 from hda_msgs_json.cdr import CdrError, decode_string
 from hda_msgs_json.mcap_chunk import expanded
-from hda_msgs_json.mcap_file import (
-    Content, NO_HINTS, read_stretch, scan, Stretch, summarise, Times)
+from hda_msgs_json.mcap_file import Content
 from hda_msgs_json.mcap_records import BagError, Messages, Records
-from hda_msgs_json.printable import printable
 from hda_msgs_json.samples import JointSamples, SamplesError, TextSamples, WrenchSamples
-from hda_msgs_json.schemas import SchemaError, short_name
 from hda_msgs_json.strided import Indices
 from hda_msgs_json.topics import JOINT_STATES, STRING
-from mcap.records import Schema
 import numpy as np
 
 Samples = TypeVar('Samples', JointSamples, WrenchSamples)
@@ -30,46 +26,12 @@ MOST_LISTED = 20
 """Topics that an error names."""
 
 
-@dataclass(frozen=True)
-class TopicSummary:
-    """Summarise a topic: its type, number of messages, first and last log time [ns]."""
-
-    message_type: str
-    count: int
-    first: int
-    last: int
-
-
-class _Channel(NamedTuple):
-    """Name what a channel of one file carries."""
-
-    topic: str
-    message_type: str
-    quality: str = ''
-
-
-class _Part(NamedTuple):
-    """Name a part of a file, and what its channels have in it."""
-
-    path: Path
-    stretch: Stretch
-    times: dict[int, Times]
-
-
 class _Slot(NamedTuple):
     """Name channels of a part, and which of all messages of the topic they have."""
 
-    part: _Part
+    part: Part
     channels: list[int]
     rows: slice
-
-
-@dataclass
-class _File:
-    """Collect the channels of one file and its parts; channels are numbered file by file."""
-
-    channels: dict[int, _Channel] = field(default_factory=dict)
-    parts: list[_Part] = field(default_factory=list)
 
 
 def open_recording(path: Path | str) -> 'Recording':
@@ -92,7 +54,7 @@ class Recording:
         self.metadata: dict[str, str] = {}
         self._expanded = files.expanded
         self._files = [self._scan(file) for file in files.paths]
-        self.topics = self._summaries()
+        self.topics = summaries(self._files)
 
     @property
     def duration(self) -> float:
@@ -157,7 +119,7 @@ class Recording:
                  if channel.topic == topic and channel.quality]
         return list(dict.fromkeys(found))
 
-    def _part_messages(self, number: int, part: _Part, topics: dict[int, str],
+    def _part_messages(self, number: int, part: Part, topics: dict[int, str],
                        start: int) -> Iterator[Message]:
         return part_messages(number, Records(*self._read(part)), topics, start)
 
@@ -226,9 +188,9 @@ class Recording:
                 first = last
             yield slots
 
-    def _read(self, part: _Part) -> Content:
+    def _read(self, part: Part) -> Content:
         """Return the content of a part of a file; if it is damaged, none and a warning."""
-        content, warning = _content(part)
+        content, warning = content_of(part)
         self._warn(warning)
         return content
 
@@ -236,63 +198,18 @@ class Recording:
         if warning and warning not in self.warnings:
             self.warnings.append(warning)
 
-    def _scan(self, path: Path) -> _File:
-        """Find the messages of one file, and what its channels carry."""
-        contents = scan(path)
-        self.warnings.extend(contents.warnings)
-        self.metadata.update(contents.metadata)
-        file = _File()
-        schemas: dict[int, str] = {}
-        for stretch in contents.stretches:
-            times = {number: index.times for number, index in stretch.indexes.items()}
-            part = _Part(path, stretch, times)
-            if not times or not times.keys() <= file.channels.keys():
-                part = part._replace(times=self._look_into(part, schemas, file.channels))
-            file.parts.append(part)
+    def _scan(self, path: Path) -> ScannedFile:
+        """Find the messages of one file; keep what it says of itself and what is wrong with it."""
+        file = scan_file(path)
+        self.warnings.extend(file.warnings)
+        self.metadata.update(file.metadata)
         return file
-
-    def _look_into(
-            self, part: _Part, schemas: dict[int, str],
-            channels: dict[int, _Channel]) -> dict[int, Times]:
-        """Add what the records of a part define, and return what its channels have in it."""
-        records = Records(*self._read(part))
-        try:
-            for record in records.definitions():
-                if isinstance(record, Schema):
-                    schemas[record.id] = _full_type(record.name)
-                else:
-                    channels.setdefault(record.id, _Channel(
-                        printable(record.topic), schemas.get(record.schema_id, 'no type'),
-                        record.metadata.get('offered_qos_profiles', '')))
-        except BagError as error:
-            self.warnings.append(f'{part.path.name}: {error}')
-        return {number: summarise(times) for number, times in records.log_times().items()
-                if number in channels}
-
-    def _summaries(self) -> dict[str, TopicSummary]:
-        """Return a summary of every topic of all files, by name."""
-        found: dict[str, TopicSummary] = {}
-        for file in self._files:
-            for number, channel in sorted(file.channels.items()):
-                times = [part.times[number] for part in file.parts if number in part.times]
-                summary = _summary(channel.message_type, times, found.get(channel.topic))
-                found[channel.topic] = summary
-        return dict(sorted(found.items()))
-
-
-def _content(part: _Part) -> tuple[Content, str]:
-    """Return the content of a part of a file; if it is damaged, none and a warning."""
-    try:
-        return read_stretch(part.path, part.stretch), ''
-    except BagError as error:
-        return Content(b'', NO_HINTS), (
-            f'{part.path.name}: the chunk at byte {part.stretch.offset} is left out: {error}')
 
 
 def _worked(
         slot: _Slot, work: Callable[[Messages, slice], Result]) -> tuple[Result | None, str]:
     """Return what work makes of some channels of a part, None without messages, and a warning."""
-    content, warning = _content(slot.part)
+    content, warning = content_of(slot.part)
     messages = Records(*content).messages(slot.channels)
     if not len(messages.log_times):
         return None, warning
@@ -303,27 +220,6 @@ def _singly(messages: Messages, _: slice) -> tuple[Indices, list[bytes]]:
     """Return log times and messages one by one."""
     return messages.log_times, [
         messages.batch.message(index) for index in range(len(messages.log_times))]
-
-
-def _summary(
-        message_type: str, times: list[Times], before: TopicSummary | None) -> TopicSummary:
-    """Return the summary of a topic with more messages; no type where there are several."""
-    filled = [part for part in times if part.count]
-    if before is not None:
-        filled += [Times(before.count, before.first, before.last)] if before.count else []
-        message_type = message_type if message_type == before.message_type else 'several types'
-    return TopicSummary(
-        message_type, sum(part.count for part in filled),
-        min((part.first for part in filled), default=0),
-        max((part.last for part in filled), default=0))
-
-
-def _full_type(name: str) -> str:
-    """Return 'package/msg/Name' for a type that is named with or without 'msg'."""
-    try:
-        return short_name(name).replace('/', '/msg/')
-    except SchemaError:
-        return printable(name)
 
 
 def _order(times: Indices) -> Indices | None:

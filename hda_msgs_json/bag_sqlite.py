@@ -14,6 +14,7 @@ import shutil
 import sqlite3
 
 from hda_msgs_json.bag_file import ENCODING, SCHEMA_ENCODING
+from hda_msgs_json.mcap_chunk import expanded_message
 from hda_msgs_json.mcap_records import BagError
 from hda_msgs_json.mcap_writer import McapWriter
 from hda_msgs_json.schemas import schema, SchemaError
@@ -139,8 +140,8 @@ def _write(bag: sqlite3.Connection, path: Path, writer: McapWriter,
                     isinstance(time, int) and time >= 0):
                 left_out += 1
             else:
-                writer.write(channels[topic], time, message)
-    except sqlite3.Error as error:
+                writer.write(channels[topic], time, expanded_message(message))
+    except (sqlite3.Error, BagError) as error:
         yield f'{path.name}: it is damaged, later messages are missing: {error}'
     if left_out:
         yield f'{path.name}: {left_out} messages without topic, time or content are left out'

@@ -12,11 +12,11 @@ from hda_msgs_json.ahead import ahead
 from hda_msgs_json.bag_file import BagFile
 from hda_msgs_json.bag_merge import Chunk, Column, joint_column, merged, text_column, wrench_column
 from hda_msgs_json.bag_metadata import METADATA_FILE, rosbag2_metadata, to_yaml, total
+from hda_msgs_json.bag_place import cannot_write, growing_directory, whole_directory
 from hda_msgs_json.mcap_chunk import COMPRESSIONS
 from hda_msgs_json.mcap_file import METADATA_NAME
+from hda_msgs_json.mcap_pack import ChannelCount, pack, Packed
 from hda_msgs_json.mcap_records import BagError
-from hda_msgs_json.mcap_writer import ChannelCount, pack, Packed
-from hda_msgs_json.outputs import OutputError, WholeDirectory
 from hda_msgs_json.samples import JointSamples, TextSamples, WrenchSamples
 from hda_msgs_json.schemas import Schema, schema
 from hda_msgs_json.topics import Topic
@@ -64,14 +64,14 @@ class BagWriter:
         self._totals: dict[Topic, ChannelCount] = {}        # and what is in them
         self._described: ChannelCount | None = None
         self._failed = False
-        self._whole = _whole(self.path, force) if whole else None
-        self._directory = self._whole.partial if self._whole else _growing(self.path)
+        self._whole = whole_directory(self.path, force) if whole else None
+        self._directory = self._whole.partial if self._whole else growing_directory(self.path)
         try:
             self._file = self._open()
             self._describe()
         except OSError as error:
             self._remove()
-            raise _cannot_write(self.path, error) from None
+            raise cannot_write(self.path, error) from None
 
     def __enter__(self) -> 'BagWriter':
         """Return the writer."""
@@ -154,7 +154,7 @@ class BagWriter:
                 self._whole.keep()
         except OSError as error:
             self._abort()
-            raise _cannot_write(self.path, error) from None
+            raise cannot_write(self.path, error) from None
 
     @property
     def messages(self) -> int:
@@ -168,7 +168,7 @@ class BagWriter:
             yield
         except OSError as error:
             self._failed = True
-            raise _cannot_write(self.path, error) from None
+            raise cannot_write(self.path, error) from None
 
     def _open(self, number: int = 0) -> BagFile:
         name = f'{self.path.name}_{number}.mcap'
@@ -260,30 +260,3 @@ class BagWriter:
 
 def _packed(chunk: Chunk, compression: str) -> Packed:
     return pack(chunk.content.data, chunk.indexes, compression)
-
-
-def _whole(path: Path, force: bool) -> WholeDirectory:
-    """Make the directory that will take the place of the path."""
-    try:
-        return WholeDirectory(path, force=force)
-    except OutputError as error:
-        raise BagError(str(error)) from None
-    except OSError as error:
-        raise _cannot_write(path, error) from None
-
-
-def _growing(path: Path) -> Path:
-    """Make the directory of a bag that grows in its place."""
-    try:
-        if path.is_dir() and any(path.iterdir()):
-            raise BagError(f'{path} exists and is not empty; name another place for the bag')
-        if path.exists() and not path.is_dir():
-            raise BagError(f'{path} is a file; a bag is a directory')
-        path.mkdir(parents=True, exist_ok=True)
-        return path
-    except OSError as error:
-        raise _cannot_write(path, error) from None
-
-
-def _cannot_write(path: Path, error: OSError) -> BagError:
-    return BagError(f'{path} cannot be written: {error.strerror or error}')

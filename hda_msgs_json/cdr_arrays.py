@@ -6,53 +6,23 @@ recording with a few layouts (two drivers on one topic) is decoded layout by lay
 falls back to the field-by-field reader. The result is the same in every case.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Generic, NamedTuple, TypeVar
+from typing import Generic, TypeVar
 
+from hda_msgs_json.cdr_batch import Batch, batch_of, Block, by_layout, stamps_of
 from hda_msgs_json.cdr_fields import CdrError, NANOSECONDS
 from hda_msgs_json.cdr_layout import (
     encode_joint_state, encode_wrench, JointState, Layout, read_joint_state, read_wrench, Wrench)
 from hda_msgs_json.samples import (
-    Floats, join_joint_samples, JointSamples, MOST_NAMES, SamplesError, Stamps, WrenchSamples)
-from hda_msgs_json.strided import Bytes, Indices, structures
+    join_joint_samples, JointSamples, MOST_NAMES, SamplesError, WrenchSamples)
+from hda_msgs_json.strided import Bytes, structures
 import numpy as np
-from numpy.typing import NDArray
 
 LITTLE_ENDIAN = np.dtype('<f8')
-MOST_LAYOUTS = 16
-"""More layouts than this in one batch are read field by field."""
 
-Message = TypeVar('Message', JointState, Wrench)
 Samples = TypeVar('Samples', JointSamples, WrenchSamples)
-
-
-class Batch(NamedTuple):
-    """Hold messages that lie anywhere in one buffer of bytes: where they start, their sizes."""
-
-    buffer: Bytes
-    starts: Indices
-    sizes: Indices
-
-    def message(self, index: int) -> bytes:
-        """Return the bytes of one message."""
-        start = int(self.starts[index])
-        return self.buffer[start:start + int(self.sizes[index])].tobytes()
-
-    def records(self, chosen: Indices, layout: Layout) -> NDArray[np.void]:
-        """Return messages of the size of a layout as its fields."""
-        return structures(self.buffer, self.starts[chosen], layout.record)
-
-
-@dataclass(frozen=True)
-class _Block(Generic[Message]):
-    """Hold messages of one layout: where they stood, the first of them, stamps and numbers."""
-
-    chosen: Indices
-    first: Message
-    stamps: Stamps
-    numbers: tuple[Floats, ...]
 
 
 @dataclass(frozen=True)
@@ -62,13 +32,6 @@ class Form(Generic[Samples]):
     layout: Layout
     row_size: int
     room: Callable[[int], Samples]
-
-
-def batch_of(messages: Sequence[bytes | memoryview]) -> Batch:
-    """Return the messages one after another in one buffer."""
-    sizes = np.fromiter((len(message) for message in messages), np.int64, len(messages))
-    buffer = np.frombuffer(b''.join(messages), np.uint8)
-    return Batch(buffer, np.cumsum(sizes) - sizes, sizes)
 
 
 def decode_joint_states(messages: Sequence[bytes | memoryview]) -> JointSamples:
@@ -87,7 +50,7 @@ def decode_joint_batch(batch: Batch, number: int = 0) -> JointSamples:
 
     Errors count the messages from the given number on.
     """
-    blocks = list(_blocks(batch, number, read_joint_state, _check_joint_state))
+    blocks = list(by_layout(batch, number, read_joint_state, _check_joint_state))
     if len(blocks) == 1:
         return _joint_samples(blocks[0])
     try:
@@ -107,7 +70,7 @@ def decode_wrench_batch(batch: Batch, number: int = 0) -> WrenchSamples:
     stamps = np.zeros(len(batch.starts), np.int64)
     force, torque = np.zeros((2, len(stamps), 3))
     frame_id = None
-    for block in _blocks(batch, number, read_wrench, _check_nothing):
+    for block in by_layout(batch, number, read_wrench, _check_nothing):
         frame_id = block.first.frame_id if frame_id is None else frame_id
         if block.first.frame_id != frame_id:
             raise CdrError(
@@ -150,7 +113,7 @@ def fill(layout: Layout, batch: Batch, samples: JointSamples | WrenchSamples) ->
     records = structures(batch.buffer, batch.starts, layout.record)
     if not layout.fit(records).all():
         return False
-    samples.stamps[:] = _stamps(records)
+    samples.stamps[:] = stamps_of(records)
     for index, values in enumerate(samples.numbers):
         if not layout.doubles[index].count:
             values[:] = np.nan
@@ -185,52 +148,7 @@ def _wrench_template(frame_id: str) -> tuple[bytes, Layout]:
     return message, read_wrench(message)[1]
 
 
-def _blocks(
-        batch: Batch, number: int, read: Callable[[bytes], tuple[Message, Layout]],
-        check: Callable[[Message], None]) -> Iterator[_Block[Message]]:
-    """Yield the messages layout by layout, and what is left after `MOST_LAYOUTS` one by one."""
-    left = np.arange(len(batch.starts))
-    layouts = 0
-    while len(left):
-        try:
-            first, layout = read(batch.message(left[0]))
-            check(first)
-        except CdrError as error:
-            raise CdrError(f'message {number + left[0]}: {error}') from None
-        if layout.little_endian and layouts < MOST_LAYOUTS:
-            layouts += 1
-            block, left = _same_layout(batch, left, first, layout)
-        else:
-            block, left = _single(first, left[:1]), left[1:]
-        yield block
-
-
-def _same_layout(
-        batch: Batch, left: Indices, first: Message, layout: Layout,
-) -> tuple[_Block[Message], Indices]:
-    """Return the messages of one layout as a block, and which ones are left."""
-    same = batch.sizes[left] == layout.size
-    records = batch.records(left[same], layout)
-    fits = layout.fit(records)
-    if not fits.all():
-        records = records[fits]
-        same[same] = fits
-    numbers = tuple(records[f'numbers{index}'] for index in range(len(layout.doubles)))
-    return _Block(left[same], first, _stamps(records), numbers), left[~same]
-
-
-def _stamps(records: NDArray[np.void]) -> Stamps:
-    return np.asarray(
-        records['seconds'].astype(np.int64) * NANOSECONDS + records['nanoseconds'], np.int64)
-
-
-def _single(first: Message, chosen: Indices) -> _Block[Message]:
-    """Return one message as a block."""
-    numbers = tuple(values[np.newaxis] for values in first.numbers)
-    return _Block(chosen, first, np.array([first.stamp_ns]), numbers)
-
-
-def _joint_samples(block: _Block[JointState]) -> JointSamples:
+def _joint_samples(block: Block[JointState]) -> JointSamples:
     """Return the messages of one layout as arrays; what they lack is NaN."""
     names = block.first.names
     position, velocity, effort = (

@@ -4,7 +4,7 @@ from io import BytesIO
 from pathlib import Path
 import zlib
 
-from hda_msgs_json.cdr_arrays import Batch, batch_of
+from hda_msgs_json.cdr_batch import Batch, batch_of
 from hda_msgs_json.mcap_records import BagError
 import lz4.frame
 import numpy as np
@@ -81,7 +81,19 @@ def expanded(batch: Batch) -> Batch:
     messages = np.flatnonzero(batch.sizes >= len(ZSTD_MAGIC))
     if not len(messages) or batch.message(messages[0])[:len(ZSTD_MAGIC)] != ZSTD_MAGIC:
         return batch
-    return batch_of([_expanded(batch.message(n)) for n in range(len(batch.sizes))])
+    return batch_of([expanded_message(batch.message(n)) for n in range(len(batch.sizes))])
+
+
+def expanded_message(message: bytes) -> bytes:
+    """Return a message that rosbag2 may have compressed on its own; raise BagError."""
+    if not message.startswith(ZSTD_MAGIC):
+        return message
+    try:
+        size = zstandard.frame_content_size(message)
+        check_growth(len(message), size)
+        return bytes(zstandard.ZstdDecompressor().decompress(message, max_output_size=SMALL))
+    except zstandard.ZstdError as error:
+        raise BagError(f'a compressed message is broken ({_first_line(error)})') from None
 
 
 def check_growth(stored: int, size: int) -> None:
@@ -107,17 +119,6 @@ def _decompress(stored: bytes, compression: str, size: int) -> bytes:
 def _checks_itself(stored: bytes, compression: str) -> bool:
     """Tell whether data carry a checksum that was verified as they were decompressed."""
     return compression == 'zstd' and zstandard.get_frame_parameters(stored).has_checksum
-
-
-def _expanded(message: bytes) -> bytes:
-    if not message.startswith(ZSTD_MAGIC):
-        return message
-    try:
-        size = zstandard.frame_content_size(message)
-        check_growth(len(message), size)
-        return bytes(zstandard.ZstdDecompressor().decompress(message, max_output_size=SMALL))
-    except zstandard.ZstdError as error:
-        raise BagError(f'a compressed message is broken ({_first_line(error)})') from None
 
 
 def _salvage_zstd(stored: bytes, size: int) -> bytes:

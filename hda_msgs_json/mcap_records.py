@@ -11,7 +11,7 @@ from io import BytesIO
 import struct
 from typing import NamedTuple, TypeVar
 
-from hda_msgs_json.cdr_arrays import Batch
+from hda_msgs_json.cdr_batch import Batch
 from hda_msgs_json.errors import HdaError
 from hda_msgs_json.mcap_walk import RECORD_HEAD, record_starts
 from hda_msgs_json.strided import Indices, structures

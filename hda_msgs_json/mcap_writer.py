@@ -7,47 +7,25 @@ from io import FileIO
 import os
 from pathlib import Path
 import struct
-from typing import NamedTuple
 import zlib
 
 from hda_msgs_json.disk_push import DiskPush
-from hda_msgs_json.mcap_chunk import compress
+from hda_msgs_json.mcap_pack import ChannelCount, laid_out, pack, Packed
 from hda_msgs_json.mcap_records import INDEX_ENTRY, MAGIC
 from hda_msgs_json.mcap_spool import Spool
 from hda_msgs_json.mcap_walk import RECORD_HEAD
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import (
-    Channel, ChunkIndex, DataEnd, Footer, Header, McapRecord, Metadata, MetadataIndex, Schema,
-    Statistics)
+    Channel, DataEnd, Footer, Header, McapRecord, Metadata, MetadataIndex, Schema, Statistics)
 import numpy as np
-from numpy.typing import NDArray
 
 PROFILE = 'ros2'
 LIBRARY = 'hda_msgs_json'
 CHUNK_SIZE = 1 << 20
 """Bytes after which a chunk is closed, before compression."""
-ZSTD_LEVEL = -1
-"""Level 1 makes recordings 2 to 5 % smaller, and takes half as long again to read."""
 
 MESSAGE = struct.Struct('<BQHIQQ')
-CHUNK = struct.Struct('<QQQI')
-INDEX = struct.Struct('<HI')
-NO_TIME = 2 ** 63 - 1
-
-
-@dataclass
-class ChannelCount:
-    """Count the messages of a channel, with the first and the last log time [ns]."""
-
-    count: int = 0
-    first: int = NO_TIME
-    last: int = 0
-
-    def add(self, count: int, first: int, last: int) -> None:
-        """Count some more messages."""
-        self.count += count
-        self.first, self.last = min(self.first, first), max(self.last, last)
 
 
 @dataclass
@@ -58,30 +36,6 @@ class _Summary:
     schemas: list[Schema] = field(default_factory=list)
     channels: list[Channel] = field(default_factory=list)
     metadata: list[MetadataIndex] = field(default_factory=list)
-
-
-class Packed(NamedTuple):
-    """
-    Hold a chunk as it is stored.
-
-    The indexes are (log time, offset) entries by channel, the spans the first and the last log
-    time of each.
-    """
-
-    stored: bytes
-    size: int
-    crc: int
-    indexes: Mapping[int, NDArray[np.void]]
-    spans: Mapping[int, tuple[int, int]]
-
-
-def pack(
-        content: bytes | memoryview, indexes: Mapping[int, NDArray[np.void]],
-        compression: str) -> Packed:
-    """Return message records as a chunk."""
-    spans = {channel: _span(entries) for channel, entries in indexes.items()}
-    stored = compress(content, compression, ZSTD_LEVEL)
-    return Packed(stored, len(content), zlib.crc32(content), indexes, spans)
 
 
 class McapWriter:
@@ -220,26 +174,11 @@ class McapWriter:
 
     def _write_chunk(self, chunk: Packed) -> None:
         """Write a chunk, its message indexes, count both and remember them for the summary."""
-        first = min(first for first, _ in chunk.spans.values())
-        last = max(last for _, last in chunk.spans.values())
-        name, start = self.compression.encode(), self._at
-        body = (CHUNK.pack(first, last, chunk.size, chunk.crc)
-                + struct.pack('<I', len(name)) + name + struct.pack('<Q', len(chunk.stored)))
-        parts = [RECORD_HEAD.pack(Opcode.CHUNK, len(body) + len(chunk.stored)), body, chunk.stored]
-        length = sum(map(len, parts))
-        end, offsets = start + length, {}
-        for channel, entries in chunk.indexes.items():
-            offsets[channel] = start + sum(map(len, parts))
-            parts.append(RECORD_HEAD.pack(Opcode.MESSAGE_INDEX, INDEX.size + entries.nbytes)
-                         + INDEX.pack(channel, entries.nbytes) + entries.tobytes())
-        self._write([b''.join(parts)])
+        records, index = laid_out(chunk, self.compression, self._at)
+        self._write([records])
         for channel, entries in chunk.indexes.items():
             self.counts[channel].add(len(entries), *chunk.spans[channel])
-        self._summary.chunks.add(_encoded(ChunkIndex(
-            message_start_time=first, message_end_time=last, chunk_start_offset=start,
-            chunk_length=length, message_index_offsets=offsets,
-            message_index_length=self._at - end, compression=self.compression,
-            compressed_size=len(chunk.stored), uncompressed_size=chunk.size)))
+        self._summary.chunks.add(_encoded(index))
 
     def _statistics(self) -> Statistics:
         filled = [counted for counted in self.counts.values() if counted.count]
@@ -252,11 +191,6 @@ class McapWriter:
             message_end_time=max((counted.last for counted in filled), default=0),
             channel_message_counts={
                 channel: counted.count for channel, counted in self.counts.items()})
-
-
-def _span(entries: NDArray[np.void]) -> tuple[int, int]:
-    times = np.ascontiguousarray(entries['log_time'])
-    return int(times.min()), int(times.max())
 
 
 def _encoded(record: McapRecord) -> bytes:

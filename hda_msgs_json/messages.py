@@ -78,6 +78,8 @@ class EstimatorState:
     """Its standard deviation [kg]."""
     contact: str
     """'free', 'contact' while something pushes, 'collision' from a hard push to the reset."""
+    torsion_zero: tuple[MaybeNan, ...] = ()
+    """Torsion that is taken for none: by a tare and as learnt [rad]."""
 
 
 def to_json(message: object) -> str:

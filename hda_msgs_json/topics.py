@@ -48,6 +48,9 @@ DIAGNOSTICS = Topic(
     '/diagnostics', DIAGNOSTIC_ARRAY, 10, reason='the depth that ROS tools use for diagnostics')
 CLOCK = Topic(
     '/clock', CLOCK_TYPE, 10, reason='only the latest time matters, yet a step must arrive')
+ROBOT_DESCRIPTION = Topic(
+    'robot_description', STRING, 1, durability='transient_local',
+    reason='it is said once, and who comes late must hear it too')
 
 MOTOR_SUFFIX = '_motor'
 BASE_FRAME = 'base'
