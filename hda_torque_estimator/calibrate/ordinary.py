@@ -16,15 +16,14 @@ from numpy.typing import NDArray
 from .calibration import Calibration, HARDLY, one_joint, SPARSE
 from .fitting import laws
 from .fitting.arm_numbers import Number, number, numbers, rest, with_numbers, with_tolerances
-from .fitting.descent import Descent, Found, held_out, known
-from .fitting.fit import Fit
 from .fitting.friction import friction
-from .fitting.orders import chosen, Fitted, fitted_waves, worthwhile
+from .fitting.orders import chosen, error_held_out, Fitted, fitted_waves, worthwhile
 from .fitting.polynomial import held_out_error, polynomial_method
-from .fitting.terms import Term
-from .passages.loads import DOUBTS
+from .fitting.torsion_fits import BESIDE, TorsionFits, TorsionProblem, ZERO_KNOWN
 from .passages.passage import Passage
 from .passages.suitability import check, check_of_one_piece
+from ..least_squares.descent import Found, places
+from ..least_squares.term import Term
 
 Floats = NDArray[np.float64]
 # Choices unless told otherwise.
@@ -97,14 +96,14 @@ def calibrate_ordinary(arm: Arm, passages: Mapping[str, Sequence[Passage]],
 
 def _joint(arm: Arm, passages: Sequence[Passage], scale: str) -> JointFinding:
     """Return what passages say about the only joint of an arm."""
-    label, descent = arm.labels[0], Descent(arm, passages)
+    label, fits = arm.labels[0], TorsionFits(arm, passages)
     plain = _bare(arm)
-    found, nominal = _decided(Descent(plain, passages), plain)
-    _check_pieces(label, descent, found)
-    error = descent.error((), np.zeros(1 + DOUBTS))
-    after = held_out_of(found)
+    found, nominal = _decided(TorsionFits(plain, passages), plain)
+    _check_pieces(label, fits, found)
+    error = TorsionProblem(fits, ()).error(np.zeros(BESIDE))
+    after = error_held_out(found)
     found_numbers = (*_numbers(plain, found), *friction(arm, passages),
-                     rest(after, len(np.unique(descent.stretch))))
+                     rest(after, len(np.unique(fits.stretch))))
     return JointFinding(
         label, tuple(passage.recording for passage in passages), scale, found_numbers, nominal,
         float(np.concatenate([p.reference[p.usable] for p in passages]).std()),
@@ -131,62 +130,49 @@ def law_terms(arm: Arm) -> list[Term]:
     return [*terms, laws.loop(arm), laws.damping(arm), laws.skew(arm)]
 
 
-def _decided(descent: Descent, arm: Arm) -> tuple[Found, tuple[str, ...]]:
+def _decided(fits: TorsionFits, arm: Arm) -> tuple[Found, tuple[str, ...]]:
     """Return the fit with the waves and laws that recordings tell, and the numbers left out."""
     terms = law_terms(arm)
     light = [terms[0], terms[-1]]               # stiffness and skew; loops come after waves
-    orders = chosen(descent, descent.fit(light), ())
-    fitted = fitted_waves(descent, terms, orders, fitted_waves(descent, light, orders))
+    orders = chosen(fits, fits.fit(light), ())
+    fitted = fitted_waves(fits, terms, orders, fitted_waves(fits, light, orders))
     orders, thinner = worthwhile(fitted)
-    more = chosen(descent, thinner, orders)
+    more = chosen(fits, thinner, orders)
     if more != fitted.orders:
-        fitted = fitted_waves(descent, terms, more, fitted)
-    fitted, terms = _best_form(descent, arm, fitted, terms)
+        fitted = fitted_waves(fits, terms, more, fitted)
+    fitted, terms = _best_form(fits, arm, fitted, terms)
     told = [term for term, keep in zip(terms, _told(fitted.found)) if keep]
     if len(told) < len(terms):
-        fitted = fitted_waves(descent, told, fitted.orders, fitted)
-    left_out = tuple(name for term in terms if term not in told for name in nominal(term))
+        fitted = fitted_waves(fits, told, fitted.orders, fitted)
+    left_out = tuple(name for term in terms if term not in told for name in term.numbers())
     return fitted.found, left_out
 
 
-def _best_form(descent: Descent, arm: Arm, fitted: Fitted,
+def _best_form(fits: TorsionFits, arm: Arm, fitted: Fitted,
                terms: list[Term]) -> tuple[Fitted, list[Term]]:
     """Return the fit with three straight segments, if that tells torques better, and its terms."""
-    largest = max(float(np.abs(p.reference[p.usable]).max()) for p in descent.passages)
+    largest = max(float(np.abs(p.reference[p.usable]).max()) for p in fits.passages)
     law = arm.joints[0].torsion
     if law.flexspline_curvature == 0.0 or law.knee_1 > 0.0 or largest < BENT:
         return fitted, terms
     straight = [laws.segments(arm, largest) if place == 1 else term
                 for place, term in enumerate(terms)]
-    other = fitted_waves(descent, straight, fitted.orders, fitted)
-    better = held_out_of(other.found) < (1.0 - FORM_GAIN) * held_out_of(fitted.found)
+    other = fitted_waves(fits, straight, fitted.orders, fitted)
+    better = error_held_out(other.found) < (1.0 - FORM_GAIN) * error_held_out(fitted.found)
     return (other, straight) if better else (fitted, terms)
-
-
-def held_out_of(found: Found) -> float:
-    """Return the error of a fit where it has not seen [N*m rms]."""
-    return held_out(found.rows, found.noise, found.scaled)
-
-
-def nominal(term: Term) -> dict[str, float]:
-    """Return the numbers of a term as they were known."""
-    return term.numbers(np.array([unknown.nominal for unknown in term.unknowns]))
 
 
 def _told(found: Found) -> list[bool]:
     """Return for each term whether the recordings tell more of it than was known."""
-    sigma, keep, first = np.sqrt(np.diag(found.covariance())), [], 0
-    for term in found.terms:
-        last = first + len(term.unknowns)
-        keep.append(bool(sigma[first] < FIXED))         # its size; a shape follows
-        first = last
-    return keep
+    sigma = np.sqrt(np.diag(found.covariance()))
+    # of its size; a shape follows
+    return [bool(sigma[place.start] < FIXED) for place in places(found.terms)]
 
 
-def _check_pieces(label: str, descent: Descent, found: Found) -> None:
+def _check_pieces(label: str, fits: TorsionFits, found: Found) -> None:
     """Check that one law fits all recordings."""
     first, parts = 0, []
-    for passage in descent.passages:
+    for passage in fits.passages:
         torque = passage.thinned(passage.reference)[passage.rows_used()]
         parts.append((passage.recording, found.rows.error[first:first + len(torque)], torque))
         first += len(torque)
@@ -195,11 +181,7 @@ def _check_pieces(label: str, descent: Descent, found: Found) -> None:
 
 def _numbers(arm: Arm, found: Found) -> tuple[Number, ...]:
     """Return the numbers of a fit with their intervals, the zero of the link encoder last."""
-    _, spread = known(found.terms)
-    covariance = found.covariance()
-    size = found.unknowns
-    fit = Fit(found.values(), covariance[:size, :size] * np.outer(spread, spread),
-              found.scaled[:size], ())
-    sigma = float(np.sqrt(covariance[size, size]))
-    zero = arm.joints[0].link_encoder.zero + found.zero()
-    return (*numbers(found.terms, fit), number('link_encoder.zero', zero, sigma))
+    covariance, size = found.covariance(), found.unknowns
+    zero = arm.joints[0].link_encoder.zero + float(found.scaled[size] * ZERO_KNOWN)
+    return (*numbers(found, covariance), number('link_encoder.zero', zero,
+                                                float(np.sqrt(covariance[size, size]))))

@@ -1,6 +1,7 @@
 """Calibrate from bags: `hda calibrate BAG... --arm FILE --out FILE`."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from hda_arm_sim.model.arm import Arm
@@ -10,13 +11,14 @@ from hda_msgs_json.outputs import check_file
 from hda_msgs_json.samples import WrenchSamples
 from hda_msgs_json.topics import EXTERNAL_WRENCH, reference_joint_torque, REFERENCE_TIP_WRENCH
 
-from .calibration import calibrate, Calibration
+from .calibration import Calibration
 from .ordinary import calibrate_ordinary
 from .passages.heard import Heard, heard
 from .passages.measured import CalibrationError, Measured, measured
 from .passages.passage import Passage
 from .passages.stated import Stated, stated
 from .passages.suitability import SHORTEST
+from .referenced import calibrate
 
 Words = Sequence[Sequence[str]]
 
@@ -24,27 +26,30 @@ Words = Sequence[Sequence[str]]
 def run_calibration(bags: Sequence[Path], arm_file: str, out: Path, *,
                     joints: Sequence[str] | None = None, tilts: Words = (), payloads: Words = (),
                     tell: Callable[[str], None] = lambda text: None,
-                    force: bool = False) -> Calibration:
+                    force: bool = False,
+                    opened: Callable[[Path], Recording] = open_recording) -> Calibration:
     """
     Write the arm that the recordings call for, and return what was found.
 
     With `joints`, the others stay as they are. `tilts` (bag, degrees, direction) and `payloads`
-    (bag, kg) are what is known of a recording; `tell` hears what is being done. Raises
-    CalibrationError, GateError, BagError, ArmError or OutputError; then nothing is written.
+    (bag, kg) are what is known of a recording. `tell` hears what is being done, and `opened` opens
+    a recording. Raises CalibrationError, GateError, BagError, ArmError or OutputError; nothing is
+    written then.
     """
     places = [bag.resolve() for bag in bags]
     if twice := sorted({str(place) for place in places if places.count(place) > 1}):
         raise CalibrationError(f'{twice[0]} is given twice; each recording counts once')
     check_file(out, force=force, reads=bags)
-    arm = read_arm(arm_file)
+    whole = read_arm(arm_file)
+    arm = whole.torsion_only()      # of a chain the gears alone are calibrated, by sensors
     chosen = arm.labels if joints is None else [arm.joint(label).label for label in joints]
     known = stated(bags, tilts, payloads)
-    opened = [open_recording(bag) for bag in bags]
-    if arm.links is None or _are_snatches(opened, chosen):
-        calibration = _from_sensors(arm, bags, opened, chosen)
+    recordings = [opened(bag) for bag in bags]
+    if arm.links is None or _are_snatches(recordings, chosen):
+        calibration = _from_sensors(arm, bags, recordings, chosen, tell)
     else:
-        calibration = _from_loads(arm, bags, opened, known, chosen, tell)
-    write_arm(calibration.arm, out, force=force)
+        calibration = _from_loads(arm, bags, recordings, known, chosen, tell)
+    write_arm(replace(calibration.arm, links=whole.links), out, force=force)
     return calibration
 
 
@@ -60,13 +65,13 @@ def _has(recording: Recording, topic: str) -> bool:
 
 
 def _from_sensors(arm: Arm, bags: Sequence[Path], opened: Sequence[Recording],
-                  labels: Sequence[str]) -> Calibration:
+                  labels: Sequence[str], tell: Callable[[str], None]) -> Calibration:
     """Return the calibration of joints with reference torques, from whatever there is."""
     recordings: dict[str, list[Measured]] = {label: [] for label in labels}
     for bag, recording in zip(bags, opened):
         for label, found in recordings.items():
             found.extend(_measured(recording, bag.name, label))
-    return calibrate(arm, recordings)
+    return calibrate(arm, recordings, tell)
 
 
 def _measured(recording: Recording, name: str, label: str) -> list[Measured]:

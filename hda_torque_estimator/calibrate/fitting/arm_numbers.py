@@ -5,23 +5,34 @@ from dataclasses import dataclass, replace
 import math
 
 from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.parts import Tolerances
 import numpy as np
+from numpy.typing import NDArray
 
-from .bounds import declaration, entered
-from .fit import Fit
-from .terms import Term
+from ...least_squares.bounds import declaration, entered
+from ...least_squares.descent import Found, places
+from ...least_squares.term import Term
 from ...significance import NORMAL_90
+
+Floats = NDArray[np.float64]
 
 # Choices unless told otherwise.
 DOUBTFUL = 3.0                  # sigmas from what was known before
 STEP = 1e-3                     # of a sigma, for the slopes of numbers over unknowns
+NOTHING = 1e-12             # of a number, to have a share of
 LEAST = 0.2                     # of a tolerance, that a calibration leaves: arms change
 
 _KNOWN_BY = {
     'stiffness': ('torsion.flexspline_stiffness',), 'torsion_zero': ('link_encoder.zero',),
     'clock_skew': ('clock_skew.skew',),
     'kinematic_error': tuple(f'kinematic_error.amplitude_{n}' for n in (1, 2, 4)),
-    'eccentricity': tuple(f'link_encoder_eccentricity.amplitude_{n}' for n in (1, 2))}
+    'eccentricity': tuple(f'link_encoder_eccentricity.amplitude_{n}' for n in (1, 2)),
+    'dry_friction': ('coulomb_friction.level',),
+    'viscous_friction': ('viscous_friction.slope',),
+    'torque_constant': ('torque_constant_error.error',),
+    'drive_offset': ('drive_offset.offset',),
+    'torque_ripple': tuple(f'torque_ripple.amplitude_{n}' for n in (2, 4))}
+_RELATIVE = ('stiffness', 'dry_friction', 'viscous_friction')
 
 
 @dataclass(frozen=True)
@@ -41,6 +52,11 @@ class Number:
                 f'({self.low:.4g} .. {self.high:.4g}){self.remark}')
 
     @property
+    def sigma(self) -> float:
+        """Return one sigma; a bound cuts an interval on one side only."""
+        return max(self.high - self.value, self.value - self.low) / NORMAL_90
+
+    @property
     def remark(self) -> str:
         """Return what must be known of the number before it is believed, '' for nothing."""
         return ', at its bound: the arm file takes none beyond it' if self.at_bound else ''
@@ -54,27 +70,33 @@ def number(name: str, value: float, sigma: float) -> Number:
     return Number(name, middle, low, high, rule.unit, middle in (rule.low, rule.high))
 
 
-def numbers(terms: Sequence[Term], found: Fit) -> list[Number]:
-    """Return the numbers of the arm file with intervals, to first order in the unknowns."""
-    found_numbers, first = [], 0
-    for term in terms:
-        part = slice(first, first := first + len(term.unknowns))
-        values, covariance = found.values[part], found.covariance[part, part]
-        slopes = {name: np.zeros(len(values)) for name in term.meant(values)}
-        for place, sigma in enumerate(np.sqrt(np.diag(covariance))):
-            moved = values + STEP * sigma * np.eye(len(values))[place]
-            for name, value in term.meant(moved).items():
-                slopes[name][place] = (value - term.meant(values)[name]) / (STEP * sigma)
-        for name, value in term.numbers(values).items():
-            sigma = float(np.sqrt(slopes[name] @ covariance @ slopes[name]))
-            found_numbers.append(number(name, value, sigma))
+def numbers(found: Found, covariance: Floats) -> list[Number]:
+    """
+    Return the numbers of the terms of a fit with intervals, to first order in the unknowns.
+
+    `covariance` (p, p) is that of the unknowns in sigmas from what was known.
+    """
+    found_numbers: list[Number] = []
+    for term, place in zip(found.terms, places(found.terms)):
+        known = term.deviations()
+        values = term.vector() + known * found.scaled[place]
+        found_numbers += _of_term(term, values, covariance[place, place] * np.outer(known, known))
     return found_numbers
 
 
-def zero(arm: Arm, found: Fit) -> Number:
-    """Return the mean zero of the link encoder; its interval is that of the recordings."""
-    zeros = np.array([part.zero for part in found.balanced]) + arm.joints[0].link_encoder.zero
-    return number('link_encoder.zero', float(zeros.mean()), float(zeros.std()))
+def _of_term(term: Term, values: Floats, covariance: Floats) -> list[Number]:
+    """Return the numbers of a term at values of its unknowns (p,), with their intervals."""
+    middle = term.meant(values)
+    slopes = {name: np.zeros(len(values)) for name in middle}
+    for place, sigma in enumerate(np.sqrt(np.diag(covariance))):
+        moved = values + STEP * sigma * np.eye(len(values))[place]
+        for name, value in term.meant(moved).items():
+            slopes[name][place] = (value - middle[name]) / (STEP * sigma)
+    there = term.at(values)
+    return [number(f'{term.name}.{name}', getattr(there.effect, name),
+                   float(np.sqrt(slope @ covariance @ slope)) if (
+                       slope := slopes.get(name)) is not None else 0.0)
+            for name in term.own or tuple(middle)]
 
 
 def rest(error: float, parts: int) -> Number:
@@ -90,21 +112,23 @@ def with_numbers(arm: Arm, label: str, found: Sequence[Number], source: str) -> 
     return replace(arm, provenance=tuple({**dict(arm.provenance), **origins}.items()))
 
 
-def with_tolerances(arm: Arm, found: Mapping[str, Sequence[Number]]) -> Arm:
+def with_tolerances(arm: Arm, found: Mapping[str, Sequence[Number]], *,
+                    wider: bool = False) -> Arm:
     """
-    Return the arm with its torsion as well known as the numbers that were found of every joint.
+    Return the arm with its joints as well known as the numbers that were found of every joint.
 
     A tolerance holds for all joints, so the least sure one counts. Where a joint has no number
-    of its own, and where the numbers are less sure than was known, it stays.
+    of its own, it stays as wide as it was. With `wider` it grows where numbers are less sure than
+    was known, else it stays.
     """
-    if set(found) != set(arm.labels):
-        return arm
     known, origins = {}, dict(arm.provenance)
     for name, kinds in _KNOWN_BY.items():
-        sigmas = [[_sigma(number, name) for number in numbers if number.name in kinds]
-                  for numbers in found.values()]
+        sigmas = [[_sigma(number, name) for number in found.get(label, ()) if number.name in kinds]
+                  for label in arm.labels]
         before = getattr(arm.tolerances, name)
-        if all(sigmas) and (most := max(map(max, sigmas))) < before:
+        most = max((sigma for own in sigmas for sigma in own), default=0.0)
+        most = min(most, Tolerances.declaration(name).high)
+        if (all(sigmas) and most < before) or (wider and most > before):
             known[name] = max(most, LEAST * before)
             origins[f'tolerances.{name}'] = f'calibrated, {most:.2g} at most; {before:g} before'
     return replace(arm, tolerances=replace(arm.tolerances, **known),
@@ -113,15 +137,12 @@ def with_tolerances(arm: Arm, found: Mapping[str, Sequence[Number]]) -> Arm:
 
 def _sigma(number: Number, tolerance: str) -> float:
     """Return the deviation of a number, relative where its tolerance is."""
-    whole = abs(number.value) if tolerance == 'stiffness' else 1.0
-    return (number.high - number.low) / (2.0 * NORMAL_90 * whole)
+    whole = abs(number.value) if tolerance in _RELATIVE else 1.0
+    return number.sigma / max(whole, NOTHING)
 
 
-def doubtful(terms: Sequence[Term], found: Fit) -> tuple[str, ...]:
+def doubtful(found: Found) -> tuple[str, ...]:
     """Return the numbers that are further from what was known than its spread admits."""
-    names, first = [], 0
-    for term in terms:
-        part = slice(first, first := first + len(term.unknowns))
-        if np.abs(found.moved[part]).max() > DOUBTFUL:
-            names += list(term.numbers(found.values[part]))
-    return tuple(names)
+    return tuple(name for term, place in zip(found.terms, places(found.terms))
+                 if np.abs(found.scaled[place]).max() > DOUBTFUL
+                 for name in term.numbers())

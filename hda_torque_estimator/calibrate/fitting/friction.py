@@ -18,9 +18,10 @@ from scipy.optimize import least_squares
 from scipy.stats import t as student
 
 from .arm_numbers import Number, number
-from .bounds import declaration
-from .descent import FOLDS, rms, STRETCH
+from .torsion_fits import STRETCH
 from ..passages.passage import Passage
+from ...least_squares.bounds import declaration
+from ...least_squares.rows import FOLDS, rms
 from ...measurements.motion import WINDOW
 from ...significance import NORMAL_90
 

@@ -5,19 +5,21 @@ A calibration looks for these because the arm file is not trusted. What is known
 scatter of such gears, or the arm's tolerance where that is larger.
 """
 
-from collections.abc import Callable, Sequence
-import math
-from typing import cast
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, cast
 
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import (ClockSkew, KinematicError, LinkEncoderEccentricity,
                                        StructuralDamping, TorsionalHysteresis)
+from hda_arm_sim.model.torsion import TorsionLaw
 import numpy as np
 from numpy.typing import NDArray
 
-from .bounds import APART
-from .terms import Term, Unknown
 from ..passages.passage import Passage
+from ...least_squares.bounds import bounded
+from ...least_squares.charts import Chart, Logarithm, Plain, Wave
+from ...least_squares.term import Term
 
 Floats = NDArray[np.float64]
 # Choices unless told otherwise.
@@ -42,17 +44,16 @@ SAME = 1e-6             # of an order
 
 def stiffness(arm: Arm) -> Term:
     """Return the stiffness of the flexspline at zero torque."""
-    law = arm.joints[0].torsion
     spread = max(STIFFNESS, arm.tolerances.stiffness)
-    return _of_law('flexspline_stiffness', _logarithm(spread),
-                   lambda value: law.flexspline_stiffness * math.exp(value))
+    return _of_law(arm, _size(arm.joints[0].torsion, 'flexspline_stiffness', spread))
 
 
 def curvature(arm: Arm) -> Term:
     """Return how the flexspline stiffens with torque; zero stays zero."""
     nominal = arm.joints[0].torsion.flexspline_curvature
-    unknown = Unknown(1.0, CURVATURE, 0.0, 1.0 + WIDEST * CURVATURE, 1.0)
-    return _of_law('flexspline_curvature', unknown, lambda value: nominal * value)
+    spread = CURVATURE * nominal
+    return _of_law(arm, Plain(('flexspline_curvature',), spread, spread, 0.0,
+                              nominal + WIDEST * spread))
 
 
 def segments(arm: Arm, largest: float) -> Term:
@@ -65,86 +66,97 @@ def segments(arm: Arm, largest: float) -> Term:
     knees = np.array([0.25, 0.5]) * largest
     middles = np.array([0.375, 0.75]) * largest
     chords = law.flexspline_stiffness * (1.0 + (law.flexspline_curvature * middles) ** 2)
-    names = ('knee_1', 'second_stiffness', 'knee_2', 'third_stiffness')
-    first = np.array([knees[0], chords[0], knees[1], chords[1]])
-
-    def numbers(values: Floats) -> dict[str, float]:
-        found = first * np.exp(values)
-        found[2] = max(found[2], APART * found[0])
-        return {f'torsion.{name}': float(value) for name, value in zip(names, found)}
-
-    return Term(tuple(_logarithm(spread) for spread in (KNEE, CHORD, KNEE, CHORD)), numbers)
+    start = replace(law, **bounded(TorsionLaw, {
+        'knee_1': knees[0], 'second_stiffness': chords[0],
+        'knee_2': knees[1], 'third_stiffness': chords[1]}))
+    scatter = {'knee_1': KNEE, 'second_stiffness': CHORD, 'knee_2': KNEE, 'third_stiffness': CHORD}
+    return _of_law(replace(arm, joints=(replace(arm.joints[0], torsion=start),)),
+                   *(_size(start, name, spread) for name, spread in scatter.items()))
 
 
 def soft_wind_up(arm: Arm) -> Term:
     """Return the stiffness of the wave generator near zero torque."""
-    law = arm.joints[0].torsion
-    return _of_law('wave_generator_stiffness', _logarithm(SOFTNESS),
-                   lambda value: law.wave_generator_stiffness * math.exp(value))
+    return _of_law(arm, _size(arm.joints[0].torsion, 'wave_generator_stiffness', SOFTNESS))
 
 
-def _logarithm(spread: float) -> Unknown:
-    return Unknown(0.0, spread, -WIDEST * spread, WIDEST * spread, 0.0)
+def _size(owner: Any, name: str, spread: float, low: float = WIDEST,
+          high: float = WIDEST) -> Logarithm:
+    """Return a size by its logarithm, about the value that it has."""
+    return Logarithm((name,), spread, spread, -low * spread, high * spread,
+                     about=getattr(owner, name))
 
 
-def _of_law(name: str, unknown: Unknown, number: Callable[[float], float]) -> Term:
-    """Return a number of the torsion law as a term."""
-    return Term((unknown,), lambda values: {f'torsion.{name}': number(float(values[0]))})
+def _of_law(arm: Arm, *charts: Chart) -> Term:
+    """Return numbers of the torsion law as a term."""
+    return Term(arm.joints[0].torsion, arm.labels[0], charts, 'torsion',
+                tuple(name for chart in charts for name in chart.names))
 
 
 def damping(arm: Arm) -> Term:
     """Return the damping of the torsion."""
-    known = cast(StructuralDamping, arm.effect(StructuralDamping.name, arm.labels[0])).coefficient
-    spread = DAMPING * max(known, LEAST_DAMPING)
-    return Term((Unknown(known, spread, 0.0, known + WIDEST * spread, known),),
-                lambda values: {'structural_damping.coefficient': float(values[0])})
+    known = cast(StructuralDamping, arm.effect(StructuralDamping.name, arm.labels[0]))
+    spread = DAMPING * max(known.coefficient, LEAST_DAMPING)
+    return Term(known, arm.labels[0], (Plain(('coefficient',), spread, spread, 0.0,
+                                             known.coefficient + WIDEST * spread),))
 
 
 def loop(arm: Arm) -> Term:
     """Return the hysteresis: torque of the saturated loop, and its width in torsion."""
     known = cast(TorsionalHysteresis, arm.effect(TorsionalHysteresis.name, arm.labels[0]))
-    width = known.width if known.level > 0.0 else USUAL_WIDTH
+    if known.level == 0.0:
+        known = replace(known, width=USUAL_WIDTH)
     spread = LEVEL * max(arm.joints[0].torsion.valid_torque / USUAL_TORQUE, 1.0)
-
-    def numbers(values: Floats) -> dict[str, float]:
-        return {'torsional_hysteresis.level': float(values[0]),
-                'torsional_hysteresis.width': width * math.exp(values[1])}
-
-    return Term((Unknown(known.level, spread, 0.0, known.level + WIDEST * spread,
-                         max(known.level, 0.2 * spread)),
-                 Unknown(0.0, WIDTH, -2.0 * WIDTH, 3.0 * WIDTH, 0.0)), numbers)
+    level = Plain(('level',), spread, spread, 0.0, known.level + WIDEST * spread,
+                  max(known.level, 0.2 * spread))
+    return Term(known, arm.labels[0], (level, _size(known, 'width', WIDTH, 2.0, 3.0)))
 
 
 def skew(arm: Arm) -> Term:
     """Return the time between the readings of both encoders."""
-    known = cast(ClockSkew, arm.effect(ClockSkew.name, arm.labels[0])).skew
-    return Term((Unknown(known, SKEW, known - 20 * SKEW, known + 20 * SKEW, known),),
-                lambda values: {'clock_skew.skew': float(values[0])},
-                lambda passage: passage.link_rate[:, None])
+    known = cast(ClockSkew, arm.effect(ClockSkew.name, arm.labels[0]))
+    return Term(known, arm.labels[0], (Plain(('skew',), SKEW, SKEW, known.skew - 20 * SKEW,
+                                             known.skew + 20 * SKEW),))
 
 
-def waves(arm: Arm, orders: Sequence[float]) -> Term:
+def waves(arm: Arm, orders: Sequence[float]) -> list[Term]:
     """
-    Return the errors that repeat with these orders, per motor turn, as sine and cosine parts.
+    Return the errors that repeat with these orders, per motor turn, each as a term.
 
     Once and twice per link turn are laid to the disc of the link encoder, all others to the gear.
     For the torque it is one. Orders without a name of their own take the free places.
     """
-    places = _places(orders, arm.joints[0].ratio)
+    return [_wave(arm, place, order)
+            for place, order in zip(_places(orders, arm.joints[0].ratio), orders)]
 
-    def numbers(values: Floats) -> dict[str, float]:
-        found: dict[str, float] = {}
-        for place, order, (sine, cosine) in zip(places, orders, values.reshape(-1, 2)):
-            owner, name = place.split('.')
-            if name in FURTHER:
-                found[f'{owner}.order_{name}'] = order
-            found[f'{owner}.amplitude_{name}'] = math.hypot(sine, cosine)
-            found[f'{owner}.phase_{name}'] = math.atan2(cosine, sine)
-        return found
 
-    return Term(tuple(Unknown(0.0, WAVE, -40 * WAVE, 40 * WAVE, 0.0)
-                      for _ in range(2 * len(orders))), numbers,
-                lambda passage: wave_columns(passage, orders))
+def _wave(arm: Arm, place: str, order: float) -> Term:
+    owner, name = place.split('.')
+    names, effect = (f'amplitude_{name}', f'phase_{name}'), arm.effect(owner, arm.labels[0])
+    own: tuple[str, ...] = names
+    if name in FURTHER:
+        effect, own = replace(effect, **{f'order_{name}': order}), (f'order_{name}', *names)
+    chart = Wave(names, WAVE, WAVE, -40 * WAVE, 40 * WAVE)
+    return Term(effect, arm.labels[0], (chart,), own=own)
+
+
+def turns(term: Term) -> bool:
+    """Tell whether a term only adds to the torsion, which saves a fit most of its work."""
+    return term.name in (ClockSkew.name, KinematicError.name, LinkEncoderEccentricity.name)
+
+
+def turning(term: Term, passage: Passage, ratio: float) -> Floats:
+    """Return the torsion (k, p) for one of each unknown of a term that adds to it."""
+    if term.name == ClockSkew.name:
+        return passage.link_rate[:, None]
+    return wave_columns(passage, [_order(term, names[0].removeprefix('amplitude_'), ratio)
+                                  for names in term.waves])
+
+
+def _order(term: Term, name: str, ratio: float) -> float:
+    """Return the order of a wave, per motor turn."""
+    if term.name == LinkEncoderEccentricity.name:
+        return float(name) / ratio
+    return float(getattr(term.effect, f'order_{name}')) if name in FURTHER else float(name)
 
 
 def wave_columns(passage: Passage, orders: Sequence[float]) -> Floats:

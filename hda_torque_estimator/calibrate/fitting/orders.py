@@ -7,9 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .descent import beginning, Descent, Found, held_out, Rows
 from .laws import FURTHER, is_named, is_of_disc, WAVE, wave_columns, waves
-from .terms import Term
+from .torsion_fits import BESIDE, TorsionFits
+from ...least_squares.descent import beginning, Found, places
+from ...least_squares.rows import held_out
+from ...least_squares.term import Term
 
 Floats = NDArray[np.float64]
 # Choices unless told otherwise.
@@ -20,64 +22,46 @@ BEATS = ((1, 1), (2, 1), (2, 2), (2, -2), (2, -1), (4, 2), (4, 4))     # motor a
 
 
 class Fitted(NamedTuple):
-    """A fit whose last term are waves of these orders."""
+    """A fit whose last terms are the waves of these orders."""
 
     found: Found
     orders: tuple[float, ...]
 
+    def known(self) -> dict[object, Floats]:
+        """Return what was found of every term, and of every wave by its order."""
+        terms = self.found.terms
+        keys = [*map(id, terms[:len(terms) - len(self.orders)]), *self.orders]
+        return {key: self.found.scaled[place] for key, place in zip(keys, places(terms))}
 
-def fitted_waves(descent: Descent, terms: Sequence[Term], orders: tuple[float, ...],
+
+def fitted_waves(fits: TorsionFits, terms: Sequence[Term], orders: tuple[float, ...],
                  before: Fitted | None = None) -> Fitted:
     """Return the fit of terms and waves, which begins where a fit before it has come."""
-    waved = [*terms, waves(descent.arm, orders)]
-    start = beginning(waved)
+    waved = [*terms, *waves(fits.arm, orders)]
+    start = beginning(waved, BESIDE)
     if before is not None:
-        places = {id(term): place for term, place in zip(before.found.terms, _places(before))}
-        at = 0
-        for term in terms:
-            if id(term) in places:
-                start[at:at + len(term.unknowns)] = before.found.scaled[places[id(term)]]
-            at += len(term.unknowns)
-        old = before.found.scaled[_places(before)[-1]].reshape(-1, 2)
-        for order, parts in zip(before.orders, old):
-            if order in orders:
-                place = at + 2 * orders.index(order)
-                start[place:place + 2] = parts
-        start[at + 2 * len(orders):] = before.found.scaled[before.found.unknowns:]
-    return Fitted(descent.fit(waved, start), orders)
-
-
-def _places(fitted: Fitted) -> list[slice]:
-    """Return where the unknowns of each term stand."""
-    ends = np.cumsum([len(term.unknowns) for term in fitted.found.terms])
-    return [slice(int(end) - len(term.unknowns), int(end))
-            for term, end in zip(fitted.found.terms, ends)]
+        known = before.known()
+        for key, place in zip([*map(id, terms), *orders], places(waved)):
+            start[place] = known.get(key, start[place])
+        start[-BESIDE:] = before.found.scaled[-BESIDE:]
+    return Fitted(fits.fit(waved, start), orders)
 
 
 def worthwhile(fitted: Fitted) -> tuple[tuple[float, ...], Found]:
     """Return the orders that gain where the fit has not seen, and the fit with these alone."""
     found, orders = fitted.found, list(fitted.orders)
-    first = found.unknowns - 2 * len(orders)
+    own = dict(zip(orders, found.terms[len(found.terms) - len(orders):]))
     for order in reversed(fitted.orders):
-        place = first + 2 * orders.index(order)
-        best = held_out(found.rows, found.noise, found.scaled)
-        less = _without(found, place)
-        if held_out(less.rows, less.noise, less.scaled) < best / (1.0 - GAIN):
+        less = found.without(own[order])
+        if error_held_out(less) < error_held_out(found) / (1.0 - GAIN):
             found = less
             orders.remove(order)
     return tuple(orders), found
 
 
-def _without(found: Found, place: int) -> Found:
-    """Return a fit without the wave at a place, as far as slopes stay as they are."""
-    gone = [place, place + 1]
-    rows = found.rows
-    error = rows.error - rows.slopes[:, gone] @ found.scaled[gone]
-    slopes = np.delete(rows.slopes, gone, axis=1)
-    *terms, last = found.terms
-    less = replace(last, unknowns=last.unknowns[2:])    # all waves are known alike
-    return replace(found, terms=(*terms, less), scaled=np.delete(found.scaled, gone),
-                   rows=replace(rows, error=error, slopes=slopes))
+def error_held_out(found: Found) -> float:
+    """Return the error of a fit where it has not seen [N*m rms]."""
+    return held_out(found.rows, found.noise, found.scaled, found.prior)
 
 
 def candidates(ratio: float) -> tuple[float, ...]:
@@ -86,38 +70,38 @@ def candidates(ratio: float) -> tuple[float, ...]:
             *(motor + link / ratio for motor, link in BEATS))
 
 
-def chosen(descent: Descent, found: Found, orders: Sequence[float]) -> tuple[float, ...]:
+def chosen(fits: TorsionFits, found: Found, orders: Sequence[float]) -> tuple[float, ...]:
     """
     Return orders with those more whose waves lower the held-out error, the best first.
 
     `orders` are in the fit already. It stops where no other gains, or all places are taken.
     """
-    ratio = descent.arm.joints[0].ratio
+    ratio = fits.arm.joints[0].ratio
     picked = list(orders)
-    rows, best = found.rows, held_out(found.rows, found.noise, found.scaled)
-    scaled = found.scaled
+    best = error_held_out(found)
     stiffness = found.rows.slopes[:, found.unknowns]     # torque per turn of the link's zero
-    columns = {order: WAVE * stiffness[:, None] * descent.thinned(
-        [wave_columns(passage, (order,)) for passage in descent.passages])
+    columns = {order: WAVE * stiffness[:, None] * fits.thinned(
+        [wave_columns(passage, (order,)) for passage in fits.passages])
         for order in candidates(ratio) if order not in picked}
     while columns:
-        trials = {order: held_out(*_with(rows, wave, found.noise, scaled))
+        trials = {order: error_held_out(_with(found, wave))
                   for order, wave in columns.items() if _has_place(order, picked, ratio)}
         if not trials:
             break
         order = min(trials, key=lambda one: trials[one])
         if trials[order] > (1.0 - GAIN) * best:
             break
-        rows, _, scaled = _with(rows, columns.pop(order), found.noise, scaled)
+        found = _with(found, columns.pop(order))
         best = trials[order]
         picked.append(order)
     return tuple(picked)
 
 
-def _with(rows: Rows, wave: Floats, noise: float, scaled: Floats) -> tuple[Rows, float, Floats]:
-    """Return rows with the columns of one more wave (m, 2)."""
-    return (replace(rows, slopes=np.concatenate([rows.slopes, wave], axis=1)), noise,
-            np.concatenate([scaled, np.zeros(2)]))
+def _with(found: Found, wave: Floats) -> Found:
+    """Return a fit with the columns of one more wave (m, 2)."""
+    rows = replace(found.rows, slopes=np.concatenate([found.rows.slopes, wave], axis=1))
+    return replace(found, rows=rows, scaled=np.concatenate([found.scaled, np.zeros(2)]),
+                   prior=np.concatenate([found.prior, np.ones(2)]))
 
 
 def _has_place(order: float, picked: Sequence[float], ratio: float) -> bool:

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
-from .descent import FOLDS, rms, STRETCH, UNFUSED
+from .torsion_fits import STRETCH, UNFUSED
 from ..passages.passage import Passage
 from ...estimating.estimator import Estimator
+from ...least_squares.rows import FOLDS, rms
 from ...samples.readings import LINK_READING, MOTOR_READING
 
 Floats = NDArray[np.float64]

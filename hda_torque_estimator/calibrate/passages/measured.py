@@ -1,22 +1,38 @@
-"""What a calibration reads of one recording, joint by joint."""
+"""What a calibration reads of one joint in one recording."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from hda_msgs_json.errors import HdaError
 from hda_msgs_json.samples import JointSamples, WrenchSamples
+from hda_msgs_json.topics import motor_name
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import savgol_filter
 
-from ...samples.readings import reading_names, readings, SIDES
+from ...samples.readings import LINK_READING, MOTOR_READING, READINGS, SIDES
 
 Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
 # Choices unless told otherwise.
 FEWEST = 20         # samples of a joint, fewer say nothing about any parameter
+THIN = 0.008        # time over which errors are averaged to one row [s]
+SMOOTHED = 0.05     # time over which a motor is differentiated: stamps of hosts are uneven [s]
+FEWEST_BESIDE = 3   # samples that derivatives see on either side at low rates
+DEGREE = 3          # of the polynomials that are differentiated
 
 
 class CalibrationError(HdaError):
     """Recordings from which nothing can be calibrated."""
+
+
+class Turning(NamedTuple):
+    """How a shaft turned, without delay, k samples."""
+
+    rate: Floats                    # (k,) [rad/s]
+    acceleration: Floats            # (k,) [rad/s^2]
+    reach: int                      # samples that derivatives see on either side
 
 
 class Measured(NamedTuple):
@@ -24,27 +40,88 @@ class Measured(NamedTuple):
 
     recording: str
     stamps: NDArray[np.int64]       # (k,) [ns]
-    readings: Floats                # (k, 1, READINGS)
+    readings: Floats                # (k, 1, READINGS), NaN for the link where it has no encoder
+    command: Floats                 # (k,) motor torque from each sample on, NaN unknown [N*m]
     reference: Floats               # (k,) [N*m]
 
     def varies(self) -> float:
         """Return the deviation of the reference torque from its mean [N*m rms]."""
         return float(self.reference.std())
 
+    @property
+    def has_link(self) -> bool:
+        """Tell whether the angle of the link is known."""
+        return bool(np.isfinite(self.readings[:, 0, LINK_READING]).all())
+
+    @property
+    def has_command(self) -> bool:
+        """Tell whether the motor torque is known, for most of the recording."""
+        return bool(np.isfinite(self.command).mean() > 0.5)
+
+    @property
+    def time(self) -> Floats:
+        """Return the times since the first sample (k,) [s]."""
+        return np.asarray((self.stamps - self.stamps[0]) * 1e-9)
+
+    @property
+    def dt(self) -> float:
+        """Return the usual time between samples [s]."""
+        return float(np.median(np.diff(self.time)))
+
+    @property
+    def every(self) -> int:
+        """Return how many samples make a row."""
+        return max(1, round(THIN / self.dt))
+
+    def thinned(self, values: Floats) -> Floats:
+        """Return the means of values (k, ...) over the samples of each row."""
+        rows = len(values) // self.every
+        return values[:rows * self.every].reshape(rows, self.every, *values.shape[1:]).mean(axis=1)
+
+    def later(self, lag: float) -> Floats:
+        """Return the reference at a time after each sample [N*m]; at the end it stays."""
+        return np.interp(self.time + lag, self.time, self.reference)
+
+    def turning(self) -> Turning:
+        """Return how the shaft turned, by local polynomials on an even grid."""
+        grid = self.time[0] + self.dt * np.arange(1 + round(self.time[-1] / self.dt))
+        angle = np.interp(grid, self.time, self.readings[:, 0, MOTOR_READING])
+        beside = max(FEWEST_BESIDE, round(0.5 * SMOOTHED / self.dt))
+        rate, acceleration = (np.interp(self.time, grid, savgol_filter(
+            angle, 2 * beside + 1, DEGREE, order, self.dt)) for order in (1, 2))
+        return Turning(rate, acceleration, beside)
+
 
 def measured(recording: str, joint: str, states: JointSamples,
              reference: WrenchSamples) -> Measured | None:
     """
-    Return a joint where both its angles and its reference torque are known, None if nowhere.
+    Return a joint where its motor's angle and its reference torque are known, None if nowhere.
 
-    The reference may come at any rate: it is interpolated between its stamps, never beyond them.
+    A joint may lack its link encoder or its motor torque, not both. The reference may come at any
+    rate: it is interpolated between its stamps, never beyond them.
     """
-    if not {*reading_names([joint])} <= {*states.names} or len(reference) < 2:
+    found, command = _readings(joint, states), _column(states.effort, states, motor_name(joint))
+    if not np.isfinite(found[:, 0, MOTOR_READING]).any() or len(reference) < 2:
         return None
-    found = readings([joint], states)
+    has_link = bool(np.isfinite(found[:, 0, LINK_READING]).any())
     torque = np.interp(states.stamps, reference.stamps, reference.torque[:, 2], np.nan, np.nan)
     later = np.diff(states.stamps, prepend=np.iinfo(np.int64).min // 2) > 0
-    used = np.isfinite(found[:, 0, :SIDES]).all(axis=1) & np.isfinite(torque) & later
-    if used.sum() < FEWEST:
+    known = np.isfinite(found[:, 0, :SIDES if has_link else 1]).all(axis=1)
+    used = known & np.isfinite(torque) & later
+    if used.sum() < FEWEST or not (has_link or np.isfinite(command[used]).any()):
         return None
-    return Measured(recording, states.stamps[used], found[used], torque[used])
+    return Measured(recording, states.stamps[used], found[used], command[used], torque[used])
+
+
+def _readings(joint: str, states: JointSamples) -> Floats:
+    """Return the readings (k, 1, READINGS) of a joint, NaN where it has no such encoder."""
+    found = np.full((len(states.stamps), 1, READINGS), np.nan)
+    for side, name in enumerate((motor_name(joint), joint)):
+        found[:, 0, side] = _column(states.position, states, name)
+        found[:, 0, SIDES + side] = _column(states.velocity, states, name)
+    return found
+
+
+def _column(values: Floats, states: JointSamples, name: str) -> Floats:
+    names: Sequence[str] = states.names
+    return values[:, names.index(name)] if name in names else np.full(len(values), np.nan)

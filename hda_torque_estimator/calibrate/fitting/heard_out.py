@@ -1,0 +1,140 @@
+"""Hear a witness out: the terms that earn their place, their fit, and what it is worth."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+import math
+
+from hda_arm_sim.model.arm import Arm
+import numpy as np
+from numpy.typing import NDArray
+
+from .arm_numbers import doubtful, Number, number, numbers
+from .motor_witness import MotorWitness
+from .referenced_problem import error_left_out, fitted, likeliest, Referenced
+from .referenced_terms import (cogging, likely_poles, Maker, MOTOR, motor_more, stiffening,
+                               TORSION, TORSION_MORE)
+from .torsion_witness import TorsionWitness
+from ..passages.measured import Measured
+from ...least_squares.descent import beginning, Found
+from ...least_squares.rows import rms
+
+Floats = NDArray[np.float64]
+# Choices unless told otherwise.
+SOFTER = 0.2            # of the stiffness known, where a search begins as well
+BENDS = 1.0             # deviation of a torque, from which a law can be seen to bend [N*m]
+# (measured: for a joint of a real arm a true term made 0.52 N*m to 0.29, false ones 0.60 to 0.52)
+CLEARLY = 0.8           # of the error on recordings left out, below which a term has its place
+
+
+@dataclass(frozen=True)
+class Heard:
+    """What one witness of a joint tells."""
+
+    numbers: tuple[Number, ...]
+    spread: float           # of its zero over recordings [unit of the witness]
+    lag: float              # of the references [s]
+    error: float            # where the fit has not seen, zeros free to move as they do [N*m rms]
+    offset: float           # deviation of the torque by its zero, of a recording not seen [N*m]
+    before: float           # as the arm was given, every recording with a zero of its own [N*m]
+    doubtful: tuple[str, ...]
+    arm: Arm                # of one joint, with these numbers
+
+    @property
+    def is_odd(self) -> bool:
+        """Tell whether the motor would have to give another torque than any such motor does."""
+        return 'torque_constant_error.error' in self.doubtful
+
+    @property
+    def whole_error(self) -> float:
+        """Return the error of a recording not seen, its zero as unknown as it is [N*m rms]."""
+        return math.hypot(self.error, self.offset)
+
+
+def torsion_of(arm: Arm, recordings: Sequence[Measured]) -> Heard:
+    """Return what the torsion of recordings that have both encoders tells of a joint."""
+    witness, varies = TorsionWitness(recordings), _varies(recordings)
+    problem = Referenced(arm, witness, tuple(make(arm, varies) for make in TORSION),
+                         witness.usual_zero)
+    start = beginning(problem.terms, problem.beside)
+    softer = start.copy()
+    softer[0] = math.log(SOFTER) / float(problem.terms[0].deviations()[0])
+    problem, found = fitted(problem, [0.0 * start, start, softer])
+    more = [make for make in TORSION_MORE if make is not stiffening or varies > BENDS]
+    problem, found = _worthwhile(problem, found, more, varies)
+    before = problem.witness.torque(arm, np.zeros(0)) - problem.witness.reference(0.0)
+    return _told(problem, found, 'link_encoder.zero', before)
+
+
+def motor_of(arm: Arm, recordings: Sequence[Measured]) -> Heard:
+    """Return what the motor of recordings that have its torque tells of a joint."""
+    witness, varies = MotorWitness(recordings), _varies(recordings)
+    problem = Referenced(arm, witness, tuple(make(arm, varies) for make in MOTOR),
+                         witness.usual_zero)
+    problem, found = fitted(problem)
+    problem, found = _worthwhile(problem, found, motor_more(witness.fastest), varies)
+    order = likely_poles(witness.angle, found.rows.error)
+    problem, found = _worthwhile(problem, found, [cogging(order)], varies)
+    before = witness.torque(arm, np.zeros(0)) - witness.reference(0.0)
+    return _told(problem, found, 'drive_offset.offset', before)
+
+
+def _varies(recordings: Sequence[Measured]) -> float:
+    return rms(np.concatenate([one.reference - one.reference.mean() for one in recordings]))
+
+
+def _worthwhile(problem: Referenced, found: Found, more: Sequence[Maker],
+                varies: float) -> tuple[Referenced, Found]:
+    """Return the fit with all that lowers its error where it has not seen, the best first."""
+    best, rest = error_left_out(problem, found), [*more, None]
+    while rest:
+        trials = [_with(problem, found, make, varies) for make in rest]
+        errors = [error_left_out(*trial) if _may_be(*trial) else math.inf for trial in trials]
+        place = int(np.argmin(errors))
+        if errors[place] > CLEARLY * best:
+            break
+        problem, found = fitted(trials[place][0], [trials[place][1].scaled])
+        best = error_left_out(problem, found)
+        rest.pop(place)
+    return problem, found
+
+
+def _may_be(problem: Referenced, found: Found) -> bool:
+    """Tell whether a lag is none, or longer than a sample: below that, nobody can tell it."""
+    return not problem.lags or problem.lag(found.scaled) > problem.witness.dt
+
+
+def _with(problem: Referenced, found: Found, make: Maker | None,
+          varies: float) -> tuple[Referenced, Found]:
+    """Return the fit with one more term, or with a lag of the references."""
+    if make is None:
+        wider = replace(problem, lags=True)
+    else:
+        wider = replace(problem, terms=(*problem.terms, make(problem.arm, varies)))
+    start = beginning(wider.terms, wider.beside)
+    start[:found.unknowns] = found.scaled[:found.unknowns]
+    if problem.moving:
+        start[len(start) - problem.moving:] = found.scaled[len(found.scaled) - problem.moving:]
+    if problem.lags:
+        start[len(start) - wider.beside] = found.scaled[len(found.scaled) - problem.beside]
+    return wider, likeliest(wider, [start, 0.0 * start])
+
+
+def _told(problem: Referenced, found: Found, zero: str, before: Floats) -> Heard:
+    """Return what a fit tells; `zero` is the number that moves between recordings."""
+    scaled, blocks = found.scaled, problem.witness.blocks
+    ratio = problem.arm.joints[0].ratio if zero == 'drive_offset.offset' else 1.0
+    spread = problem.spread / ratio if problem.moving else 0.0
+    told = [number(zero, one.value, math.hypot(one.sigma, spread)) if one.name == zero else one
+            for one in numbers(found, found.covariance())]
+    means = np.bincount(blocks.recording, before) / np.bincount(blocks.recording)
+    return Heard(tuple(told), spread, problem.lag(scaled), error_left_out(problem, found),
+                 _moved(problem, found), rms(before - means[blocks.recording]), doubtful(found),
+                 problem.on(scaled))
+
+
+def _moved(problem: Referenced, found: Found) -> float:
+    """Return what a zero that is one spread off makes of the torque [N*m rms]."""
+    if not problem.moving:
+        return 0.0
+    first = len(found.scaled) - problem.moving
+    return rms(found.rows.slopes[:, first:].sum(axis=1))

@@ -1,0 +1,105 @@
+"""
+The motor as a witness: its torque less friction and inertia, where the shaft slides one way.
+
+At rest friction takes any value up to its level, and the motor tells nothing.
+"""
+
+from collections.abc import Sequence
+
+from hda_arm_sim.foundation.compiled import Array, compiled, Record
+from hda_arm_sim.model.arm import Arm
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+from .witness import blocks_of, Flags, per_recording
+from ..passages.measured import Measured, Turning
+from ...estimating.laws import route_errors
+from ...samples.readings import LINK_READING, MOTOR_READING
+
+Floats = NDArray[np.float64]
+# Choices unless told otherwise.
+SLOWEST = 1.0           # shaft speed from which friction slides for certain [rad/s]
+# Columns of what a motor's torque follows from.
+COMMAND, ANGLE, RATE, LOAD, LINK, TIME = range(6)
+
+
+@compiled
+def motor_torques(joint: Record, seen: Array, torque: Array) -> None:
+    """Fill the torques (k,) that a motor without inertia tells, from its columns (k, 6)."""
+    for k in range(seen.shape[0]):
+        at = route_errors.Turning(seen[k, ANGLE], seen[k, RATE], np.sign(seen[k, RATE]),
+                                  seen[k, LINK])
+        torque[k] = route_errors.motor_torque(joint, seen[k, COMMAND], at, seen[k, LOAD],
+                                              seen[k, TIME])
+
+
+class MotorWitness:
+    """The rows of the motor's torque; its zero is a torque at the output [N*m]."""
+
+    def __init__(self, recordings: Sequence[Measured]) -> None:
+        """Take recordings that all have motor torques."""
+        self.recordings = recordings
+        self.dt = max(one.dt for one in recordings)
+        self._turning = [one.turning() for one in recordings]
+        self._seen = [_columns(*each) for each in zip(recordings, self._turning)]
+        self._used = [_slides(*each) for each in zip(recordings, self._turning, self._seen)]
+        self.blocks = blocks_of(recordings, self._used)
+        self.usual_zero = float(np.mean([one.varies() for one in recordings]))
+
+    @property
+    def fastest(self) -> float:
+        """Return the speed that the shaft had at most, but for outliers [rad/s]."""
+        return float(np.percentile(np.abs(np.concatenate(
+            [turned.rate for turned in self._turning])), 95.0))
+
+    @property
+    def angle(self) -> Floats:
+        """Return the angle of the shaft (m,) [rad]."""
+        return self._rows([seen[:, ANGLE] for seen in self._seen])
+
+    @property
+    def sense(self) -> Floats:
+        """Return the sense in which the shaft turns (m,)."""
+        return np.sign(self._rows([seen[:, RATE] for seen in self._seen]))
+
+    @property
+    def command(self) -> Floats:
+        """Return the motor torque (m,) [N*m motor]."""
+        return self._rows([seen[:, COMMAND] for seen in self._seen])
+
+    def torque(self, arm: Arm, zeros: Floats) -> Floats:
+        """Return the torque of the rows (m,) [N*m], by (r,) more than the motor tells."""
+        joint, found = arm.joints[0], []
+        error = arm.effect('motor_inertia_error', arm.labels[0]).values()[0]
+        inertia = joint.ratio * joint.motor_inertia * (1.0 + error)
+        for seen, turned, zero in zip(self._seen, self._turning,
+                                      per_recording(zeros, self.recordings)):
+            torque = np.empty(len(seen))
+            motor_torques(arm.record().joints[0], seen, torque)
+            found.append(torque - inertia * turned.acceleration + zero)
+        return self._rows(found)
+
+    def reference(self, lag: float) -> Floats:
+        """Return the reference of the rows (m,) [N*m]."""
+        return self._rows([one.later(lag) for one in self.recordings])
+
+    def _rows(self, columns: Sequence[Floats]) -> Floats:
+        return np.concatenate([one.thinned(column)[used] for one, column, used
+                               in zip(self.recordings, columns, self._used)])
+
+
+def _columns(one: Measured, turned: Turning) -> Floats:
+    """Return what the motor's torque follows from (k, 6); a command holds until the next."""
+    before = np.concatenate([one.command[:1], one.command[:-1]])
+    link = np.nan_to_num(one.readings[:, 0, LINK_READING])
+    return np.stack([0.5 * (one.command + before), one.readings[:, 0, MOTOR_READING], turned.rate,
+                     one.reference, link, one.time], axis=1)
+
+
+def _slides(one: Measured, turned: Turning, seen: Floats) -> Flags:
+    """Return the rows in which the shaft slides one way as far as derivatives see."""
+    reach = 1 + 2 * turned.reach
+    slides = ((minimum_filter1d(turned.rate, reach) > SLOWEST)
+              | (maximum_filter1d(turned.rate, reach) < -SLOWEST))
+    return one.thinned((slides & np.isfinite(seen).all(axis=1)).astype(float)) == 1.0

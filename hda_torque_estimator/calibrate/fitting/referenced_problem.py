@@ -1,0 +1,173 @@
+"""
+A witness held against references: terms of the joint, the references' lag, moving zeros.
+
+The zero may be another one in every recording. By how much it moves between recordings is found
+beside everything else. So a zero that stays is one zero, and one that moves tells nothing.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from hda_arm_sim.model.arm import Arm
+import numpy as np
+from numpy.typing import NDArray
+
+from .witness import Witness
+from ...least_squares.descent import beginning, descend, Found, limits, placed
+from ...least_squares.rows import rms, Rows, solved
+from ...least_squares.term import Term
+
+Floats = NDArray[np.float64]
+# Choices unless told otherwise.
+STEP = 0.02             # of a sigma, for the slopes
+LAG = 0.02              # of a reference, before anything is known [s]
+FIRST_NOISE = 0.15      # of the references' deviation, until a fit has shown the noise
+ROUNDS = 6              # of a fit with the spread of zeros that the last one has left
+SETTLED = 0.05          # relative change of spread and noise that ends them
+STAYS = 1e-3            # of the usual zero, a spread that is none
+
+
+@dataclass(frozen=True)
+class Referenced:
+    """
+    One witness of one joint with the terms that are looked for.
+
+    `spread` is one sigma of the zeros over recordings, 0 where there is only one. `lags` tells
+    whether a lag of the references is looked for. Behind the terms come the lag, then zeros.
+    """
+
+    arm: Arm                        # one joint
+    witness: Witness
+    terms: tuple[Term, ...]
+    spread: float
+    lags: bool = False
+
+    @property
+    def recordings(self) -> int:
+        """Return the number of recordings."""
+        return int(self.witness.blocks.recording.max()) + 1
+
+    @property
+    def moving(self) -> int:
+        """Return the number of zeros that move."""
+        return self.recordings if self.recordings > 1 else 0
+
+    @property
+    def beside(self) -> int:
+        """Return the number of unknowns behind the terms."""
+        return int(self.lags) + self.moving
+
+    @property
+    def prior(self) -> Floats:
+        """Return the priors, all of which are in their own sigmas (p,)."""
+        return np.ones(sum(term.size for term in self.terms) + self.beside)
+
+    @property
+    def bounds(self) -> tuple[Floats, Floats]:
+        """Return where the search ends (p,)."""
+        low, high = limits(self.terms, self.beside)
+        if self.lags:
+            low[-self.beside] = 0.0         # no reference knows a torque before it is there
+        return low, high
+
+    def zeros(self, scaled: Floats) -> Floats:
+        """Return by how much every recording's zero is off the common one (r,), none of one."""
+        return self.spread * scaled[len(scaled) - self.moving:]
+
+    def lag(self, scaled: Floats) -> float:
+        """Return by how much the references lag [s]."""
+        return LAG * float(scaled[-self.beside]) if self.lags else 0.0
+
+    def on(self, scaled: Floats) -> Arm:
+        """Return the arm with these unknowns."""
+        arm = self.arm
+        for term in placed(self.terms, scaled):
+            arm = term.on(arm)
+        return arm
+
+    def error(self, scaled: Floats) -> Floats:
+        """Return the error of the rows (m,) [N*m]."""
+        return (self.witness.torque(self.on(scaled), self.zeros(scaled))
+                - self.witness.reference(self.lag(scaled)))
+
+    def rows(self, scaled: Floats, error: Floats) -> Rows:
+        """Return the rows with all slopes, by a run for each unknown and one for all zeros."""
+        slopes, blocks = np.zeros((len(error), len(scaled))), self.witness.blocks
+        first = len(scaled) - self.moving
+        for place in range(first):
+            slopes[:, place] = self._slope(scaled, error, np.eye(len(scaled))[place])
+        if self.moving:
+            own = self._slope(scaled, error, (np.arange(len(scaled)) >= first).astype(float))
+            rows = np.arange(len(error))
+            slopes[rows, first + blocks.recording] = own
+        return Rows(error, slopes, blocks.stretch, blocks.recording, blocks.fold)
+
+    def _slope(self, scaled: Floats, error: Floats, way: Floats) -> Floats:
+        """Return the slope of the errors (m,) along a way of the unknowns, into the bounds."""
+        step = STEP if (scaled + STEP * way <= self.bounds[1]).all() else -STEP
+        return np.asarray((self.error(scaled + step * way) - error) / step)
+
+
+def fitted(problem: Referenced, starts: Sequence[Floats] = ()) -> tuple[Referenced, Found]:
+    """Return the most likely unknowns, and the problem with the spread that its zeros have."""
+    found = likeliest(problem, starts or [beginning(problem.terms, problem.beside)])
+    for _ in range(ROUNDS):
+        scaled, before = found.scaled.copy(), found.noise
+        spread = _spread(problem, found) if problem.moving else problem.spread
+        scaled[len(scaled) - problem.moving:] *= problem.spread / spread
+        settled = abs(spread - problem.spread) <= SETTLED * problem.spread
+        problem = replace(problem, spread=spread)
+        found = descend(problem, scaled)
+        if settled and abs(found.noise - before) <= SETTLED * before:
+            break
+    return problem, found
+
+
+def likeliest(problem: Referenced, starts: Sequence[Floats]) -> Found:
+    """Return the fit that leaves least, from one of several starts."""
+    fits = [_hopeful(problem, start) for start in starts]
+    return min(fits, key=lambda found: found.noise)
+
+
+def _hopeful(problem: Referenced, start: Floats) -> Found:
+    """Return a fit that is first taken for nearly right, then for as right as it is."""
+    noise = FIRST_NOISE * float(problem.witness.reference(0.0).std())
+    return descend(problem, descend(problem, start, noise).scaled)
+
+
+def _spread(problem: Referenced, found: Found) -> float:
+    """Return one sigma of the zeros over recordings, less what they are unsure by (MacKay)."""
+    first = len(found.scaled) - problem.moving
+    weight = found.noise ** -2
+    normal = weight * found.rows.slopes.T @ found.rows.slopes + np.diag(found.prior)
+    unsure = np.diag(np.linalg.inv(normal))[first:]
+    told = max(float((1.0 - unsure).sum()), 0.5)
+    ratio = np.sqrt(float((found.scaled[first:] ** 2).sum()) / told)
+    return max(problem.spread * float(np.clip(ratio, 0.05, 20.0)),
+               STAYS * problem.witness.usual_zero)
+
+
+def error_left_out(problem: Referenced, found: Found) -> float:
+    """
+    Return the error on recordings that a fit has not seen, each in turn [N*m rms].
+
+    The zero of a recording left out may move as far as the others' have. With one recording it is
+    every fifth of it.
+    """
+    return rms(errors_left_out(problem, found))
+
+
+def errors_left_out(problem: Referenced, found: Found) -> Floats:
+    """Return the errors of the rows (m,) of `error_left_out` [N*m]."""
+    rows, first = found.rows, len(found.scaled) - problem.moving
+    left = np.empty_like(rows.error)
+    for fold in np.unique(rows.fold):
+        seen = rows.fold != fold
+        step = solved(rows.some(seen), found.noise, found.scaled, found.prior)
+        if problem.moving:
+            own = [first + int(fold)]
+            step[own] = 0.0
+            rest = rows.some(~seen).after(step)
+            step[own] = solved(rest.along(own), found.noise, found.scaled[own], found.prior[own])
+        left[~seen] = rows.some(~seen).after(step).error
+    return left

@@ -1,0 +1,199 @@
+"""
+What recordings with reference torques can find about a joint, without anything known of its links.
+
+Torsion and motor have terms that are always looked for, and terms that must earn their place where
+a fit has not seen.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+import math
+from typing import Any
+
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects import (
+    AsymmetricFriction, ClockSkew, CoulombFriction, DriveOffset, Effect, KinematicError,
+    LinkEncoderEccentricity, LoadDependentFriction, MotorCogging, MotorInertiaError,
+    StribeckFriction, TorqueConstantError, TorqueRipple, TorsionalHysteresis, ViscousFriction)
+import numpy as np
+from numpy.typing import NDArray
+
+from ...least_squares.charts import Chart, Factor, Logarithm, Plain, Wave
+from ...least_squares.term import Term
+
+# Choices unless told otherwise.
+# One sigma of what is known of a strain-wave gear before it is measured.
+# (source: Tuttle and Seering 1996, Ghorbel, Gandhi and Alpeter 2001)
+WAVE = 1e-4                   # [rad], 0.3 to 1.5 arcmin from peak to peak
+SKEW = 3e-4                     # [s], a bus cycle between the readings of two encoders
+WIDTH = 1.5e-4                  # [rad], a loop of half an arcmin
+# (measured: 7e-3 rad on a joint of two real arms each, with all that bends as a disc does)
+DISC = 3e-3                     # [rad], a disc of 25 mm that sits 75 um off its axis
+ZERO = 0.01                     # [rad], half a degree
+GAIN = 0.3                      # of a torque constant that nobody states, on its logarithm
+LOADED = 0.2                    # friction per torque through the gear, of its whole range
+INERTIA = 0.5                   # of the inertia of rotor and wave generator, on its logarithm
+ASYMMETRY = 0.3                 # of the dry level
+RIPPLE = 0.05                   # of the usual motor torque
+STRIBECK = 5.0                  # speed at which friction has fallen [rad/s motor]
+WIDEST_LOOP = 3.0               # times the deviation of the reference torque
+WIDEST_FACTOR = math.log(50.0)   # of a stiffness over its nominal value, either way
+STIFFENS = 0.5                  # of the torque at which a spring is twice as stiff, the other way
+LEAST_TOLERANCE = 1e-6  # relative, where the arm file states none
+POLES = (1.0, 3.0, 6.0, 8.0, 12.0, 14.0, 16.0, 24.0, 28.0)  # cogging orders per motor turn, tried
+
+Floats = NDArray[np.float64]
+Maker = Callable[[Arm, float], Term]
+
+
+def _effect(arm: Arm, kind: type[Effect], *charts: Chart, **values: float) -> Term:
+    """Return the term of an effect as the arm has it, but for some values; it owns its charts."""
+    own = (*values, *(name for chart in charts for name in chart.names if name not in values))
+    present: Any = arm.effect(kind.name, arm.labels[0])
+    return Term(replace(present, **values), arm.labels[0], charts, own=own)
+
+
+def stiffness(arm: Arm, varies: float) -> Term:
+    """Return the stiffness of the flexspline; its logarithm is known to the arm's tolerance."""
+    law = arm.joints[0].torsion
+    spread = max(arm.tolerances.stiffness, LEAST_TOLERANCE)
+    chart = Logarithm(('flexspline_stiffness',), spread, spread, -WIDEST_FACTOR, WIDEST_FACTOR,
+                      about=law.flexspline_stiffness)
+    return Term(law, arm.labels[0], (chart,), 'torsion', chart.names)
+
+
+def hysteresis(arm: Arm, varies: float) -> Term:
+    """Return the loop of torque over torsion: its level and its width."""
+    known: Any = arm.effect(TorsionalHysteresis.name, arm.labels[0])
+    spread = WIDEST_LOOP * varies
+    return _effect(arm, TorsionalHysteresis,
+                   Plain(('level',), spread, spread, 0.0, spread, 0.4 * spread),
+                   Plain(('width',), WIDTH, WIDTH, 0.13 * WIDTH, 6.0 * WIDTH),
+                   level=min(known.level, spread), width=WIDTH)
+
+
+def waves_of_motor(arm: Arm, varies: float) -> Term:
+    """Return the kinematic error once and twice per motor turn."""
+    return _effect(arm, KinematicError, *(_wave(arm, KinematicError, order, WAVE, 40 * WAVE)
+                                          for order in ('1', '2')))
+
+
+def skew(arm: Arm, varies: float) -> Term:
+    """Return the time between the readings of both encoders."""
+    known: Any = arm.effect(ClockSkew.name, arm.labels[0])
+    return _effect(arm, ClockSkew, Plain(('skew',), SKEW, SKEW, known.skew - 5 * SKEW,
+                                         known.skew + 5 * SKEW))
+
+
+def zero(arm: Arm, varies: float) -> Term:
+    """Return the zero of the link encoder that recordings have in common."""
+    return Term(arm.joints[0].link_encoder, arm.labels[0], (Plain(('zero',), ZERO, ZERO),),
+                'link_encoder', ('zero',))
+
+
+def disc(arm: Arm, varies: float) -> Term:
+    """Return the disc of the link encoder off its axis, once per turn."""
+    return _effect(arm, LinkEncoderEccentricity,
+                   _wave(arm, LinkEncoderEccentricity, '1', DISC, 10 * DISC))
+
+
+def fourth_wave(arm: Arm, varies: float) -> Term:
+    """Return the kinematic error four times per motor turn."""
+    return _effect(arm, KinematicError, _wave(arm, KinematicError, '4', WAVE, 40 * WAVE))
+
+
+def stiffening(arm: Arm, varies: float) -> Term:
+    """Return how the flexspline stiffens with torque."""
+    law, spread = arm.joints[0].torsion, STIFFENS / max(varies, LEAST_TOLERANCE)
+    chart = Plain(('flexspline_curvature',), spread, spread, 0.0, 4.0 * spread,
+                  max(law.flexspline_curvature, 0.5 * spread))
+    return Term(law, arm.labels[0], (chart,), 'torsion', chart.names)
+
+
+def _wave(arm: Arm, kind: type[Effect], name: str, sigma: float, reach: float) -> Wave:
+    """Return a wave of an effect, which may go so far from nothing."""
+    return Wave((f'amplitude_{name}', f'phase_{name}'), sigma, sigma, -reach, reach)
+
+
+def constant(arm: Arm, varies: float) -> Term:
+    """Return the error of the motor's torque constant."""
+    spread = max(GAIN, arm.tolerances.torque_constant)
+    return _effect(arm, TorqueConstantError, Factor(('error',), spread, spread, -2.0, 1.0))
+
+
+def dry(arm: Arm, varies: float) -> Term:
+    """Return the level of dry friction."""
+    return _effect(arm, CoulombFriction, _friction(arm, 'level', varies))
+
+
+def offset(arm: Arm, varies: float) -> Term:
+    """Return the torque that the drive gives at zero command."""
+    spread = varies / arm.joints[0].ratio
+    return _effect(arm, DriveOffset, Plain(('offset',), spread, spread))
+
+
+def _friction(arm: Arm, name: str, varies: float, per: float = 1.0) -> Plain:
+    """Return a number of friction of which nothing is known but the torque of the joint."""
+    spread = varies / arm.joints[0].ratio / per
+    return Plain((name,), spread, spread, 0.0)
+
+
+def viscous(fastest: float) -> Maker:
+    """Return how viscous friction is looked for where the shaft turns so fast [rad/s]."""
+    return lambda arm, varies: _effect(arm, ViscousFriction,
+                                       _friction(arm, 'slope', varies, fastest))
+
+
+def of_load(arm: Arm, varies: float) -> Term:
+    """Return the loss of the mesh."""
+    return _effect(arm, LoadDependentFriction, Plain(('coefficient',), LOADED, LOADED, 0.0))
+
+
+def near_rest(arm: Arm, varies: float) -> Term:
+    """Return the friction that falls with speed."""
+    return _effect(arm, StribeckFriction, replace(_friction(arm, 'excess', varies), start=(
+        0.2 * varies / arm.joints[0].ratio)),
+        Logarithm(('speed',), 1.0, 1.0, -3.0, 2.0, about=STRIBECK), speed=STRIBECK)
+
+
+def one_sided(arm: Arm, varies: float) -> Term:
+    """Return the share by which friction is larger one way."""
+    return _effect(arm, AsymmetricFriction, Plain(('asymmetry',), ASYMMETRY, ASYMMETRY))
+
+
+def inertia(arm: Arm, varies: float) -> Term:
+    """Return the error of the motor's inertia."""
+    return _effect(arm, MotorInertiaError, Factor(('error',), INERTIA, INERTIA, -2.0, 1.7))
+
+
+def ripple(name: str) -> Maker:
+    """Return how a ripple of order 2 or 4 is looked for."""
+    return lambda arm, varies: _effect(arm, TorqueRipple, _wave(
+        arm, TorqueRipple, name, _rippling(arm, varies), 40.0 * _rippling(arm, varies)))
+
+
+def cogging(order: float) -> Maker:
+    """Return how a cogging of an order per motor turn is looked for."""
+    return lambda arm, varies: _effect(
+        arm, MotorCogging, Wave(('amplitude', 'phase'), _rippling(arm, varies),
+                                _rippling(arm, varies)), order=order)
+
+
+def _rippling(arm: Arm, varies: float) -> float:
+    return RIPPLE * varies / arm.joints[0].ratio
+
+
+TORSION: tuple[Maker, ...] = (stiffness, hysteresis, waves_of_motor, skew, zero)
+TORSION_MORE: tuple[Maker, ...] = (disc, stiffening, fourth_wave)
+MOTOR: tuple[Maker, ...] = (constant, dry, offset)
+
+
+def motor_more(fastest: float) -> tuple[Maker, ...]:
+    """Return what must earn its place at a motor whose shaft turns so fast [rad/s]."""
+    return (viscous(fastest), of_load, near_rest, one_sided, inertia, ripple('2'), ripple('4'))
+
+
+def likely_poles(angle: Floats, rest: Floats) -> float:
+    """Return the order of cogging of which a rest (m,) at shaft angles (m,) has most."""
+    power = [abs(np.exp(-1j * order * angle) @ rest) for order in POLES]
+    return POLES[int(np.argmax(power))]

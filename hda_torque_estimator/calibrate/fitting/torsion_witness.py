@@ -1,0 +1,42 @@
+"""The torsion as a witness: the estimator itself, run over recordings with trial numbers."""
+
+from collections.abc import Sequence
+
+from hda_arm_sim.model.arm import Arm
+import numpy as np
+from numpy.typing import NDArray
+
+from .torsion_fits import UNFUSED
+from .witness import blocks_of, per_recording
+from ..passages.measured import Measured
+from ...estimating.estimator import Estimator
+from ...samples.readings import LINK_READING
+
+Floats = NDArray[np.float64]
+
+
+class TorsionWitness:
+    """The rows of the torsion's torque; its zero is that of the link encoder [rad]."""
+
+    usual_zero = 0.01       # [rad] (choice) half a degree is wide for a zero that anyone has set
+
+    def __init__(self, recordings: Sequence[Measured]) -> None:
+        """Take recordings that all have both encoders."""
+        self.recordings = recordings
+        self.dt = max(one.dt for one in recordings)
+        self._all = [np.ones(len(one.stamps) // one.every, bool) for one in recordings]
+        self.blocks = blocks_of(recordings, self._all)
+
+    def torque(self, arm: Arm, zeros: Floats) -> Floats:
+        """Return the torque of the rows (m,) [N*m] with zeros of the link moved (r,) [rad]."""
+        estimator, found = Estimator(arm, UNFUSED), []
+        for one, zero in zip(self.recordings, per_recording(zeros, self.recordings)):
+            readings = one.readings.copy()
+            readings[:, 0, LINK_READING] -= zero
+            estimator.reset()
+            found.append(one.thinned(estimator.run(one.stamps, readings).torque[:, 0]))
+        return np.concatenate(found)
+
+    def reference(self, lag: float) -> Floats:
+        """Return the reference of the rows (m,) [N*m]."""
+        return np.concatenate([one.thinned(one.later(lag)) for one in self.recordings])
