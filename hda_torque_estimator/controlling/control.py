@@ -50,17 +50,24 @@ def limited(command: float, last: float, limit: float, change: float) -> float:
     return min(max(near, -limit), limit)
 
 
+class Asked(NamedTuple):
+    """What one sample asks for."""
+
+    reference: Array            # (n, 2) link angle and rate [rad, rad/s]
+    motor_angle: Array          # (n,) of the shafts [rad]
+    joint_torque: Array         # (n,) estimated torques [N*m]
+    dt: float                   # since the last sample, 0 to take over without a step [s]
+
+
 @compiled
-def step(record: ArmRecord, settings: CompiledSettings, memory: Array, reference: Array,
-         motor_angle: Array, joint_torque: Array, dt: float, command: Array) -> None:
+def step(record: ArmRecord, settings: CompiledSettings, memory: Array, asked: Asked,
+         command: Array) -> None:
     """
     Fill the motor torques (n,) [N*m] that answer one sample.
 
-    `reference` (n, 2) is link angle and rate [rad, rad/s], `motor_angle` (n,) the shafts' [rad],
-    `joint_torque` (n,) the estimated torques [N*m]. `dt` [s] is since the last sample, 0 to take
-    over without a step. The command starts at zero and what the law asks for comes in,
-    (eq:handover).
+    The command starts at zero and what the law asks for comes in, (eq:handover).
     """
+    reference, motor_angle, joint_torque, dt = asked
     share = 1.0 - np.exp(-2.0 * np.pi * settings.velocity_bandwidth * dt)
     left = np.exp(-dt / settings.handover_time)
     for j in range(record.joints.shape[0]):

@@ -3,16 +3,14 @@
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.parameter import Declared, parameter
 from hda_arm_sim.model.arm import Arm
 import numpy as np
-from numpy.typing import NDArray
 
 from . import control
 from .control import CompiledSettings
 from .reference import hold, Reference
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -119,7 +117,7 @@ class Controller:
         dt = 0.0 if self._last is None else (stamp - self._last) * 1e-9
         reference = self._reference.at((stamp - self._begin) * 1e-9)
         torque = joint_torque if self.settings.torque_feedback else np.zeros_like(joint_torque)
-        control.step(self._record, self._compiled, self._memory, reference, motor_angle, torque,
-                     dt, self.command)
+        control.step(self._record, self._compiled, self._memory,
+                     control.Asked(reference, motor_angle, torque, dt), self.command)
         self._last = stamp
         return self.command

@@ -68,8 +68,9 @@ class JtfController(ArmNode):
         self._unsaid: list[tuple[Topic, Refused]] = []
         sys.setswitchinterval(LET_LOOP_IN)
         # The first line of a process costs more time than there is for a stop.
-        self.get_logger().info('ready: enabled at the first sample' if enabled else
-                               'ready: call jtf_controller/enable')
+        awaited = ', '.join(topic.name for topic in self._states.topics)
+        self.say_started(f'{awaited}, and '
+                         + ('is enabled then' if enabled else 'a call of jtf_controller/enable'))
         self.begin()
         self._timer = self.create_timer(WATCH_PERIOD, self._watch,
                                         clock=Clock(clock_type=ClockType.STEADY_TIME))

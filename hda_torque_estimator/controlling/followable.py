@@ -7,15 +7,15 @@ so densely that it hardly bends between two samples, and what it may bend is add
 
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.chain import Chain, torques_along
 from hda_arm_sim.foundation.compiled import interpreted
 from hda_arm_sim.foundation.rigid import coriolis, gravity_torque, mass_matrix
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import PPoly
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 PER_PIECE = 8           # samples of the torque in a piece: it bends with waves longer than a piece
 TOGETHER = 4096         # pieces that are looked at together: a few milliseconds each
@@ -133,8 +133,13 @@ def motor_torques(arm: Arm, angle: Array, rate: Array, speeding: Array) -> Array
 
 def _gear_torques(arm: Arm, angle: Array, rate: Array, speeding: Array) -> Array:
     """Return the torques through the gears; the laws are called as they stand, on arrays."""
-    body = arm.record().body
-    inertia, last = loaded_inertia(body), angle.shape[-1] - 1
+    body, last = arm.record().body, angle.shape[-1] - 1
+    inertia = loaded_inertia(body)
+    if isinstance(inertia, Chain):
+        motion = np.stack([angle, rate, speeding], axis=-1).reshape(-1, last + 1, 3)
+        needed = np.empty(motion.shape[:2])
+        torques_along(inertia.table, motion, needed)
+        return needed.reshape(angle.shape)
     q1, q2 = angle[..., 0], angle[..., last]
     if last == 0:
         weight = interpreted(gravity_torque)(

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.parameter import Declared, parameter, ParameterError
 from hda_arm_sim.health import Refused
 from hda_arm_sim.inputs import EffortReader
@@ -17,7 +18,6 @@ from hda_arm_sim.model.arm import Arm
 from hda_msgs_json.cdr import JointStateEncoder
 from hda_msgs_json.topics import JOINT_STATES, JOINT_TORQUES, motor_name
 import numpy as np
-from numpy.typing import NDArray
 
 from .controller import Controller, ControllerSettings
 from .loop_stability import is_stable, stable_range
@@ -31,7 +31,6 @@ from ..samples.sample_faults import Fault
 from ..samples.sample_reader import not_later, SampleReader
 from ..samples.sample_watch import SampleWatch
 
-Array = NDArray[np.float64]
 NOMINAL_PERIOD = 1e-3   # of samples until their stamps tell it [s]
 BEYOND = 10.0           # of the torque for which a gear's law is valid: no estimate of this arm
 
@@ -157,8 +156,7 @@ class LiveController:
     def check_gain(self, settings: ControllerSettings) -> None:
         """Raise ParameterError for a K_J that this arm does not bear at its rate."""
         arm, period = self.controller.arm, self._samples.period or NOMINAL_PERIOD
-        unknown = arm.links is None or len(arm.joints) > 2
-        if settings.torque_feedback == 0.0 or self._any_gain or unknown:
+        if settings.torque_feedback == 0.0 or self._any_gain or arm.links is None:
             return
         if not is_stable(arm, settings, period):
             raise ParameterError(

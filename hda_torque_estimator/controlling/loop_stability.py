@@ -12,17 +12,19 @@ from collections.abc import Iterator
 import math
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.chain_links import ChainLinks
+from hda_arm_sim.model.stiffness_rate import masses
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from .controller import ControllerSettings
 from ..estimating.estimator import EstimatorSettings
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 ELBOWS = (0.0, 0.5 * math.pi, math.pi)     # of the plants: stretched, bent, folded [rad]
+POSTURES = 4            # of a chain: its zero and some at random
 LOWEST, HIGHEST = -2.0, 0.99    # what `torque_feedback` may be at all
 _GROWS = 1.0 + 1e-7             # beyond it an eigenvalue is no rounded one
 _HALVINGS = 7                   # of a range: ends are told to about 0.01
@@ -87,13 +89,13 @@ def _stable(known: list[Plant], arm: Arm, settings: ControllerSettings, feedback
 def plants(arm: Arm, period: float) -> Iterator[Plant]:
     """Yield the arm in each of its states."""
     stiffness = np.asarray(arm.record().joints['torsion']['first_stiffness'])
-    for elbow in ELBOWS[:1] if len(arm.joints) == 1 else ELBOWS:
+    for mass in _masses(arm):
         for held in (False, True):
-            yield _sampled(arm, stiffness, elbow, period, held=held)
+            yield _sampled(arm, stiffness, mass, period, held=held)
 
 
-def _sampled(arm: Arm, stiffness: Array, elbow: float, period: float, *, held: bool) -> Plant:
-    """Return an arm with these stiffnesses (n,) and elbow [rad], its inputs held."""
+def _sampled(arm: Arm, stiffness: Array, mass: Array, period: float, *, held: bool) -> Plant:
+    """Return an arm with these stiffnesses (n,) and mass matrix (n, n), its inputs held."""
     count = len(arm.joints)
     ratio, rotor = arm.record().joints['ratio'], arm.record().joints['motor_inertia']
     none, one = np.zeros((count, count)), np.eye(count)
@@ -106,7 +108,7 @@ def _sampled(arm: Arm, stiffness: Array, elbow: float, period: float, *, held: b
     motor[:, count:2 * count] -= friction / rotor[:, None]
     slope = np.vstack([np.hstack([none, one, none, none]), motor,
                        np.hstack([none, none, none, one]),
-                       np.linalg.solve(_mass(arm, elbow), torque)])
+                       np.linalg.solve(mass, torque)])
     push = np.vstack([none, np.diag(1.0 / rotor), none, none])
     kept = slice(0, 2 * count) if held else slice(None)
     slope, push = slope[kept, kept], push[kept]
@@ -117,6 +119,13 @@ def _sampled(arm: Arm, stiffness: Array, elbow: float, period: float, *, held: b
     shaft = np.hstack([one, none, none, none])
     return Plant(made[:states, :states], made[:states, states:], shaft[:, kept], twist[:, kept],
                  stiffness)
+
+
+def _masses(arm: Arm) -> list[Array]:
+    """Return the mass matrices (n, n) of an arm in some postures."""
+    if isinstance(arm.links, ChainLinks):
+        return masses(arm, POSTURES)
+    return [_mass(arm, elbow) for elbow in (ELBOWS[:1] if len(arm.joints) == 1 else ELBOWS)]
 
 
 def _mass(arm: Arm, elbow: float) -> Array:

@@ -2,10 +2,9 @@
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
+from hda_arm_sim.foundation.arrays import Array
 
-Array = NDArray[np.float64]
+
 MOST_WAITING = 50
 
 

@@ -3,15 +3,14 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_msgs_json.errors import HdaError
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 from .followable import worst
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 LARGEST_STEP = 0.05     # of the reference at its first point [rad]
 MOST_POINTS = 100_000   # eight minutes at 200 Hz; read and checked in seconds, in a thread

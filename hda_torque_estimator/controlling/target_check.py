@@ -10,17 +10,16 @@ from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.health import Refused
 from hda_arm_sim.model.arm import Arm
 from hda_msgs_json.cdr import CdrError
 from hda_msgs_json.cdr_trajectory import count_points, decode_trajectory
 import numpy as np
-from numpy.typing import NDArray
 
 from .reference import (joined, MOST_POINTS, Reference, too_many, TrajectoryError, Way,
                         way_of)
 
-Array = NDArray[np.float64]
 MOST_WAITING = 4
 MOST_ANEW = 1000        # points that the loop joins anew: a millisecond, choice
 

@@ -2,10 +2,10 @@
 
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
 
 

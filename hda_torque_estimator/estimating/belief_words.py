@@ -20,6 +20,8 @@ _SLIPPED = ('the {} encoder slipped: its angle stepped at once by more than any 
 _OF_JOINT = {
     belief.APART: 'torsion and motor torque are too far apart to correct each other; the torque '
                   'is that of the torsion alone',
+    belief.MOTOR_ALONE: 'torsion and motor torque are too far apart to correct each other; the '
+                        'torque is that of the motor alone',
     belief.CHANGED: 'torsion and motor torque suddenly contradict each other (a slip of an '
                     'encoder, another motor torque or sign of it)',
     belief.SLIPPED + slips.OF_MOTOR: _SLIPPED.format('motor'),
@@ -32,7 +34,7 @@ _LOST = ('readings jumped and never came back to where they can be; call torque_
 
 def believed(doubt: float) -> bool:
     """Tell whether an estimate with this doubt can be believed."""
-    return doubt in (belief.BELIEVED, belief.APART) or not _known(doubt)
+    return doubt in (belief.BELIEVED, belief.APART, belief.MOTOR_ALONE) or not _known(doubt)
 
 
 def doubts_told(labels: Sequence[str], doubts: Sequence[float]) -> list[str]:

@@ -7,6 +7,7 @@ is all of a tip wrench but its force in the plane, and of that what the posture 
 
 from collections.abc import Sequence
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_msgs_json.cdr import JointStateEncoder, WrenchEncoder
 from hda_msgs_json.samples import JointSamples, WrenchSamples
@@ -14,12 +15,10 @@ from hda_msgs_json.topics import (
     BASE_FRAME, joint_torque, JOINT_TORQUES, link_frame, TIP_WRENCH, TIP_WRENCH_TOOL, TOOL_FRAME,
     Topic)
 import numpy as np
-from numpy.typing import NDArray
 
 from .estimator import Estimates
 from .laws import estimate
 
-Array = NDArray[np.float64]
 UNOBSERVED: dict[str, float] = {'nan': np.nan, 'zero': 0.0}
 """What stands in a wrench where nothing is known."""
 

@@ -11,7 +11,8 @@ from enum import Enum
 from itertools import pairwise
 from typing import Any, ClassVar, NamedTuple
 
-from hda_arm_sim.foundation.compiled import compiled
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled, inlined
 from hda_arm_sim.foundation.parameter import Declared, parameter
 from hda_arm_sim.model.arm import Arm, ArmRecord
 from hda_arm_sim.model.link_side import loaded_inertia
@@ -19,14 +20,14 @@ from hda_arm_sim.model.plain import inertia_of, plain
 import numpy as np
 from numpy.typing import NDArray
 
-from .laws import belief, estimate, fusion
+from .laws import belief, estimate, fusion_memory
+from .laws.compiled_settings import CompiledSettings, Model
 from .laws.contact import level
-from .laws.estimate import CompiledSettings
+from .laws.estimate import Sample
 from .laws.route_errors import Known, known
 from ..samples.sample_watch import LARGEST, watch_limits, WATCH_MEMORY
 from ..samples.stamp_order import AFRESH, BACK, follow, follow_one, ORDER, TWO
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 PART = 1 << 15          # samples of a part: small enough for a cache, large enough to pay
 FARTHEST = 1e4          # angle of a link that may be turned (choice) [rad]
@@ -70,6 +71,8 @@ class EstimatorSettings(Declared):
         0.01, 's', 1e-3, 1.0, 'half the time over which both torques are compared')
     fusion_memory: float = parameter(
         600.0, 's', 1.0, 1e6, 'time after which what the comparison taught has faded')
+    fusion_zero_follows: float = parameter(
+        0.0, 's', 0.0, 1e6, 'time in which the zero may wander by its tolerance, 0 for never')
 
 
 class Estimates(NamedTuple):
@@ -112,7 +115,7 @@ class Estimator:
 
     def __init__(self, arm: Arm, settings: EstimatorSettings = EstimatorSettings()) -> None:
         """Prepare for an arm; without links only the torsion's results will be numbers."""
-        joints = len(arm.joints)
+        arm, joints = arm.torsion_only(), len(arm.joints)
         self.arm, self.settings = arm, settings
         self._result = np.zeros((1, joints, estimate.RESULTS))
         self._tips = np.full((1, estimate.TIP_RESULTS), np.nan)
@@ -262,8 +265,9 @@ class Estimator:
 
     def _step(self, reading: Array, command: Array, seconds: Array, joints: Array,
               tip: Array) -> None:
-        _run(*self._plain, self._numbers, self._limits, self._watch, self._belief, self._memory,
-             reading, command, seconds, joints, tip)
+        _run(Plain(*self._plain, self._numbers),
+             Remembered(self._limits, self._watch, self._belief, self._memory),
+             Stream(reading, command, seconds), joints, tip)
 
     def _add_to_tare(self) -> None:
         estimate.add_to_tare(self._record, self._settings, self._inertia, self._memory)
@@ -273,7 +277,7 @@ class Estimator:
         """Take the mean of what was added for zero; without anything the zero stays."""
         if self._tared:
             self._memory[:, estimate.ZERO] += self._memory[:, estimate.TARE_SUM] / self._tared
-            self._memory[:, estimate.FUSION + fusion.SLIPPED] = 0.0
+            self._memory[:, estimate.FUSION + fusion_memory.SLIPPED] = 0.0
         self._tare_left = 0.0
 
 
@@ -297,51 +301,83 @@ def compiled_settings(arm: Arm, settings: EstimatorSettings) -> CompiledSettings
         settings.velocity_bandwidth, settings.observer_bandwidth, settings.singular_sine,
         arm.tolerances.link_inertia, float(arm.links is not None), settings.torsion_bandwidth,
         settings.fusion, settings.fusion_window, settings.fusion_memory,
-        settings.contact_deviations, settings.collision_torque, known(arm))
+        settings.fusion_zero_follows, settings.contact_deviations, settings.collision_torque,
+        known(arm))
+
+
+class Plain(NamedTuple):
+    """An arm and settings in arrays alone, which a call passes on quickest."""
+
+    joints: NDArray[Any]
+    body: NDArray[Any]
+    inertia: Array
+    settings: Array
+
+
+class Remembered(NamedTuple):
+    """What no arm can do, and what is remembered of the samples so far."""
+
+    limits: Array
+    watch: Array
+    doubts: Array
+    memory: Array
+
+
+class Stream(NamedTuple):
+    """Samples: (k, n, READINGS), commands (k, n), and times since the last ones (k,)."""
+
+    reading: Array
+    command: Array
+    seconds: Array
+
+
+@inlined
+def _settings(numbers: Array) -> CompiledSettings:
+    n = numbers
+    return CompiledSettings(
+        n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8], n[9], n[10], n[11],
+        Known(n[12], n[13], n[14], n[15], n[16], n[17], n[18], n[19], n[20], n[21]))
 
 
 @compiled
-def _run(joints: NDArray[Any], body: NDArray[Any], inertia: Array, settings: Array, limits: Array,
-         watch: Array, doubts: Array, memory: Array, reading: Array, command: Array,
-         seconds: Array, result: Array, tip: Array) -> None:
+def _run(plain: Plain, of: Remembered, stream: Stream, result: Array, tip: Array) -> None:
     """
-    Estimate samples (k, n, READINGS) and commands (k, n), with the times since the last ones (k,).
+    Estimate samples.
 
     One sample and a recording take the same machine code, therefore the same bits: where a
     compiler joins a step to two callers, it may round differently in each.
     """
-    n = settings
-    numbers = CompiledSettings(
-        n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8], n[9], n[10],
-        Known(n[11], n[12], n[13], n[14], n[15], n[16], n[17], n[18], n[19], n[20]))
-    record, rigid = ArmRecord(joints, body[0]), inertia_of(inertia)
-    clean, given, told = np.empty_like(reading[0]), np.empty_like(command[0]), np.zeros(5)
-    held = np.empty((reading.shape[1], 3))
+    model = Model(ArmRecord(plain.joints, plain.body[0]), _settings(plain.settings),
+                  inertia_of(plain.inertia))
+    reading = stream.reading
+    zero = model.settings.known.torsion_zero
+    clean, given = np.empty_like(reading[0]), np.empty_like(stream.command[0])
+    held, told = np.empty((reading.shape[1], 3)), np.zeros(5)
     for i in range(reading.shape[0]):
-        back, two = seconds[i] <= BACK, seconds[i] >= TWO
-        passed = AFRESH if back else seconds[i] - TWO if two else seconds[i]
+        back, two = stream.seconds[i] <= BACK, stream.seconds[i] >= TWO
+        passed = AFRESH if back else stream.seconds[i] - TWO if two else stream.seconds[i]
         if back:
-            _forget(memory, doubts)
-        belief.sane(limits, joints, reading[i], command[i], clean, given)
-        dt = belief.look(record, limits, watch, doubts, reading[i], passed, told)
+            _forget(of.memory, of.doubts)
+        belief.sane(of.limits, plain.joints, reading[i], stream.command[i], clean, given)
+        dt = belief.look(model.record, of.limits, of.watch, of.doubts, reading[i], passed, told)
         if back or two:
-            belief.blame(doubts, belief.CLOCK_BACK if back else belief.TWO_PUBLISHERS)
+            belief.blame(of.doubts, belief.CLOCK_BACK if back else belief.TWO_PUBLISHERS)
         if dt < 0.0:
             result[i, :, :] = np.nan
             tip[i, :] = np.nan
             result[i, :, estimate.DOUBT] = 0.0
-            tip[i, estimate.CONTACT_LEVEL] = level(memory[0, estimate.CONTACT:])
+            tip[i, estimate.CONTACT_LEVEL] = level(of.memory[0, estimate.CONTACT:])
         else:
-            belief.feel_slips(limits, doubts, memory[:, estimate.FUSION:],
-                              numbers.known.torsion_zero, clean, dt)
-            estimate.step(record, numbers, rigid, memory, clean, given, dt, result[i], tip[i])
+            belief.feel_slips(of.limits, of.doubts, of.memory[:, estimate.FUSION:], zero, clean,
+                              dt)
+            estimate.step(model, of.memory, Sample(clean, given, dt), result[i], tip[i])
             for j in range(result.shape[1]):
                 held[j, 0] = result[i, j, estimate.EXTERNAL_TORQUE]
                 held[j, 1] = result[i, j, estimate.EXTERNAL_DEVIATION]
                 held[j, 2] = result[i, j, estimate.TORQUE]
-            belief.feel_standstill(record, limits, doubts, clean, held, dt)
+            belief.feel_standstill(model.record, of.limits, of.doubts, clean, held, dt)
         for j in range(result.shape[1]):
-            result[i, j, estimate.DOUBT] = belief.doubt(doubts, j, result[i, j, estimate.DOUBT])
+            result[i, j, estimate.DOUBT] = belief.doubt(of.doubts, j, result[i, j, estimate.DOUBT])
 
 
 @compiled

@@ -1,15 +1,13 @@
 """What the estimator says of itself."""
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.health import Level, Pace, Refusals, Report
 import numpy as np
-from numpy.typing import NDArray
 
 from .belief_words import doubts_told
 from .laws import contact, estimate
 from .live_estimator import LiveEstimator
 from .route_health import told, UNTAUGHT, WELL
-
-Array = NDArray[np.float64]
 
 
 def estimator_report(live: LiveEstimator, pace: Pace, refusals: Refusals) -> Report:

@@ -8,16 +8,14 @@ known well enough to say so. A difference that no error explains is one too (doc
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.parts import Joint
 import numpy as np
-from numpy.typing import NDArray
 
-from .laws import fusion
+from .laws import fusion_memory as fusion
 from .laws.route_errors import (DRY, ERRORS, GAIN, Known, LINK_1, LINK_2, OFFSET, RIPPLE_2,
                                 RIPPLE_4, SHAFT_1, SHAFT_2, SHAFT_4, SKEW, STIFFNESS, VISCOUS,
                                 ZERO)
-
-Array = NDArray[np.float64]
 
 # Choices unless told otherwise.
 # A healthy arm's errors are drawn from a normal distribution of one tolerance. Each of 7 numbers

@@ -9,6 +9,7 @@ from functools import lru_cache
 import json
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_msgs_json.messages import assembled, EstimatorState
 from hda_msgs_json.samples import TextSamples
@@ -20,7 +21,6 @@ from .estimator import Estimates
 from .laws import estimate
 from .laws.contact import contact_name
 
-Array = NDArray[np.float64]
 STATE_RATE = 50.0               # default [Hz]
 
 JOINT_NUMBERS = {
@@ -72,7 +72,8 @@ class StateWriter:
                 '%', '%%'),
             'valid': '%s', 'flags': '%s', 'tip_force': _list_of(2),
             'tip_force_covariance': _list_of(4), 'singular': '%s', 'conditioning': '%s',
-            'contact_deviations': '%s', 'payload': '%s', 'payload_std': '%s', 'contact': '%s'}
+            'contact_deviations': '%s', 'payload': '%s', 'payload_std': '%s', 'contact': '%s',
+            'torsion_zero': each}
         self._form = assembled(EstimatorState, texts)
         self._labels = arm.labels
 
@@ -89,8 +90,8 @@ class StateWriter:
         doubts = joints[:, :, estimate.DOUBT].tolist()
         verdicts = [_verdict(self._labels, tuple(too_far), tuple(doubted), hidden, taring)
                     for too_far, doubted, hidden in zip(beyond, doubts, singular)]
-        of_joints = (joints[:, j, index] for index in JOINT_NUMBERS.values()
-                     for j in range(len(self._labels)))
+        count = range(len(self._labels))
+        of_joints = (joints[:, j, index] for index in JOINT_NUMBERS.values() for j in count)
         columns = (stamps, *map(_words, of_joints), [verdict.valid for verdict in verdicts],
                    [verdict.flags for verdict in verdicts],
                    *(_words(tip[:, index]) for index in TIP_NUMBERS),
@@ -98,7 +99,8 @@ class StateWriter:
                    _words(tip[:, estimate.CONDITIONING]),
                    *(_words(tip[:, index]) for index in (
                        estimate.CONTACT_DEVIATIONS, estimate.MASS, estimate.MASS_DEVIATION)),
-                   map(json.dumps, level))
+                   map(json.dumps, level),
+                   *(_words(joints[:, j, estimate.ZERO_TAKEN]) for j in count))
         return [self._form % row for row in zip(*columns)]
 
 

@@ -8,6 +8,7 @@ the command take this way alike, so that both get the same bits.
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.health import Refused
 from hda_arm_sim.inputs import refusal, UNREADABLE
 from hda_msgs_json.cdr import encode_joint_state, JointState, JointStateDecoder
@@ -27,8 +28,6 @@ OPTIONS: Mapping[str, tuple[Any, str]] = {
     'link_topic': ('', 'topic of the link sides alone, instead of joint_states'),
     'motor_topic': ('', 'topic of the motor shafts alone, instead of joint_states')}
 MOST_WAITING = 50
-
-Array = NDArray[np.float64]
 
 
 class DriverError(HdaError):

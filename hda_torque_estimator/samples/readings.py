@@ -7,14 +7,13 @@ joint. Names may stand in any order among others; what a message does not give i
 
 from collections.abc import Sequence
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_msgs_json.cdr import JointState
 from hda_msgs_json.columns import ColumnFinder, columns_of
 from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import motor_name
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
 SIDES = 2
 
 # A reading, per joint: angles [rad] and velocities [rad/s] of shaft and link, NaN if not given.

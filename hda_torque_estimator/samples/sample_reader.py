@@ -1,5 +1,6 @@
 """Read samples of an arm from the bytes of joint states; what is wrong becomes a refusal."""
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.health import Refused
 from hda_arm_sim.inputs import refusal, UNREADABLE
 from hda_arm_sim.model.arm import Arm
@@ -8,11 +9,8 @@ from hda_msgs_json.cdr_fields import NANOSECONDS
 from hda_msgs_json.cdr_layout import Layout, read_joint_state, STAMP_AT
 from hda_msgs_json.columns import columns_of
 import numpy as np
-from numpy.typing import NDArray
 
 from .readings import reading_names, ReadingFinder, READINGS, SIDES
-
-Array = NDArray[np.float64]
 
 
 class SampleReader:

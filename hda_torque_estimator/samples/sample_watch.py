@@ -8,17 +8,17 @@ tell what no arm can do, not what this arm should do.
 
 import math
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled, inlined
 from hda_arm_sim.foundation.rigid import mass_matrix
 from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.chain_links import ChainLinks
 from hda_arm_sim.model.link_side import loaded_inertia
+from hda_arm_sim.model.stiffness_rate import masses
 from hda_arm_sim.sensors import LINK, MOTOR
 import numpy as np
-from numpy.typing import NDArray
 
 from .sample_faults import Fault, sentence, Told
-
-Array = NDArray[np.float64]
 
 # Limits, per joint (n, LIMITS); angles and steps of both sides at their own shafts.
 (LARGEST, SPEED, ACCELERATION,          # link [rad]; shaft [rad/s, rad/s^2]
@@ -38,6 +38,8 @@ FASTER = 1.5            # than the declared limit: choice; supply and overhaulin
 WIDER = 0.05            # than the angle limit: a step of the reference that is let through [rad]
 STRONGER = 2.0          # than limits and declared inertia tell: inertia of an unnamed rotor
 LATENESS = 2e-3         # between two stamps of a host: each is up to 1 ms late (choice) [s]
+POSTURES = 64           # of a chain, drawn at random: choice, a tenth of a second
+POSED = 2.0             # than in the lightest of them: choice; in others links are lighter still
 WINDOW = 0.02           # over which rates are judged: the time in which to stop [s]
 SOFTER = 2.0            # than the declared torsion: stiffness of a gear known by its class
 WIDEST = 0.05           # torsion where the law is valid without end: 30 times a usual gear [rad]
@@ -87,6 +89,9 @@ def _ease(arm: Arm) -> Array:
     joints = len(arm.joints)
     if arm.links is None:
         return np.full(joints, math.inf)
+    if isinstance(arm.links, ChainLinks):
+        return np.max([POSED * np.abs(np.linalg.inv(mass)).max(axis=1)
+                       for mass in masses(arm, POSTURES)], axis=0)
     first, both, second = mass_matrix(loaded_inertia(arm.record().body),
                                       np.linspace(0.0, math.pi, 181))
     if joints == 1:

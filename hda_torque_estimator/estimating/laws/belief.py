@@ -13,7 +13,7 @@ from hda_arm_sim.model.arm import ArmRecord
 import numpy as np
 from numpy.typing import NDArray
 
-from . import fusion, slips, standstill
+from . import fusion_memory as fusion, slips, standstill
 from ...samples import coupling
 from ...samples.sample_faults import Fault
 from ...samples.sample_watch import judge, RATIO, SPEED, STARTED, STEP, STRONGER
@@ -21,6 +21,7 @@ from ...samples.sample_watch import judge, RATIO, SPEED, STARTED, STEP, STRONGER
 # Doubts: faults of samples have the numbers of `Fault`; then come other reasons, worst last.
 BELIEVED, APART, CHANGED, IMPOSSIBLE, LOST = 0.0, 20.0, 21.0, 22.0, 23.0  # (layout)
 SLIPPED = 24.0          # and the side: the shaft or the link (layout)
+MOTOR_ALONE = 27.0      # as APART, where the motor is the better witness (layout)
 CLOCK_BACK, TWO_PUBLISHERS, FROZEN = (
     float(fault) for fault in (Fault.CLOCK_BACK, Fault.TWO_PUBLISHERS, Fault.FROZEN))
 COUPLED = 40.0          # and the kind of coupling, which may be negative (layout)
@@ -58,7 +59,9 @@ def of_fusion(learning: Array) -> float:
         return IMPOSSIBLE
     if learning[fusion.CHANGED] > 0.0:
         return CHANGED
-    return APART if learning[fusion.APART] > 0.0 else BELIEVED
+    if learning[fusion.APART] > 0.0:
+        return MOTOR_ALONE if learning[fusion.MOTOR_ALONE] > 0.0 else APART
+    return BELIEVED
 
 
 @compiled
@@ -196,7 +199,7 @@ def feel_standstill(record: ArmRecord, limits: Array, memory: Array, reading: Ar
         memory[j, PULLED] = memory[j, PULL]
         memory[j, PULL] = abs(held[j, 2]) + abs(held[j, 0]) + standstill.CERTAIN * held[j, 1]
         if standstill.frozen(record.joints[j], limits[j], memory[j, STANDING:PULL], reading[j],
-                             held[j, 0], held[j, 1], held[j, 2], dt):
+                             held[j], dt):
             blame(memory, FROZEN)
 
 

@@ -1,5 +1,7 @@
 """External torque from torsion torque and motion: a momentum observer (docs/model.md)."""
 
+from typing import NamedTuple
+
 from hda_arm_sim.foundation.compiled import compiled, Record
 from hda_arm_sim.foundation.rigid import gravity_torque, Inertia, mass_matrix, momentum_drift
 from hda_arm_sim.model.link_side import link_torque
@@ -9,14 +11,22 @@ import numpy as np
 _AT_REST = 1e-3         # speed below which a link bearing may hold either way [rad/s]
 
 
+class Links(NamedTuple):
+    """Where the links are [rad] and how they move [rad/s]; a second one may be missing."""
+
+    q1: float
+    q2: float
+    dq1: float
+    dq2: float
+
+
 @compiled
-def momentum(inertia: Inertia, joints: int, elbow: float, dq1: float,
-             dq2: float) -> tuple[float, float]:
+def momentum(inertia: Inertia, joints: int, at: Links) -> tuple[float, float]:
     """Return the generalised momentum M(q) dq of one or two links [kg*m^2/s]."""
     if joints == 1:
-        return inertia.p1 * dq1, 0.0
-    m11, m12, m22 = mass_matrix(inertia, elbow)
-    return m11 * dq1 + m12 * dq2, m12 * dq1 + m22 * dq2
+        return inertia.p1 * at.dq1, 0.0
+    m11, m12, m22 = mass_matrix(inertia, at.q2)
+    return m11 * at.dq1 + m12 * at.dq2, m12 * at.dq1 + m22 * at.dq2
 
 
 @compiled
@@ -33,26 +43,26 @@ def hold(joint: Record, angle: float, velocity: float) -> tuple[float, float]:
 
 
 @compiled
-def inertia_doubt(inertia: Inertia, elbow: float, dq1: float, dq2: float, ddq1: float,
-                  ddq2: float) -> tuple[float, float]:
+def inertia_doubt(inertia: Inertia, at: Links, ddq1: float, ddq2: float) -> tuple[float, float]:
     """
     Return the squared torques that p1, p2 and p3 make, each alone, on both joints (eq:sigma-ext).
 
     Times the relative variance of the three they are the variance of the torques that move links.
     """
-    c, s = np.cos(elbow), np.sin(elbow)
+    c, s = np.cos(at.q2), np.sin(at.q2)
     p2, p3 = inertia.coupled * inertia.p2, inertia.coupled * inertia.p3
-    bend1 = p3 * (c * (2.0 * ddq1 + ddq2) - s * (2.0 * dq1 + dq2) * dq2)
-    bend2 = p3 * (c * ddq1 + s * dq1 * dq1)
+    bend1 = p3 * (c * (2.0 * ddq1 + ddq2) - s * (2.0 * at.dq1 + at.dq2) * at.dq2)
+    bend2 = p3 * (c * ddq1 + s * at.dq1 * at.dq1)
     return ((inertia.p1 * ddq1) ** 2 + (p2 * ddq2) ** 2 + bend1 ** 2,
             (p2 * ddq1 + inertia.p2 * ddq2) ** 2 + bend2 ** 2)
 
 
 @compiled
-def expected_rate(inertia: Inertia, body: Record, joints: int, q1: float, q2: float, dq1: float,
-                  dq2: float, torque1: float, torque2: float) -> tuple[float, float]:
+def expected_rate(inertia: Inertia, body: Record, joints: int, at: Links,
+                  torque: tuple[float, float]) -> tuple[float, float]:
     """Return dp/dt of links that only gears and gravity move, (eq:expected-rate) [N*m]."""
-    weight1, weight2 = gravity_torque(inertia, body.pull, body.direction, q1, q2)
+    weight1, weight2 = gravity_torque(inertia, body.pull, body.direction, at.q1, at.q2)
     if joints == 1:
-        return torque1 + weight1, 0.0
-    return torque1 + weight1, torque2 + weight2 + momentum_drift(inertia, q2, dq1, dq2)
+        return torque[0] + weight1, 0.0
+    return (torque[0] + weight1,
+            torque[1] + weight2 + momentum_drift(inertia, at.q2, at.dq1, at.dq2))

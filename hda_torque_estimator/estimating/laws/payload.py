@@ -10,8 +10,9 @@ from hda_arm_sim.foundation.compiled import Array, compiled, inlined, Record
 from hda_arm_sim.foundation.rigid import Inertia
 import numpy as np
 
+from .compiled_settings import Model
 from .learning import fade, renew
-from .momentum import expected_rate, momentum
+from .momentum import expected_rate, Links, momentum
 
 # What is told apart, per unit or sigma: the mass, p1 to p3, an offset of either torque.
 MASS, INERTIA, OFFSET = 0, 1, 4
@@ -48,29 +49,25 @@ def mass(memory: Array) -> tuple[float, float]:
 
 
 @compiled
-def gather(memory: Array, inertia: Inertia, body: Record, joints: int, q1: float, q2: float,
-           dq1: float, dq2: float, seen: tuple[float, float], rates: tuple[float, float],
-           tolerance: float, span: float, dt: float) -> None:
-    """
-    Add a sample: momenta `seen` of known links, and expected `rates` (2,), (eq:momenta).
-
-    `tolerance` is that of the inertia, `span` the time in which what was learnt fades [s].
-    """
+def gather(memory: Array, model: Model, at: Links, seen: tuple[float, float],
+           rates: tuple[float, float], dt: float) -> None:
+    """Add a sample: momenta `seen` of known links, and expected `rates`, (eq:momenta)."""
+    body, joints = model.record.body, model.record.joints.shape[0]
     memory[ELAPSED] += dt
     memory[SAMPLES] += 1.0
     memory[SINCE] += dt
     for column in range(_COLUMNS):
         if column > 0:
-            part = _part(inertia, body.links, column - 1, tolerance)
-            seen = momentum(part, joints, q2, dq1, dq2)
-            rates = expected_rate(part, body, joints, q1, q2, dq1, dq2, 0.0, 0.0)
+            part = _part(model.inertia, body.links, column - 1, model.settings.inertia_tolerance)
+            seen = momentum(part, joints, at)
+            rates = expected_rate(part, body, joints, at, (0.0, 0.0))
         for j in range(2):
             place = 2 * column + j
             memory[_MOMENTA + place] += seen[j] * dt
             memory[_RATES + place] += rates[j] * dt
             memory[_LATER + place] += rates[j] * dt * memory[ELAPSED]
     if memory[ELAPSED] >= _HALF and memory[SAMPLES] >= _FEWEST:
-        _close(memory, joints, span)
+        _close(memory, joints, model.settings.span)
 
 
 @compiled

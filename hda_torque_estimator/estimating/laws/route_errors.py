@@ -36,6 +36,15 @@ class Known(NamedTuple):
     torque_ripple: float
 
 
+class Turning(NamedTuple):
+    """A shaft in motion: angle [rad], velocity [rad/s], its sign, 0 where it may stick."""
+
+    angle: float
+    velocity: float
+    sense: float
+    link_angle: float
+
+
 def known(arm: Arm) -> Known:
     """Return how well the numbers of an arm are known."""
     return Known(*(getattr(arm.tolerances, name) for name in Known._fields))
@@ -67,23 +76,22 @@ def torque_effects(known: Known, torque: float, stiffness: float, effect: Array)
 
 
 @compiled
-def motor_effects(joint: Record, known: Known, command: float, velocity: float, sense: float,
-                  motor_angle: float, effect: Array) -> None:
+def motor_effects(joint: Record, known: Known, command: float, at: Turning,
+                  effect: Array) -> None:
     """Fill what one sigma of each error takes from the motor's torque, (eq:motor-torque)."""
     ratio, wavy = joint.ratio, joint.ratio * known.torque_ripple
-    effect[DRY] = -ratio * known.dry_friction * joint.coulomb_friction.level * sense
-    effect[VISCOUS] = -ratio * known.viscous_friction * joint.viscous_friction.slope * velocity
+    effect[DRY] = -ratio * known.dry_friction * joint.coulomb_friction.level * at.sense
+    effect[VISCOUS] = -ratio * known.viscous_friction * joint.viscous_friction.slope * at.velocity
     effect[GAIN] = ratio * known.torque_constant * command
     effect[OFFSET] = ratio * known.drive_offset
-    _wave(wavy, 2.0 * motor_angle, effect, RIPPLE_2)
-    _wave(wavy, 4.0 * motor_angle, effect, RIPPLE_4)
+    _wave(wavy, 2.0 * at.angle, effect, RIPPLE_2)
+    _wave(wavy, 4.0 * at.angle, effect, RIPPLE_4)
 
 
 @compiled
-def motor_torque(joint: Record, command: float, motor_angle: float, velocity: float, torque: float,
-                 link_angle: float, time: float) -> float:
+def motor_torque(joint: Record, command: float, at: Turning, torque: float,
+                 time: float) -> float:
     """Return the gear's torque that a motor without inertia tells [N*m], (eq:motor-torque)."""
-    sense = np.sign(velocity)
-    dry = sense * friction_budget(joint, velocity, sense, torque, link_angle)
-    driving = shaft_torque(joint, command) + ripple(joint, motor_angle)
-    return joint.ratio * (driving - drag(joint, velocity, time) - dry)
+    dry = at.sense * friction_budget(joint, at.velocity, at.sense, torque, at.link_angle)
+    driving = shaft_torque(joint, command) + ripple(joint, at.angle)
+    return joint.ratio * (driving - drag(joint, at.velocity, time) - dry)

@@ -30,13 +30,15 @@ CERTAIN = 4.0           # deviations, as where a motor gives a torque that it ca
 
 
 @compiled
-def frozen(joint: Record, limits: Array, memory: Array, reading: Array, external: float,
-           deviation: float, torque: float, dt: float) -> bool:
+def frozen(joint: Record, limits: Array, memory: Array, reading: Array, held: Array,
+           dt: float) -> bool:
     """
     Tell whether a joint stands as none can; dt [s] since the last sample, 0 begins anew.
 
-    `limits` is its row of the watch; `external` and its `deviation` [N*m] are NaN without links.
+    `limits` is its row of the watch. `held` (3,) is the external torque, its deviation, both NaN
+    without links, and the torque of the gear [N*m].
     """
+    external, deviation, torque = held
     same = reading[0] == memory[MOTOR] and reading[1] == memory[LINK]
     memory[MOTOR], memory[LINK] = reading[0], reading[1]
     if dt == 0.0:

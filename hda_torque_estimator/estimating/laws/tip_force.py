@@ -1,5 +1,7 @@
 """Tip force from external joint torques, where it can be observed (docs/model.md#estimator)."""
 
+from typing import NamedTuple
+
 from hda_arm_sim.foundation.compiled import Array, compiled, Record
 from hda_arm_sim.foundation.rigid import tool_jacobian
 import numpy as np
@@ -8,9 +10,18 @@ import numpy as np
 _ALIGNED = 0.01         # share of an unobserved force that may leak into an observed component
 
 
+class Posture(NamedTuple):
+    """How the links stand, and from where on that hides a force."""
+
+    links: Record               # their lengths
+    joints: int
+    elbow: float                # [rad]
+    singular_sine: float        # |sin(theta2)| below which the axial force is not observed
+
+
 @compiled
-def tool_force(links: Record, joints: int, elbow: float, torque: Array, deviation: Array,
-               singular_sine: float, force: Array, covariance: Array) -> tuple[bool, float]:
+def tool_force(at: Posture, torque: Array, deviation: Array, force: Array,
+               covariance: Array) -> tuple[bool, float]:
     """
     Fill the force on the tip in the tool frame (2,) [N] and its covariance (2, 2) [N^2].
 
@@ -18,13 +29,13 @@ def tool_force(links: Record, joints: int, elbow: float, torque: Array, deviatio
     |sin(theta2)| < `singular_sine`; the perpendicular one is then the weighted mean of what both
     joints say. Returns whether that is so, and the conditioning: 0 to 1.
     """
-    if joints == 1:
-        force[0], force[1] = np.nan, torque[0] / links.length1
-        _only_perpendicular(covariance, (deviation[0] / links.length1) ** 2)
+    if at.joints == 1:
+        force[0], force[1] = np.nan, torque[0] / at.links.length1
+        _only_perpendicular(covariance, (deviation[0] / at.links.length1) ** 2)
         return True, 0.0
-    j11, _, j21, j22 = tool_jacobian(links.length1, links.length2, elbow)
+    j11, _, j21, j22 = tool_jacobian(at.links.length1, at.links.length2, at.elbow)
     ratio = singular_ratio(j11, j21, j22)
-    if abs(np.sin(elbow)) < singular_sine:
+    if abs(np.sin(at.elbow)) < at.singular_sine:
         weight1, weight2 = 1.0 / deviation[0] ** 2, 1.0 / deviation[1] ** 2
         certainty = j21 * j21 * weight1 + j22 * j22 * weight2
         force[0] = np.nan

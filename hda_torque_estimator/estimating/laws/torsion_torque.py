@@ -85,3 +85,9 @@ def reading_deviation(joint: Record, torque: float, rate_gain: float) -> tuple[f
     stiffness = stiffness_at(joint.torsion, joint.ratio, torque)
     noise = stiffness + joint.structural_damping.coefficient * rate_gain
     return stiffness, noise * torsion_deviation(joint)
+
+
+@compiled
+def torque_aside(joint: Record, torsion: float, torsion_rate: float, state: float) -> float:
+    """Return what hysteresis and damping carry parallel to the spring, (eq:gear-torque) [N*m]."""
+    return gear_torque(joint, 0.0, torsion, torsion_rate, state)

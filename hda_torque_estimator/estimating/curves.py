@@ -1,0 +1,73 @@
+"""The plots of estimates as data: torques and the force on the tip, over time."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .estimator import Estimates
+from .laws import estimate
+from ..pages.plot import Chart, Line, Plot
+from ..pages.wording import spoken
+
+Array = NDArray[np.float64]
+_TIME = 'time since the first sample [s]'
+
+
+class Beside(NamedTuple):
+    """A signal (m,) that is known at stamps [ns], to stand beside an estimate."""
+
+    stamps: NDArray[np.int64]
+    values: Array
+
+    def at(self, stamps: NDArray[np.int64]) -> Array:
+        """Return the signal at other stamps (k,), NaN where it is not known."""
+        known = np.isfinite(self.values)
+        if not known.any():
+            return np.full(len(stamps), np.nan)
+        times, start = self.stamps[known], self.stamps[known][0]
+        return np.interp(stamps - start, times - start, self.values[known], np.nan, np.nan)
+
+
+def charts(labels: Sequence[str], found: Estimates,
+           beside: Mapping[str, Mapping[str, Beside]]) -> dict[str, Chart]:
+    """
+    Return the charts of an estimate; `beside` holds known signals by name, for each plot.
+
+    Its keys are the joints' labels, `x` and `y` of the base frame.
+    """
+    time = (found.stamps - found.stamps[0]) * 1e-9 if len(found.stamps) else np.empty(0)
+    torques = {spoken(label): _with_band(
+        time, 'torque, output [N·m]', found.torque[:, place], found.torque_deviation[:, place],
+        _known(beside, label, found)) for place, label in enumerate(labels)}
+    told = {'torque': Chart('Joint torque', 'Torque through the gear, at the output. The band is '
+                            'two standard deviations to both sides.', torques)}
+    if np.isfinite(found.external_torque).any():
+        told['external'] = Chart(
+            'External torque', 'Torque of the environment on each joint.', {
+                spoken(label): Plot(_TIME, 'external torque, output [N·m]', time, [
+                    Line('estimated', found.external_torque[:, place], 'after')], 'time')
+                for place, label in enumerate(labels)})
+    if np.isfinite(found.base_force).any():
+        told['tip'] = Chart(
+            'Force on the tip', 'Force of the environment on the tip, in the base frame. The band '
+            'is two standard deviations to both sides. Gaps are where it is not observed.', {
+                f'along {letter}': _with_band(
+                    time, 'tip force, base frame [N]', found.base_force[:, axis],
+                    np.sqrt(found.tip[:, estimate.BASE_COVARIANCE + 3 * axis]),
+                    _known(beside, letter, found)) for axis, letter in enumerate('xy')})
+    return told
+
+
+def _known(beside: Mapping[str, Mapping[str, Beside]], name: str,
+           found: Estimates) -> list[Line]:
+    return [Line(said, one.at(found.stamps), 'measured')
+            for said, one in beside.get(name, {}).items()]
+
+
+def _with_band(time: Array, label: str, values: Array, deviation: Array,
+               known: list[Line]) -> Plot:
+    return Plot(_TIME, label, time, [*known, Line(
+        'estimated', values, 'after', values - 2.0 * deviation, values + 2.0 * deviation)],
+        'time')

@@ -1,0 +1,34 @@
+"""What the compiled step reads: settings, tolerances, the arm."""
+
+from typing import NamedTuple
+
+from hda_arm_sim.foundation.rigid import Inertia
+from hda_arm_sim.model.arm import ArmRecord
+
+from .route_errors import Known
+
+
+class CompiledSettings(NamedTuple):
+    """What the compiled step reads of the settings and of the arm's tolerances."""
+
+    velocity_bandwidth: float
+    observer_bandwidth: float
+    singular_sine: float
+    inertia_tolerance: float
+    links: float
+    torsion_bandwidth: float
+    fusion: float
+    window: float
+    span: float
+    following: float
+    contact_deviations: float
+    collision_torque: float
+    known: Known
+
+
+class Model(NamedTuple):
+    """What is believed of an arm, and how it is to be estimated."""
+
+    record: ArmRecord
+    settings: CompiledSettings
+    inertia: Inertia            # of the links, with a payload that the model knows

@@ -1,0 +1,103 @@
+"""What the fusion remembers of one joint, in one array, and how it is read."""
+
+from hda_arm_sim.foundation.compiled import Array, compiled, inlined
+import numpy as np
+
+from .route_errors import ERRORS, ZERO
+
+# Memory, per joint.
+(LAST_COMMAND,                          # in force since the last sample [N*m motor]
+ TIME,                                  # since the first sample [s]
+ ELAPSED, SAMPLES,                      # in the present half of the window [s]
+ BEGIN, BEFORE, SPAN,                   # shaft where this and the last half began, its time
+ SENSE, STEADY,                         # of the motion, and how many halves it has lasted
+ SLOW_SPEED, LAST_SPEED,                # of the shaft, low-passed over half a window; last one
+ SINCE,                                 # the errors were renewed [s]
+ MISFIT, DIFFERENCE,                    # squared differences over expected ones; mean difference
+ LASTING, HEARD,                        # misfit over longer, and for how long [s]
+ APART, CHANGED, IMPOSSIBLE,            # time for which the two ways must still agree until they
+                                        # correct each other, and are believed, again [s]
+ EXCESS,                                # beyond what the motor can give [N*m]
+ SLIPPED, SIDE,                         # the same time after a slip, and which side it was
+ AGAINST, FREED,                        # time of contradiction [s]; 1 once the zero was freed
+ UNEXPLAINED,                           # squared difference beyond all that is known [N^2*m^2]
+ MEAN_APART, MEAN_MOTOR,                # of differences and of the motor's torque, of late [N*m]
+ SCATTER, WEIGHED,                      # of the motor's samples [N^2*m^2], the time it is from [s]
+ LAG,                                   # of the inertia's torque behind a change of it [N*m]
+ MOTOR_ALONE,                           # 1 where that is the better single witness
+ ) = range(31)
+SUMS = 31                               # over the present half: value and effects (layout)
+MOMENTS = SUMS + 1 + ERRORS             # the same, weighed by the time in it
+RISEN = MOMENTS + 1 + ERRORS            # of the last half, weighed by its rising edge
+LEARNT = RISEN + 1 + ERRORS             # errors (ERRORS,) in units of their sigma
+GAINED = LEARNT + ERRORS                # their covariance less the identity, by rows
+MEMORY = GAINED + ERRORS * ERRORS
+
+# Choices unless told otherwise.
+LONG = 5.0              # over which misfits tell that something changed [s]
+STIFFEST, SOFTEST = 2.0, 0.5    # factor of the stiffness that may be learnt
+AGREED = 0.5            # time for which both must agree before they are believed again [s]
+
+
+@inlined
+def errors_learnt(memory: Array) -> Array:
+    """Return the errors found so far (ERRORS,), in units of their sigma."""
+    return memory[LEARNT:GAINED]
+
+
+@inlined
+def falls_back(memory: Array) -> bool:
+    """Tell whether torsion and motor are too far apart to correct each other."""
+    return memory[APART] > 0.0 or memory[IMPOSSIBLE] > 0.0
+
+
+@inlined
+def gained(memory: Array) -> Array:
+    """Return the covariance of the errors less the identity (ERRORS, ERRORS)."""
+    return memory[GAINED:MEMORY].reshape((ERRORS, ERRORS))
+
+
+@inlined
+def doubt_zero(memory: Array, variance: float) -> None:
+    """Add to the variance of the torsion's zero, in squared tolerances."""
+    memory[GAINED + ZERO * (ERRORS + 1)] += variance
+
+
+@compiled
+def stiffness_factor(known_stiffness: float, learnt: float) -> float:
+    """Return the factor of the stiffness; bounded, as no gear changes more, (eq:two-routes)."""
+    return min(max(1.0 + known_stiffness * learnt, SOFTEST), STIFFEST)
+
+
+@compiled
+def slipped(memory: Array, side: int, size: float) -> None:
+    """Doubt the zero, by the slip's size in tolerances, until both ways have agreed again."""
+    memory[SLIPPED], memory[SIDE] = AGREED, side
+    doubt_zero(memory, size ** 2)
+
+
+@compiled
+def effect_variance(memory: Array, effect: Array, count: int) -> tuple[float, float]:
+    """Return the variance of the first errors' effect, now and before, (eq:sigma-torque)."""
+    gain, before, now = gained(memory), 0.0, 0.0
+    for i in range(count):
+        before += effect[i] * effect[i]
+        across = 0.0                                # the covariance is symmetric
+        for k in range(i):
+            across += gain[i, k] * effect[k]
+        now += effect[i] * (2.0 * across + gain[i, i] * effect[i])
+    return max(before + now, 0.0), before
+
+
+@inlined
+def share(time: float, patience: float) -> float:
+    """Return the share of a new value in a mean over a time [s]."""
+    return 1.0 - np.exp(-time / patience)
+
+
+@compiled
+def usual_misfit(memory: Array) -> float:
+    """Return squared differences over those that tolerances allow, mean of the last seconds."""
+    if memory[HEARD] == 0.0:
+        return 0.0
+    return memory[LASTING] / (1.0 - np.exp(-memory[HEARD] / LONG))

@@ -1,0 +1,142 @@
+"""
+The torque of one joint from two witnesses, at one sample: torsion and motor, docs/estimation.md.
+
+Each is corrected by what was learnt of it. Then they are weighed by what changes from sample to
+sample, and no torque is told that motor, inertia and friction do not allow. Where they contradict
+each other beyond what can be learnt, the better one stands alone.
+"""
+
+from typing import NamedTuple
+
+from hda_arm_sim.foundation.compiled import Array, compiled, inlined, Record
+from hda_arm_sim.model.kernel import growth, played_torsion
+import numpy as np
+
+from .compiled_settings import CompiledSettings
+from .fusion import close_half, gather
+from .fusion_memory import (effect_variance, errors_learnt, EXCESS, falls_back, MOTOR_ALONE,
+                            stiffness_factor, UNEXPLAINED)
+from .motor_witness import (bound, first_bound, follow_scatter, hear, Heard, Motor, own_variance,
+                            tell)
+from .route_errors import ERRORS, STIFFNESS, torque_effects, TORSION_ERRORS
+from .torsion_torque import reading_deviation, torque_aside, torque_through_gear
+from .witnesses import beyond, Bound, FAINT, is_near, share_of_second, Spring, tangent, within
+
+
+class Twisted(NamedTuple):
+    """What the encoders tell of a gear, already without what was learnt to be wrong."""
+
+    elastic: float              # torsion [rad]
+    rate: float                 # [rad/s]
+    loop: float                 # hysteresis z in [-1, 1]
+    gain: float                 # of a reading's noise in the rate [1/s]
+
+
+class Reading(NamedTuple):
+    """What one reading of a torsion tells: torque [N*m], its variance, that of the motor's."""
+
+    torque: float
+    random: float               # [N^2*m^2]
+    other: float                # [N^2*m^2]
+
+
+class Told(NamedTuple):
+    """A joint's torque and how sure it is [N*m], and the share of the motor in that."""
+
+    torque: float
+    deviation: float
+    motor_share: float
+
+
+@compiled
+def joint_torque(joint: Record, settings: CompiledSettings, memory: Array, seen: Twisted,
+                 heard: Heard, effect: Array) -> Told:
+    """
+    Return the torque of one joint at a sample.
+
+    `effect` (ERRORS,) holds what a sigma of each error adds to the torsion [rad]; it is used up.
+    """
+    factor = stiffness_factor(settings.known.stiffness, errors_learnt(memory)[STIFFNESS])
+    if falls_back(memory):
+        factor = 1.0
+    torque = factor * torque_through_gear(joint, heard.angle, seen.elastic, seen.rate, seen.loop)
+    stiffness, random = reading_deviation(joint, torque, seen.gain)
+    lawless = joint.torsion.deviation ** 2
+    both = settings.fusion > 0.0 and joint.coulomb_friction.level > 0.0
+    if not both or not hear(memory, heard):
+        torque_effects(settings.known, torque, stiffness, effect)
+        now, before = effect_variance(memory, effect, TORSION_ERRORS)
+        own, held, far = random ** 2 + lawless, torque, 0.0
+        if falls_back(memory):
+            now = before
+        if both and np.isfinite(heard.command):
+            first = first_bound(joint, heard.command)
+            held = within(first, torque)
+            far = beyond(first, held) ** 2 + (_held(joint, torque) - held) ** 2
+        return Told(held, np.sqrt(own + now + far), _share(own + now, own + before))
+    motor = tell(joint, settings.known, memory, heard, settings.window, _held(joint, torque),
+                 effect)
+    allowed = bound(joint, memory, motor, effect)
+    apart = torque - motor.driving + motor.inertia
+    own = own_variance(joint, memory, motor)
+    near = within(allowed, torque - apart * share_of_second(random ** 2 + lawless, own))
+    if not is_near(torque, near, random):
+        spring = Spring(played_torsion(joint, seen.elastic),
+                        torque_aside(joint, seen.elastic, seen.rate, seen.loop),
+                        growth(joint, heard.angle)[0])
+        torque, stiffness = tangent(joint, spring, near / factor)
+        torque *= factor
+        random = reading_deviation(joint, near, seen.gain)[1]
+    torque_effects(settings.known, near, stiffness, effect)
+    gather(memory, torque - motor.driving, effect, heard.dt)
+    close_half(joint, memory, heard.angle, settings, stiffness)
+    follow_scatter(joint, memory, motor, torque - motor.driving + motor.inertia, heard.dt)
+    return _weighed(joint, memory, effect, motor, allowed, Reading(torque, random ** 2, own))
+
+
+@inlined
+def _held(joint: Record, torque: float) -> float:
+    """Return a torque that the gear can hold: within the law's valid range [N*m]."""
+    return min(max(torque, -joint.torsion.valid_torque), joint.torsion.valid_torque)
+
+
+@inlined
+def _share(now: float, before: float) -> float:
+    return max(1.0 - now / max(before, 1e-300), 0.0)
+
+
+@compiled
+def _weighed(joint: Record, memory: Array, effect: Array, motor: Motor, allowed: Bound,
+             seen: Reading) -> Told:
+    """Weigh the torsion's torque and the motor's, (eq:weight, sigma-torque)."""
+    own = seen.random + joint.torsion.deviation ** 2
+    before = _squares(effect, 0, TORSION_ERRORS)
+    single = falls_back(memory)
+    other = (motor.plain if single else motor.driving) - motor.inertia
+    if single:
+        better = _squares(effect, TORSION_ERRORS, ERRORS) + seen.other < before + own
+        memory[MOTOR_ALONE] = 1.0 if better else 0.0
+        weight = memory[MOTOR_ALONE]
+    else:
+        weight = share_of_second(own, seen.other)
+    weight = weight if weight >= FAINT else 0.0
+    torque = seen.torque + weight * (other - seen.torque)
+    held = within(allowed, torque)
+    effect[:TORSION_ERRORS] *= 1.0 - weight
+    effect[TORSION_ERRORS:] *= -weight
+    now = (_squares(effect, 0, ERRORS) if single else
+           effect_variance(memory, effect, ERRORS if weight > 0.0 else TORSION_ERRORS)[0])
+    now += ((1.0 - weight) ** 2 * own + weight ** 2 * seen.other
+            + max(weight, 1.0 - weight) ** 2 * memory[UNEXPLAINED]
+            + (_held(joint, torque) - held) ** 2 + beyond(allowed, held) ** 2)
+    if single:
+        now += min(memory[EXCESS], joint.torsion.valid_torque) ** 2
+    return Told(held, np.sqrt(now), _share(now, own + before))
+
+
+@inlined
+def _squares(effect: Array, first: int, end: int) -> float:
+    total = 0.0
+    for i in range(first, end):
+        total += effect[i] * effect[i]
+    return total

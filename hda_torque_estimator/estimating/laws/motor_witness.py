@@ -1,0 +1,130 @@
+"""
+What the motor tells of a joint's torque at one sample, how sure that is, and what it allows.
+
+Its inertia needs an acceleration: for one sample that is the change of a velocity over half a
+window of the fusion. How good it is shows in how far both witnesses differ from sample to sample.
+"""
+
+from typing import NamedTuple
+
+from hda_arm_sim.foundation.compiled import Array, compiled, Record
+import numpy as np
+
+from .fusion import FEWEST, restart, SETTLED
+from .fusion_memory import (errors_learnt, LAG, LAST_COMMAND, LAST_SPEED, LONG, MEAN_APART,
+                            MEAN_MOTOR, SCATTER, share, SLOW_SPEED, STEADY, TIME, WEIGHED)
+from .route_errors import Known, motor_effects, motor_torque, TORSION_ERRORS, Turning
+from .witnesses import Bound
+
+# Choices unless told otherwise.
+_STILL = 1.25e-4        # [rad] in which a shaft may rest, for encoders without counts
+_STILL_COUNTS = 2.0     # of the motor encoder within the time of its low-pass
+_RECENT = 0.1           # over which a torque lasts, beside which it scatters [s]
+_PRIOR = 0.3            # time that the dry friction counts for as a first scatter [s]
+_FRICTION = 2.0         # times the dry friction known, that a motor may have at most
+_CERTAIN = 4.0          # deviations beyond what the motor can give
+
+
+class Heard(NamedTuple):
+    """What a sample gives of a motor."""
+
+    command: float              # torque in force from now on, at the shaft [N*m], NaN for unknown
+    angle: float                # of the shaft [rad]
+    velocity: float             # [rad/s]
+    link_angle: float           # [rad]
+    dt: float                   # since the last sample [s]
+
+
+class Motor(NamedTuple):
+    """What a motor tells [N*m at the link]."""
+
+    moving: bool
+    driving: float              # without inertia, with what was learnt of it
+    plain: float                # the same before anything was learnt
+    inertia: float              # what speeds up its shaft
+
+
+@compiled
+def hear(memory: Array, heard: Heard) -> bool:
+    """Tell whether a motor tells anything at a sample; if not, begin a window anew."""
+    if heard.dt > 0.0 and np.isfinite(memory[LAST_COMMAND] + heard.command):
+        return True
+    restart(memory, heard.angle)
+    memory[LAST_COMMAND] = heard.command
+    memory[SLOW_SPEED] = memory[LAST_SPEED] = heard.velocity
+    memory[WEIGHED] = 0.0
+    return False
+
+
+@compiled
+def tell(joint: Record, known: Known, memory: Array, heard: Heard, window: float, torque: float,
+         effect: Array) -> Motor:
+    """
+    Return what a motor tells, and fill the effects of its errors (ERRORS,).
+
+    `window` is the least time of half a window [s], `torque` what loads its friction [N*m].
+    """
+    mean = 0.5 * (memory[LAST_COMMAND] + heard.command)
+    memory[LAST_COMMAND] = heard.command
+    still = max(joint.coarse_quantisation.motor_step, _STILL)
+    moving = abs(heard.velocity) * max(heard.dt, 0.4 * window) > _STILL_COUNTS * still
+    at = Turning(heard.angle, heard.velocity, np.sign(heard.velocity) if moving else 0.0,
+                 heard.link_angle)
+    motor_effects(joint, known, mean, at, effect)
+    plain = motor_torque(joint, mean, at, torque, memory[TIME])
+    learnt = np.dot(effect[TORSION_ERRORS:], errors_learnt(memory)[TORSION_ERRORS:])
+    span, through = max(window, FEWEST * heard.dt), joint.ratio * joint.motor_inertia
+    memory[SLOW_SPEED] += share(heard.dt, span) * (heard.velocity - memory[SLOW_SPEED])
+    speeding = (heard.velocity - memory[SLOW_SPEED]) / span
+    sudden = (heard.velocity - memory[LAST_SPEED]) / heard.dt
+    memory[LAST_SPEED] = heard.velocity
+    memory[LAG] += share(heard.dt, span) * (through * (sudden - speeding) - memory[LAG])
+    return Motor(moving, plain + learnt, plain, through * speeding)
+
+
+@compiled
+def bound(joint: Record, memory: Array, motor: Motor, effect: Array) -> Bound:
+    """Return what motor, inertia and friction allow, with no dry friction or twice as much."""
+    friction = joint.ratio * joint.coulomb_friction.level
+    slack = friction * (_FRICTION - 1.0 if motor.moving else _FRICTION)
+    unsure = np.sqrt(effect[TORSION_ERRORS:] @ effect[TORSION_ERRORS:] + max(memory[SCATTER], 0.0))
+    return Bound(motor.plain - motor.inertia, slack, abs(memory[LAG]) + _CERTAIN * unsure)
+
+
+@compiled
+def first_bound(joint: Record, command: float) -> Bound:
+    """Return what a motor allows at a first sample, when only its torque is known [N*m, shaft]."""
+    slack = _FRICTION * joint.coulomb_friction.level
+    return Bound(joint.ratio * command, joint.ratio * slack, joint.ratio * abs(command))
+
+
+@compiled
+def own_variance(joint: Record, memory: Array, motor: Motor) -> float:
+    """Return the variance of one sample of the motor [N^2*m^2]; sticking it holds either way."""
+    sliding = motor.moving and memory[STEADY] >= SETTLED
+    level = joint.ratio * joint.coulomb_friction.level
+    held = 0.0 if sliding and memory[WEIGHED] > 0.0 else level ** 2 / 3.0
+    return max(memory[SCATTER], 0.0) + memory[LAG] ** 2 + held
+
+
+@compiled
+def follow_scatter(joint: Record, memory: Array, motor: Motor, apart: float, dt: float) -> None:
+    """
+    Follow how much the motor's torque scatters from sample to sample, (eq:scatter).
+
+    What changes in the motor's torque and in its difference to the torsion's is its own; what it
+    shares with the torsion is the torque's. `apart` is that difference [N*m].
+    """
+    part = max(share(dt, LONG), dt / (memory[WEIGHED] + _PRIOR + dt))
+    told = motor.driving - motor.inertia
+    if not motor.moving or memory[STEADY] < SETTLED:
+        memory[MEAN_APART], memory[MEAN_MOTOR] = apart, told
+        return
+    if memory[WEIGHED] == 0.0:
+        memory[SCATTER] = (joint.ratio * joint.coulomb_friction.level) ** 2
+    memory[WEIGHED] += dt
+    recent = share(dt, _RECENT)
+    memory[MEAN_APART] += recent * (apart - memory[MEAN_APART])
+    memory[MEAN_MOTOR] += recent * (told - memory[MEAN_MOTOR])
+    own = (told - memory[MEAN_MOTOR]) * (memory[MEAN_APART] - apart)
+    memory[SCATTER] += part * (own - memory[SCATTER])
