@@ -9,14 +9,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import EFFECTS
 import numpy as np
-from numpy.typing import NDArray
 
 from .balances.balance import Balancer
 from .balances.healthy import healthy_twin, noise_of, torque_noise_of
 from .balances.reversals import turning_round
+from .findings.certainty import probability, verdict_probability
 from .findings.gains import gains, METRIC
 from .findings.report import Alike, Diagnosis, Finding, Part, RecordingFacts, TotalGain
 from .fitting.alignment import aligned, is_aligned
@@ -25,23 +26,23 @@ from .fitting.hypotheses import HYPOTHESES
 from .fitting.instruments import unbiased
 from .fitting.located import split_at_contact
 from .fitting.nuisance import Zero
-from .fitting.term import Place
 from .judging.backing import Backing, backing
 from .judging.candidates import with_sizes
 from .judging.limits import limited
 from .judging.pattern import misplaced
 from .judging.search import Found, search, without_noise
 from .judging.straight import straight
-from .judging.verdict import alike, findings, residuals
+from .judging.verdict import alike, certain, findings, residuals
 from .readings.raw_readings import (extended_by, RAW_EFFECTS, raw_findings, raw_readings,
                                     raw_total, RawReadings)
 from .silence.excitation import cannot_tell, nothing_seen, remarks, smallest_sizes
 from .silence.slow_rate import FAST, rate_hides
+from .telling.next_steps import next_steps
 from .telling.unexplained import unexplained
+from ..least_squares.term import Place
 from ..measurements.measurement import Measurement
 from ..measurements.running_clock import inside, Spans, split
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 EFFECTIVE = 0.5         # share of the balances' samples that are independent
 _ROUNDS = 2             # of searches, while zeros of several recordings or stretches move
@@ -98,9 +99,9 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     tell('measuring the gain on held-out stretches')
     evidence = Evidence(fitter, stands, twin, _with_zeros(arm, stands), fitter.on(stands.terms),
                         held_out)
-    pairs = alike(found, judged)
+    pairs = tuple(pair for pair in alike(found, judged) if _gains(evidence, pair))
     shown = raw_findings(raw, measurement, fitter.balancer, arm, evidence.extended, held_out)
-    fitted = (*shown, *_findings(evidence, found, pairs))
+    fitted = (*shown, *_findings(evidence, found, pairs, judged))
     told = tuple(one for one in fitted if limited(one) is None)
     total = (raw_total(shown) if told and told == shown else
              gains(fitter.balancer, evidence.twin, evidence.before, evidence.extended,
@@ -119,7 +120,9 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
         residuals(fitter, found.first, stands, inside(fitter.balancer.time, held_out)),
         replace(facts, training=training, held_out=held_out), arm_file, version, seconds,
         (*filter(None, map(limited, fitted)),
-         *remarks(sizes, arm, about, FAST if limit == 'rate' else None)), limited_by=limit)
+         *remarks(sizes, arm, about, FAST if limit == 'rate' else None)), limited_by=limit,
+        probability=_probability(verdict, told, pairs, judged))
+    diagnosis = replace(diagnosis, steps=next_steps(diagnosis))
     return Conclusion(diagnosis, _model(evidence, raw, told, pairs), evidence)
 
 
@@ -200,12 +203,25 @@ def _split(fitter: Fitter, arm: Arm, names: Sequence[str], training: Spans,
     return split_at_contact(fitter.balancer, arm, fitter.noise, training, held_out)
 
 
-def _findings(evidence: Evidence, found: Found, pairs: Sequence[Alike]) -> tuple[Finding, ...]:
+def _findings(evidence: Evidence, found: Found, pairs: Sequence[Alike],
+              judged: Backing) -> tuple[Finding, ...]:
     """Return the backed causes that no rival ties with, as findings."""
     tied = {place for pair in pairs for place in pair.effects}
     nameable = [term for term in evidence.fit.accepted if term.place not in tied]
-    return findings(evidence.fitter, evidence.fit, found.reasons(), nameable, evidence.twin,
-                    evidence.held_out)
+    reasons = found.reasons()
+    return tuple(
+        replace(one, probability=certain(judged, reasons[one.effect, one.joint],
+                                         (one.effect, one.joint)))
+        for one in findings(evidence.fitter, evidence.fit, reasons, nameable, evidence.twin,
+                            evidence.held_out))
+
+
+def _gains(evidence: Evidence, pair: Alike) -> bool:
+    """Tell whether one of two causes gains on held-out data: that of them which a fit holds."""
+    fitter, fit = evidence.fitter, evidence.fit
+    return any(gains(fitter.balancer, evidence.twin, fitter.on(fit.terms_beside(term)),
+                     fitter.on(fit.terms), evidence.held_out).removed() > 0.0
+               for term in fit.accepted if term.place in pair.effects)
 
 
 def _with_zeros(arm: Arm, fit: Fit) -> Arm:
@@ -227,9 +243,19 @@ def _unmoved(facts: RecordingFacts, arm: Arm, arm_file: str, version: str,
     """Return the diagnosis of a recording in which no link moved: it shows nothing."""
     none, sizes = float('nan'), nothing_seen(arm, sought_effects())
     nothing = TotalGain(none, none, none, none, none, none, METRIC, '1')
-    return Diagnosis('insufficient_excitation', (), (), None, tuple(one.row() for one in sizes),
-                     nothing, (), facts, arm_file, version, seconds, remarks(sizes, arm, ()),
-                     limited_by='motion')
+    diagnosis = Diagnosis(
+        'insufficient_excitation', (), (), None, tuple(one.row() for one in sizes),
+        nothing, (), facts, arm_file, version, seconds, remarks(sizes, arm, ()),
+        limited_by='motion', probability=1.0)
+    return replace(diagnosis, steps=next_steps(diagnosis))
+
+
+def _probability(verdict: str, told: tuple[Finding, ...], pairs: Sequence[Alike],
+                 judged: Backing) -> float:
+    """Return the probability of a verdict; a law at its bound is another one for certain."""
+    left = judged.nothing_left if judged.unexplained.any() or verdict != 'unknown' else -1.0
+    return verdict_probability(verdict, told, [pair.probability for pair in pairs],
+                               probability(left))
 
 
 def _verdict(judged: Backing, told: tuple[Finding, ...], tied: bool, at_limit: bool) -> str:

@@ -1,8 +1,8 @@
 """Gather what a report shows of a conclusion: residuals, coordinates, predictions."""
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 import numpy as np
-from numpy.typing import NDArray
 
 from .balances.balance import Balancer
 from .balances.coordinates import coordinates_of
@@ -11,7 +11,6 @@ from .diagnose import Evidence
 from .findings.report import Prediction
 from .telling.exhibits import Exhibits
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 HORIZONS = (0.01, 0.02, 0.05, 0.1, 0.2)     # over which predictions are shown [s]
 
@@ -28,7 +27,9 @@ def exhibits_of(evidence: Evidence) -> Exhibits:
         coordinates_of(balancer, evidence.extended), np.array(HORIZONS),
         _predicted(balancer, evidence.before, evidence),
         _predicted(balancer, evidence.extended, evidence),
-        _predicted(evidence.twin, evidence.extended, evidence), lacking=lacking)
+        _predicted(evidence.twin, evidence.extended, evidence), lacking=lacking,
+        commanded=balancer.filtered(balancer.measurement.command * np.array(
+            [joint.ratio for joint in evidence.extended.joints])))
 
 
 def predictions(exhibits: Exhibits) -> tuple[Prediction, ...]:

@@ -9,18 +9,17 @@ one stretch only. A recording with too little travel tells nothing and is accept
 import math
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.parts import Joint
 from hda_msgs_json.errors import HdaError
 from hda_msgs_json.topics import motor_name
 import numpy as np
-from numpy.typing import NDArray
 
 from ..samples.coupling import (AT_LINK, bend_over, kind_of, LINK_DEGREES, MOTOR_DEGREES, RIGHT,
                                 TRAVEL, twist_of)
 from ..significance import SIGN_CERTAIN
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 STRETCHES = 9           # of a recording, each with a slope of its own; their median counts
 SANE = 1e9              # angle beyond which a reading is no angle [rad]

@@ -8,12 +8,11 @@ readings become smoother by them, and left aside elsewhere.
 
 from dataclasses import replace
 
+from hda_arm_sim.foundation.arrays import Array
 import numpy as np
-from numpy.typing import NDArray
 
 from .measurement import Measurement
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 LEAST = 1e-8            # jitter beyond the nanoseconds in which stamps count [s]
 

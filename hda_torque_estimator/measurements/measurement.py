@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_msgs_json.errors import HdaError
 from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import motor_name
@@ -13,7 +14,6 @@ from scipy.interpolate import CubicSpline
 from ..samples.readings import readings
 from ..significance import FOURTH_DIFFERENCES
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 SEGMENT = 0.5           # of an estimate of noise [s]
 QUIET = 0.25            # share of segments that an effect surely leaves quiet
@@ -38,7 +38,8 @@ class Measurement:
     knows. It is empty if nothing is known.
 
     A measurement may hold several recordings of an arm, one after another on one running clock;
-    `begins` are their first samples.
+    `begins` are their first samples. Of `parts` samples the first was recorded and the others were
+    put between (`finer`).
     """
 
     labels: tuple[str, ...]
@@ -48,6 +49,7 @@ class Measurement:
     absent: tuple[int, ...] = ()
     begins: tuple[int, ...] = (0,)
     past: Array = field(default_factory=lambda: np.zeros(0))
+    parts: int = 1
 
     @property
     def time(self) -> Array:
@@ -73,8 +75,8 @@ class Measurement:
 
     def reading_noise(self) -> Array:
         """Return the white noise of readings (n, 2) in the quieter segments [rad]."""
-        fine = np.diff(self.reading, 4, axis=0) / np.sqrt(FOURTH_DIFFERENCES)
-        length = max(1, round(SEGMENT / self.dt))
+        fine = np.diff(self.reading[::self.parts], 4, axis=0) / np.sqrt(FOURTH_DIFFERENCES)
+        length = max(1, round(SEGMENT / (self.parts * self.dt)))
         parts = fine[:len(fine) // length * length].reshape(-1, length, *fine.shape[1:])
         return np.maximum(np.quantile(parts.std(axis=1), QUIET, axis=0), 1e-13)
 
@@ -82,8 +84,18 @@ class Measurement:
         """Return each recording on its own, its time from zero."""
         return [Measurement(self.labels, self.dt, self.reading[piece], self.command[piece],
                             tuple(place - piece.start for place in self.absent
-                                  if piece.start <= place < piece.stop), past=self.past[piece])
+                                  if piece.start <= place < piece.stop), past=self.past[piece],
+                            parts=self.parts)
                 for piece in self.pieces()]
+
+    def as_recorded(self) -> 'Measurement':
+        """Return the samples that were recorded, without those between them."""
+        if self.parts == 1:
+            return self
+        return Measurement(self.labels, self.parts * self.dt,
+                           np.ascontiguousarray(self.reading[::self.parts]),
+                           self.command[::self.parts],
+                           begins=tuple(begin // self.parts for begin in self.begins))
 
 
 def joined(recordings: Sequence[Measurement], grain: int = 1) -> Measurement:
@@ -102,7 +114,7 @@ def joined(recordings: Sequence[Measurement], grain: int = 1) -> Measurement:
         np.concatenate([one.command[:length] for one, length in zip(recordings, lengths)]),
         tuple(begin + place for one, length, begin in zip(recordings, lengths, begins)
               for place in one.absent if place < length), tuple(begins),
-        _past(recordings, lengths))
+        _past(recordings, lengths), recordings[0].parts)
 
 
 def _past(recordings: Sequence[Measurement], lengths: Sequence[int]) -> Array:

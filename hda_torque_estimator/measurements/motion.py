@@ -9,10 +9,11 @@ late.
 
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled
 from hda_arm_sim.foundation.rigid import Inertia
 from hda_arm_sim.model.arm import Arm, ArmRecord
-from hda_arm_sim.model.encoders import link_angle_behind, motor_angle_behind, tilt_moments
+from hda_arm_sim.model.encoders import link_angle_behind, motor_angle_behind, tilt_moments, tilt_of
 from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY, MOTOR_ANGLE, MOTOR_VELOCITY
 from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
@@ -21,7 +22,6 @@ from scipy.signal import savgol_filter
 
 from .measurement import Measurement
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 WINDOW, _DEGREE = 0.021, 5      # of the polynomials [s]
 # (measured: a window of 21 ms loses 5 % at 40 Hz, which made cogging 1 % low)
@@ -93,12 +93,11 @@ def _derivative(angles: Array, order: int, window: float, dt: float) -> Array:
 @compiled
 def _behind(arm: ArmRecord, inertia: Inertia, reading: Array, angles: Array) -> None:
     """Fill the angles (k, n, 2) behind readings, at the times when they were read."""
-    last = reading.shape[1] - 1
     for k in range(reading.shape[0]):
-        tilt = tilt_moments(arm.body, inertia, reading[k, last, 1])
+        tilt = tilt_moments(arm.body, inertia, reading[k, :, 1])
         for j in range(reading.shape[1]):
             joint = arm.joints[j]
             angles[k, j, 0] = motor_angle_behind(joint, reading[k, j, 0]
                                                  - joint.motor_encoder.zero)
             angles[k, j, 1] = link_angle_behind(joint, reading[k, j, 1]
-                                                - joint.link_encoder.zero, tilt[j])
+                                                - joint.link_encoder.zero, tilt_of(tilt, j))

@@ -15,6 +15,7 @@ from hda_msgs_json.topics import JOINT_STATE, JOINT_STATES
 import numpy as np
 from numpy.typing import NDArray
 
+from .renamed_recording import RenamedRecording
 from ..samples.driver_states import Driver, DriverStates
 from ..samples.readings import motor_commands, readings
 from ..samples.sample_reader import SampleReader
@@ -47,6 +48,8 @@ def recorded_readings(arm: Arm, recording: Recording,
         return RecordedReadings(samples.stamps, readings(arm.labels, samples),
                                 motor_commands(arm.labels, samples))
     except (BagError, NamesError):
+        if isinstance(recording, RenamedRecording):     # its messages have other names
+            raise
         found = _one_by_one(arm, recording.raw(JOINT_STATES.name, JOINT_STATE)[1])
         if not len(found.stamps):
             raise

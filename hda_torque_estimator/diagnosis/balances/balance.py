@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled, Record
 from hda_arm_sim.foundation.rigid import Inertia, mass_matrix
 from hda_arm_sim.model.arm import Arm, ArmRecord
@@ -33,11 +34,11 @@ from numpy.typing import NDArray
 from scipy.signal import firwin, upfirdn
 
 from .base_motion import base_motion
+from ...measurements.finer import between
 from ...measurements.measurement import Measurement
 from ...measurements.motion import jolts, Motion, motion_of, SHORT
 from ...measurements.running_clock import arm_during
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 BANDWIDTH = 40.0        # of the balances [Hz]
 RATE = 125.0            # at which balances are kept [Hz]
@@ -115,7 +116,7 @@ class Balancer:
             return self
         padded = np.concatenate([made.command, np.repeat(made.command[-1:], part, axis=0)])
         command = np.mean([padded[k:k + len(made.command):part] for k in range(part)], axis=0)
-        return Balancer(replace(made, dt=part * made.dt, command=command, absent=(),
+        return Balancer(replace(made, dt=part * made.dt, command=command, absent=(), parts=1,
                                 reading=np.ascontiguousarray(made.reading[::part]),
                                 begins=tuple(begin // part for begin in made.begins)),
                         self.turning)
@@ -124,8 +125,9 @@ class Balancer:
     def noisier(self) -> 'Balancer':
         """Return balances of the same readings with about as much noise again."""
         made = self.measurement
-        random = np.random.default_rng(0).standard_normal(made.reading.shape)
-        return Balancer(replace(made, reading=made.reading + made.reading_noise() * random),
+        recorded = made.reading[::made.parts].shape
+        random = made.reading_noise() * np.random.default_rng(0).standard_normal(recorded)
+        return Balancer(replace(made, reading=made.reading + between(random, made.parts)),
                         self.turning)
 
     def memory(self, arm: Arm) -> Array:

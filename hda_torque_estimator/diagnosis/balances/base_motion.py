@@ -5,18 +5,16 @@ The links' measured acceleration drives it. The torque through the gear, which a
 take, carries the steps of the motor encoder, and a mode that rings adds them up.
 """
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import BaseVibration
 from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY
-from hda_arm_sim.model.link_side import base_coupling, base_push, loaded_inertia
+from hda_arm_sim.model.link_side import base_coupling, base_push, loaded_inertia, Pose
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import cont2discrete
 
 from ...measurements.motion import Motion
-
-Array = NDArray[np.float64]
 
 
 def base_motion(arm: Arm, motion: Motion, dt: float) -> Array:
@@ -41,7 +39,7 @@ def stirring(arm: Arm, motion: Motion, direction: float) -> tuple[Array, Array]:
         angle, rate = np.vstack([angle, 0.0 * angle]), np.vstack([rate, 0.0 * rate])
     (q1, q2), (dq1, dq2) = angle, rate
     coupling = np.stack(base_coupling(inertia, direction, q1, q2), axis=1)[:, :joints]
-    push = base_push(inertia, direction, q1, q2, dq1, dq2, 0.0, 0.0)
+    push = base_push(inertia, direction, Pose(q1, q2, dq1, dq2), (0.0, 0.0))
     return push - (coupling * motion.acceleration[:, :, 1]).sum(axis=1), coupling
 
 

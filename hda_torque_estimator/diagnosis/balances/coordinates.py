@@ -1,14 +1,12 @@
 """What a residual may follow: the coordinates of a measured motion, at the balances' times."""
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY, MOTOR_ANGLE, MOTOR_VELOCITY
 import numpy as np
-from numpy.typing import NDArray
 
 from .balance import Balancer
 from ...estimating.laws.torsion_torque import torque_through_gear
-
-Array = NDArray[np.float64]
 
 
 def coordinates_of(balancer: Balancer, arm: Arm) -> dict[str, Array]:

@@ -1,5 +1,6 @@
 """What a healthy arm would have recorded on the same motion: the noise of the diagnosis."""
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY
 from hda_arm_sim.motions import Motion
@@ -8,11 +9,11 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from .balance import Balancer, BANDWIDTH, RATE
+from ...measurements.finer import between
 from ...measurements.measurement import Measurement, QUIET, SEGMENT
 from ...measurements.running_clock import arm_during
 from ...simulating.closed_loop import run
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 _MOST = 30.0            # times as noisy as resolution alone that is still believed
 _UNSEEN = 1.0           # noise of a balance that never holds, for which any will do [N*m]
@@ -35,10 +36,12 @@ def healthy_twin(balancer: Balancer, arm: Arm, seed: int, torque_noise: float = 
         asked = Motion(time, angle, rate, np.zeros((len(angle), 2)))
         own = arm_during(arm, piece, measured.dt)
         made = run(own, own, asked, seed + place, estimator=None)
-        reading[piece], command[piece] = made.reading[:, :, :2], made.command
+        read = made.reading[::measured.parts, :, :2]
+        reading[piece], command[piece] = between(read, measured.parts), made.command
     random = np.random.default_rng(seed)
     command += torque_noise * random.standard_normal(command.shape)
-    return Measurement(measured.labels, measured.dt, reading, command, begins=measured.begins)
+    return Measurement(measured.labels, measured.dt, reading, command, begins=measured.begins,
+                       parts=measured.parts)
 
 
 def torque_noise_of(noise: Array, plain: Array, balancer: Balancer, arm: Arm) -> float:

@@ -7,6 +7,7 @@ the predicted encoder readings, at the output side, over the window.
 """
 
 from hda_arm_sim.drive import act
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled
 from hda_arm_sim.foundation.rigid import Inertia
 from hda_arm_sim.model.arm import Arm, ArmRecord
@@ -14,14 +15,12 @@ from hda_arm_sim.model.kernel import (CURRENT, HISTORY, registers, SENT, slope, 
                                       STATES, TIME)
 from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.sensors import DRAWS, read_encoders
-from hda_arm_sim.simulate import step_count
+from hda_arm_sim.simulate import longest_step, step_count
 import numpy as np
-from numpy.typing import NDArray
 
 from .balance import Balancer, MEASURED
 from ...measurements.running_clock import arm_during, Spans, within
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 HORIZON = 0.2           # length of a window [s]
 EVERY = 0.1             # from window to window [s]
@@ -44,6 +43,7 @@ def _errors(balancer: Balancer, arm: Arm, spans: Spans, piece: slice, horizon: f
     measurement, dt = balancer.measurement, balancer.measurement.dt
     motion, memory = balancer.motion(arm), balancer.memory(arm)
     steps, record = round(horizon / dt), arm_during(arm, piece, dt).record()
+    count = step_count(dt, longest_step(arm))
     inertia = loaded_inertia(record.body)
     starts = _starts(within(spans, piece, dt), (piece.stop - 1 - piece.start) * dt, dt)
     squared = np.zeros((len(starts), 3 * len(arm.joints)))
@@ -56,7 +56,7 @@ def _errors(balancer: Balancer, arm: Arm, spans: Spans, piece: slice, horizon: f
         _remember(w, measurement.command[piece.start:begin])
         reading = measurement.reading[begin:begin + steps + 1]
         _predict(record, inertia, w, measurement.command[begin:begin + steps], reading, dt,
-                 step_count(dt), errors)
+                 count, errors)
     return squared
 
 

@@ -6,13 +6,11 @@ round without a stop, friction that sets in at once leaves little, but for stops
 seen. One that builds up over an angle leaves much there and nothing elsewhere.
 """
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
-import numpy as np
-from numpy.typing import NDArray
 
 from .balance import Balancer
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 # (null: short stops of 24 joints of healthy arms left 167 to 474, presliding 1109 and more)
 _LOUD = 800.0           # power where a shaft turns round, over that of noise

@@ -6,6 +6,7 @@ given frequency and damping is linear in its amplitude, and quadratic in the com
 direction.
 """
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import BaseVibration
 import numpy as np
@@ -14,7 +15,6 @@ from numpy.typing import NDArray
 from .balance import Balancer, RATE
 from .base_motion import stirring
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 _FREQUENCIES = np.geomspace(3.0, 30.0, 116)     # below the balances' bandwidth [Hz]
 _DAMPING = 0.04         # to start from

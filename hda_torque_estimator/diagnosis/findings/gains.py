@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,6 @@ from ..balances.balance import Balancer
 from ..balances.predict import HORIZON, prediction_errors
 from ...measurements.running_clock import Spans
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 _RESAMPLES = 400        # of windows, for the interval of a gain
 _LEAST = 1e-30          # mean squared error of a prediction that counts as none [rad^2]

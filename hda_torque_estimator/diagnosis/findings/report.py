@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass
 import math
 from typing import Any
 
-SCHEMA = 'hda.diagnosis/1'
+SCHEMA = 'hda.diagnosis/2'
 VERDICTS = {
     'explained': 'Explained: the simulation misses what is named here, the rest is noise.',
     'no_discrepancy': 'Nothing is wrong: the arm is as its model says, within the tolerances.',
@@ -84,6 +84,7 @@ class Finding:
     parameters: Mapping[str, Number]
     evidence: Evidence
     gain: Gain
+    probability: float = math.nan       # that it is this cause (eq:certainty)
 
 
 def told(findings: Iterable[Finding]) -> tuple[Finding, ...]:
@@ -103,6 +104,7 @@ class Candidate:
     joint: str | None
     parameters: Mapping[str, Number]
     in_model: bool              # whether the extended arm holds it
+    probability: float = math.nan       # that it is this one
 
     def sentence(self) -> str:
         """Return the cause with its numbers."""
@@ -116,6 +118,21 @@ class Alike:
     effects: tuple[tuple[str, str | None], ...]
     experiment: str
     candidates: tuple[Candidate, ...] = ()
+    probability: float = math.nan       # that it is one of them
+    lead: float = 0.5                   # ... and then the first
+
+    def share(self, place: tuple[str, str | None]) -> float:
+        """Return the probability of one of the effects."""
+        first = place == self.effects[0]
+        return self.probability * (self.lead if first else
+                                   (1.0 - self.lead) / max(len(self.effects) - 1, 1))
+
+    def document(self) -> dict[str, Any]:
+        """Return the JSON document, with the size of each candidate by its place."""
+        sizes = [{'effect': one.effect, 'joint': one.joint, 'probability': one.probability,
+                  'parameters': {name: asdict(number) for name, number in one.parameters.items()}}
+                 for one in self.candidates]
+        return {**asdict(self), 'sizes': sizes}
 
 
 @dataclass(frozen=True)
@@ -222,6 +239,8 @@ class Diagnosis:
     remarks: tuple[str, ...] = ()   # on what the recording could not have shown
     prediction: tuple[Prediction, ...] = ()
     limited_by: str | None = None   # of insufficient excitation: 'motion' or 'rate'
+    probability: float = math.nan   # of the verdict (eq:certainty)
+    steps: tuple[str, ...] = ()     # what to measure or to do next
 
     @property
     def headline(self) -> str:
@@ -242,7 +261,9 @@ class Diagnosis:
 
     def document(self) -> dict[str, Any]:
         """Return the JSON document; numbers that do not exist are null."""
-        plain = {'schema': SCHEMA, **_plain(asdict(self))}
+        plain = {'schema': SCHEMA, **_plain({
+            **asdict(self), 'ambiguous': [alike.document() for alike in self.ambiguous]})}
+        plain['next'] = plain.pop('steps')
         if not self.recording.bags:
             del plain['recording']['bags']
         return plain
@@ -252,7 +273,8 @@ class Diagnosis:
         return [self.headline, *(_finding_sentence(found) for found in self.findings),
                 *(line for alike in self.ambiguous for line in _alike_sentences(alike)),
                 *_unexplained_sentences(self.unexplained),
-                *(f'  {remark}' for remark in self.remarks)]
+                *(f'  {remark}' for remark in self.remarks),
+                *(f'  next: {step}' for step in self.steps)]
 
 
 def _plain(value: Any) -> Any:

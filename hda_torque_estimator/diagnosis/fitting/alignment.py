@@ -7,17 +7,18 @@ no property of the arm: the readings are shifted until all recordings have the z
 
 from collections.abc import Sequence
 from dataclasses import replace
+import math
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 import numpy as np
-from numpy.typing import NDArray
 
 from .nuisance import Zero
 from ..balances.balance import Balancer, RATE
+from ...measurements.finer import parts_of
 from ...measurements.measurement import joined, Measurement, resampled
 from ...measurements.rates import check_rate
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 _PASSES = 3             # the torsion law is not straight
 _LINK = 1               # side of a reading (layout)
@@ -37,7 +38,14 @@ def together(recordings: Sequence[Measurement], sources: Sequence[str] = ()) -> 
         check_rate(1.0 / other.dt, sources[place] if sources else f'recording {place + 1}',
                    1.0 / first.dt, sources[0] if sources else 'the first')
     return joined([resampled(one, first.dt) for one in recordings],
-                  max(1, round(1.0 / (RATE * first.dt))))
+                  _grain(first.dt))
+
+
+def _grain(dt: float) -> int:
+    """Return the samples whose multiples, on the finer grid, are multiples of a balance's."""
+    parts = parts_of(dt)
+    kept = max(1, round(parts / (RATE * dt)))
+    return math.lcm(kept, parts) // parts
 
 
 def aligned(measurement: Measurement, arm: Arm) -> Measurement:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from operator import is_
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.parameter import ParameterError
 from hda_arm_sim.model.arm import Arm, ArmError
 from hda_arm_sim.model.effects import effect_named, Scope, Site
@@ -13,14 +14,16 @@ from numpy.typing import NDArray
 
 from .nuisance import AnyTerm, CouplingInertia, nuisances, Zero
 from .solve import condense, covariance, score, solve
-from .term import Term
 from ..balances.balance import Balance, Balancer, RATE
+from ...least_squares.descent import damped
+from ...least_squares.sandwich import sandwich
+from ...least_squares.term import Term
 
-Array = NDArray[np.float64]
 IMPOSSIBLE = (ArmError, ParameterError)     # no arm can have such numbers
 # Choices unless told otherwise.
 PASSES = 4              # of a fit of all numbers, at most
 _REFINEMENTS = 6        # further passes of a fit that still gains
+_SHARES = (1.0, 0.4, 0.1)       # of a step that are tried, the longest first
 _BLOCK = 1.0            # within which residuals may go together [s]
 CLOSE = 0.5             # improvement of the score that is not worth another pass
 _FINE = 0.01            # share of the usual step in a derivative: noise is the same at both ends
@@ -136,6 +139,11 @@ class Fitter:
                 break
         return best
 
+    def settled(self, fit: Fit) -> Fit:
+        """Return a fit after one step more, for a fitter of other rows."""
+        return self._descend(self.at(fit.terms, len(fit.accepted), fit.columns),
+                             len(fit.accepted))
+
     def _renewed(self, fit: Fit, terms: Sequence[AnyTerm], place: int) -> Fit:
         """Return a fit with the columns of some neighbouring terms made again."""
         columns = fit.columns.copy()
@@ -148,14 +156,14 @@ class Fitter:
         condensed = condense(fit.balance.residual, fit.columns, self.valid(fit.balance))
         step = solve(condensed, self.noise, self.effective, self.away(fit.terms),
                      deviations(fit.terms)).step
-        for share in (1.0, 0.4, 0.1):
+
+        def trial(share: float) -> Fit | None:
             try:
-                trial = self.at(moved(fit.terms, share * step), accepted, fit.columns)
+                return self.at(moved(fit.terms, share * step), accepted, fit.columns)
             except IMPOSSIBLE:
-                continue
-            if trial.score < fit.score:
-                return trial
-        return fit
+                return None
+
+        return damped(trial, _SHARES, lambda found: found.score < fit.score) or fit
 
     def at(self, terms: Sequence[AnyTerm], accepted: int, columns: Array) -> Fit:
         """Return the fit with these terms as they are, exactly evaluated."""
@@ -182,8 +190,8 @@ class Fitter:
                                                           / fit.variance)[:, :, None], 0.0)
         starts = np.arange(0, len(pull), round(_BLOCK * RATE))
         blocks = self.effective * np.add.reduceat(pull.sum(axis=1), starts)
-        meat = blocks.T @ blocks + np.diag(1.0 / tolerances ** 2)
-        wide = np.sqrt(np.maximum(np.diag(plain @ meat @ plain)
+        apart = sandwich(plain, blocks.T @ blocks, 1.0 / tolerances ** 2)
+        wide = np.sqrt(np.maximum(np.diag(apart)
                                   / np.maximum(np.diag(plain), 1e-300), 1.0))
         return plain * np.outer(wide, wide)
 

@@ -7,14 +7,13 @@ How an effect is looked for is declared beside its law; here it becomes terms of
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product
-import math
 from typing import Any
 
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import effect_named, EFFECTS, Scope
 from hda_arm_sim.model.effects.hypothesis import Grid, Hypothesis
 
-from .term import Term
+from ...least_squares.term import looked_for, Term
 
 HYPOTHESES: dict[str, Hypothesis] = {effect.name: effect.hypothesis for effect in EFFECTS
                                      if effect.hypothesis is not None}
@@ -27,18 +26,15 @@ def terms_of(arm: Arm, name: str) -> Iterator[Term]:
         present = arm.effect(name, joint)
         for point in product(*sought.grid.values()):
             start = replace(present, **_named(sought.grid, point))
-            yield Term(start, joint, tuple(sought.free), tuple(sought.free.values()),
-                       tuple(sought.waves), tuple(sought.waves.values()),
-                       least=_least(arm, sought, joint),
-                       grown=next(iter(sought.free), '') in sought.grid)
+            yield looked_for(start, joint, sought.free, sought.waves, _least(arm, sought, joint),
+                             grown=next(iter(sought.free), '') in sought.grid)
 
 
-def _least(arm: Arm, sought: Hypothesis, joint: str | None) -> tuple[float, ...]:
+def _least(arm: Arm, sought: Hypothesis, joint: str | None) -> dict[str, float]:
     """Return the bounds of the free numbers at a joint, none where the law has none."""
-    if joint is None or not sought.least:
-        return ()
-    bound = {name: least(arm.joint(joint)) for name, least in sought.least.items()}
-    return tuple(bound.get(name, -math.inf) for name in sought.free)
+    if joint is None:
+        return {}
+    return {name: least(arm.joint(joint)) for name, least in sought.least.items()}
 
 
 def variant_of(term: Term) -> tuple[float, ...]:

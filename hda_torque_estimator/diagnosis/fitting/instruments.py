@@ -10,14 +10,13 @@ random in the recording (Janot, Vandanjon and Gautier 2014, for rigid robots).
 
 from dataclasses import replace
 
+from hda_arm_sim.foundation.arrays import Array
 import numpy as np
-from numpy.typing import NDArray
 
 from .fit import deviations, Fit, Fitter, IMPOSSIBLE, moved
 from .solve import condense, solve
 from ..balances.balance import Balancer
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 _ALIKE = 0.85           # correlation with the twin's column from which it can stand for one
 _FAR = 8.0              # deviations by which no bias of noise moves a cause

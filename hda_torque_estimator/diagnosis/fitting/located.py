@@ -8,6 +8,7 @@ joints for a while. A base that swings answers the links' own acceleration at on
 from collections.abc import Callable
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.rigid import tip_torque
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import BaseVibration, Effect, ExternalContact
@@ -19,12 +20,11 @@ from scipy.signal import fftconvolve
 
 from .fit import Fit, Fitter
 from .hypotheses import HYPOTHESES
-from .term import Term
 from ..balances.balance import Balancer, RATE
 from ..balances.swinging import swing_in
+from ...least_squares.term import looked_for, Term
 from ...measurements.running_clock import Spans
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 DURATIONS = np.geomspace(0.2, 6.0, 18)      # of contacts that are tried [s]
 _STANDS_OUT = 5.0       # least power of a contact, over the best one at any other time
@@ -55,7 +55,7 @@ def contact_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np.
     It must be far above every other time, fit one force well, and show in both balances alike. A
     smooth rest of another cause does not.
     """
-    if arm.links is None:
+    if not isinstance(arm.links, Links):        # of a chain no contact is looked for yet
         return None
     joints = len(arm.labels)
     leverage = _leverage(balancer, arm, arm.links)
@@ -189,7 +189,7 @@ def _swings(fitter: Fitter, fit: Fit) -> list[Term]:
 def _term(start: Effect) -> Term:
     """Return the term that begins at this effect, with the free numbers of its hypothesis."""
     sought = HYPOTHESES[start.name]
-    return Term(start, None, tuple(sought.free), tuple(sought.free.values()), grown=True)
+    return looked_for(start, None, sought.free, {}, {}, grown=True)
 
 
 _LOCATED: dict[str, Callable[[Fitter, Fit], list[Term]]] = {

@@ -6,13 +6,14 @@ They are terms like any other, with a prior; an effect is named only beyond what
 
 from dataclasses import dataclass, replace
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.parts import Links
 import numpy as np
-from numpy.typing import NDArray
 
-from .term import Place, Term
+from ...least_squares.charts import Plain
+from ...least_squares.term import Place, Term
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 _FLOOR = 1e-3           # of a relative tolerance: nothing is known exactly
 _ZERO_STEP = 1e-6       # of an encoder's zero, for a derivative [rad]
@@ -90,7 +91,7 @@ class CouplingInertia:
 
     def on(self, arm: Arm) -> Arm:
         """Return the arm with p3 so much larger than it has it."""
-        assert arm.links is not None
+        assert isinstance(arm.links, Links)
         return replace(arm, links=replace(arm.links, p3=arm.links.p3 * (1.0 + self.value)))
 
 
@@ -116,11 +117,10 @@ def nuisances(arm: Arm) -> tuple[AnyTerm, ...]:
             if value > 0.0:
                 terms.append(_term(arm, name, label, number, value * max(tolerance, _FLOOR)))
         terms.append(Zero(label))
-    if arm.links is not None and arm.links.p3:
+    if isinstance(arm.links, Links) and arm.links.p3:
         terms.append(CouplingInertia(max(known.link_inertia, _FLOOR)))
     return tuple(terms)
 
 
 def _term(arm: Arm, name: str, joint: str, number: str, deviation: float) -> Term:
-    return Term(arm.effect(name, joint), joint, (number,), (deviation,),
-                tolerances=(deviation,))
+    return Term(arm.effect(name, joint), joint, (Plain((number,), deviation, deviation),))

@@ -7,10 +7,10 @@ an unexplained rest counts little, and a prior is worth the more the less the mo
 
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 REACH = 3.5             # standard deviations that a nuisance may go from its nominal value
 _PASSES = 12            # of weights and bounds, at most

@@ -18,14 +18,14 @@ from .limits import ends_at_limit
 from .nameless import best_curves
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
-from ..fitting.term import Term
+from ...least_squares.term import Term
 from ...significance import SCORE_BAR
 
 Array = NDArray[np.float64]
 # Choices unless told otherwise.
 _MATERIAL = 0.7         # least explained rms, in rms that a healthy arm leaves
 # (null: a simple curve improved the score of healthy arms by 61 at most)
-_CERTAIN = 200.0        # improvement of the score that may pass for noise at first
+CERTAIN = 200.0        # improvement of the score that may pass for noise at first
 _SURE = 1000.0          # improvement and
 _NEARLY_ALL = 0.9       # share of a rest that no law leaves to one of another form,
 _ALL_OF_ALIKE = 0.98    # and to one that it is confused with,
@@ -49,7 +49,7 @@ def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term
     improvement = without.score - extended.score
     if improvement < threshold(fitter, term) or ends_at_limit(fitter, extended, term):
         return False
-    if improvement > _CERTAIN and alone(fitter, term, beside):
+    if improvement > CERTAIN and alone(fitter, term, beside):
         return True
     gain, rest = without.variance - extended.variance, without.variance - fitter.noise ** 2
     if (gain > material(fitter, first, beside)).any():
@@ -93,7 +93,7 @@ def open_rest(fitter: Fitter, fit: Fit) -> bool:
     taken = {channel for term in fit.accepted for channel in fitter.channels_of(term)}
     quiet = [label for label in fitter.arm.labels
              if not taken.intersection(fitter.own_channels(label))]
-    return bool(quiet) and any(curve.improvement > _CERTAIN
+    return bool(quiet) and any(curve.improvement > CERTAIN
                                for curve in best_curves(fitter, fit, quiet).values())
 
 

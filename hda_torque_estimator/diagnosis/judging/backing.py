@@ -20,9 +20,10 @@ from numpy.typing import NDArray
 from .nameless import best_curves, Curve
 from .search import Found, MOST
 from ..balances.balance import RATE
+from ..findings.certainty import margin_of_rest
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
-from ..fitting.term import Place, Term
+from ...least_squares.term import Place, Term
 from ...significance import SCORE_BAR
 
 Array = NDArray[np.float64]
@@ -38,6 +39,8 @@ class Backing(NamedTuple):
     backed: tuple[Term, ...]            # accepted causes that may be named
     unexplained: NDArray[np.bool_]      # (c,) channels in which something has no name
     powers: Mapping[Place, Array]       # (c,) of what each accepted cause explains, over noise
+    margins: Mapping[Place, float]      # by which each is no stand-in for what has no name
+    nothing_left: float                 # margin by which all else is noise
 
 
 def backing(fitter: Fitter, found: Found, doubted: Sequence[Term] = ()) -> Backing:
@@ -50,25 +53,35 @@ def backing(fitter: Fitter, found: Found, doubted: Sequence[Term] = ()) -> Backi
     trained = fitter.rows.mean()
     fitter = replace(fitter, rows=np.ones_like(fitter.rows))        # held-out stretches as well
     noise = fitter.noise ** 2
-    fit = fitter.at(found.last.terms, len(found.last.accepted), found.last.columns)
+    fit = fitter.settled(found.last)        # numbers within tolerances, as all rows tell them
     lacking = [_lacking(fitter, fit, term) for term in fit.accepted]
     powers = [np.maximum(without.variance - fit.variance, 0.0) for without in lacking]
     counted = {term.place: np.minimum(power, found.first.variance) / noise
                for term, power in zip(fit.accepted, powers)}
     allowed = sum((HYPOTHESES[name].form_error * power for (name, _), power in counted.items()),
                   np.zeros_like(noise))
-    unexplained = fit.variance - noise > (REST ** 2 * _unsure(fit) + allowed) * noise
-    for term in [*doubted, *_formed(fitter, fit, found, counted, trained),
-                 *_shapeless(fitter, fit, lacking)]:
+    rests = (fit.variance / noise - 1.0) / (REST ** 2 * _unsure(fit) + allowed)
+    curves = _formed(fitter, fit, found, counted, trained)
+    unexplained = rests > 1.0
+    formed = [term for term in fit.accepted if curves.get(term.place, 0.0) > 1.0]
+    for term in [*doubted, *formed, *_shapeless(fitter, fit, lacking)]:
         unexplained[fitter.channels_of(term)] = True
     for label in fitter.arm.labels:                 # what is wrong at a joint may be any of it
         own = fitter.own_channels(label)
         unexplained[own] = unexplained[own].any()
     lost = len(fit.accepted) == MOST and unexplained.any()      # it took what came, and ran out
-    backed = () if lost else tuple(term for term, power in zip(fit.accepted, powers)
+    backed = () if lost else tuple(term for term, power in zip(found.last.accepted, powers)
                                    if not (unexplained & _acts(power / noise)).any())
-    return Backing(backed, unexplained, {
-        term.place: power / noise for term, power in zip(fit.accepted, powers)})
+    over = {term.place: power / noise for term, power in zip(fit.accepted, powers)}
+    return Backing(backed, unexplained, over, {
+        place: margin_of_rest(max(float(rests[_acts(power)].max()), curves.get(place, 0.0)))
+        for place, power in over.items()}, _margin(rests, unexplained))
+
+
+def _margin(rests: Array, unexplained: NDArray[np.bool_]) -> float:
+    """Return the margin by which nothing is left, beyond even odds where something is."""
+    margin = margin_of_rest(float(rests.max()))
+    return min(margin, -1.0) if unexplained.any() else margin
 
 
 def _unsure(fit: Fit) -> Array:
@@ -83,9 +96,9 @@ def _acts(power: Array) -> NDArray[np.bool_]:
 
 
 def _formed(fitter: Fitter, fit: Fit, found: Found, powers: Mapping[Place, Array],
-            trained: float) -> list[Term]:
+            trained: float) -> dict[Place, float]:
     """
-    Return the causes beside which a simple curve tells what they leave.
+    Return the causes beside which a simple curve tells what they leave, by its share of the bar.
 
     A curve at the motor is not what a cause in the torsion leaves, nor the reverse, where another
     cause of the joint is nearer; at a joint without one it is held against those of the whole arm.
@@ -96,7 +109,7 @@ def _formed(fitter: Fitter, fit: Fit, found: Found, powers: Mapping[Place, Array
     whole = [term for term in fit.accepted if term.joint is None]
     joints = fitter.arm.labels if whole else {str(term.joint) for term in fit.accepted}
     if not joints:
-        return []
+        return {}
     rows = fitter.effective * fitter.valid(fit.balance).sum(axis=0)
     shares = {
         place: HYPOTHESES[place[0]].form_share * reason.improvement / trained
@@ -104,15 +117,15 @@ def _formed(fitter: Fitter, fit: Fit, found: Found, powers: Mapping[Place, Array
         for place, reason in found.reasons().items()}
     shared = sum(share for (name, joint), share in shares.items() if joint is None
                  and HYPOTHESES[name].form_share > Hypothesis.form_share)
-    formed = []
+    formed: dict[Place, float] = {}
     for label, curve in best_curves(fitter, fit, joints).items():
         own = [term for term in fit.accepted if term.joint == label]
         near = [term for term in own or whole if {
             curve.site, effect_named(term.name).site.value} != {'motor', 'torsion'}] or own
         allowed = sum(shares[term.place] for term in near) + (shared if own else 0.0)
-        if curve.improvement > allowed + max(
-                _least(curve, term, powers[term.place].max()) for term in near):
-            formed += near
+        bar = allowed + max(_least(curve, term, powers[term.place].max()) for term in near)
+        formed |= {term.place: max(curve.improvement / bar, formed.get(term.place, 0.0))
+                   for term in near}
     return formed
 
 

@@ -7,7 +7,7 @@ from .verdict import numbers_of
 from ..findings.report import Alike, Candidate
 from ..fitting.fit import Fit, Fitter, IMPOSSIBLE
 from ..fitting.hypotheses import HYPOTHESES, terms_of
-from ..fitting.term import Place, Term
+from ...least_squares.term import Place, Term
 
 
 def with_sizes(fitter: Fitter, fit: Fit, pairs: Sequence[Alike]) -> tuple[Alike, ...]:
@@ -20,14 +20,14 @@ def _sized(fitter: Fitter, fit: Fit, pair: Alike) -> list[Candidate]:
     holder = next((term for term in fit.accepted if term.place in pair.effects), None)
     if holder is None:
         return []
-    sized = [_candidate(fitter, fit, holder, True)]
+    sized = [_candidate(fitter, fit, holder, pair, True)]
     others = [term for term in fit.accepted if term is not holder]
     for place in pair.effects:
         if place == holder.place or place[0] not in HYPOTHESES:
             continue
         instead = _instead(fitter, fit, others, place)
         if instead is not None:
-            sized.append(_candidate(fitter, instead, instead.accepted[-1], False))
+            sized.append(_candidate(fitter, instead, instead.accepted[-1], pair, False))
     return sized
 
 
@@ -45,8 +45,9 @@ def _instead(fitter: Fitter, fit: Fit, others: Sequence[Term], place: Place) -> 
     return fitter.refined(min(trials, key=lambda trial: trial.score))
 
 
-def _candidate(fitter: Fitter, fit: Fit, term: Term, in_model: bool) -> Candidate:
-    """Return a cause of a fit with its numbers."""
+def _candidate(fitter: Fitter, fit: Fit, term: Term, pair: Alike, in_model: bool) -> Candidate:
+    """Return a cause of a pair with its numbers in a fit."""
     own = fit.own(term)
     return Candidate(term.name, term.joint,
-                     numbers_of(fitter, term, fitter.covariance(fit)[own][:, own]), in_model)
+                     numbers_of(fitter, term, fitter.covariance(fit)[own][:, own]), in_model,
+                     pair.share(term.place))

@@ -15,7 +15,7 @@ import numpy as np
 from ..findings.report import Finding
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
-from ..fitting.term import Term
+from ...least_squares.term import Term
 from ...significance import NORMAL_90
 
 # Choices unless told otherwise.

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .search import Found
 from ..fitting.fit import Fit, Fitter
-from ..fitting.term import Term
+from ...least_squares.term import Term
 
 Array = NDArray[np.float64]
 # Choices unless told otherwise.

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..fitting.fit import deviations, Fit, Fitter
 from ..fitting.solve import condense, solve
-from ..fitting.term import Term
+from ...least_squares.term import Term
 
 Array = NDArray[np.float64]
 # Choices unless told otherwise.

@@ -21,7 +21,7 @@ from ..balances.balance import RATE
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.solve import score
-from ..fitting.term import Term
+from ...least_squares.term import Term
 
 Array = NDArray[np.float64]
 # Choices unless told otherwise.

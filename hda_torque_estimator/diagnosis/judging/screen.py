@@ -13,7 +13,7 @@ from ..fitting.fit import acts_apart, deviations, Fit, Fitter, IMPOSSIBLE
 from ..fitting.hypotheses import terms_of, variant_of
 from ..fitting.located import LOCATED, located
 from ..fitting.solve import Columns, condense, condense_more, solve
-from ..fitting.term import Term
+from ...least_squares.term import Term
 
 Array = NDArray[np.float64]
 # Choices unless told otherwise.

@@ -17,7 +17,7 @@ from .rivals import leading
 from .screen import Prospect, screen
 from ..fitting.fit import Fit, Fitter, IMPOSSIBLE
 from ..fitting.hypotheses import HYPOTHESES, terms_of
-from ..fitting.term import Place, Term
+from ...least_squares.term import Place, Term
 from ...significance import SCORE_BAR
 
 # Choices unless told otherwise.

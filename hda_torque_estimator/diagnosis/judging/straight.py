@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..fitting.fit import Fit, Fitter
 from ..fitting.nuisance import Zero
-from ..fitting.term import Term
+from ...least_squares.term import Term
 
 Array = NDArray[np.float64]
 # (measured: what stood in for a disc had 4 to 71, six true discs 33 000 and more)

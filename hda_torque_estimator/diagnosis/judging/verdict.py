@@ -12,12 +12,13 @@ from .placebo import placebo_shares
 from .search import Evidence as Reason
 from .search import Found
 from ..balances.balance import Balancer
+from ..findings.certainty import probability
 from ..findings.gains import gains
 from ..findings.report import Alike, Evidence, Finding, Number, OwnGain, Residual, told
 from ..findings.smallest import size_numbers
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
-from ..fitting.term import Place, Term
+from ...least_squares.term import Place, Term
 from ...measurements.running_clock import Spans
 from ...significance import NORMAL_90
 
@@ -119,13 +120,35 @@ def alike(found: Found, judged: Backing) -> tuple[Alike, ...]:
         twin = sought.alike[0] if unclear else sought.twin
         other: Place | None = (twin, term.joint) if twin else None
         if (rival is not None and rival.place not in taken and rival.size <= term.size
-                and reason.runner_up_gap < max(TIED, TIED_SHARE * reason.improvement)):
+                and reason.runner_up_gap < _tied(reason)):
             other = rival.place
         if other is not None:
             by_nature = sought.twin and other == (sought.twin, term.joint)
-            pairs.append(Alike((term.place, other), NO_MOTION if by_nature else
-                               sought.experiment))
+            near = rival is not None and rival.place == other and not by_nature
+            pairs.append(Alike(
+                (term.place, other), NO_MOTION if by_nature else sought.experiment,
+                probability=probability(min(judged.margins[term.place],
+                                            reason.improvement / reason.threshold)),
+                lead=probability(_lead(reason)) if near else 0.5))
     return tuple(pairs)
+
+
+def certain(judged: Backing, reason: Reason, place: Place) -> float:
+    """Return the probability of a cause: that of the weakest of what it rests on."""
+    return probability(min(judged.margins[place], reason.improvement / reason.threshold,
+                           _lead(reason)))
+
+
+def _lead(reason: Reason) -> float:
+    """Return the margin by which a cause leads its runner-up, in differences that tie."""
+    if reason.runner_up is None:
+        return np.inf
+    return reason.runner_up_gap / _tied(reason)
+
+
+def _tied(reason: Reason) -> float:
+    """Return the difference of scores below which a cause and its runner-up tie."""
+    return max(TIED, TIED_SHARE * reason.improvement)
 
 
 def residuals(fitter: Fitter, first: Fit, last: Fit,

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array, Mask
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.parts import Joint
 from hda_msgs_json.samples import JointSamples
@@ -14,8 +15,6 @@ from scipy.signal import savgol_filter
 from ...measurements.gate import GateError
 from ...measurements.rates import check_rate
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 # Choices unless told otherwise.
 SHORTEST = 2.0          # recording of a sweep from which friction and ripple can be told [s]
 _WINDOW, _DEGREE = 0.041, 3     # of the polynomials that give speeds [s]

@@ -11,21 +11,21 @@ from dataclasses import replace
 import math
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import (CoulombFriction, DriveOffset, Effect, EFFECTS,
                                        MotorCogging, Scope, Site, ViscousFriction)
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from .motor_record import HELD, Sweep
 from .ripple import Line, STANDS_OUT, strongest_line, waves
+from ..findings.certainty import margin_of, probability
 from ..findings.gains import Gains
 from ..findings.report import (Alike, Candidate, Detectable, Diagnosis, Evidence, Finding, Number,
                                Part, RecordingFacts, Residual, told, TotalGain, Unexplained)
 from ...significance import FOURTH_DIFFERENCES, NORMAL_90, NORMAL_MEDIAN
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 MOST = 12               # lines of one motor that are tried
 _PERIODS = 3.0          # of a line, over which slower errors are taken out of it
@@ -225,9 +225,9 @@ def _finding(part: Explained, effect: Effect, label: str, places: Sequence[int],
     known = {name: Number(value, type(effect).declaration(name).unit,
                           value - NORMAL_90 * spread, value + NORMAL_90 * spread)
              for name, (value, spread) in numbers.items()}
-    return Finding(effect.name, label, effect.site.value, effect.cause, known,
-                   Evidence(score, least, None, math.exp(min(0.5 * score, 700.0))),
-                   _gain_without(part, places).gain())
+    evidence = Evidence(score, least, None, math.exp(min(0.5 * score, 700.0)))
+    return Finding(effect.name, label, effect.site.value, effect.cause, known, evidence,
+                   _gain_without(part, places).gain(), probability(margin_of(evidence)))
 
 
 def _one_way(part: Explained) -> Alike:

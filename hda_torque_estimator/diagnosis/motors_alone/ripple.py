@@ -8,12 +8,11 @@ loads nor the noise of a controller can pass for one.
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.optimize import minimize_scalar
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 STANDS_OUT = 20.0       # power over the median about it (null: passed in 1 % of spectra)
 SHARE = 0.01            # of the power, below which a line is immaterial

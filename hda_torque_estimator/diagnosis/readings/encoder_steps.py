@@ -10,6 +10,7 @@ from dataclasses import replace
 import math
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import CoarseQuantisation
 import numpy as np
@@ -19,7 +20,6 @@ from .raw_cause import number, RawCause, SHARE
 from ...measurements.measurement import Measurement
 from ...significance import NORMAL_MEDIAN, SCORE_BAR
 
-Array = NDArray[np.float64]
 SIDES = ('motor_step', 'link_step')
 # Choices unless told otherwise.
 _SAME = 1e-9            # changes of an angle that rounding may make [rad]

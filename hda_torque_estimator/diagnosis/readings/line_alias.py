@@ -9,11 +9,9 @@ to the angle has one phase, in whatever direction and however often a place is p
 
 import math
 
+from hda_arm_sim.foundation.arrays import Array, Mask
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 # Choices unless told otherwise.
 _CYCLES = 0.45          # of a wave between two samples that are told apart; at 0.5 none is
 _STRETCHES = 6          # in time, and in each of both directions, that must agree

@@ -12,10 +12,10 @@ from dataclasses import replace
 import math
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array, Mask
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import CoarseQuantisation, Effect, EncoderInterpolationError
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 from .line_alias import agrees, counting, moves, resolved
@@ -23,8 +23,6 @@ from .raw_cause import number, RawCause
 from ...measurements.measurement import Measurement
 from ...significance import NORMAL_90, SCORE_BAR
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 MOTOR, LINK = 0, 1      # sides of a reading
 # Choices unless told otherwise.
 _WINDOW, _DEGREE = 0.021, 5     # of the polynomials [s]

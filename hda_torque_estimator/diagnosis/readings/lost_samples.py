@@ -9,10 +9,10 @@ the samples tell, does so all about. A sample must slip far more than those near
 
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array, Mask
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import CoarseQuantisation, DroppedSamples
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import convolve1d, maximum_filter1d, median_filter
 from scipy.signal import savgol_filter
 from scipy.special import xlogy
@@ -24,8 +24,6 @@ from ..findings.report import Number
 from ...measurements.measurement import Measurement
 from ...significance import NORMAL_MEDIAN, SCORE_BAR
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 # Choices unless told otherwise.
 TOLERABLE = 1e-4        # share of slipped samples that nobody would call wrong
 _LEAST = 0.2            # slip that counts [samples]

@@ -11,27 +11,28 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import CoarseQuantisation, DroppedSamples, EncoderInterpolationError
 from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY
 from hda_arm_sim.motions import Motion
 import numpy as np
-from numpy.typing import NDArray
 
 from .encoder_steps import coarse_encoders
 from .line_error import uneven_lines, without_waves
 from .lost_samples import lost_samples, slips_of
 from .raw_cause import RawCause
 from ..balances.balance import Balancer
+from ..findings.certainty import margin_of, probability
 from ..findings.gains import Gains
 from ..findings.report import Evidence, Finding, told, TotalGain
 from ...measurements.even_grid import on_grid
+from ...measurements.finer import finer
 from ...measurements.measurement import joined, Measurement
 from ...measurements.running_clock import inside, Spans, within
 from ...significance import SCORE_BAR
 from ...simulating.closed_loop import run
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 _ASIDE = 1e-4           # moves a motion so that its counts fall elsewhere [rad]
 WHOLE: Spans = ((0.0, float('inf')),)
@@ -41,7 +42,7 @@ METRIC = ('squared logarithm of the power of simulated over measured second diff
 
 
 class RawReadings(NamedTuple):
-    """Readings as far as they can be mended, the arm that gives such mended ones, and why."""
+    """Readings, mended and on a fine grid, the arm that gives such ones, and why."""
 
     measurement: Measurement
     arm: Arm
@@ -93,7 +94,7 @@ def _of_one(measurement: Measurement, arm: Arm, names: Sequence[str],
         waves = list(uneven_lines(measurement, known, seen))
         causes += waves
         measurement = without_waves(measurement, waves, arm.labels)
-    return RawReadings(measurement, known, tuple(causes), on_time)
+    return RawReadings(finer(measurement), known, tuple(causes), on_time)
 
 
 def extended_by(causes: Sequence[RawCause], arm: Arm) -> Arm:
@@ -115,15 +116,17 @@ def raw_findings(raw: RawReadings, measured: Measurement, balancer: Balancer, gi
     for cause in raw.causes:
         late, place = cause.effect.name == DroppedSamples.name, cause.recording
         piece = measured.pieces()[place]
+        there = balancer.measurement.pieces()[place]
         whole = extended_by([other for other in raw.causes
                              if late or other.effect.name != DroppedSamples.name], extended)
         gain = _gains(cause, (measured if late else raw.on_time).recordings()[place],
-                      _motion(balancer, extended, piece), given, whole,
+                      _motion(balancer, extended, there), given, whole,
                       within(held_out, piece, measured.dt)).gain()
         odds = float(np.exp(min(0.5 * cause.score, 700.0)))
+        evidence = Evidence(cause.score, SCORE_BAR, None, odds)
         gaining.append(Finding(cause.effect.name, cause.joint, cause.effect.site.value,
-                               cause.effect.cause, cause.numbers,
-                               Evidence(cause.score, SCORE_BAR, None, odds), gain))
+                               cause.effect.cause, cause.numbers, evidence, gain,
+                               probability(margin_of(evidence))))
     return told(gaining)
 
 
@@ -136,10 +139,11 @@ def raw_total(findings: Sequence[Finding]) -> TotalGain:
 
 
 def _motion(balancer: Balancer, arm: Arm, piece: slice) -> Motion:
-    """Return the links' measured motion in one recording as a reference for simulations."""
-    state = balancer.motion(arm).state[piece]
+    """Return the links' motion in one recording as a reference for simulations at its rate."""
+    made = balancer.measurement
+    state = balancer.motion(arm).state[piece][::made.parts]
     angle, rate = state[:, :, LINK_ANGLE].copy(), state[:, :, LINK_VELOCITY].copy()
-    time = balancer.measurement.dt * np.arange(len(angle), dtype=np.float64)
+    time = made.parts * made.dt * np.arange(len(angle), dtype=np.float64)
     return Motion(time, angle, rate, np.zeros((len(angle), 2)))
 
 

@@ -8,12 +8,10 @@ reading must make up for it: an arm that really stops does not jump.
 
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array, Mask
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 _WINDOW, _DEGREE = 17, 3        # of the polynomials that give the usual change [samples]
 # Choices unless told otherwise.
 _COUNTS = 2.0           # counts from sample to sample, from which none repeats by itself

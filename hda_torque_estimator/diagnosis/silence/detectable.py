@@ -11,20 +11,19 @@ from dataclasses import replace
 import math
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import effect_named
 import numpy as np
-from numpy.typing import NDArray
 
 from .imagined import shapes
 from .visibility import Visibility
 from ..findings.smallest import hidden, places, size_numbers, Smallest, WEAKER
 from ..fitting.fit import Fit, Fitter, IMPOSSIBLE
-from ..fitting.term import Term
 from ..judging.screen import shifts
 from ..judging.search import Found
+from ...least_squares.term import Term
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 _BEYOND = 3.0           # values that were tried, to which lines through them go on
 

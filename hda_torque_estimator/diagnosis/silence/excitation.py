@@ -15,12 +15,12 @@ from .detectable import smallest_in_balances
 from ..findings.smallest import hidden, places, Smallest, WEAKER
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
-from ..fitting.term import Place
 from ..judging.search import Found
 from ..readings.encoder_steps import SIDES, smallest_step
 from ..readings.line_error import LINK, smallest_wave
 from ..readings.lost_samples import slips_of, smallest_rate
 from ..readings.raw_readings import RawReadings
+from ...least_squares.term import Place
 from ...measurements.measurement import Measurement
 from ...measurements.running_clock import inside, Spans
 
@@ -35,7 +35,7 @@ def smallest_sizes(fitter: Fitter, found: Found, fit: Fit, raw: RawReadings, tra
     """Return the smallest sizes of effects, in the order of their names, by place."""
     told = list(smallest_in_balances(fitter, found, fit,
                                      [name for name in names if name in HYPOTHESES]))
-    told += _in_readings(raw.measurement, raw.arm, training)
+    told += _in_readings(raw.measurement.as_recorded(), raw.arm, training)
     return tuple(one for name in names for one in told if one.effect == name)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..fitting.fit import Fitter
 from ..fitting.hypotheses import HYPOTHESES, terms_of
-from ..fitting.term import Term
+from ...least_squares.term import looked_for, Term
 
 _ONLY = {                                       # of many shapes one that stands for all
     NonlinearViscousFriction.name: ('exponent', 0.5),
@@ -29,7 +29,7 @@ def shapes(fitter: Fitter, arm: Arm, name: str) -> Iterator[Term]:
     """Yield an effect at every place in the shapes in which it is looked for, or some of them."""
     for term in terms_of(arm, name):
         if name == ExternalContact.name:
-            yield Term(_touch(fitter), None, waves=(('force', 'direction'),), wave_steps=(1.0,))
+            yield looked_for(_touch(fitter), None, {}, {('force', 'direction'): 1.0}, {})
         elif name == TorqueSaturation.name:
             yield _clipped(fitter, arm, term)
         elif _stands(term):

@@ -17,9 +17,9 @@ from .excitation import cannot_tell, smallest_sizes
 from ..balances.balance import Balancer
 from ..balances.healthy import noise_of
 from ..fitting.fit import Fitter
-from ..fitting.term import Place
 from ..judging.search import Found
 from ..readings.raw_readings import raw_readings
+from ...least_squares.term import Place
 from ...measurements.measurement import Measurement
 from ...measurements.running_clock import inside, split
 from ...simulating.closed_loop import run
@@ -27,14 +27,14 @@ from ...simulating.closed_loop import run
 # Choices unless told otherwise.
 # (source: the rate of the records of docs/accuracy.md)
 FAST = 1000.0           # rate at which the diagnosis was measured [Hz]
-_SLOWER = 0.9           # share of it, below which a rate may be to blame
+SLOWER = 0.9           # share of it, below which a rate may be to blame
 _LONGEST = 60.0         # of the motion that is simulated [s]
 
 
 def rate_hides(balancer: Balancer, arm: Arm, names: Sequence[str], about: Sequence[Place],
                effective: float) -> bool:
     """Tell whether the same motion, sampled faster, would show what this recording does not."""
-    if 1.0 / balancer.measurement.dt > _SLOWER * FAST:
+    if 1.0 / balancer.measurement.as_recorded().dt > SLOWER * FAST:
         return False
     twin = _faster(balancer, arm)
     training = split(twin)[0]

@@ -8,16 +8,15 @@ explains as much of it as it can. What is left must be material and pass the sco
 from collections.abc import Callable
 import math
 
+from hda_arm_sim.foundation.arrays import Array
 import numpy as np
-from numpy.typing import NDArray
 
 from ..fitting.fit import deviations, Fit, Fitter
 from ..fitting.solve import Columns, condense, condense_more, score, solve
-from ..fitting.term import Term
 from ..judging.acceptance import material, threshold
 from ..judging.search import Found
+from ...least_squares.term import Term
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 _PHASES = np.linspace(0.0, math.pi, 12, endpoint=False)     # of a wave, one of which shows least
 _CLOSE = 0.03           # of what is needed: near enough

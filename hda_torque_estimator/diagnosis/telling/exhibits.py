@@ -5,14 +5,11 @@ from dataclasses import dataclass, field, replace
 import math
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array, Mask
 import numpy as np
-from numpy.typing import NDArray
 
 from .following import Following, TURN, WRAPPED
 from .unexplained import Rest
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +36,8 @@ class Exhibits:
     predicted_floor: Array
     # Residuals (m, 2 n) of the extended arm without one cause (effect, joint).
     lacking: Mapping[tuple[str, str | None], Array] = field(default_factory=dict)
+    # Torque commanded to the motors (m, n), filtered as the balances are [N*m at the output].
+    commanded: Array | None = None
 
     def of(self, effect: str, joint: str | None) -> 'Exhibits':
         """Return the exhibits of one cause: before is then the extended arm without it."""

@@ -12,11 +12,11 @@ from collections.abc import Iterator, Mapping
 import math
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-Array = NDArray[np.float64]
 Bins = NDArray[np.int64]
 # Choices unless told otherwise.
 # (source: one turn in rad)

@@ -3,12 +3,12 @@
 from collections.abc import Mapping
 import math
 
+from hda_arm_sim.foundation.arrays import Array
 import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter
 import numpy as np
-from numpy.typing import NDArray
 
 from .exhibits import along, binned, Exhibits
 from .following import BINS, Following, TURN, TURN_BINS, WRAPPED
@@ -17,7 +17,6 @@ from ..balances.balance import BANDWIDTH
 from ..findings.report import Diagnosis, Finding, Unexplained
 from ...pages.drawing import AFTER, band, BEFORE, FLOOR, INK, plain, STYLE
 
-Array = NDArray[np.float64]
 COORDINATES = {
     'time': 'time [s]',
     'motor_velocity': 'motor velocity, shaft [rad/s]',

@@ -8,6 +8,7 @@ power a curve along it tells (`following`).
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,7 +18,6 @@ from ..findings.report import NOTHING, Unexplained
 from ..fitting.fit import Fit, Fitter
 from ..judging.pattern import pair_of, power
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 LEAST = 2.0             # rms left over noise from which there is a rest
 _TELLS = 0.1            # least share of the power that a coordinate must tell

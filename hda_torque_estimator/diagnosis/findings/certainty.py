@@ -1,0 +1,46 @@
+"""
+How sure a judgement is, as a probability (eq:certainty).
+
+Every bar of the judgement is where odds are 19 to 1, for or against. How far something is from its
+bar, in bars, is its margin. A cause is as sure as the weakest of what it rests on.
+"""
+
+from collections.abc import Iterable
+import math
+
+from .report import Evidence, Finding
+
+# Choices unless told otherwise.
+_ODDS = 19.0            # to 1 at a margin of one bar: those of 95 %
+_MOST = 40.0                    # bars beyond which a number of this size holds nothing more
+
+
+def probability(margin: float) -> float:
+    """Return the probability of what is so many bars beyond even odds."""
+    return 1.0 / (1.0 + _ODDS ** -min(max(margin, -_MOST), _MOST))
+
+
+def margin_of_rest(share: float) -> float:
+    """
+    Return the margin by which a rest is none, if it has a `share` of what would be one.
+
+    Odds are even where the rest is called one, and 19 to 1 at half of it and at half as much more.
+    """
+    return 2.0 * (1.0 - max(share, 0.0))
+
+
+def margin_of(evidence: Evidence) -> float:
+    """Return the margin by which a cause is there, whatever else could be meant."""
+    return evidence.score / max(evidence.threshold, 1e-300)
+
+
+def verdict_probability(verdict: str, findings: Iterable[Finding], pairs: Iterable[float],
+                        nothing_left: float) -> float:
+    """
+    Return the probability of a verdict, from those of its findings and of its pairs.
+
+    `nothing_left` is the probability that all else is noise.
+    """
+    if verdict == 'unknown':
+        return 1.0 - nothing_left
+    return math.prod((*(found.probability for found in findings), *pairs), start=nothing_left)

@@ -1,0 +1,242 @@
+"""A diagnosis as one tells it: what is wrong, how sure, what it costs, what to do next."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+import math
+from string import Formatter
+from typing import Any
+
+from .effect_words import ELEMENTS, WORDS, Words
+from ..findings.report import Diagnosis, Evidence, Gain, Number, OwnGain
+from ...pages.wording import capital, figure, handy, percent, short, spoken
+
+# Choices unless told otherwise.
+_CERTAIN = 1e6          # odds beyond which the number says nothing more
+_SURE = 0.999           # probability beyond which more digits say nothing
+_NAMED = 2              # causes that one sentence can hold
+_PLAIN = Words('differs from its model', 'link', 'None is known.')
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A part of the arm that a cause or a rest sits in; no joint is the whole arm."""
+
+    joint: str | None
+    element: str
+    said: str
+
+
+def headline(diagnosis: Diagnosis) -> str:
+    """Return the verdict as a sentence that names cause, joint and size."""
+    told = [cause_sentence(one.effect, one.joint, one.parameters) for one in diagnosis.findings]
+    if diagnosis.verdict == 'ambiguous' and diagnosis.ambiguous:
+        told.append('; or '.join(cause_sentence(*place, parameters) for place, parameters in
+                                 _candidates(diagnosis)) + ': this recording cannot tell which')
+    if diagnosis.verdict == 'unknown':
+        told.append(_rest_sentence(diagnosis))
+    if not told:
+        return _NOTHING.get(diagnosis.verdict, diagnosis.headline)
+    more = len(told) - _NAMED - (diagnosis.verdict != 'explained')
+    if more > 0:
+        kept = told[:_NAMED] + told[len(diagnosis.findings):]
+        told = [*kept, f'{more} more cause{"s" * (more > 1)} below']
+    return '. '.join(map(capital, told)) + '.'
+
+
+_NOTHING = {
+    'no_discrepancy': 'Nothing is wrong: the arm moves as its model says.',
+    'insufficient_excitation': 'This recording cannot tell whether anything is wrong.',
+}
+
+
+def cause_sentence(effect: str, joint: str | None, parameters: Mapping[str, Number]) -> str:
+    """
+    Return a cause in words, as `joint 1 has 0.2 mrad (0.69 arcmin) of play`.
+
+    Where a number that its sentence needs is not known, the effect is named in its place.
+    """
+    words, largest = _largest(effect, parameters)
+    said = words.said
+    if largest is not None and largest.value < 0.0 and words.less:
+        said = words.less
+    size = '' if largest is None else _size(words, largest)
+    known = {name: figure(number.value) for name, number in parameters.items()}
+    if size:
+        known['size'] = size
+    if all(name in known for _, name, _, _ in Formatter().parse(said) if name):
+        return f'{where(joint)} {said.format(**known)}'
+    return f'{where(joint)} has {spoken(effect)}' + (f' of {size}' if size else '')
+
+
+def _largest(effect: str, parameters: Mapping[str, Number]) -> tuple[Words, Number | None]:
+    """Return the words of an effect, and the largest of the numbers that they call its size."""
+    words = WORDS.get(effect, _PLAIN)
+    return words, max((parameters[name] for name in words.size if name in parameters),
+                      key=lambda number: abs(number.value), default=None)
+
+
+def _size(words: Words, number: Number) -> str:
+    value = abs(number.value) if words.less else number.value
+    return handy(words.scale * value, number.unit)
+
+
+def where(joint: str | None) -> str:
+    """Return a joint in words, or the arm."""
+    return spoken(joint) if joint else 'the arm'
+
+
+def _candidates(diagnosis: Diagnosis) -> list[tuple[tuple[str, str | None],
+                                                    Mapping[str, Number]]]:
+    alike = diagnosis.ambiguous[0]
+    numbers = {(one.effect, one.joint): one.parameters for one in alike.candidates}
+    return [(place, numbers.get(place, {})) for place in alike.effects]
+
+
+def _rest_sentence(diagnosis: Diagnosis) -> str:
+    rest = diagnosis.unexplained
+    if rest is None:
+        return 'something is wrong that no effect of the catalogue explains'
+    also = 'else ' if diagnosis.findings else ''
+    return (f'something {also}is wrong {_SAID.get(rest.site, "at")} {where(rest.joint)} '
+            'that no effect of the catalogue explains')
+
+
+def marks(diagnosis: Diagnosis) -> list[Mark]:
+    """Return the parts of the arm that a page points at, those of the first cause first."""
+    places = [(one.effect, one.joint) for one in diagnosis.findings]
+    places += [place for alike in diagnosis.ambiguous for place in alike.effects]
+    found = [Mark(joint, WORDS.get(effect, _PLAIN).element, spoken(effect))
+             for effect, joint in places]
+    rest = diagnosis.unexplained
+    if rest is not None and diagnosis.verdict == 'unknown':
+        found.append(Mark(rest.joint, _SITES.get(rest.site, 'link'), 'unexplained rest'))
+    return found
+
+
+_SAID = {'motor': 'at the motor side of', 'torsion': 'in the torsion of',
+         'link': 'at the link side of', 'timing': 'in the timing of',
+         'sensing': 'in the sensors of'}
+_SITES = {'motor': 'motor', 'torsion': 'flexspline', 'link': 'link', 'timing': 'link_encoder',
+          'sensing': 'link_encoder'}
+assert set(_SITES.values()) <= set(ELEMENTS)
+
+
+def probability(told: Any) -> str:
+    """Return how probable something is, '' where that is not known."""
+    value = getattr(told, 'probability', None)
+    if value is None or not math.isfinite(value):
+        return ''
+    return f'more than {100.0 * _SURE:.1f} %' if value > _SURE else percent(value)
+
+
+def certainty(diagnosis: Diagnosis) -> str:
+    """Return how sure the verdict is: its probability or what speaks for it, and the size."""
+    first = diagnosis.findings[0] if diagnosis.findings else None
+    between = '' if first is None else within(first.effect, first.parameters)
+    if known := probability(diagnosis):
+        return f'{known} probable{between}'
+    if first is not None:
+        return f'{evidence(first.evidence)}{between}'
+    return _UNSURE.get(diagnosis.verdict, diagnosis.headline)
+
+
+_UNSURE = {
+    'no_discrepancy': 'what the balances leave is noise; the smallest sizes that would have '
+                      'shown are below',
+    'ambiguous': 'the causes explain the recording equally well; nothing else does',
+    'unknown': 'what is left is well above noise',
+    'insufficient_excitation': 'silence of this recording says nothing'}
+
+
+def within(effect: str, parameters: Mapping[str, Number]) -> str:
+    """Return the 90 % interval of the size that a sentence names, '' where it has none."""
+    words, largest = _largest(effect, parameters)
+    if largest is None or largest.chosen:
+        return ''
+    ends = (largest.low, largest.high)
+    if words.less:
+        ends = (abs(largest.low), abs(largest.high)) if largest.value > 0.0 else (
+            abs(largest.high), abs(largest.low))
+    low, high = (handy(words.scale * end, largest.unit) for end in ends)
+    return f'; with 90 % its size is within {low} and {high}'
+
+
+def evidence(told: Evidence) -> str:
+    """Return what speaks for a cause: the odds against the next best, or its score."""
+    if told.runner_up is None:
+        return f'its score is {short(told.score / told.threshold)} times the threshold, and no ' \
+               'other cause comes near'
+    return f'{odds(told.odds)} to 1 against the next best cause, {spoken(told.runner_up)}'
+
+
+def odds(value: float) -> str:
+    """Return odds as a number; what is more than a million says nothing more."""
+    return f'more than {_CERTAIN:,.0f}' if value > _CERTAIN else figure(value)
+
+
+def cost(diagnosis: Diagnosis) -> str:
+    """Return what the arm as given gets wrong, '' where nothing was predicted."""
+    far = diagnosis.prediction[-1:]
+    if far:
+        return (f'predicted {handy(far[0].horizon, "s")} ahead, the arm as given is off by '
+                f'{handy(far[0].before, far[0].unit)} rms; noise alone makes '
+                f'{handy(far[0].floor, far[0].unit)}')
+    gain = diagnosis.gain
+    if not math.isfinite(gain.before) or not gain.floor > 0.0:
+        return ''
+    return f'the squared error is {short(gain.before / gain.floor)} times that of noise'
+
+
+def gained(diagnosis: Diagnosis) -> str:
+    """Return what the extended arm improves, '' where nothing is extended."""
+    if not diagnosis.findings and not any(one.in_model for alike in diagnosis.ambiguous
+                                          for one in alike.candidates):
+        return ''
+    far = diagnosis.prediction[-1:]
+    to = f'with model.yaml it is off by {handy(far[0].after, far[0].unit)}: ' if far else ''
+    return f'{to}{removed(diagnosis.gain)} of the excess error is gone, held out'
+
+
+def removed(gain: Gain) -> str:
+    """Return the share of the excess error that is gone, with its interval."""
+    if not math.isfinite(gain.removed):
+        return 'nothing to remove'
+    return f'{100.0 * gain.removed:.1f} % [{100.0 * gain.low:.1f}, {100.0 * gain.high:.1f}]'
+
+
+def placebo(gain: Gain) -> str:
+    """Return what a placebo removes, '' where none was tried."""
+    return f'a placebo of equal freedom {100.0 * gain.placebo:.1f} %' if isinstance(
+        gain, OwnGain) else ''
+
+
+def steps(diagnosis: Diagnosis) -> list[str]:
+    """Return what to do next: what the diagnosis itself asks for, then checks and files."""
+    told = list(diagnosis.steps)
+    checks = _checks((one.effect, one.joint) for one in diagnosis.findings)
+    checks += [f'What decides: {alike.experiment}.' for alike in diagnosis.ambiguous if not told]
+    checks += _checks(place for alike in diagnosis.ambiguous for place in alike.effects)
+    return [*told, *(capital(one) for one in checks if one not in told),
+            *_AFTER.get(diagnosis.verdict, ()), *_file(diagnosis)]
+
+
+def _checks(places: Iterable[tuple[str, str | None]]) -> list[str]:
+    return [f'{where(joint)}: {WORDS.get(effect, _PLAIN).check}' for effect, joint in places]
+
+
+def _file(diagnosis: Diagnosis) -> list[str]:
+    named = diagnosis.findings or any(alike.candidates for alike in diagnosis.ambiguous)
+    return ['Until it is mended, load model.yaml as --arm: simulation, estimator and controller '
+            'then know what is named here.'] if named else []
+
+
+_AFTER = {
+    'no_discrepancy': ('Nothing to mend. Keep this page to compare the next recording with.',),
+    'insufficient_excitation': (
+        'Record again for a minute: every joint both ways, slow sweeps over several motor turns, '
+        'and quick bursts. The motion "rich" of hda simulate is an example.',
+        'If you look for one effect, hda plan makes a motion that shows it.'),
+    'unknown': (
+        'Look below at what the rest follows: that names the part to look at.',
+        'Record again. What follows time alone, and does not repeat, is a disturbance.'),
+}
