@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
@@ -21,7 +22,6 @@ from .coarse import Coarse, coarse
 from .signals import Bag, CompareError
 from .tracks import Tracks, tracks
 
-Array = NDArray[np.float64]
 MODES = ('none', 'offset', 'drift')
 MOST_DRIFT = 0.01                   # no clock is worse
 LEAST_ALIKE = 0.6                   # correlation below which the motions are not the same

@@ -2,11 +2,11 @@
 
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import correlate, find_peaks
 
-Array = NDArray[np.float64]
 _SHARE = 0.25                       # least overlap, of the shorter recording
 _TIE = 0.002                        # correlations that differ less are alike
 

@@ -1,12 +1,11 @@
 """The noise of a difference, and the first time at which it leaves that noise and stays out."""
 
+from hda_arm_sim.foundation.arrays import Array
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from .overlay import Overlay
 
-Array = NDArray[np.float64]
 _WINDOW = 0.2                       # over which a level is taken [s]
 _LEAST_WINDOW = 32                  # samples, so that the level of noise is sure to 40 %
 _FAST = 5                           # windows of `_WINDOW` hold so many of what counts as fast

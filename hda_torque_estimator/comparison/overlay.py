@@ -2,14 +2,13 @@
 
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from .align import Alignment
 from .signals import Signal
 
-Array = NDArray[np.float64]
 _GAP = 2.5                          # usual periods between samples that tell nothing of between
 
 

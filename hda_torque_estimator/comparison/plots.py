@@ -1,18 +1,17 @@
 """The figures of a comparison: a signal of both bags, what differs, and its spectrum."""
 
+from hda_arm_sim.foundation.arrays import Array
 import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 import numpy as np
-from numpy.typing import NDArray
 
 from .compare import Comparison, Difference
 from .report import drawn
-from ..pages.document import unit
 from ..pages.drawing import AFTER, band, BEFORE, INK, plain, STYLE
+from ..pages.wording import unit
 
-Array = NDArray[np.float64]
 _DEEPEST = 1e-5                     # of the highest: below it a spectrum shows arithmetic
 _BINS = 600                         # of a spectrum: as many as can be seen
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_msgs_json.errors import HdaError
 from hda_msgs_json.samples import JointSamples, Stamps, WrenchSamples
 import numpy as np
@@ -10,7 +11,6 @@ from numpy.typing import NDArray
 
 from ..measurements.recording_facts import stamp_facts
 
-Array = NDArray[np.float64]
 JOINT_UNITS = {'position': 'rad', 'velocity': 'rad/s', 'effort': 'N*m'}
 WRENCH_UNITS = {'force': 'N', 'torque': 'N*m'}
 LEAST = 8                           # samples without which a column is no signal

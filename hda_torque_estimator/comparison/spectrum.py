@@ -2,15 +2,14 @@
 
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.signal import find_peaks, welch
 from scipy.stats import chi2
 
 from .overlay import Overlay
 
-Array = NDArray[np.float64]
 _SEGMENTS = 4                       # lengths of a segment in a recording; they overlap by half
 _LEAST, _MOST_SAMPLES = 256, 1 << 14        # samples in a segment
 _AROUND = 41                        # bins whose median is the floor of the one in their middle

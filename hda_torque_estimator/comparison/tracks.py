@@ -3,13 +3,12 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
 from .signals import Bag, CompareError, Signal
 
-Array = NDArray[np.float64]
 FASTEST = 250.0                     # rate that is enough to align by [Hz]
 _BAND = 0.1                         # of the rate: what is faster is left out
 _SLOWER = 4.0                       # times the shortest period: slower signals tell little

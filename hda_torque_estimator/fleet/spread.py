@@ -6,7 +6,7 @@ of the items. So neither the number of workers nor where they are changes an ans
 that crashes its process, or asks for more memory than its share, ends no other.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from importlib import import_module
@@ -41,12 +41,14 @@ def _refuse(item: object, reason: str) -> Any:
 
 def over_processes(work: Callable[[Item], Result], items: Sequence[Item],
                    workers: int | None = None, *,
-                   failed: Callable[[Item, str], Result] = _refuse) -> list[Result]:
+                   failed: Callable[[Item, str], Result] = _refuse,
+                   heard: Callable[[Result], None] | None = None) -> list[Result]:
     """
     Return the results of all items, each from a process of its own.
 
     So many run at once, or as many as there are cores. `failed` makes the result of an item whose
-    process failed, from the reason. Raises SpreadError unless there is at least one worker.
+    process failed, from the reason. `heard` gets every result as soon as those before it are
+    there. Raises SpreadError unless there is at least one worker.
     """
     count = min(os.cpu_count() or 1 if workers is None else workers, len(items))
     if workers is not None and workers < 1:
@@ -54,9 +56,19 @@ def over_processes(work: Callable[[Item], Result], items: Sequence[Item],
     share = max(machine_memory() // max(count, 1), LEAST_SHARE)
     pool = ThreadPoolExecutor(max(count, 1))
     try:
-        return list(pool.map(partial(_apart, work, failed, share), items))
+        return _handed(pool.map(partial(_apart, work, failed, share), items), heard)
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def _handed(results: Iterable[Result], heard: Callable[[Result], None] | None) -> list[Result]:
+    """Return results; `heard` gets each as it comes."""
+    found = []
+    for result in results:
+        found.append(result)
+        if heard is not None:
+            heard(result)
+    return found
 
 
 def machine_memory() -> int:
@@ -109,18 +121,20 @@ def _end(code: int) -> str:
 
 
 def over_machines(work: Callable[[Item], Result], items: Sequence[Item], scheduler: str, *,
-                  failed: Callable[[Item, str], Result] = _refuse) -> list[Result]:
+                  failed: Callable[[Item, str], Result] = _refuse,
+                  heard: Callable[[Result], None] | None = None) -> list[Result]:
     """
     Return the results of all items, from the workers of a Dask scheduler.
 
-    `failed` makes the result of an item whose worker failed, from the reason. Raises SpreadError
-    where Dask is not installed or the scheduler does not answer.
+    `failed` makes the result of an item whose worker failed, from the reason. `heard` gets every
+    result in its turn. Raises SpreadError where Dask is not installed or the scheduler does not
+    answer.
     """
     with _client(scheduler) as client:
         futures = client.map(work, items, pure=False)
-        return [future.result() if (error := future.exception()) is None else
-                failed(item, f'its worker failed: {error}')
-                for item, future in zip(items, futures)]
+        return _handed((future.result() if (error := future.exception()) is None else
+                        failed(item, f'its worker failed: {error}')
+                        for item, future in zip(items, futures)), heard)
 
 
 def _client(scheduler: str) -> Any:

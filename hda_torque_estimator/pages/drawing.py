@@ -4,13 +4,12 @@ import io
 import re
 from typing import Any
 
+from hda_arm_sim.foundation.arrays import Array
 import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
 INK = '#1a1a1e'                     # becomes the colour of the text around an inline figure
 BEFORE, AFTER, FLOOR = '#e08214', '#2b6cb0', '#7f7f85'
 _BUCKETS = 600                      # of a trace over time: as many as can be seen

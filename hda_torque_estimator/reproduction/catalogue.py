@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
+from hda_msgs_json.nearest import did_you_mean
+
 from .figures.back_driving import back_driving
 from .figures.block_diagrams import arm_diagram, control_diagram
 from .figures.feedback import feedback
@@ -65,6 +67,7 @@ def chosen(names: list[str]) -> dict[str, Entry]:
     """Return the figures of these names in the paper's order, all for none; may raise."""
     for name in names:
         if name not in FIGURES:
-            raise ReproductionError(f'the paper has no figure {name!r} that can be made again; '
-                                    f'valid names: {", ".join(FIGURES)}')
+            near = did_you_mean(name, FIGURES) or ';'
+            raise ReproductionError(f'the paper has no figure {name!r} that can be made again'
+                                    f'{near} valid names: {", ".join(FIGURES)}')
     return {name: entry for name, entry in FIGURES.items() if not names or name in names}

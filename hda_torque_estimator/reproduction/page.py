@@ -1,13 +1,14 @@
-"""The page of the reproduction: one HTML file that needs no network, script or other file."""
+"""The page of the reproduction: one HTML file that needs no network and no other file."""
 
 from collections.abc import Mapping
-from html import escape
 import math
+from typing import Any
 
-from .catalogue import Entry, FIGURES
+from .catalogue import FIGURES
 from .report import file_name
 from .rig.exhibit import Exhibit, Number
-from ..pages.document import captioned, code, document, section, table, unit
+from ..pages.render import render
+from ..pages.wording import unit
 
 _TITLE = 'The paper, reproduced and corrected'
 PAPER = 'Torque Estimation Technique for a Harmonic Drive Robotic Arm'
@@ -23,34 +24,24 @@ _HEADS = ('quantity', 'unit', 'paper', 'printed', 'consistent', 'remark')
 
 def page(made: Mapping[str, Exhibit], inline: Mapping[str, str], version: str) -> str:
     """Return the exhibits as one HTML document; `inline` are SVG elements by file name."""
-    parts = [f'<h1>{escape(_TITLE)}</h1>', f'<p class="lead">{escape(_LEAD)}</p>',
-             _contents(made), *(_exhibit(name, FIGURES[name], exhibit, inline)
-                                for name, exhibit in made.items()),
-             f'<p>Made by version {escape(version)}.</p>']
-    return document(_TITLE, parts)
+    return render('reproduction.html', title=_TITLE, lead=_LEAD, heads=_HEADS, version=version,
+                  shown=[_shown(name, exhibit, inline) for name, exhibit in made.items()])
 
 
-def _contents(made: Mapping[str, Exhibit]) -> str:
-    return '<p>' + ' · '.join(f'<a href="#{name}">{escape(FIGURES[name].title)}</a>'
-                              for name in made) + '</p>'
-
-
-def _exhibit(name: str, entry: Entry, exhibit: Exhibit, inline: Mapping[str, str]) -> str:
+def _shown(name: str, exhibit: Exhibit, inline: Mapping[str, str]) -> dict[str, Any]:
     """Return the section of one figure: what the paper says, what is found, pictures, numbers."""
-    content = [f'<p id="{name}">The paper: {escape(entry.said)} Made by '
-               f'{code(f"hda reproduce {name} --out DIR")}.</p>',
-               *(f'<p>{_prose(finding)}</p>' for finding in exhibit.findings),
-               *(captioned(inline[file_name(name, drawing.name)], drawing.caption)
-                 for drawing in exhibit.drawings),
-               table(_HEADS, map(_row, exhibit.numbers)),
-               *(f'<p>Not computed: {_prose(reason)}</p>' for reason in exhibit.not_computed)]
-    return section(entry.title, '\n'.join(content))
+    entry = FIGURES[name]
+    return {'name': name, 'title': entry.title, 'said': entry.said,
+            'findings': [_prose(finding) for finding in exhibit.findings],
+            'drawings': [(inline[file_name(name, drawing.name)], drawing.caption)
+                         for drawing in exhibit.drawings],
+            'rows': [_row(number) for number in exhibit.numbers],
+            'not_computed': [_prose(reason) for reason in exhibit.not_computed]}
 
 
 def _row(number: Number) -> list[str]:
     return [_prose(number.name), _prose(unit(number.unit)),
-            *(f'<span class="number">{_value(value)}</span>'
-              for value in (number.paper, number.printed, number.consistent)),
+            *map(_value, (number.paper, number.printed, number.consistent)),
             _prose(number.remark)]
 
 
@@ -67,4 +58,4 @@ def _prose(text: str) -> str:
     """Return text with units as people write them."""
     for typed, written in _WRITTEN:
         text = text.replace(typed, written)
-    return escape(text)
+    return text

@@ -2,10 +2,11 @@
 
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 
 from ..rig import bench
-from ..rig.exhibit import Arms, Array, Drawing, Exhibit, Look, Number, Panel, Trace
+from ..rig.exhibit import Arms, Drawing, Exhibit, Look, Number, Panel, Trace
 from ..rig.imperfections import imperfect, TOGETHER
 from ..rig.printed import PRINTED
 from ..rig.rig_calibration import LINK_ORDERS, SHAFT_ORDERS, waves

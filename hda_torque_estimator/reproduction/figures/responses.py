@@ -4,13 +4,14 @@ from collections.abc import Callable
 from dataclasses import replace
 import math
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import DriveOffset
 from hda_arm_sim.model.torsion import TorsionLaw
 import numpy as np
 
 from ..rig import bench
-from ..rig.exhibit import Arms, Array, Drawing, Exhibit, Look, Number, Panel, Trace
+from ..rig.exhibit import Arms, Drawing, Exhibit, Look, Number, Panel, Trace
 from ..rig.linear import free_resonances, Linear, linearised, locked_resonances
 from ..rig.printed import PRINTED
 

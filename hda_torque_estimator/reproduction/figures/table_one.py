@@ -2,13 +2,14 @@
 
 import math
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.gear_catalogue import ARC_MINUTE
 from hda_arm_sim.model.parts import Joint
 from hda_arm_sim.model.torsion import (segmented_torsion, stiffness_at, torsion_of_torque,
                                        wave_generator_torsion)
 import numpy as np
 
-from ..rig.exhibit import Arms, Array, Drawing, Exhibit, Look, Number, Panel, Trace
+from ..rig.exhibit import Arms, Drawing, Exhibit, Look, Number, Panel, Trace
 from ..rig.printed import CATALOGUE, flexspline_torque, PRINTED
 
 _RATED = 31.0                       # torque of a CSG-17-100 [N*m]

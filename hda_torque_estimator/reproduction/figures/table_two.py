@@ -2,9 +2,10 @@
 
 import math
 
+from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 
-from ..rig.exhibit import Arms, Array, Drawing, Exhibit, Look, Number, Panel, Trace
+from ..rig.exhibit import Arms, Drawing, Exhibit, Look, Number, Panel, Trace
 from ..rig.printed import PRINTED
 
 READABLE = (6.5719e-5, 0.0018, 0.0032)      # in the order in which the table prints them

@@ -2,12 +2,13 @@
 
 from typing import Any, NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.rigid import tool_jacobian
 import numpy as np
 
-from ..rig.exhibit import Arms, Array, Drawing, Exhibit, Look, Map, Number, Panel, Trace
+from ..rig.exhibit import Arms, Drawing, Exhibit, Look, Map, Number, Panel, Trace
 from ..rig.printed import force_direction, PRINTED, tip_force as printed_force
-from ...estimating.laws.tip_force import tool_force
+from ...estimating.laws.tip_force import Posture, tool_force
 
 _FORCE = 20.0                       # on the tip [N]
 _SMALLEST_SINE = 1e-6               # of the elbow at which the axial force is still asked for
@@ -89,8 +90,7 @@ def _consistent(links: Any, elbow: float, direction: float) -> _Told:
 def _solved(links: Any, elbow: float, torque: Array) -> tuple[Array, Array]:
     """Return the estimator's tip force and its covariance for torques of unit deviation."""
     force, covariance = np.zeros(2), np.zeros((2, 2))
-    tool_force(links, 2, elbow, torque, np.ones(2), _SMALLEST_SINE, force,
-               covariance)
+    tool_force(Posture(links, 2, elbow, _SMALLEST_SINE), torque, np.ones(2), force, covariance)
     return force, covariance
 
 

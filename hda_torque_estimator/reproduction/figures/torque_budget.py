@@ -3,13 +3,14 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.rigid import mass_matrix
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
 
 from ..rig import bench
-from ..rig.exhibit import Arms, Array, Bars, Drawing, Exhibit, Look, Number, Panel, Trace
+from ..rig.exhibit import Arms, Bars, Drawing, Exhibit, Look, Number, Panel, Trace
 from ..rig.imperfections import CAUSES, imperfect, SUSPECTED, TOGETHER
 from ..rig.printed import PRINTED
 from ..rig.rig_calibration import calibrated

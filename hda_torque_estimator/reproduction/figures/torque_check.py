@@ -2,13 +2,14 @@
 
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.torsion import torsion_of_torque
 import numpy as np
 
 from .responses import AMPERE, printed_plant
 from ..rig import bench
-from ..rig.exhibit import Arms, Array, Drawing, Exhibit, Look, Number, Panel, Trace
+from ..rig.exhibit import Arms, Drawing, Exhibit, Look, Number, Panel, Trace
 from ..rig.printed import estimated_torque, flexspline_torque, PRINTED
 from ..rig.shapes import sine, step
 from ...controlling.controller import ControllerSettings

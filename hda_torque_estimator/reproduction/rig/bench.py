@@ -7,6 +7,7 @@ What is pushed is given as torques at the joints, which the tip force follows as
 
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.rigid import tool_jacobian
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.kernel import LINK_ANGLE, MOTOR_ANGLE
@@ -23,7 +24,6 @@ from ...estimating.estimator import Estimator, EstimatorSettings
 from ...estimating.laws.estimate import KINEMATIC_TORSION, TORQUE, TORSION
 from ...simulating import closed_loop
 
-Array = NDArray[np.float64]
 STEP = 1e-3                         # between samples [s]
 TORSION_ALONE = EstimatorSettings(fusion=0.0)   # as in the paper, without the motor's torque
 
@@ -94,7 +94,7 @@ def run(true: Arm, known: Arm, inputs: Inputs, start: tuple[float, ...], *,
         made.torque[k], made.torsion[k] = torques[:, TORQUE], torques[:, TORSION]
         made.kinematic[k], made.command[k] = torques[:, KINEMATIC_TORSION], command
         plant.advance(command + inputs.current[k],
-                      tip_force(true.links or Links(), made.link_angle[k], inputs.load[k]))
+                      tip_force(_pair(true), made.link_angle[k], inputs.load[k]))
         command = law.update(stamp, reading[:, 0], torques[:, TORQUE]).copy()
     return made
 
@@ -108,7 +108,7 @@ def follow(true: Arm, known: Arm, rate: Array, load: Array, *,
     """
     time = STEP * np.arange(float(len(rate)))
     angle = STEP * (np.cumsum(rate) - 0.5 * (rate + rate[0]))
-    across = load / (true.links or Links()).length1
+    across = load / _pair(true).length1
     force = np.stack([-across * np.sin(angle), across * np.cos(angle)], axis=1)
     made = closed_loop.run(true, known, Motion(time, angle[:, None], rate[:, None], force), seed,
                            controller=controller, estimator=TORSION_ALONE)
@@ -135,6 +135,11 @@ def _empty(samples: int, joints: int) -> Run:
     return Run(STEP * np.arange(float(samples)), np.empty(shape), np.empty(shape),
                np.empty(shape), np.empty((*shape, 4)), np.empty(shape), np.empty(shape),
                np.empty(shape), np.empty(shape))
+
+
+def _pair(arm: Arm) -> Links:
+    """Return two links in a plane, or what they are unless an arm has them."""
+    return arm.links if isinstance(arm.links, Links) else Links()
 
 
 def tip_force(links: Links, angles: Array, load: Array) -> Array:

@@ -8,12 +8,9 @@ writes them down.
 from enum import Enum
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_msgs_json.errors import HdaError
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 
 class ReproductionError(HdaError):

@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm, ArmRecord
 from hda_arm_sim.model.effects import CoulombFriction
 from hda_arm_sim.model.kernel import (COMMAND, LINK_ANGLE, LINK_VELOCITY, MOTOR_ANGLE,
@@ -10,9 +11,7 @@ from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.model.torsion import torsion_of_torque
 from hda_arm_sim.simulate import rest
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
 _STEPS = (1e-4, 1e-3, 1e-6, 1e-5)   # of the four states of a joint, for differences
 _STILL = 1.0                        # below it an eigenvalue is that of the free turning [rad/s]
 

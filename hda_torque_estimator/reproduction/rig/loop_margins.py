@@ -2,14 +2,13 @@
 
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 import numpy as np
-from numpy.typing import NDArray
 
 from .bench import STEP
 from .linear import Linear, linearised
 
-Array = NDArray[np.float64]
 _DELAY = 1.5 * STEP                 # a command answers the sample before it, and is held [s]
 _FREQUENCY = np.geomspace(0.05, 400.0, 40000)
 

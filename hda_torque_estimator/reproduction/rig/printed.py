@@ -7,11 +7,9 @@ equation is wrong, that is what is to be shown.
 
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.gear_catalogue import gear
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 
 class TableOne(NamedTuple):

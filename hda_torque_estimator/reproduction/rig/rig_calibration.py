@@ -8,6 +8,7 @@ waves of the shaft and of the link, the skew, the compliance of each segment of 
 from functools import cache
 import math
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import (ClockSkew, KinematicError, LinkEncoderEccentricity,
                                        StiffeningError, StiffnessError, TorsionalHysteresis,
@@ -17,7 +18,6 @@ from hda_arm_sim.model.parts import Joint
 import numpy as np
 
 from . import bench
-from .exhibit import Array
 from .printed import CATALOGUE
 from .shapes import sine, step
 from ...estimating.laws.torsion_torque import slide

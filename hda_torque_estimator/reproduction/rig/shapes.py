@@ -1,9 +1,7 @@
 """Inputs over time that several figures share."""
 
+from hda_arm_sim.foundation.arrays import Array
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 
 def step(time: Array, begin: float, end: float, edge: float) -> Array:

@@ -1,0 +1,181 @@
+/* Draw the plots of a page: zoom, hover, switch; by mouse, by touch and by keyboard. */
+'use strict';
+(() => {
+  const TOLD = JSON.parse(document.getElementById('plots').textContent);
+  const LOOKS = {
+    measured: {colour: '--ink', width: 2.4, dash: []},
+    before: {colour: '--before', width: 1.4, dash: [7, 4]},
+    before_other: {colour: '--before', width: 1.4, dash: [2, 3]},
+    after: {colour: '--after', width: 1.4, dash: []},
+    after_other: {colour: '--after', width: 1.4, dash: [8, 3, 2, 3]},
+    third: {colour: '--unknown', width: 1.4, dash: [10, 3]},
+    floor: {colour: '--floor', width: 1.1, dash: [4, 4]},
+  };
+  const HEIGHT = 250;
+  const FEW = 12;                     // values of a line that are drawn as points as well
+  const colour = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  const faint = name => colour(name) + '38';
+  const shown = value => value == null ? '–' : String(Number(value.toPrecision(4)));
+  const drawn = [];
+
+  /* Columns of a plot: every line, and after all lines the edges of their bands. */
+  function columns(plot) {
+    const data = [plot.x, ...plot.lines.map(line => line.y)], bands = [], edges = [];
+    plot.lines.forEach((line, place) => {
+      if (!line.low) return;
+      data.push(line.low, line.high);
+      edges.push(line.look, line.look);
+      bands.push({series: [data.length - 1, data.length - 2], fill: () => faint(LOOKS[line.look].colour)});
+    });
+    return {data, bands, edges};
+  }
+
+  function series(line) {
+    const look = LOOKS[line.look], few = line.y.length <= FEW;
+    return {label: line.name || line.look, stroke: () => colour(look.colour), width: look.width,
+            dash: look.dash, spanGaps: false, points: {show: few, size: 6},
+            value: (u, v) => shown(v)};
+  }
+
+  function edge() {
+    return {label: '', stroke: 'transparent', width: 0, points: {show: false}};
+  }
+
+  function axis(label, size, values) {
+    return {label, size, values, labelSize: 24, labelFont: '12px system-ui, sans-serif',
+            font: '12px system-ui, sans-serif', stroke: () => colour('--ink'),
+            grid: {stroke: () => colour('--line'), width: 0.7},
+            ticks: {stroke: () => colour('--line'), width: 0.7}};
+  }
+
+  const QUARTERS = ['0', 'π/2', 'π', '3π/2', '2π'];
+  const turn = {splits: () => QUARTERS.map((_, k) => k * Math.PI / 2),
+                values: () => QUARTERS};
+  const powers = (u, splits) => splits.map(v => {
+    const p = v > 0 ? Math.log10(v) : NaN;
+    return Math.abs(p - Math.round(p)) < 1e-6 ? String(Number(v.toPrecision(3))) : '';
+  });
+
+  function options(plot, width, parts) {
+    const log = plot.scale === 'log', logX = log || plot.scale === 'log_x';
+    const x = {...axis(plot.x_label, 34, logX ? powers : undefined),
+               ...(plot.scale === 'turn' ? turn : {})};
+    return {
+      width, height: HEIGHT, bands: parts.bands,
+      scales: {x: {time: false, distr: logX ? 3 : 1, range: (u, low, high) => [low, high]},
+               y: {distr: log ? 3 : 1}},
+      axes: [x, axis(plot.y_label, 58, log ? powers : undefined)],
+      series: [{label: plot.x_label, value: (u, v) => shown(v)}, ...plot.lines.map(series),
+               ...parts.edges.map(edge)],
+      cursor: {drag: {x: true, y: false}, ...(plot.scale === 'time' ? {sync: {key: 'time'}} : {})},
+      legend: {live: true},
+    };
+  }
+
+  /* The edges of bands, and the second of two floors, need no entry of their own. */
+  function tidy(made, plot) {
+    made.root.querySelectorAll('.u-legend .u-series').forEach((row, place) => {
+      const line = plot.lines[place - 1];
+      row.hidden = place > plot.lines.length || (line && !line.name);
+      if (row.hidden) row.style.display = 'none';
+      if (line) row.querySelector('.u-marker').style.borderStyle =
+        LOOKS[line.look].dash.length ? 'dashed' : 'solid';
+    });
+  }
+
+  function reach(made) {
+    const x = made.data[0];
+    return [x[0], x[x.length - 1]];
+  }
+
+  function look(made, low, high) {
+    const [first, last] = reach(made), span = Math.min(high - low, last - first);
+    low = Math.min(Math.max(low, first), last - span);
+    made.setScale('x', {min: low, max: low + span});
+  }
+
+  const STEPS = {
+    in: (low, high) => [low + 0.25 * (high - low), high - 0.25 * (high - low)],
+    out: (low, high) => [low - 0.5 * (high - low), high + 0.5 * (high - low)],
+    left: (low, high) => [low - 0.3 * (high - low), high - 0.3 * (high - low)],
+    right: (low, high) => [low + 0.3 * (high - low), high + 0.3 * (high - low)],
+  };
+  const KEYS = {'+': 'in', '=': 'in', '-': 'out', ArrowLeft: 'left', ArrowRight: 'right',
+                '0': 'all', Escape: 'all', Home: 'all'};
+
+  function act(made, name) {
+    if (name === 'all') return look(made, ...reach(made));
+    const {min, max} = made.scales.x;
+    if (made.scales.x.distr !== 3) return look(made, ...STEPS[name](min, max));
+    look(made, ...STEPS[name](Math.log(min), Math.log(max)).map(Math.exp));
+  }
+
+  class Chart {
+    constructor(figure) {
+      this.box = figure.querySelector('.plot');
+      this.plots = TOLD[figure.dataset.chart];
+      this.made = null;
+      this.buttons = [...figure.querySelectorAll('[data-choice]')];
+      this.buttons.forEach(button => button.addEventListener('click', () => this.choose(button)));
+      figure.querySelectorAll('[data-do]').forEach(button =>
+        button.addEventListener('click', () => this.made && act(this.made, button.dataset.do)));
+      this.box.addEventListener('keydown', event => this.typed(event));
+      this.name = Object.keys(this.plots)[0];
+      this.fit();
+      new ResizeObserver(() => requestAnimationFrame(() => this.fit())).observe(this.box);
+    }
+
+    choose(button) {
+      this.buttons.forEach(each => each.setAttribute('aria-pressed', String(each === button)));
+      this.name = button.dataset.choice;
+      this.draw();
+    }
+
+    typed(event) {
+      if (!this.made || event.ctrlKey || event.metaKey || event.altKey) return;
+      const name = KEYS[event.key];
+      if (!name) return;
+      event.preventDefault();
+      act(this.made, name);
+    }
+
+    fit() {
+      const width = Math.floor(this.box.clientWidth);
+      if (width < 50 || (this.made && this.made.width === width)) return;
+      if (this.made) this.made.setSize({width, height: HEIGHT});
+      else this.draw();
+    }
+
+    draw() {
+      if (this.made) this.made.destroy();
+      const plot = this.plots[this.name], parts = columns(plot);
+      this.made = new uPlot(options(plot, Math.floor(this.box.clientWidth), parts), parts.data,
+                            this.box);
+      tidy(this.made, plot);
+      if (plot.focus) look(this.made, ...plot.focus);
+    }
+
+    again() {
+      if (this.made) this.made.redraw(false, true);
+    }
+  }
+
+  document.querySelectorAll('.chart').forEach(figure => drawn.push(new Chart(figure)));
+
+  /* Colours are asked for when drawing, so another theme, or paper, needs only another drawing. */
+  const again = () => drawn.forEach(chart => chart.again());
+  for (const query of ['(prefers-color-scheme: dark)', '(prefers-contrast: more)', 'print']) {
+    matchMedia(query).addEventListener('change', again);
+  }
+  addEventListener('beforeprint', () => {
+    document.querySelectorAll('details').forEach(each => {
+      each.dataset.was = each.open;
+      each.open = true;
+    });
+    again();
+  });
+  addEventListener('afterprint', () => {
+    document.querySelectorAll('details').forEach(each => { each.open = each.dataset.was === 'true'; });
+    again();
+  });
+})();

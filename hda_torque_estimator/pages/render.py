@@ -1,0 +1,88 @@
+"""Fill the templates of all pages: one HTML file that needs no network and no other file."""
+
+import base64
+from collections.abc import Mapping
+from functools import cache
+import hashlib
+from html import unescape
+from importlib.resources import files
+import json
+import re
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from . import wording
+from .badge import Badge, BADGES, DONE
+from .glossary import Term, terms_in
+from .plot import Chart
+
+ASSETS = files('hda_torque_estimator.pages') / 'assets'
+FILTERS = {name: getattr(wording, name)
+           for name in ('capital', 'figure', 'handy', 'percent', 'short', 'spoken', 'unit')}
+
+
+def render(template: str, *, title: str, badge: Badge = DONE,
+           charts: Mapping[str, Chart] | None = None, **content: Any) -> str:
+    """
+    Return the page of a template.
+
+    `charts` are the plots by the name under which the template places them. All text is escaped.
+    A page without charts has no script.
+    """
+    charts = charts or {}
+    plots = {name: chart.document() for name, chart in charts.items()}
+    page = _environment().get_template(template)
+    scripts = [_library(), asset('page.js')] if plots else []
+    content |= {'title': title, 'badge': badge, 'charts': charts, 'plots': plots,
+                'scripts': scripts, 'policy': _policy(scripts), 'style': _style(bool(plots))}
+    bare = page.render(content, terms=())
+    text = page.render(content, terms=_terms(bare))
+    return text.encode(errors='backslashreplace').decode()      # file names may be no UTF-8
+
+
+@cache
+def _environment() -> Environment:
+    made = Environment(loader=PackageLoader('hda_torque_estimator.pages'), autoescape=True,
+                       undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    made.filters |= FILTERS | {'json': _json}
+    made.globals['BADGES'] = BADGES
+    return made
+
+
+@cache
+def asset(name: str) -> str:
+    """Return a file of the package that goes into pages as it is."""
+    return ASSETS.joinpath(name).read_text(encoding='utf-8')
+
+
+def _library() -> str:
+    """Return the library of the plots, with its licence, which every copy of it must carry."""
+    return f'/*\n{asset("uplot/LICENSE")}*/\n{asset("uplot/uPlot.iife.min.js")}'
+
+
+def _style(plotted: bool) -> str:
+    return '\n'.join([*([asset('uplot/uPlot.min.css')] if plotted else []), asset('style.css')])
+
+
+def _json(value: Any) -> str:
+    """Return a value as JSON in which nothing ends the element that holds it."""
+    text = json.dumps(value, allow_nan=False, separators=(',', ':'))
+    return text.replace('<', '\\u003c').replace('&', '\\u0026')
+
+
+def _policy(scripts: list[str]) -> str:
+    """Return what a browser may do with a page: run these scripts, and load nothing at all."""
+    known = ' '.join(f"'sha256-{_digest(script)}'" for script in scripts) or "'none'"
+    return (f"default-src 'none'; script-src {known}; style-src 'unsafe-inline'; "
+            "img-src data:; base-uri 'none'; form-action 'none'")
+
+
+def _digest(script: str) -> str:
+    return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+
+
+def _terms(page: str) -> tuple[Term, ...]:
+    """Return the terms of the glossary that a page uses."""
+    main = page[page.index('<main'):page.index('</main>')]
+    return terms_in(unescape(re.sub(r'<[^>]+>', ' ', main)), asset('glossary.md'))

@@ -1,0 +1,70 @@
+"""Numbers as people read them: with few figures, in handy units, with their interval."""
+
+import math
+import re
+
+# Choices unless told otherwise.
+# (source: one radian in minutes of arc)
+ARCMIN = 10800.0 / math.pi      # one radian [arcmin]
+_PREFIXES = ((1e-6, 'µ'), (1e-3, 'm'), (1.0, ''))
+_COARSE = 0.1           # angle from which degrees say more than mrad [rad]
+_SCALED = ('s', 'rad', 'N*m', 'm', 'N')
+
+
+def figure(value: float) -> str:
+    """Return a number with four figures."""
+    return f'{value:.4g}' if math.isfinite(value) else 'unknown'
+
+
+def short(value: float) -> str:
+    """Return a number with two figures and no exponent where it is large."""
+    if not math.isfinite(value):
+        return 'unknown'
+    return f'{value:,.0f}' if abs(value) >= 100.0 else f'{value:.2g}'
+
+
+def unit(name: str) -> str:
+    """Return a unit as people write it; a pure number has none."""
+    return '' if name == '1' else name.replace('*', '\N{MIDDLE DOT}')
+
+
+def with_unit(name: str, scale: str) -> str:
+    """Return a name with its unit in brackets, as heads of tables have it."""
+    return f'{name} [{unit(scale)}]' if unit(scale) else name
+
+
+def percent(share: float) -> str:
+    """Return a share in per cent with at most one decimal."""
+    return f'{100.0 * share:.1f} %' if math.isfinite(share) else 'unknown'
+
+
+def handy(value: float, scale: str) -> str:
+    """Return a value with the unit in which people say it; angles in minutes of arc as well."""
+    if scale in ('', '1'):
+        return f'{short(100.0 * value)} %'
+    if scale not in _SCALED or not math.isfinite(value):
+        return f'{short(value)} {unit(scale)}'
+    if scale == 'rad' and abs(value) >= _COARSE:
+        return f'{short(math.degrees(value))}°'
+    size, prefix = _prefixed(abs(value))
+    told = f'{short(value / size)} {prefix}{unit(scale)}'
+    return f'{told} ({short(value * ARCMIN)} arcmin)' if scale == 'rad' else told
+
+
+def spoken(name: str) -> str:
+    """Return the name of a joint or an effect as words: `joint1` is joint 1."""
+    return re.sub(r'(?<=[a-z])(?=\d+$)', ' ', name.replace('_', ' '))
+
+
+def capital(sentence: str) -> str:
+    """Return a sentence that begins with a capital letter."""
+    return sentence[:1].upper() + sentence[1:]
+
+
+def _prefixed(size: float) -> tuple[float, str]:
+    """Return the largest prefix of which a size has at least a tenth, or two hundredths of 1."""
+    found = _PREFIXES[0]
+    for one in _PREFIXES:
+        if size >= 0.1 * one[0]:
+            found = one
+    return found
