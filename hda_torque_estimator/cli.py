@@ -6,14 +6,16 @@ from importlib import import_module
 import json
 import os
 import sys
+from textwrap import fill
 from types import ModuleType
-from typing import NoReturn
 import warnings
 
-from hda_msgs_json.printable import one_line, printable
+from hda_msgs_json.printable import one_line
 
 from .commands.outcome import without_nan
+from .commands.parsing import MISUSED, Parser
 from .commands.remarks import Remarks
+from .commands.shown import show
 from .told_errors import DEBUG, ToldErrors
 from .version import version
 
@@ -31,27 +33,36 @@ COMMANDS = {
     'reproduce': 'the figures and tables of the paper, with the numbers beside its own',
     'repair': 'make a bag that was cut off whole',
     'effects': 'the effects that an arm can have, with all their parameters',
+    'live': 'a page on this machine that shows a running arm',
     'info': 'what a bag holds, and what it can and cannot show',
+    'completion': 'what a shell reads to complete all words of hda',
 }
-DONE, MISUSED, INTERRUPTED = 0, 2, 130
+HELP = 'help'           # hda help COMMAND is hda COMMAND --help
+INTERRUPTED = 130
+COMPLETING = '_ARGCOMPLETE'     # set by a shell that asks what may come next
+
+_FIRST = """to begin:
+  hda simulate --arm hda_arm.yaml --motion rich --duration 30 --out bag
+  hda diagnose bag --arm hda_arm.yaml --out report
+  hda help diagnose"""
 
 # More threads double the processor time of matrices as small as ours, and move last bits.
 THREADS = ('OPENBLAS_NUM_THREADS', 'OMP_NUM_THREADS', 'MKL_NUM_THREADS')
 
 
-class _Parser(argparse.ArgumentParser):
-    """A parser that says what is wrong in one line."""
-
-    def error(self, message: str) -> NoReturn:
-        """Print one line and leave with 2."""
-        self.exit(MISUSED, one_line(f'{self.prog}: {message}; see {self.prog} --help') + '\n')
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit code: 0 done, 2 wrong use or unusable input."""
+    """
+    Run one command and return its exit code.
+
+    It is 0 when done, 2 for wrong use or unusable input, and 3 for an alarm.
+    """
     for name in THREADS:                                # before the first import of numpy
         os.environ.setdefault(name, '1')
     words = list(sys.argv[1:] if arguments is None else arguments)
+    if COMPLETING in os.environ:
+        words = os.environ.get('COMP_LINE', '').split()[1:]
+    if words[:1] == [HELP]:
+        words = [*words[1:], '--help']
     command = next((word for word in words if not word.startswith('-')), None)
     told = ToldErrors()
     try:
@@ -69,35 +80,41 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(command: str | None, words: Sequence[str], remarks: Remarks) -> int:
     """Run a command and print what it found."""
     parser = _parser(command)
+    if COMPLETING in os.environ:
+        _module('completion').complete(parser)
     options = parser.parse_args(words)
     if options.command is None:
         parser.print_help()
         return MISUSED
     outcome = _module(options.command).execute(options)
     remarks.tell()
-    shown = (json.dumps(without_nan(outcome.report), allow_nan=False) if options.json else
-             printable(outcome.text, keep='\n'))
     try:
-        print(shown, flush=True)
+        if options.json:
+            print(json.dumps(without_nan(outcome.report), allow_nan=False))
+        else:
+            show(outcome.text, outcome.report, sys.stdout)
+        sys.stdout.flush()
     except OSError as error:                            # else Python tries it again at the end
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         if not isinstance(error, BrokenPipeError):
             raise
-    return DONE
+    return outcome.code
 
 
 def _parser(command: str | None) -> argparse.ArgumentParser:
     """Return the parser of all commands, with the arguments of the one that is asked for."""
-    parser = _Parser(prog='hda', description='Torque estimation and diagnosis for robot arms '
-                                             'with harmonic drives.')
+    parser = Parser(prog='hda', description='Torque estimation and diagnosis for robot arms '
+                                            'with harmonic drives.', epilog=_FIRST)
     parser.add_argument('--version', action='version', version=version())
-    commands = parser.add_subparsers(dest='command', metavar='COMMAND', parser_class=_Parser)
+    commands = parser.add_subparsers(dest='command', metavar='COMMAND', parser_class=Parser)
     for name, meaning in COMMANDS.items():
-        one = commands.add_parser(name, help=meaning, description=meaning[0].upper()
-                                  + meaning[1:] + '.')
-        one.add_argument('--json', action='store_true', help='print one JSON object')
+        one = commands.add_parser(name, help=meaning,
+                                  description=fill(f'{meaning[0].upper()}{meaning[1:]}.'))
         if name == command:
             _module(name).configure(one)
+            one.epilog = '\n  '.join(['examples:', *_module(name).EXAMPLES])
+        one.add_argument('--json', action='store_true', help='print one JSON object')
+    commands.add_parser(HELP, help='the options of a command, with examples: hda help COMMAND')
     return parser
 
 

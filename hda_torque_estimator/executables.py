@@ -37,6 +37,11 @@ def bag_player() -> int:
     return _run('hda_torque_estimator.playing.player_node')
 
 
+def live_view() -> int:
+    """Serve the page that shows a running arm, and return the exit code."""
+    return _run('hda_torque_estimator.live.live_node')
+
+
 def warm_up() -> int:
     """Compile everything into the cache, and return the exit code."""
     return _run('hda_torque_estimator.warm_up')

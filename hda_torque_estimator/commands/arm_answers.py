@@ -1,7 +1,7 @@
 """What `hda new` is told of each joint, and of the links."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import NamedTuple, TypeVar
 
 from hda_arm_sim.model.gear_catalogue import Gear
@@ -65,6 +65,11 @@ class JointAnswers:
     starting_torque: float | None = None
     viscous_friction: float | None = None
     hysteresis_loss: float | None = None
+    origins: Mapping[str, str] = field(default_factory=dict)    # of what a recording told
+
+    def origin(self, name: str) -> str:
+        """Return where an answer comes from."""
+        return self.origins.get(name, 'as stated')
 
 
 @dataclass(frozen=True)

@@ -3,10 +3,19 @@
 import argparse
 from pathlib import Path
 
+from .bag_option import add_naming, opener
 from .out_option import add_out
 from .outcome import Outcome
+from .page_option import add_page, check_page, write_page
 from .progress import progress
+from ..calibrate.page import page
 from ..calibrate.run import run_calibration
+from ..version import version
+
+EXAMPLES = (
+    'hda calibrate monday tuesday --arm arm.yaml --out calibrated.yaml',
+    'hda calibrate tilted --arm arm.yaml --tilt tilted 30 0 --out calibrated.yaml',
+    'hda calibrate loaded --arm arm.yaml --payload loaded 1.5 --out calibrated.yaml')
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -24,12 +33,18 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--payload', action='append', default=[], nargs=2,
                         metavar=('BAG', 'KG'), help='a mass that hung at the tip in this bag')
     add_out(parser, 'FILE', 'model file to write')
+    add_naming(parser)
+    add_page(parser)
 
 
 def execute(options: argparse.Namespace) -> Outcome:
     """Calibrate and write; raises the project's errors."""
+    check_page(options, options.bags)
     with progress(quiet=options.json) as tell:
         found = run_calibration(options.bags, options.arm, options.out, joints=options.joint,
                                 tilts=options.tilt, payloads=options.payload, tell=tell,
-                                force=options.force)
+                                force=options.force, opened=opener(options))
+    if options.page is not None:
+        write_page(options, page(found, out=str(options.out), arm=options.arm, version=version(),
+                                 bags=[str(bag) for bag in options.bags]))
     return Outcome(f'{options.out}\n{found.text()}', {'arm': str(options.out), **found.report()})

@@ -4,12 +4,14 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from hda_msgs_json.bag import open_recording, Recording
+from hda_msgs_json.bag import Recording
 from hda_msgs_json.samples import JointSamples, WrenchSamples
-from hda_msgs_json.topics import JOINT_STATE, WRENCH_STAMPED
+from hda_msgs_json.topics import JOINT_STATE, JOINT_STATES, WRENCH_STAMPED
 
+from .bag_option import add_naming, naming
 from .out_option import add_out
 from .outcome import Outcome
+from .progress import progress
 from .whole_directory import check_directory, save_figures, whole_directory, write_json
 from ..comparison.align import MODES
 from ..comparison.compare import compare, Comparison
@@ -17,7 +19,12 @@ from ..comparison.page import page
 from ..comparison.plots import figures
 from ..comparison.report import document, sentences
 from ..comparison.signals import Bag, bag_of
+from ..measurements.renamed_recording import Naming, open_named
 from ..version import version
+
+EXAMPLES = (
+    'hda compare before after --out comparison',
+    'hda compare before after --align none --out comparison   # stamps are right')
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -28,13 +35,20 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--align', choices=MODES, default='drift',
                         help='what to find from the signals: offset and drift of the second '
                              'clock, its offset, or none to believe the stamps')
+    add_naming(parser)
 
 
 def execute(options: argparse.Namespace) -> Outcome:
     """Compare and write; raises the project's errors."""
+    with progress('comparing', quiet=options.json):
+        return _compared(options)
+
+
+def _compared(options: argparse.Namespace) -> Outcome:
     check_directory(options.out, force=options.force, reads=[options.first, options.second])
-    first, second = (open_recording(path) for path in (options.first, options.second))
-    found = compare(_bag(first), _bag(second), options.align)
+    named = naming(options)
+    first, second = (open_named(path, named) for path in (options.first, options.second))
+    found = compare(_bag(first, named), _bag(second, named), options.align)
     warnings = [f'{bag.path}: {warning}' for bag in (first, second) for warning in bag.warnings]
     report = {**document(found, version()), 'warnings': warnings}
     with whole_directory(options.out, force=options.force) as partial:
@@ -43,11 +57,13 @@ def execute(options: argparse.Namespace) -> Outcome:
     return Outcome('\n'.join(lines), report)
 
 
-def _bag(recording: Recording) -> Bag:
+def _bag(recording: Recording, named: Naming) -> Bag:
     """Return the joint states and wrenches of a recording as signals."""
     topics: dict[str, JointSamples | WrenchSamples] = {}
+    if named != Naming():
+        topics[JOINT_STATES.name] = recording.joint_states()
     for name, topic in sorted(recording.topics.items()):
-        if topic.message_type == JOINT_STATE:
+        if topic.message_type == JOINT_STATE and named == Naming():
             topics[name] = recording.joint_states(name)
         elif topic.message_type == WRENCH_STAMPED:
             topics[name] = recording.wrenches(name)
@@ -57,5 +73,5 @@ def _bag(recording: Recording) -> Bag:
 def _write(found: Comparison, report: dict[str, Any], out: Path) -> None:
     """Write the numbers, the figures and the page."""
     write_json(out / 'compare.json', report)
-    inline = save_figures(figures(found), out, vectors=False)
-    (out / 'compare.html').write_text(page(found, version(), inline), encoding='utf-8')
+    save_figures(figures(found), out, vectors=False)
+    (out / 'compare.html').write_text(page(found, version()), encoding='utf-8')

@@ -5,27 +5,30 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 import time
+from typing import TypeVar
 
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import arm_to_text, read_arm
-from hda_arm_sim.simulate import checked
-from hda_msgs_json.bag import open_recording
+from hda_arm_sim.simulate import checked, in_plane
 from hda_msgs_json.samples import JointSamples
 from matplotlib.figure import Figure
 
 from . import fleet
+from .bag_option import add_naming, opener
 from .motors_alone import motor_figures
 from .out_option import add_out
 from .outcome import Outcome
 from .progress import progress
 from .whole_directory import check_directory, save_figures, whole_directory, write_json
 from ..diagnosis.diagnose import Conclusion, diagnose
+from ..diagnosis.findings.choice import chosen
 from ..diagnosis.findings.report import Part
 from ..diagnosis.fitting.alignment import together
 from ..diagnosis.motors_alone.motor_record import is_motor_side, length_of, sweeps_together
 from ..diagnosis.motors_alone.motor_side import diagnose_motors, MotorConclusion
 from ..diagnosis.showing import exhibits_of, predictions
 from ..diagnosis.silence.excitation import asked
+from ..diagnosis.telling.exhibits import Exhibits
 from ..diagnosis.telling.page import page
 from ..diagnosis.telling.plots import figures
 from ..measurements.gate import check, check_names, GateError, mended, Mending
@@ -33,6 +36,11 @@ from ..measurements.measurement import Measurement, measurement_from
 from ..version import version
 
 AnyConclusion = Conclusion | MotorConclusion
+Conclusive = TypeVar('Conclusive', Conclusion, MotorConclusion)
+EXAMPLES = (
+    'hda diagnose bag --arm hda_arm.yaml --out report',
+    'hda diagnose bag --arm hda_arm.yaml --about backlash@joint1 --out report',
+    'hda diagnose --each bags/ --arm hda_arm.yaml --out fleet')
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -43,11 +51,15 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_out(parser, 'DIR', 'directory to write: report.html, report.json, model.yaml')
     parser.add_argument('--about', action='append', default=[], metavar='EFFECT',
                         help='say whether silence rules this effect out; EFFECT@JOINT for a joint')
+    parser.add_argument('--candidate', type=int, default=1, metavar='N',
+                        help='of causes that look alike, the one that model.yaml holds: 1, the '
+                             'first, unless given')
     parser.add_argument('--degrees', action='store_true', help='all angles are in degrees')
     parser.add_argument('--motor-at-link', action='store_true',
                         help='motor angles are divided by the gear ratio already')
     parser.add_argument('--flip', action='append', default=[], metavar='NAME',
                         help='this angle, and the torque with it, has the other sign')
+    add_naming(parser)
     fleet.configure(parser)
 
 
@@ -68,27 +80,28 @@ def _together(options: argparse.Namespace,
     arm = read_arm(options.arm)
     sources = [str(bag) for bag in options.bags]
     tell('reading')
-    recorded = [open_recording(bag).joint_states() for bag in options.bags]
+    opened = opener(options)
+    recorded = [opened(bag).joint_states() for bag in options.bags]
     alone = [is_motor_side(samples, arm) for samples in recorded]
     if all(alone):
         return _motors(options, dict(zip(sources, recorded)), arm, begin)
     if any(alone):
         raise GateError(f'{sources[alone.index(True)]} has motors alone, '
                         f'{sources[alone.index(False)]} has links as well; diagnose them apart')
-    arm = checked(arm)
+    arm = in_plane(checked(arm), 'a diagnosis with link angles')
     about = asked(arm, options.about)
     measurement = together([_measurement(part, options, arm, source) for part, source in
                             zip(recorded, sources)], sources)
     found = diagnose(measurement, arm, about=about,
                      arm_file=options.arm, version=version(), sources=sources, tell=tell)
-    spent = time.monotonic() - begin
+    spent, found = time.monotonic() - begin, _chosen(found, arm, options)
     tell('drawing')
     exhibits = None if found.evidence is None else exhibits_of(found.evidence)
     found = found._replace(diagnosis=replace(
         found.diagnosis, seconds=spent,
         prediction=() if exhibits is None else predictions(exhibits)))
     drawn = {} if exhibits is None else figures(found.diagnosis, exhibits)
-    _write(found, drawn, options)
+    _write(found, drawn, options, exhibits)
     return Outcome('\n'.join(found.diagnosis.sentences()), found.diagnosis.document())
 
 
@@ -102,9 +115,16 @@ def _motors(options: argparse.Namespace, recorded: Mapping[str, JointSamples], a
             for place, source in enumerate(recorded)]
     found = diagnose_motors(sweeps_together(recorded, arm), arm, arm_file=options.arm,
                             version=version(), bags=bags)
+    found = _chosen(found, arm, options)
     found = found._replace(diagnosis=replace(found.diagnosis, seconds=time.monotonic() - begin))
     _write(found, motor_figures(found.parts), options)
     return Outcome('\n'.join(found.diagnosis.sentences()), found.diagnosis.document())
+
+
+def _chosen(found: Conclusive, arm: Arm, options: argparse.Namespace) -> Conclusive:
+    """Return a conclusion whose arm holds the candidate that was asked for; raises ChoiceError."""
+    diagnosis, extended = chosen(found.diagnosis, found.extended, arm, options.candidate)
+    return found._replace(diagnosis=diagnosis, extended=extended)
 
 
 def _measurement(samples: JointSamples, options: argparse.Namespace, arm: Arm,
@@ -121,13 +141,14 @@ def _mending(options: argparse.Namespace) -> Mending:
     return Mending(options.degrees, options.motor_at_link, tuple(options.flip))
 
 
-def _write(found: AnyConclusion, drawn: dict[str, Figure],
-           options: argparse.Namespace) -> None:
-    """Write the directory; it appears whole or not at all."""
+def _write(found: AnyConclusion, drawn: dict[str, Figure], options: argparse.Namespace,
+           exhibits: Exhibits | None = None) -> None:
+    """Write the directory; it appears whole or not at all. What has exhibits is plotted."""
     with whole_directory(options.out, force=options.force) as partial:
         write_json(partial / 'report.json', found.diagnosis.document())
         notes = ''.join(f'# {note}\n' for note in found.diagnosis.notes())
         (partial / 'model.yaml').write_text(notes + arm_to_text(found.extended),
                                             encoding='utf-8')
         inline = save_figures(drawn, partial)
-        (partial / 'report.html').write_text(page(found.diagnosis, inline), encoding='utf-8')
+        (partial / 'report.html').write_text(
+            page(found.diagnosis, {} if exhibits else inline, exhibits), encoding='utf-8')

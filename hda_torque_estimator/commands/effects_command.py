@@ -18,6 +18,10 @@ _SCALE = ('An effect listed without parameters has its typical size, + on top of
           'has; one without any (-) needs parameters. Sizes are those of a motor of 0.3 N*m and '
           'a gear of ratio 100; torques grow with both.')
 
+EXAMPLES = (
+    'hda effects',
+    'hda effects backlash torsional_hysteresis')
+
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""

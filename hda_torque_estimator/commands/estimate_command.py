@@ -9,27 +9,39 @@ from typing import Any
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import arm_to_text, read_arm
 from hda_msgs_json.ahead import drawn_ahead
-from hda_msgs_json.bag import BagWriter, open_recording, Recording
+from hda_msgs_json.bag import BagWriter, Recording
 from hda_msgs_json.errors import HdaError
 from hda_msgs_json.outputs import check_directory
 from hda_msgs_json.samples import JointSamples
-from hda_msgs_json.topics import (ESTIMATOR_STATE, reference_joint_torque, REFERENCE_TIP_WRENCH,
-                                  truth_joint_torque, TRUTH_TIP_WRENCH)
+from hda_msgs_json.topics import ESTIMATOR_STATE
 import numpy as np
 from numpy.typing import NDArray
 
+from .bag_option import add_naming, naming
+from .known_torques import all_errors, Known, known_signals
 from .out_option import add_out
 from .outcome import Outcome
+from .page_option import add_page, check_page, write_page
+from .progress import progress
 from .tare_option import check_rest, stretch, taken_zero, tare_stamps, tare_words
-from ..estimating.accuracy import Errors, errors
+from ..estimating.accuracy import Errors
 from ..estimating.belief_words import doubt_shares
+from ..estimating.curves import Beside
 from ..estimating.estimate_messages import estimate_samples
 from ..estimating.estimator import Estimates, Estimator
 from ..estimating.laws import estimate
+from ..estimating.page import About, page
 from ..estimating.recorded_settings import recorded_settings, RecordedSettings
 from ..estimating.state_messages import state_samples
 from ..measurements.conventions import check_conventions
 from ..measurements.recorded_readings import recorded_readings
+from ..measurements.renamed_recording import Naming, open_named
+from ..samples.driver_states import Driver
+from ..version import version
+
+EXAMPLES = (
+    'hda estimate bag --arm hda_arm.yaml --out estimates',
+    'hda estimate bag --arm hda_arm.yaml --tare 0:2 --out estimates  # at rest')
 
 
 class EstimateError(HdaError):
@@ -41,6 +53,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('bag', type=Path, metavar='BAG', help='bag with joint_states')
     parser.add_argument('--arm', required=True, help='model file, or the name of a shipped one')
     add_out(parser, 'BAG2', 'bag to write')
+    add_page(parser)
     parser.add_argument('--default-settings', action='store_true',
                         help='ignore the settings of the estimator that the bag tells')
     parser.add_argument('--fusion', choices=('on', 'off'),
@@ -49,15 +62,25 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--tare', type=stretch, metavar='A:B',
                         help='seconds from the start in which nothing touches the resting arm: '
                              'their mean torsion becomes zero, from B on')
+    add_naming(parser)
 
 
 def execute(options: argparse.Namespace) -> Outcome:
     """Estimate and write; raises the project's errors."""
+    with progress('estimating', quiet=options.json):
+        return _estimated(options)
+
+
+def _estimated(options: argparse.Namespace) -> Outcome:
     check_directory(options.out, force=options.force, reads=[options.bag])
-    arm = read_arm(options.arm)
-    recording = open_recording(options.bag)
+    check_page(options, [options.bag])
+    whole = read_arm(options.arm)
+    arm = whole.torsion_only()
+    named = naming(options)
+    recording = open_named(options.bag, named)
     settings = _settings(options, recording)
-    found = recorded_readings(arm, recording, settings.driver)
+    driver = settings.driver if named == Naming() else Driver()
+    found = recorded_readings(arm, recording, driver)
     check_conventions(arm, found.reading, found.command, str(options.bag))
     estimator = Estimator(arm, settings.estimator)
     tare = tare_stamps(options.tare, found.stamps)
@@ -72,7 +95,7 @@ def execute(options: argparse.Namespace) -> Outcome:
                             'restart while it was recorded; split it there')
     if options.tare:
         check_rest(options.tare, arm, tare, found)
-    about = {'arm': arm_to_text(arm), 'source': str(options.bag.name), **settings.to_metadata()}
+    about = {'arm': arm_to_text(whole), 'source': str(options.bag.name), **settings.to_metadata()}
     with BagWriter(options.out, about, force=options.force) as bag:
         for part in drawn_ahead(parts, 1):      # another thread estimates, this one writes
             _write(bag, arm, part, settings, before=last)
@@ -80,9 +103,15 @@ def execute(options: argparse.Namespace) -> Outcome:
         zero = taken_zero(options.tare, estimator, estimates, tare)
         if zero:
             bag.add_metadata({'tare': json.dumps(zero)})
-        found_errors = _all_errors(recording, arm, estimates)   # damaged truth: no bag stands
-    return _outcome(options, arm, estimates, found_errors,
-                    len(estimates.refused) + found.unreadable, zero)
+        known = known_signals(recording, arm, estimates)        # damaged truth: no bag stands
+        found_errors, refused = all_errors(known, estimates), len(
+            estimates.refused) + found.unreadable
+        shown = None if options.page is None else page(estimates, About(
+            arm.labels, str(options.bag), options.arm, version(), refused, _doubts(arm, estimates),
+            found_errors, tare_words(zero) if zero else ''), _beside(known))
+    if shown is not None:
+        write_page(options, shown)
+    return _outcome(options, arm, estimates, found_errors, refused, zero)
 
 
 def _write(bag: BagWriter, arm: Arm, part: Estimates, settings: RecordedSettings, *,
@@ -106,33 +135,9 @@ def _settings(options: argparse.Namespace, recording: Recording) -> RecordedSett
     return settings._replace(estimator=chosen)
 
 
-def _all_errors(recording: Recording, arm: Arm, estimates: Estimates) -> dict[str, Errors]:
-    """Return the errors against every truth and reference that the bag holds."""
-    found = {}
-    for column, label in zip(estimates.torque.T, arm.labels):
-        for topic in (truth_joint_torque(label), reference_joint_torque(label)):
-            if name := _held(recording, topic.name):
-                known = recording.wrenches(name)
-                found[topic.name] = errors(estimates.stamps, column, known.stamps,
-                                           known.torque[:, 2])
-    for topic in (TRUTH_TIP_WRENCH, REFERENCE_TIP_WRENCH):
-        name = _held(recording, topic.name)
-        if name and arm.links is not None:
-            known = recording.wrenches(name)
-            for axis, letter in enumerate('xy'):
-                found[f'{topic.name}.{letter}'] = errors(
-                    estimates.stamps, estimates.base_force[:, axis], known.stamps,
-                    known.force[:, axis])
-    return found
-
-
-def _held(recording: Recording, topic: str) -> str | None:
-    return next((name for name in recording.topics if name.strip('/') == topic), None)
-
-
 def _outcome(options: argparse.Namespace, arm: Arm, estimates: Estimates,
              found: dict[str, Errors], refused: int, zero: dict[str, Any]) -> Outcome:
-    doubted = doubt_shares(arm.labels, estimates.joints[:, :, estimate.DOUBT])
+    doubted = _doubts(arm, estimates)
     report: dict[str, Any] = {
         'bag': str(options.out), 'samples': len(estimates.stamps),
         'refused': refused, 'joints': list(arm.labels),
@@ -149,11 +154,26 @@ def _outcome(options: argparse.Namespace, arm: Arm, estimates: Estimates,
     if zero:
         lines.append(f'  {tare_words(zero)}')
     if arm.links is None:
-        lines.append('  no external torque and no tip force: the arm file says "links: none"')
+        lines.append('  no external torque and no tip force: they need one or two links in a '
+                     'plane in the arm file')
     lines += [f'  error against {name}: {error.rms:.3f} {_unit(name)} rms '
               f'({error.rms_without_mean:.3f} without its mean), at most {error.largest:.3f}'
               for name, error in found.items()]
     return Outcome('\n'.join(lines), report)
+
+
+def _doubts(arm: Arm, estimates: Estimates) -> dict[str, float]:
+    return doubt_shares(arm.labels, estimates.joints[:, :, estimate.DOUBT])
+
+
+def _beside(known: dict[str, Known]) -> dict[str, dict[str, Beside]]:
+    """Return known signals by the joint or axis that they speak of, under short names."""
+    found: dict[str, dict[str, Beside]] = {}
+    for name, one in known.items():
+        source, place, kind = name.split('/')
+        key = kind.rpartition('.')[2] if place == 'tip' else place
+        found.setdefault(key, {})[source] = Beside(one.stamps, one.values)
+    return found
 
 
 def _largest(estimates: Estimates) -> NDArray[np.float64]:

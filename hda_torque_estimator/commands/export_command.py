@@ -18,6 +18,7 @@ import pyarrow.parquet
 
 from .out_option import add_out
 from .outcome import Outcome
+from .progress import progress
 from ..importing.exported import (
     at_stamps, Columns, joint_columns, time_columns, wrench_columns)
 
@@ -27,6 +28,9 @@ WRITE: dict[str, Callable[[pa.Table, BinaryIO], None]] = {
     '.csv': pyarrow.csv.write_csv,
     '.parquet': pyarrow.parquet.write_table,
 }
+EXAMPLES = (
+    'hda export bag --out table.parquet',
+    'hda export bag --topic /drive --topic /load --out table.csv')
 
 
 class ExportError(HdaError):
@@ -44,6 +48,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(options: argparse.Namespace) -> Outcome:
     """Write the table; raises the project's errors."""
+    with progress(f'exporting {options.bag.name}', quiet=options.json):
+        return _exported(options)
+
+
+def _exported(options: argparse.Namespace) -> Outcome:
     write = WRITE.get(options.out.suffix.lower())
     if write is None:
         raise ExportError(f'{options.out} must end in {" or ".join(WRITE)}')

@@ -2,26 +2,35 @@
 
 import argparse
 from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from datetime import datetime, timezone
 import os
 from pathlib import Path
+import time
 from typing import NamedTuple
 
-from hda_msgs_json.bag_files import ENDINGS, METADATA_FILE
+from hda_arm_sim.model.files import read_arm
+from hda_msgs_json.bag import open_recording
 from hda_msgs_json.errors import HdaError
+from hda_msgs_json.outputs import check_directory
 
+from .fleet_bags import Bag, fleet_of, FleetError
+from .fleet_out import FleetOut, state_of
+from .fleet_table import ALARM, alarms, table_text
 from .outcome import Outcome
-from .whole_directory import check_directory, whole_directory, write_json
-from ..fleet.fleet_report import fleet_document, fleet_page, Line, line_of
+from .progress import how_far, progress, Tell
+from ..fleet.fleet_report import fleet_document
+from ..fleet.lines import Line, line_of
 from ..fleet.spread import over_machines, over_processes
 from ..told_errors import ToldErrors
 from ..version import version
 
 Diagnose = Callable[[argparse.Namespace], Outcome]
-OWN = ('--workers', '--scheduler')      # options that need --each
-
-
-class FleetError(HdaError):
-    """Bags that cannot be diagnosed as a fleet."""
+OWN = ('--workers', '--scheduler', '--update', '--alarm')       # options that need --each
+ALARMED = 3             # exit code of a fleet with an alarm
+USUAL_ARM = 'default.yaml'      # of a folder of arms, for devices without a file of their own
+EARLIEST = datetime(2000, 1, 1, tzinfo=timezone.utc)    # before it a clock was not set (choice)
 
 
 class Job(NamedTuple):
@@ -29,114 +38,129 @@ class Job(NamedTuple):
 
     diagnose: Diagnose
     options: argparse.Namespace
-    bag: Path
-    directory: str
+    bag: Bag
+    state: str
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument('--each', action='store_true',
-                        help='diagnose every BAG on its own, or every bag in a directory of bags; '
-                             'DIR holds one directory each, fleet.json and fleet.html')
-    parser.add_argument('--workers', type=int, metavar='N',
-                        help='processes that --each uses, as many as cores if not given')
-    parser.add_argument('--scheduler', metavar='ADDRESS',
-                        help='Dask scheduler whose workers --each uses; they must see the same '
-                             'files')
+    fleet = parser.add_argument_group('many recordings')
+    fleet.add_argument('--each', action='store_true',
+                       help='diagnose every BAG on its own, and every bag in folders below BAG; '
+                            'the first folder names the device; ARM may be a folder of DEVICE.yaml'
+                            f' and {USUAL_ARM}; DIR holds one directory each, fleet.json and '
+                            'fleet.html')
+    fleet.add_argument('--update', action='store_true',
+                       help='with --each: add to DIR what is new or has changed')
+    fleet.add_argument('--alarm', type=float, nargs='?', const=ALARM, metavar='TIMES',
+                       help=f'with --each: exit code {ALARMED} if the latest recording of a '
+                            'device cannot be diagnosed, or its simulation errs so many times as '
+                            f'much as noise, {ALARM:g} unless given')
+    fleet.add_argument('--workers', type=int, metavar='N',
+                       help='processes that --each uses, as many as cores if not given')
+    fleet.add_argument('--scheduler', metavar='ADDRESS',
+                       help='Dask scheduler whose workers --each uses; they must see the same '
+                            'files')
 
 
 def check(options: argparse.Namespace) -> None:
     """Raise FleetError for options that need --each."""
     for name in OWN:
-        if not options.each and getattr(options, name[2:]) is not None:
-            raise FleetError(f'{name} spreads the diagnoses of --each; a joint diagnosis of all '
+        if not options.each and getattr(options, name[2:]) not in (None, False):
+            raise FleetError(f'{name} is for the diagnoses of --each; a joint diagnosis of all '
                              'bags runs here')
 
 
 def execute(diagnose: Diagnose, options: argparse.Namespace) -> Outcome:
     """Diagnose every bag and write the table; raises FleetError if none could be diagnosed."""
-    bags = _named([bag for path in options.bags for bag in bags_in(path)])
-    check_directory(options.out, force=options.force, reads=bags.values())
-    with whole_directory(options.out, force=options.force) as partial:
-        lines = _lines([_job(diagnose, options, bag, name, partial)
-                        for name, bag in bags.items()], options)
-        told = fleet_document(lines, options.arm, version())
-        write_json(partial / 'fleet.json', told)
-        (partial / 'fleet.html').write_text(fleet_page(lines, options.arm, version()),
-                                            encoding='utf-8')
-    return Outcome('\n'.join(line.sentence() for line in lines), told)
+    bags, skipped = fleet_of(options.bags, options.out)
+    arms = {device: _arm_of(options.arm, device)
+            for device in dict.fromkeys(bag.device for bag in bags)}
+    if not options.update:
+        check_directory(options.out, force=options.force, reads=[bag.path for bag in bags])
+    with FleetOut(options.out, options.arm, force=options.force, update=options.update,
+                  skipped=skipped) as out:
+        jobs = [Job(diagnose, _own(options, bag, arms[bag.device], out.place), bag,
+                    state_of(bag.path, arms[bag.device], options)) for bag in bags]
+        new = [job for job in jobs if not out.knows(job.bag.directory, job.state)]
+        with progress('reading', quiet=options.json) as tell:
+            _diagnose_all(new, options, out, tell)
+        lines = out.finish()
+    told = fleet_document(lines, options.arm, version(), skipped)
+    raised = alarms(lines, options.alarm)
+    text = table_text(lines, skipped, raised, fresh=len(new))
+    return Outcome(text, told if options.alarm is None else {**told, 'alarms': raised},
+                   ALARMED if raised else 0)
 
 
-def bags_in(path: Path) -> list[Path]:
-    """
-    Return the bag at a path, or all bags in it if it is a directory of bags.
-
-    A bag is a directory with `metadata.yaml`, or a loose .mcap or .db3 file. A directory of such
-    files alone is one too: its recording was cut off. Raises FleetError where there is none.
-    """
-    if not path.is_dir() or (path / METADATA_FILE).exists():
-        return [path]
-    folders = [entry for entry in path.iterdir() if entry.is_dir() and (
-        (entry / METADATA_FILE).exists() or _loose(entry))]
-    loose = _loose(path)
-    if not folders and len({_of_split(file) for file in loose}) == 1:
-        return [path]
-    found = sorted([*folders, *loose])
-    if not found:
-        raise FleetError(f'{path} holds no bags; name bags, or a directory of them')
-    return found
+def _arm_of(given: str, device: str) -> str:
+    """Return the arm file of a device; raises FleetError or ArmError where there is none."""
+    folder = Path(given)
+    if not folder.is_dir():
+        return given
+    file = next((file for file in (folder / f'{device}.yaml', folder / USUAL_ARM)
+                 if file.is_file()), None)
+    if file is None:
+        raise FleetError(f'{folder} has no arm file for {device}: add {device}.yaml, or '
+                         f'{USUAL_ARM} for all devices without one')
+    read_arm(str(file))                                 # before anything is diagnosed
+    return str(file)
 
 
-def _loose(directory: Path) -> list[Path]:
-    """Return the recorded files that stand in a directory."""
-    return [file for ending in ENDINGS for file in directory.glob(f'*{ending}') if file.is_file()]
+def _own(options: argparse.Namespace, bag: Bag, arm: str, out: Path) -> argparse.Namespace:
+    """Return the options of the diagnosis of one bag."""
+    return argparse.Namespace(**{
+        **vars(options), 'bags': [bag.path.absolute()], 'each': False, 'workers': None,
+        'scheduler': None, 'arm': os.path.abspath(arm) if Path(arm).exists() else arm,
+        'out': out.absolute() / bag.directory, 'force': options.force or options.update})
 
 
-def _of_split(file: Path) -> str:
-    """Return the name that the files of one split recording share: bag of bag_0.mcap."""
-    stem, _, number = file.name.partition('.')[0].rpartition('_')
-    return stem if stem and number.isdecimal() else file.name
+def _diagnose_all(jobs: Sequence[Job], options: argparse.Namespace, out: FleetOut,
+                  tell: Tell) -> None:
+    """Add the line of every bag; raises FleetError where no bag could be diagnosed."""
+    began, first = time.monotonic(), ''
 
+    def heard(made: Line) -> None:
+        nonlocal first
+        out.add(made)
+        first = first or made.error or ''
+        tell(f'diagnosing {how_far(out.fresh, len(jobs), began)}')
 
-def _named(bags: Sequence[Path]) -> dict[str, Path]:
-    """Return bags by the names of their directories; raises FleetError where two have one."""
-    named: dict[str, Path] = {}
-    for bag in bags:
-        name = Path(os.path.abspath(bag)).name.removesuffix('.mcap')
-        if name in named:
-            raise FleetError(f'{named[name]} and {bag} would both be written to {name}; give one '
-                             'of them another name')
-        named[name] = bag
-    return named
-
-
-def _job(diagnose: Diagnose, options: argparse.Namespace, bag: Path, name: str,
-         out: Path) -> Job:
-    """Return the work on one bag."""
-    own = argparse.Namespace(**{**vars(options), 'bags': [bag.absolute()], 'each': False,
-                                'workers': None, 'scheduler': None,
-                                'out': out.absolute() / name})
-    return Job(diagnose, own, bag, name)
-
-
-def _lines(jobs: Sequence[Job], options: argparse.Namespace) -> list[Line]:
-    """Return the line of every bag; raises FleetError where no bag could be diagnosed."""
-    lines = (over_processes(line, jobs, options.workers, failed=failed)
-             if options.scheduler is None else
-             over_machines(line, jobs, options.scheduler, failed=failed))
-    if all(one.error is not None for one in lines):
-        raise FleetError(f'none of {len(lines)} bags could be diagnosed; the first: '
-                         f'{lines[0].error}')
-    return lines
+    tell(f'diagnosing {how_far(0, len(jobs), began)}')
+    if options.scheduler is None:
+        over_processes(line, jobs, options.workers, failed=failed, heard=heard)
+    else:
+        over_machines(line, jobs, options.scheduler, failed=failed, heard=heard)
+    if not out.has_diagnoses:
+        raise FleetError(f'none of {len(jobs)} bags could be diagnosed; the first: {first}')
 
 
 def line(job: Job) -> Line:
     """Return the line of one bag; what is wrong with it is its line and stops no other."""
     with ToldErrors() as told:
-        return line_of(str(job.bag), job.directory, job.diagnose(job.options).report)
+        found = line_of(str(job.bag.path), job.bag.directory,
+                        job.diagnose(job.options).report)
+        return _about(found, job, date_of(job.bag.path))
     return failed(job, told.sentence or '')
 
 
 def failed(job: Job, reason: str) -> Line:
     """Return the line of a bag that could not be diagnosed."""
-    return Line(str(job.bag), job.directory, None, error=reason)
+    return _about(Line(str(job.bag.path), job.bag.directory, None, error=reason), job,
+                  date_of(job.bag.path))
+
+
+def _about(made: Line, job: Job, date: str | None) -> Line:
+    return replace(made, device=job.bag.device, date=date, arm=str(job.options.arm),
+                   state=job.state)
+
+
+def date_of(bag: Path) -> str | None:
+    """Return when a recording began (UTC), None where its clock was not set."""
+    with suppress(HdaError, OSError, OverflowError, ValueError):
+        topics = open_recording(bag).topics.values()
+        first = min((topic.first for topic in topics if topic.count), default=0)
+        began = datetime.fromtimestamp(first * 1e-9, timezone.utc)
+        if began > EARLIEST:
+            return began.isoformat(timespec='seconds')
+    return None

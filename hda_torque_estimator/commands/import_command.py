@@ -7,7 +7,14 @@ from hda_msgs_json.errors import HdaError
 
 from .out_option import add_out
 from .outcome import Outcome
-from ..importing.run import guess_map, run_import, shipped_maps
+from .progress import progress
+from ..importing.maps import shipped_maps
+from ..importing.run import guess_map, run_import
+
+EXAMPLES = (
+    'hda import log.csv --guess > map.yaml                # read it, and edit it',
+    'hda import log.csv --map map.yaml --out bag',
+    'hda import joints.parquet --map voraus_yucobot.yaml --out bag')
 
 
 class ImportUseError(HdaError):
@@ -28,6 +35,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(options: argparse.Namespace) -> Outcome:
     """Import and write, or guess a map; raises the project's errors."""
+    with progress(f'reading {options.table.name}', quiet=options.json):
+        return _imported(options)
+
+
+def _imported(options: argparse.Namespace) -> Outcome:
     if options.guess:
         text = guess_map(options.table)
         return Outcome(text.rstrip(), {'map': text})

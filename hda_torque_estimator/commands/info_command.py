@@ -6,29 +6,44 @@ import math
 from pathlib import Path
 from typing import Any
 
-from hda_msgs_json.bag import open_recording, Recording
+from hda_msgs_json.bag import Recording
 from hda_msgs_json.printable import printable
 from hda_msgs_json.topics import JOINT_STATES
 
+from .bag_option import add_naming, naming
 from .outcome import Outcome
+from .progress import progress
 from ..measurements.recording_facts import (name_facts, NameFacts, shortcomings, stamp_facts,
                                             StampFacts)
+from ..measurements.renamed_recording import Naming, open_named
+
+EXAMPLES = (
+    'hda info bag',
+    'hda info bag --json')
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument('bag', type=Path, metavar='BAG', help='bag directory or .mcap file')
+    add_naming(parser)
 
 
 def execute(options: argparse.Namespace) -> Outcome:
     """Look into a bag; raises the project's errors."""
-    recording = open_recording(options.bag)
+    with progress(f'reading {options.bag.name}', quiet=options.json):
+        return _looked(options)
+
+
+def _looked(options: argparse.Namespace) -> Outcome:
+    named = naming(options)
+    recording = open_named(options.bag, named)
     report: dict[str, Any] = {
         'bag': str(options.bag), 'duration': recording.duration,
         'topics': {name: asdict(topic) for name, topic in recording.topics.items()},
         'warnings': list(recording.warnings), 'metadata': dict(recording.metadata)}
     lines = [f'{options.bag}: {recording.duration:.3f} s', '', *_topic_lines(recording)]
-    if any(name.strip('/') == JOINT_STATES.name for name in recording.topics):
+    if named != Naming() or any(name.strip('/').rpartition('/')[2] == JOINT_STATES.name
+                                for name in recording.topics):
         samples = recording.joint_states()
         time, names = stamp_facts(samples.stamps), name_facts(samples)
         references = tuple(name for name in recording.topics if 'reference/' in name)

@@ -75,7 +75,8 @@ def _joint_lines(joint: JointAnswers) -> Iterator[str]:
     yield from (_row(6, *row) for row in torsion)
     for side, counts in (('motor', joint.motor_counts), ('link', joint.link_counts)):
         yield _beside(f'    {side}_encoder: {{counts: {yaml_number(counts)}}}',
-                      'per turn, as stated' if counts else 'as stated: perfect')
+                      f'per turn, {joint.origin(f"{side}_counts")}' if counts else
+                      'as stated: perfect')
 
 
 def _inertia(joint: JointAnswers) -> tuple[float, str]:
@@ -89,7 +90,7 @@ def _motor_torque(joint: JointAnswers) -> tuple[float, str]:
     if joint.torque_constant is not None and joint.motor_current is not None:
         return joint.motor_torque, (f'{joint.torque_constant:g} N*m/A times '
                                     f'{joint.motor_current:g} A, as stated')
-    return joint.motor_torque, 'as stated'
+    return joint.motor_torque, joint.origin('motor_torque')
 
 
 def _speed(joint: JointAnswers) -> tuple[float, str]:

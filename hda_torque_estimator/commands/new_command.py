@@ -1,8 +1,9 @@
 """`hda new`: an arm file from a few answers, by options or asked for on a terminal."""
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 import math
+from pathlib import Path
 import sys
 from typing import Any, TypeVar
 
@@ -12,17 +13,27 @@ from hda_arm_sim.model.unstated import CLASS_DEFAULT
 from hda_msgs_json.outputs import check_file, whole_file
 
 from .arm_answers import Answer, ANSWERS, JointAnswers, NewError, Rods, spread
+from .bag_option import add_naming, opener
 from .new_arm_text import arm_text
 from .out_option import add_out
 from .outcome import Outcome
+from .recorded_answers import add_answers, origin_words, told_by
 
 _GEAR = Answer('gear', '', 'catalogue name like CSG-17-100: series CSG or CSF, size 14 to 40, '
                'ratio', True)
 Value = TypeVar('Value')
+EXAMPLES = (
+    'hda new --gear CSG-17-100 --motor-inertia 5e-6 --motor-torque 0.3 \\\n'
+    '      --motor-counts 16384 --link-counts 4e6 --out arm.yaml',
+    'hda new --from bag --gear CSG-17-100 --motor-inertia 5e-6 --out arm.yaml',
+    'hda new --gear CSF-20-100 --out arm.yaml          # asks for the rest')
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    parser.add_argument('--from', dest='source', type=Path, metavar='BAG',
+                        help='a recording that tells names, counts of the encoders, the ratio to '
+                             'check, and the torque that the motor reaches at least')
     parser.add_argument('--joints', nargs='+', metavar='NAME',
                         help='names of the joints; joint1 and so on unless given')
     parser.add_argument(_GEAR.option, nargs='+', metavar='GEAR',
@@ -35,13 +46,18 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--masses', nargs='+', type=_size, metavar='KG',
                         help='of these links, taken for uniform rods [kg]')
     add_out(parser, 'FILE', 'model file to write')
+    add_naming(parser)
 
 
 def execute(options: argparse.Namespace) -> Outcome:
     """Make the arm and write it; raises the project's errors."""
     check_file(options.out, force=options.force)
+    origins = {}
+    if options.source is not None:
+        told = told_by(opener(options)(options.source))
+        origins = add_answers(options, told, options.source.name)
     _complete(options)
-    joints, rods = _joints(options), _rods(options)
+    joints, rods = _joints(options, origins), _rods(options)
     text = arm_text(joints, rods)
     arm = arm_from_text(text, str(options.out))     # what every command will read
     with whole_file(options.out, force=options.force) as file:
@@ -50,10 +66,11 @@ def execute(options: argparse.Namespace) -> Outcome:
                       if origin.startswith(CLASS_DEFAULT)})
     names = ', '.join(f'{joint.label} {joint.gear.name}' for joint in joints)
     return Outcome(
-        f'{options.out}: {names}; every number has its source beside it\n'
-        f'  class defaults until hda calibrate: {", ".join(unknown)}',
+        '\n'.join([f'{options.out}: {names}; every number has its source beside it',
+                   *origin_words(origins),
+                   f'  class defaults until hda calibrate: {", ".join(unknown)}']),
         {'arm': str(options.out), 'gears': {joint.label: joint.gear.name for joint in joints},
-         'class_defaults': unknown, 'links': rods is not None})
+         'class_defaults': unknown, 'from_recording': origins, 'links': rods is not None})
 
 
 def _size(text: str) -> float:
@@ -109,7 +126,7 @@ def _gear_name(word: str) -> str:
     return gear(word).name
 
 
-def _joints(options: argparse.Namespace) -> list[JointAnswers]:
+def _joints(options: argparse.Namespace, origins: Mapping[str, str]) -> list[JointAnswers]:
     """Return what is known of each joint; raises NewError or GearError."""
     given: dict[str, Sequence[Any] | None] = {
         answer.name: getattr(options, answer.name) for answer in (_GEAR, *ANSWERS)}
@@ -118,7 +135,8 @@ def _joints(options: argparse.Namespace) -> list[JointAnswers]:
     labels = options.joints or [f'joint{place + 1}' for place in range(count)]
     columns = {name: spread(values, count, Answer(name, '', '').option)
                for name, values in given.items()}
-    return [_joint(label, {name: column[place] for name, column in columns.items()})
+    return [_joint(label, {'origins': origins} | {
+                name: column[place] for name, column in columns.items()})
             for place, label in enumerate(labels)]
 
 

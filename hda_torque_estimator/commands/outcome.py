@@ -5,10 +5,11 @@ from typing import Any, NamedTuple
 
 
 class Outcome(NamedTuple):
-    """The result of a command that did its job."""
+    """The result of a command that did its job, and the exit code that says so."""
 
     text: str
     report: dict[str, Any]
+    code: int = 0
 
 
 def without_nan(value: Any) -> Any:

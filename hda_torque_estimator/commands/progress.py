@@ -3,17 +3,70 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 import sys
+import time
 
 from hda_msgs_json.printable import printable
 
+Tell = Callable[[str], None]
+_SPINNER = 2            # columns before the text
+_MINUTE, _HOUR = 60.0, 3600.0       # [s]
+
 
 @contextmanager
-def progress(*, quiet: bool) -> Iterator[Callable[[str], None]]:
-    """Yield what shows a text on a terminal; nothing is shown elsewhere, or if `quiet`."""
+def progress(first: str = '', *, quiet: bool) -> Iterator[Tell]:
+    """
+    Yield what shows a text on a terminal, and show a first one.
+
+    Nothing is shown elsewhere, or if `quiet`. The line also says that laws are being compiled.
+    """
     if quiet or not sys.stderr.isatty():
         yield lambda text: None
         return
     from rich.console import Console        # a quarter of a second that only a terminal waits for
     from rich.text import Text
     with Console(stderr=True).status('') as status:
-        yield lambda text: status.update(Text(printable(text), no_wrap=True, overflow='ellipsis'))
+        line = _Line(lambda text: status.update(Text(text)), status.console.width - _SPINNER)
+        line.tell(first)
+        _say_when_compiling(line)
+        try:
+            yield line.tell
+        finally:
+            line.closed = True
+
+
+class _Line:
+    """The line as it stands: what is being done, or that something is compiled for it."""
+
+    closed = False
+
+    def __init__(self, show: Tell, width: int) -> None:
+        self._show, self._width = show, width
+
+    def tell(self, text: str) -> None:
+        """Show what is being done, in one line."""
+        said = printable(text)
+        if not self.closed:
+            self._show(said if len(said) <= self._width else f'{said[:self._width - 4]} ...')
+
+
+def _say_when_compiling(line: _Line) -> None:
+    from hda_arm_sim.foundation.compiled import say_when_compiling
+    say_when_compiling(line.tell)
+
+
+def how_far(done: int, total: int, began: float) -> str:
+    """Return `12 of 40, 3 min left` for work that began at a monotonic time [s]."""
+    said = f'{done} of {total}'
+    if not 0 < done < total:
+        return said
+    return f'{said}, {duration((time.monotonic() - began) / done * (total - done))} left'
+
+
+def duration(seconds: float) -> str:
+    """Return a time [s] as people say it."""
+    if seconds < _MINUTE:
+        return f'{max(seconds, 1.0):.0f} s'
+    if seconds < _HOUR:
+        return f'{seconds / _MINUTE:.0f} min'
+    hours, minutes = divmod(round(seconds / _MINUTE), 60)
+    return f'{hours} h {minutes} min'

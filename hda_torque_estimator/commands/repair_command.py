@@ -8,6 +8,11 @@ from hda_msgs_json.outputs import check_directory
 
 from .out_option import add_out
 from .outcome import Outcome
+from .progress import progress
+
+EXAMPLES = (
+    'hda repair bag                                      # writes bag_repaired',
+    'hda repair bag.mcap --out whole')
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -19,6 +24,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def execute(options: argparse.Namespace) -> Outcome:
     """Repair a bag; raises the project's errors."""
+    with progress(f'repairing {options.bag.name}', quiet=options.json):
+        return _repaired(options)
+
+
+def _repaired(options: argparse.Namespace) -> Outcome:
     bag = options.bag.absolute()
     out = options.out or bag.with_name(f'{bag.stem if bag.is_file() else bag.name}_repaired')
     check_directory(out, force=options.force, reads=[bag])

@@ -20,6 +20,9 @@ from ..reproduction.rig.exhibit import Arms, Exhibit
 from ..version import version
 
 _ARMS = ('paper_single_axis.yaml', 'hda_arm.yaml', 'paper_table1.yaml')
+EXAMPLES = (
+    'hda reproduce --out paper',
+    'hda reproduce fig7 --out paper')
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

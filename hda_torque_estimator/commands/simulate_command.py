@@ -9,18 +9,23 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import Effect
 from hda_arm_sim.model.files import arm_to_text, read_arm, read_effects
 from hda_arm_sim.motion_file import read_motion
-from hda_arm_sim.motions import Motion, motion, MOTIONS
+from hda_arm_sim.motions import Motion, motion_of, MOTIONS
 from hda_arm_sim.simulate import checked
 from hda_msgs_json.bag import BagWriter
 import numpy as np
 
 from .out_option import add_out
 from .outcome import Outcome
+from .progress import progress
 from ..controlling.controller import bearable, ControllerSettings
 from ..simulating.closed_loop import Run, run
 from ..simulating.recorded import write_run
 
 _USUAL = 60.0           # duration of a motion by its name [s]
+EXAMPLES = (
+    'hda simulate --arm hda_arm.yaml --motion rich --duration 30 --out bag',
+    'hda simulate --arm hda_arm.yaml --effects hidden.yaml --motion rich --out bag',
+    'hda simulate --arm hda_arm.yaml --motion push --torque-feedback -1 --out bag')
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -54,8 +59,10 @@ def execute(options: argparse.Namespace) -> Outcome:
              'effects': json.dumps([[placed.effect.name, placed.joint,
                                      dict(zip(_names(placed.effect), placed.effect.values()))]
                                     for placed in true.effects])}
-    with BagWriter(options.out, about, force=options.force) as bag:
+    with BagWriter(options.out, about, force=options.force) as bag, progress(
+            f'simulating {asked.time[-1]:.0f} s of motion', quiet=options.json) as tell:
         made = run(true, known, asked, options.seed, controller=settings)
+        tell('writing')
         write_run(bag, known, made)
     return _outcome(options.out, asked, made)
 
@@ -66,7 +73,7 @@ def _motion(options: argparse.Namespace, arm: Arm, dt: float) -> Motion:
     if options.motion not in MOTIONS and (file.suffix == '.csv' or file.is_file()):
         return read_motion(file, arm.labels, dt, options.duration)
     duration = _USUAL if options.duration is None else options.duration
-    return motion(options.motion, len(arm.joints), duration, dt, options.seed)
+    return motion_of(arm, options.motion, duration, dt, options.seed)
 
 
 def _with_effects(arm: Arm, path: str | None) -> Arm:

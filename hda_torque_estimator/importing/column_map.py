@@ -24,6 +24,14 @@ class ColumnMapError(HdaError):
 
 
 @dataclass(frozen=True)
+class Winding:
+    """A torque at the shaft is `kt * (voltage - kt * speed) / resistance`."""
+
+    torque_constant: float          # [N*m/A], which is the back EMF as well [V*s/rad]
+    resistance: float               # [ohm]
+
+
+@dataclass(frozen=True)
 class Column:
     """One quantity: where it stands in the table and how it becomes a value of the bag."""
 
@@ -32,6 +40,7 @@ class Column:
     factor: float = 1.0
     zero: Zero = 0.0                # in the table's unit, or taken from each recording
     formula: Callable[[Mapping[str, Floats]], Floats] | None = None     # of columns by name
+    winding: Winding | None = None  # of the motor, where the column is a voltage
 
 
 @dataclass(frozen=True)
@@ -67,13 +76,15 @@ class ColumnMap:
     """
     All joints, the time (a column, or a rate [Hz]), and the column that splits recordings.
 
-    The wrench on the tip has six columns, force and torque, or none.
+    The wrench on the tip has six columns, force and torque, or none. `even` makes the stamps of a
+    host even.
     """
 
     joints: tuple[JointColumns, ...]
     time: Column | float
     split: Column | None = None
     wrench: tuple[Column, ...] = ()
+    even: bool = False
 
     def columns(self) -> tuple[Column, ...]:
         """Return every column that the map asks of a table."""

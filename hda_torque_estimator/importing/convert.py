@@ -2,22 +2,24 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from typing import Any
 
+from hda_msgs_json.nearest import nearest
 from hda_msgs_json.samples import JointSamples, Stamps, WrenchSamples
 from hda_msgs_json.topics import BASE_FRAME, link_frame, motor_name
 import numpy as np
 from numpy.typing import NDArray
 
-from .column_map import Column, ColumnMap, ColumnMapError, JointColumns, Side
+from .column_map import Column, ColumnMap, ColumnMapError, JointColumns, Side, Winding
+from ..measurements.even_stamps import evened
 
 Columns = Mapping[str, NDArray[Any]]
 Floats = NDArray[np.float64]
 
 LATEST = 2 ** 31                            # [s], what the stamp of a message can hold
 NANOSECONDS = 1e9
-SUGGESTIONS = 4
+SUGGESTIONS = 4                             # columns that a message names (choice)
+NEAR = 0.5                                  # like names of columns often are (choice)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +60,7 @@ def _check_columns(column_map: ColumnMap, columns: Columns) -> None:
 
 
 def _nearest(name: str, columns: Columns) -> str:
-    if near := get_close_matches(name, columns, SUGGESTIONS, cutoff=0.5):
+    if near := nearest(name, columns, most=SUGGESTIONS, near=NEAR):
         return f'the nearest it has: {", ".join(map(repr, near))}'
     some = ', '.join(repr(other) for other in list(columns)[:SUGGESTIONS])
     return f'it has {len(columns)} columns: {some}{", ..." * (len(columns) > SUGGESTIONS)}'
@@ -85,7 +87,7 @@ def _label(value: object) -> str:
 def _recording(column_map: ColumnMap, label: str, rows: NDArray[np.intp],
                columns: Columns) -> Imported:
     """Return one recording; its rows are those of the table."""
-    stamps = _stamps(column_map.time, rows, columns)
+    stamps = _stamps(column_map, rows, columns)
     references = {
         joint.name: _reference(joint, joint.reference, stamps, rows, columns)
         for joint in column_map.joints if joint.reference is not None}
@@ -93,7 +95,8 @@ def _recording(column_map: ColumnMap, label: str, rows: NDArray[np.intp],
                     _wrench(column_map.wrench, stamps, rows, columns))
 
 
-def _stamps(time: Column | float, rows: NDArray[np.intp], columns: Columns) -> Stamps:
+def _stamps(column_map: ColumnMap, rows: NDArray[np.intp], columns: Columns) -> Stamps:
+    time = column_map.time
     if isinstance(time, float):
         return np.rint(np.arange(len(rows)) * (NANOSECONDS / time)).astype(np.int64)
     raw = _numbers(time, time.names[0], rows, columns)
@@ -105,6 +108,7 @@ def _stamps(time: Column | float, rows: NDArray[np.intp], columns: Columns) -> S
         stamps = (elapsed * round(per_unit)).astype(np.int64)
     else:
         stamps = np.rint(elapsed * per_unit).astype(np.int64)
+    stamps = evened(stamps) if column_map.even else stamps
     _check_growth(time, stamps, rows)
     return stamps
 
@@ -142,8 +146,29 @@ def _joint_states(column_map: ColumnMap, stamps: Stamps, rows: NDArray[np.intp],
             values[:, place] = _values(getattr(side, quantity), rows, columns)
         return values
 
-    return JointSamples(stamps, tuple(present), table('position'), table('velocity'),
-                        table('effort'))
+    position, velocity, effort = table('position'), table('velocity'), table('effort')
+    for place, side in enumerate(present.values()):
+        if side.effort is not None and side.effort.winding is not None:
+            speed = _speed(side, stamps, position[:, place], velocity[:, place])
+            effort[:, place] = _torque(side.effort.winding, effort[:, place], speed)
+    return JointSamples(stamps, tuple(present), position, velocity, effort)
+
+
+def _speed(side: Side, stamps: Stamps, position: Floats, velocity: Floats) -> Floats:
+    """Return the speed of a shaft (n,) [rad/s]; raises ColumnMapError where nothing tells it."""
+    if side.velocity is not None:
+        return velocity
+    if side.position is None or len(stamps) < 2:
+        entry = side.effort.entry if side.effort else ''
+        raise ColumnMapError(f'{entry} is a voltage, so the position or velocity of the motor is '
+                             'needed for its back EMF')
+    return np.gradient(position, stamps / NANOSECONDS)
+
+
+def _torque(winding: Winding, voltage: Floats, speed: Floats) -> Floats:
+    """Return the torque of a motor (n,) [N*m] from its voltage [V] and speed [rad/s]."""
+    kt = winding.torque_constant
+    return kt * (voltage - kt * speed) / winding.resistance
 
 
 def _wrench(axes: tuple[Column, ...], stamps: Stamps, rows: NDArray[np.intp],

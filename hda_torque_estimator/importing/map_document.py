@@ -13,9 +13,10 @@ from typing import cast, NamedTuple
 
 from hda_arm_sim.foundation.parameter import Declaration
 
-from .column_map import Column, ColumnMap, ColumnMapError, JointColumns, Side, Zero
+from .column_map import Column, ColumnMap, ColumnMapError, JointColumns, Side, Winding, Zero
 from .formula import read_formula
-from .units import ANGLE, CONSTANTS, Quantity, SPEED, TIME, TORQUE, Unit
+from .units import (
+    ANGLE, CONSTANTS, OF_VOLTAGE, Quantity, SHORT, SPEED, TIME, TORQUE, Unit, VOLTAGES)
 
 MAP_KEYS = ('time', 'split', 'wrench', 'each', 'joints')
 JOINT_KEYS = ('ratio', 'motor', 'link', 'reference')
@@ -24,8 +25,10 @@ SIDES: dict[str, dict[str, Quantity]] = {
     'link': {'position': ANGLE, 'velocity': SPEED},
 }
 AXES = 6
+EVEN = 'even'
 SHAPING = ('column', 'unit', 'zero')
-COLUMN_KEYS = (*SHAPING, 'formula', 'sign', 'side', *(constant.name for constant in CONSTANTS))
+COLUMN_KEYS = (*SHAPING, 'formula', 'sign', 'side', *(constant.name for constant in CONSTANTS),
+               *SHORT)
 RATIO = Declaration('ratio', float('nan'), '', 1.0, 1e4, 'gear ratio, motor over link')
 RATE = Declaration('rate', float('nan'), 'Hz', 1e-3, 1e6, 'rows per second')
 ZERO = Declaration('zero', 0.0, '', -1e18, 1e18, "reading at zero, in the column's unit")
@@ -54,19 +57,28 @@ def read_column_map(document: object) -> ColumnMap:
     time = _time(entries['time'])
     split = Column('split', (_name('split', entries['split']),)) if 'split' in entries else None
     wrench = _wrench(entries['wrench']) if 'wrench' in entries else ()
-    return ColumnMap(_joints(entries['joints'], entries.get('each', {})), time, split, wrench)
+    return ColumnMap(_joints(entries['joints'], entries.get('each', {})), time, split, wrench,
+                     _even(entries['time']))
 
 
 def _time(entry: object) -> Column | float:
     if isinstance(entry, Mapping) and 'rate' in entry:
         _mapping('time', entry, ('rate',))
         return RATE.checked('time', entry['rate'])
-    given = _shorthand('time', entry, SHAPING)
+    given = _shorthand('time', entry, (*SHAPING, EVEN))
     column = Column('time', (_name('time', given.get('column')),),
                     _unit('time', given, TIME).factor, _zero('time', given))
     if column.zero == 'mean':
         raise ColumnMapError("time.zero must be a number or 'first', got 'mean'")
     return column
+
+
+def _even(entry: object) -> bool:
+    """Return whether stamps of a host are to become even."""
+    even = entry.get(EVEN, False) if isinstance(entry, Mapping) else False
+    if not isinstance(even, bool):
+        raise ColumnMapError(f'time.{EVEN} must be true or false, got {even!r}')
+    return even
 
 
 def _wrench(given: object) -> tuple[Column, ...]:
@@ -123,7 +135,7 @@ def _side(joint: _Joint, side: str, given: Document) -> Side:
 def _column(joint: _Joint, place: str, given: object, quantity: Quantity, side: str) -> Column:
     """Return the column at a place, brought to the given side of the gear."""
     entry = f'{joint.entry}.{place}'
-    keys = _shorthand(entry, given, COLUMN_KEYS)
+    keys = _spelled_out(entry, _shorthand(entry, given, COLUMN_KEYS))
     if 'formula' in keys and 'column' in keys:
         raise ColumnMapError(f'{entry} has both a column and a formula; give one of them')
     given_formula = keys.get('formula')
@@ -132,23 +144,27 @@ def _column(joint: _Joint, place: str, given: object, quantity: Quantity, side: 
     named = keys.get('column') if formula is None else list(formula.names.values())
     names = named if isinstance(named, list) and named else [named]
     unit = _unit(entry, keys, quantity)
+    if unit.is_voltage and keys.get('side', 'motor') != 'motor':
+        raise ColumnMapError(f'{entry} is a voltage, so it is stated at the motor')
     factor = unit.factor * _constants(entry, keys, unit) * _sign(entry, keys)
     return Column(
         entry, tuple(joint.in_table(_name(f'{entry}.column', name)) for name in names),
-        factor * _across_gear(joint, entry, keys, quantity, side), _zero(entry, keys), formula)
+        factor * _across_gear(joint, entry, keys, quantity, side), _zero(entry, keys), formula,
+        _winding(entry, keys) if unit.is_voltage else None)
 
 
 def _unit(entry: str, keys: Document, quantity: Quantity) -> Unit:
-    name = keys.get('unit', next(iter(quantity.units)))
-    if not isinstance(name, str) or name not in quantity.units:
+    units = {**quantity.units, **(VOLTAGES if entry.endswith('.motor.effort') else {})}
+    name = keys.get('unit', next(iter(units)))
+    if not isinstance(name, str) or name not in units:
         raise ColumnMapError(f'{entry}.unit must be a unit of {quantity.name}, one of '
-                             f'{_listed(quantity.units)}, got {name!r}')
-    return quantity.units[name]
+                             f'{_listed(units)}, got {name!r}')
+    return units[name]
 
 
 def _constants(entry: str, keys: Document, unit: Unit) -> float:
     for constant in CONSTANTS:
-        needed = constant in (unit.times, unit.over)
+        needed = constant in (unit.times, unit.over, *OF_VOLTAGE * unit.is_voltage)
         if needed and constant.name not in keys:
             raise ColumnMapError(f'{entry} has the unit {keys["unit"]!r}, so it needs '
                                  f'{constant.name} [{constant.unit}] ({constant.meaning})')
@@ -157,6 +173,18 @@ def _constants(entry: str, keys: Document, unit: Unit) -> float:
                                  f'{keys.get("unit", "the default")!r}')
     times = unit.times.checked(entry, keys[unit.times.name]) if unit.times else 1.0
     return times / (unit.over.checked(entry, keys[unit.over.name]) if unit.over else 1.0)
+
+
+def _winding(entry: str, keys: Document) -> Winding:
+    """Return what makes a torque of a voltage; raises ParameterError."""
+    return Winding(*(constant.checked(entry, keys[constant.name]) for constant in OF_VOLTAGE))
+
+
+def _spelled_out(entry: str, keys: Document) -> Document:
+    """Return keys with the short names of constants in full; raises ColumnMapError for both."""
+    if twice := [short for short, name in SHORT.items() if short in keys and name in keys]:
+        raise ColumnMapError(f'{entry} has both {twice[0]} and {SHORT[twice[0]]}; give one')
+    return {SHORT.get(key, key): value for key, value in keys.items()}
 
 
 def _sign(entry: str, keys: Document) -> float:

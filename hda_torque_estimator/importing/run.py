@@ -2,13 +2,13 @@
 
 from collections.abc import Iterator
 from contextlib import ExitStack
-from importlib import resources
 from pathlib import Path
 import re
 import shutil
 
 from hda_arm_sim.foundation.parameter import ParameterError
 from hda_msgs_json.bag import BagWriter
+from hda_msgs_json.nearest import did_you_mean
 from hda_msgs_json.topics import JOINT_STATES, reference_joint_torque, REFERENCE_TIP_WRENCH
 from hda_msgs_json.yaml_text import text_of, yaml_document, YamlError
 
@@ -17,9 +17,9 @@ from .convert import convert, Imported
 from .guess import guess
 from .guess_text import map_text
 from .map_document import read_column_map
+from .maps import SHIPPED, shipped_maps
 from .tables import read_table
 
-SHIPPED = resources.files('hda_arm_sim.config') / 'maps'
 NOT_IN_A_NAME = re.compile(r'[^\w.+-]')
 
 
@@ -54,15 +54,11 @@ def guess_map(table: Path) -> str:
         raise ColumnMapError(f'{table}: {error}') from None
 
 
-def shipped_maps() -> tuple[str, ...]:
-    """Return the names of the maps that come with the package."""
-    return tuple(sorted(item.name for item in SHIPPED.iterdir() if item.name.endswith('.yaml')))
-
-
 def _map_text(path: Path) -> str:
     shipped = path.name == str(path) and path.name in shipped_maps() and not path.is_file()
     if not shipped and not path.is_file():
-        raise ColumnMapError(f'no map file {str(path)!r}; the shipped ones are '
+        near = did_you_mean(str(path), shipped_maps()) or ';'
+        raise ColumnMapError(f'no map file {str(path)!r}{near} the shipped ones are '
                              f'{", ".join(shipped_maps())}')
     try:
         return (SHIPPED / path.name).read_text(encoding='utf-8') if shipped else text_of(path)

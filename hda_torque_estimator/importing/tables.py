@@ -22,6 +22,7 @@ from scipy.io import loadmat
 from scipy.io.matlab import MatReadError
 
 from .json_lines import json_columns
+from .mat73 import is_hdf5, read_mat73
 from .own_process import in_own_process
 from .text_tables import Form, form_of, table_lines, without_brackets
 
@@ -123,6 +124,8 @@ def _arrow_columns(table: pa.Table) -> Columns:
 
 
 def _read_mat(path: Path) -> Columns:
+    if is_hdf5(path):                                   # version 7.3
+        return _channels(in_own_process(read_mat73, path))
     variables = in_own_process(loadmat, path, simplify_cells=True)  # damaged files crash it
     return _channels({name: variables[name] for name in variables if name[:2] != '__'})
 

@@ -9,16 +9,29 @@ COUNTS_PER_TURN = Declaration(
     'counts_per_turn', math.nan, '1/turn', 1.0, 1e10, 'counts of the encoder per turn')
 TORQUE_CONSTANT = Declaration(
     'torque_constant', math.nan, 'N*m/A', 1e-9, 1e4, 'torque per ampere')
-CONSTANTS = (COUNTS_PER_TURN, TORQUE_CONSTANT)
+RESISTANCE = Declaration(
+    'resistance', math.nan, 'ohm', 1e-6, 1e6, 'of the winding, as the torque constant counts it')
+SUPPLY = Declaration('supply', math.nan, 'V', 1e-3, 1e5, 'voltage at full scale of the PWM')
+FULL_SCALE = Declaration(
+    'full_scale', math.nan, '1', 1e-6, 1e9, 'number of the PWM at which the supply is on')
+OF_VOLTAGE = (TORQUE_CONSTANT, RESISTANCE)
+CONSTANTS = (COUNTS_PER_TURN, TORQUE_CONSTANT, RESISTANCE, SUPPLY, FULL_SCALE)
+SHORT = {'kt': TORQUE_CONSTANT.name, 'R': RESISTANCE.name}
+"""What data sheets of motors call them."""
 
 
 @dataclass(frozen=True)
 class Unit:
-    """One unit: `factor` times a constant of the device, or divided by it, gives the bag's."""
+    """
+    One unit: `factor` times a constant of the device, or divided by it, gives the bag's.
+
+    One of a voltage gives volts; constants of the motor and its speed make a torque of them.
+    """
 
     factor: float
     times: Declaration | None = None
     over: Declaration | None = None
+    is_voltage: bool = False
 
 
 @dataclass(frozen=True)
@@ -49,6 +62,12 @@ TORQUE = Quantity('torque', {
     'A': Unit(1.0, times=TORQUE_CONSTANT),
     'mA': Unit(1e-3, times=TORQUE_CONSTANT),
 }, power_of_ratio=-1)
+VOLTAGES = {
+    'V': Unit(1.0, is_voltage=True),
+    'mV': Unit(1e-3, is_voltage=True),
+    'pwm': Unit(1.0, times=SUPPLY, over=FULL_SCALE, is_voltage=True),
+}
+"""Units of what drives a motor, which become a torque at its shaft."""
 TIME = Quantity('time', {
     's': Unit(1.0),
     'ms': Unit(1e-3),

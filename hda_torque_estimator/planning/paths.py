@@ -8,12 +8,11 @@ plus a Fourier series as Swevers et al. (1997) excite robots.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.motions import HOME, Motion, motion
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-Array = NDArray[np.float64]
 Legs = tuple[tuple[float, float], ...]      # distances, in amplitudes, and shares of the time
 # Choices unless told otherwise.
 _CORNER = 0.1           # over which a corner is rounded, standard deviation [s]

@@ -1,21 +1,21 @@
-"""Find the motion that separates two effects best: weigh candidates, then refine the best one."""
+"""Find the motion that tells effects best: weigh candidates, then refine the best one."""
 
 from collections.abc import Callable
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.motions import Motion
-from hda_arm_sim.simulate import checked
+from hda_arm_sim.simulate import checked, in_plane
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from .paths import candidates, Path
 from .question import PlanError, Question
 from .strength import Load, load_of, SEED, separation, Strength, USED
+from ..diagnosis.judging.acceptance import CERTAIN
 from ..diagnosis.judging.verdict import TIED
 from ..simulating.closed_loop import Run, run
 
-Array = NDArray[np.float64]
 USUAL = 'rich'          # motion of the project that plans are compared to
 # Choices unless told otherwise.
 SHORTEST, LONGEST = 10.0, 120.0         # plan that may be asked for [s]
@@ -27,7 +27,7 @@ _ATTEMPTS = 8           # to bring a path within the limits
 
 
 class Weighed(NamedTuple):
-    """A path within the limits, and how strongly it separates the suspects."""
+    """A path within the limits, and how strongly it tells the suspects."""
 
     path: Path
     strength: Strength
@@ -44,11 +44,12 @@ class Plan(NamedTuple):
     usual: Weighed
     candidates: tuple[Weighed, ...]
     load: Load
+    needed: float
 
     @property
-    def separates(self) -> bool:
-        """Tell whether a diagnosis along the best path would name one effect."""
-        return self.best.strength.least >= TIED
+    def answers(self) -> bool:
+        """Tell whether a diagnosis along the best path would name the effect that there is."""
+        return self.best.strength.least >= self.needed
 
 
 Progress = Callable[[int, int], None]       # steps done, and steps in all
@@ -56,7 +57,7 @@ Progress = Callable[[int, int], None]       # steps done, and steps in all
 
 def plan(asked: Question, duration: float, tell: Progress = lambda done, total: None) -> Plan:
     """Return the best motion of some duration [s]; raises PlanError, ArmError."""
-    checked(asked.arm, _STEP)
+    in_plane(checked(asked.arm, _STEP), 'hda plan')
     if not SHORTEST <= duration <= LONGEST:
         raise PlanError(f'a motion is planned for {SHORTEST:g} to {LONGEST:g} s, '
                         f'got {duration:g} s')
@@ -73,7 +74,8 @@ def plan(asked: Question, duration: float, tell: Progress = lambda done, total: 
                         lambda trial: tell(min(len(paths) + trial, total), total))
     tell(total, total)
     return Plan(best, usual, tuple(found),
-                load_of(asked.arm, _healthy(asked, best.path, duration)[1]))
+                load_of(asked.arm, _healthy(asked, best.path, duration)[1]),
+                TIED if asked.between else CERTAIN)
 
 
 def _least(weighed: Weighed) -> float:
@@ -104,7 +106,7 @@ def _weigh(asked: Question, path: Path, duration: float, least: float) -> Weighe
             return Weighed(path, separation(asked, motion, healthy, least))
         shaken = path.wave > 0.0 and attempt < _ATTEMPTS // 2 and load.torque.max() > USED
         path = path.scaled(amplitude=1.0 if shaken else _SHRINK, wave=_SHRINK)
-    return Weighed(path, Strength(0.0, 0.0))
+    return Weighed(path, Strength((0.0,)))
 
 
 def _refined(asked: Question, start: Weighed, duration: float,

@@ -1,5 +1,6 @@
-"""What is to be separated: two effects, each at its place on an arm."""
+"""What is asked of a motion: to separate two effects, or to show some, each at its place."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
@@ -11,7 +12,7 @@ from ..diagnosis.fitting.hypotheses import HYPOTHESES
 
 
 class PlanError(HdaError):
-    """Two effects for which no motion can be planned."""
+    """Effects for which no motion can be planned."""
 
 
 class Suspect(NamedTuple):
@@ -31,10 +32,24 @@ class Suspect(NamedTuple):
 
 
 class Question(NamedTuple):
-    """An arm as it is believed to be, and two suspects of which it may have one."""
+    """An arm as it is believed to be, and suspects of which it may have one."""
 
     arm: Arm
-    suspects: tuple[Suspect, Suspect]
+    suspects: tuple[Suspect, ...]
+    between: bool = True        # two are to be told apart; else each is to be seen
+
+
+def shown(arm: Arm, words: Sequence[str]) -> Question:
+    """
+    Return the question which motion shows effects, each written EFFECT or EFFECT@JOINT.
+
+    An effect of a joint without a joint belongs to the first. Raises as `question`.
+    """
+    suspects = dict.fromkeys(_suspect(arm, name, joint, arm.labels[0])
+                             for name, joint in (_split(text, '--show') for text in words))
+    for suspect in suspects:
+        suspect.on(arm).record()
+    return Question(arm, tuple(suspects), between=False)
 
 
 def question(arm: Arm, first: str, second: str) -> Question:
@@ -45,7 +60,7 @@ def question(arm: Arm, first: str, second: str) -> Question:
     Raises PlanError, ParameterError or ArmError for effects that cannot be told apart, that do
     not exist, or that the arm cannot have.
     """
-    words = [_split(text) for text in (first, second)]
+    words = [_split(text, '--between') for text in (first, second)]
     named = [joint for _, joint in words if joint] + [arm.labels[0]]
     suspects = [_suspect(arm, name, joint, named[0]) for name, joint in words]
     if suspects[0].label == suspects[1].label:
@@ -55,10 +70,10 @@ def question(arm: Arm, first: str, second: str) -> Question:
     return Question(arm, (suspects[0], suspects[1]))
 
 
-def _split(text: str) -> tuple[str, str | None]:
+def _split(text: str, option: str) -> tuple[str, str | None]:
     name, at, joint = text.partition('@')
     if at and not joint:
-        raise PlanError(f'--between got {text!r}: name a joint after the @')
+        raise PlanError(f'{option} got {text!r}: name a joint after the @')
     return name, joint or None
 
 

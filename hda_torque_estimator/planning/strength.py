@@ -4,12 +4,13 @@ How strongly a motion separates two effects: what is left when the wrong one exp
 An arm with one effect is simulated along the motion and diagnosed twice: with the effect that it
 has, and with the other one. Each is fitted with all that may differ within tolerances. The
 difference of the scores is twice the logarithm of the odds. Either arm is asked; the weaker answer
-counts.
+counts. To be seen, an effect must be better than none by what a diagnosis asks.
 """
 
 from dataclasses import replace
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.kernel import LINK_ANGLE, MOTOR_VELOCITY
 from hda_arm_sim.motions import Motion
@@ -26,7 +27,6 @@ from ..measurements.measurement import Measurement
 from ..measurements.running_clock import inside, stretches
 from ..simulating.closed_loop import Run, run
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 SEED = 7                # of the encoders' noise in simulations
 USED = 0.95             # of each limit, at most: an arm with an effect may need more
@@ -47,18 +47,17 @@ class Load(NamedTuple):
 
 class Strength(NamedTuple):
     """
-    Scores by which the wrong effect is worse: on the arm with the first, with the second.
+    Scores by which the wrong effect, or none, is worse, on the arms with one suspect each.
 
-    The second is infinite where it was not asked for: the first was too weak already.
+    It may lack some: one that is weak already decides.
     """
 
-    first: float
-    second: float
+    scores: tuple[float, ...]
 
     @property
     def least(self) -> float:
         """Return the one that counts."""
-        return min(self)
+        return min(self.scores)
 
 
 def load_of(arm: Arm, made: Run) -> Load:
@@ -71,27 +70,32 @@ def load_of(arm: Arm, made: Run) -> Load:
 
 def separation(asked: Question, motion: Motion, healthy: Run, least: float = -1.0) -> Strength:
     """
-    Return how strongly a motion separates two suspects; `healthy` is a run without either.
+    Return how strongly a motion separates or shows suspects; `healthy` is a run without any.
 
-    The second suspect is not tried where the first is separated by no more than `least`.
+    Those after one that it tells by no more than `least` are not tried.
     """
     plain = Balancer(_measured(asked.arm, healthy))(asked.arm)
     noise = np.array([column[valid].std() if valid.any() else 1.0
                       for column, valid in zip(plain.residual.T, plain.valid.T)])
-    one, other = asked.suspects
-    first = _gap(asked.arm, motion, noise, one, other)
-    weak = first <= least
-    return Strength(first, np.inf if weak else _gap(asked.arm, motion, noise, other, one))
+    scores: list[float] = []
+    for has in asked.suspects:
+        blamed = next(other for other in asked.suspects if other is not has) \
+            if asked.between else None
+        scores.append(_gap(asked.arm, motion, noise, has, blamed))
+        if scores[-1] <= least:
+            break
+    return Strength(tuple(scores))
 
 
-def _gap(arm: Arm, motion: Motion, noise: Array, has: Suspect, blamed: Suspect) -> float:
-    """Return by how much blaming the wrong suspect is worse, 0 where it is no worse."""
+def _gap(arm: Arm, motion: Motion, noise: Array, has: Suspect, blamed: Suspect | None) -> float:
+    """Return by how much blaming another suspect, or none, is worse; 0 where it is no worse."""
     measurement = _measured(arm, run(has.on(arm), arm, motion, SEED, estimator=None))
     balancer = Balancer(measurement)
     fitter = Fitter(balancer, arm, noise, EFFECTIVE,
                     _training(balancer.time, measurement.duration))
     neither = fitter.fit(())
-    return max(_wrong(fitter, neither, blamed) - _right(fitter, neither, has), 0.0)
+    wrong = neither.score if blamed is None else _wrong(fitter, neither, blamed)
+    return max(wrong - _right(fitter, neither, has), 0.0)
 
 
 def _right(fitter: Fitter, neither: Fit, has: Suspect) -> float:

@@ -76,6 +76,8 @@ class BagPlayer(ReportingNode):
                           ('step', self._step)):
             self.serve(Trigger, name, _answering(act))
         self.begin()
+        self.get_logger().info(f'started: plays {len(self._played)} topics of {path}, waits for '
+                               f'a subscriber of {", ".join(needed) or "any"}')
         self._closed = False
         self._thread = Thread(target=self._play)
         self._thread.start()

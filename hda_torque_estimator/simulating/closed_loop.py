@@ -2,8 +2,10 @@
 
 from dataclasses import dataclass
 import math
+from typing import NamedTuple
 
 from hda_arm_sim.drive import act
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled
 from hda_arm_sim.model.arm import Arm, ArmRecord
 from hda_arm_sim.model.kernel import registers, STATE, STATES
@@ -11,7 +13,7 @@ from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.motions import Motion
 from hda_arm_sim.plant import observe
 from hda_arm_sim.sensors import DRAWS, sample_lost
-from hda_arm_sim.simulate import checked, rest, step_count
+from hda_arm_sim.simulate import checked, longest_step, on_tip, rest, step_count
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,8 +21,8 @@ from ..controlling import control
 from ..controlling.controller import compiled_settings as controller_settings, ControllerSettings
 from ..estimating.estimator import compiled_settings as estimator_settings, EstimatorSettings
 from ..estimating.laws import estimate
+from ..estimating.laws.compiled_settings import Model
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 CONTROL_PERIOD = 1e-3   # longest between two commands: a slow log is that of a faster loop [s]
 SAME_RATE = 0.02        # share by which clocks of one rate may differ: 1.000002 ms is 1 ms
@@ -60,16 +62,20 @@ def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
         made = run(true_arm, known_arm, _refined(motion, every), seed, controller=controller,
                    estimator=estimator)
         return _thinned(made, motion, every, _lost(true_arm, len(made.time), seed))
-    plant, belief = checked(true_arm, dt).record(), known_arm.record()
+    believed = known_arm.torsion_only()
+    plant, belief = checked(true_arm, dt).record(), believed.record()
     samples, joints = motion.angle.shape
     noise = _noise(samples, joints, seed)
     reference = np.stack([motion.angle, motion.rate], axis=2)
     reading, states = np.empty((samples, joints, 4)), np.empty((samples, joints, STATES))
     torques = np.zeros((3, samples, joints))
-    _run(plant, belief, estimator_settings(known_arm, estimator or EstimatorSettings()),
-         estimator is not None, controller_settings(known_arm, controller),
-         registers(rest(true_arm, motion.angle[0])), np.ascontiguousarray(reference),
-         motion.force, noise, dt, step_count(dt), reading, states, torques)
+    minds = _Minds(Model(belief, estimator_settings(believed, estimator or EstimatorSettings()),
+                         loaded_inertia(belief.body)),
+                   controller_settings(known_arm, controller), estimator is not None)
+    _run(plant, minds, registers(rest(true_arm, motion.angle[0])),
+         _Plan(np.ascontiguousarray(reference), on_tip(true_arm, motion.force), noise, dt,
+               step_count(dt, longest_step(true_arm))),
+         _Made(reading, states, torques))
     if estimator is None:
         torques[2] = np.nan
     return Run(motion.time, reading, torques[0], torques[1], torques[2], motion.force, states)
@@ -112,26 +118,49 @@ def _thinned(made: Run, motion: Motion, every: int, lost: NDArray[np.bool_]) -> 
                made.estimated_torque[rows], motion.force, made.state[rows])
 
 
+class _Minds(NamedTuple):
+    """What estimator and controller believe, and whether anything is estimated."""
+
+    estimator: Model
+    controller: control.CompiledSettings
+    estimates: bool
+
+
+class _Plan(NamedTuple):
+    """What is asked of every sample: references (k, n, 2), forces (k, 2), random numbers."""
+
+    reference: Array
+    force: Array
+    noise: Array
+    dt: float                   # [s]
+    steps: int                  # of the plant in a sample
+
+
+class _Made(NamedTuple):
+    """What a run fills: readings, states, and torques: commanded, true, estimated (3, k, n)."""
+
+    reading: Array
+    states: Array
+    torques: Array
+
+
 @compiled
-def _run(plant: ArmRecord, belief: ArmRecord, estimating: estimate.CompiledSettings,
-         estimates: bool, controlling: control.CompiledSettings, w: Array, reference: Array,
-         force: Array, noise: Array, dt: float, count: int, reading: Array, states: Array,
-         torques: Array) -> None:
-    joints = reference.shape[1]
-    inertia, believed = loaded_inertia(plant.body), loaded_inertia(belief.body)
+def _run(plant: ArmRecord, minds: _Minds, w: Array, plan: _Plan, made: _Made) -> None:
+    joints, dt, torques = plan.reference.shape[1], plan.dt, made.torques
+    inertia, believed = loaded_inertia(plant.body), minds.estimator.record
     memory = np.zeros((joints, estimate.MEMORY))
     control_memory = np.zeros((joints, control.MEMORY))
     result, tip = np.zeros((joints, estimate.RESULTS)), np.zeros(estimate.TIP_RESULTS)
     now, command = np.zeros((joints, 4)), np.zeros(joints)
-    for k in range(reference.shape[0]):
+    for k in range(plan.reference.shape[0]):
         since = dt if k > 0 else 0.0
         torques[0, k] = command
-        observe(plant, inertia, w, noise[k], dt, k == 0, now, torques[1, k])
-        reading[k], states[k] = now, w[:joints, STATE:STATE + STATES]
-        if estimates:
-            estimate.step(belief, estimating, believed, memory, now, command, since, result,
+        observe(plant, inertia, w, plan.noise[k], since, now, torques[1, k])
+        made.reading[k], made.states[k] = now, w[:joints, STATE:STATE + STATES]
+        if minds.estimates:
+            estimate.step(minds.estimator, memory, estimate.Sample(now, command, since), result,
                           tip)
             torques[2, k] = result[:, estimate.TORQUE]
-        act(plant, inertia, w, command, force[k], dt, count)
-        control.step(belief, controlling, control_memory, reference[k], now[:, 0],
-                     torques[2, k], since, command)
+        act(plant, inertia, w, command, plan.force[k], dt, plan.steps)
+        control.step(believed, minds.controller, control_memory,
+                     control.Asked(plan.reference[k], now[:, 0], torques[2, k], since), command)

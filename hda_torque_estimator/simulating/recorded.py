@@ -19,9 +19,9 @@ def write_run(bag: BagWriter, arm: Arm, run: Run) -> None:
     bag.write_joint_states(JOINT_STATES, joint_samples(arm, stamps, run.reading, run.command))
     for label, torque in zip(arm.labels, run.joint_torque.T):
         bag.write_wrenches(truth_joint_torque(label), about_z(stamps, link_frame(label), torque))
-    bag.write_wrenches(TRUTH_TIP_WRENCH, in_plane(stamps, BASE_FRAME, run.force))
+    bag.write_wrenches(TRUTH_TIP_WRENCH, on_tip(stamps, BASE_FRAME, run.force))
     if run.force.any():
-        bag.write_wrenches(EXTERNAL_WRENCH, in_plane(stamps, BASE_FRAME, run.force))
+        bag.write_wrenches(EXTERNAL_WRENCH, on_tip(stamps, BASE_FRAME, run.force))
 
 
 def joint_samples(arm: Arm, stamps: NDArray[np.int64], reading: NDArray[np.float64],
@@ -43,10 +43,9 @@ def about_z(stamps: NDArray[np.int64], frame: str,
     return WrenchSamples(stamps, frame, unknown, values)
 
 
-def in_plane(stamps: NDArray[np.int64], frame: str,
-             force: NDArray[np.float64]) -> WrenchSamples:
-    """Return forces in the plane (k, 2) [N]; what a planar arm does not know is NaN."""
-    unknown = np.full((len(stamps), 3), np.nan)
-    values = unknown.copy()
-    values[:, :2] = force
-    return WrenchSamples(stamps, frame, values, unknown)
+def on_tip(stamps: NDArray[np.int64], frame: str,
+           force: NDArray[np.float64]) -> WrenchSamples:
+    """Return forces in the plane (k, 2) or wrenches (k, 6); what does not exist there is NaN."""
+    values = np.full((len(stamps), 6), np.nan)
+    values[:, :force.shape[1]] = force
+    return WrenchSamples(stamps, frame, values[:, :3], values[:, 3:])

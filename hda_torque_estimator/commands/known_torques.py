@@ -1,0 +1,51 @@
+"""What a bag knows of torques and forces that an estimator was not told: truths and sensors."""
+
+from typing import NamedTuple
+
+from hda_arm_sim.model.arm import Arm
+from hda_msgs_json.bag import Recording
+from hda_msgs_json.topics import (reference_joint_torque, REFERENCE_TIP_WRENCH, truth_joint_torque,
+                                  TRUTH_TIP_WRENCH)
+import numpy as np
+from numpy.typing import NDArray
+
+from ..estimating.accuracy import Errors, errors
+from ..estimating.estimator import Estimates
+
+Array = NDArray[np.float64]
+
+
+class Known(NamedTuple):
+    """A known signal (m,) at its stamps [ns], and the estimate (k,) that it speaks of."""
+
+    stamps: NDArray[np.int64]
+    values: Array
+    estimate: Array
+
+
+def known_signals(recording: Recording, arm: Arm, estimates: Estimates) -> dict[str, Known]:
+    """Return every truth and reference that a bag holds, by its topic and axis."""
+    found = {}
+    for column, label in zip(estimates.torque.T, arm.labels):
+        for topic in (truth_joint_torque(label), reference_joint_torque(label)):
+            if name := _held(recording, topic.name):
+                wrenches = recording.wrenches(name)
+                found[topic.name] = Known(wrenches.stamps, wrenches.torque[:, 2], column)
+    for topic in (TRUTH_TIP_WRENCH, REFERENCE_TIP_WRENCH):
+        name = _held(recording, topic.name)
+        if name and arm.links is not None:
+            wrenches = recording.wrenches(name)
+            for axis, letter in enumerate('xy'):
+                found[f'{topic.name}.{letter}'] = Known(
+                    wrenches.stamps, wrenches.force[:, axis], estimates.base_force[:, axis])
+    return found
+
+
+def all_errors(known: dict[str, Known], estimates: Estimates) -> dict[str, Errors]:
+    """Return the errors of estimates against every known signal."""
+    return {name: errors(estimates.stamps, one.estimate, one.stamps, one.values)
+            for name, one in known.items()}
+
+
+def _held(recording: Recording, topic: str) -> str | None:
+    return next((name for name in recording.topics if name.strip('/') == topic), None)

@@ -1,0 +1,116 @@
+"""What a recording tells of an arm for `hda new --from`: names, ratio, counts, torque at least."""
+
+from collections.abc import Iterator
+import math
+from typing import Any, NamedTuple
+
+from hda_arm_sim.model.gear_catalogue import gear, gear_names
+from hda_msgs_json.bag import Recording
+from hda_msgs_json.samples import JointSamples
+from hda_msgs_json.topics import motor_name, MOTOR_SUFFIX
+import numpy as np
+from numpy.typing import NDArray
+
+from .arm_answers import NewError
+
+TRAVEL = 0.05           # of the link, from which a ratio can be told (choice) [rad]
+NEAR = 0.02             # relative, by which torsion and a disc may bend the ratio (choice)
+ON_GRID = 0.05          # of a step, by which changes may miss whole steps (choice)
+MOST_COUNTS = 1e9       # per turn; finer is no encoder
+MOST_NAMED = 6          # gears that an error names
+
+
+class Told(NamedTuple):
+    """What a recording tells of one joint; None for what it does not."""
+
+    label: str
+    ratio: float | None
+    motor_counts: float | None
+    link_counts: float | None
+    motor_torque: float | None      # the largest seen [N*m]
+
+
+def told_by(recording: Recording) -> list[Told]:
+    """Return what a recording tells of each joint; raises NewError or BagError."""
+    samples = recording.joint_states()
+    labels = [name for name in samples.names
+              if not name.endswith(MOTOR_SUFFIX) and motor_name(name) in samples.names]
+    if not labels:
+        raise NewError(f'{recording.path} names no joint with both sides, as joint1 and '
+                       f'joint1_motor; it names {", ".join(samples.names) or "nothing"}')
+    return [_told(samples, label) for label in labels]
+
+
+def add_answers(options: Any, told: list[Told], source: str) -> dict[str, str]:
+    """
+    Fill in what the user has not stated, and return where each answer comes from, by its name.
+
+    Raises NewError where the gear that was stated has another ratio.
+    """
+    _check_gears(options, told)
+    origins = {}
+    if not options.joints:
+        options.joints = [one.label for one in told]
+    elif len(options.joints) != len(told):
+        raise NewError(f'{source} has {len(told)} joints, --joints names {len(options.joints)}')
+    for name in ('motor_counts', 'link_counts', 'motor_torque'):
+        values = [getattr(one, name) for one in told]
+        stated = getattr(options, name) or (name == 'motor_torque' and options.motor_current)
+        if not stated and all(value is not None for value in values):
+            setattr(options, name, values)
+            least = ', the largest seen: no less' if name == 'motor_torque' else ''
+            origins[name] = f'from {source}{least}'
+    return origins
+
+
+def _check_gears(options: Any, told: list[Told]) -> None:
+    ratios = [one.ratio for one in told if one.ratio is not None]
+    if not options.gear:
+        fit = [name for name in gear_names() if any(_is_near(gear(name).ratio, r) for r in ratios)]
+        some = f' such as {", ".join(fit[:MOST_NAMED])}' if fit else ''
+        shown = ', '.join(f'{ratio:.4g}' for ratio in ratios) or 'not told: nothing moves enough'
+        raise NewError(f'an arm needs --gear{some}; the ratio of the recording is {shown}')
+    names = options.gear * len(told) if len(options.gear) == 1 else options.gear
+    for name, one in zip(names, told):
+        if one.ratio is not None and not _is_near(gear(name).ratio, one.ratio):
+            raise NewError(f'{one.label}: {name} has the ratio {gear(name).ratio:g}, but its '
+                           f'motor turns {one.ratio:.4g} times per turn of the link')
+
+
+def _is_near(ratio: float, seen: float) -> bool:
+    return abs(seen / ratio - 1.0) <= NEAR
+
+
+def _told(samples: JointSamples, label: str) -> Told:
+    pair = samples.select([label, motor_name(label)])
+    both = pair.position[np.isfinite(pair.position).all(axis=1)]
+    effort = np.abs(pair.effort[:, 1][np.isfinite(pair.effort[:, 1])])
+    largest = float(effort.max(initial=0.0))
+    motor, link = (_counts(column) for column in (both[:, 1], both[:, 0]))
+    return Told(label, _ratio(both), motor, link, largest or None)
+
+
+def _ratio(both: NDArray[np.float64]) -> float | None:
+    """Return how far the motor turns for the link, from angles (k, 2) of link and motor."""
+    if len(both) < 2 or np.ptp(both[:, 0]) < TRAVEL:
+        return None
+    return float(np.polyfit(both[:, 0], both[:, 1], 1)[0])
+
+
+def _counts(angle: NDArray[np.float64]) -> float | None:
+    """Return the counts per turn of angles (k,) that come in whole steps, None of others."""
+    changes = np.abs(np.diff(angle))
+    changes = changes[changes > 2.0 * math.pi / MOST_COUNTS]
+    if not len(changes):
+        return None
+    small = changes[changes < 1.5 * changes.min()]
+    step = float(small.mean())
+    few = changes[changes < step / ON_GRID]                 # of many steps the error adds up
+    off = np.abs(few / step - np.rint(few / step))
+    return float(round(2.0 * math.pi / step)) if np.median(off) < ON_GRID else None
+
+
+def origin_words(origins: dict[str, str]) -> Iterator[str]:
+    """Yield a line for each answer that was not stated."""
+    for name, origin in origins.items():
+        yield f'  --{name.replace("_", "-")} {origin}'
