@@ -13,9 +13,7 @@ it was; they hold for one state of the code.
 from argparse import Namespace
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from concurrent.futures import as_completed, ProcessPoolExecutor
 from dataclasses import asdict, dataclass
-from itertools import islice
 import json
 from pathlib import Path
 import sys
@@ -28,6 +26,7 @@ from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.diagnosis.diagnose import diagnose, sought_effects
 from hda_torque_estimator.measurements.measurement import measurement_from
 from hidden_truth import CATALOGUE, draw, OUTSIDE, published, scattered
+from kept import kept_in, study
 import numpy as np
 from size import parser
 
@@ -113,28 +112,6 @@ def asked_for(words: Sequence[str]) -> Namespace:
     return known.parse_args(words)
 
 
-def kept_in(path: Path) -> dict[str, dict[str, Any]]:
-    """Return the outcomes that a file keeps, by their cases."""
-    lines = path.read_text(encoding='utf-8').splitlines() if path.exists() else []
-    return {result['case']: result for result in map(json.loads, lines)}
-
-
-def study(todo: Sequence[Case], asked: Namespace) -> None:
-    """Add the outcomes of cases to the file, as long as the limit allows."""
-    end = time.monotonic() + (asked.limit or float('inf'))
-    left = iter(todo)
-    asked.kept.parent.mkdir(parents=True, exist_ok=True)
-    with ProcessPoolExecutor(asked.workers) as pool, asked.kept.open('a') as kept:
-        running = {pool.submit(attempted, case) for case in islice(left, 2 * asked.workers)}
-        while running:
-            done = next(as_completed(running))
-            running.remove(done)
-            kept.write(json.dumps(done.result()) + '\n')
-            kept.flush()
-            if time.monotonic() < end:
-                running |= {pool.submit(attempted, case) for case in islice(left, 1)}
-
-
 def main() -> int:
     """Run the study and write the page."""
     asked = asked_for(sys.argv[1:])
@@ -156,7 +133,8 @@ def run(asked: Namespace) -> int:
     known = kept_in(asked.kept)
     left = [planned[k] for k in np.random.default_rng(asked.first).permutation(len(planned))
             if planned[k].key() not in known]           # a limited study sees every effect alike
-    study(sorted(left, key=lambda case: case.group in LAST), asked)
+    study(sorted(left, key=lambda case: case.group in LAST), attempted, asked.kept,
+          workers=asked.workers, limit=asked.limit)
     results = kept_in(asked.kept)
     wanted = [results[case.key()] for case in planned if case.key() in results]
     print(Counter(result['group'] for result in wanted))

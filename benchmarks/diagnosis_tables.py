@@ -9,6 +9,7 @@ import numpy as np
 
 Outcome = dict[str, Any]
 Row = tuple[str, str, str]
+Place = tuple[str, str | None]           # an effect and its joint, None for the arm
 _HEAD = """# Accuracy of the diagnosis
 
 Written by `benchmarks/diagnosis.py`. Every record is 60 s at 1 kHz of the independent truth in
@@ -31,7 +32,7 @@ class Sized(NamedTuple):
     held: bool
 
 
-def pairs_of(items: Iterable[Sequence[Any]]) -> list[tuple[str, str | None]]:
+def pairs_of(items: Iterable[Sequence[Any]]) -> list[Place]:
     """Return effects and joints, sorted."""
     return sorted(((item[0], item[1]) for item in items), key=str)
 
@@ -74,10 +75,11 @@ def located(result: Outcome) -> bool:
             and (rest[0], rest[2]) == (site, follows))
 
 
-def _share(results: list[Outcome], test: Callable[[Outcome], bool]) -> str:
+def percent(results: Sequence[Any], test: Callable[[Any], object]) -> str:
+    """Return which share of results passes a test, and how many of how many."""
     if not results:
         return '-'
-    passed = sum(test(result) for result in results)
+    passed = sum(bool(test(result)) for result in results)
     return f'{100.0 * passed / len(results):.1f} % ({passed} of {len(results)})'
 
 
@@ -101,28 +103,28 @@ def _bars(by_group: dict[str, list[Outcome]], sized: list[Sized]) -> list[str]:
     seconds = [result['seconds'] for results in by_group.values() for result in results]
     extra = sum(extras(result) for result in two)
     rows = [
-        ('one effect: named with its joint, nothing else', '97 %', _share(one, exact)),
-        ('the same without asymmetric friction and drive offset', '-', _share(apart, exact)),
+        ('one effect: named with its joint, nothing else', '97 %', percent(one, exact)),
+        ('the same without asymmetric friction and drive offset', '-', percent(apart, exact)),
         ('those two, one equation while turning: told together', '-',
-         _share([result for result in one if result not in apart], told_together)),
-        ('one effect: another cause named', '-', _share(one, lambda r: extras(r) > 0)),
+         percent([result for result in one if result not in apart], told_together)),
+        ('one effect: another cause named', '-', percent(one, lambda r: extras(r) > 0)),
         ('healthy, doubled noise: `no_discrepancy`', '99.7 %',
-         _share(by_group['healthy'], lambda r: r['verdict'] == 'no_discrepancy')),
-        ('two effects: both named', '93 %', _share(two, all_named)),
-        ('the same with the two that are one equation told together', '-', _share(two, all_told)),
+         percent(by_group['healthy'], lambda r: r['verdict'] == 'no_discrepancy')),
+        ('two effects: both named', '93 %', percent(two, all_named)),
+        ('the same with the two that are one equation told together', '-', percent(two, all_told)),
         ('two effects: extras per record', 'at most 0.05',
          f'{extra / len(two):.2f}' if two else '-'),
-        ('three effects: all named', '80 %', _share(by_group['three'], all_named)),
+        ('three effects: all named', '80 %', percent(by_group['three'], all_named)),
         ('the same with the two that are one equation told together', '-',
-         _share(by_group['three'], all_told)),
+         percent(by_group['three'], all_told)),
         ('outside the catalogue: `unknown`, site and coordinate', '95 %',
-         _share(by_group['outside'], located)),
+         percent(by_group['outside'], located)),
         ('outside the catalogue: `unknown`', '-',
-         _share(by_group['outside'], lambda r: r['verdict'] == 'unknown' and not r['said'])),
+         percent(by_group['outside'], lambda r: r['verdict'] == 'unknown' and not r['said'])),
         ('true effect taken out: a wrong cause named', 'at most 3 %',
-         _share(by_group['left out'], lambda r: extras(r) > 0)),
+         percent(by_group['left out'], lambda r: extras(r) > 0)),
         ('one slow sine: no wrong name', '97 %',
-         _share(by_group['poor'], lambda r: extras(r) == 0)),
+         percent(by_group['poor'], lambda r: extras(r) == 0)),
         *_gained([result for result in one if exact(result)]), *_wide(sized),
         ('processor time, median and largest', '10 s',
          f'{np.median(seconds):.1f} s, {max(seconds):.1f} s')]

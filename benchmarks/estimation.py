@@ -17,7 +17,6 @@ from hda_torque_estimator.estimating.estimator import Estimates, Estimator, Esti
 from hda_torque_estimator.estimating.laws import estimate
 from hidden_truth import TruthRecord
 import numpy as np
-from numpy.typing import NDArray
 from pushes import alarms, BEGUN, delays, force_error, PUSH, SOON, sudden, WITHIN
 from size import parser
 from tolerated import DT, pushed, reading, tolerated
@@ -27,8 +26,6 @@ ALONE = EstimatorSettings(fusion=0.0)
 MOTIONS = ('rich', 'sine', 'turn')
 SECONDS, MINUTE = 20.0, 60.0
 TINY = 6.0                          # of all recordings of a tiny case [s]
-
-Array = NDArray[np.float64]
 
 
 class Row(NamedTuple):

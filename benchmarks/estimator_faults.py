@@ -16,6 +16,7 @@ from dataclasses import replace
 from itertools import islice, product
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.parts import Joint, Links
@@ -28,7 +29,6 @@ from hda_torque_estimator.simulating.closed_loop import Run, run
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
 SIZES = (1.0, 0.3, 4.0)         # of torques and inertias against the shipped arm
 PATHS, PERIODS = ('rich', 'sine', 'turn'), (1e-3, 2e-3)
 SOON = 0.05                     # [s]

@@ -5,11 +5,9 @@ import math
 import random
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_msgs_json.cdr import encode_joint_state
-import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
 NAMES = ('joint1', 'joint2', 'joint1_motor', 'joint2_motor')
 BEGIN = 400             # of what is wrong [samples]
 TURN = 2.0 * math.pi

@@ -1,5 +1,6 @@
 """Pushes at the tip: how close the force is told, when a push is felt, what free motion feigns."""
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_torque_estimator.estimating.estimator import Estimates
 from hda_torque_estimator.estimating.laws import contact, estimate
 from hidden_truth import TruthRecord
@@ -12,8 +13,6 @@ SOON = 50.0                         # when it must be felt [ms]
 BEGUN = 3000                        # samples that an estimator may take to learn
 WITHIN = 1.645                      # deviations of a 90 % interval
 _APART, _LEAD = 1500, 4000          # samples from push to push, and before the first
-
-Array = NDArray[np.float64]
 
 
 def sudden(samples: int, random: np.random.Generator) -> tuple[NDArray[np.int64], Array]:

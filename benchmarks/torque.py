@@ -16,6 +16,7 @@ import tempfile
 import time
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
@@ -28,7 +29,7 @@ from hda_torque_estimator.calibrate.passages.heard import heard
 from hda_torque_estimator.calibrate.passages.stated import stated
 from hda_torque_estimator.calibrate.run import known_wrenches, run_calibration
 from hda_torque_estimator.estimating.estimator import Estimates, Estimator, EstimatorSettings
-from hda_torque_estimator.simulating.recorded import in_plane, joint_samples
+from hda_torque_estimator.simulating.recorded import joint_samples, on_tip
 from hidden_truth import TruthRecord
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +38,6 @@ from size import parser
 from tolerated import pushed, reading
 from torque_arm import calibration, DT, JOINTS, moved, Recorded, recorded, standing, turning
 
-Array = NDArray[np.float64]
 GIVEN = 'hda_arm.yaml'
 BAGS = ('free', 'wedge', 'pulled')
 FELT = 2.7                      # `contact_deviations` of a calibrated arm, see docs/calibration.md
@@ -191,7 +191,7 @@ def written(path: Path, made: Recorded) -> Path:
         bag.write_joint_states(JOINT_STATES, states(made))
         if made.force.any():
             bag.write_wrenches(REFERENCE_TIP_WRENCH,
-                               in_plane(made.seen.stamps, BASE_FRAME, made.force))
+                               on_tip(made.seen.stamps, BASE_FRAME, made.force))
     return path
 
 

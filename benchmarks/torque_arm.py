@@ -8,13 +8,12 @@ seed is another arm, with its own phases and its own scatter within the toleranc
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.motions import HOME
 from hda_torque_estimator.simulating.recorded import FIRST_STAMP
 from hidden_truth import EFFECTS, Hidden, record, TruthRecord
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
 DT = 1e-3
 LENGTH = 0.15                   # of both links [m]
 JOINTS = ('joint1', 'joint2')

@@ -7,10 +7,9 @@ import numpy as np
 from .effect import (
     angle, between, Draw, Effect, either_sign, one_of, Parameter, shape, size)
 from .nominal import (
-    BRISTLE_DAMPING, BRISTLE_STIFFNESS, CURVATURE, PSI, TORQUE_LIMIT)
+    BRISTLE_DAMPING, BRISTLE_STIFFNESS, CURVATURE, PACE, PSI, TORQUE_LIMIT)
 
 ARM = ()
-TYPICAL_RATE = 50.0             # motor rate at which a curved viscous law is compared [rad/s]
 
 
 def relative_error(low: float, high: float) -> Parameter:
@@ -21,7 +20,7 @@ def relative_error(low: float, high: float) -> Parameter:
 def torque_at_typical_rate(low: float, high: float) -> Draw:
     """Return a draw of the coefficient of a power law by its torque at the typical rate."""
     def draw(rng: np.random.Generator, drawn: Mapping[str, float]) -> float:
-        return float(rng.uniform(low, high) / TYPICAL_RATE ** drawn['exponent'])
+        return float(rng.uniform(low, high) / PACE ** drawn['exponent'])
     return draw
 
 

@@ -7,6 +7,8 @@ import numpy as np
 
 Draw = Callable[[np.random.Generator, Mapping[str, float]], float]
 
+Law = tuple[float, float, float]        # code of a form, and its two numbers
+
 JOINTS = ('joint1', 'joint2')
 
 
@@ -47,13 +49,19 @@ class Effect:
 
 @dataclass(frozen=True)
 class Hidden:
-    """One effect with its sizes, on one joint or, where `joint` is None, on the arm."""
+    """
+    One effect with its sizes, on one joint or, where `joint` is None, on the arm.
+
+    `form` names which of its laws it follows, `law` says so to compiled code (`forms.py`).
+    """
 
     effect: str
     joint: str | None
     parameters: dict[str, float]
     site: str
     coordinate: str
+    form: str = ''                  # of its law, '' for the one in README.md
+    law: Law = (0.0, 0.0, 0.0)
 
 
 def size(name: str, unit: str, neutral: float, draw: Draw) -> Parameter:

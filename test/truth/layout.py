@@ -18,19 +18,28 @@ Record: TypeAlias = Any          # of a joint or the arm, whose numbers stand un
 EFFECTS = {effect.name: effect for effect in (*CATALOGUE, *OUTSIDE)}
 
 JOINT_NUMBERS = {
+    'ratio': nominal.RATIO, 'limit': nominal.TORQUE_LIMIT, 'size': 1.0, 'pace': nominal.PACE,
+    'curvature': nominal.CURVATURE, 'psi': nominal.PSI, 'soft_torque': nominal.SOFT_TORQUE,
+    'middle': 0.0, 'hand': 0.0, 'hand_damping': 0.0,
+    'k_p': nominal.K_P, 'k_d': nominal.K_D, 'noise': nominal.TORQUE_NOISE,
     'inertia': nominal.INERTIA, 'dry': nominal.DRY, 'viscous': nominal.VISCOUS,
     'stiffness': nominal.STIFFNESS, 'damping': nominal.DAMPING, 'gain': 1.0,
     'reference_power': 1.0, 'motor_step': 0.0, 'motor_zero': 0.0, 'link_step': 0.0,
     'link_zero': 0.0}
 ARM_NUMBERS = {
     'p1': nominal.LINK_INERTIA[0], 'p2': nominal.LINK_INERTIA[1], 'p3': nominal.LINK_INERTIA[2],
-    'moment_1': nominal.MASS_MOMENTS[0], 'moment_2': nominal.MASS_MOMENTS[1]}
+    'moment_1': nominal.MASS_MOMENTS[0], 'moment_2': nominal.MASS_MOMENTS[1],
+    'length_1': nominal.LENGTH, 'length_2': nominal.LENGTH, 'apart': 0.0, 'pull': 0.0,
+    'downhill': 0.0, 'across': nominal.GRAVITY, 'powered': 1.0}
+LAW = ('form', 'first', 'second')       # of an effect: which law it follows, and its numbers
 
 
 def neutral(effects: Iterable[Effect]) -> dict[str, float]:
     """Return the field of every parameter of the effects and the value that does nothing."""
-    return {f'{effect.name}_{parameter.name}': parameter.neutral
-            for effect in effects for parameter in effect.parameters}
+    return {name: value for effect in effects for name, value in (
+        *((f'{effect.name}_{parameter.name}', parameter.neutral)
+          for parameter in effect.parameters),
+        *((f'{effect.name}_{name}', 0.0) for name in LAW))}
 
 
 def sources() -> str:
@@ -96,6 +105,8 @@ def hide(hidden: Sequence[Hidden], joints: NDArray[np.void], arm: NDArray[np.voi
         taken.add((one.effect, one.joint))
         place = joints[JOINTS.index(one.joint):][:1] if one.joint else arm
         for name, value in one.parameters.items():
+            place[f'{effect.name}_{name}'] = value
+        for name, value in zip(LAW, one.law):
             place[f'{effect.name}_{name}'] = value
 
 

@@ -7,16 +7,14 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from .drive import delayed, issued, lagged
+from .drive import delayed, issued, looped
+from .encoders import PEAKED, TWO_ORDERS
 from .layout import Record
 from .links import contact, leverage
-from .nominal import RATIO, TORQUE_LIMIT
 from .plant import accelerate, drift, kick, locate, Plant, relative, State
 
 Array = NDArray[np.float64]
 
-K_P = 0.3                       # [N*m/rad], motor side
-K_D = 0.012                     # [N*m*s/rad], motor side
 RATE_FILTER = 0.002             # time constant of the rate that the controller takes [s]
 
 FRESH, STALE, LOST = 0, 1, 2    # what becomes of a sample on the bus
@@ -29,6 +27,7 @@ class Plan(NamedTuple):
     angle_rate: Array           # (k, 2)
     force: Array                # (k + 1, 2) on the tip, straight in between [N]
     instant: Array              # (k + 1,) when samples are really taken [s]
+    arrival: Array              # (k + 1, 2) when commands reach the amplifiers, without delay [s]
     fate: NDArray[np.int64]     # (k,) FRESH, STALE or LOST
     noise: Array                # (k, 2) of the motor torque [N*m]
     jitter: Array               # (k, 2) of the motor encoder [rad]
@@ -56,25 +55,39 @@ def shaft_reading(joint: Record, angle: float, jitter: float) -> float:
     """Return what a motor encoder shows of an angle [rad]."""
     shown = angle + jitter + joint.motor_zero
     if joint.motor_encoder_eccentricity_amplitude != 0.0:
-        shown += joint.motor_encoder_eccentricity_amplitude * math.sin(
-            angle + joint.motor_encoder_eccentricity_phase)
+        size, first = (joint.motor_encoder_eccentricity_amplitude,
+                       joint.motor_encoder_eccentricity_first)
+        turn = angle + joint.motor_encoder_eccentricity_phase
+        if joint.motor_encoder_eccentricity_form == PEAKED:
+            turn += first * math.sin(turn)
+        shown += size * math.sin(turn)
+        if joint.motor_encoder_eccentricity_form == TWO_ORDERS:
+            shown += first * size * math.sin(
+                2.0 * angle + joint.motor_encoder_eccentricity_second)
     if joint.motor_step > 0.0:
         shown = math.floor(shown / joint.motor_step) * joint.motor_step
     return shown
 
 
 @numba.njit(cache=True, error_model='numpy')
-def control(plan: Plan, k: int, j: int, shown: float, moved: float, elapsed: float,
-            rate: Array) -> float:
+def control(joint: Record, plan: Plan, k: int, j: int, shown: float, moved: float,
+            elapsed: float, rate: Array) -> float:
     """
     Return the command that answers a reading [N*m], and move the filtered rate `rate[j]`.
 
     `moved` and `elapsed` count from the last reading that was new.
     """
     rate[j] += (moved - elapsed * rate[j]) / (RATE_FILTER + elapsed)
-    torque = (K_P * (RATIO * plan.angle[k, j] - shown)
-              + K_D * (RATIO * plan.angle_rate[k, j] - rate[j]))
-    return min(max(torque, -TORQUE_LIMIT), TORQUE_LIMIT)
+    torque = (joint.k_p * (joint.ratio * plan.angle[k, j] - shown)
+              + joint.k_d * (joint.ratio * plan.angle_rate[k, j] - rate[j]))
+    return min(max(torque, -joint.limit), joint.limit)
+
+
+@numba.njit(cache=True, error_model='numpy')
+def hand(joint: Record, plan: Plan, k: int, j: int, state: State) -> float:
+    """Return what a hand that leads a link along the motion does to its joint [N*m]."""
+    return (joint.hand * (plan.angle[k, j] - relative(state.position, j))
+            + joint.hand_damping * (plan.angle_rate[k, j] - relative(state.rate, j)))
 
 
 @numba.njit(cache=True, error_model='numpy')
@@ -88,8 +101,12 @@ def remember(plant: Plant, state: State, plan: Plan, k: int, log: Log, spare: Ar
         log.torque[k, j] = state.held[j].torque
     push_x, push_y = contact(plant.arm[0], plan.instant[k])
     fx, fy = plan.force[k, 0] + push_x, plan.force[k, 1] + push_y
-    log.external[k, 1] = leverage(state.position[3], fx, fy)
-    log.external[k, 0] = leverage(state.position[2], fx, fy) + log.external[k, 1]
+    arm = plant.arm[0]
+    log.external[k, 1] = leverage(arm.length_2, state.position[3], fx, fy)
+    log.external[k, 0] = leverage(arm.length_1, state.position[2], fx, fy) + log.external[k, 1]
+    for j in range(2):
+        if plant.joints[j].hand != 0.0:
+            log.external[k, j] += hand(plant.joints[j], plan, k, j, state)
 
 
 @numba.njit(cache=True, error_model='numpy')
@@ -115,7 +132,7 @@ def advance(plant: Plant, state: State, plan: Plan, k: int, steps: int, torque: 
             active: NDArray[np.int64], log: Log, spare: Array) -> None:
     """Integrate from sample k to the next one."""
     begin, span = plan.instant[k], plan.instant[k + 1] - plan.instant[k]
-    h = span / steps
+    h, arrivals = span / steps, (plan.arrival[:, 0], plan.arrival[:, 1])
     for i in range(steps):
         drift(plant, state, h if i > 0 else 0.5 * h)
         share = (i + 0.5) / steps
@@ -124,9 +141,11 @@ def advance(plant: Plant, state: State, plan: Plan, k: int, steps: int, torque: 
         locate(plant, state, fx, fy, begin + share * span)
         for j in range(2):
             joint = plant.joints[j]
-            mean = delayed(torque, plan.instant, k, j, joint.command_delay_delay, begin + i * h,
-                           h, active)
-            state.held[j].applied = lagged(joint, mean, j, state.lag, h)
+            mean = delayed(torque, arrivals[j], k, j, joint.command_delay_delay,
+                           begin + i * h, h, active)
+            state.held[j].applied = looped(joint, mean, j, state.lag, state.memory[j], h)
+            if joint.hand != 0.0:
+                state.held[j].load += hand(joint, plan, k, j, state)
         catch(plant, state, k, begin, h, i * h, span, False, log)
         kick(plant, state, h, spare[0], spare[1])
         catch(plant, state, k, begin, h, i * h, span, True, log)
@@ -150,10 +169,11 @@ def run(plant: Plant, state: State, plan: Plan, steps: int, log: Log) -> None:
             else:
                 log.command[k, j] = answer[j]
                 log.motor[k, j] = shaft_reading(joint, state.position[j], plan.jitter[k, j])
-                answer[j] = control(plan, k, j, log.motor[k, j],
-                                    log.motor[k, j] - log.motor[last, j],
-                                    plan.instant[k] - plan.instant[last], rate)
-            torque[k, j] = issued(joint, log.command[k, j], plan.noise[k, j])
+                answer[j] = plant.arm[0].powered * control(
+                    joint, plan, k, j, log.motor[k, j], log.motor[k, j] - log.motor[last, j],
+                    plan.instant[k] - plan.instant[last], rate)
+            torque[k, j] = issued(joint, log.command[k, j], plan.noise[k, j], state.rate[j],
+                                  plan.instant[k])
         if plan.fate[k] == FRESH:
             last = k
         advance(plant, state, plan, k, steps, torque, active, log, spare)

@@ -9,6 +9,11 @@ TORQUE_LIMIT = 0.3              # [N*m]
 BRISTLE_STIFFNESS = DRY / 3e-4  # the bristles give way within one count of the encoder [N*m/rad]
 BRISTLE_DAMPING = 0.08          # a third of critical on the rotor alone [N*m*s/rad]
 
+PACE = 50.0                     # motor rate at which laws of friction are compared [rad/s]
+K_P = 0.3                       # of the controller [N*m/rad], motor side
+K_D = 0.012                     # [N*m*s/rad], motor side
+TORQUE_NOISE = 1e-3             # one sigma, at the motor, each sample [N*m]
+
 STIFFNESS = 9743.939            # flexspline, at zero torque [N*m/rad]
 CURVATURE = 0.0831              # flexspline [1/(N*m)]
 SOFT_TORQUE = RATIO / 27.027    # torque over which the wave generator saturates [N*m]

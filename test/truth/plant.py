@@ -16,16 +16,24 @@ from numpy.typing import NDArray
 
 from . import links
 from .drive import angle_torque
-from .friction import bent, drag, level, resistance
-from .gear import hold, SLIDERS
+from .friction import (
+    bearing, bearing_gives, bent, drag, level, LOSSES, meshing, moved, resistance, sticking,
+    waviness)
+from .gear import dampened, hold, SLIDERS
 from .layout import Record, sources
-from .nominal import RATIO
 from .torsion import table
 
 Array = NDArray[np.float64]
 BEARING_GIVES = 1.5e-5          # bending of the link bearing before it slides [rad]
 IDLE = 0.7                      # share of the heat that motor and amplifier give anyway
+LOSSES_IDLE = 0.2               # the same where losses feed the heat, nearly alone
+SLOWER = 4.0                    # how much later the housing is warm than the grease
 HEAT_LAG = 1.2                  # heat over viscosity: a cold drive's larger loss warms it faster
+
+# Forms of laws (`forms.py`); 0 is the one of README.md.
+OLDHAM, DRAGGED_DISC = 1, 2     # motor_inertia_error
+# Places of a joint's memory.
+FIRST_LAG, SECOND_LAG, DISC, HOUSING, MEMORIES = 0, 1, 2, 3, 4
 
 # What a joint holds between two steps. `torque` is the gear's, `applied` the motor's.
 HELD = np.dtype([(name, float) for name in (
@@ -51,6 +59,7 @@ class State(NamedTuple):
     sliders: Array              # (2, SLIDERS) stretch of the friction elements [rad]
     heat: Array                 # (2,) 1 at the temperature that the duty leads to
     lag: Array                  # (2,) [N*m]
+    memory: Array               # (2, MEMORIES) of lags [N*m], loose disc [rad/s], housing's heat
     held: NDArray[np.void]      # (2,)
     pose: Array                 # (POSE,)
 
@@ -65,7 +74,8 @@ def at_rest(motor: Array, link: Array) -> State:
     """Return the state at rest at motor angles (2,) and relative link angles (2,)."""
     position = np.array([motor[0], motor[1], link[0], link[0] + link[1], 0.0])
     return State(position, np.zeros(5), np.zeros((2, 2)), np.zeros((2, SLIDERS)), np.zeros(2),
-                 np.zeros(2), np.zeros(2, HELD), np.zeros(links.POSE))
+                 np.zeros(2), np.zeros((2, MEMORIES)), np.zeros(2, HELD),
+                 np.zeros(links.POSE))
 
 
 @numba.njit(cache=True, error_model='numpy')
@@ -80,29 +90,16 @@ def locate(plant: Plant, state: State, fx: float, fy: float, time: float) -> Non
     arm = plant.arm[0]
     push_x, push_y = links.contact(arm, time)
     links.write_pose(arm, plant.body, state.position[2], state.position[3], fx + push_x,
-                     fy + push_y, state.pose)
+                     fy + push_y, state.pose, time)
     for j in range(2):
         joint, held = plant.joints[j], state.held[j]
         motor, q, other = state.position[j], relative(state.position, j), relative(
             state.position, 1 - j)
         hold(joint, plant.law[j], motor, q, state.sliders[j], held)
-        held.own = angle_torque(joint, motor, time)
+        held.own = angle_torque(joint, motor, held.applied, time)
         held.load = links.link_torque(joint, q, time)
         held.dry = (joint.dry + joint.coulomb_friction_level) * waviness(joint, q, other)
-        held.mesh = joint.load_dependent_friction_coefficient * abs(held.torque) / RATIO
-
-
-@numba.njit(cache=True, error_model='numpy')
-def waviness(joint: Record, q: float, other: float) -> float:
-    """Return the factor on dry friction at the angles of this and of the other link."""
-    factor = 1.0
-    if joint.position_dependent_friction_amplitude != 0.0:
-        factor += joint.position_dependent_friction_amplitude * math.sin(
-            joint.position_dependent_friction_order * q + joint.position_dependent_friction_phase)
-    if joint.crossed_friction_amplitude != 0.0:
-        factor += joint.crossed_friction_amplitude * math.sin(
-            joint.crossed_friction_order * other + joint.crossed_friction_phase)
-    return factor
+        held.mesh = meshing(joint, held.torque)
 
 
 @numba.njit(cache=True, error_model='numpy')
@@ -110,13 +107,14 @@ def drift(plant: Plant, state: State, h: float) -> None:
     """Move all angles, and bend all bristles, for h seconds at the present rates."""
     for j in range(2):
         joint, held, rate = plant.joints[j], state.held[j], state.rate[j]
-        state.bristle[j, 0] = bent(
-            state.bristle[j, 0], rate, joint.presliding_friction_stiffness,
-            level(joint, held.dry, held.mesh, rate), h)
-        bearing = joint.link_bearing_friction_level
-        if bearing > 0.0:
-            state.bristle[j, 1] = bent(state.bristle[j, 1], relative(state.rate, j),
-                                       bearing / BEARING_GIVES, bearing, h)
+        state.bristle[j, 0] = moved(joint, state.bristle[j, 0], rate, level(joint, held, rate), h)
+        if joint.link_bearing_friction_level > 0.0:
+            link_rate = relative(state.rate, j)
+            sliding = bearing(joint, link_rate)
+            state.bristle[j, 1] = bent(
+                state.bristle[j, 1], link_rate,
+                joint.link_bearing_friction_level / bearing_gives(joint, BEARING_GIVES), sliding,
+                h)
     for i in range(5):
         state.position[i] += h * state.rate[i]
 
@@ -125,12 +123,12 @@ def drift(plant: Plant, state: State, h: float) -> None:
 def joint_side(joint: Record, held: Record, bristle: float, motor_rate: float,
                rate: float) -> float:
     """Return the torque on a joint's link from gear, bearing and load; keep the gear's [N*m]."""
-    held.torque = held.elastic + held.damping * (held.lever * motor_rate - rate)
+    held.torque = held.elastic + dampened(joint, held, held.lever * motor_rate - rate)
     torque = held.torque + held.load
-    bearing = joint.link_bearing_friction_level
-    if bearing > 0.0:
-        stiffness = bearing / BEARING_GIVES
-        torque -= resistance(bristle, rate, stiffness, 0.3 * math.sqrt(stiffness), bearing)
+    if joint.link_bearing_friction_level > 0.0:
+        stiffness = joint.link_bearing_friction_level / bearing_gives(joint, BEARING_GIVES)
+        torque -= resistance(bristle, rate, stiffness, 0.3 * math.sqrt(stiffness * joint.size),
+                             bearing(joint, rate))
     return torque
 
 
@@ -145,12 +143,26 @@ def accelerate(plant: Plant, state: State, rate: Array, out: Array) -> None:
     links.accelerate(arm, plant.body, state.pose, t1, t2, state.position[4], rate, out)
     for j in range(2):
         joint, held = plant.joints[j], state.held[j]
-        against = drag(joint, state.heat[j], rate[j]) + resistance(
-            state.bristle[j, 0], rate[j], joint.presliding_friction_stiffness,
-            joint.presliding_friction_damping, level(joint, held.dry, held.mesh, rate[j]))
+        against = drag(joint, state.heat[j], state.memory[j, HOUSING], rate[j]) + sticking(
+            joint, held, state.bristle[j, 0], rate[j])
         held.loss = against * rate[j]
-        inertia = joint.inertia * (1.0 + joint.motor_inertia_error_relative_error)
-        out[j] = (held.applied + held.own - against - held.torque * held.lever) / inertia
+        torque = held.applied + held.own - against - held.torque * held.lever
+        out[j] = turned(joint, state.position[j], rate[j], torque, state.memory[j, DISC])
+
+
+@numba.njit(cache=True, error_model='numpy')
+def turned(joint: Record, angle: float, rate: float, torque: float, disc: float) -> float:
+    """Return a motor's acceleration under a torque [rad/s^2]; `disc` is a loose one's rate."""
+    error, form = joint.motor_inertia_error_relative_error, joint.motor_inertia_error_form
+    if form == OLDHAM:      # an inertia that swings twice a turn, with the torque of its change
+        share = joint.motor_inertia_error_first
+        slope = 2.0 * share * error * math.cos(2.0 * angle)
+        error *= 1.0 + share * math.sin(2.0 * angle)
+        torque -= 0.5 * joint.inertia * slope * rate * rate
+    elif form == DRAGGED_DISC:
+        torque -= abs(error) * joint.inertia * (rate - disc) / joint.motor_inertia_error_first
+        error = 0.0
+    return torque / (joint.inertia * (1.0 + error))
 
 
 @numba.njit(cache=True, error_model='numpy')
@@ -164,6 +176,11 @@ def kick(plant: Plant, state: State, h: float, middle: Array, acceleration: Arra
         state.rate[i] += h * acceleration[i]
     for j in range(2):
         joint = plant.joints[j]
-        fed = IDLE + (1.0 - IDLE) * state.held[j].loss / joint.reference_power
-        state.heat[j] += h * (fed - state.heat[j]) / (
-            HEAT_LAG * joint.thermal_viscosity_time_constant)
+        idle = LOSSES_IDLE if joint.thermal_viscosity_form == LOSSES else IDLE
+        fed = idle + (1.0 - idle) * state.held[j].loss / joint.reference_power
+        slow = HEAT_LAG * joint.thermal_viscosity_time_constant
+        state.heat[j] += h * (fed - state.heat[j]) / slow
+        state.memory[j, HOUSING] += h * (fed - state.memory[j, HOUSING]) / (SLOWER * slow)
+        if joint.motor_inertia_error_form == DRAGGED_DISC:
+            state.memory[j, DISC] += (state.rate[j] - state.memory[j, DISC]) * -math.expm1(
+                -h / joint.motor_inertia_error_first)

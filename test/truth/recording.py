@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import encoders, layout
+from .drive import JITTER, SLOWING
 from .effect import Hidden, TruthError
 from .loop import blank, FRESH, Log, LOST, Plan, run, STALE
-from .nominal import DRY, RATIO, VISCOUS
 from .plant import at_rest, plant
 
 Array = NDArray[np.float64]
@@ -17,9 +17,10 @@ Array = NDArray[np.float64]
 STEP = 40e-6                    # longest integration step on a regular clock [s]
 SETTLING = 0.5                  # time at the first angle before the recording begins [s]
 START = 1_000_000_000           # first stamp, nominally [ns]
-TORQUE_NOISE = 1e-3             # one sigma, at the motor, each sample [N*m]
 CLOCK_JITTER = 2e-6             # one sigma of the sampling times; the stamps know it [s]
 LATE = (0.3, 0.9)               # how late a late sample is, in samples
+BURST = 8                       # samples of a burst of mishaps
+BURSTS, RIGHT_STAMPS = 1, 2     # forms of dropped_samples (`forms.py`)
 OF_THE_ARM = 2                  # streams of chance that belong to the arm: scatter and mounting
 
 
@@ -35,6 +36,13 @@ class TruthRecord(NamedTuple):
     states: Array               # (k, 2, 4) true motor angle and rate, link angle and rate
 
 
+class Built(NamedTuple):
+    """The numbers of an arm as its file states them, nothing hidden and nothing scattered."""
+
+    joints: NDArray[np.void]    # (2,)
+    arm: NDArray[np.void]       # (1,)
+
+
 class _Chance(NamedTuple):
     """Everything random in a recording, drawn whether it is needed or not: paired by the seed."""
 
@@ -43,50 +51,81 @@ class _Chance(NamedTuple):
     clock: np.random.Generator
     torque: np.random.Generator
     reading: np.random.Generator
+    form: np.random.Generator
 
 
 def record(hidden: Sequence[Hidden], *, motion_angle: Array, motion_rate: Array, dt: float,
            seed: int, noise: float = 1.0, healthy_scatter: bool = True,
            counts: tuple[float, float] = (16384, 4e6),
-           tip_force: Array | None = None, arm_seed: int | None = None) -> TruthRecord:
+           tip_force: Array | None = None, arm_seed: int | None = None,
+           built: Built | None = None, settling: float = SETTLING,
+           part: int = 0) -> TruthRecord:
     """
     Let an arm with hidden effects follow a motion, and record it.
 
     Link angles (k, 2) and rates of the motion every dt [s]; the tip force (k, 2) is in the base
     frame [N]. `noise` multiplies the noise of motor torque, encoders and clock. Recordings with
     one `arm_seed` are of one arm, its scatter and its encoders' zeros; without it, the seed is
-    that of the arm too. Raises TruthError for effects that cannot be hidden or a motion that
-    cannot be followed.
+    that of the arm too. `built` is another arm than the nominal one; it stands still for
+    `settling` [s] before the recording begins. `part` counts recordings of one arm that differ
+    in chance. Raises TruthError for effects that cannot be
+    hidden or a motion that cannot be followed.
     """
     _check(motion_angle, motion_rate, tip_force, dt)
     body = seed if arm_seed is None else arm_seed
-    chance = _Chance(*(np.random.default_rng([body if stream < OF_THE_ARM else seed, stream])
-                       for stream in range(5)))
-    joints, arm = layout.nominal_joints(), layout.nominal_arm()
+    chance = _Chance(*(np.random.default_rng(
+        [body, stream] if stream < OF_THE_ARM else [seed, stream, *([part] if part else [])])
+        for stream in range(6)))
+    given = built or Built(layout.nominal_joints(), layout.nominal_arm())
+    joints, arm = given.joints.copy(), given.arm.copy()
     if healthy_scatter:
         layout.scatter(joints, arm, chance.scatter)
     layout.hide(hidden, joints, arm)
     encoders.mount(joints, counts, chance.mounting)
     joints['reference_power'] = usual_loss(
-        motion_rate, 0.25 * joints['thermal_viscosity_amplitude'])
-    lead = round(SETTLING / dt)
+        motion_rate, given.joints, 0.25 * joints['thermal_viscosity_amplitude'])
+    lead = round(settling / dt)
     plan, stamps = _plan(_led(motion_angle, motion_rate, tip_force, lead), dt, lead, chance.clock,
-                         float(arm[0]['dropped_samples_rate']), noise)
+                         arm[0], noise)
+    _put_off(plan, joints, chance.form)
     jitter = encoders.JITTER * noise * chance.reading.standard_normal((2, len(stamps), 2))
-    plan.noise[:] = TORQUE_NOISE * noise * chance.torque.standard_normal(plan.noise.shape)
+    plan.noise[:] = (arm[0]['powered'] * (joints['noise'] * noise)
+                     * chance.torque.standard_normal(plan.noise.shape))
     plan.jitter[:] = 2.0 * np.pi / counts[0] * jitter[0]
     log = blank(len(stamps))
-    run(plant(arm, joints), at_rest(RATIO * motion_angle[0], motion_angle[0]), plan,
+    run(plant(arm, joints), at_rest(joints['ratio'] * motion_angle[0], motion_angle[0]), plan,
         max(1, round(dt / STEP)), log)
-    shown = encoders.link_reading(arm[0], joints, log.link[:-1], plan.instant[:-1],
+    seen = log.link[:-1]
+    if joints['clock_skew_form'].any():
+        seen = encoders.unsteady(joints, seen, log.state[:, :, 3], plan.instant[:-1],
+                                 chance.form.standard_normal(seen.shape))
+    shown = encoders.link_reading(arm[0], joints, seen, plan.instant[:-1],
                                   2.0 * np.pi / counts[1] * jitter[1])
+    if joints['coarse_quantisation_form'].any():
+        shown = encoders.missing(joints, shown, 'link')
+        log.motor[:] = encoders.missing(joints, log.motor, 'motor')
     return _seen(plan, stamps, log, shown, lead)
 
 
-def usual_loss(rate: Array, more: Array) -> Array:
+def usual_loss(rate: Array, joints: NDArray[np.void], more: Array) -> Array:
     """Return the mean friction loss (2,) in a motion, with more viscosity; at least 50 mW [W]."""
-    motor = RATIO * np.abs(rate)
-    return np.maximum((DRY * motor + (VISCOUS + more) * motor ** 2).mean(axis=0), 0.05)
+    motor = joints['ratio'] * np.abs(rate)
+    least = 0.05 * joints['size']
+    return np.maximum((joints['dry'] * motor + (joints['viscous'] + more) * motor ** 2
+                       ).mean(axis=0), least)
+
+
+def _put_off(plan: Plan, joints: NDArray[np.void], rng: np.random.Generator) -> None:
+    """Write when commands arrive where the delay of a joint is not constant."""
+    for j, joint in enumerate(joints):
+        first, span = joint['command_delay_first'], plan.instant[-1] - plan.instant[0]
+        if joint['command_delay_form'] == JITTER:
+            waits = first * np.diff(plan.instant).min() * rng.random(len(plan.arrival))
+        elif joint['command_delay_form'] == SLOWING:
+            waits = first * joint['command_delay_delay'] * (plan.instant > 0.5 * span)
+        else:
+            continue
+        plan.arrival[:, j] += waits
 
 
 def _check(angle: Array, rate: Array, force: Array | None, dt: float) -> None:
@@ -108,25 +147,32 @@ def _led(angle: Array, rate: Array, force: Array | None, lead: int) -> tuple[Arr
 
 
 def _plan(motion: tuple[Array, Array, Array], dt: float, lead: int, rng: np.random.Generator,
-          rate: float, noise: float) -> tuple[Plan, NDArray[np.int64]]:
+          arm: np.void, noise: float) -> tuple[Plan, NDArray[np.int64]]:
     """Return what is given for each sample, and the stamps that go with them."""
     angle, angle_rate, force = motion
     samples = len(angle)
     instant = dt * np.arange(-lead, samples - lead + 1, dtype=np.float64)
     instant += CLOCK_JITTER * noise * layout.truncated(rng, samples + 1)
     stamps = START + np.rint(1e9 * instant[:-1]).astype(np.int64)
-    fate, late = _mishaps(rng, samples, lead, rate)
+    fate, late = _mishaps(rng, samples, lead, arm)
     instant[:-1] += dt * late
     plan = Plan(np.ascontiguousarray(angle), np.ascontiguousarray(angle_rate), force, instant,
-                fate, np.zeros((samples, 2)), np.zeros((samples, 2)))
+                np.repeat(instant[:, None], 2, axis=1), fate, np.zeros((samples, 2)),
+                np.zeros((samples, 2)))
     return plan, stamps
 
 
 def _mishaps(rng: np.random.Generator, samples: int, lead: int,
-             rate: float) -> tuple[NDArray[np.int64], Array]:
+             arm: np.void) -> tuple[NDArray[np.int64], Array]:
     """Return the fate of every sample, and by how many samples it is late."""
     chance, kind = rng.random(samples), rng.integers(3, size=samples)
-    hit = (chance < rate) & (np.arange(samples) > lead)
+    rate, form = arm['dropped_samples_rate'], arm['dropped_samples_form']
+    hit = chance < rate / (BURST if form == BURSTS else 1)
+    if form == BURSTS:
+        hit = np.convolve(hit, np.ones(BURST))[:samples] > 0.0
+    hit &= np.arange(samples) > lead
+    if form == RIGHT_STAMPS:
+        kind = np.zeros_like(kind)
     fate = np.where(hit, np.array([LOST, STALE, FRESH])[kind], FRESH)
     return fate, np.where(hit & (kind == 2), rng.uniform(*LATE, samples), 0.0)
 
