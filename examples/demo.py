@@ -19,10 +19,12 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from typing import Any
 
 from demo_figure import draw, Shown
 from demo_operator import operate, OperatorError
+from hda_torque_estimator.commands.progress import progress
 
 ROOT = Path(__file__).resolve().parents[1]
 MODULES = {
@@ -30,6 +32,7 @@ MODULES = {
     'torque_estimator': 'hda_torque_estimator.estimating.estimator_node',
     'jtf_controller': 'hda_torque_estimator.controlling.controller_node',
     'bag_recorder': 'hda_torque_estimator.recording.recorder_node',
+    'live_view': 'hda_torque_estimator.live.live_node',
     'hda': 'hda_torque_estimator.cli',
 }
 # The arm is simulated and nobody stands beside it: a busy machine may pause for much longer than
@@ -58,11 +61,17 @@ def main() -> int:
         shutil.rmtree(out, ignore_errors=True)
         out.mkdir(parents=True)
         with _domain(out), ExitStack() as nodes:
-            running = [nodes.enter_context(_node(name, options)) for name in PARAMETERS]
-            operate(options.duration, lambda: _check(running, out))
-        report = _estimate(options)
-        shown = Shown.read(out / 'recording', out / 'estimates')
-        draw(shown, out / 'demo.png')
+            names = [*PARAMETERS, *(['live_view'] if options.live else [])]
+            running = [nodes.enter_context(_node(name, options)) for name in names]
+            if options.live:
+                print(_address(running[-1], out), flush=True)
+            with progress(f'moving the arm for {options.duration:g} s, with two pushes at its tip',
+                          quiet=False):
+                operate(options.duration, lambda: _check(running, out))
+        with progress('estimating over the recording', quiet=False):
+            report = _estimate(options)
+            shown = Shown.read(out / 'recording', out / 'estimates')
+            draw(shown, out / 'demo.png')
     except (DemoError, OperatorError, OSError) as error:
         sys.stderr.write(f'demo: {error}\n')
         return 1
@@ -79,7 +88,16 @@ def _options() -> argparse.Namespace:
     parser.add_argument('--duration', type=float, default=10.0, help='of the motion [s]')
     parser.add_argument('--out', type=Path, default=ROOT / 'out' / 'demo',
                         help='directory that is made anew')
+    parser.add_argument('--live', action='store_true', help='show the arm on a page meanwhile')
     return parser.parse_args()
+
+
+def _address(view: Running, out: Path) -> str:
+    """Return what the live page says of its address, as soon as it is there."""
+    while 'http' not in (said := _said(view[0], out)):
+        _check([view], out)
+        time.sleep(0.1)
+    return said
 
 
 def _end(number: int, frame: object) -> None:
@@ -115,7 +133,7 @@ def _command(name: str) -> list[str]:
 @contextmanager
 def _node(name: str, options: argparse.Namespace) -> Iterator[Running]:
     """Run a node; at the end it is told to stop, and must do so cleanly."""
-    parameters = [*PARAMETERS[name], f'arm:={options.arm}']
+    parameters = [*PARAMETERS.get(name, ['open:=true']), f'arm:={options.arm}']
     if name == 'bag_recorder':
         parameters.append(f'output:={options.out / "recording"}')
     words = [word for parameter in parameters for word in ('-p', parameter)]

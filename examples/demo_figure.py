@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.files import arm_from_text
 from hda_msgs_json.bag import open_recording
 from hda_msgs_json.topics import (
@@ -13,7 +14,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
 TRUE, ESTIMATED, ERROR = '#222222', '#d95f02', '#7570b3'
 
 
