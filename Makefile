@@ -10,10 +10,11 @@ LOCKS := requirements/lock.txt requirements/fleet.txt
 VERSION := $(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 READY := $(VENV)/.ready-$(VERSION)
 PACKAGES := hda_msgs_json hda_arm_sim hda_torque_estimator
-STUDIES := kills estimation torque diagnosis
+STUDIES := kills estimation torque knee diagnosis worlds
 BENCHMARKS := $(wildcard benchmarks/bench_*.py) $(STUDIES:%=benchmarks/%.py)
 FAULTS := controller_faults estimator_faults recorder_slope bad_inputs
 QUICK :=
+LIVE :=
 
 # Run each program of $(1), go on where one fails, and say at the end which did.
 run_each = failed=; for script in $(1); do \
@@ -21,26 +22,31 @@ run_each = failed=; for script in $(1); do \
 	done; if test -n "$$failed"; then echo "failed:$$failed" >&2; exit 1; fi
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint docs bench fuzz faults soak lock clean
+.PHONY: help setup demo test study lint docs bench fuzz faults soak lock clean
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-8s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
 
 setup: $(READY)  ## make .venv from the pinned wheels, with this package in it
 
-demo: $(READY)  ## run the arm, push its tip, record and estimate, over real ROS 2
-	$(BIN)/python examples/demo.py
+demo: $(READY)  ## run the arm, push its tip, record and estimate, over real ROS 2; LIVE=1 shows it
+	$(BIN)/python examples/demo.py $(if $(LIVE),--live --duration 60)
 
-test: $(READY)  ## run all tests
+test: $(READY)  ## run all tests, of several records of one statement the first
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadgroup --durations 40
+
+study: $(READY)  ## run the tests' further records of statements that `make test` tests once
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadgroup --durations 40 -m study
 
 lint: $(READY)  ## check style and types
 	$(BIN)/ruff check
 	$(BIN)/mypy
 	$(BIN)/python -m pytest -q --tb=short --show-capture=no -m linter
 
-docs: $(READY)  ## write docs/constants.md from the source
+docs: $(READY)  ## write what docs/ has of the source, and the manual: out/manual/index.html
 	$(BIN)/python test/constants_table.py
+	$(BIN)/python test/reference_pages.py
+	$(BIN)/python -m sphinx -qEW --keep-going -b html docs out/manual
 
 bench: $(READY)  ## measure speed beside peers, then accuracy: hours; QUICK=1 only starts all
 	@$(call run_each,$(BENCHMARKS))

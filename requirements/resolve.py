@@ -32,5 +32,5 @@ def resolve(lock: Path, *extras: str, within: Path | None = None) -> None:
 
 if __name__ == '__main__':
     subprocess.run([sys.executable, '-m', 'pip', 'install', '-qq', 'uv'], check=True)
-    resolve(HERE / 'lock.txt', 'ros', 'test', 'lint')
+    resolve(HERE / 'lock.txt', 'ros', 'test', 'lint', 'docs', 'live')
     resolve(HERE / 'fleet.txt', 'fleet', within=HERE / 'lock.txt')

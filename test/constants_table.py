@@ -11,25 +11,22 @@ Positions in an array are marked `(layout)` and are no judgement.
 import ast
 from collections.abc import Iterator
 from pathlib import Path
-import re
-from typing import NamedTuple
 
+from constant_comments import comment_of, Constant, constant_of, origin_of_group
+import hypothesis_table
 from project_files import files, PACKAGES, ROOT
 from project_imports import IMPORTS, PATHS
 
 PAGE = ROOT / 'docs' / 'constants.md'
 
 # Folders whose modules judge, and single modules that do, wherever they lie.
-FOLDERS = {'calibrate', 'diagnosis', 'planning'}
+FOLDERS = {'calibrate', 'diagnosis', 'least_squares', 'planning'}
 MODULES = {
     'belief', 'closed_loop', 'contact', 'controller', 'conventions', 'coupling', 'estimator',
     'followable', 'fusion', 'gaps', 'learning', 'loop_stability', 'momentum', 'payload',
     'recording_facts', 'reference', 'route_health', 'sample_watch', 'significance', 'slips',
     'stamp_order', 'standstill', 'tip_force'}
 
-GROUP = '# Choices unless told otherwise'
-ORIGIN = re.compile(r' ?\((choice|layout|(?:choice|null|measured|source): [^()]+)\)')
-UNIT = re.compile(r' ?\[([^\]]+)\]')
 NUMPY = {'np.arange', 'np.geomspace', 'np.linspace'}
 MOST_TESTS = 3
 COMMAND_LINE = f'{PACKAGES[-1]}.cli'      # imports commands by their names
@@ -48,16 +45,6 @@ Origins are of four kinds:
 """
 
 
-class Constant(NamedTuple):
-    """One constant of judgement, as the table shows it."""
-
-    names: tuple[str, ...]
-    value: str
-    unit: str
-    meaning: str
-    origin: str         # empty where the source tells none
-
-
 def judging() -> list[str]:
     """Return the names of the modules that judge, in the order of the table."""
     return [name for name in sorted(PATHS) if name.startswith(PACKAGES[-1])
@@ -73,8 +60,8 @@ def constants(text: str) -> Iterator[Constant]:
         names = tuple(ast.unparse(part)
                       for part in getattr(node.targets[0], 'elts', node.targets))
         if all(name.isupper() for name in names) and _is_judgement(names, node.value):
-            constant = _constant(names, ast.unparse(node.value), _comment(lines, node),
-                                 _of_group(lines, node.lineno))
+            constant = constant_of(names, ast.unparse(node.value), comment_of(lines, node),
+                                   origin_of_group(lines, node.lineno))
             if constant.origin != 'layout':
                 yield constant
 
@@ -101,32 +88,6 @@ def _is_number(value: ast.expr) -> bool:
         case ast.Call(func=function, args=parts):
             return ast.unparse(function) in {*NUMPY, 'math.log'} and all(map(_is_number, parts))
     return ast.unparse(value) in {'math.pi', 'np.pi'}
-
-
-def _comment(lines: list[str], node: ast.stmt) -> str:
-    """Return what comments above and behind a statement say, but for the head of its group."""
-    first = last = node.lineno - 1
-    while lines[first - 1].startswith('# ') and not lines[first - 1].startswith(GROUP):
-        first -= 1
-    behind = (line.partition('  # ')[2] for line in lines[last:node.end_lineno])
-    return ' '.join([*(line[2:] for line in lines[first:last]), *filter(None, behind)])
-
-
-def _of_group(lines: list[str], number: int) -> str:
-    """Return the origin that the head of a group tells for a constant at a line."""
-    while number > 1 and lines[number - 2].strip():
-        number -= 1
-        if lines[number - 1].startswith(GROUP):
-            return 'choice'
-    return ''
-
-
-def _constant(names: tuple[str, ...], value: str, comment: str, origin: str) -> Constant:
-    """Return a constant by its comment, with the origin of its group if it tells none itself."""
-    own, unit = ORIGIN.search(comment), UNIT.findall(comment)
-    meaning = UNIT.sub('', ORIGIN.sub('', comment))
-    return Constant(names, value.strip('()'), unit[-1] if unit else '',
-                    meaning.strip(' .,;:'), own[1] if own else origin)
 
 
 def uses(path: Path) -> dict[str, set[str]]:
@@ -174,12 +135,12 @@ def page() -> str:
         if module != last:
             parts.append(f'\n## `{module.partition(".")[2]}`\n\n{COLUMNS}\n')
             last = module
-        more = f' and {len(tests) - MOST_TESTS} more' if len(tests) > MOST_TESTS else ''
+        more = ' and more' if len(tests) > MOST_TESTS else ''
         cells = (', '.join(f'`{name}`' for name in constant.names),
                  f'{constant.value} {constant.unit}'.strip(), constant.meaning, constant.origin,
                  ', '.join(f'`{test}`' for test in tests[:MOST_TESTS]) + more)
         parts.append('| ' + ' | '.join(cell.replace('|', r'\|') for cell in cells) + ' |\n')
-    return ''.join(parts)
+    return ''.join([*parts, hypothesis_table.section()])
 
 
 if __name__ == '__main__':

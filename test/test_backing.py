@@ -27,8 +27,9 @@ def measured(name, seed):
 
 
 @pytest.mark.parametrize(('name', 'seed', 'site'), [
-    ('coulomb_friction', 130, 'motor'), ('viscous_friction', 130, 'motor'),
-    ('stiffness_error', 130, 'torsion'),
+    ('coulomb_friction', 130, 'motor'),
+    pytest.param('viscous_friction', 130, 'motor', marks=pytest.mark.study),
+    pytest.param('stiffness_error', 130, 'torsion', marks=pytest.mark.study),
     ('stiffness_error', 5913, 'torsion'),       # wind-up and stiffening together
     ('current_loop_lag', 5802, 'motor'),        # a delay but for its second rate
     ('encoder_scale_error', 130, 'torsion')])   # a disc that is never seen to bend

@@ -8,9 +8,9 @@ from bag_content import contents, joint_samples, some_messages, TYPES, write_our
 from hda_msgs_json.bag import BagError, BagWriter, open_recording
 from hda_msgs_json.topics import JOINT_STATES
 from hda_torque_estimator.cli import main
-from hda_torque_estimator.commands.fleet import bags_in
+from hda_torque_estimator.commands.fleet_bags import bags_in
 import pytest
-from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
 import yaml
 import zstandard
 
@@ -45,6 +45,24 @@ def test_a_bag_of_the_rosbags_library_is_read(tmp_path: Path) -> None:
             bag.write(connections[topic], time, message)
     recording = open_recording(tmp_path / 'bag')
     assert contents(recording) == messages and recording.warnings == []
+
+
+@pytest.mark.parametrize('mode', [CompressionMode.MESSAGE, CompressionMode.FILE])
+def test_a_compressed_bag_is_read_and_copied_plain(mode, tmp_path: Path) -> None:
+    """rosbag2 compresses each message on its own, or the file as a whole."""
+    messages = some_messages(9)
+    writer = Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.SQLITE3)
+    writer.set_compression(mode, CompressionFormat.ZSTD)
+    with writer as bag:
+        connections = {topic: bag.add_connection(topic, kind, msgdef='', rihs01='unknown')
+                       for topic, kind in TYPES.items()}
+        for topic, time, message in messages:
+            bag.write(connections[topic], time, message)
+    assert contents(open_recording(tmp_path / 'bag')) == messages
+    assert main(['repair', str(tmp_path / 'bag'), '--out', str(tmp_path / 'plain')]) == 0
+    with Reader(tmp_path / 'plain') as plain:
+        assert [bytes(message) for _, _, message in plain.messages()] == [
+            message for _, _, message in messages]
 
 
 @pytest.mark.parametrize('name', ['bag_0.db3', 'renamed.mcap'])

@@ -9,7 +9,7 @@ from hda_arm_sim.motions import motion
 from hda_torque_estimator.estimating.belief_words import believed, doubts_told
 from hda_torque_estimator.estimating.estimator import Estimates, Estimator, EstimatorSettings
 from hda_torque_estimator.estimating.laws import estimate
-from hda_torque_estimator.estimating.laws.fusion import stiffness_factor
+from hda_torque_estimator.estimating.laws.fusion_memory import stiffness_factor
 from hda_torque_estimator.measurements.conventions import wrong_convention
 from hda_torque_estimator.simulating.closed_loop import Run, run
 from hypothesis import given, settings, strategies as st

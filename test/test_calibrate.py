@@ -11,20 +11,25 @@ from hda_arm_sim.motions import motion
 from hda_msgs_json.bag import BagWriter
 from hda_msgs_json.samples import JointSamples, WrenchSamples
 from hda_msgs_json.topics import JOINT_STATES, link_frame, reference_joint_torque
-from hda_torque_estimator.calibrate.calibration import calibrate, Calibration
+from hda_torque_estimator.calibrate.calibration import Calibration, one_joint
+from hda_torque_estimator.calibrate.fitting.heard_out import motor_of, torsion_of
 from hda_torque_estimator.calibrate.passages.measured import CalibrationError, Measured, measured
+from hda_torque_estimator.calibrate.referenced import calibrate
 from hda_torque_estimator.calibrate.run import run_calibration
 from hda_torque_estimator.cli import main
 from hda_torque_estimator.estimating.accuracy import errors
 from hda_torque_estimator.estimating.estimator import Estimator
-from hda_torque_estimator.samples.readings import readings
+from hda_torque_estimator.least_squares.rows import bounded, Rows
+from hda_torque_estimator.samples.readings import LINK_READING, readings
 from hda_torque_estimator.simulating.closed_loop import run
 from hda_torque_estimator.simulating.recorded import about_z, joint_samples
 import numpy as np
 import pytest
+from scipy.optimize import lsq_linear
 
 YUCOBOT = Path(__file__).parents[2] / 'shared' / 'data' / 'voraus_yucobot' / 'test.parquet'
 RUNS = (12, 755, 1702, 1703)
+LAG = 0.04              # of a reference that is held back [s]
 
 Hidden = tuple[JointSamples, dict[str, WrenchSamples]]
 
@@ -83,7 +88,8 @@ def test_hidden_numbers_are_found(found, true):
         effect = true.effect(name, 'joint1')
         truth |= {f'{name}.{rule.name}': getattr(effect, rule.name)
                   for rule in effect.declarations() if f'{name}.{rule.name}' in numbers}
-    assert {*truth, 'link_encoder.zero', 'torsion.deviation'} == {*numbers}
+    motor = {'torque_constant_error.error', 'coulomb_friction.level', 'drive_offset.offset'}
+    assert {*truth, *motor, 'link_encoder.zero', 'torsion.deviation'} <= {*numbers}
     # The estimator filters its velocities, which the intervals do not know: hence three times.
     assert {name: str(numbers[name]) for name, value in truth.items()
             if abs(numbers[name].value - value)
@@ -110,8 +116,8 @@ def test_the_torque_of_a_recording_that_was_not_seen_gets_better(found, nominal,
 
 def test_the_calibration_leaves_what_no_reference_speaks_of(nominal, hidden):
     found = calibrate(nominal, {'joint1': [], 'joint2': of_joint(hidden[:1], 'joint2')})
-    assert found.joints[0].kept == 'no recording has both its angles and its ' \
-                                   'reference/joint1/torque'
+    assert found.joints[0].kept == ('no recording has its motor angle, its reference/joint1/torque'
+                                    ', and its link angle or motor torque')
     assert found.arm.joints[0] == nominal.joints[0]
     assert 'joint1: stays as it was' in found.text()
     assert not found.joints[1].kept and not found.joints[1].held_out
@@ -147,7 +153,8 @@ def test_the_arm_file_says_where_its_numbers_came_from(nominal, hidden, tmp_path
     arm = read_arm(tmp_path / 'new.yaml')
     assert arm == found.arm
     origins = dict(arm.provenance)
-    assert {*origins} == {f'joint1.{number.name}' for number in found.joints[0].numbers}
+    assert {name for name in origins if name.startswith('joint')} == {
+        f'joint1.{number.name}' for number in found.joints[0].numbers}
     assert '(90 %), from reference torques of bag' in origins['joint1.clock_skew.skew']
     left = [joint.torsion.deviation for joint in arm.joints]
     assert left == [pytest.approx(found.joints[0].after), 0.0]
@@ -182,6 +189,63 @@ def test_a_recording_is_used_only_where_everything_is_known(hidden):
     nowhere = replace(late, stamps=late.stamps + 10 ** 12)
     assert measured('run', 'joint1', states, nowhere) is None
     assert measured('run', 'joint3', states, late) is None
+
+
+@pytest.fixture(scope='module')
+def seen(hidden: list[Hidden]) -> list[Measured]:
+    """Return joint 1 in three recordings, each with a zero of its own."""
+    return of_joint(hidden, 'joint1')
+
+
+def without_link(part: Measured) -> Measured:
+    """Return a recording of a joint that has no link encoder."""
+    readings = part.readings.copy()
+    readings[:, 0, LINK_READING] = np.nan
+    return part._replace(readings=readings)
+
+
+def test_a_motor_alone_is_calibrated(nominal: Arm, seen):
+    found = calibrate(nominal, {'joint1': [without_link(part) for part in seen[:2]]}).joints[0]
+    numbers = {number.name: number for number in found.numbers}
+    assert not any(name.startswith('torsion') for name in numbers)
+    level, constant = (numbers[name] for name in (
+        'coulomb_friction.level', 'torque_constant_error.error'))
+    assert level.low < 0.037 < level.high
+    assert abs(constant.value) < 0.03 and 0.0 < found.motor < 0.3 * found.reference
+
+
+def test_a_zero_that_moves_is_said_and_enters_the_file(nominal: Arm, seen):
+    found = calibrate(nominal, {'joint1': seen})
+    zeros = np.array([0.0, 0.8, -0.5]) / 8000.0         # torques of the fixture, over stiffness
+    assert found.joints[0].zero_moves == pytest.approx(zeros.std(ddof=1), rel=0.5)
+    assert 'its zero moves by' in found.text()
+    assert found.arm.tolerances.torsion_zero >= 0.9 * found.joints[0].zero_moves
+
+
+def test_a_reference_that_lags_is_found(nominal: Arm, seen):
+    late = [part._replace(reference=part.later(-LAG)) for part in seen[:2]]
+    found = motor_of(one_joint(nominal, 'joint1'), late)
+    assert found.lag == pytest.approx(LAG, rel=0.15)
+    assert motor_of(one_joint(nominal, 'joint1'), seen[:2]).lag == 0.0
+
+
+def test_a_torsion_without_a_motor_torque_is_enough(nominal: Arm, seen):
+    unknown = [part._replace(command=np.full(len(part.command), np.nan)) for part in seen[:2]]
+    found = calibrate(nominal, {'joint1': unknown}).joints[0]
+    assert found.motor == 0.0 and found.after < 0.1 * found.before
+    heard = torsion_of(one_joint(nominal, 'joint1'), unknown)
+    assert heard.error == pytest.approx(found.after)
+
+
+def test_a_step_that_meets_a_bound_goes_on_along_it():
+    random = np.random.default_rng(3)
+    slopes, error = random.standard_normal((60, 4)), random.standard_normal(60)
+    slopes[:, 1] += slopes[:, 0]
+    bounds = np.array([-0.05, -1.0, -0.02, -1.0]), np.array([0.05, 1.0, 0.02, 1.0])
+    block = np.arange(60)
+    step = bounded(Rows(error, slopes, block, block, block), 1.0, np.zeros(4), np.zeros(4), bounds)
+    best = lsq_linear(slopes, -error, bounds).x
+    assert step == pytest.approx(best, abs=1e-6)
 
 
 @pytest.mark.skipif(not YUCOBOT.is_file(), reason='the licence of voraus_yucobot/test.parquet '

@@ -9,13 +9,14 @@ from hda_arm_sim.model.effects import ClockSkew, TorsionalHysteresis
 from hda_arm_sim.model.files import arm_from_text, arm_to_text, read_arm
 from hda_arm_sim.model.parts import Base
 from hda_torque_estimator.calibrate.calibration import one_joint
-from hda_torque_estimator.calibrate.fitting import laws, terms
+from hda_torque_estimator.calibrate.fitting import laws, referenced_terms
 from hda_torque_estimator.calibrate.fitting.arm_numbers import number, with_numbers
-from hda_torque_estimator.calibrate.fitting.terms import Term
+from hda_torque_estimator.least_squares.term import Term
 import numpy as np
 import pytest
 
 LARGEST = 400.0             # torque of a large joint [N*m]
+FAR = 100.0                 # where a search without a bound ends, in its unknowns
 
 
 @pytest.fixture(scope='module')
@@ -32,18 +33,20 @@ def joint() -> Arm:
 
 def every_term(arm: Arm) -> list[Term]:
     """Return all that any calibration looks for."""
-    return [*(term(arm, LARGEST) for term in (*terms.TERMS, *terms.OPTIONAL)),
+    makers = (*referenced_terms.TORSION, *referenced_terms.TORSION_MORE, *referenced_terms.MOTOR,
+              *referenced_terms.motor_more(300.0), referenced_terms.cogging(14.0))
+    return [*(make(arm, LARGEST) for make in makers),
             laws.stiffness(arm), laws.curvature(arm), laws.segments(arm, LARGEST),
             laws.soft_wind_up(arm), laws.damping(arm), laws.loop(arm), laws.skew(arm),
-            laws.waves(arm, (1.0, 2.0, 3.0, 0.01, 2.02))]
+            *laws.waves(arm, (1.0, 2.0, 3.0, 0.01, 2.02))]
 
 
 @pytest.mark.parametrize('end', ['low', 'high'])
 def test_a_search_at_its_end_is_an_arm(end, joint):
     for term in every_term(joint):
-        values = np.array([getattr(unknown, end) for unknown in term.unknowns])
-        found = term.applied(joint, values)
-        numbers = [number(name, value, 1.0) for name, value in term.numbers(values).items()]
+        values = np.clip(term.bounds()[end == 'high'], -FAR, FAR)
+        found = term.at(values).on(joint)
+        numbers = [number(name, value, 1.0) for name, value in term.at(values).numbers().items()]
         written = with_numbers(joint, 'joint1', numbers, 'a test')
         assert arm_from_text(arm_to_text(written), 'it') == written
         assert found.record() is not None

@@ -16,7 +16,7 @@ from hda_torque_estimator.calibrate.fitting.friction import friction
 from hda_torque_estimator.calibrate.passages.heard import heard
 from hda_torque_estimator.calibrate.passages.stated import Stated
 from hda_torque_estimator.simulating.closed_loop import run
-from hda_torque_estimator.simulating.recorded import in_plane, joint_samples
+from hda_torque_estimator.simulating.recorded import joint_samples, on_tip
 import numpy as np
 import pytest
 
@@ -57,7 +57,7 @@ def found(true: Arm, nominal: Arm, seed: int, period: float) -> list[Number]:
     made = run(true, nominal, Motion(asked.time, asked.angle, asked.rate, force), seed)
     stamps = 10 ** 9 + np.round(made.time * 1e9).astype(np.int64)
     states = joint_samples(nominal, stamps, made.reading, made.command)
-    pulled = {EXTERNAL_WRENCH.name: in_plane(stamps, BASE_FRAME, made.force)}
+    pulled = {EXTERNAL_WRENCH.name: on_tip(stamps, BASE_FRAME, made.force)}
     passages = heard(states, pulled, f'recording {seed}', nominal, Stated()).passages
     return [number for label, passage in passages.items()
             for number in friction(one_joint(nominal, label), [passage])]

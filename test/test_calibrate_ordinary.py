@@ -14,7 +14,7 @@ from hda_msgs_json.topics import BASE_FRAME, JOINT_STATES, REFERENCE_TIP_WRENCH
 from hda_torque_estimator.cli import main
 from hda_torque_estimator.estimating.estimator import Estimator, EstimatorSettings
 from hda_torque_estimator.simulating.closed_loop import Run, run
-from hda_torque_estimator.simulating.recorded import in_plane, joint_samples
+from hda_torque_estimator.simulating.recorded import joint_samples, on_tip
 import numpy as np
 import pytest
 
@@ -68,7 +68,7 @@ def bag_of(path: Path, arm: Arm, made: Run, *, sensor: bool) -> str:
         bag.write_joint_states(JOINT_STATES,
                                joint_samples(arm, stamps, made.reading, made.command))
         if sensor:
-            bag.write_wrenches(REFERENCE_TIP_WRENCH, in_plane(stamps, BASE_FRAME, made.force))
+            bag.write_wrenches(REFERENCE_TIP_WRENCH, on_tip(stamps, BASE_FRAME, made.force))
     return str(path)
 
 

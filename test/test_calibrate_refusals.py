@@ -7,9 +7,9 @@ from pathlib import Path
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.calibrate.calibration import one_joint
-from hda_torque_estimator.calibrate.fitting.descent import Descent
 from hda_torque_estimator.calibrate.fitting.laws import stiffness, waves
 from hda_torque_estimator.calibrate.fitting.orders import candidates
+from hda_torque_estimator.calibrate.fitting.torsion_fits import TorsionFits
 from hda_torque_estimator.calibrate.passages.heard import Heard
 from hda_torque_estimator.calibrate.passages.measured import CalibrationError
 from hda_torque_estimator.calibrate.passages.passage import Passage
@@ -60,8 +60,8 @@ def test_recordings_of_other_rates_belong_together(arm):
     joint, passages = one_joint(arm, 'joint1'), [
         good()._replace(dt=factor * DT) for factor in (1.0, 1.0013, 1.02)]
     check(arm, 'joint1', passages)
-    found = Descent(joint, passages).fit([stiffness(joint)])
-    assert len(np.unique(found.rows.stretch)) == 13 and np.isfinite(found.values()).all()
+    found = TorsionFits(joint, passages).fit([stiffness(joint)])
+    assert len(np.unique(found.rows.stretch)) == 13 and np.isfinite(found.scaled).all()
 
 
 def test_a_disc_off_its_axis_is_no_wrong_sign(arm):
@@ -146,12 +146,13 @@ def test_what_cannot_be_meant_is_refused(tilts, payloads, message):
 @pytest.mark.parametrize('order', [0.01, 0.02, 0.03, 1.0, 2.0, 3.0, 4.0, 2.02])
 def test_a_wave_of_any_order_reaches_the_arm_file(order, arm):
     joint = one_joint(arm, 'joint1')
-    numbers = waves(joint, (order,)).numbers(np.array([3e-5, 4e-5]))
+    term, = waves(joint, (order,))
+    found = term.at(np.array([3e-5, 4e-5]))
+    numbers = found.numbers()
     amplitude, = (value for name, value in numbers.items() if 'amplitude' in name)
     phase, = (value for name, value in numbers.items() if 'phase' in name)
     assert amplitude == pytest.approx(5e-5) and phase == pytest.approx(math.atan2(4.0, 3.0))
     of_disc = {name.partition('.')[0] for name in numbers} == {'link_encoder_eccentricity'}
     assert of_disc == (order < 0.025)
     assert any(order == pytest.approx(known) for known in candidates(RATIO))
-    term = waves(joint, (order,))
-    assert term.applied(joint, np.array([3e-5, 4e-5])) != joint
+    assert found.on(joint) != joint

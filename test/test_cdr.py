@@ -6,7 +6,8 @@ from hda_msgs_json.cdr import (
     CdrError, decode_joint_state, decode_joint_states, decode_string, decode_wrench,
     decode_wrenches, encode_joint_state, encode_string, encode_wrench, JointState,
     JointStateDecoder, JointStateEncoder, WrenchEncoder)
-from hda_msgs_json.cdr_arrays import batch_of, encode_joint_rows, encode_wrench_rows
+from hda_msgs_json.cdr_arrays import encode_joint_rows, encode_wrench_rows
+from hda_msgs_json.cdr_batch import batch_of
 from hda_msgs_json.cdr_layout import read_joint_state
 from hda_msgs_json.samples import JointSamples, WrenchSamples
 from hypothesis import given, strategies as st

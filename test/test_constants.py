@@ -1,6 +1,7 @@
 """Every constant of judgement says what it means and where it comes from, in source and docs."""
 
 import constants_table
+from hypothesis_table import numeric_fields, thresholds
 import pytest
 
 ROWS = list(constants_table.rows())
@@ -17,6 +18,10 @@ def test_a_constant_has_a_meaning_and_an_origin(constant):
     assert constant.meaning
     assert constant.origin, 'mark its comment with (choice), (null: ...), (measured: ...) ' \
                             'or (source: ...)'
+
+
+def test_every_threshold_of_a_hypothesis_has_a_meaning_and_an_origin():
+    assert numeric_fields() <= {name for name, meaning, _ in thresholds() if meaning}
 
 
 def test_every_constant_is_reached_by_a_test():

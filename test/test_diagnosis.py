@@ -163,7 +163,7 @@ def test_report_and_extended_model_are_written(short, tmp_path, capsys):
     printed = json.loads(capsys.readouterr().out)
     written = json.loads((out / 'report.json').read_text())
     assert printed == written
-    assert written['schema'] == 'hda.diagnosis/1'
+    assert written['schema'] == 'hda.diagnosis/2'
     assert written['verdict'] == 'no_discrepancy'
     assert [row['horizon'] for row in written['prediction']] == list(HORIZONS)
     assert all(0.0 < row['after'] < 3.0 * row['floor'] for row in written['prediction'])

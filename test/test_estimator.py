@@ -13,7 +13,7 @@ from hda_arm_sim.model.torsion import torsion_of_torque
 from hda_arm_sim.motions import motion
 from hda_torque_estimator.estimating.estimator import Estimator, EstimatorSettings, Refusal
 from hda_torque_estimator.estimating.laws import estimate
-from hda_torque_estimator.estimating.laws.tip_force import base_force, tool_force
+from hda_torque_estimator.estimating.laws.tip_force import base_force, Posture, tool_force
 from hda_torque_estimator.samples.readings import READINGS
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
@@ -159,8 +159,8 @@ def test_covariance_is_that_of_the_errors(arm, pushed):
     for _ in range(4000):
         force, covariance, base, spread = (np.zeros(2), np.zeros((2, 2)), np.zeros(2),
                                            np.zeros((2, 2)))
-        tool_force(arm.record().body['links'], 2, angles[1], deviation * random.standard_normal(2),
-                   deviation, 0.1, force, covariance)
+        tool_force(Posture(arm.record().body['links'], 2, angles[1], 0.1),
+                   deviation * random.standard_normal(2), deviation, force, covariance)
         base_force(sum(angles), force, covariance, base, spread)
         forces.append(base)
     np.testing.assert_allclose(np.cov(np.array(forces).T), spread, rtol=0.1, atol=2e-3)

@@ -11,9 +11,12 @@ from hda_msgs_json.bag import BagWriter
 from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import JOINT_STATES
 from hda_torque_estimator.cli import main
-from hda_torque_estimator.commands.fleet import bags_in, execute, FleetError
+from hda_torque_estimator.commands.fleet import execute
+from hda_torque_estimator.commands.fleet_bags import bags_in, FleetError
 from hda_torque_estimator.commands.outcome import Outcome
-from hda_torque_estimator.fleet.fleet_report import Cause, fleet_document, fleet_page, Line
+from hda_torque_estimator.fleet.fleet_page import fleet_page
+from hda_torque_estimator.fleet.fleet_report import fleet_document
+from hda_torque_estimator.fleet.lines import Cause, Line
 from hda_torque_estimator.fleet.spread import (
     machine_memory, over_machines, over_processes, SpreadError)
 from hda_torque_estimator.measurements.gate import GateError
@@ -47,7 +50,8 @@ def pretended(options):
 def asked(bags, out, **others):
     """Return the options of a call."""
     return argparse.Namespace(**{'bags': [bags], 'out': out, 'arm': 'hda_arm.yaml', 'each': True,
-                                 'workers': 1, 'scheduler': None, 'force': False, **others})
+                                 'workers': 1, 'scheduler': None, 'force': False, 'update': False,
+                                 'alarm': None, 'json': True, **others})
 
 
 @pytest.fixture(scope='module')
@@ -132,7 +136,7 @@ def test_bags_are_diagnosed_as_they_are_alone(tmp_path):
 
 
 @pytest.mark.parametrize(('words', 'says'), [
-    (['--workers', '2'], '--workers spreads the diagnoses of --each'),
+    (['--workers', '2'], '--workers is for the diagnoses of --each'),
     (['--each', '--workers', '0'], '--workers must be at least 1, got 0'),
     (['--each', '--scheduler', 'tcp://127.0.0.1:9'], 'no Dask scheduler answers'),
 ])

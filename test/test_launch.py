@@ -8,7 +8,9 @@ import signal
 import subprocess
 import sys
 from types import SimpleNamespace
+from xml.etree import ElementTree
 
+from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.node import ArmSim
 from hda_arm_sim.ros.arm_node import ArmNode
 from hda_torque_estimator.controlling.controller_node import JtfController
@@ -21,6 +23,7 @@ from rcl_interfaces.srv import GetParameters
 import rclpy
 from rclpy.parameter import parameter_value_to_python
 import setuptools
+import yaml
 
 PACKAGE = 'hda_torque_estimator'
 FILE = ROOT / 'launch' / 'arm.launch.py'
@@ -220,3 +223,17 @@ def test_two_arms_in_two_namespaces(installed, tmp_path, monkeypatch, composed):
             launched.send_signal(signal.SIGINT)
         assert launched.wait(PATIENCE) == 0
     assert (tmp_path / '20261122' / 'metadata.yaml').is_file()
+
+
+def test_the_view_shows_the_frames_of_the_arm():
+    """TF and RViz find every frame that messages name, and the tip where the laws have it."""
+    defined = SimpleNamespace(**runpy.run_path(str(ROOT / 'launch' / 'view.launch.py')))
+    robot = ElementTree.fromstring(defined.description('hda_arm.yaml'))
+    assert {link.get('name') for link in robot.findall('link')} == {
+        'base', 'joint1_link', 'joint2_link', 'tool'}
+    reach = sum(float(joint.find('origin').get('xyz').split()[0])
+                for joint in robot.findall('joint'))
+    links = read_arm('hda_arm.yaml').links
+    assert reach == pytest.approx(links.length1 + links.length2)
+    shown = yaml.safe_load(Path(defined.configuration()).read_text())['Visualization Manager']
+    assert shown['Global Options']['Fixed Frame'] == 'base'

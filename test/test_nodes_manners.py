@@ -106,6 +106,17 @@ def test_services_have_the_usual_name_and_that_of_the_node(kind, usual, service,
     assert {f'/left/{usual}/{service}', f'/left/renamed/{service}'} <= names
 
 
+@pytest.mark.parametrize(('kind', 'waits'), [
+    (ArmSim, 'motor_command'), (TorqueEstimator, 'joint_states'),
+    (JtfController, 'joint_states, and a call of jtf_controller/enable'),
+    (BagPlayer, 'a subscriber of any')])
+def test_a_node_says_in_one_line_that_it_started(kind, waits, node, capfd):
+    node(kind)
+    said, = (line for line in capfd.readouterr().err.splitlines() if 'started: ' in line)
+    assert f'waits for {waits}' in said
+    assert 'hda_arm.yaml (joint1, joint2)' in said or kind is BagPlayer
+
+
 def test_diagnostics_name_the_arm(tmp_path):
     with watching() as watcher, running(tmp_path, torque_estimator=('arm:=paper_table1.yaml',)):
         heard = watcher.hear(DIAGNOSTICS)

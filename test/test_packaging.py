@@ -28,12 +28,22 @@ MODULES = {
     'jtf_controller': 'hda_torque_estimator.controlling.controller_node',
     'bag_recorder': 'hda_torque_estimator.recording.recorder_node',
     'bag_player': 'hda_torque_estimator.playing.player_node',
+    'live_view': 'hda_torque_estimator.live.live_node',
     'warm_up': 'hda_torque_estimator.warm_up',
     'hda': 'hda_torque_estimator.cli',
 }
 
 # Packages whose modules have another name.
 IMPORTED_AS = {'pyyaml': 'yaml'}
+
+# Print where the pages come from, and a page with a plot and all that it needs.
+SHOW_PAGE = """
+from hda_torque_estimator.pages import plot, render
+import numpy
+line = plot.Plot('x', 'y', numpy.arange(3.0), [plot.Line('z', numpy.arange(3.0), 'after')])
+print(render.__file__, render.render('page.html', title='t', charts={
+    'a': plot.Chart('b', 'c', {'d': line})}))
+"""
 
 # Print where an installed package finds the model files.
 FIND_CONFIG = "from importlib.resources import files; print(files('hda_arm_sim') / 'config')"
@@ -80,7 +90,11 @@ def wheel(tmp_path_factory):
     return next(source.parent.glob('dist/*.whl'))
 
 
-@pytest.fixture(scope='module', params=[[], ['--symlink-install']], ids=['copied', 'linked'])
+COPIED: tuple[str, ...] = ()
+LINKED = ('--symlink-install',)
+
+
+@pytest.fixture(scope='module', params=[COPIED, LINKED], ids=['copied', 'linked'])
 def workspace(request, tmp_path_factory):
     """Build a workspace that holds a copy of the project, with files copied and linked."""
     pytest.importorskip('colcon_core')
@@ -139,7 +153,8 @@ def test_every_executable_has_a_shim():
 
 def test_everything_imported_is_declared(described):
     needed = {used.partition('.')[0] for uses in IMPORTS.values() for used in uses}
-    packages = {re.split('[<>]', line)[0] for line in described['install_requires']}
+    wanted = [*described['install_requires'], *described['extras_require']['live']]
+    packages = {re.split('[<>]', line)[0] for line in wanted}
     declared = {IMPORTED_AS.get(package, package) for package in packages}
     declared |= {depend.name for depend in parse_package(str(ROOT / 'package.xml')).exec_depends}
     assert needed - sys.stdlib_module_names - {*PACKAGES} <= declared
@@ -176,6 +191,10 @@ def test_wheel_holds_code_config_launch_and_index(wheel):
     for name in tree(ROOT / 'config'):
         expected |= {f'{share}{NAME}/config/{name}', f'hda_arm_sim/config/{name}'}
     expected |= {f'{share}{NAME}/launch/{name}' for name in tree(ROOT / 'launch')}
+    for folder in ('assets', 'templates'):
+        pages = f'{NAME}/pages/{folder}'
+        expected |= {f'{pages}/{name}' for name in tree(ROOT / pages)}
+    assert f'{NAME}/pages/assets/uplot/LICENSE' in expected
     assert expected <= held
     assert not {name for name in held if name.startswith(('test', 'config', 'launch'))}
 
@@ -190,6 +209,8 @@ def test_wheel_runs_where_ros_looks(wheel, tmp_path):
     assert 'usage: hda' in run(hda, '--help', cwd=tmp_path, PYTHONPATH=str(python))
     found = run(sys.executable, '-c', FIND_CONFIG, cwd=tmp_path, PYTHONPATH=str(python))
     assert Path(found.strip()) == python / 'hda_arm_sim/config'
+    shown = run(sys.executable, '-c', SHOW_PAGE, cwd=tmp_path, PYTHONPATH=str(python))
+    assert f'{python / NAME}' in shown and '</html>' in shown and 'uPlot' in shown
 
 
 @pytest.mark.xdist_group('colcon')
@@ -211,6 +232,9 @@ def test_colcon_installs_what_runs(workspace):
 
 
 @pytest.mark.xdist_group('colcon')
+@pytest.mark.parametrize('workspace', [
+    pytest.param(COPIED, id='copied'),
+    pytest.param(LINKED, id='linked', marks=pytest.mark.study)], indirect=True)
 def test_colcon_runs_the_tests(workspace):
     run(sys.executable, '-m', 'colcon', 'test', '--return-code-on-test-failure',
         '--pytest-args', '-k', 'test_packages_import', cwd=workspace)

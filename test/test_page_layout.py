@@ -1,36 +1,42 @@
-"""No page is wider than its screen: tables fit, or scroll within a box of their own."""
+"""Every page in a browser, at three widths: nothing sticks out, no complaint, plots are drawn."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 from html.parser import HTMLParser
-import json
-from pathlib import Path
 import re
-import shutil
-import subprocess
 
+from browser import CHROMIUM, Shown, shown
 from hda_arm_sim.model.effects import EFFECTS
-from hda_torque_estimator.diagnosis.findings.report import Candidate, Finding, Number
+from hda_msgs_json.samples import JointSamples
+from hda_torque_estimator.calibrate.calibration import Calibration
+from hda_torque_estimator.calibrate.fitting.arm_numbers import Number as ArmNumber
+from hda_torque_estimator.calibrate.page import page as calibration_page
+from hda_torque_estimator.calibrate.referenced import JointCalibration
+from hda_torque_estimator.comparison.compare import compare
+from hda_torque_estimator.comparison.page import page as comparison_page
+from hda_torque_estimator.comparison.signals import bag_of
+from hda_torque_estimator.diagnosis.findings.report import Candidate, Finding, Number, VERDICTS
 from hda_torque_estimator.diagnosis.telling.page import page
-from hda_torque_estimator.fleet.fleet_report import Cause, fleet_page, Line
-from hda_torque_estimator.pages.style_sheet import STYLE_SHEET
+from hda_torque_estimator.estimating.accuracy import Errors
+from hda_torque_estimator.estimating.curves import Beside
+from hda_torque_estimator.estimating.estimator import Estimates
+from hda_torque_estimator.estimating.laws import estimate
+from hda_torque_estimator.estimating.page import About
+from hda_torque_estimator.estimating.page import page as estimation_page
+from hda_torque_estimator.fleet.fleet_page import fleet_page
+from hda_torque_estimator.fleet.lines import Cause, Line
+from hda_torque_estimator.pages.render import asset
+from hda_torque_estimator.reproduction.page import page as reproduction_page
+from hda_torque_estimator.reproduction.rig.exhibit import Exhibit
+from hda_torque_estimator.reproduction.rig.exhibit import Number as PaperNumber
+import numpy as np
 import pytest
 from test_page import diagnosis
+from test_page_plots import shown_diagnosis, shown_exhibits
 
-CHROMIUM = next(filter(None, map(shutil.which, (
-    'chromium', 'chromium-browser', 'google-chrome'))), None)
-FLAGS = ('--headless', '--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run',
-         '--disable-background-networking', '--disable-component-update', '--disable-sync')
 WIDTHS = (360, 1280, 1920)
 PHONE = 640             # screens narrower than this may scroll within a table's box [px]
-MEASURE = """<script>
-const wide = [...document.querySelectorAll('table')].map(table => {
-  const box = table.parentElement, style = getComputedStyle(box).overflowX;
-  return {over: table.offsetWidth - box.clientWidth, scrolls: style};
-});
-document.title = JSON.stringify({
-  page: document.documentElement.scrollWidth - window.innerWidth, tables: wide});
-</script>"""
+FIRST_SCREEN = 1200     # height of the window [px]
+TIME = np.arange(3000) / 500.0
 
 
 def everything(effect: str) -> Finding:
@@ -52,16 +58,66 @@ def full_page() -> str:
                         arm='/a/very/long/path/' + 'of_an_arm/' * 9 + 'arm.yaml'), {})
 
 
+def plotted(verdict: str) -> str:
+    """Return the page of a diagnosis with plots."""
+    return page(shown_diagnosis(verdict), {}, shown_exhibits())
+
+
 def whole_fleet() -> str:
     """Return the page of a fleet with long names."""
     causes = tuple(Cause(name, 'joint1', 0.991) for name in (
         'position_dependent_friction', 'nonlinear_viscous_friction'))
-    return fleet_page([Line('recordings/of/a/long/day/' * 3 + 'bag', 'bag', 'explained', causes),
-                       Line('bag2', 'bag2', None, error='no joint states in this bag ' * 4)],
-                      'hda_arm.yaml', '0.1.0')
+    play = [Cause('backlash', 'joint1', 0.99, 'half_width', size, 0.9 * size, 1.1 * size, 'rad')
+            for size in (1e-4, 2e-4)]
+    return fleet_page([
+        Line('recordings/of/a/long/day/' * 3 + 'bag', 'bag', 'explained', causes),
+        *(Line(f'{day}', f'{day}', 'explained', (cause,), device='arm 7', severity=9.0,
+               date=f'2026-01-0{day}') for day, cause in enumerate(play, 1)),
+        Line('bag2', 'bag2', None, error='no joint states in this bag ' * 4, device='b')],
+        'hda_arm.yaml', '0.1.0')
 
 
-PAGES = {'diagnosis': full_page, 'fleet': whole_fleet}
+def compared() -> str:
+    """Return the page of two bags that differ."""
+    stamps = np.round(1e9 * TIME).astype(np.int64)
+    bags = [bag_of(name, {'joint_states': JointSamples(
+        stamps, ('a_joint_with_a_long_name',), scale * np.sin(3.0 * TIME)[:, None],
+        *np.full((2, len(TIME), 1), np.nan))}) for name, scale in (('one', 1.0), ('two', 1.1))]
+    return comparison_page(compare(*bags, 'none'), '0.1.0')
+
+
+def estimated() -> str:
+    """Return the page of estimates of two joints and a tip, with a truth and a doubt."""
+    random = np.random.default_rng(0)
+    joints = random.normal(size=(len(TIME), 2, estimate.RESULTS))
+    tip = np.abs(random.normal(size=(len(TIME), estimate.TIP_RESULTS)))
+    stamps = np.round(1e9 * TIME).astype(np.int64)
+    found = Estimates(stamps, joints, tip, np.empty(0, np.int64))
+    about = About(('joint1', 'joint2'), 'a_bag', 'hda_arm.yaml', '0.1.0', 3, {'joint1: <b>': 0.1},
+                  {'truth/joint1/torque': Errors(0.1, 0.1, 0.1, 0.2)}, '')
+    return estimation_page(found, about, {'joint1': {'truth': Beside(stamps, np.sin(TIME))}})
+
+
+def calibrated() -> str:
+    """Return the page of a calibration of one joint, another of which nothing is known."""
+    number = ArmNumber('torsion.flexspline_stiffness', 1.2345e4, 1.2e4, 1.3e4, 'N*m/rad', True)
+    joints = (JointCalibration('joint1', ('a',), '', (number,), 3.0, 0.8, 0.3, True),
+              JointCalibration('joint2', (), 'its reference torque never changes'))
+    return calibration_page(Calibration(None, joints), out='new.yaml', arm='hda_arm.yaml',
+                            bags=['a'], version='0.1.0')
+
+
+def reproduced() -> str:
+    """Return the page of a reproduction with a table of long names."""
+    numbers = (PaperNumber('natural frequency of the joint', 'rad/s', 1.0, 2.0, 1e6, 'a remark'),)
+    made = Exhibit(numbers=numbers, findings=('It is so.',))
+    return reproduction_page({'fig2': made}, {}, '0.1.0')
+
+
+PAGES = {'diagnosis': full_page, 'fleet': whole_fleet, 'comparison': compared,
+         'estimation': estimated, 'calibration': calibrated, 'reproduction': reproduced,
+         **{verdict: (lambda verdict=verdict: plotted(verdict)) for verdict in VERDICTS}}
+PLOTTED = {'comparison', 'estimation', *VERDICTS}
 
 
 class Tables(HTMLParser):
@@ -88,39 +144,59 @@ class Tables(HTMLParser):
 
 @pytest.mark.parametrize('made', PAGES.values(), ids=PAGES)
 def test_every_table_stands_in_a_box_that_scrolls(made):
-    assert set(Tables(made()).boxes) == {'wide'}
-    assert re.search(r'\.wide \{[^}]*overflow-x: auto', STYLE_SHEET)
+    assert set(Tables(made()).boxes) <= {'wide'}
+    assert re.search(r'\.wide \{[^}]*overflow-x: auto', asset('style.css'))
 
 
-def measured(text: str, folder: Path, width: int) -> dict[str, object]:
-    """Return how far a page and its tables stick out of a screen of this width [px]."""
-    path = folder / 'page.html'
-    path.write_text(text.replace('</body>', f'{MEASURE}</body>'), encoding='utf-8')
-    shown = subprocess.run(
-        [str(CHROMIUM), *FLAGS, f'--user-data-dir={folder / "profile"}',
-         f'--window-size={width},1200', '--dump-dom', path.as_uri()],
-        capture_output=True, text=True, timeout=120).stdout
-    return json.loads(re.search(r'<title>(.*?)</title>', shown, re.DOTALL)[1])
-
-
-@pytest.fixture(scope='module', params=[
-    pytest.param((name, width), id=f'{name}-{width}') for name in PAGES for width in WIDTHS])
-def screen(request, tmp_path_factory) -> Iterator[tuple[int, dict[str, object]]]:
-    """Return a width and what a browser of this width measures of a page."""
+@pytest.fixture(scope='module', params=PAGES)
+def screens(request, tmp_path_factory) -> tuple[str, Shown]:
+    """Return a page's name, and what a browser measures of it at all widths."""
     if CHROMIUM is None:
         pytest.skip('there is no Chromium')
-    name, width = request.param
-    yield width, measured(PAGES[name](), tmp_path_factory.mktemp('screen'), width)
+    name = request.param
+    found = shown(PAGES[name](), tmp_path_factory.mktemp('screen'), WIDTHS)
+    assert set(found.measured) == set(WIDTHS)
+    return name, found
 
 
-def test_a_page_is_no_wider_than_its_screen(screen):
-    width, found = screen
-    assert found['page'] <= 0
-    assert found['tables']
-    assert {one['scrolls'] for one in found['tables'] if one['over'] > 0} <= {'auto'}
+def test_a_page_is_no_wider_than_its_screen(screens):
+    for width, found in screens[1].measured.items():
+        assert found['page'] <= 0, width
+        over = [one for one in found['tables'] if one['over'] > 0]
+        assert {one['scrolls'] for one in over} <= {'auto'}
+        assert not over or width < PHONE        # nothing is cut off on a wide screen
 
 
-def test_nothing_is_cut_off_on_a_wide_screen(screen):
-    width, found = screen
-    if width > PHONE:
-        assert [one['over'] for one in found['tables'] if one['over'] > 0] == []
+def test_a_browser_complains_of_nothing(screens):
+    assert screens[1].complaints == []
+
+
+def test_the_first_screen_holds_the_sentence(screens):
+    name, found = screens
+    for one in found.measured.values():
+        assert one['headline'].strip()
+        assert 0.0 < one['bottom'] < FIRST_SCREEN
+        if name == 'explained':
+            assert 'transmission error of 0.12 mrad (0.42 arcmin)' in one['headline']
+        if name == 'fleet':
+            assert 'The worst is arm 7: joint 1 has 0.4 mrad (1.4 arcmin) of play.' in one[
+                'headline']
+
+
+def test_every_plot_is_drawn_and_answers(screens):
+    name, found = screens
+    for one in found.measured.values():
+        assert (one['plots'] > 0) == (name in PLOTTED)
+        assert one['drawn'] == one['plots']
+        assert one['pressed']
+
+
+def test_a_browser_tells_what_is_wrong(tmp_path):
+    """The measure itself: a page that is too wide and loads something is found out."""
+    if CHROMIUM is None:
+        pytest.skip('there is no Chromium')
+    bad = calibrated().replace('</main>', '<div style="width: 3000px">x</div>'
+                               '<img src="https://example.org/x.png" alt=""></main>')
+    found = shown(bad, tmp_path, WIDTHS)
+    assert all(one['page'] > 0 for one in found.measured.values())
+    assert found.complaints

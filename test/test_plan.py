@@ -15,9 +15,11 @@ from hda_arm_sim.motions import motion, MotionError
 from hda_torque_estimator.cli import main
 from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.fitting.hypotheses import HYPOTHESES
+from hda_torque_estimator.diagnosis.judging.acceptance import CERTAIN
 from hda_torque_estimator.measurements.measurement import Measurement
-from hda_torque_estimator.planning.paths import candidates
-from hda_torque_estimator.planning.question import question
+from hda_torque_estimator.planning.paths import candidates, Path
+from hda_torque_estimator.planning.question import question, shown
+from hda_torque_estimator.planning.strength import separation
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 import pytest
@@ -119,6 +121,26 @@ def test_joint_of_one_effect_is_the_joint_of_the_other():
     asked = question(ARM, 'backlash', 'clock_skew@joint2')
     assert [suspect.label for suspect in asked.suspects] == ['backlash@joint2',
                                                              'clock_skew@joint2']
+
+
+def test_a_motion_shows_an_effect_or_does_not():
+    asked = shown(ARM, ['cable_spring'])
+    assert [suspect.label for suspect in asked.suspects] == ['cable_spring@joint1']
+    seen = {}
+    for name, size in (('wide', 0.5), ('nearly at rest', 0.002)):
+        path = Path('wave', (size, size), harmonics=(1, 6), seed=1).motion(2, 10.0, 2e-3, [3, 3])
+        healthy = run(ARM, ARM, path, 7, estimator=None)
+        seen[name] = separation(asked, path, healthy).least
+    assert seen['wide'] > CERTAIN > 0.2 * CERTAIN > seen['nearly at rest']
+
+
+def test_what_cannot_be_shown_is_one_line(tmp_path, capsys):
+    for words, says in ((['dropped_samples'], 'no motion is planned for dropped_samples'),
+                        (['backlash@'], "--show got 'backlash@'"),
+                        (['friction'], "no effect is named 'friction'")):
+        assert main(['plan', '--arm', 'hda_arm.yaml', '--show', *words, '--out',
+                     str(tmp_path / 'motion.csv')]) == 2
+        assert says in capsys.readouterr().err
 
 
 @pytest.mark.parametrize('path', candidates(2), ids=lambda path: path.label)

@@ -5,8 +5,8 @@ import json
 from pathlib import Path
 import sys
 
+from hda_arm_sim.foundation.arrays import Array
 import numpy as np
-from numpy.typing import NDArray
 import pytest
 from scipy.integrate import trapezoid
 from truth import layout, links
@@ -16,8 +16,6 @@ from truth.friction import bent, resistance
 from truth.gear import drag_sliders, seat, transmission_error
 from truth.plant import at_rest, Plant, plant, State
 from truth.torsion import look_up, table, torsion
-
-Array = NDArray[np.float64]
 
 REFERENCE = Path(__file__).parents[2] / 'shared' / 'reference'
 SOURCES = sorted((Path(__file__).parent / 'truth').glob('*.py'))

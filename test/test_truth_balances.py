@@ -3,14 +3,13 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 from numpy.typing import NDArray
 import pytest
 from truth import Hidden, layout, TruthRecord
 from truth.torsion import torsion
 from truth_cases import DT, exact, hide, times
-
-Array = NDArray[np.float64]
 
 TAU, MASS_MOMENTS = 2.0 * np.pi, (2.925, 1.2)
 

@@ -5,15 +5,13 @@ from functools import cache
 from pathlib import Path
 import re
 
+from hda_arm_sim.foundation.arrays import Array
 import numpy as np
-from numpy.typing import NDArray
 import pytest
 from truth import (
     CATALOGUE, draw, EFFECTS, Hidden, layout, OUTSIDE, record, recording, TruthError, TruthRecord)
 from truth.encoders import mount
 from truth_cases import DT, EXACT, exact, hide, motion, recorded, SECONDS, times
-
-Array = NDArray[np.float64]
 
 TABLES = Path(__file__).parent / 'truth' / 'README.md'
 LISTED = Path(__file__).parents[2] / 'shared' / 'design' / 'catalogue.md'
@@ -118,7 +116,7 @@ def test_steps_and_zeros_are_those_of_encoders():
 
 @pytest.mark.parametrize('every', [10_000, 11])
 def test_command_answers_the_new_reading_before_it(monkeypatch, every):
-    def mishaps(rng, samples, lead, rate):
+    def mishaps(rng, samples, lead, arm):
         fate = np.zeros(samples, np.int64)
         fate[lead + every::every] = np.arange(len(fate[lead + every::every])) % 2 + 1
         return fate, np.zeros(samples)

@@ -13,7 +13,7 @@ from hda_msgs_json.bag import BagError, BagWriter, open_recording
 from hda_msgs_json.samples import WrenchSamples
 from hda_msgs_json.topics import JOINT_STATES, Topic, WRENCH_STAMPED
 from hda_torque_estimator.cli import main
-from hda_torque_estimator.commands.fleet import bags_in
+from hda_torque_estimator.commands.fleet_bags import bags_in
 from hda_torque_estimator.measurements.recorded_readings import recorded_readings
 import numpy as np
 from project_files import ROOT

@@ -1,13 +1,12 @@
 """Recordings of arms whose every number is wrong by as much as the tolerances say."""
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.parts import Tolerances
 from hda_arm_sim.motions import motion
 import numpy as np
-from numpy.typing import NDArray
 from truth import Hidden, record, TruthRecord
 from truth_cases import hide
 
-Array = NDArray[np.float64]
 DT = 1e-3
 LABELS = ('joint1', 'joint2')
 

@@ -11,9 +11,10 @@ SECONDS, PERIOD = 60.0, 1e-3
 
 
 def published(arm: Arm, hidden: list[Hidden], seed: int, *, name: str = 'rich',
-              noise: float = 1.0) -> JointSamples:
-    """Return 60 s of joint states at 1 kHz of an arm that makes a motion, stamped by its clock."""
-    asked = motion(name, len(arm.joints), SECONDS, PERIOD, seed)
-    made = record(hidden, motion_angle=asked.angle, motion_rate=asked.rate, dt=PERIOD, seed=seed,
+              noise: float = 1.0, seconds: float = SECONDS,
+              period: float = PERIOD) -> JointSamples:
+    """Return joint states of an arm that makes a motion under a loop, stamped by its clock."""
+    asked = motion(name, len(arm.joints), seconds, period, seed)
+    made = record(hidden, motion_angle=asked.angle, motion_rate=asked.rate, dt=period, seed=seed,
                   noise=noise)
     return joint_samples(arm, made.stamps, reading(made), made.command)

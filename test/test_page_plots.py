@@ -1,0 +1,82 @@
+"""The plots of a diagnosis: what they hold, and that a page runs nothing but their two scripts."""
+
+from base64 import b64encode
+from dataclasses import replace
+from hashlib import sha256
+import json
+import re
+
+from hda_torque_estimator.diagnosis.findings.report import Diagnosis
+from hda_torque_estimator.diagnosis.telling.curves import charts, through_time
+from hda_torque_estimator.diagnosis.telling.exhibits import Exhibits
+from hda_torque_estimator.diagnosis.telling.page import page
+import numpy as np
+from test_page import coordinates, diagnosis, exhibits_of, FREE_TEXT, loaded, RATIO, Reader
+
+
+def shown_exhibits() -> Exhibits:
+    """Return exhibits of a joint with a name that a page must not obey, and its torques."""
+    moved = coordinates(0)
+    made = exhibits_of(np.cos(2.0 * moved['motor_angle']), moved)
+    return replace(made, labels=(FREE_TEXT,), commanded=RATIO * moved['motor_torque'][:, None])
+
+
+def shown_diagnosis(verdict: str = 'explained') -> Diagnosis:
+    """Return a diagnosis of the joint of `shown_exhibits`."""
+    plain = diagnosis(verdict)
+    return replace(plain, findings=tuple(
+        replace(found, joint=found.joint and FREE_TEXT) for found in plain.findings),
+        unexplained=replace(plain.unexplained, joint=FREE_TEXT), ambiguous=tuple(
+            replace(alike, candidates=tuple(replace(one, joint=FREE_TEXT)
+                                            for one in alike.candidates))
+            for alike in plain.ambiguous))
+
+
+def test_page_with_plots_holds_its_scripts_and_no_other_may_run():
+    text = page(shown_diagnosis(), {}, shown_exhibits())
+    read = Reader(text)
+    assert read.open == []
+    assert {'link', 'iframe', 'img', 'object'}.isdisjoint(read.names)
+    assert loaded(read) == []
+    scripts = re.findall(r'<script>(.*?)</script>', text, re.DOTALL)
+    policy = re.search(r'Content-Security-Policy" content="([^"]*)"', text)[1]
+    assert len(scripts) == 2
+    assert policy.startswith("default-src 'none'; script-src 'sha256-")
+    for script in scripts:
+        digest = b64encode(sha256(script.encode()).digest()).decode()
+        assert f"'sha256-{digest}'" in policy
+    assert len(text) < 3e6
+    assert 'Copyright (c) ' in text and 'Leon Sorokin' in text      # its licence stays with it
+
+
+def test_data_of_plots_ends_no_element():
+    told = replace(shown_diagnosis(), findings=(), ambiguous=(), unexplained=None)
+    text = page(told, {}, replace(shown_exhibits(), labels=('</script><b>',)))
+    data = re.search(r'<script type="application/json" id="plots">(.*?)</script>', text)[1]
+    assert any('</script><b>' in name for chart in json.loads(data).values() for name in chart)
+
+
+def test_every_cause_is_shown_over_time_and_over_what_gives_it_away():
+    plots = charts(shown_diagnosis('ambiguous'), shown_exhibits())
+    assert {'overview', 'prediction', 'through_time', 'giveaway_1', 'giveaway_2',
+            'through_time_1', 'through_time_2', f'giveaway_alike_clock_skew_{FREE_TEXT}',
+            'rest_curve', 'rest_spectrum'} <= plots.keys()
+    for name in ('through_time_1', 'through_time_2'):
+        for plot in plots[name].plots.values():
+            assert [line.look for line in plot.lines] == ['measured', 'before', 'after']
+
+
+def test_simulated_torque_departs_from_the_measured_by_the_residual():
+    """At the motor and the links the model needs more; in the torsion its gear gives less."""
+    shown = shown_exhibits()
+    for columns, site, sign, base in (((0,), 'motor', 1.0, 0.0), ((1,), 'link', 1.0, 0.0),
+                                      ((1,), 'torsion', -1.0, 1.0)):
+        plot, = through_time(shown, columns, ('before', 'after'), site).plots.values()
+        measured, before, after = (line.values for line in plot.lines)
+        rows = shown.valid[:, columns[0]]
+        gear = shown.coordinates['joint_torque'][:, 0] if columns[0] else shown.commanded[:, 0]
+        np.testing.assert_allclose(measured, gear + base * shown.after[:, columns[0]])
+        np.testing.assert_allclose((before - measured)[rows],
+                                   sign * shown.before[rows, columns[0]], atol=1e-9)
+        np.testing.assert_allclose((after - measured)[rows],
+                                   sign * shown.after[rows, columns[0]], atol=1e-9)

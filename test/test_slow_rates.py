@@ -1,0 +1,102 @@
+"""Slow recordings: every so many samples of a faster loop, or of a loop that is as slow."""
+
+from hda_arm_sim.model.files import read_arm
+from hda_torque_estimator.diagnosis.balances.balance import Balancer
+from hda_torque_estimator.diagnosis.balances.healthy import healthy_twin, noise_of
+from hda_torque_estimator.diagnosis.diagnose import diagnose
+from hda_torque_estimator.measurements.finer import between, finer, is_held, parts_of
+from hda_torque_estimator.measurements.measurement import measurement_from
+import numpy as np
+import pytest
+from truth import draw
+from truth_samples import published
+
+ARM = read_arm('hda_arm.yaml')
+SEED = 940000
+
+
+def recorded(name, seed, *, period=1e-3, every=1, seconds=60.0):
+    """Return what is hidden, and every so many samples of a loop with this period [s]."""
+    hidden = [draw(name, np.random.default_rng([seed, 1]))] if name else []
+    samples = published(ARM, hidden, seed, seconds=seconds, period=period)
+    return hidden, measurement_from(ARM.labels, samples.rows(slice(None, None, every)))
+
+
+@pytest.mark.parametrize(('period', 'every', 'held'), [
+    (1e-3, 4, False), (1e-3, 5, False), (1e-3, 8, False), (2e-3, 1, True), (4e-3, 1, True)])
+def test_who_held_a_command_is_told_by_the_noise_that_it_answers(period, every, held):
+    _, measurement = recorded(None, SEED, period=period, every=every, seconds=20.0)
+    assert is_held(measurement) == held
+    parts = parts_of(measurement.dt)
+    between_samples = finer(measurement).command[20 * parts:21 * parts]
+    assert (np.ptp(between_samples, axis=0) == 0.0).all() == held
+
+
+@pytest.mark.parametrize(('dt', 'parts'), [
+    (5e-4, 1), (1.000002e-3, 1), (1.5e-3, 2), (1 / 300, 4), (5e-3, 5), (8e-3, 8)])
+def test_a_finer_grid_is_at_most_a_millisecond(dt, parts):
+    assert parts_of(dt) == parts
+
+
+def test_what_was_recorded_stays_and_a_motion_goes_on_between():
+    time = 5e-3 * np.arange(400)
+    fine = between(np.stack([np.sin(2.0 * np.pi * 3.0 * time), time], axis=1), 5)
+    there = 1e-3 * np.arange(2000)
+    assert fine[::5] == pytest.approx(np.stack([np.sin(2.0 * np.pi * 3.0 * time), time], axis=1))
+    assert np.abs(fine[20:-20, 0] - np.sin(2.0 * np.pi * 3.0 * there)[20:-20]).max() < 1e-5
+    assert fine[:, 1] == pytest.approx(there)
+
+
+def test_the_samples_that_were_recorded_can_be_had_again():
+    _, measurement = recorded(None, SEED, every=5, seconds=5.0)
+    again = finer(measurement).as_recorded()
+    assert again.dt == measurement.dt
+    assert again.reading == pytest.approx(measurement.reading, abs=1e-12)
+    assert again.reading_noise() == pytest.approx(finer(measurement).reading_noise())
+
+
+@pytest.mark.parametrize('every', [4, 5, 8])
+def test_a_slow_healthy_recording_leaves_hardly_more_than_a_quick_one(every):
+    """Half a sample of delay, as held commands would have, leaves three times as much."""
+    left = []
+    for part in (1, every):
+        balancer = Balancer(finer(recorded(None, SEED, every=part, seconds=20.0)[1]))
+        balance = balancer(ARM)
+        left.append([column[good].std() for column, good in
+                     zip(balance.residual.T, balance.valid.T)])
+    assert (np.array(left[1]) < 1.6 * np.array(left[0]) + 0.05).all()
+
+
+def test_the_twin_is_read_as_often_and_its_noise_is_that_of_the_samples():
+    _, measurement = recorded(None, SEED, every=5, seconds=20.0)
+    balancer = Balancer(finer(measurement))
+    twin = healthy_twin(balancer, ARM, 1)
+    assert twin.parts == 5
+    assert twin.reading == pytest.approx(between(twin.reading[::5], 5))
+    balance, noise = balancer(ARM), noise_of(balancer, ARM)[0]
+    healthy = [column[good].std() for column, good in zip(balance.residual.T, balance.valid.T)]
+    assert (noise < healthy).all()          # which has tolerances beside the noise
+    assert (noise[:2] < 0.1).all()
+
+
+@pytest.mark.parametrize(('name', 'seed', 'period', 'every'), [
+    (None, 930001, 1e-3, 5), ('stribeck_friction', 930003, 1e-3, 5),
+    ('clock_skew', 930014, 1e-3, 5), ('coulomb_friction', 931002, 4e-3, 1)])
+def test_a_slow_recording_is_diagnosed_as_a_quick_one(name, seed, period, every):
+    hidden, measurement = recorded(name, seed, period=period, every=every)
+    found = diagnose(measurement, ARM).diagnosis
+    assert [(one.effect, one.joint) for one in found.findings] == [
+        (one.effect, one.joint) for one in hidden]
+    assert found.verdict == ('explained' if name else 'no_discrepancy')
+
+
+def test_what_looks_alike_at_a_quick_rate_does_so_at_a_slow_one():
+    hidden, measurement = recorded('drive_offset', 931014, every=8)
+    found = diagnose(measurement, ARM).diagnosis
+    pair, = found.ambiguous
+    assert set(pair.effects) == {('asymmetric_friction', hidden[0].joint),
+                                 ('drive_offset', hidden[0].joint)}
+    assert found.findings == () and found.verdict == 'ambiguous'
+    assert [one.probability for one in pair.candidates] == pytest.approx(
+        2 * [0.5 * pair.probability])
+    assert found.probability > 0.9

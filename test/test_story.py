@@ -1,0 +1,269 @@
+"""A page says in words what is wrong, how sure it is, and what to do."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from hashlib import sha256
+import json
+import math
+import re
+import string
+from types import SimpleNamespace
+
+from hda_arm_sim.model.effects import EFFECTS
+from hda_torque_estimator.calibrate.page import page as calibration_page
+from hda_torque_estimator.diagnosis.findings.report import Candidate, Detectable, Number, VERDICTS
+from hda_torque_estimator.diagnosis.telling import story
+from hda_torque_estimator.diagnosis.telling.effect_words import ELEMENTS, WORDS
+from hda_torque_estimator.diagnosis.telling.page import page
+from hda_torque_estimator.diagnosis.telling.stirred import by_site
+from hda_torque_estimator.pages.badge import badge_of, BADGES
+from hda_torque_estimator.pages.glossary import terms_in
+from hda_torque_estimator.pages.plot import Line, MOST, Plot, thinned, written
+from hda_torque_estimator.pages.render import asset
+from hda_torque_estimator.pages.wording import handy, spoken
+import numpy as np
+from project_files import ROOT
+import pytest
+from test_page import diagnosis, Reader
+
+KINDS = {effect.name: effect for effect in EFFECTS}
+
+
+def numbers(**values: float) -> Mapping[str, Number]:
+    """Return fitted numbers with the unit of an angle, each known to a tenth."""
+    return {name: Number(value, 'rad', 0.9 * value, 1.1 * value)
+            for name, value in values.items()}
+
+
+def typical(name: str, sign: float = 1.0) -> dict[str, Number]:
+    """Return all numbers of an effect, as large as they may be, with their units."""
+    return {rule.name: Number(sign * (rule.high if math.isfinite(rule.high) else 1.0), rule.unit,
+                              0.0, 1.0) for rule in KINDS[name].declarations()}
+
+
+def test_every_effect_has_words_of_its_own():
+    assert WORDS.keys() == KINDS.keys()
+    said = [words.said for words in WORDS.values()]
+    assert len(set(said)) == len(said)
+
+
+@pytest.mark.parametrize('name', WORDS)
+def test_words_speak_of_numbers_that_the_effect_has(name):
+    words, own = WORDS[name], {rule.name for rule in KINDS[name].declarations()}
+    used = {field for text in (words.said, words.less)
+            for _, field, _, _ in string.Formatter().parse(text) if field}
+    assert used - {'size'} <= own
+    assert set(words.size) <= own
+    assert ('size' in used) == bool(words.size)
+    assert words.element in ELEMENTS
+    assert words.check.endswith('.')
+
+
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+@pytest.mark.parametrize('name', WORDS)
+def test_every_effect_makes_a_sentence(name, sign):
+    said = story.cause_sentence(name, 'joint1', typical(name, sign))
+    assert said.startswith('joint 1 ')
+    assert '{' not in said and 'unknown' not in said and '_' not in said
+    bare = story.cause_sentence(name, None, {})
+    assert bare.startswith('the arm ') and '  ' not in bare and '{' not in bare
+
+
+def test_the_sentence_names_cause_joint_and_size():
+    told = replace(diagnosis(), findings=(replace(
+        diagnosis().findings[0], effect='backlash', parameters=numbers(half_width=1e-4)),))
+    assert story.headline(told) == 'Joint 1 has 0.2 mrad (0.69 arcmin) of play.'
+    assert 'within 0.18 mrad (0.62 arcmin) and 0.22 mrad (0.76 arcmin)' in story.certainty(told)
+    assert '<h1>Joint 1 has 0.2 mrad (0.69 arcmin) of play.</h1>' in page(told, {})
+
+
+def test_a_negative_size_is_said_the_other_way_round():
+    error = {'error': Number(-0.12, '', -0.13, -0.11)}
+    assert story.cause_sentence('stiffness_error', 'joint2', error) == (
+        'joint 2 has a flexspline that is 12 % softer than stated')
+    assert story.within('stiffness_error', error) == '; with 90 % its size is within 11 % and 13 %'
+
+
+def test_an_ambiguous_sentence_gives_every_size():
+    said = story.headline(replace(diagnosis('ambiguous'), findings=()))
+    assert said == ('Joint 1 has 86 µrad (0.3 arcmin) of play; or joint 1 has a link encoder '
+                    'that is read 0.88 ms after its motor encoder: this recording cannot tell '
+                    'which.')
+
+
+def test_many_causes_are_counted():
+    found = diagnosis().findings[0]
+    told = replace(diagnosis(), findings=(found,) * 5)
+    assert story.headline(told).endswith('. 3 more causes below.')
+    unknown = replace(told, verdict='unknown', findings=(found,) * 3)
+    assert story.headline(unknown).count('. ') == 3
+    assert 'no effect of the catalogue explains. 1 more cause below.' in story.headline(unknown)
+
+
+@pytest.mark.parametrize(('verdict', 'said'), [
+    ('no_discrepancy', 'Nothing is wrong'), ('insufficient_excitation', 'cannot tell whether'),
+    ('unknown', 'Something is wrong at the motor side of joint 1')])
+def test_verdicts_without_causes_are_sentences_too(verdict, said):
+    told = replace(diagnosis(verdict), findings=(), ambiguous=())
+    assert said in story.headline(told)
+    assert story.steps(told)
+
+
+def test_verdicts_differ_in_word_shape_and_colour():
+    badges = [badge_of(verdict) for verdict in VERDICTS]
+    assert BADGES.keys() == VERDICTS.keys()
+    shapes = {page(replace(diagnosis(verdict)), {}).partition('<svg class="icon"')[2]
+              .partition('</svg>')[0] for verdict in VERDICTS}
+    colours = {line.strip() for badge in badges for line in asset('style.css').splitlines()
+               if line.strip().startswith(f'.{badge.kind} {{ --mark')}
+    assert len({badge.word for badge in badges}) == len(shapes) == len(colours) == 5
+
+
+def contrast(one: str, other: str) -> float:
+    """Return the contrast of two colours as WCAG 2 defines it."""
+    def light(colour: str) -> float:
+        parts = [int(colour[k:k + 2], 16) / 255.0 for k in (1, 3, 5)]
+        linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4
+                  for part in parts]
+        return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+    low, high = sorted((light(one), light(other)))
+    return (high + 0.05) / (low + 0.05)
+
+
+@pytest.mark.parametrize('theme', [0, 1], ids=['light', 'dark'])
+def test_all_text_stands_out_from_its_ground(theme):
+    """At least 4.5 to 1, which WCAG 2 asks of text."""
+    plain = re.sub(r'/\*.*?\*/', '', asset('style.css'), flags=re.DOTALL)
+    block = plain.split(':root {')[1 + theme].partition('}')[0]
+    colours = dict(part.strip().split(': ') for part in block.replace('\n', ' ').split(';')
+                   if part.strip().startswith('--') and '#' in part)
+    for name in ('ink', 'soft', 'before', 'after', 'floor', *(
+            badge.kind for badge in BADGES.values()), 'failed', 'done'):
+        for ground in ('paper', 'panel'):
+            assert contrast(colours[f'--{name}'], colours[f'--{ground}']) >= 4.5, (name, ground)
+
+
+def test_what_marks_the_arm_is_what_the_causes_say():
+    told = diagnosis('ambiguous')
+    assert [(mark.joint, mark.element) for mark in story.marks(told)] == [
+        ('joint1', 'wave_generator'), (None, 'tip'),
+        ('joint1', 'flange'), ('joint1', 'link_encoder')]
+    assert 'class="guilty"' in page(told, {})
+    healthy = replace(diagnosis('no_discrepancy'), findings=(), ambiguous=(), unexplained=None)
+    assert story.marks(healthy) == []
+    assert 'class="guilty"' not in page(healthy, {})
+
+
+def test_probabilities_and_next_steps_are_shown_where_they_are_known():
+    """Where a diagnosis holds them they stand in the place of odds and general advice."""
+    plain = diagnosis('ambiguous')
+    assert 'probable' not in Reader(page(plain, {})).text
+    told = replace(plain, probability=0.87, steps=('hang 2 kg on it.',))
+    assert story.certainty(told).startswith('87.0 % probable; with 90 % its size is within')
+    assert story.steps(told)[0] == 'hang 2 kg on it.'
+    assert not any('decides' in step for step in story.steps(told))
+    assert story.probability(SimpleNamespace(probability=0.99999)) == 'more than 99.9 %'
+
+
+@pytest.mark.parametrize(('value', 'scale', 'said'), [
+    (2e-4, 'rad', '0.2 mrad (0.69 arcmin)'), (3.2e-6, 'rad', '3.2 µrad (0.011 arcmin)'),
+    (0.5, 'rad', '29°'), (0.125, '', '12 %'), (0.004, 'N*m', '4 mN·m'), (12.3, 'N*m', '12 N·m'),
+    (0.00088, 's', '0.88 ms'), (0.42, 'kg', '0.42 kg'), (1234.5, 'N*m/rad', '1,234 N·m/rad'),
+    (0.0, 'rad', '0 µrad (0 arcmin)'), (math.nan, 's', 'unknown s')])
+def test_sizes_are_said_in_units_that_people_use(value, scale, said):
+    assert handy(value, scale) == said
+
+
+def test_names_are_spoken():
+    assert [spoken(name) for name in ('joint1', 'motor_cogging', 'axis_a', 'A6')] == [
+        'joint 1', 'motor cogging', 'axis a', 'A6']
+
+
+def test_no_spike_is_lost_where_a_plot_is_thinned():
+    time = np.arange(60001) / 1000.0
+    values = np.sin(time)
+    values[31234], values[31240] = 40.0, -50.0
+    x, (thin,) = thinned(time, [values])
+    assert len(x) == len(thin) == MOST
+    assert (np.diff(x) > 0.0).all()
+    assert (thin.max(), thin.min()) == (40.0, -50.0)
+    assert abs(x[np.argmax(thin)] - time[31234]) < 60.0 / (MOST / 2)
+
+
+def test_gaps_stay_gaps_and_numbers_keep_their_figures():
+    values = np.where(np.arange(60000) // 20000 == 1, np.nan, 1.0)
+    _, (thin,) = thinned(np.arange(60000.0), [values])
+    assert np.isnan(thin[MOST // 2]) and np.isfinite(thin[[0, -1]]).all()
+    assert written(np.array([math.nan, 12345.6, 0.00123])) == [None, 12346.0, 0.0]
+    assert written(np.array([1.23456789e-7])) == [1.2346e-7]
+    assert written(np.zeros(2)) == [0.0, 0.0]
+
+
+def test_a_plot_is_strict_json_with_its_bands():
+    ends = np.array([1.0, math.inf])
+    plot = Plot('x', 'y', np.arange(2.0), [Line('a', ends, 'after', ends - 1.0, ends)],
+                focus=(0.0, 1.0))
+    told = json.loads(json.dumps(plot.document(), allow_nan=False))
+    assert told['lines'] == [{'name': 'a', 'look': 'after', 'y': [1.0, None],
+                              'low': [0.0, None], 'high': [1.0, None]}]
+
+
+def test_the_bundled_library_is_the_one_that_the_docs_name():
+    told = (ROOT / 'docs' / 'dependencies.md').read_text()
+    for name in ('uPlot.iife.min.js', 'uPlot.min.css'):
+        digest = sha256(asset(f'uplot/{name}').encode()).hexdigest()
+        assert name in told and digest in told
+    assert 'uPlot 1.6.32' in told and 'v1.6.32' in asset('uplot/uPlot.iife.min.js')
+    assert 'MIT License' in asset('uplot/LICENSE')
+
+
+def test_the_glossary_of_a_page_has_its_terms_and_no_other():
+    read = Reader(page(diagnosis(), {}))
+    assert 'placebothe columns of a cause' in read.text
+    assert 'teleportation' not in read.text
+    named = [term.name for term in terms_in('Two verdicts on a flexspline.', asset('glossary.md'))]
+    assert named == ['flexspline', 'verdict']
+    for term in terms_in(asset('glossary.md'), asset('glossary.md')):
+        assert not set('$`\\') & set(term.meaning)
+
+
+def test_what_a_recording_could_show_is_one_picture_by_site():
+    rows = by_site([Detectable('backlash', 'joint1', 8e-7, 'rad'),
+                    Detectable('backlash', 'joint2', 8e-3, 'rad'),
+                    Detectable('payload', None, None, 'kg')])
+    assert list(rows) == ['torsion', 'link']
+    near, far = rows['torsion'][0].dots
+    assert near.seen and not far.seen and near.place < 0.5 < far.place
+    assert rows['link'][0].dots[0].place is None
+
+
+def test_every_effect_worth_finding_has_a_place_in_the_picture():
+    """A typical size lies in the middle, in the unit in which the smallest is told."""
+    for name, kind in KINDS.items():
+        if kind.typical is None:
+            continue
+        more = {**kind.typical.more, **kind.typical.shape}
+        number, value = max(((key, abs(size)) for key, size in more.items()),
+                            key=lambda item: item[1])
+        unit = {rule.name: rule.unit for rule in kind.declarations()}[number]
+        dot = by_site([Detectable(name, 'joint1', value, unit)])[kind.site.value][0].dots[0]
+        assert dot.place == pytest.approx(0.5), name
+
+
+def test_a_candidate_without_numbers_is_told_by_its_cause_alone():
+    told = diagnosis('ambiguous')
+    pair = replace(told.ambiguous[0], candidates=(Candidate('backlash', 'joint1', {}, True),))
+    said = story.headline(replace(told, ambiguous=(pair,), findings=()))
+    assert said.startswith('Joint 1 has backlash; or joint 1 has clock skew: ')
+
+
+def test_a_calibration_that_changes_nothing_says_so():
+    joint = {'joint': 'joint1', 'kept': '', 'before': 0.0141, 'after': 0.0139, 'numbers': [],
+             'recordings': []}
+    found = SimpleNamespace(report=lambda: {'joints': [joint]})
+    blind = {**joint, 'before': 0.0, 'after': 0.0, 'motor': 0.21}
+    by_motor = SimpleNamespace(report=lambda: {'joints': [blind]})
+    assert 'The torque of joint 1 is off by 0.21 N·m by its motor alone.' in calibration_page(
+        by_motor, out='a', arm='b', bags=[], version='1')
+    shown = calibration_page(found, out='a', arm='b', bags=[], version='1')
+    assert 'The torque of joint 1 is off by 0.014 N·m, as before.' in shown

@@ -1,0 +1,162 @@
+"""Robot descriptions of strangers: what is read of them, and one line for each mistake."""
+
+from dataclasses import replace
+import os
+
+from chains import body, description, joint
+from hda_arm_sim.foundation import chain as of
+from hda_arm_sim.model.arm import ArmError
+from hda_arm_sim.model.chain_links import chain_to, ChainLinks, kept, tips
+from hda_arm_sim.model.files import arm_from_text, arm_to_text, read_arm
+from hda_arm_sim.model.urdf import LARGEST, UrdfError
+import numpy as np
+import pytest
+
+BASE, ONE, TWO = '<link name="base"/>', body('one'), body('two', at='0.1 0 0')
+JOINTS = [joint('a', 'base', 'one'), joint('b', 'one', 'two', '0.3 0 0', axis='0 1 0')]
+GOOD = description([BASE, ONE, TWO], JOINTS)
+BOMB = ('<!DOCTYPE r [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;&a;&a;">]>'
+        '<robot name="&b;"/>')
+STEALING = '<!DOCTYPE r [<!ENTITY x SYSTEM "file:///etc/passwd">]><robot name="&x;"/>'
+
+BAD = {
+    'no inertia': (description([BASE, '<link name="one"/>', TWO], JOINTS), 'one has no inertial'),
+    'negative mass': (description([BASE, body('one', -1.0), TWO], JOINTS), 'must not be negative'),
+    'no mass': (description([BASE, body('one', 0.0), TWO], JOINTS), 'inertia but no mass'),
+    'flat': (description([BASE, body('one', inertia='0 1 1'), TWO], JOINTS), 'positive definite'),
+    'no triangle': (description([BASE, body('one', inertia='0.1 0.1 0.5'), TWO], JOINTS),
+                    'no body has this inertia'),
+    'no number': (description([BASE, body('one', at='0 x 0'), TWO], JOINTS), 'three finite'),
+    'nan': (description([BASE, body('one', inertia='nan 1 1'), TWO], JOINTS), 'finite number'),
+    'bomb': (BOMB, 'never read'),
+    'external entity': (STEALING, 'never read'),
+    'no xml': ('<robot>', 'no XML'),
+    'other xml': ('<sdf/>', 'no robot description'),
+    'xacro': ('<robot><xacro:arm/></robot>', 'xacro FILE'),
+    'deep': ('<robot>' + 100 * '<link name="x">', 'within each other'),
+    'twice': (description([BASE, ONE, ONE, TWO], JOINTS), 'called one'),
+    'unknown link': (description([BASE, ONE, TWO], [joint('a', 'base', 'three')]), "'three'"),
+    'two parents': (description([BASE, ONE, TWO], [*JOINTS, joint('c', 'base', 'two')]), 'tree'),
+    'circle': (description([ONE, TWO], [joint('a', 'two', 'one'), joint('b', 'one', 'two')]),
+               'circle'),
+    'sliding': (description([BASE, ONE, TWO], [JOINTS[0], joint(
+        'b', 'one', 'two', kind='prismatic')]), 'b on the way to two is prismatic'),
+    'no axis': (description([BASE, ONE, TWO], [JOINTS[0], joint('b', 'one', 'two',
+                                                                axis='0 0 0')]), 'axis'),
+    'empty': ('<robot/>', 'no links'),
+    'nameless': ('<robot><link/></robot>', 'has no name'),
+    'long': (' ' * (LARGEST + 1), 'too long'),
+}
+
+
+def links(text: str = GOOD, tip: str = 'two', names: tuple[str, ...] = ('a', 'b')) -> ChainLinks:
+    """Return the links of a description."""
+    return ChainLinks(kept(text), tip, names)
+
+
+@pytest.mark.parametrize('name', BAD)
+def test_every_mistake_is_one_line(name):
+    text, told = BAD[name]
+    with pytest.raises(UrdfError, match=told) as caught:
+        links(text)
+    assert '\n' not in str(caught.value)
+
+
+def test_an_unknown_tip_names_those_there_are():
+    with pytest.raises(UrdfError, match="no link 'hand'.*base, one, two"):
+        links(tip='hand')
+
+
+@pytest.mark.parametrize('names', [('a',), ('b', 'a'), ('joint1', 'joint2')])
+def test_names_of_joints_must_be_those_of_the_chain(names):
+    with pytest.raises(UrdfError, match='lead to two are a, b, got'):
+        links(names=names)
+
+
+def test_meshes_are_never_opened(tmp_path):
+    mesh = tmp_path / 'mesh.stl'
+    os.mkfifo(mesh)                         # who opens it waits for ever
+    seen = f'<visual><geometry><mesh filename="{mesh}"/></geometry></visual>'
+    text = GOOD.replace('</inertial>', f'</inertial>{seen}')
+    assert links(text) == links()
+    assert 'mesh' not in kept(text)
+
+
+def test_the_tip_and_the_chain_are_found():
+    assert tips(GOOD) == ['two']
+    assert chain_to(GOOD, 'two') == ('a', 'b')
+
+
+def test_fixed_joints_make_one_body_of_their_links():
+    """A link cut in two halves that are fixed to each other is the link."""
+    halves = description(
+        [BASE, ONE, body('near', 0.4, '0.1 0 0', '0.01 0.02 0.02'),
+         body('far', 0.6, '-0.2 0.1 0', '0.01 0.01 0.02')],
+        [JOINTS[0], joint('b', 'one', 'near', '0.3 0 0', axis='0 1 0'),
+         joint('weld', 'near', 'far', '0.5 0 0', rpy='0 0 1.5707963267948966', kind='fixed')])
+    row = links(halves, 'far').parts[2]
+    turn = links(halves, 'far').parts[2, of.ROTATION:of.ROTATION + 9].reshape(3, 3)
+    assert row[of.MASS] == 1.0
+    moment = 0.4 * np.array([0.1, 0.0, 0.0]) + 0.6 * np.array([0.4, -0.2, 0.0])
+    np.testing.assert_allclose(turn @ row[of.MOMENT:of.MOMENT + 3], moment, atol=1e-15)
+    np.testing.assert_allclose(links(halves, 'far').parts[-1, of.MASS], 0.0)
+
+
+@pytest.mark.parametrize('kind', ['prismatic', 'revolute', 'floating'])
+def test_branches_are_left_aside_and_told(kind):
+    text = description([BASE, ONE, TWO, body('finger', 0.1)],
+                       [*JOINTS, joint('slide', 'two', 'finger', kind=kind)])
+    made = links(text)
+    assert made.parts[2, of.MASS] == pytest.approx(1.1)
+    remark, = made.built.remarks
+    assert 'slide' in remark
+    assert 'left aside' in remark
+    assert '0.1 kg' in remark
+
+
+def test_a_joint_that_mimics_is_told_so():
+    finger = joint('slide', 'two', 'finger').replace('</joint>', '<mimic joint="a"/></joint>')
+    made = links(description([BASE, ONE, TWO, body('finger', 0.1)], [*JOINTS, finger]))
+    assert 'slide (mimic)' in made.built.remarks[0]
+
+
+def test_inline_and_file_are_the_same_arm(tmp_path):
+    shipped = read_arm('cobot7.yaml')
+    assert arm_from_text(arm_to_text(shipped), 'a bag') == shipped
+    (tmp_path / 'arm.urdf').write_text(shipped.links.description)
+    text = arm_to_text(replace(shipped, links=None)).replace(
+        'links: none', 'links: {urdf: arm.urdf, tip: tool_tip}')
+    (tmp_path / 'arm.yaml').write_text(text)
+    assert read_arm(tmp_path / 'arm.yaml').links.parts.tolist() == shipped.links.parts.tolist()
+
+
+@pytest.mark.parametrize(('given', 'told'), [
+    ('{urdf: absent.urdf, tip: tool_tip}', 'no such file'),
+    ('{urdf: "http://x/y.urdf", tip: tool_tip}', 'nothing is fetched'),
+    ('{urdf: arm.urdf}', 'links.tip'),
+    ('{urdf: arm.urdf, tip: tool_tip, lengths: [1, 1]}', 'unknown key'),
+    ('{urdf: arm.urdf, tip: tool_tip, joints: [joint1]}', 'got joint1'),
+    ('{urdf: arm.urdf, tip: link3}', 'joint1, joint2, joint3, got'),
+    ('{urdf: arm.urdf, tip: tool_tip, home: [1]}', 'home needs 7'),
+    ('{urdf: arm.urdf, tip: tool_tip, home: [a]}', 'links.home'),
+    ('{urdf: arm.urdf, tip: tool_tip, rpy: [1, 2]}', 'links.rpy needs 3')])
+def test_links_of_a_file_have_one_line_for_each_mistake(tmp_path, given, told):
+    shipped = read_arm('cobot7.yaml')
+    (tmp_path / 'arm.urdf').write_text(shipped.links.description)
+    place = tmp_path / 'arm.yaml'
+    place.write_text(arm_to_text(replace(shipped, links=None)).replace(
+        'links: none', f'links: {given}'))
+    with pytest.raises(ArmError, match=told) as caught:
+        read_arm(place)
+    assert '\n' not in str(caught.value)
+    assert str(place) in str(caught.value)
+
+
+def test_an_arm_that_hangs_feels_gravity_the_other_way():
+    stands, hangs = (of.chain(replace(links(), rpy=(roll, 0.0, 0.0)).parts).table
+                     for roll in (0.0, np.pi))
+    for table, down in ((stands, 9.81), (hangs, -9.81)):
+        table[0, of.DOWN + 2] = down
+        of.place(table)
+        of.weights(table)
+    np.testing.assert_allclose(hangs[1:-1, of.TORQUE], stands[1:-1, of.TORQUE], atol=1e-12)
