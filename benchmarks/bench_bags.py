@@ -6,7 +6,7 @@ bag message by message into the same arrays, in the same run. The estimates go f
 first time a process makes some, it loads compiled code as well.
 """
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -19,6 +19,7 @@ from typing import Any
 from hda_msgs_json.bag import BagWriter, open_recording
 from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import JOINT_STATES
+from hda_torque_estimator.cli import parser_of
 from hda_torque_estimator.commands import estimate_command
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
@@ -92,9 +93,8 @@ def peak_of_arrays(bag: Path) -> float:
 
 def estimate_options(bag: Path, out: Path) -> Namespace:
     """Return what `hda estimate` takes from its command line."""
-    known = ArgumentParser()
-    estimate_command.configure(known)
-    return known.parse_args([str(bag), '--arm', 'hda_arm.yaml', '--out', str(out)])
+    return parser_of('estimate').parse_args(
+        ['estimate', str(bag), '--arm', 'hda_arm.yaml', '--out', str(out)])
 
 
 def main() -> int:

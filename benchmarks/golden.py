@@ -8,7 +8,6 @@ Numbers of recordings must be equal bit by bit, all others to 1e-9. Times are le
 one machine, with the same packages: another one moves last bits.
 """
 
-import argparse
 from collections.abc import Iterator
 import hashlib
 import json
@@ -21,6 +20,7 @@ from typing import Any
 
 from hda_msgs_json.bag import open_recording
 import numpy as np
+from size import parser, verdict
 
 CLOSE = 1e-9            # relative, of numbers that a fit has found
 TIMES = {'seconds', 'processor_time', 'elapsed', 'created', 'version', 'paths', 'path', 'report'}
@@ -33,6 +33,7 @@ HIDDEN = {              # effects that are hidden in the simulated arm, and diag
     'drag_and_skew': [{'effect': 'viscous_friction', 'joint': 'joint2'},
                       {'effect': 'clock_skew', 'joint': 'joint1'}]}
 SECONDS = '20'
+SHORT = '8'             # of a tiny case
 
 
 def hda(folder: Path, *words: str) -> Any:
@@ -55,22 +56,22 @@ def bits(bag: Path) -> dict[str, str]:
     return digests
 
 
-def write(folder: Path) -> None:
+def write(folder: Path, seconds: str = SECONDS) -> None:
     """Write the numbers of all commands into a new folder, a file for each command."""
     folder.mkdir(parents=True)
     with tempfile.TemporaryDirectory() as name:
-        for part, found in parts(Path(name)):
+        for part, found in parts(Path(name), seconds):
             (folder / f'{part}.json').write_text(json.dumps(found, indent=1, sort_keys=True))
             print(folder / f'{part}.json', flush=True)
 
 
-def parts(here: Path) -> Iterator[tuple[str, Any]]:
-    """Yield the name of each part and what it finds."""
+def parts(here: Path, seconds: str) -> Iterator[tuple[str, Any]]:
+    """Yield the name of each part and what it finds in recordings of so many seconds."""
     for name, effects in HIDDEN.items():
         (here / f'{name}.yaml').write_text(json.dumps(effects))
         hda(here, 'simulate', *ARM, '--effects', f'{name}.yaml', '--motion', 'rich',
-            '--duration', SECONDS, '--seed', '4', '--out', name)
-    hda(here, 'simulate', *ARM, '--motion', 'push', '--duration', SECONDS, '--seed', '2',
+            '--duration', seconds, '--seed', '4', '--out', name)
+    hda(here, 'simulate', *ARM, '--motion', 'push', '--duration', seconds, '--seed', '2',
         '--out', 'pushed')
     yield 'simulate', {name: bits(here / name) for name in (*HIDDEN, 'pushed')}
     hda(here, 'estimate', 'pushed', *ARM, '--out', 'estimates')
@@ -113,14 +114,20 @@ def compare(before: Path, after: Path) -> list[str]:
 
 def main() -> int:
     """Write or compare, and return the exit code."""
-    parser = argparse.ArgumentParser(description=__doc__.strip().split('\n')[0])
-    parser.add_argument('folders', nargs='+', type=Path, metavar='FOLDER',
-                        help='one to write, two to compare')
-    folders = parser.parse_args().folders
-    if len(folders) == 1:
-        write(folders[0])
+    known = parser(__doc__)
+    known.add_argument('folders', nargs='*', type=Path, metavar='FOLDER',
+                       help='one to write, two to compare')
+    options = known.parse_args()
+    if options.quick:
+        with tempfile.TemporaryDirectory() as name:
+            write(Path(name) / 'numbers', SHORT)
+            return verdict('written', True, quick=True)
+    if len(options.folders) not in (1, 2):
+        known.error('give one folder to write, or two to compare')
+    if len(options.folders) == 1:
+        write(options.folders[0])
         return 0
-    found = compare(folders[0], folders[1])
+    found = compare(*options.folders)
     print('\n'.join(found) or 'nothing differs')
     return 1 if found else 0
 

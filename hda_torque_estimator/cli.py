@@ -79,7 +79,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(command: str | None, words: Sequence[str], remarks: Remarks) -> int:
     """Run a command and print what it found."""
-    parser = _parser(command)
+    parser = parser_of(command)
     if COMPLETING in os.environ:
         _module('completion').complete(parser)
     options = parser.parse_args(words)
@@ -101,7 +101,7 @@ def _run(command: str | None, words: Sequence[str], remarks: Remarks) -> int:
     return outcome.code
 
 
-def _parser(command: str | None) -> argparse.ArgumentParser:
+def parser_of(command: str | None) -> argparse.ArgumentParser:
     """Return the parser of all commands, with the arguments of the one that is asked for."""
     parser = Parser(prog='hda', description='Torque estimation and diagnosis for robot arms '
                                             'with harmonic drives.', epilog=_FIRST)

@@ -63,7 +63,7 @@ def test_every_example_is_a_call_that_can_be_read(command, capsys):
         words = shlex.split(example.replace('\\\n', ' ').replace('eval "$(', '').replace(')"', ''),
                             comments=True)
         words = words[1:words.index('>')] if '>' in words else words[1:]
-        cli._parser(words[0]).parse_args(words)
+        cli.parser_of(words[0]).parse_args(words)
 
 
 def main_help(words):

@@ -10,19 +10,20 @@ from numpy.typing import NDArray
 
 from .arm_numbers import doubtful, Number, number, numbers
 from .motor_witness import MotorWitness
-from .referenced_problem import error_left_out, fitted, likeliest, Referenced
+from .referenced_problem import error_left_out, fitted, LAG, likeliest, Referenced
 from .referenced_terms import (cogging, likely_poles, Maker, MOTOR, motor_more, stiffening,
                                TORSION, TORSION_MORE)
 from .torsion_witness import TorsionWitness
 from ..passages.measured import Measured
 from ...least_squares.descent import beginning, Found
-from ...least_squares.rows import rms
+from ...least_squares.rows import rms, solved
 
 Floats = NDArray[np.float64]
 # Choices unless told otherwise.
 SOFTER = 0.2            # of the stiffness known, where a search begins as well
 BENDS = 1.0             # deviation of a torque, from which a law can be seen to bend [N*m]
 # (measured: for a joint of a real arm a true term made 0.52 N*m to 0.29, false ones 0.60 to 0.52)
+FARTHEST = 6.0          # of what references lag before anything is known, longest lag to begin from
 CLEARLY = 0.8           # of the error on recordings left out, below which a term has its place
 
 
@@ -116,7 +117,25 @@ def _with(problem: Referenced, found: Found, make: Maker | None,
         start[len(start) - problem.moving:] = found.scaled[len(found.scaled) - problem.moving:]
     if problem.lags:
         start[len(start) - wider.beside] = found.scaled[len(found.scaled) - problem.beside]
+    elif wider.lags:
+        start[len(start) - wider.beside] = _likely_lag(problem, found) / LAG
     return wider, likeliest(wider, [start, 0.0 * start])
+
+
+def _likely_lag(problem: Referenced, found: Found) -> float:
+    """
+    Return the lag from which a search for it begins [s].
+
+    The error of a shorter or longer lag has hills in between, where references swing faster than
+    the lag is long. So lags are compared first, each with all else refitted at the slopes known.
+    """
+    on_time, lags = problem.witness.reference(0.0), LAG * np.linspace(0.0, FARTHEST, 31)
+
+    def left(lag: float) -> float:
+        error = found.rows.error + on_time - problem.witness.reference(lag)
+        rows = replace(found.rows, error=error)
+        return rms(rows.after(solved(rows, found.noise, found.scaled, found.prior)).error)
+    return float(min(lags, key=left))
 
 
 def _told(problem: Referenced, found: Found, zero: str, before: Floats) -> Heard:
