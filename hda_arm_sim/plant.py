@@ -14,7 +14,7 @@ from .model.arm import Arm, ArmRecord
 from .model.kernel import registers, slope, SLOPE_1, STATE, STATES, TORQUE
 from .model.plain import inertia_of, plain
 from .sensors import DRAWS, read_encoders, sample_lost, SIDES
-from .simulate import checked, longest_step, step_count
+from .simulate import checked, longest_step, STEP, step_count
 
 
 @compiled
@@ -64,7 +64,7 @@ class Plant:
         self._plain = plain(checked(arm, dt).record())
         self._registers = registers(initial)
         self._random = np.random.default_rng(seed)
-        self._pace = np.array([dt, step_count(dt, longest_step(arm))])
+        self._pace = np.array([dt, step_count(dt, min(STEP, longest_step(arm)))])
         self._since = 0.0
         self._shown = np.zeros((len(arm.joints), 2 * SIDES + 1))
         self.reading, self.joint_torque = self._shown[:, :2 * SIDES], self._shown[:, 2 * SIDES]

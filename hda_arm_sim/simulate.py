@@ -101,7 +101,7 @@ def rollout(arm: Arm, initial: Array, motor_torque: Array, tip_force: Array, dt:
     return Trajectory(start + dt * np.arange(float(samples)), states, *extra)
 
 
-def step_count(dt: float, step: float = STEP) -> int:
+def step_count(dt: float, step: float) -> int:
     """Return into how many steps of at most `step` [s] a sample of dt [s] is divided."""
     return max(1, math.ceil(dt / step - 1e-9))
 
@@ -145,12 +145,10 @@ def longest_step(arm: Arm) -> float:
     """
     Return the longest step of integration that an arm bears [s].
 
-    That of two links is STEP. Light links of a chain behind stiff gears may need shorter ones.
-    Runge-Kutta 4 is stable while a step times its fastest rate is below 2.78.
+    Two links bear any that is short enough to be accurate. Light links of a chain behind stiff
+    gears may not. Runge-Kutta 4 is stable while a step times its fastest rate is below 2.78.
     """
-    if not isinstance(arm.links, ChainLinks):
-        return STEP
-    return min(STEP, STABLE / fastest_rate(arm))
+    return STABLE / fastest_rate(arm) if isinstance(arm.links, ChainLinks) else math.inf
 
 
 def _nodes(values: Array, count: int, late: list[float]) -> Array:

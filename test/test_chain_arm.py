@@ -1,6 +1,7 @@
 """Arms with a chain of links in motion: as two links in a plane, and by the laws of any arm."""
 
 from dataclasses import replace
+import math
 import re
 
 from chains import planar
@@ -160,7 +161,7 @@ def test_a_live_arm_takes_commands_and_wrenches():
 
 
 def test_light_links_behind_stiff_gears_take_shorter_steps():
-    assert longest_step(FLAT) == STEP
+    assert longest_step(FLAT) == math.inf
     stiff = replace(COBOT, joints=tuple(
         replace(joint, torsion=TorsionLaw(flexspline_stiffness=4e5, damping=200.0))
         for joint in COBOT.joints))

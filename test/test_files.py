@@ -106,7 +106,7 @@ MISTAKES = [
     (('base', 'tilt'), 3.0, 'base.tilt must lie in [0, 1.5708] rad'),
     (('tolerances', 'stiffness'), [0.01], 'tolerances.stiffness must be a number'),
     (('effects', 0, 'effect'), 'kinematic',
-     "no effect is named 'kinematic'; valid names: coulomb_friction"),
+     "no effect is named 'kinematic'; did you mean kinematic_error? "),
     (('effects', 0, 'joint'), 'joint3', "has no joint 'joint3'; its joints are joint1, joint2"),
     (('effects', 0, 'joint'), MISSING, 'kinematic_error belongs to one joint: name one of joint1'),
     (('effects', 0, 'parameters', 'amplitude_3'), 1.0,
@@ -161,7 +161,7 @@ def test_whatever_stands_in_a_file_it_is_an_arm_or_a_sentence(path, value):
 
 
 def test_a_file_that_is_not_there_is_answered_with_the_shipped_ones(tmp_path):
-    with pytest.raises(ArmError, match=r"no arm file '.*none.yaml'; the shipped ones are hda_arm"):
+    with pytest.raises(ArmError, match=r"no arm file '.*none.yaml'; the shipped ones are cobot7"):
         read_arm(tmp_path / 'none.yaml')
 
 

@@ -109,7 +109,7 @@ def test_parameters_that_nobody_asked_for_are_told(node, capfd):
 @pytest.mark.parametrize(('kind', 'parameters', 'said'), [
     (ArmSim, ['rate:=0'], 'arm_sim.rate must lie in [10, 20000] Hz (samples per second of its'),
     (ArmSim, ['rate:=fast'], 'arm_sim.rate must be a number in Hz (samples per second of its'),
-    (ArmSim, ['arm:=none.yaml'], "no arm file 'none.yaml'; the shipped ones are hda_arm.yaml"),
+    (ArmSim, ['arm:=none.yaml'], "no arm file 'none.yaml'; did you mean"),
     (ArmSim, ['arm:=7'], 'arm must be a text (model file, or the name of a shipped one), got 7'),
     (ArmSim, ['effects:=none.yaml'], "no file 'none.yaml' to read effects from"),
     (ArmSim, ['arm:=voraus_yucobot.yaml'], 'an arm without links'),

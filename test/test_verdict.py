@@ -72,9 +72,9 @@ def test_no_typical_shape_is_a_limit():
 def test_an_arm_of_many_joints_is_refused_in_one_honest_sentence():
     with pytest.raises(ArmError) as refused:
         checked(read_arm('kinova_gen3.yaml'))
-    assert '7 joints cannot be simulated' in str(refused.value)
-    assert 'give its lengths' not in str(refused.value)
-    assert 'write' not in str(refused.value)        # nothing in the file would help
+    assert 'cannot be simulated' in str(refused.value)
+    assert 'give {urdf: FILE, tip: FRAME, joints: [...]}' in str(refused.value)
+    assert 'its lengths' not in str(refused.value)  # two lengths would not do for seven joints
 
 
 def recorded(rate, name, duration=10.0):

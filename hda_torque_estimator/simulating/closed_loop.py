@@ -13,7 +13,7 @@ from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.motions import Motion
 from hda_arm_sim.plant import observe
 from hda_arm_sim.sensors import DRAWS, sample_lost
-from hda_arm_sim.simulate import checked, longest_step, on_tip, rest, step_count
+from hda_arm_sim.simulate import checked, longest_step, on_tip, rest, STEP, step_count
 import numpy as np
 from numpy.typing import NDArray
 
@@ -74,7 +74,7 @@ def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
                    controller_settings(known_arm, controller), estimator is not None)
     _run(plant, minds, registers(rest(true_arm, motion.angle[0])),
          _Plan(np.ascontiguousarray(reference), on_tip(true_arm, motion.force), noise, dt,
-               step_count(dt, longest_step(true_arm))),
+               step_count(dt, min(STEP, longest_step(true_arm)))),
          _Made(reading, states, torques))
     if estimator is None:
         torques[2] = np.nan

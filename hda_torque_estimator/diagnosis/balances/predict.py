@@ -15,7 +15,7 @@ from hda_arm_sim.model.kernel import (CURRENT, HISTORY, registers, SENT, slope, 
                                       STATES, TIME)
 from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.sensors import DRAWS, read_encoders
-from hda_arm_sim.simulate import longest_step, step_count
+from hda_arm_sim.simulate import longest_step, STEP, step_count
 import numpy as np
 
 from .balance import Balancer, MEASURED
@@ -43,7 +43,7 @@ def _errors(balancer: Balancer, arm: Arm, spans: Spans, piece: slice, horizon: f
     measurement, dt = balancer.measurement, balancer.measurement.dt
     motion, memory = balancer.motion(arm), balancer.memory(arm)
     steps, record = round(horizon / dt), arm_during(arm, piece, dt).record()
-    count = step_count(dt, longest_step(arm))
+    count = step_count(dt, min(STEP, longest_step(arm)))
     inertia = loaded_inertia(record.body)
     starts = _starts(within(spans, piece, dt), (piece.stop - 1 - piece.start) * dt, dt)
     squared = np.zeros((len(starts), 3 * len(arm.joints)))

@@ -74,12 +74,15 @@ def hold_against(memory: Array, window: Window) -> None:
     excess = max(abs(known.alone) - slack - _CERTAIN * np.sqrt(likely), 0.0)
     memory[AGAINST] = memory[AGAINST] + window.time if excess > 0.0 else 0.0
     unknown = 1.0 + gained(memory)[ZERO, ZERO] > _UNKNOWN
+    fresh = unknown and memory[HEARD] < _PATIENCE       # a zero that agreed before did not jump
     if not window.settled and unknown and window.effect[ZERO] != 0.0 and (
-            excess > 0.0 or likely > slack ** 2):
+            likely > slack ** 2 if excess == 0.0 else fresh):
         _confine(memory, window, slack, excess)
         return
     counts = window.settled and window.goes_on
-    if counts and excess > 0.0 and (unknown or memory[AGAINST] >= _PATIENCE):
+    if counts and excess > 0.0 and (fresh or memory[AGAINST] >= _PATIENCE):
+        if not fresh:
+            memory[CHANGED] = LONG                      # whether a zero explains it, shows later
         _free(memory, known.alone ** 2 - likely, window.effect[ZERO])
         return
     memory[EXCESS] = excess
@@ -92,7 +95,8 @@ def hold_against(memory: Array, window: Window) -> None:
 
 @inlined
 def _left(time: float, contradicts: bool, passed: float) -> float:
-    return AGREED if contradicts else max(time - passed, 0.0)
+    """Return the time for which the two ways must still agree [s]."""
+    return max(time - passed, AGREED if contradicts else 0.0)
 
 
 @inlined
