@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 SOFTER = 0.2            # of the stiffness known, where a search begins as well
 BENDS = 1.0             # deviation of a torque, from which a law can be seen to bend [N*m]
 # (measured: for a joint of a real arm a true term made 0.52 N*m to 0.29, false ones 0.60 to 0.52)
-FARTHEST = 6.0          # of what references lag before anything is known, longest lag to begin from
+FARTHEST = 6.0          # of what references lag before anything is known, longest first guess
 CLEARLY = 0.8           # of the error on recordings left out, below which a term has its place
 
 

@@ -115,14 +115,13 @@ def _joint(model: Model, tilt_moment: float, memory: Array, sample: Sample, j: i
     torsion_effects(known, motor_angle, link_angle, link_velocity, effect)
     slipped = effect[ZERO_ERROR] * learnt[ZERO_ERROR]
     wrong = effect[:STIFFNESS] @ learnt[:STIFFNESS]
-    if fusion_memory.falls_back(learning):
-        wrong = slipped * learning[fusion_memory.FREED]
+    certain = slipped * learning[fusion_memory.FREED]
     elastic = total - kinematic - memory[ZERO] - wrong
     loop = _loop(joint, memory, elastic, dt)
     memory[LAST_TORSION] = elastic
     gain = _share(settings.torsion_bandwidth, dt) / dt if dt > 0.0 else 0.0
     told = joint_torque(
-        joint, settings, learning, Twisted(elastic, rate, loop, gain),
+        joint, settings, learning, Twisted(elastic, rate, loop, wrong - certain, gain),
         Heard(sample.command[j], motor_angle, memory[MOTOR_VELOCITY], link_angle, dt), effect)
     result[TORSION], result[KINEMATIC_TORSION] = total, kinematic
     result[TORQUE], result[TORQUE_DEVIATION] = told.torque, told.deviation

@@ -29,6 +29,7 @@ class Twisted(NamedTuple):
     elastic: float              # torsion [rad]
     rate: float                 # [rad/s]
     loop: float                 # hysteresis z in [-1, 1]
+    learnt: float               # taken from it because it was learnt to be wrong [rad]
     gain: float                 # of a reading's noise in the rate [1/s]
 
 
@@ -57,13 +58,13 @@ def joint_torque(joint: Record, settings: CompiledSettings, memory: Array, seen:
     `effect` (ERRORS,) holds what a sigma of each error adds to the torsion [rad]; it is used up.
     """
     factor = stiffness_factor(settings.known.stiffness, errors_learnt(memory)[STIFFNESS])
-    if falls_back(memory):
-        factor = 1.0
-    torque = factor * torque_through_gear(joint, heard.angle, seen.elastic, seen.rate, seen.loop)
+    torque = factor * _through(joint, heard, seen, seen.elastic)
     stiffness, random = reading_deviation(joint, torque, seen.gain)
     lawless = joint.torsion.deviation ** 2
     both = settings.fusion > 0.0 and joint.coulomb_friction.level > 0.0
     if not both or not hear(memory, heard):
+        if falls_back(memory):
+            torque = _through(joint, heard, seen, seen.elastic + seen.learnt)
         torque_effects(settings.known, torque, stiffness, effect)
         now, before = effect_variance(memory, effect, TORSION_ERRORS)
         own, held, far = random ** 2 + lawless, torque, 0.0
@@ -77,21 +78,48 @@ def joint_torque(joint: Record, settings: CompiledSettings, memory: Array, seen:
     motor = tell(joint, settings.known, memory, heard, settings.window, _held(joint, torque),
                  effect)
     allowed = bound(joint, memory, motor, effect)
-    apart = torque - motor.driving + motor.inertia
     own = own_variance(joint, memory, motor)
-    near = within(allowed, torque - apart * share_of_second(random ** 2 + lawless, own))
+    near = _near(motor.driving - motor.inertia, allowed,
+                 Reading(torque, random ** 2 + lawless, own))
     if not is_near(torque, near, random):
-        spring = Spring(played_torsion(joint, seen.elastic),
-                        torque_aside(joint, seen.elastic, seen.rate, seen.loop),
-                        growth(joint, heard.angle)[0])
-        torque, stiffness = tangent(joint, spring, near / factor)
+        torque, stiffness = _touched(joint, heard, seen, seen.elastic, near / factor)
         torque *= factor
         random = reading_deviation(joint, near, seen.gain)[1]
     torque_effects(settings.known, near, stiffness, effect)
     gather(memory, torque - motor.driving, effect, heard.dt)
     close_half(joint, memory, heard.angle, settings, stiffness)
     follow_scatter(joint, memory, motor, torque - motor.driving + motor.inertia, heard.dt)
+    if falls_back(memory):                      # what was learnt is not told, but stays learnt
+        plain = seen.elastic + seen.learnt
+        torque = _through(joint, heard, seen, plain)
+        near = _near(motor.plain - motor.inertia, allowed,
+                     Reading(torque, random ** 2 + lawless, own))
+        if not is_near(torque, near, random):
+            torque = _touched(joint, heard, seen, plain, near)[0]
     return _weighed(joint, memory, effect, motor, allowed, Reading(torque, random ** 2, own))
+
+
+@inlined
+def _through(joint: Record, heard: Heard, seen: Twisted, elastic: float) -> float:
+    """Return the torque that an elastic torsion [rad] tells, by the law as it is known [N*m]."""
+    return torque_through_gear(joint, heard.angle, elastic, seen.rate, seen.loop)
+
+
+@inlined
+def _near(other: float, allowed: Bound, seen: Reading) -> float:
+    """Return where the torsion's torque and the motor's meet, within what is allowed [N*m]."""
+    share = share_of_second(seen.random, seen.other)
+    return within(allowed, seen.torque + share * (other - seen.torque))
+
+
+@inlined
+def _touched(joint: Record, heard: Heard, seen: Twisted, elastic: float,
+             near: float) -> tuple[float, float]:
+    """Return torque [N*m] and stiffness [N*m/rad] of an elastic torsion by the law's tangent."""
+    spring = Spring(played_torsion(joint, elastic),
+                    torque_aside(joint, elastic, seen.rate, seen.loop),
+                    growth(joint, heard.angle)[0])
+    return tangent(joint, spring, near)
 
 
 @inlined
