@@ -21,7 +21,7 @@ from .passages.measured import CalibrationError, Measured
 from ..least_squares.rows import rms
 
 # Choices unless told otherwise.
-USEFUL = 0.9            # of the torque's deviation, an error above which a witness tells nothing
+USEFUL = 0.9            # of what its rows see vary, an error above which a witness tells nothing
 MOVES = 0.1             # of the torque's deviation, from which a zero that moves is told
 FEWEST_ROWS = 50        # in which a motor slides
 Progress = Callable[[str], None]
@@ -121,11 +121,11 @@ def _calibrated(arm: Arm, recordings: Sequence[Measured]) -> JointCalibration:
     torsion = _torsion(arm, [one for one in recordings if one.has_link])
     motor = _motor(arm, [one for one in recordings if one.has_command])
     said = JointCalibration(label, names, reference=varies, held_out=len(recordings) > 1)
-    if motor is not None and motor.error < USEFUL * varies and not motor.is_odd:
+    if motor is not None and motor.error < USEFUL * motor.varies and not motor.is_odd:
         size = rms(np.concatenate([one.reference for one in recordings]))
         said = _with_motor(said, motor, {'coulomb_friction.level': arm.joints[0].ratio,
                                          'torque_constant_error.error': size})
-    if torsion is not None and torsion.error < min(torsion.before, USEFUL * varies):
+    if torsion is not None and torsion.error < min(torsion.before, USEFUL * torsion.varies):
         said = _with_torsion(said, torsion, len(recordings))
     return said if said.numbers else replace(said, kept=_why(torsion, motor, varies))
 

@@ -19,6 +19,7 @@ from ...least_squares.descent import beginning, Found
 from ...least_squares.rows import rms, solved
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 # Choices unless told otherwise.
 SOFTER = 0.2            # of the stiffness known, where a search begins as well
 BENDS = 1.0             # deviation of a torque, from which a law can be seen to bend [N*m]
@@ -37,6 +38,7 @@ class Heard:
     error: float            # where the fit has not seen, zeros free to move as they do [N*m rms]
     offset: float           # deviation of the torque by its zero, of a recording not seen [N*m]
     before: float           # as the arm was given, every recording with a zero of its own [N*m]
+    varies: float           # the reference as the witness's rows see it, about its means [N*m rms]
     doubtful: tuple[str, ...]
     arm: Arm                # of one joint, with these numbers
 
@@ -62,8 +64,7 @@ def torsion_of(arm: Arm, recordings: Sequence[Measured]) -> Heard:
     problem, found = fitted(problem, [0.0 * start, start, softer])
     more = [make for make in TORSION_MORE if make is not stiffening or varies > BENDS]
     problem, found = _worthwhile(problem, found, more, varies)
-    before = problem.witness.torque(arm, np.zeros(0)) - problem.witness.reference(0.0)
-    return _told(problem, found, 'link_encoder.zero', before)
+    return _told(problem, found, 'link_encoder.zero', problem.witness.torque(arm, np.zeros(0)))
 
 
 def motor_of(arm: Arm, recordings: Sequence[Measured]) -> Heard:
@@ -75,8 +76,7 @@ def motor_of(arm: Arm, recordings: Sequence[Measured]) -> Heard:
     problem, found = _worthwhile(problem, found, motor_more(witness.fastest), varies)
     order = likely_poles(witness.angle, found.rows.error)
     problem, found = _worthwhile(problem, found, [cogging(order)], varies)
-    before = witness.torque(arm, np.zeros(0)) - witness.reference(0.0)
-    return _told(problem, found, 'drive_offset.offset', before)
+    return _told(problem, found, 'drive_offset.offset', witness.torque(arm, np.zeros(0)))
 
 
 def _varies(recordings: Sequence[Measured]) -> float:
@@ -138,17 +138,27 @@ def _likely_lag(problem: Referenced, found: Found) -> float:
     return float(min(lags, key=left))
 
 
-def _told(problem: Referenced, found: Found, zero: str, before: Floats) -> Heard:
-    """Return what a fit tells; `zero` is the number that moves between recordings."""
-    scaled, blocks = found.scaled, problem.witness.blocks
+def _told(problem: Referenced, found: Found, zero: str, given: Floats) -> Heard:
+    """
+    Return what a fit tells; `zero` is the number that moves between recordings.
+
+    `given` (m,) is the torque of the rows as the arm was given [N*m].
+    """
+    scaled, reference = found.scaled, problem.witness.reference(0.0)
     ratio = problem.arm.joints[0].ratio if zero == 'drive_offset.offset' else 1.0
     spread = problem.spread / ratio if problem.moving else 0.0
     told = [number(zero, one.value, math.hypot(one.sigma, spread)) if one.name == zero else one
             for one in numbers(found, found.covariance())]
-    means = np.bincount(blocks.recording, before) / np.bincount(blocks.recording)
+    before, varies = (_about_means(values, problem.witness.blocks.recording)
+                      for values in (given - reference, reference))
     return Heard(tuple(told), spread, problem.lag(scaled), error_left_out(problem, found),
-                 _moved(problem, found), rms(before - means[blocks.recording]), doubtful(found),
-                 problem.on(scaled))
+                 _moved(problem, found), before, varies, doubtful(found), problem.on(scaled))
+
+
+def _about_means(values: Floats, recording: Ints) -> float:
+    """Return the rms of rows (m,) about the mean of each recording."""
+    means = np.bincount(recording, values) / np.bincount(recording)
+    return rms(values - means[recording])
 
 
 def _moved(problem: Referenced, found: Found) -> float:

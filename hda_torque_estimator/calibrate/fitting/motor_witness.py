@@ -77,12 +77,13 @@ class MotorWitness:
                                       per_recording(zeros, self.recordings)):
             torque = np.empty(len(seen))
             motor_torques(arm.record().joints[0], seen, torque)
-            found.append(torque - inertia * turned.acceleration + zero)
+            found.append(turned.alike(torque) - inertia * turned.acceleration + zero)
         return self._rows(found)
 
     def reference(self, lag: float) -> Floats:
         """Return the reference of the rows (m,) [N*m]."""
-        return self._rows([one.later(lag) for one in self.recordings])
+        return self._rows([turned.alike(one.later(lag)) for one, turned
+                           in zip(self.recordings, self._turning)])
 
     def _rows(self, columns: Sequence[Floats]) -> Floats:
         return np.concatenate([one.thinned(column)[used] for one, column, used
@@ -100,6 +101,6 @@ def _columns(one: Measured, turned: Turning) -> Floats:
 def _slides(one: Measured, turned: Turning, seen: Floats) -> Flags:
     """Return the rows in which the shaft slides one way as far as derivatives see."""
     reach = 1 + 2 * turned.reach
-    slides = ((minimum_filter1d(turned.rate, reach) > SLOWEST)
-              | (maximum_filter1d(turned.rate, reach) < -SLOWEST))
+    slides = ((minimum_filter1d(turned.rate, reach, mode='constant') > SLOWEST)
+              | (maximum_filter1d(turned.rate, reach, mode='constant') < -SLOWEST))
     return one.thinned((slides & np.isfinite(seen).all(axis=1)).astype(float)) == 1.0

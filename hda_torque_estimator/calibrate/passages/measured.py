@@ -8,6 +8,7 @@ from hda_msgs_json.samples import JointSamples, WrenchSamples
 from hda_msgs_json.topics import motor_name
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import convolve1d
 from scipy.signal import savgol_filter
 
 from ...samples.readings import LINK_READING, MOTOR_READING, READINGS, SIDES
@@ -33,6 +34,18 @@ class Turning(NamedTuple):
     rate: Floats                    # (k,) [rad/s]
     acceleration: Floats            # (k,) [rad/s^2]
     reach: int                      # samples that derivatives see on either side
+
+    def alike(self, torque: Floats) -> Floats:
+        """
+        Return a torque (k,) as the acceleration is seen: averaged with the same weight.
+
+        The second derivative of the parabola fitted to 2 r + 1 samples is that of their mean with
+        the weight (1 - x^2)^2, x from -1 to 1. What stands beside it needs the same weight. Else
+        what swings faster than the window looks like a lag.
+        """
+        x = np.arange(-self.reach, self.reach + 1) / (self.reach + 1)
+        weight = (1.0 - x ** 2) ** 2
+        return np.asarray(convolve1d(torque, weight / weight.sum(), mode='nearest'))
 
 
 class Measured(NamedTuple):
