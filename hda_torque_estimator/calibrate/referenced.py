@@ -2,8 +2,9 @@
 Calibrate the joints of an arm against reference torques, with nothing known of its links.
 
 A joint has two witnesses: its torsion, and its motor. Each is written where it tells more than the
-arm file did on recordings that the fit has not seen. Every other joint stays as it was, and the
-calibration says why.
+arm file did on recordings that the fit has not seen. A motor beside a torsion must earn its place
+as a term does: it must tell clearly more. Every other joint stays as it was, and the calibration
+says why.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -16,7 +17,7 @@ import numpy as np
 
 from .calibration import Calibration, HARDLY, one_joint, SPARSE
 from .fitting.arm_numbers import Number, number, rest, with_numbers, with_tolerances
-from .fitting.heard_out import Heard, motor_of, torsion_of
+from .fitting.heard_out import earns_its_place, Heard, motor_of, torsion_of
 from .passages.measured import CalibrationError, Measured
 from ..least_squares.rows import rms
 
@@ -121,6 +122,9 @@ def _calibrated(arm: Arm, recordings: Sequence[Measured]) -> JointCalibration:
     torsion = _torsion(arm, [one for one in recordings if one.has_link])
     motor = _motor(arm, [one for one in recordings if one.has_command])
     said = JointCalibration(label, names, reference=varies, held_out=len(recordings) > 1)
+    if motor is not None and torsion is not None and not earns_its_place(
+            motor.whole_error, torsion.whole_error):
+        motor = None
     if motor is not None and motor.error < USEFUL * motor.varies and not motor.is_odd:
         size = rms(np.concatenate([one.reference for one in recordings]))
         said = _with_motor(said, motor, {'coulomb_friction.level': arm.joints[0].ratio,

@@ -91,12 +91,17 @@ def _worthwhile(problem: Referenced, found: Found, more: Sequence[Maker],
         trials = [_with(problem, found, make, varies) for make in rest]
         errors = [error_left_out(*trial) if _may_be(*trial) else math.inf for trial in trials]
         place = int(np.argmin(errors))
-        if errors[place] > CLEARLY * best:
+        if not earns_its_place(errors[place], best):
             break
         problem, found = fitted(trials[place][0], [trials[place][1].scaled])
         best = error_left_out(problem, found)
         rest.pop(place)
     return problem, found
+
+
+def earns_its_place(error: float, before: float) -> bool:
+    """Tell whether an error on recordings left out is clearly less than without [N*m]."""
+    return error < CLEARLY * before
 
 
 def _may_be(problem: Referenced, found: Found) -> bool:

@@ -56,8 +56,12 @@ def restart(memory: Array, motor_angle: float) -> None:
 
 @compiled
 def close_half(joint: Record, memory: Array, motor_angle: float, settings: CompiledSettings,
-               stiffness: float) -> None:
-    """End half a window if its time is up, and learn from the window, (eq:window to misfit)."""
+               stiffness: float, friction: float) -> None:
+    """
+    End half a window if its time is up, and learn from the window, (eq:window to misfit).
+
+    `friction` is the most that dry friction opposes now [N*m at the link].
+    """
     if memory[ELAPSED] < settings.window or memory[SAMPLES] < FEWEST:
         return
     time, moved = memory[ELAPSED], motor_angle - memory[BEGIN]
@@ -66,7 +70,7 @@ def close_half(joint: Record, memory: Array, motor_angle: float, settings: Compi
     memory[STEADY] = memory[STEADY] + 1.0 if steady else 0.0
     memory[SENSE] = sense
     if memory[SPAN] > 0.0:
-        window = _window(joint, memory, moved, stiffness)
+        window = _window(joint, memory, moved, stiffness, friction)
         hold_against(memory, window)
         if window.settled and _teachable(memory, window):
             mean = 0.5 * (time + memory[SPAN])
@@ -87,7 +91,8 @@ def _sense(joint: Record, moved: float) -> float:
 
 
 @inlined
-def _window(joint: Record, memory: Array, moved: float, stiffness: float) -> Window:
+def _window(joint: Record, memory: Array, moved: float, stiffness: float,
+            friction: float) -> Window:
     """Return the window that a half completes in which the shaft has moved so far [rad]."""
     time, span = memory[ELAPSED], memory[SPAN]
     mean, last = 0.5 * (time + span), (memory[BEGIN] - memory[BEFORE]) / span
@@ -97,7 +102,7 @@ def _window(joint: Record, memory: Array, moved: float, stiffness: float) -> Win
     turning = joint.ratio * joint.motor_inertia * (moved / time - last) / mean
     return Window(_hat(memory, 0, time) / mean + turning, effect,
                   _noise(joint, stiffness, mean, memory[SAMPLES]), joint.torsion.deviation ** 2,
-                  joint.ratio * joint.coulomb_friction.level, memory[STEADY] >= SETTLED,
+                  friction, memory[STEADY] >= SETTLED,
                   abs(moved) / time > _GOES_ON * abs(last), time)
 
 

@@ -71,14 +71,14 @@ def joint_torque(joint: Record, settings: CompiledSettings, memory: Array, seen:
         if falls_back(memory):
             now = before
         if both and np.isfinite(heard.command):
-            first = first_bound(joint, heard.command)
+            first = first_bound(joint, heard, _held(joint, torque))
             held = within(first, torque)
             far = beyond(first, held) ** 2 + (_held(joint, torque) - held) ** 2
         return Told(held, np.sqrt(own + now + far), _share(own + now, own + before))
     motor = tell(joint, settings.known, memory, heard, settings.window, _held(joint, torque),
                  effect)
-    allowed = bound(joint, memory, motor, effect)
-    own = own_variance(joint, memory, motor)
+    allowed = bound(memory, motor, effect)
+    own = own_variance(memory, motor)
     near = _near(motor.driving - motor.inertia, allowed,
                  Reading(torque, random ** 2 + lawless, own))
     if not is_near(torque, near, random):
@@ -87,8 +87,8 @@ def joint_torque(joint: Record, settings: CompiledSettings, memory: Array, seen:
         random = reading_deviation(joint, near, seen.gain)[1]
     torque_effects(settings.known, near, stiffness, effect)
     gather(memory, torque - motor.driving, effect, heard.dt)
-    close_half(joint, memory, heard.angle, settings, stiffness)
-    follow_scatter(joint, memory, motor, torque - motor.driving + motor.inertia, heard.dt)
+    close_half(joint, memory, heard.angle, settings, stiffness, motor.friction)
+    follow_scatter(memory, motor, torque - motor.driving + motor.inertia, heard.dt)
     if falls_back(memory):                      # what was learnt is not told, but stays learnt
         plain = seen.elastic + seen.learnt
         torque = _through(joint, heard, seen, plain)

@@ -13,7 +13,8 @@ import numpy as np
 from .fusion import FEWEST, restart, SETTLED
 from .fusion_memory import (errors_learnt, LAG, LAST_COMMAND, LAST_SPEED, LONG, MEAN_APART,
                             MEAN_MOTOR, SCATTER, share, SLOW_SPEED, STEADY, TIME, WEIGHED)
-from .route_errors import Known, motor_effects, motor_torque, TORSION_ERRORS, Turning
+from .route_errors import (dry_friction, Known, motor_effects, motor_torque, TORSION_ERRORS,
+                           Turning)
 from .witnesses import Bound
 
 # Choices unless told otherwise.
@@ -42,6 +43,7 @@ class Motor(NamedTuple):
     driving: float              # without inertia, with what was learnt of it
     plain: float                # the same before anything was learnt
     inertia: float              # what speeds up its shaft
+    friction: float             # the most that dry friction opposes
 
 
 @compiled
@@ -70,7 +72,8 @@ def tell(joint: Record, known: Known, memory: Array, heard: Heard, window: float
     moving = abs(heard.velocity) * max(heard.dt, 0.4 * window) > _STILL_COUNTS * still
     at = Turning(heard.angle, heard.velocity, np.sign(heard.velocity) if moving else 0.0,
                  heard.link_angle)
-    motor_effects(joint, known, mean, at, effect)
+    friction = dry_friction(joint, at, torque)
+    motor_effects(joint, known, mean, at, friction, effect)
     plain = motor_torque(joint, mean, at, torque, memory[TIME])
     learnt = np.dot(effect[TORSION_ERRORS:], errors_learnt(memory)[TORSION_ERRORS:])
     span, through = max(window, FEWEST * heard.dt), joint.ratio * joint.motor_inertia
@@ -79,36 +82,39 @@ def tell(joint: Record, known: Known, memory: Array, heard: Heard, window: float
     sudden = (heard.velocity - memory[LAST_SPEED]) / heard.dt
     memory[LAST_SPEED] = heard.velocity
     memory[LAG] += share(heard.dt, span) * (through * (sudden - speeding) - memory[LAG])
-    return Motor(moving, plain + learnt, plain, through * speeding)
+    return Motor(moving, plain + learnt, plain, through * speeding, friction)
 
 
 @compiled
-def bound(joint: Record, memory: Array, motor: Motor, effect: Array) -> Bound:
+def bound(memory: Array, motor: Motor, effect: Array) -> Bound:
     """Return what motor, inertia and friction allow, with no dry friction or twice as much."""
-    friction = joint.ratio * joint.coulomb_friction.level
-    slack = friction * (_FRICTION - 1.0 if motor.moving else _FRICTION)
+    slack = motor.friction * (_FRICTION - 1.0 if motor.moving else _FRICTION)
     unsure = np.sqrt(effect[TORSION_ERRORS:] @ effect[TORSION_ERRORS:] + max(memory[SCATTER], 0.0))
     return Bound(motor.plain - motor.inertia, slack, abs(memory[LAG]) + _CERTAIN * unsure)
 
 
 @compiled
-def first_bound(joint: Record, command: float) -> Bound:
-    """Return what a motor allows at a first sample, when only its torque is known [N*m, shaft]."""
-    slack = _FRICTION * joint.coulomb_friction.level
-    return Bound(joint.ratio * command, joint.ratio * slack, joint.ratio * abs(command))
+def first_bound(joint: Record, heard: Heard, torque: float) -> Bound:
+    """
+    Return what a motor allows at a first sample, when only its torque is known.
+
+    `torque` loads its friction [N*m].
+    """
+    at = Turning(heard.angle, heard.velocity, 0.0, heard.link_angle)
+    slack = _FRICTION * dry_friction(joint, at, torque)
+    return Bound(joint.ratio * heard.command, slack, joint.ratio * abs(heard.command))
 
 
 @compiled
-def own_variance(joint: Record, memory: Array, motor: Motor) -> float:
+def own_variance(memory: Array, motor: Motor) -> float:
     """Return the variance of one sample of the motor [N^2*m^2]; sticking it holds either way."""
     sliding = motor.moving and memory[STEADY] >= SETTLED
-    level = joint.ratio * joint.coulomb_friction.level
-    held = 0.0 if sliding and memory[WEIGHED] > 0.0 else level ** 2 / 3.0
+    held = 0.0 if sliding and memory[WEIGHED] > 0.0 else motor.friction ** 2 / 3.0
     return max(memory[SCATTER], 0.0) + memory[LAG] ** 2 + held
 
 
 @compiled
-def follow_scatter(joint: Record, memory: Array, motor: Motor, apart: float, dt: float) -> None:
+def follow_scatter(memory: Array, motor: Motor, apart: float, dt: float) -> None:
     """
     Follow how much the motor's torque scatters from sample to sample, (eq:scatter).
 
@@ -121,7 +127,7 @@ def follow_scatter(joint: Record, memory: Array, motor: Motor, apart: float, dt:
         memory[MEAN_APART], memory[MEAN_MOTOR] = apart, told
         return
     if memory[WEIGHED] == 0.0:
-        memory[SCATTER] = (joint.ratio * joint.coulomb_friction.level) ** 2
+        memory[SCATTER] = motor.friction ** 2
     memory[WEIGHED] += dt
     recent = share(dt, _RECENT)
     memory[MEAN_APART] += recent * (apart - memory[MEAN_APART])

@@ -76,16 +76,27 @@ def torque_effects(known: Known, torque: float, stiffness: float, effect: Array)
 
 
 @compiled
-def motor_effects(joint: Record, known: Known, command: float, at: Turning,
+def motor_effects(joint: Record, known: Known, command: float, at: Turning, friction: float,
                   effect: Array) -> None:
-    """Fill what one sigma of each error takes from the motor's torque, (eq:motor-torque)."""
+    """
+    Fill what one sigma of each error takes from the motor's torque, (eq:motor-torque).
+
+    `friction` is all that dry friction can oppose, of a load as well [N*m at the link].
+    """
     ratio, wavy = joint.ratio, joint.ratio * known.torque_ripple
-    effect[DRY] = -ratio * known.dry_friction * joint.coulomb_friction.level * at.sense
+    effect[DRY] = -known.dry_friction * friction * at.sense
     effect[VISCOUS] = -ratio * known.viscous_friction * joint.viscous_friction.slope * at.velocity
     effect[GAIN] = ratio * known.torque_constant * command
     effect[OFFSET] = ratio * known.drive_offset
     _wave(wavy, 2.0 * at.angle, effect, RIPPLE_2)
     _wave(wavy, 4.0 * at.angle, effect, RIPPLE_4)
+
+
+@inlined
+def dry_friction(joint: Record, at: Turning, torque: float) -> float:
+    """Return the most that dry friction opposes, sliding or at rest [N*m at the link]."""
+    sense = at.sense if at.sense != 0.0 else 1.0
+    return joint.ratio * friction_budget(joint, at.velocity, sense, torque, at.link_angle)
 
 
 @compiled
