@@ -102,7 +102,11 @@ def test_ordinary_recordings_calibrate_an_arm(true, nominal, tmp_path, capsys):
     for name in ('stiffness', 'torsion_zero', 'clock_skew', 'kinematic_error'):
         assert 0.0 < getattr(arm.tolerances, name) <= getattr(nominal.tolerances, name)
     assert arm.tolerances != nominal.tolerances
-    assert arm.tolerances.dry_friction == nominal.tolerances.dry_friction
+    for joint in nominal.joints:
+        known = joint.dry_friction * arm.tolerances.dry_friction
+        found = arm.effect('coulomb_friction', joint.label).level
+        assert abs(found - joint.dry_friction) < 3.0 * known
+    assert arm.tolerances.link_inertia == nominal.tolerances.link_inertia
     told = Estimator(arm).run(stamps_of(other), other.reading, other.command)
     wrong = np.abs(told.torque - other.joint_torque)[BEGUN:]
     assert 0.8 < (wrong < 1.645 * told.torque_deviation[BEGUN:]).mean() <= 1.0

@@ -43,6 +43,7 @@ class JointCalibration:
     recordings: tuple[str, ...]
     kept: str = ''
     numbers: tuple[Number, ...] = ()
+    known: tuple[Number, ...] = ()      # the same, as well known as if they were independent
     reference: float = 0.0      # deviation of the reference torques [N*m]
     before: float = 0.0
     after: float = 0.0
@@ -84,7 +85,8 @@ class JointCalibration:
 
     def document(self) -> dict[str, Any]:
         """Return the report for machines."""
-        return {**vars(self), 'recordings': list(self.recordings),
+        told = {name: value for name, value in vars(self).items() if name != 'known'}
+        return {**told, 'recordings': list(self.recordings),
                 'doubtful': list(self.doubtful),
                 'numbers': [vars(number) for number in self.numbers]}
 
@@ -108,7 +110,7 @@ def calibrate(arm: Arm, recordings: Mapping[str, Sequence[Measured]],
         raise CalibrationError('nothing can be calibrated: ' + '; '.join(
             f'{joint.joint}: {joint.kept}' for joint in joints))
     return Calibration(with_tolerances(arm, {
-        joint.joint: joint.numbers for joint in joints}, wider=True), tuple(joints))
+        joint.joint: joint.known for joint in joints}, wider=True), tuple(joints))
 
 
 def _calibrated(arm: Arm, recordings: Sequence[Measured]) -> JointCalibration:
@@ -146,6 +148,7 @@ def _with_torsion(said: JointCalibration, torsion: Heard, parts: int) -> JointCa
     """Return what is said of a joint, with the numbers of its torsion first."""
     return replace(
         said, numbers=(*torsion.numbers, rest(torsion.error, parts), *said.numbers),
+        known=(*torsion.known, *said.known),
         before=torsion.before, after=torsion.error, zero_moves=torsion.spread,
         zero_torque=torsion.offset, lag=torsion.lag, doubtful=torsion.doubtful)
 
@@ -159,9 +162,10 @@ def _with_motor(said: JointCalibration, motor: Heard,
     which. So numbers of either kind are as unsure as that makes them: `shares` are the torques
     [N*m] that one of each number makes.
     """
-    found = [number(one.name, one.value, math.hypot(one.sigma, motor.error / shares[one.name]))
-             if one.name in shares else one for one in motor.numbers]
-    return replace(said, numbers=tuple(found), motor=motor.error, offset_moves=motor.spread,
+    told, known = (tuple(number(one.name, one.value, math.hypot(
+        one.sigma, motor.error / shares[one.name] if one.name in shares else 0.0))
+        for one in found) for found in (motor.numbers, motor.known))
+    return replace(said, numbers=told, known=known, motor=motor.error, offset_moves=motor.spread,
                    lag=motor.lag)
 
 

@@ -20,6 +20,7 @@ from ...least_squares.rows import rms, solved
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+TINY = np.finfo(float).tiny
 # Choices unless told otherwise.
 SOFTER = 0.2            # of the stiffness known, where a search begins as well
 BENDS = 1.0             # deviation of a torque, from which a law can be seen to bend [N*m]
@@ -33,6 +34,7 @@ class Heard:
     """What one witness of a joint tells."""
 
     numbers: tuple[Number, ...]
+    known: tuple[Number, ...]   # the same, as well known as if they were independent
     spread: float           # of its zero over recordings [unit of the witness]
     lag: float              # of the references [s]
     error: float            # where the fit has not seen, zeros free to move as they do [N*m rms]
@@ -152,12 +154,30 @@ def _told(problem: Referenced, found: Found, zero: str, given: Floats) -> Heard:
     scaled, reference = found.scaled, problem.witness.reference(0.0)
     ratio = problem.arm.joints[0].ratio if zero == 'drive_offset.offset' else 1.0
     spread = problem.spread / ratio if problem.moving else 0.0
-    told = [number(zero, one.value, math.hypot(one.sigma, spread)) if one.name == zero else one
-            for one in numbers(found, found.covariance())]
+    fitted_numbers = numbers(found, found.covariance())
+    told, known = ([number(one.name, one.value, math.hypot(
+        share * one.sigma, spread if one.name == zero else 0.0)) for one in fitted_numbers]
+        for share in (1.0, independent_share(problem, found)))
     before, varies = (_about_means(values, problem.witness.blocks.recording)
                       for values in (given - reference, reference))
-    return Heard(tuple(told), spread, problem.lag(scaled), error_left_out(problem, found),
+    return Heard(tuple(told), tuple(known), spread, problem.lag(scaled),
+                 error_left_out(problem, found),
                  _moved(problem, found), before, varies, doubtful(found), problem.on(scaled))
+
+
+def independent_share(problem: Referenced, found: Found) -> float:
+    """
+    Return by which share numbers are better known where each is taken for independent.
+
+    A fit may know numbers only together: a stiffness and a zero, where the torque hardly varies.
+    Whoever takes their errors for independent, as the estimator does, would find the torque far
+    less sure than the fit is: E[s^T C s] / E[s^T diag(C) s], s the slopes of a row.
+    """
+    last = len(found.scaled) - problem.moving
+    slopes, covariance = found.rows.slopes[:, :last], found.covariance()[:last, :last]
+    together = float(np.sum((slopes @ covariance) * slopes))
+    alone = float(np.sum(slopes ** 2 @ np.diag(covariance)))
+    return math.sqrt(min(max(together, 0.0) / max(alone, TINY), 1.0))
 
 
 def _about_means(values: Floats, recording: Ints) -> float:
