@@ -170,8 +170,9 @@ def independent_share(problem: Referenced, found: Found) -> float:
     Return by which share numbers are better known where each is taken for independent.
 
     A fit may know numbers only together: a stiffness and a zero, where the torque hardly varies.
-    Whoever takes their errors for independent, as the estimator does, would find the torque far
-    less sure than the fit is: E[s^T C s] / E[s^T diag(C) s], s the slopes of a row.
+    The estimator takes their errors for independent. So it would find the torque far less sure
+    than the fit is. The square of the share is E[s^T C s] / E[s^T diag(C) s].
+    Here s (p,) are the slopes of a row, and C (p, p) is the covariance.
     """
     last = len(found.scaled) - problem.moving
     slopes, covariance = found.rows.slopes[:, :last], found.covariance()[:last, :last]

@@ -39,9 +39,9 @@ class Turning(NamedTuple):
         """
         Return a torque (k,) as the acceleration is seen: averaged with the same weight.
 
-        The second derivative of the parabola fitted to 2 r + 1 samples is that of their mean with
-        the weight (1 - x^2)^2, x from -1 to 1. What stands beside it needs the same weight. Else
-        what swings faster than the window looks like a lag.
+        The acceleration is that of a parabola fitted to 2 r + 1 samples. It equals that of their
+        mean with the weight (1 - x^2)^2, x from -1 to 1. What stands beside it needs the same
+        weight. Else what swings faster than the window looks like a lag.
         """
         x = np.arange(-self.reach, self.reach + 1) / (self.reach + 1)
         weight = (1.0 - x ** 2) ** 2

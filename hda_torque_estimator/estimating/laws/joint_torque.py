@@ -16,8 +16,8 @@ from .compiled_settings import CompiledSettings
 from .fusion import close_half, gather
 from .fusion_memory import (effect_variance, errors_learnt, EXCESS, falls_back, MOTOR_ALONE,
                             stiffness_factor, UNEXPLAINED)
-from .motor_witness import (bound, first_bound, follow_scatter, hear, Heard, Motor, own_variance,
-                            tell)
+from .motor_witness import (bound, first_bound, follow_scatter, has_friction, hear, Heard, Motor,
+                            own_variance, tell)
 from .route_errors import ERRORS, STIFFNESS, torque_effects, TORSION_ERRORS
 from .torsion_torque import reading_deviation, torque_aside, torque_through_gear
 from .witnesses import beyond, Bound, FAINT, is_near, share_of_second, Spring, tangent, within
@@ -61,7 +61,7 @@ def joint_torque(joint: Record, settings: CompiledSettings, memory: Array, seen:
     torque = factor * _through(joint, heard, seen, seen.elastic)
     stiffness, random = reading_deviation(joint, torque, seen.gain)
     lawless = joint.torsion.deviation ** 2
-    both = settings.fusion > 0.0 and joint.coulomb_friction.level > 0.0
+    both = settings.fusion > 0.0 and has_friction(joint)
     if not both or not hear(memory, heard):
         if falls_back(memory):
             torque = _through(joint, heard, seen, seen.elastic + seen.learnt)
@@ -75,8 +75,7 @@ def joint_torque(joint: Record, settings: CompiledSettings, memory: Array, seen:
             held = within(first, torque)
             far = beyond(first, held) ** 2 + (_held(joint, torque) - held) ** 2
         return Told(held, np.sqrt(own + now + far), _share(own + now, own + before))
-    motor = tell(joint, settings.known, memory, heard, settings.window, _held(joint, torque),
-                 effect)
+    motor = tell(joint, settings.known, memory, heard, settings.window, effect)
     allowed = bound(memory, motor, effect)
     own = own_variance(memory, motor)
     near = _near(motor.driving - motor.inertia, allowed,

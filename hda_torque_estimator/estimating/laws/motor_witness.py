@@ -7,7 +7,7 @@ window of the fusion. How good it is shows in how far both witnesses differ from
 
 from typing import NamedTuple
 
-from hda_arm_sim.foundation.compiled import Array, compiled, Record
+from hda_arm_sim.foundation.compiled import Array, compiled, inlined, Record
 import numpy as np
 
 from .fusion import FEWEST, restart, SETTLED
@@ -24,6 +24,7 @@ _RECENT = 0.1           # over which a torque lasts, beside which it scatters [s
 _PRIOR = 0.3            # time that the dry friction counts for as a first scatter [s]
 _FRICTION = 2.0         # times the dry friction known, that a motor may have at most
 _CERTAIN = 4.0          # deviations beyond what the motor can give
+_ROUNDS = 3             # of a torque and the friction it loads: usual shares leave below 1 %
 
 
 class Heard(NamedTuple):
@@ -46,6 +47,12 @@ class Motor(NamedTuple):
     friction: float             # the most that dry friction opposes
 
 
+@inlined
+def has_friction(joint: Record) -> bool:
+    """Tell whether dry friction is known of a joint, if only under load."""
+    return dry_friction(joint, Turning(0.0, 0.0, 0.0, 0.0), joint.torsion.valid_torque) > 0.0
+
+
 @compiled
 def hear(memory: Array, heard: Heard) -> bool:
     """Tell whether a motor tells anything at a sample; if not, begin a window anew."""
@@ -59,12 +66,13 @@ def hear(memory: Array, heard: Heard) -> bool:
 
 
 @compiled
-def tell(joint: Record, known: Known, memory: Array, heard: Heard, window: float, torque: float,
+def tell(joint: Record, known: Known, memory: Array, heard: Heard, window: float,
          effect: Array) -> Motor:
     """
     Return what a motor tells, and fill the effects of its errors (ERRORS,).
 
-    `window` is the least time of half a window [s], `torque` what loads its friction [N*m].
+    `window` is the least time of half a window [s]. Its friction is loaded by the torque that it
+    tells itself. What the torsion tells may be far off until its zero is known.
     """
     mean = 0.5 * (memory[LAST_COMMAND] + heard.command)
     memory[LAST_COMMAND] = heard.command
@@ -72,17 +80,21 @@ def tell(joint: Record, known: Known, memory: Array, heard: Heard, window: float
     moving = abs(heard.velocity) * max(heard.dt, 0.4 * window) > _STILL_COUNTS * still
     at = Turning(heard.angle, heard.velocity, np.sign(heard.velocity) if moving else 0.0,
                  heard.link_angle)
-    friction = dry_friction(joint, at, torque)
-    motor_effects(joint, known, mean, at, friction, effect)
-    plain = motor_torque(joint, mean, at, torque, memory[TIME])
-    learnt = np.dot(effect[TORSION_ERRORS:], errors_learnt(memory)[TORSION_ERRORS:])
     span, through = max(window, FEWEST * heard.dt), joint.ratio * joint.motor_inertia
     memory[SLOW_SPEED] += share(heard.dt, span) * (heard.velocity - memory[SLOW_SPEED])
     speeding = (heard.velocity - memory[SLOW_SPEED]) / span
     sudden = (heard.velocity - memory[LAST_SPEED]) / heard.dt
     memory[LAST_SPEED] = heard.velocity
     memory[LAG] += share(heard.dt, span) * (through * (sudden - speeding) - memory[LAG])
-    return Motor(moving, plain + learnt, plain, through * speeding, friction)
+    inertia = through * speeding
+    plain = joint.ratio * mean
+    for _ in range(_ROUNDS):
+        load = min(max(plain - inertia, -joint.torsion.valid_torque), joint.torsion.valid_torque)
+        plain = motor_torque(joint, mean, at, load, memory[TIME])
+    friction = dry_friction(joint, at, load)
+    motor_effects(joint, known, mean, at, friction, effect)
+    learnt = np.dot(effect[TORSION_ERRORS:], errors_learnt(memory)[TORSION_ERRORS:])
+    return Motor(moving, plain + learnt, plain, inertia, friction)
 
 
 @compiled
