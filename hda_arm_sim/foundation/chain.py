@@ -197,6 +197,23 @@ def inverse_dynamics(c: Array) -> None:
 
 
 @compiled
+def own_needs(c: Array, squares: Array) -> None:
+    """
+    Fill the squared torques (n,) that links need for their motion, each alone, summed up.
+
+    It holds their weight, at the frames placed, for the SPEEDING that is asked. Times a relative
+    variance of every link it is the variance of the joints' torques.
+    """
+    _move(c)
+    for row in range(1, c.shape[0] - 1):
+        squares[row - 1] = 0.0
+        for link in range(row, c.shape[0] - 1):
+            need = (dot(vector(c, row, TURNING), vector(c, link, TWIST))
+                    + dot(vector(c, row, SLIDING), vector(c, link, FORCE)))
+            squares[row - 1] += need * need
+
+
+@compiled
 def mass_matrix(c: Array) -> None:
     """Set the mass matrix, MATRIX + k of row j + 1, at the frames placed (composite bodies)."""
     body = nothing()

@@ -74,8 +74,7 @@ def execute(options: argparse.Namespace) -> Outcome:
 def _estimated(options: argparse.Namespace) -> Outcome:
     check_directory(options.out, force=options.force, reads=[options.bag])
     check_page(options, [options.bag])
-    whole = read_arm(options.arm)
-    arm = whole.torsion_only()
+    arm = read_arm(options.arm)
     named = naming(options)
     recording = open_named(options.bag, named)
     settings = _settings(options, recording)
@@ -95,7 +94,7 @@ def _estimated(options: argparse.Namespace) -> Outcome:
                             'restart while it was recorded; split it there')
     if options.tare:
         check_rest(options.tare, arm, tare, found)
-    about = {'arm': arm_to_text(whole), 'source': str(options.bag.name), **settings.to_metadata()}
+    about = {'arm': arm_to_text(arm), 'source': str(options.bag.name), **settings.to_metadata()}
     with BagWriter(options.out, about, force=options.force) as bag:
         for part in drawn_ahead(parts, 1):      # another thread estimates, this one writes
             _write(bag, arm, part, settings, before=last)
@@ -154,8 +153,8 @@ def _outcome(options: argparse.Namespace, arm: Arm, estimates: Estimates,
     if zero:
         lines.append(f'  {tare_words(zero)}')
     if arm.links is None:
-        lines.append('  no external torque and no tip force: they need one or two links in a '
-                     'plane in the arm file')
+        lines.append('  no external torque and no tip force: they need links in the arm '
+                     'file')
     lines += [f'  error against {name}: {error.rms:.3f} {_unit(name)} rms '
               f'({error.rms_without_mean:.3f} without its mean), at most {error.largest:.3f}'
               for name, error in found.items()]

@@ -1,14 +1,15 @@
 """
 The messages that tell estimates: of one sample for the node, of a recording for the command.
 
-Both give the same bytes. What cannot be observed is NaN, or zero for tools that refuse NaN. That
-is all of a tip wrench but its force in the plane, and of that what the posture hides.
+Both give the same bytes. What cannot be observed is NaN, or zero for tools that refuse NaN. Of two
+links that is all of a tip wrench but its force in the plane. Of any arm it is what the pose hides.
 """
 
 from collections.abc import Sequence
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.chain_links import ChainLinks
 from hda_msgs_json.cdr import JointStateEncoder, WrenchEncoder
 from hda_msgs_json.samples import JointSamples, WrenchSamples
 from hda_msgs_json.topics import (
@@ -37,6 +38,7 @@ class EstimateEncoder:
         self._nothing = UNOBSERVED[unobserved]
         self.topics = estimate_topics(arm)
         self._has_tip = arm.links is not None
+        self._in_space = isinstance(arm.links, ChainLinks)
         self._joint_wrenches = [WrenchEncoder(link_frame(label)) for label in arm.labels]
         self._torques = JointStateEncoder(arm.labels, position=False, velocity=False)
         self._base, self._tool = WrenchEncoder(BASE_FRAME), WrenchEncoder(TOOL_FRAME)
@@ -50,10 +52,15 @@ class EstimateEncoder:
                     for encode, value in zip(self._joint_wrenches, torque)]
         messages.append(self._torques(stamp, effort=torque))
         if self._has_tip:
-            base = tip[estimate.BASE_X:estimate.BASE_X + 2].tolist()
-            tool = tip[estimate.TOOL_X:estimate.TOOL_X + 2].tolist()
-            messages.append(self._base(stamp, (*self._known(base), nothing), unknown))
-            messages.append(self._tool(stamp, (*self._known(tool), nothing), unknown))
+            for encode, plane, space in (
+                    (self._base, estimate.BASE_X, estimate.BASE_WRENCH),
+                    (self._tool, estimate.TOOL_X, estimate.TOOL_WRENCH)):
+                if self._in_space:
+                    wrench = self._known(tip[space:space + 6].tolist())
+                    messages.append(encode(stamp, wrench[:3], wrench[3:]))
+                else:
+                    force = self._known(tip[plane:plane + 2].tolist())
+                    messages.append(encode(stamp, (*force, nothing), unknown))
         return messages
 
     def _known(self, values: Sequence[float]) -> Sequence[float]:
@@ -78,7 +85,11 @@ def estimate_samples(arm: Arm, estimates: Estimates, unobserved: str = 'nan',
         for label, column in zip(arm.labels, known(torque).T)}
     nothing = np.empty((len(stamps), 0))
     samples[JOINT_TORQUES] = JointSamples(stamps, arm.labels, nothing, nothing, torque)
-    if arm.links is not None:
+    if isinstance(arm.links, ChainLinks):
+        for topic, frame, wrench in ((TIP_WRENCH, BASE_FRAME, known(estimates.base_wrench)),
+                                     (TIP_WRENCH_TOOL, TOOL_FRAME, known(estimates.tool_wrench))):
+            samples[topic] = WrenchSamples(stamps, frame, wrench[:, :3], wrench[:, 3:])
+    elif arm.links is not None:
         for topic, frame, force in ((TIP_WRENCH, BASE_FRAME, estimates.base_force),
                                     (TIP_WRENCH_TOOL, TOOL_FRAME, estimates.tool_force)):
             samples[topic] = WrenchSamples(

@@ -15,10 +15,12 @@ from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled, inlined
 from hda_arm_sim.foundation.parameter import Declared, parameter
 from hda_arm_sim.model.arm import Arm, ArmRecord
+from hda_arm_sim.model.chain_links import ChainLinks
 from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.model.plain import inertia_of, plain
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import gammaincc, gammainccinv
 
 from .laws import belief, estimate, fusion_memory
 from .laws.compiled_settings import CompiledSettings, Model
@@ -28,6 +30,7 @@ from .laws.route_errors import Known, known
 from ..samples.sample_watch import LARGEST, watch_limits, WATCH_MEMORY
 from ..samples.stamp_order import AFRESH, BACK, follow, follow_one, ORDER, TWO
 
+FEW = 2                 # joints of which `contact_deviations` tell
 # Choices unless told otherwise.
 PART = 1 << 15          # samples of a part: small enough for a cache, large enough to pay
 FARTHEST = 1e4          # angle of a link that may be turned (choice) [rad]
@@ -100,6 +103,16 @@ class Estimates(NamedTuple):
         return self.joints[:, :, estimate.EXTERNAL_TORQUE]
 
     @property
+    def base_wrench(self) -> Array:
+        """Return the wrench on the tip in the base frame (k, 6) [N, N*m]; of a chain alone."""
+        return self.tip[:, estimate.BASE_WRENCH:estimate.BASE_WRENCH + 6]
+
+    @property
+    def tool_wrench(self) -> Array:
+        """Return the wrench on the tip in the tool frame (k, 6) [N, N*m]; of a chain alone."""
+        return self.tip[:, estimate.TOOL_WRENCH:estimate.TOOL_WRENCH + 6]
+
+    @property
     def base_force(self) -> Array:
         """Return the force on the tip in the base frame (k, 2) [N]."""
         return self.tip[:, estimate.BASE_X:estimate.BASE_X + 2]
@@ -115,10 +128,10 @@ class Estimator:
 
     def __init__(self, arm: Arm, settings: EstimatorSettings = EstimatorSettings()) -> None:
         """Prepare for an arm; without links only the torsion's results will be numbers."""
-        arm, joints = arm.torsion_only(), len(arm.joints)
+        joints = len(arm.joints)
         self.arm, self.settings = arm, settings
         self._result = np.zeros((1, joints, estimate.RESULTS))
-        self._tips = np.full((1, estimate.TIP_RESULTS), np.nan)
+        self._tips = np.full((1, tip_results(arm)), np.nan)
         self._unknown = np.full((1, joints), np.nan)
         self.joints, self.tip = self._result[0], self._tips[0]
         self._record = arm.record()
@@ -232,7 +245,7 @@ class Estimator:
         given = np.full(reading.shape[:2], np.nan) if command is None else command
         count = int(used.sum())
         whole = Estimates(stamps[used], np.empty((count, len(self.arm.joints), estimate.RESULTS)),
-                          np.empty((count, estimate.TIP_RESULTS)), np.flatnonzero(~used))
+                          np.empty((count, tip_results(self.arm))), np.flatnonzero(~used))
         tared = range(*np.searchsorted(whole.stamps, tare).tolist())
         return whole, self._parts(whole, np.ascontiguousarray(reading[used]),
                                   np.ascontiguousarray(given[used]), seconds[used], size, tared)
@@ -281,6 +294,12 @@ class Estimator:
         self._tare_left = 0.0
 
 
+def tip_results(arm: Arm) -> int:
+    """Return how many numbers tell of the tip: a chain's has a wrench in space."""
+    return (estimate.CHAIN_TIP_RESULTS if isinstance(arm.links, ChainLinks)
+            else estimate.TIP_RESULTS)
+
+
 def _pieces(count: int, size: int, tare: range) -> Iterator[slice]:
     """Yield the parts of a recording in order; a tare and its last sample are parts of theirs."""
     cuts = {*range(0, count, size), count}
@@ -301,8 +320,22 @@ def compiled_settings(arm: Arm, settings: EstimatorSettings) -> CompiledSettings
         settings.velocity_bandwidth, settings.observer_bandwidth, settings.singular_sine,
         arm.tolerances.link_inertia, float(arm.links is not None), settings.torsion_bandwidth,
         settings.fusion, settings.fusion_window, settings.fusion_memory,
-        settings.fusion_zero_follows, settings.contact_deviations, settings.collision_torque,
+        settings.fusion_zero_follows, contact_level(settings.contact_deviations, len(arm.joints)),
+        settings.collision_torque,
         known(arm))
+
+
+def contact_level(deviations: float, joints: int) -> float:
+    """
+    Return the deviations of all joints together from which on they tell of a contact.
+
+    `deviations` are those of one or two joints. More exceed them by chance more often. So their
+    level is the one with the same chance, by the chi-square distribution.
+    """
+    if joints <= FEW:
+        return deviations
+    chance = gammaincc(0.5 * FEW, 0.5 * deviations ** 2)
+    return float(np.sqrt(2.0 * gammainccinv(0.5 * joints, chance)))
 
 
 class Plain(NamedTuple):

@@ -35,7 +35,6 @@ class TorqueEstimator(ArmNode):
     def __init__(self) -> None:
         """Prepare for the arm; raises what a wrong parameter or file raises."""
         super().__init__('torque_estimator')
-        self.arm = self.arm.torsion_only()
         self._stopwatch = Stopwatch(time.monotonic())
         self._answer = LiveEstimator(
             self.arm, self.parameters.group(EstimatorSettings, self._tune),
@@ -48,7 +47,7 @@ class TorqueEstimator(ArmNode):
         self.serve(Trigger, 'reset', self._on_reset)
         if self.arm.links is None:
             self.get_logger().info('joint torques only: external torques and the tip force need '
-                                   'one or two links in a plane in the model file')
+                                   'links in the model file')
         self.begin()
         self._listening = Listening(self, self._on_sample)
         for topic in self._states.topics:

@@ -8,6 +8,7 @@ simulation all run this function, so they give the same bits.
 
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.chain import of_links
 from hda_arm_sim.foundation.compiled import Array, compiled, inlined, Record
 from hda_arm_sim.foundation.rigid import gravity_torque, Inertia
 from hda_arm_sim.model.arm import ArmRecord
@@ -18,9 +19,19 @@ from hda_arm_sim.model.link_side import link_torque
 from hda_arm_sim.model.torsion import torsion_of_torque
 import numpy as np
 
-from . import belief, contact, fusion_memory, payload
+from . import belief, chain_estimate, contact, fusion_memory, payload
+from .chain_estimate import Moved
 from .compiled_settings import CompiledSettings, Model
 from .joint_torque import joint_torque, Twisted
+from .layout import (
+    ACCELERATION, BASE_COVARIANCE, BASE_WRENCH, BASE_X, BASE_Y, BEYOND_RANGE, CHAIN_TIP_RESULTS,
+    CONDITIONING, CONTACT, CONTACT_DEVIATIONS, CONTACT_LEVEL, DOUBT, EXTERNAL, EXTERNAL_DEVIATION,
+    EXTERNAL_TORQUE, FUSION, KINEMATIC_TORSION, LAST_LINK, LAST_MOMENTUM, LAST_MOTOR, LAST_SPEED,
+    LAST_TORSION, LATE, LATE_RATE, LINK_VELOCITY, MASS, MASS_DEVIATION, MEMORY, MOTOR_SHARE,
+    MOTOR_VELOCITY, PAYLOAD, QUICK_LINK, QUICK_MOTOR, RESULTS, SINGULAR, STRETCH, TARE_SUM,
+    TIP_RESULTS, TOOL_COVARIANCE, TOOL_WRENCH, TOOL_X, TOOL_Y, TORQUE, TORQUE_DEVIATION, TORSION,
+    TURNED_TORSION, WRENCH_COVARIANCE, ZERO, ZERO_TAKEN)
+from .low_pass import share_of
 from .momentum import expected_rate, hold, inertia_doubt, Links, momentum
 from .motor_witness import Heard
 from .route_errors import ERRORS, STIFFNESS, torsion_effects, ZERO as ZERO_ERROR
@@ -28,38 +39,16 @@ from .tip_force import base_force, Posture, tool_force
 from .torsion_torque import link, shaft, slide, torsions
 from ...samples.readings import LINK_READING, MOTOR_RATE, MOTOR_READING
 
-# Memory, per joint.
-(LAST_MOTOR, LAST_LINK,                 # last readings [rad]
- MOTOR_VELOCITY, LINK_VELOCITY,         # low-passed [rad/s]
- LAST_TORSION, TURNED_TORSION,          # elastic torsion, and where the hysteresis stands [rad]
- LAST_MOMENTUM, LATE_RATE, EXTERNAL,    # of the momentum observer
- LATE, LAST_SPEED, ACCELERATION,        # what it lags behind [N*m]; of the link, low-passed
- ZERO, TARE_SUM,                        # torsion taken for zero [rad], its running sum
- QUICK_MOTOR, QUICK_LINK,               # velocities, less low-passed, for the torsion [rad/s]
- STRETCH,                               # of the elements of the hysteresis, the first [rad]
- ) = range(17)
-FUSION = STRETCH + SLIDERS              # from here on the memory of the fusion
-CONTACT = FUSION + fusion_memory.MEMORY       # in row 0: the memory of contacts
-PAYLOAD = CONTACT + contact.MEMORY       # in row 0: the memory of the payload
-MEMORY = PAYLOAD + payload.MEMORY
-
-# Results, per joint.
-(TORSION, KINEMATIC_TORSION,            # total and kinematic torsion, output side [rad]
- TORQUE, TORQUE_DEVIATION,              # through the gear [N*m]
- EXTERNAL_TORQUE, EXTERNAL_DEVIATION,   # by the environment [N*m], NaN without links
- BEYOND_RANGE,                          # 1 where the torque exceeds the law's valid range
- MOTOR_SHARE,                           # of the motor's torque in what is known of the torque
- DOUBT,                                 # why a torque is not believed, a number of `belief.py`
- ZERO_TAKEN,                            # torsion taken for none: by tare and as learnt [rad]
- ) = range(10)
-RESULTS = 10
-
-# Results of the tip: force ON the tip [N], covariances [N^2] by rows.
-TOOL_X, TOOL_Y, BASE_X, BASE_Y, TOOL_COVARIANCE, BASE_COVARIANCE = 0, 1, 2, 3, 4, 8
-SINGULAR, CONDITIONING = 12, 13
-CONTACT_DEVIATIONS, CONTACT_LEVEL = 14, 15      # external torques over their deviations
-MASS, MASS_DEVIATION = 16, 17                   # at the tip, beyond the model's [kg]
-TIP_RESULTS = 18
+__all__ = (                 # what who reads results needs stands here as well
+    'ACCELERATION', 'BASE_COVARIANCE', 'BASE_WRENCH', 'BASE_X', 'BASE_Y', 'BEYOND_RANGE',
+    'CHAIN_TIP_RESULTS', 'CONDITIONING', 'CONTACT', 'CONTACT_DEVIATIONS', 'CONTACT_LEVEL',
+    'DOUBT', 'EXTERNAL', 'EXTERNAL_DEVIATION', 'EXTERNAL_TORQUE', 'FUSION', 'KINEMATIC_TORSION',
+    'LAST_LINK', 'LAST_MOMENTUM', 'LAST_MOTOR', 'LAST_SPEED', 'LAST_TORSION', 'LATE', 'LATE_RATE',
+    'LINK_VELOCITY', 'MASS', 'MASS_DEVIATION', 'MEMORY', 'MOTOR_SHARE', 'MOTOR_VELOCITY',
+    'PAYLOAD', 'QUICK_LINK', 'QUICK_MOTOR', 'RESULTS', 'SINGULAR', 'STRETCH', 'Sample',
+    'TARE_SUM', 'TIP_RESULTS', 'TOOL_COVARIANCE', 'TOOL_WRENCH', 'TOOL_X', 'TOOL_Y', 'TORQUE',
+    'TORQUE_DEVIATION', 'TORSION', 'TURNED_TORSION', 'WRENCH_COVARIANCE', 'ZERO', 'ZERO_TAKEN',
+    'add_to_tare', 'restart', 'step', 'usable')
 
 
 class Sample(NamedTuple):
@@ -80,16 +69,10 @@ def usable(reading: Array) -> bool:
 
 
 @inlined
-def _share(bandwidth: float, dt: float) -> float:
-    """Return the share of a new value in a low-pass of this bandwidth [Hz], (eq:low-pass)."""
-    return 1.0 - np.exp(-2.0 * np.pi * bandwidth * dt)
-
-
-@inlined
 def _rates(settings: CompiledSettings, memory: Array, reading: Array, dt: float) -> None:
     """Renew one joint's low-passed velocities from given ones, or from angles and stamps."""
-    share = _share(settings.velocity_bandwidth, dt)
-    quick = _share(settings.torsion_bandwidth, dt)
+    share = share_of(settings.velocity_bandwidth, dt)
+    quick = share_of(settings.torsion_bandwidth, dt)
     for side in range(2):
         rate = reading[MOTOR_RATE + side]
         if not np.isfinite(rate):
@@ -119,7 +102,7 @@ def _joint(model: Model, tilt_moment: float, memory: Array, sample: Sample, j: i
     elastic = total - kinematic - memory[ZERO] - wrong
     loop = _loop(joint, memory, elastic, dt)
     memory[LAST_TORSION] = elastic
-    gain = _share(settings.torsion_bandwidth, dt) / dt if dt > 0.0 else 0.0
+    gain = share_of(settings.torsion_bandwidth, dt) / dt if dt > 0.0 else 0.0
     told = joint_torque(
         joint, settings, learning, Twisted(elastic, rate, loop, wrong - certain, gain),
         Heard(sample.command[j], motor_angle, memory[MOTOR_VELOCITY], link_angle, dt), effect)
@@ -154,8 +137,8 @@ def _external(model: Model, memory: Array, at: Links, dt: float, result: Array) 
     pull2, doubt2 = hold(record.joints[last], at.q2, at.dq2)
     rate = expected_rate(inertia, record.body, joints, at,
                          (result[0, TORQUE] + pull1, result[last, TORQUE] + pull2))
-    share = _share(settings.observer_bandwidth, dt) if dt > 0.0 else 0.0
-    quick = _share(settings.torsion_bandwidth, dt) if dt > 0.0 else 1.0
+    share = share_of(settings.observer_bandwidth, dt) if dt > 0.0 else 0.0
+    quick = share_of(settings.torsion_bandwidth, dt) if dt > 0.0 else 1.0
     for j in range(joints):
         if dt > 0.0:
             change = (now[j] - memory[j, LAST_MOMENTUM]) / dt
@@ -210,6 +193,21 @@ def _tip(model: Model, at: Links, result: Array, tip: Array) -> None:
 
 
 @compiled
+def _in_plane(model: Model, memory: Array, moved: Moved, result: Array, tip: Array) -> None:
+    """Fill external torques and tip of one or two links in a plane."""
+    last = model.record.joints.shape[0] - 1
+    q2, dq2 = (moved.angles[1], memory[1, QUICK_LINK]) if last == 1 else (0.0, 0.0)
+    at = Links(moved.angles[0], q2, memory[0, QUICK_LINK], dq2)
+    _external(model, memory, at, moved.dt, result)
+    _carried(model, memory, at, moved.dt)
+    _tip(model, at, result, tip)
+    tip[MASS], tip[MASS_DEVIATION] = payload.mass(memory[0, PAYLOAD:])
+
+
+_of_links = of_links(_in_plane, chain_estimate.in_space)
+
+
+@compiled
 def step(model: Model, memory: Array, sample: Sample, result: Array, tip: Array) -> None:
     """
     Estimate from one sample; `result` (n, RESULTS) and `tip` (TIP_RESULTS,) are filled.
@@ -218,27 +216,22 @@ def step(model: Model, memory: Array, sample: Sample, result: Array, tip: Array)
     """
     record, settings, dt = model.record, model.settings, sample.dt
     joints = record.joints.shape[0]
-    q1 = q2 = 0.0
+    angles = np.empty(joints)
     moments = tilt_moments(record.body, model.inertia, sample.reading[:, LINK_READING])
     for j in range(joints):
         if dt > 0.0:
             _rates(settings, memory[j], sample.reading[j], dt)
         else:
             restart(memory, sample.reading, j)
-        angle = _joint(model, tilt_of(moments, j), memory[j], sample, j, result[j])
-        q1, q2 = (angle, q2) if j == 0 else (q1, angle)
+        angles[j] = _joint(model, tilt_of(moments, j), memory[j], sample, j, result[j])
     if settings.links == 0.0:
         result[:, EXTERNAL_TORQUE] = np.nan
         result[:, EXTERNAL_DEVIATION] = np.nan
         tip[:] = np.nan
         return
-    at = Links(q1, q2, memory[0, QUICK_LINK], memory[1, QUICK_LINK] if joints == 2 else 0.0)
-    _external(model, memory, at, dt, result)
-    _carried(model, memory, at, dt)
-    _tip(model, at, result, tip)
+    _of_links(model, memory, Moved(angles, dt), result, tip)
     torque = result[:, EXTERNAL_TORQUE]
     tip[CONTACT_DEVIATIONS] = contact.deviations(torque, result[:, EXTERNAL_DEVIATION])
-    tip[MASS], tip[MASS_DEVIATION] = payload.mass(memory[0, PAYLOAD:])
     tip[CONTACT_LEVEL] = contact.feel(memory[0, CONTACT:], tip[CONTACT_DEVIATIONS], torque,
                                       settings.contact_deviations, settings.collision_torque, dt)
 
@@ -256,18 +249,28 @@ def restart(memory: Array, reading: Array, j: int) -> None:
         memory[j, MOTOR_VELOCITY + side] = memory[j, QUICK_MOTOR + side] = rate
 
 
+@inlined
+def _weights_in_plane(record: ArmRecord, inertia: Inertia, angles: Array, weight: Array) -> None:
+    both = gravity_torque(inertia, record.body.pull, record.body.direction, angles[0], angles[-1])
+    if record.body.pull > 0.0:
+        for j in range(len(weight)):
+            weight[j] = both[j]
+
+
+_weights = of_links(_weights_in_plane, chain_estimate.weights)
+
+
 @compiled
 def add_to_tare(record: ArmRecord, settings: CompiledSettings, inertia: Inertia,
                 memory: Array) -> None:
     """Add to the tare sum how far each torsion is from that without contact, (eq:tare)."""
     joints = record.joints.shape[0]
-    weight = gravity_torque(inertia, record.body.pull, record.body.direction,
-                            memory[0, LAST_LINK], memory[joints - 1, LAST_LINK])
+    weight = np.zeros(joints)
+    if settings.links > 0.0:
+        _weights(record, inertia, memory[:, LAST_LINK], weight)
     for j in range(joints):
         joint = record.joints[j]
-        load = link_torque(joint, memory[j, LAST_LINK])
-        if settings.links > 0.0 and record.body.pull > 0.0:
-            load += weight[min(j, 1)]
+        load = link_torque(joint, memory[j, LAST_LINK]) + weight[j]
         angle, _ = shaft(joint, memory[j, LAST_MOTOR], 0.0)
         expected = (torsion_of_torque(joint.torsion, joint.ratio, -load)
                     - growth(joint, angle)[0] * abs(load))

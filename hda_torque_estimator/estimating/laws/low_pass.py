@@ -1,0 +1,10 @@
+"""The low-pass of all filters of the estimator."""
+
+from hda_arm_sim.foundation.compiled import inlined
+import numpy as np
+
+
+@inlined
+def share_of(bandwidth: float, dt: float) -> float:
+    """Return the share of a new value in a low-pass of this bandwidth [Hz], (eq:low-pass)."""
+    return 1.0 - np.exp(-2.0 * np.pi * bandwidth * dt)
