@@ -13,7 +13,8 @@ from itertools import cycle, islice
 from typing import NamedTuple
 
 from hda_arm_sim.model.files import read_arm
-from hda_torque_estimator.estimating.estimator import Estimates, Estimator, EstimatorSettings
+from hda_torque_estimator.estimating.estimates import Estimates
+from hda_torque_estimator.estimating.estimator import Estimator, EstimatorSettings
 from hda_torque_estimator.estimating.laws import estimate
 from hidden_truth import TruthRecord
 import numpy as np

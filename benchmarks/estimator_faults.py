@@ -22,7 +22,8 @@ from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.parts import Joint, Links
 from hda_arm_sim.motions import motion
 from hda_torque_estimator.estimating.belief_words import believed, doubts_told
-from hda_torque_estimator.estimating.estimator import Estimates, Estimator
+from hda_torque_estimator.estimating.estimates import Estimates
+from hda_torque_estimator.estimating.estimator import Estimator
 from hda_torque_estimator.estimating.laws import estimate
 from hda_torque_estimator.estimating.route_health import told, UNTAUGHT, WELL
 from hda_torque_estimator.simulating.closed_loop import Run, run

@@ -1,7 +1,7 @@
 """Pushes at the tip: how close the force is told, when a push is felt, what free motion feigns."""
 
 from hda_arm_sim.foundation.arrays import Array
-from hda_torque_estimator.estimating.estimator import Estimates
+from hda_torque_estimator.estimating.estimates import Estimates
 from hda_torque_estimator.estimating.laws import contact, estimate
 from hidden_truth import TruthRecord
 import numpy as np

@@ -28,7 +28,8 @@ from hda_torque_estimator.calibrate.fitting.polynomial import polynomial_method,
 from hda_torque_estimator.calibrate.passages.heard import heard
 from hda_torque_estimator.calibrate.passages.stated import stated
 from hda_torque_estimator.calibrate.run import known_wrenches, run_calibration
-from hda_torque_estimator.estimating.estimator import Estimates, Estimator, EstimatorSettings
+from hda_torque_estimator.estimating.estimates import Estimates
+from hda_torque_estimator.estimating.estimator import Estimator, EstimatorSettings
 from hda_torque_estimator.simulating.recorded import joint_samples, on_tip
 from hidden_truth import TruthRecord
 import numpy as np

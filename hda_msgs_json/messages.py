@@ -63,7 +63,7 @@ class EstimatorState:
     flags: tuple[str, ...]
     """Sentences or names of what is remarkable."""
     tip_force: tuple[MaybeNan, ...]
-    """Force of the environment on the tip, x and y in the base frame [N]."""
+    """Force of the environment on the tip, x and y in the base frame, of a chain z too [N]."""
     tip_force_covariance: tuple[MaybeNan, ...]
     """Its covariance, row by row [N^2]."""
     singular: bool
@@ -80,6 +80,8 @@ class EstimatorState:
     """'free', 'contact' while something pushes, 'collision' from a hard push to the reset."""
     torsion_zero: tuple[MaybeNan, ...] = ()
     """Torsion that is taken for none: by a tare and as learnt [rad]."""
+    contact_beyond: str = ''
+    """Outermost joint that feels the contact, '' for none: the push is on the links beyond it."""
 
 
 def to_json(message: object) -> str:

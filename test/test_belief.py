@@ -7,7 +7,8 @@ from functools import cache
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_torque_estimator.estimating.belief_words import believed, doubts_told
-from hda_torque_estimator.estimating.estimator import Estimates, Estimator, EstimatorSettings
+from hda_torque_estimator.estimating.estimates import Estimates
+from hda_torque_estimator.estimating.estimator import Estimator, EstimatorSettings
 from hda_torque_estimator.estimating.laws import estimate
 from hda_torque_estimator.estimating.laws.fusion_memory import stiffness_factor
 from hda_torque_estimator.measurements.conventions import wrong_convention

@@ -7,7 +7,8 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_torque_estimator.estimating.belief_words import doubts_told
-from hda_torque_estimator.estimating.estimator import Estimates, Estimator, EstimatorSettings
+from hda_torque_estimator.estimating.estimates import Estimates
+from hda_torque_estimator.estimating.estimator import Estimator, EstimatorSettings
 from hda_torque_estimator.estimating.laws import estimate
 from hda_torque_estimator.estimating.laws.agreement import cut_off
 from hda_torque_estimator.simulating.closed_loop import Run, run

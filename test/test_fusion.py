@@ -5,7 +5,8 @@ from functools import cache
 
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
-from hda_torque_estimator.estimating.estimator import Estimates, Estimator, EstimatorSettings
+from hda_torque_estimator.estimating.estimates import Estimates
+from hda_torque_estimator.estimating.estimator import Estimator, EstimatorSettings
 from hda_torque_estimator.estimating.laws import estimate, fusion
 from hda_torque_estimator.estimating.laws.route_errors import DRY, ERRORS, torsion_effects, ZERO
 import numpy as np

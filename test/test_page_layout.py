@@ -18,7 +18,7 @@ from hda_torque_estimator.diagnosis.findings.report import Candidate, Finding, N
 from hda_torque_estimator.diagnosis.telling.page import page
 from hda_torque_estimator.estimating.accuracy import Errors
 from hda_torque_estimator.estimating.curves import Beside
-from hda_torque_estimator.estimating.estimator import Estimates
+from hda_torque_estimator.estimating.estimates import Estimates
 from hda_torque_estimator.estimating.laws import estimate
 from hda_torque_estimator.estimating.page import About
 from hda_torque_estimator.estimating.page import page as estimation_page

@@ -6,7 +6,7 @@ import json
 from hda_arm_sim.model.files import read_arm
 from hda_msgs_json.messages import assembled, EstimatorState, from_json, MessageError, to_json
 from hda_torque_estimator.estimating.belief_words import believed, doubts_told
-from hda_torque_estimator.estimating.estimator import Estimates
+from hda_torque_estimator.estimating.estimates import Estimates
 from hda_torque_estimator.estimating.laws import estimate
 from hda_torque_estimator.estimating.state_messages import state_samples, StateWriter
 from hypothesis import given, strategies as st

@@ -28,7 +28,8 @@ from ..estimating.accuracy import Errors
 from ..estimating.belief_words import doubt_shares
 from ..estimating.curves import Beside
 from ..estimating.estimate_messages import estimate_samples
-from ..estimating.estimator import Estimates, Estimator
+from ..estimating.estimates import Estimates
+from ..estimating.estimator import Estimator
 from ..estimating.laws import estimate
 from ..estimating.page import About, page
 from ..estimating.recorded_settings import recorded_settings, RecordedSettings

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..estimating.accuracy import Errors, errors
-from ..estimating.estimator import Estimates
+from ..estimating.estimates import Estimates
 
 Array = NDArray[np.float64]
 
@@ -35,9 +35,9 @@ def known_signals(recording: Recording, arm: Arm, estimates: Estimates) -> dict[
         name = _held(recording, topic.name)
         if name and arm.links is not None:
             wrenches = recording.wrenches(name)
-            for axis, letter in enumerate('xy'):
-                found[f'{topic.name}.{letter}'] = Known(
-                    wrenches.stamps, wrenches.force[:, axis], estimates.base_force[:, axis])
+            for axis, column in enumerate(estimates.tip_force.T):
+                found[f'{topic.name}.{"xyz"[axis]}'] = Known(
+                    wrenches.stamps, wrenches.force[:, axis], column)
     return found
 
 

@@ -9,7 +9,8 @@ from hda_msgs_json.errors import HdaError
 import numpy as np
 from numpy.typing import NDArray
 
-from ..estimating.estimator import Estimates, Estimator
+from ..estimating.estimates import Estimates
+from ..estimating.estimator import Estimator
 from ..measurements.recorded_readings import RecordedReadings
 from ..samples.readings import LINK_READING, MOTOR_READING
 

@@ -6,8 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .estimator import Estimates
-from .laws import estimate
+from .estimates import Estimates
 from ..pages.plot import Chart, Line, Plot
 from ..pages.wording import spoken
 
@@ -49,14 +48,14 @@ def charts(labels: Sequence[str], found: Estimates,
                 spoken(label): Plot(_TIME, 'external torque, output [N·m]', time, [
                     Line('estimated', found.external_torque[:, place], 'after')], 'time')
                 for place, label in enumerate(labels)})
-    if np.isfinite(found.base_force).any():
+    if np.isfinite(found.tip_force).any():
         told['tip'] = Chart(
             'Force on the tip', 'Force of the environment on the tip, in the base frame. The band '
             'is two standard deviations to both sides. Gaps are where it is not observed.', {
                 f'along {letter}': _with_band(
-                    time, 'tip force, base frame [N]', found.base_force[:, axis],
-                    np.sqrt(found.tip[:, estimate.BASE_COVARIANCE + 3 * axis]),
-                    _known(beside, letter, found)) for axis, letter in enumerate('xy')})
+                    time, 'tip force, base frame [N]', force, found.tip_force_deviation[:, axis],
+                    _known(beside, letter, found))
+                for axis, (letter, force) in enumerate(zip('xyz', found.tip_force.T))})
     return told
 
 

@@ -17,7 +17,7 @@ from hda_msgs_json.topics import (
     Topic)
 import numpy as np
 
-from .estimator import Estimates
+from .estimates import Estimates
 from .laws import estimate
 
 UNOBSERVED: dict[str, float] = {'nan': np.nan, 'zero': 0.0}

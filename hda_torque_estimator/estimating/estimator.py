@@ -15,22 +15,20 @@ from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled, inlined
 from hda_arm_sim.foundation.parameter import Declared, parameter
 from hda_arm_sim.model.arm import Arm, ArmRecord
-from hda_arm_sim.model.chain_links import ChainLinks
 from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.model.plain import inertia_of, plain
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import gammaincc, gammainccinv
 
+from .estimates import Estimates, tip_results
 from .laws import belief, estimate, fusion_memory
 from .laws.compiled_settings import CompiledSettings, Model
-from .laws.contact import level
+from .laws.contact import contact_level, level
 from .laws.estimate import Sample
 from .laws.route_errors import Known, known
 from ..samples.sample_watch import LARGEST, watch_limits, WATCH_MEMORY
 from ..samples.stamp_order import AFRESH, BACK, follow, follow_one, ORDER, TWO
 
-FEW = 2                 # joints of which `contact_deviations` tell
 # Choices unless told otherwise.
 PART = 1 << 15          # samples of a part: small enough for a cache, large enough to pay
 FARTHEST = 1e4          # angle of a link that may be turned (choice) [rad]
@@ -76,51 +74,6 @@ class EstimatorSettings(Declared):
         600.0, 's', 1.0, 1e6, 'time after which what the comparison taught has faded')
     fusion_zero_follows: float = parameter(
         0.0, 's', 0.0, 1e6, 'time in which the zero may wander by its tolerance, 0 for never')
-
-
-class Estimates(NamedTuple):
-    """Estimates over time: stamps (k,) ns, joints (k, n, RESULTS), tip (k, TIP_RESULTS)."""
-
-    stamps: NDArray[np.int64]
-    joints: Array
-    tip: Array
-    refused: NDArray[np.int64]          # indices of the samples that were not used
-    taring: bool = False                # of a part: a tare is under way after each sample
-
-    @property
-    def torque(self) -> Array:
-        """Return the torques through the gears (k, n) [N*m, output side]."""
-        return self.joints[:, :, estimate.TORQUE]
-
-    @property
-    def torque_deviation(self) -> Array:
-        """Return the standard deviations of the torques (k, n) [N*m]."""
-        return self.joints[:, :, estimate.TORQUE_DEVIATION]
-
-    @property
-    def external_torque(self) -> Array:
-        """Return the joint torques of the environment (k, n) [N*m], NaN without links."""
-        return self.joints[:, :, estimate.EXTERNAL_TORQUE]
-
-    @property
-    def base_wrench(self) -> Array:
-        """Return the wrench on the tip in the base frame (k, 6) [N, N*m]; of a chain alone."""
-        return self.tip[:, estimate.BASE_WRENCH:estimate.BASE_WRENCH + 6]
-
-    @property
-    def tool_wrench(self) -> Array:
-        """Return the wrench on the tip in the tool frame (k, 6) [N, N*m]; of a chain alone."""
-        return self.tip[:, estimate.TOOL_WRENCH:estimate.TOOL_WRENCH + 6]
-
-    @property
-    def base_force(self) -> Array:
-        """Return the force on the tip in the base frame (k, 2) [N]."""
-        return self.tip[:, estimate.BASE_X:estimate.BASE_X + 2]
-
-    @property
-    def tool_force(self) -> Array:
-        """Return the force on the tip in the tool frame, axial first (k, 2) [N]."""
-        return self.tip[:, estimate.TOOL_X:estimate.TOOL_X + 2]
 
 
 class Estimator:
@@ -294,12 +247,6 @@ class Estimator:
         self._tare_left = 0.0
 
 
-def tip_results(arm: Arm) -> int:
-    """Return how many numbers tell of the tip: a chain's has a wrench in space."""
-    return (estimate.CHAIN_TIP_RESULTS if isinstance(arm.links, ChainLinks)
-            else estimate.TIP_RESULTS)
-
-
 def _pieces(count: int, size: int, tare: range) -> Iterator[slice]:
     """Yield the parts of a recording in order; a tare and its last sample are parts of theirs."""
     cuts = {*range(0, count, size), count}
@@ -323,19 +270,6 @@ def compiled_settings(arm: Arm, settings: EstimatorSettings) -> CompiledSettings
         settings.fusion_zero_follows, contact_level(settings.contact_deviations, len(arm.joints)),
         settings.collision_torque,
         known(arm))
-
-
-def contact_level(deviations: float, joints: int) -> float:
-    """
-    Return the deviations of all joints together from which on they tell of a contact.
-
-    `deviations` are those of one or two joints. More exceed them by chance more often. So their
-    level is the one with the same chance, by the chi-square distribution.
-    """
-    if joints <= FEW:
-        return deviations
-    chance = gammaincc(0.5 * FEW, 0.5 * deviations ** 2)
-    return float(np.sqrt(2.0 * gammainccinv(0.5 * joints, chance)))
 
 
 class Plain(NamedTuple):

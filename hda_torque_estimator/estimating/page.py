@@ -7,7 +7,7 @@ import numpy as np
 
 from .accuracy import Errors
 from .curves import Beside, charts
-from .estimator import Estimates
+from .estimates import Estimates
 from ..pages.badge import Badge
 from ..pages.render import render
 from ..pages.wording import figure, short, spoken

@@ -11,13 +11,14 @@ from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.chain_links import ChainLinks
 from hda_msgs_json.messages import assembled, EstimatorState
 from hda_msgs_json.samples import TextSamples
 import numpy as np
 from numpy.typing import NDArray
 
 from .belief_words import believed, doubts_told
-from .estimator import Estimates
+from .estimates import Estimates
 from .laws import estimate
 from .laws.contact import contact_name
 
@@ -32,6 +33,13 @@ JOINT_NUMBERS = {
 """Which result of a joint each field of the message holds, in the order of the message."""
 TIP_NUMBERS = (estimate.BASE_X, estimate.BASE_Y,
                *range(estimate.BASE_COVARIANCE, estimate.BASE_COVARIANCE + 4))
+CHAIN_TIP_NUMBERS = (*range(estimate.BASE_WRENCH, estimate.BASE_WRENCH + 3), *(
+    estimate.WRENCH_COVARIANCE + 6 * row + column for row in range(3) for column in range(3)))
+FELT = 3.0                      # deviations of one joint's external torque that it feels (choice)
+
+
+_HIDDEN = {False: 'tip: the force along the last link cannot be observed in this posture',
+           True: 'tip: a part of the wrench cannot be observed in this pose'}
 
 
 class Pacer:
@@ -67,13 +75,16 @@ class StateWriter:
     def __init__(self, arm: Arm) -> None:
         """Prepare the text around the numbers."""
         each = _list_of(len(arm.joints))
+        self._in_space = isinstance(arm.links, ChainLinks)
+        self._tip = CHAIN_TIP_NUMBERS if self._in_space else TIP_NUMBERS
+        axes = 3 if self._in_space else 2
         texts = dict.fromkeys(JOINT_NUMBERS, each) | {
             'stamp': '%d', 'names': json.dumps(arm.labels, separators=(',', ':')).replace(
                 '%', '%%'),
-            'valid': '%s', 'flags': '%s', 'tip_force': _list_of(2),
-            'tip_force_covariance': _list_of(4), 'singular': '%s', 'conditioning': '%s',
+            'valid': '%s', 'flags': '%s', 'tip_force': _list_of(axes),
+            'tip_force_covariance': _list_of(axes ** 2), 'singular': '%s', 'conditioning': '%s',
             'contact_deviations': '%s', 'payload': '%s', 'payload_std': '%s', 'contact': '%s',
-            'torsion_zero': each}
+            'torsion_zero': each, 'contact_beyond': '%s'}
         self._form = assembled(EstimatorState, texts)
         self._labels = arm.labels
 
@@ -88,19 +99,21 @@ class StateWriter:
         singular = (tip[:, estimate.SINGULAR] > 0.0).tolist()
         level = [contact_name(value) for value in tip[:, estimate.CONTACT_LEVEL].tolist()]
         doubts = joints[:, :, estimate.DOUBT].tolist()
-        verdicts = [_verdict(self._labels, tuple(too_far), tuple(doubted), hidden, taring)
+        hides = _HIDDEN[self._in_space]
+        verdicts = [_verdict(self._labels, tuple(too_far), tuple(doubted), hides * hidden, taring)
                     for too_far, doubted, hidden in zip(beyond, doubts, singular)]
         count = range(len(self._labels))
         of_joints = (joints[:, j, index] for index in JOINT_NUMBERS.values() for j in count)
         columns = (stamps, *map(_words, of_joints), [verdict.valid for verdict in verdicts],
                    [verdict.flags for verdict in verdicts],
-                   *(_words(tip[:, index]) for index in TIP_NUMBERS),
+                   *(_words(tip[:, index]) for index in self._tip),
                    [_truth(hidden) for hidden in singular],
                    _words(tip[:, estimate.CONDITIONING]),
                    *(_words(tip[:, index]) for index in (
                        estimate.CONTACT_DEVIATIONS, estimate.MASS, estimate.MASS_DEVIATION)),
                    map(json.dumps, level),
-                   *(_words(joints[:, j, estimate.ZERO_TAKEN]) for j in count))
+                   *(_words(joints[:, j, estimate.ZERO_TAKEN]) for j in count),
+                   map(json.dumps, touched_beyond(self._labels, joints, tip)))
         return [self._form % row for row in zip(*columns)]
 
 
@@ -112,6 +125,16 @@ def state_samples(arm: Arm, estimates: Estimates, rate: float = STATE_RATE,
     texts = StateWriter(arm).texts(stamps.tolist(), estimates.joints[rows], estimates.tip[rows],
                                    taring=estimates.taring)
     return TextSamples(stamps, tuple(texts))
+
+
+def touched_beyond(labels: Sequence[str], joints: Array, tip: Array) -> list[str]:
+    """Return the outermost joint that feels a contact at each sample (k,), '' for none."""
+    torque, deviation = joints[:, :, estimate.EXTERNAL_TORQUE], joints[:, :, (
+        estimate.EXTERNAL_DEVIATION)]
+    feels = np.abs(torque) > FELT * deviation
+    feels &= (tip[:, estimate.CONTACT_LEVEL] > 0.0)[:, np.newaxis]
+    last = len(labels) - 1 - np.argmax(feels[:, ::-1], axis=1)
+    return [labels[place] if feels[row, place] else '' for row, place in enumerate(last.tolist())]
 
 
 def _list_of(count: int) -> str:
@@ -139,12 +162,12 @@ class _Verdict(NamedTuple):
 
 @lru_cache
 def _verdict(labels: tuple[str, ...], beyond: tuple[bool, ...], doubts: tuple[float, ...],
-             singular: bool, taring: bool) -> _Verdict:
+             hidden: str, taring: bool) -> _Verdict:
     flags = doubts_told(labels, doubts)
     flags += [f'{label}: the torque exceeds the valid range of the torsion law'
               for label, too_far in zip(labels, beyond) if too_far]
-    if singular:
-        flags.append('tip: the force along the last link cannot be observed in this posture')
+    if hidden:
+        flags.append(hidden)
     if taring:
         flags.append('a tare is under way')
     valid = ','.join(_truth(not too_far and believed(doubt))

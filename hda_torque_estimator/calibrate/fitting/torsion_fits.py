@@ -16,7 +16,8 @@ from .laws import turning, turns
 from .tangent import tangents
 from ..passages.loads import DOUBTS
 from ..passages.passage import Passage
-from ...estimating.estimator import Estimates, Estimator, EstimatorSettings
+from ...estimating.estimates import Estimates
+from ...estimating.estimator import Estimator, EstimatorSettings
 from ...estimating.laws.estimate import KINEMATIC_TORSION, TORSION
 from ...least_squares.descent import beginning, descend, Found, limits, placed, places
 from ...least_squares.rows import FOLDS, Rows

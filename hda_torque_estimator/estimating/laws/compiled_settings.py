@@ -1,8 +1,7 @@
 """What the compiled step reads: settings, tolerances, the arm."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from hda_arm_sim.foundation.rigid import Inertia
 from hda_arm_sim.model.arm import ArmRecord
 
 from .route_errors import Known
@@ -31,4 +30,4 @@ class Model(NamedTuple):
 
     record: ArmRecord
     settings: CompiledSettings
-    inertia: Inertia            # of the links, with a payload that the model knows
+    inertia: Any                # Inertia or Chain of the links, with a payload that is known

@@ -6,6 +6,7 @@ Two levels: a contact ends by itself when the arm is let go, a collision stays u
 
 from hda_arm_sim.foundation.compiled import Array, compiled
 import numpy as np
+from scipy.special import gammaincc, gammainccinv
 
 # Memory: contact now, time since it was last felt [s], collisions felt, contacts so far.
 TOUCHING, CALM, COLLIDED, CONTACTS = range(4)
@@ -14,6 +15,7 @@ MEMORY = 4  # (layout)
 FREE, CONTACT, COLLISION = 0.0, 1.0, 2.0  # (layout)
 _NAMES = {CONTACT: 'contact', COLLISION: 'collision'}
 
+FEW = 2                 # joints of which `contact_deviations` tell (choice)
 # Choices unless told otherwise.
 _RELEASE = 0.5          # of the level, below which a contact is over
 _HOLD = 0.1             # time for which it must be [s]
@@ -22,6 +24,19 @@ _HOLD = 0.1             # time for which it must be [s]
 def contact_name(level: float) -> str:
     """Return the name of a level, that of no contact where links are unknown."""
     return _NAMES.get(level, 'free')
+
+
+def contact_level(deviations: float, joints: int) -> float:
+    """
+    Return the deviations of all joints together from which on they tell of a contact.
+
+    `deviations` are those of one or two joints. More exceed them by chance more often. So their
+    level is the one with the same chance, by the chi-square distribution.
+    """
+    if joints <= FEW:
+        return deviations
+    chance = float(gammaincc(0.5 * FEW, 0.5 * deviations ** 2))
+    return float(np.sqrt(2.0 * gammainccinv(0.5 * joints, chance)))
 
 
 @compiled

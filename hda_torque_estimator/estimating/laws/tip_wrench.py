@@ -46,7 +46,7 @@ def tip_wrench(c: Array, torque: Array, deviation: Array, tip: Array) -> None:
         tip[SINGULAR] = tip[CONDITIONING] = np.nan
         tip[BASE_X:BASE_X + 2] = tip[TOOL_X:TOOL_X + 2] = np.nan
         return
-    covariance = np.linalg.inv(normal)
+    covariance = np.linalg.inv(normal).astype(np.float64)
     wrench = covariance @ right
     _tell(wrench, covariance, tip[BASE_WRENCH:])
     spread = tip[WRENCH_COVARIANCE:].reshape((AXES, AXES))
