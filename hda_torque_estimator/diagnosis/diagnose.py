@@ -84,9 +84,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     facts = _facts(measurement, training, held_out, sources)
     if (np.ptp(measurement.reading[:, :, 1], axis=0) < _STILL).all():
         return Conclusion(_unmoved(facts, arm, arm_file, version, seconds), arm, None)
-    names = sought_effects() if names is None else names
-    aside = left_aside(arm, names)
-    names = [name for name in names if name not in aside]
+    names, aside = _sought(arm, names)
     tell('looking at the raw readings')
     raw = raw_readings(measurement, arm, names, training)
     fitter, found, training, held_out = _searched(raw, names, training, held_out, tell)
@@ -126,6 +124,13 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
         probability=_probability(verdict, told, pairs, judged))
     diagnosis = replace(diagnosis, steps=next_steps(diagnosis))
     return Conclusion(diagnosis, _model(evidence, raw, told, pairs), evidence)
+
+
+def _sought(arm: Arm, names: Sequence[str] | None) -> tuple[list[str], tuple[str, ...]]:
+    """Return which effects are looked for, all unless some are named, and which are not."""
+    names = sought_effects() if names is None else names
+    aside = left_aside(arm, names)
+    return [name for name in names if name not in aside], aside
 
 
 def _aside(names: Sequence[str]) -> Iterator[str]:

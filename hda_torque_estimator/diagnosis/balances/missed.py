@@ -52,7 +52,7 @@ _missed = of_links(_planar_missed, _spatial_missed)
 
 @compiled
 def missed_torques(arm: ArmRecord, inertia: Inertia, w: Array, acceleration: Array,
-             residual: Array) -> None:
+                   residual: Array) -> None:
     """Fill the residuals of one sample from measured accelerations and predicted ones."""
     joints = acceleration.shape[0]
     _missed(arm, inertia, w, acceleration, residual)
