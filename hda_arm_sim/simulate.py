@@ -127,8 +127,7 @@ def in_plane(arm: Arm, job: str) -> Arm:
     if isinstance(arm.links, ChainLinks):
         raise ArmError(f'{job} knows one or two links in a plane, and the arm has a chain of '
                        f'{len(arm.joints)} joints. What works: hda simulate, hda estimate '
-                       'and hda calibrate of its gears, hda diagnose of motors alone with '
-                       '"links: none"')
+                       'and hda calibrate of its gears, hda diagnose')
     return arm
 
 

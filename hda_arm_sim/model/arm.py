@@ -6,7 +6,7 @@ every effect of the catalogue has its place, neutral where the arm does not have
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 import math
 from typing import Any, NamedTuple
 
@@ -58,6 +58,7 @@ BODY_RECORD, CHAIN_BODY_RECORD = (np.dtype([
     ('weight', float),                          # gravity across the plane [m/s^2]
     *record_fields(Scope.ARM)]) for links in (Links.record_type(), CHAIN_RECORD))
 _AXIS_INERTIA = INERTIA + 2     # of a link about its joint
+_LINKS_KEPT = 1024      # links whose check is remembered: a fit makes thousands of arms of few
 
 
 @dataclass(frozen=True)
@@ -260,12 +261,14 @@ def _check_chain(arm: Arm, links: ChainLinks) -> None:
         raise ArmError('inertial_coupling is told of two links in a plane; the links of a chain '
                        'always feel each other')
     for label, row in zip(arm.labels, arm.moving_parts()[1:]):
-        if not _is_definite(row):
+        if not _is_definite(row.tobytes()):
             raise ArmError(f'link_inertia_error of {label} leaves an inertia that no body has')
 
 
-def _is_definite(row: NDArray[np.float64]) -> bool:
-    """Tell whether every motion of a link takes energy."""
+@lru_cache(_LINKS_KEPT)
+def _is_definite(constants: bytes) -> bool:
+    """Tell whether every motion of a link takes energy, from the bytes of its row of a chain."""
+    row = np.frombuffer(constants)
     (xx, yy, zz, xy, xz, yz), (x, y, z) = row[INERTIA:INERTIA + 6], row[MOMENT:MOMENT + 3]
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     turning = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])

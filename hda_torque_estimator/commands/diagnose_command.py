@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import arm_to_text, read_arm
-from hda_arm_sim.simulate import checked, in_plane
+from hda_arm_sim.simulate import checked
 from hda_msgs_json.samples import JointSamples
 from matplotlib.figure import Figure
 
@@ -88,7 +88,7 @@ def _together(options: argparse.Namespace,
     if any(alone):
         raise GateError(f'{sources[alone.index(True)]} has motors alone, '
                         f'{sources[alone.index(False)]} has links as well; diagnose them apart')
-    arm = in_plane(checked(arm), 'a diagnosis with link angles')
+    arm = checked(arm)
     about = asked(arm, options.about)
     measurement = together([_measurement(part, options, arm, source) for part, source in
                             zip(recorded, sources)], sources)

@@ -11,6 +11,7 @@ from hda_arm_sim.model.unstated import CLASS_DEFAULT
 import yaml
 
 from .arm_answers import JointAnswers, NewError, Rods
+from .gear_table import UrdfLinks
 
 DAMPING_TIME = 8e-4     # class default of damping over stiffness, as in hda_arm.yaml [s]
 _WIDTH = 90
@@ -30,7 +31,7 @@ _TOLERANCES = (
 _OF_MOTOR = 0.02        # one sigma of ripple and offset, as a share of the largest torque
 
 
-def arm_text(joints: Sequence[JointAnswers], rods: Rods | None) -> str:
+def arm_text(joints: Sequence[JointAnswers], rods: Rods | UrdfLinks | None) -> str:
     """Return the arm as commented YAML; raises NewError where something has to be stated."""
     lines = [*_head(joints), 'joints:']
     for joint in joints:
@@ -115,7 +116,12 @@ def _stated(value: float | None) -> str:
     return 'not stated: unknown until hda calibrate' if value is None else 'as stated'
 
 
-def _link_lines(rods: Rods | None) -> Iterator[str]:
+def _link_lines(rods: Rods | UrdfLinks | None) -> Iterator[str]:
+    if isinstance(rods, UrdfLinks):
+        yield _beside('links:', 'as the robot description tells')
+        yield from (f'  {name}: {_word(value)}' for name, value in
+                    (('urdf', rods.urdf), ('tip', rods.tip)))
+        return
     if rods is None:
         yield _beside('links: none', 'not stated: torsion only, no tip force')
         return

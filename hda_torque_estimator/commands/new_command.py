@@ -14,6 +14,7 @@ from hda_msgs_json.outputs import check_file, whole_file
 
 from .arm_answers import Answer, ANSWERS, JointAnswers, NewError, Rods, spread
 from .bag_option import add_naming, opener
+from .gear_table import COLUMNS, described, gears_of, UrdfLinks
 from .new_arm_text import arm_text
 from .out_option import add_out
 from .outcome import Outcome
@@ -26,6 +27,7 @@ EXAMPLES = (
     'hda new --gear CSG-17-100 --motor-inertia 5e-6 --motor-torque 0.3 \\\n'
     '      --motor-counts 16384 --link-counts 4e6 --out arm.yaml',
     'hda new --from bag --gear CSG-17-100 --motor-inertia 5e-6 --out arm.yaml',
+    'hda new --urdf robot.urdf --gears gears.csv --tip tool --out arm.yaml',
     'hda new --gear CSF-20-100 --out arm.yaml          # asks for the rest')
 
 
@@ -45,6 +47,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
                         help='of one or two links; without them the arm has torsion only [m]')
     parser.add_argument('--masses', nargs='+', type=_size, metavar='KG',
                         help='of these links, taken for uniform rods [kg]')
+    parser.add_argument('--urdf', type=Path, metavar='FILE',
+                        help='robot description of a chain of links; with --gears')
+    parser.add_argument('--gears', type=Path, metavar='CSV',
+                        help=f'a row for each joint of it; columns: {", ".join(COLUMNS)}')
+    parser.add_argument('--tip', metavar='FRAME', help='of the description, where the tool is')
     add_out(parser, 'FILE', 'model file to write')
     add_naming(parser)
 
@@ -56,8 +63,7 @@ def execute(options: argparse.Namespace) -> Outcome:
     if options.source is not None:
         told = told_by(opener(options)(options.source))
         origins = add_answers(options, told, options.source.name)
-    _complete(options)
-    joints, rods = _joints(options, origins), _rods(options)
+    joints, rods = _of_description(options) or _of_answers(options, origins)
     text = arm_text(joints, rods)
     arm = arm_from_text(text, str(options.out))     # what every command will read
     with whole_file(options.out, force=options.force) as file:
@@ -71,6 +77,29 @@ def execute(options: argparse.Namespace) -> Outcome:
                    f'  class defaults until hda calibrate: {", ".join(unknown)}']),
         {'arm': str(options.out), 'gears': {joint.label: joint.gear.name for joint in joints},
          'class_defaults': unknown, 'from_recording': origins, 'links': rods is not None})
+
+
+def _of_answers(options: argparse.Namespace, origins: Mapping[str, str],
+                ) -> tuple[list[JointAnswers], Rods | None]:
+    """Return what options and answers tell of joints and links; raises NewError or GearError."""
+    _complete(options)
+    return _joints(options, origins), _rods(options)
+
+
+def _of_description(options: argparse.Namespace) -> tuple[list[JointAnswers], UrdfLinks] | None:
+    """Return what a description and a table tell, None without them; raises NewError."""
+    if options.urdf is None and options.gears is None and options.tip is None:
+        return None
+    if options.urdf is None or options.gears is None:
+        raise NewError('--urdf and --gears are told together, --tip with both')
+    names = (_GEAR.name, *(answer.name for answer in ANSWERS), 'joints', 'lengths', 'masses',
+             'source')
+    if told := [name for name in names if getattr(options, name)]:
+        raise NewError(f'the table of --gears tells all of a joint, and --urdf its links; leave '
+                       f'out --{told[0].replace("_", "-").replace("source", "from")}')
+    links = described(options.urdf, options.tip, options.out)
+    rows = gears_of(options.gears, links.joints)
+    return [_joint(told.pop('joint'), told) for told in rows], links
 
 
 def _size(text: str) -> float:

@@ -5,7 +5,7 @@ Fits see the training stretches only. What they claim is confirmed by simulation
 stretches; a cause that does not gain there is not told.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -22,7 +22,7 @@ from .findings.gains import gains, METRIC
 from .findings.report import Alike, Diagnosis, Finding, Part, RecordingFacts, TotalGain
 from .fitting.alignment import aligned, is_aligned
 from .fitting.fit import Fit, Fitter
-from .fitting.hypotheses import HYPOTHESES
+from .fitting.hypotheses import HYPOTHESES, left_aside
 from .fitting.instruments import unbiased
 from .fitting.located import split_at_contact
 from .fitting.nuisance import Zero
@@ -84,7 +84,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     facts = _facts(measurement, training, held_out, sources)
     if (np.ptp(measurement.reading[:, :, 1], axis=0) < _STILL).all():
         return Conclusion(_unmoved(facts, arm, arm_file, version, seconds), arm, None)
-    names = sought_effects() if names is None else names
+    names, aside = _sought(arm, names)
     tell('looking at the raw readings')
     raw = raw_readings(measurement, arm, names, training)
     fitter, found, training, held_out = _searched(raw, names, training, held_out, tell)
@@ -119,11 +119,24 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
         tuple(one.row() for one in sizes), total,
         residuals(fitter, found.first, stands, inside(fitter.balancer.time, held_out)),
         replace(facts, training=training, held_out=held_out), arm_file, version, seconds,
-        (*filter(None, map(limited, fitted)),
+        (*filter(None, map(limited, fitted)), *_aside(aside),
          *remarks(sizes, arm, about, FAST if limit == 'rate' else None)), limited_by=limit,
         probability=_probability(verdict, told, pairs, judged))
     diagnosis = replace(diagnosis, steps=next_steps(diagnosis))
     return Conclusion(diagnosis, _model(evidence, raw, told, pairs), evidence)
+
+
+def _sought(arm: Arm, names: Sequence[str] | None) -> tuple[list[str], tuple[str, ...]]:
+    """Return which effects are looked for, all unless some are named, and which are not."""
+    names = sought_effects() if names is None else names
+    aside = left_aside(arm, names)
+    return [name for name in names if name not in aside], aside
+
+
+def _aside(names: Sequence[str]) -> Iterator[str]:
+    """Yield a sentence on effects that are not looked for on a chain."""
+    if names:
+        yield f'of a chain of links {", ".join(names)} are not looked for'
 
 
 def _model(evidence: Evidence, raw: RawReadings, told: Sequence[Finding],

@@ -17,23 +17,26 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.chain import lent
 from hda_arm_sim.foundation.compiled import compiled, Record
-from hda_arm_sim.foundation.rigid import Inertia, mass_matrix
+from hda_arm_sim.foundation.rigid import Inertia
 from hda_arm_sim.model.arm import Arm, ArmRecord
+from hda_arm_sim.model.chain_links import ChainLinks
 from hda_arm_sim.model.effects.catalogue import effects_at
 from hda_arm_sim.model.effects.friction import bristle_after
 from hda_arm_sim.model.effects.place import (
     Bent, CLOCK, Commanded, LINK_READING, MOTOR_READING)
-from hda_arm_sim.model.kernel import (BASE_OFFSET, BASE_RATE, BRISTLE, COMMAND, LINK_ANGLE,
+from hda_arm_sim.model.kernel import (AXES, BASE_OFFSET, BASE_RATE, BRISTLE, COMMAND, LINK_ANGLE,
                                       LINK_VELOCITY, MODE, MOTOR_VELOCITY, NOW, REGISTERS, settle,
                                       slope, SLOPE_1, STATE, STATES, TORQUE)
-from hda_arm_sim.model.link_side import base_coupling, loaded_inertia
+from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.model.motor_side import clipped, friction_budget, lagging, shaft_torque
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import firwin, upfirdn
 
 from .base_motion import base_motion
+from .missed import missed_torques
 from ...measurements.finer import between
 from ...measurements.measurement import Measurement
 from ...measurements.motion import jolts, Motion, motion_of, SHORT
@@ -91,7 +94,7 @@ class Balancer:
                 self._motions.pop(next(iter(self._motions)))
             parts = [motion_of(one, arm, SHORT) for one in self.measurement.recordings()]
             motion = Motion(*map(np.concatenate, zip(*parts))) if len(parts) > 1 else parts[0]
-            self._motions[key] = motion, self._valid(motion, self.turning)
+            self._motions[key] = motion, self._valid(arm, motion, self.turning)
         return self._motions[key]
 
     def __call__(self, arm: Arm) -> Balance:
@@ -163,16 +166,19 @@ class Balancer:
 
     def valid_if_turning(self, arm: Arm, joints: Sequence[int]) -> NDArray[np.bool_]:
         """Return where the balances of an arm would be valid if these joints were turning."""
-        return self._valid(self.motion(arm), joints)
+        return self._valid(arm, self.motion(arm), joints)
 
-    def _valid(self, motion: Motion, turning: Sequence[int]) -> NDArray[np.bool_]:
+    def _valid(self, arm: Arm, motion: Motion, turning: Sequence[int]) -> NDArray[np.bool_]:
         """Return where balances hold: their filter has seen no end, no jolt and no standstill."""
         reach = self._reach
         smooth = np.zeros(len(motion.state), bool)
         for piece in self.measurement.pieces():
             whole = slice(piece.start + reach, piece.stop - reach)
             smooth[whole] = ~self._jolted[whole]
-        slow = np.abs(motion.state[:, :, MOTOR_VELOCITY]) < _SLOW
+        velocity = motion.state[:, :, MOTOR_VELOCITY]
+        slow = np.abs(velocity) < _SLOW
+        if isinstance(arm.links, ChainLinks):       # light links turn round within a sample
+            slow[1:] |= velocity[1:] * velocity[:-1] < 0.0
         for joint in turning:
             slow[:, joint] = _lasting(slow[:, joint], round(_STOP / self.measurement.dt))
         near = np.stack([_spread(column, reach) for column in slow.T], axis=1)
@@ -225,7 +231,8 @@ def _along(arm: ArmRecord, inertia: Inertia, state: Array, acceleration: Array, 
            command: Array, dt: float, residual: Array, memory: Array) -> None:
     """Fill the residuals (k, 2 n): A of every joint, then B; and what the effects remember."""
     joints = state.shape[1]
-    w = np.zeros((2, REGISTERS))
+    w = np.zeros((max(AXES, joints), REGISTERS))
+    links = lent(inertia)
     for k in range(state.shape[0]):
         w[0, NOW] = k * dt
         w[0, STATE + BASE_OFFSET], w[0, STATE + BASE_RATE] = base[k, 0], base[k, 1]
@@ -239,9 +246,9 @@ def _along(arm: ArmRecord, inertia: Inertia, state: Array, acceleration: Array, 
             _bend(arm.joints[j], w, j, dt)
             for i in range(MEASURED, STATES):
                 memory[k, j, i - MEASURED] = w[j, STATE + i]
-        slope(arm, inertia, w, STATE, SLOPE_1)
+        slope(arm, links, w, STATE, SLOPE_1)
         settle(arm, w)
-        _compare(arm, inertia, w, acceleration[k], joints, residual[k])
+        missed_torques(arm, links, w, acceleration[k], residual[k])
 
 
 @compiled
@@ -252,28 +259,3 @@ def _bend(joint: Record, w: Array, j: int, dt: float) -> None:
         budget = friction_budget(joint, rate, np.sign(rate), w[j, TORQUE], angle)
         at = Bent(rate, w[j, STATE + BRISTLE], 0.0, budget)
         w[j, STATE + BRISTLE] = bristle_after(joint.presliding_friction, at, dt)
-
-
-@compiled
-def _compare(arm: ArmRecord, inertia: Inertia, w: Array, acceleration: Array, joints: int,
-             residual: Array) -> None:
-    """Fill the residuals of one sample from measured accelerations and predicted ones."""
-    miss1 = acceleration[0, 1] - w[0, SLOPE_1 + LINK_VELOCITY]
-    residual[joints], miss2 = inertia.p1 * miss1, 0.0
-    if joints == 2:
-        miss2 = acceleration[1, 1] - w[1, SLOPE_1 + LINK_VELOCITY]
-        m11, m12, m22 = mass_matrix(inertia, w[1, STATE + LINK_ANGLE])
-        residual[2] = m11 * miss1 + m12 * miss2
-        residual[3] = m12 * miss1 + m22 * miss2
-    swing = arm.body.base_vibration
-    if swing.amplitude > 0.0:                   # what is missed would shake the base less
-        sides = base_coupling(inertia, swing.direction, w[0, STATE + LINK_ANGLE],
-                              w[1, STATE + LINK_ANGLE])
-        shaken = swing.amplitude * (sides[0] * miss1 + sides[1] * miss2)
-        residual[joints] -= sides[0] * shaken
-        if joints == 2:
-            residual[3] -= sides[1] * shaken
-    for j in range(joints):
-        joint = arm.joints[j]
-        miss = acceleration[j, 0] - w[j, SLOPE_1 + MOTOR_VELOCITY]
-        residual[j] = joint.ratio * joint.motor_inertia * miss + residual[joints + j]

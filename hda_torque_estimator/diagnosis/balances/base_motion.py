@@ -6,7 +6,10 @@ take, carries the steps of the motor encoder, and a mode that rings adds them up
 """
 
 from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.chain import (ANGLE, base_couplings, Chain, COUPLING, FORCE,
+                                          inverse_dynamics, place)
 from hda_arm_sim.foundation.compiled import compiled
+from hda_arm_sim.foundation.vectors import dot, Vector, vector
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import BaseVibration
 from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY
@@ -34,6 +37,8 @@ def base_motion(arm: Arm, motion: Motion, dt: float) -> Array:
 def stirring(arm: Arm, motion: Motion, direction: float) -> tuple[Array, Array]:
     """Return the push (k,) of the links on a base [N], and its coupling (k, n) [kg*m]."""
     inertia, joints = loaded_inertia(arm.record().body), motion.state.shape[1]
+    if isinstance(inertia, Chain):
+        return _chain_stirring(inertia, motion, direction)
     angle, rate = motion.state[:, :, LINK_ANGLE].T, motion.state[:, :, LINK_VELOCITY].T
     if joints == 1:
         angle, rate = np.vstack([angle, 0.0 * angle]), np.vstack([rate, 0.0 * rate])
@@ -41,6 +46,31 @@ def stirring(arm: Arm, motion: Motion, direction: float) -> tuple[Array, Array]:
     coupling = np.stack(base_coupling(inertia, direction, q1, q2), axis=1)[:, :joints]
     push = base_push(inertia, direction, Pose(q1, q2, dq1, dq2), (0.0, 0.0))
     return push - (coupling * motion.acceleration[:, :, 1]).sum(axis=1), coupling
+
+
+def _chain_stirring(links: Chain, motion: Motion, direction: float) -> tuple[Array, Array]:
+    """Return push (k,) and coupling (k, n) of a chain; its weight is where the base has sagged."""
+    samples, joints = motion.state.shape[:2]
+    push, coupling = np.empty(samples), np.empty((samples, joints))
+    angle, rate = motion.state[:, :, LINK_ANGLE], motion.state[:, :, LINK_VELOCITY]
+    moved = np.ascontiguousarray(np.stack([angle, rate, motion.acceleration[:, :, 1]], axis=2))
+    _stir(links.table, (np.cos(direction), np.sin(direction), 0.0), moved, push, coupling)
+    return push, coupling
+
+
+@compiled
+def _stir(c: Array, along: Vector, moved: Array, push: Array, coupling: Array) -> None:
+    """Fill what a chain does to a base along a motion (k, n, 3)."""
+    for k in range(moved.shape[0]):
+        for j in range(moved.shape[1]):
+            for number in range(3):
+                c[j + 1, ANGLE + number] = moved[k, j, number]
+        place(c)
+        inverse_dynamics(c)
+        weight = base_couplings(c, along)
+        push[k] = -dot(vector(c, 1, FORCE), along) - weight
+        for j in range(moved.shape[1]):
+            coupling[k, j] = c[j + 1, COUPLING]
 
 
 @compiled

@@ -11,8 +11,8 @@ from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled
 from hda_arm_sim.foundation.rigid import Inertia
 from hda_arm_sim.model.arm import Arm, ArmRecord
-from hda_arm_sim.model.kernel import (CURRENT, HISTORY, registers, SENT, slope, SLOPE_1, STATE,
-                                      STATES, TIME)
+from hda_arm_sim.model.kernel import (AXES, CURRENT, HISTORY, registers, SENT, slope, SLOPE_1,
+                                      STATE, STATES, TIME)
 from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.sensors import DRAWS, read_encoders
 from hda_arm_sim.simulate import longest_step, STEP, step_count
@@ -82,7 +82,7 @@ def _predict(arm: ArmRecord, inertia: Inertia, w: Array, command: Array, reading
              count: int, errors: Array) -> None:
     """Fill the mean squared errors (3 n,) of one window; the first reading is where it starts."""
     joints = reading.shape[1]
-    shown, noise, force = np.empty((joints, 2)), np.zeros((joints, DRAWS)), np.zeros(2)
+    shown, noise, force = np.empty((joints, 2)), np.zeros((joints, DRAWS)), np.zeros(AXES)
     for k in range(command.shape[0]):
         act(arm, inertia, w, command[k], force, dt, count)
         slope(arm, inertia, w, STATE, SLOPE_1)

@@ -4,12 +4,13 @@ What could be wrong: every effect as hypotheses from which a search can start.
 How an effect is looked for is declared beside its law; here it becomes terms of a fit.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import product
 from typing import Any
 
 from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.chain_links import ChainLinks
 from hda_arm_sim.model.effects import effect_named, EFFECTS, Scope
 from hda_arm_sim.model.effects.hypothesis import Grid, Hypothesis
 
@@ -17,6 +18,14 @@ from ...least_squares.term import looked_for, Term
 
 HYPOTHESES: dict[str, Hypothesis] = {effect.name: effect.hypothesis for effect in EFFECTS
                                      if effect.hypothesis is not None}
+
+# One number of two links in a plane, and what is located by their lever arms and their push.
+_PLANAR = ('inertial_coupling', 'external_contact', 'base_vibration')
+
+
+def left_aside(arm: Arm, names: Sequence[str]) -> tuple[str, ...]:
+    """Return which effects are not looked for on an arm: of a chain, those of a plane."""
+    return tuple(name for name in names if name in _PLANAR and isinstance(arm.links, ChainLinks))
 
 
 def terms_of(arm: Arm, name: str) -> Iterator[Term]:

@@ -47,7 +47,9 @@ def condense_more(known: Columns, residual: Array, columns: Array, more: Array,
                   valid: NDArray[np.bool_]) -> Columns:
     """Return `known`, the condensed `columns`, with `more` columns (m, c, q) before them."""
     added = np.where(valid[:, :, None], more, 0.0).transpose(1, 2, 0)        # (c, q, m)
-    across = added @ columns.transpose(1, 0, 2)                              # (c, q, p)
+    across = np.zeros((*added.shape[:2], columns.shape[2]))                  # (c, q, p)
+    for channel in np.flatnonzero(added.any(axis=(1, 2))):  # most show in a joint of many alone
+        across[channel] = added[channel] @ columns[:, channel]
     own = added @ added.transpose(0, 2, 1)
     products = np.concatenate([
         np.concatenate([own, across], axis=2),

@@ -9,9 +9,11 @@ stands in for another passes neither.
 from collections.abc import Collection, Iterator, Mapping
 from typing import NamedTuple
 
+from hda_arm_sim.model.chain_links import ChainLinks
 import numpy as np
 from numpy.typing import NDArray
 
+from ..balances.balance import RATE
 from ..balances.coordinates import coordinates_of
 from ..fitting.fit import deviations, Fit, Fitter
 from ..fitting.solve import Columns, condense, condense_more, Solution, solve
@@ -24,6 +26,10 @@ _LINK_ORDERS = (1, 2, 3, 4, 6)  # waves per link turn of curves without a name
 _MOTOR_ORDERS = (1, 2, 4, 6, 8, 12)  # waves per motor turn of curves without a name
 # Beside these two, what follows the torque lets a motor balance shrink with all of its noise.
 _SCALED, _SCALE = {'torque_constant_error', 'motor_inertia_error'}, ('motor', 'joint_torque^1')
+_RATE, _SECOND_RATE = 'rate of joint_torque', 'second rate of joint_torque'
+# (measured: of the last joint of cobot7, 0.05 N*m at most, the second rate was noise alone. It
+# improved the score of healthy arms by 1087 to 1322)
+_OVER_NOISE = 10.0      # rates of a torque over those of a balance's noise that are of motion
 _AT_REST = 1e-30        # mean square of a shape, below which nothing moved that makes it
 
 
@@ -56,6 +62,8 @@ def best_curves(fitter: Fitter, fit: Fit, joints: Collection[str]) -> dict[str, 
         along = {name: values[:, place] for name, values in coordinates.items()}
         scaled = {term.name for term in fit.accepted if term.joint == label} >= _SCALED
         forms = dict(_forms(fitter.balancer.time, along))
+        if isinstance(fitter.arm.links, ChainLinks):
+            _drop_noise(forms, fitter.noise[own[1]])
         columns = np.stack(list(forms.values()), 1)
         shapes = columns / np.sqrt(np.maximum(np.mean(columns ** 2, axis=0), _AT_REST))
         for site, channels in _sites(fitter, label).items():
@@ -72,6 +80,13 @@ def best_curves(fitter: Fitter, fit: Fit, joints: Collection[str]) -> dict[str, 
                 if label not in curves or better > curves[label].improvement:
                     curves[label] = Curve(label, site, form, told.score, better)
     return curves
+
+
+def _drop_noise(forms: dict[str, Array], noise: float) -> None:
+    """Drop the rates of a torque that are those of its noise [N*m]: the balance is made of it."""
+    for name, gain in ((_RATE, 0.5 ** 0.5 * RATE), (_SECOND_RATE, 0.375 ** 0.5 * RATE ** 2)):
+        if np.std(forms[name]) < _OVER_NOISE * gain * noise:    # of central differences
+            del forms[name]
 
 
 def _sites(fitter: Fitter, label: str) -> dict[str, list[int]]:

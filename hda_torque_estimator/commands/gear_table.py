@@ -1,0 +1,95 @@
+"""The joints of a robot description and a table of their gears, for `hda new --urdf`."""
+
+import csv
+import math
+import os
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from hda_arm_sim.model.chain_links import chain_to, tips
+from hda_arm_sim.model.gear_catalogue import gear
+from hda_arm_sim.model.urdf import UrdfError
+
+from .arm_answers import ANSWERS, NewError
+
+_OWN = ('joint', 'gear', 'ratio')
+COLUMNS = (*_OWN, *(answer.name for answer in ANSWERS))
+
+
+class UrdfLinks(NamedTuple):
+    """Links that a description tells: its path beside the arm file, its tip, its joints."""
+
+    urdf: str
+    tip: str
+    joints: tuple[str, ...]
+
+
+def described(urdf: Path, tip: str | None, out: Path) -> UrdfLinks:
+    """Return the chain of a description to a frame, or to its only tip; raises NewError."""
+    try:
+        text = urdf.read_text(encoding='utf-8')
+        ends = tips(text)
+        far = [end for end in ends if len(chain_to(text, end)) == len(chain_to(text, ends[0]))]
+        if tip is None and len(far) > 1:
+            raise NewError(f'{urdf} has several tips, choose one by --tip: {", ".join(far)}')
+        chosen = tip or ends[0]
+        joints = chain_to(text, chosen)
+    except UrdfError as error:
+        raise NewError(f'{urdf}: {error}') from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise NewError(f'{urdf} cannot be read: {error}') from None
+    return UrdfLinks(os.path.relpath(urdf, out.parent), chosen, joints)
+
+
+def gears_of(table: Path, joints: tuple[str, ...]) -> list[dict[str, Any]]:
+    """Return what a table tells of each of these joints, in their order; raises NewError."""
+    try:
+        with table.open(encoding='utf-8-sig', newline='') as file:
+            reader = csv.DictReader(file)
+            given, columns = list(reader), reader.fieldnames or ()
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise NewError(f'{table} cannot be read: {error}') from None
+    if strange := [str(name) for name in columns if name not in COLUMNS]:
+        raise NewError(f'{table} has columns that nobody knows: {", ".join(strange)}; known are '
+                       f'{", ".join(COLUMNS)}')
+    if lacking := [name for name in _OWN[:2] if name not in columns]:
+        raise NewError(f'{table} lacks the columns {", ".join(lacking)}')
+    names = [row['joint'] for row in given]
+    if strange := [str(name) for name in names if name not in joints]:
+        raise NewError(f'{table} tells of {", ".join(strange)}; the joints to the tip are '
+                       f'{", ".join(joints)}')
+    if lacking := [name for name in joints if names.count(name) != 1]:
+        raise NewError(f'{table} needs one row for each of {", ".join(lacking)}')
+    rows = dict(zip(names, given))
+    return [_told(table, rows[name]) for name in joints]
+
+
+def _told(table: Path, row: dict[str, Any]) -> dict[str, Any]:
+    """Return the answers of one row; raises NewError or GearError."""
+    where = f'{table}, {row["joint"]}'
+    if None in row or None in row.values():
+        raise NewError(f'{where}: the row has not as many fields as the table has columns')
+    told: dict[str, Any] = {answer.name: _number(where, answer.name, row.get(answer.name, ''))
+                            for answer in ANSWERS}
+    ratio = _number(where, 'ratio', row.get('ratio', ''))
+    told['gear'] = row['gear'] if ratio is None else f'{row["gear"]}-{ratio:g}'
+    lacking = [answer.name for answer in ANSWERS if answer.required and told[answer.name] is None]
+    if None not in (told['torque_constant'], told['motor_current']):
+        lacking = [name for name in lacking if name != 'motor_torque']
+    if lacking:
+        raise NewError(f'{where}: an arm needs {", ".join(lacking)}')
+    gear(told['gear'])
+    return {'joint': row['joint']} | told
+
+
+def _number(where: str, column: str, text: str) -> float | None:
+    """Return a number that is no less than zero, None for an empty field; raises NewError."""
+    if not text.strip():
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 <= value < math.inf:
+        raise NewError(f'{where}: {column} must be a number >= 0, got {text!r:.60}')
+    return value

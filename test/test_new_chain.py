@@ -1,0 +1,49 @@
+"""`hda new --urdf` makes the arm file of a chain from its description and a table of gears."""
+
+from pathlib import Path
+
+from hda_arm_sim.model.chain_links import ChainLinks
+from hda_arm_sim.model.files import read_arm
+from hda_torque_estimator.cli import main
+import pytest
+
+URDF = Path(__file__).resolve().parents[1] / 'config' / 'cobot7.urdf'
+HEAD = 'joint,gear,ratio,motor_inertia,motor_torque,motor_counts,link_counts'
+ROWS = [f'joint{j},CSG-{size},100,{inertia:g},1.0,65536,8e6' for j, (size, inertia) in enumerate(
+    [(32, 2e-4), (32, 2e-4), (25, 1e-4), (25, 1e-4), (17, 5e-5), (17, 5e-5), (17, 5e-5)], 1)]
+
+
+def new(folder, head=HEAD, rows=ROWS, *more):
+    """Return the exit code of `hda new` with a description and this table."""
+    table = folder / 'gears.csv'
+    table.write_text('\n'.join([head, *rows]) + '\n')
+    return main(['new', '--urdf', str(URDF), '--gears', str(table), '--out',
+                 str(folder / 'arm.yaml'), *more])
+
+
+def test_a_description_and_a_table_of_gears_make_an_arm(tmp_path):
+    assert new(tmp_path) == 0
+    arm = read_arm(str(tmp_path / 'arm.yaml'))
+    assert isinstance(arm.links, ChainLinks)
+    assert arm.labels == tuple(f'joint{j}' for j in range(1, 8))
+    assert [joint.ratio for joint in arm.joints] == [100.0] * 7
+    assert arm.links.parts.tolist() == read_arm('cobot7.yaml').links.parts.tolist()
+
+
+@pytest.mark.parametrize(('head', 'rows', 'said'), [
+    (HEAD.replace('ratio', 'ration'), ROWS, 'ration'), (HEAD, ROWS[:-1], 'joint7'),
+    (HEAD, [*ROWS, ROWS[0]], 'joint1'), (HEAD, [*ROWS[:-1], 'wrist' + ROWS[-1][6:]], 'wrist'),
+    (HEAD, [*ROWS[:-1], ROWS[-1].replace('65536', 'many')], 'motor_counts'),
+    (HEAD, [*ROWS[:-1], ROWS[-1].replace('65536', '')], 'motor_counts'),
+    (HEAD, [*ROWS[:-1], 'joint7,CSG-17'], 'fields'),
+    (HEAD, [*ROWS[:-1], ROWS[-1].replace('CSG-17', 'XYZ-17')], 'XYZ')])
+def test_a_wrong_table_is_one_line(tmp_path, capsys, head, rows, said):
+    assert new(tmp_path, head, rows) != 0
+    told = capsys.readouterr().err.strip()
+    assert said in told and '\n' not in told
+    assert not (tmp_path / 'arm.yaml').exists()
+
+
+def test_an_unknown_tip_is_one_line(tmp_path, capsys):
+    assert new(tmp_path, HEAD, ROWS, '--tip', 'nose') != 0
+    assert 'nose' in capsys.readouterr().err
