@@ -6,6 +6,8 @@ from pathlib import Path
 import subprocess
 import sys
 
+from hda_msgs_json.bag import open_recording
+import numpy as np
 from project_files import ROOT
 import pytest
 
@@ -32,9 +34,22 @@ def has(*names: str):
     return lambda out: [(out / name).stat() for name in names]
 
 
+def feels_the_push(out: Path) -> None:
+    """Check that the wrench on the tip is the one that pushed, and that a joint tells of it."""
+    truth = open_recording(out / 'bag').wrenches('truth/tip/wrench')
+    found = open_recording(out / 'estimates').wrenches('tip/wrench')
+    force = np.stack([np.interp(found.stamps, truth.stamps, column)
+                      for column in truth.force.T], axis=1)
+    late = found.stamps > found.stamps[0] + 1_000_000_000
+    assert np.sqrt(np.mean((found.force - force)[late] ** 2)) < 1.5
+    assert np.abs(force).max() > 3.0
+    assert '"contact_beyond":"joint' in open_recording(out / 'estimates').texts(
+        'estimator_state').texts[-1]
+
+
 PROMISED = {'01': finds_the_play, '02': has('bag/metadata.yaml'), '03': has('torques.csv'),
             '04': finds_the_play, '05': knows_both_devices, '06': has('torques.csv', 'arm.yaml'),
-            '07': has('paper.html')}
+            '07': has('paper.html'), '08': feels_the_push}
 
 
 @pytest.mark.parametrize('example', EXAMPLES, ids=lambda example: example.stem)

@@ -37,7 +37,7 @@ class Run:
     command: Array              # (k, n) motor torque in force from the sample on, shaft [N*m]
     joint_torque: Array         # (k, n) true, through the gear [N*m]
     estimated_torque: Array     # (k, n) as the controller saw it [N*m], NaN without an estimator
-    force: Array                # (k, 2) on the tip, base frame [N]
+    force: Array                # (k, 2) on the tip, base frame [N]; of a chain the wrench (k, 6)
     state: Array                # (k, n, STATES) true
 
 
@@ -57,13 +57,15 @@ def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
         raise ValueError('torque feedback needs an estimator: controller.torque_feedback is '
                          f'{controller.torque_feedback:g} and estimator is None')
     dt = float(motion.time[1] - motion.time[0])
+    plant = checked(true_arm, dt).record()
+    motion = motion._replace(force=on_tip(true_arm, motion.force))
     every = max(1, math.ceil(dt / CONTROL_PERIOD - SAME_RATE))
     if every > 1:
         made = run(true_arm, known_arm, _refined(motion, every), seed, controller=controller,
                    estimator=estimator)
         return _thinned(made, motion, every, _lost(true_arm, len(made.time), seed))
     believed = known_arm.torsion_only()
-    plant, belief = checked(true_arm, dt).record(), believed.record()
+    belief = believed.record()
     samples, joints = motion.angle.shape
     noise = _noise(samples, joints, seed)
     reference = np.stack([motion.angle, motion.rate], axis=2)
@@ -73,7 +75,7 @@ def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
                          loaded_inertia(belief.body)),
                    controller_settings(known_arm, controller), estimator is not None)
     _run(plant, minds, registers(rest(true_arm, motion.angle[0])),
-         _Plan(np.ascontiguousarray(reference), on_tip(true_arm, motion.force), noise, dt,
+         _Plan(np.ascontiguousarray(reference), motion.force, noise, dt,
                step_count(dt, min(STEP, longest_step(true_arm)))),
          _Made(reading, states, torques))
     if estimator is None:

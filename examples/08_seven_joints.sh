@@ -1,0 +1,7 @@
+#!/bin/sh -e
+# Seven joints from a robot description: pushed at the tip, torques and the wrench estimated.
+out=${1:-out/08}
+mkdir -p "$out"
+hda simulate --arm cobot7.yaml --motion push --duration 6 --seed 5 --out "$out/bag"
+hda estimate "$out/bag" --arm cobot7.yaml --out "$out/estimates" --page "$out/estimates.html"
+hda export "$out/estimates" --topic tip/wrench --out "$out/wrench.csv"
