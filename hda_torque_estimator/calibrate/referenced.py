@@ -43,7 +43,6 @@ class JointCalibration:
     recordings: tuple[str, ...]
     kept: str = ''
     numbers: tuple[Number, ...] = ()
-    known: tuple[Number, ...] = ()      # the same, as well known as if they were independent
     reference: float = 0.0      # deviation of the reference torques [N*m]
     before: float = 0.0
     after: float = 0.0
@@ -54,6 +53,7 @@ class JointCalibration:
     lag: float = 0.0            # of the references [s]
     held_out: bool = False
     doubtful: tuple[str, ...] = ()      # numbers far from what was known
+    known: tuple[Number, ...] = ()      # the numbers, as well known as if they were independent
 
     def lines(self) -> list[str]:
         """Return the report on this joint."""
