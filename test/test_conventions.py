@@ -4,9 +4,11 @@ from dataclasses import replace
 
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.parts import Joint
+from hda_arm_sim.motions import motion_of
 from hda_torque_estimator.measurements.conventions import (check_conventions, ConventionError,
                                                            wrong_convention)
 from hda_torque_estimator.samples import coupling
+from hda_torque_estimator.simulating.closed_loop import run
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -128,3 +130,16 @@ def test_a_joint_that_sets_off_is_no_other(still, rate, twist, waves, phase):
     told = [coupling.add(memory, *each, 100.0, twist) for each in zip(
         100.0 * (link + torsion), link)]
     assert set(told) == {coupling.RIGHT}
+
+
+@pytest.mark.parametrize('friction', [0.0, 0.05])
+def test_joints_of_a_chain_that_hand_on_energy_are_not_accused(friction):
+    """Without friction only inertia tells the sign; with friction a wrong one is still told."""
+    cobot = read_arm('cobot7.yaml')
+    cobot = replace(cobot, effects=(), joints=tuple(
+        replace(joint, dry_friction=friction, viscous_friction=0.0) for joint in cobot.joints))
+    made = run(cobot, cobot, motion_of(cobot, 'sine', 5.0, 1e-3, 0), 0, estimator=None)
+    check_conventions(cobot, made.reading, made.command, 'bag')
+    if friction:
+        with pytest.raises(ConventionError, match='the wrong sign'):
+            check_conventions(cobot, made.reading, -made.command, 'bag')

@@ -11,10 +11,12 @@ from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.chain_links import ChainLinks
 from hda_arm_sim.model.parts import Joint
 from hda_msgs_json.errors import HdaError
 from hda_msgs_json.topics import motor_name
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from ..samples.coupling import (AT_LINK, bend_over, kind_of, LINK_DEGREES, MOTOR_DEGREES, RIGHT,
                                 TRAVEL, twist_of)
@@ -27,6 +29,9 @@ ENOUGH = 20_000         # samples that tell a sign, evenly over a recording (cho
 BRAKING = 0.2           # of the power that goes through a motor, from which it is a brake
 SLOWEST = 0.02          # share of the largest speed below which a motor rests
 FEWEST = 100            # samples of each way
+SMOOTHED = 200          # parts of a recording, over each of which speeds are averaged
+ALIKE = 0.3             # correlation with the acceleration, from which inertia tells the sign
+# (null: of 200 windows that have nothing in common, one in ten thousand is above it)
 
 
 class ConventionError(HdaError):
@@ -57,8 +62,15 @@ def check_conventions(arm: Arm, reading: Array, command: Array, source: str) -> 
     """
     for column, joint in enumerate(arm.joints):
         motor, link = reading[:, column, 0], reading[:, column, 1]
-        if wrong := wrong_convention(joint, motor, link, command[:, column]):
+        torque = signed(arm, motor, command[:, column])
+        if wrong := wrong_convention(joint, motor, link, torque):
             raise ConventionError(f'{source}: {wrong.mended_on_import()}')
+
+
+def signed(arm: Arm, motor: Array, command: Array) -> Array:
+    """Return motor torques (k,) whose sign friction can tell, NaN where only inertia can."""
+    handed_on = isinstance(arm.links, ChainLinks) and speeds_up(motor, command)
+    return np.full_like(command, np.nan) if handed_on else command
 
 
 def wrong_convention(joint: Joint, motor: Array, link: Array, command: Array) -> Wrong | None:
@@ -127,6 +139,26 @@ def wrong_effort(joint: Joint, motor: Array, link: Array, command: Array) -> Wro
         return Wrong(f'{joint.label}: its motor brakes whenever it turns either way: the motor '
                      'torques have the wrong sign; import them with the other one')
     return None
+
+
+def speeds_up(motor: Array, command: Array) -> bool:
+    """
+    Tell whether torques (k,) speed up the shaft at angles (k,), what follows its sense aside.
+
+    Joints of a chain hand each other energy. So one may brake whenever it turns either way. Yet it
+    takes the torque that its own inertia needs.
+    """
+    known = np.isfinite(command[1:]) & np.isfinite(command[:-1]) & np.isfinite(np.diff(motor))
+    speed, torque = np.diff(motor)[known], command[:-1][known]
+    if len(speed) < FEWEST:
+        return False
+    width = max(FEWEST // 10, len(speed) // SMOOTHED)
+    even_torque, even_speed = (uniform_filter1d(values, width) for values in (torque, speed))
+    others = np.stack([np.ones_like(speed), np.sign(even_speed)], axis=1)
+    needs, gives = (values - others @ np.linalg.lstsq(others, values, rcond=None)[0]
+                    for values in (np.gradient(even_speed), even_torque))
+    size = math.sqrt(float(needs @ needs) * float(gives @ gives))
+    return size > 0.0 and float(needs @ gives) > ALIKE * size
 
 
 def _brakes(power: Array) -> bool:
