@@ -1,7 +1,9 @@
 """The nodes as their users run them: each a process, connected by ROS, ended by signals."""
 
 from functools import partial
+from itertools import islice
 import json
+from pathlib import Path
 import signal
 
 from bag_content import some_messages, write_ours
@@ -10,6 +12,7 @@ from hda_arm_sim.model.files import arm_from_text, read_arm
 from hda_msgs_json.bag import open_recording
 from hda_msgs_json.cdr import decode_joint_state, encode_joint_state
 from hda_msgs_json.cdr_arrays import encode_joint_rows, encode_wrench_rows
+from hda_msgs_json.mcap_records import BagError
 from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import (
     DIAGNOSTICS, ESTIMATOR_STATE, JOINT_REFERENCE, JOINT_STATES, JOINT_TORQUES, MOTOR_COMMAND,
@@ -19,7 +22,7 @@ from hda_torque_estimator.estimating.estimator import Estimator
 from hda_torque_estimator.estimating.state_messages import state_samples
 from hda_torque_estimator.samples.readings import motor_commands, readings
 from moving_arm import moving
-from node_processes import diagnostics, MODULES, running, watching
+from node_processes import diagnostics, MODULES, running, SETTLE, watching
 import numpy as np
 import pytest
 from rclpy.serialization import serialize_message
@@ -100,19 +103,36 @@ def test_what_a_node_sent_arrives_though_it_ends(sent, tmp_path):
     with watching() as watcher, running(tmp_path, torque_estimator=(), bag_recorder=(
             f'output:={bag}',)) as nodes:
         torques = watcher.hear(JOINT_TORQUES)
-        send = watcher.send(JOINT_STATES, 2)
+        send, left = watcher.send(JOINT_STATES, 2), iter(sent)
         watcher.until_read({JOINT_TORQUES: 2})
+
+        def records():
+            send(next(left))
+            watcher.spin(0.2)
+            return recorded(bag) > 0
+
+        watcher.until(records, 'a first estimate in the bag')
+        watcher.spin(SETTLE)
+        before, heard = recorded(bag), len(torques)
         nodes['bag_recorder'].send(signal.SIGSTOP)
-        for message in sent[:60]:
+        for message in islice(left, 60):
             send(message)
-        watcher.until(lambda: len(torques) == 60, 'all estimates')
+        watcher.until(lambda: len(torques) == heard + 60, 'all estimates')
         nodes['torque_estimator'].send(signal.SIGINT)
         watcher.spin(0.5)
         nodes['bag_recorder'].send(signal.SIGCONT)
         assert nodes['torque_estimator'].wait() == 0
         nodes['bag_recorder'].send(signal.SIGINT)
         assert nodes['bag_recorder'].wait() == 0
-    assert open_recording(bag).topics[f'/{JOINT_TORQUES.name}'].count == 60
+    assert recorded(bag) == before + 60
+
+
+def recorded(bag: Path) -> int:
+    """Return how many estimates a bag holds so far, 0 before there is one."""
+    try:
+        return open_recording(bag).topics[f'/{JOINT_TORQUES.name}'].count
+    except (BagError, KeyError):
+        return 0
 
 
 def test_recording_tells_how_it_was_made(tmp_path):
@@ -199,6 +219,7 @@ def test_a_driver_that_does_its_best_only_is_heard(sent, tmp_path):
 
         def answered():
             send(next(left))
+            watcher.spin(0.05)
             return torques and commands
 
         watcher.until(answered, 'estimates and commands')
