@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Iterator
+from contextlib import suppress
 import json
 import os
 from pathlib import Path
@@ -9,6 +10,7 @@ import re
 import signal
 import subprocess
 import sys
+import time
 
 import aiohttp
 from browser import CHROMIUM
@@ -16,6 +18,7 @@ from driven_browser import browser
 from hda_arm_sim.model.files import read_arm
 from hda_msgs_json.bag import open_recording
 from hda_msgs_json.cdr import encode_joint_state, encode_string, encode_wrench
+from hda_msgs_json.mcap_records import BagError
 from hda_msgs_json.topics import ESTIMATOR_STATE, EXTERNAL_WRENCH, JOINT_STATES, TIP_WRENCH
 from hda_torque_estimator.cli import main
 from hda_torque_estimator.estimating.live_estimator import LiveEstimator
@@ -26,7 +29,7 @@ from hda_torque_estimator.live.scene import FORGOTTEN, NodeHealth, Scene, SILENC
 from hda_torque_estimator.live.server import MOST_WATCHERS, Server, ServerError
 from hda_torque_estimator.live.stance import stance
 from hda_torque_estimator.samples.readings import reading_names
-from node_processes import MODULES, Process, running, watching
+from node_processes import MODULES, PATIENCE, Process, running, watching
 import pytest
 
 ARM = read_arm('hda_arm.yaml')
@@ -215,6 +218,18 @@ def test_the_page_shows_nodes_that_run_die_and_come_back(tmp_path):
     assert open_recording(bag).topics['/joint_states'].count > 0
 
 
+async def until_recorded(bags: Path) -> None:
+    """Wait until a recorder that was just started has heard joint states."""
+    end = time.monotonic() + PATIENCE
+    while True:
+        with suppress(BagError, ValueError):
+            bag, = bags.iterdir()
+            if '/joint_states' in open_recording(bag).topics:
+                return
+        assert time.monotonic() < end, 'waited in vain for a recording'
+        await asyncio.sleep(0.1)
+
+
 async def visit(url, nodes, push, folder: Path) -> None:
     """Look at the page while nodes run, are pushed, die and come back."""
     def state(kind: str) -> str:
@@ -238,7 +253,7 @@ async def visit(url, nodes, push, folder: Path) -> None:
         await page.until(answered('becomes zero'))
         await page.ask(press('record'))
         await page.until('document.getElementById("record").dataset.do === "stop"')
-        await asyncio.sleep(2.0)
+        await until_recorded(folder / 'bags')
         await page.ask(press('stop'))
         await page.until(answered('holds the recording'))
         os.kill(nodes['torque_estimator'].pid, signal.SIGKILL)
