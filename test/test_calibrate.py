@@ -214,6 +214,18 @@ def test_a_motor_alone_is_calibrated(nominal: Arm, seen):
     assert abs(constant.value) < 0.03 and 0.0 < found.motor < 0.3 * found.reference
 
 
+def test_a_torsion_that_tells_nothing_leaves_the_lead_to_the_motor(nominal: Arm, seen):
+    parts = []
+    for part in seen[:2]:
+        readings = part.readings.copy()
+        readings[:, 0, LINK_READING] += 1e-3 * np.sin(5.0 * part.time ** 1.5)
+        parts.append(part._replace(readings=readings))
+    found = calibrate(nominal, {'joint1': parts})
+    names = [number.name for number in found.joints[0].numbers]
+    assert 'coulomb_friction.level' in names and 'torsion.flexspline_stiffness' not in names
+    assert found.arm.joints[0].torsion.deviation > 4.0          # of 7 N*m that nothing explains
+
+
 def test_a_zero_that_moves_is_said_and_enters_the_file(nominal: Arm, seen):
     found = calibrate(nominal, {'joint1': seen})
     zeros = np.array([0.0, 0.8, -0.5]) / 8000.0         # torques of the fixture, over stiffness

@@ -4,7 +4,8 @@ Calibrate the joints of an arm against reference torques, with nothing known of 
 A joint has two witnesses: its torsion, and its motor. Each is written where it tells more than the
 arm file did on recordings that the fit has not seen. A motor beside a torsion must earn its place
 as a term does: it must tell clearly more. Every other joint stays as it was, and the calibration
-says why.
+says why. A torsion that stays as it was beside a motor gets what it is off by as its deviation. So
+the motor leads.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -124,16 +125,23 @@ def _calibrated(arm: Arm, recordings: Sequence[Measured]) -> JointCalibration:
     torsion = _torsion(arm, [one for one in recordings if one.has_link])
     motor = _motor(arm, [one for one in recordings if one.has_command])
     said = JointCalibration(label, names, reference=varies, held_out=len(recordings) > 1)
-    if motor is not None and torsion is not None and not earns_its_place(
-            motor.whole_error, torsion.whole_error):
-        motor = None
-    if motor is not None and motor.error < USEFUL * motor.varies and not motor.is_odd:
+    told = torsion is not None and torsion.error < min(torsion.before, USEFUL * torsion.varies)
+    if motor is not None and _is_worth(motor, torsion if told else None):
         size = rms(np.concatenate([one.reference for one in recordings]))
         said = _with_motor(said, motor, {'coulomb_friction.level': arm.joints[0].ratio,
                                          'torque_constant_error.error': size})
-    if torsion is not None and torsion.error < min(torsion.before, USEFUL * torsion.varies):
+    if torsion is not None and told:
         said = _with_torsion(said, torsion, len(recordings))
+    elif torsion is not None and said.numbers:
+        said = replace(said, numbers=(rest(torsion.given, len(recordings)), *said.numbers))
     return said if said.numbers else replace(said, kept=_why(torsion, motor, varies))
+
+
+def _is_worth(motor: Heard, torsion: Heard | None) -> bool:
+    """Tell whether a motor is written, beside a torsion that is, or alone."""
+    if torsion is not None and not earns_its_place(motor.whole_error, torsion.whole_error):
+        return False
+    return motor.error < USEFUL * motor.varies and not motor.is_odd
 
 
 def _torsion(arm: Arm, recordings: Sequence[Measured]) -> Heard | None:

@@ -40,6 +40,7 @@ class Heard:
     error: float            # where the fit has not seen, zeros free to move as they do [N*m rms]
     offset: float           # deviation of the torque by its zero, of a recording not seen [N*m]
     before: float           # as the arm was given, every recording with a zero of its own [N*m]
+    given: float            # as the arm was given, its zero as well [N*m rms]
     varies: float           # the reference as the witness's rows see it, about its means [N*m rms]
     doubtful: tuple[str, ...]
     arm: Arm                # of one joint, with these numbers
@@ -162,7 +163,8 @@ def _told(problem: Referenced, found: Found, zero: str, given: Floats) -> Heard:
                       for values in (given - reference, reference))
     return Heard(tuple(told), tuple(known), spread, problem.lag(scaled),
                  error_left_out(problem, found),
-                 _moved(problem, found), before, varies, doubtful(found), problem.on(scaled))
+                 _moved(problem, found), before, rms(given - reference), varies, doubtful(found),
+                 problem.on(scaled))
 
 
 def independent_share(problem: Referenced, found: Found) -> float:
