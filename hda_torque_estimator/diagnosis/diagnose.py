@@ -15,6 +15,7 @@ from hda_arm_sim.model.effects import EFFECTS
 import numpy as np
 
 from .balances.balance import Balancer
+from .balances.commands import on_its_way
 from .balances.healthy import healthy_twin, noise_of, torque_noise_of
 from .balances.reversals import turning_round
 from .findings.certainty import probability, verdict_probability
@@ -47,6 +48,7 @@ from ..measurements.running_clock import inside, Spans, split
 EFFECTIVE = 0.5         # share of the balances' samples that are independent
 _ROUNDS = 2             # of searches, while zeros of several recordings or stretches move
 _QUIETER = 0.7          # of the noise that was taken, below which it has hidden something
+_OTHER_NOISE = 2        # seed of a twin that shows what chance buys
 _STILL = 0.02           # link travel below which nothing was moved [rad]
 
 
@@ -202,10 +204,20 @@ def _reconsidered(fitter: Fitter, found: Found, names: Sequence[str],
 def _fitter(raw: RawReadings, training: Spans) -> Fitter:
     """Return what fits the training stretches."""
     balancer = Balancer(raw.measurement)
-    noise = noise_of(balancer, raw.arm)[0]
+    noise, plain = noise_of(balancer, raw.arm)
     if turning := turning_round(balancer, raw.arm, noise):
         balancer = Balancer(raw.measurement, turning)
-    return Fitter(balancer, raw.arm, noise, EFFECTIVE, inside(balancer.time, training))
+    known = on_its_way(balancer, raw.arm, noise)
+    if known is not balancer:
+        balancer, (noise, plain) = known, noise_of(known, raw.arm)
+    return Fitter(balancer, raw.arm, noise, EFFECTIVE, inside(balancer.time, training),
+                  _twin(balancer, raw.arm, noise, plain))
+
+
+def _twin(balancer: Balancer, arm: Arm, noise: Array, plain: Array) -> Balancer:
+    """Return the balances of a healthy arm that was recorded with as much noise."""
+    made = healthy_twin(balancer, arm, _OTHER_NOISE, torque_noise_of(noise, plain, balancer, arm))
+    return Balancer(made, balancer.turning, balancer.unknown)
 
 
 def _split(fitter: Fitter, arm: Arm, names: Sequence[str], training: Spans,

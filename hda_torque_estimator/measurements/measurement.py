@@ -74,11 +74,19 @@ class Measurement:
         return [slice(begin, end) for begin, end in zip(self.begins, ends)]
 
     def reading_noise(self) -> Array:
-        """Return the white noise of readings (n, 2) in the quieter segments [rad]."""
+        """
+        Return the white noise of readings (n, 2) in the quieter segments [rad].
+
+        It is at least that of rounding to the smallest step that a reading ever made.
+        """
         fine = np.diff(self.reading[::self.parts], 4, axis=0) / np.sqrt(FOURTH_DIFFERENCES)
         length = max(1, round(SEGMENT / (self.parts * self.dt)))
         parts = fine[:len(fine) // length * length].reshape(-1, length, *fine.shape[1:])
-        return np.maximum(np.quantile(parts.std(axis=1), QUIET, axis=0), 1e-13)
+        steps = np.abs(np.diff(self.reading[::self.parts], axis=0))
+        rounding = np.where(steps > 0.0, steps, np.inf).min(axis=0) / np.sqrt(12.0)
+        rounding = np.where(np.isfinite(rounding), rounding, 0.0)
+        return np.maximum(np.quantile(parts.std(axis=1), QUIET, axis=0),
+                          np.maximum(rounding, 1e-13))
 
     def recordings(self) -> list['Measurement']:
         """Return each recording on its own, its time from zero."""

@@ -1,5 +1,7 @@
 """What a healthy arm would have recorded on the same motion: the noise of the diagnosis."""
 
+from dataclasses import replace
+
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY
@@ -15,16 +17,16 @@ from ...measurements.running_clock import arm_during
 from ...simulating.closed_loop import run
 
 # Choices unless told otherwise.
-_MOST = 30.0            # times as noisy as resolution alone that is still believed
 _UNSEEN = 1.0           # noise of a balance that never holds, for which any will do [N*m]
 
 
-def healthy_twin(balancer: Balancer, arm: Arm, seed: int, torque_noise: float = 0.0,
-                 ) -> Measurement:
+def healthy_twin(balancer: Balancer, arm: Arm, seed: int,
+                 torque_noise: Array | float = 0.0) -> Measurement:
     """
     Return a simulated recording of `arm` along the links' measured motion.
 
-    `torque_noise` is the standard deviation of what the drive adds to every command [N*m shaft].
+    Its readings are as noisy as the measured ones. `torque_noise` (n,) is the standard deviation
+    by which every recorded command differs from what acted [N*m shaft].
     """
     measured = balancer.measurement
     reading = np.empty(measured.reading.shape)          # rows in a row, as compiled code has them
@@ -40,43 +42,40 @@ def healthy_twin(balancer: Balancer, arm: Arm, seed: int, torque_noise: float = 
         reading[piece], command[piece] = between(read, measured.parts), made.command
     random = np.random.default_rng(seed)
     command += torque_noise * random.standard_normal(command.shape)
-    return Measurement(measured.labels, measured.dt, reading, command, begins=measured.begins,
+    twin = Measurement(measured.labels, measured.dt, reading, command, begins=measured.begins,
                        parts=measured.parts)
+    lacking = np.sqrt(np.maximum(measured.reading_noise() ** 2 - twin.reading_noise() ** 2, 0.0))
+    more = lacking * random.standard_normal(reading[::measured.parts].shape)
+    return replace(twin, reading=reading + between(more, measured.parts))
 
 
-def torque_noise_of(noise: Array, plain: Array, balancer: Balancer, arm: Arm) -> float:
-    """Return the noise of the motor torque that lifts the motor balances so far [N*m shaft]."""
+def torque_noise_of(noise: Array, plain: Array, balancer: Balancer, arm: Arm) -> Array:
+    """Return the noise of the motor torque that lifts motor balances so far (n,) [N*m shaft]."""
     joints = len(arm.joints)
     passed = np.sqrt(2.0 * BANDWIDTH * balancer.measurement.dt)     # of white noise, by the filter
     excess = np.maximum(noise[:joints] ** 2 - plain[:joints] ** 2, 0.0)
-    return float(np.sqrt(np.median(excess)) / passed / arm.joints[0].ratio)
+    return np.asarray(np.sqrt(excess) / passed / arm.record().joints['ratio'])
 
 
 def noise_of(balancer: Balancer, arm: Arm, seed: int = 0) -> tuple[Array, Array]:
     """
-    Return the standard deviation (c,) of each balance that noise leaves, and resolution alone.
+    Return the standard deviation (c,) of each balance that noise leaves, and readings alone.
 
-    The second is that of a healthy twin [N*m]. Readings that are sharper than the twin's raise
-    it in proportion. What motor balances then have more at high frequency, where effects seldom
-    show, is white noise of the torque, which is added.
+    The second is what the noise of the measured readings makes of the balances: they are made
+    again with as much more of it [N*m]. What motor balances then have more at high frequency,
+    where effects seldom show, is white noise of the torque, which is added.
     """
-    made = healthy_twin(balancer, arm, seed)
-    theirs, ours = Balancer(made)(arm), balancer(arm)
-    plain = np.array([column[valid].std() if valid.any() else _UNSEEN for column, valid in
-                      zip(theirs.residual.T, theirs.valid.T)])
-    sharp = np.clip(balancer.measurement.reading_noise() / made.reading_noise(), 1.0, _MOST)
+    ours = balancer(arm)
+    added = balancer.noisier(arm).residual - ours.residual
+    plain = np.array([np.sqrt(np.mean(column[valid] ** 2)) if valid.any() else _UNSEEN
+                      for column, valid in zip(added.T, ours.valid.T)])
     joints = len(arm.joints)
-    motor, torsion = plain[:joints] * sharp[:, 0], plain[joints:] * np.maximum(
-        sharp[:, 0], sharp[:, 1].max())
-    rough = _roughness(ours.residual, ours.valid), _roughness(theirs.residual, theirs.valid)
-    white = (rough[0][:joints] ** 2 - (sharp[:, 0] * rough[1][:joints]) ** 2) / _white_roughness(
-        balancer, seed) ** 2
-    ratio = np.clip(np.nan_to_num(np.divide(
-        rough[0], rough[1], where=rough[1] > 0.0, out=np.ones_like(rough[0])), nan=1.0),
-        1.0, _MOST)[joints:]
-    return np.concatenate([
-        np.sqrt(motor ** 2 + np.maximum(np.nan_to_num(white), 0.0)),
-        np.fmin(torsion, plain[joints:] * ratio)]), plain
+    rough = [_roughness(values[:, :joints], ours.valid[:, :joints])
+             for values in (ours.residual, added)]
+    white = (rough[0] ** 2 - rough[1] ** 2) / _white_roughness(balancer, seed) ** 2
+    noise = plain.copy()
+    noise[:joints] = np.sqrt(plain[:joints] ** 2 + np.maximum(np.nan_to_num(white), 0.0))
+    return noise, plain
 
 
 def _white_roughness(balancer: Balancer, seed: int) -> float:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from operator import is_
 from typing import NamedTuple
 
@@ -75,7 +76,24 @@ class Fitter:
     noise: Array                # (c,) standard deviation that a healthy arm leaves [N*m]
     effective: float            # share of samples that are independent
     rows: NDArray[np.bool_]     # (m,) those to be used
+    twin: Balancer | None = None    # of a healthy arm, recorded with as much noise
     _base: list['_Base'] = field(default_factory=list, init=False, repr=False)  # the last, if any
+
+    @cached_property
+    def healthy(self) -> 'Fitter | None':
+        """Return what fits the twin, None without one: what that finds, it finds by chance."""
+        if self.twin is None:
+            return None
+        balance = self.twin(self.arm)
+        power = np.where(balance.valid, balance.residual ** 2, 0.0).sum(axis=0)
+        noise = np.sqrt(power / np.maximum(balance.valid.sum(axis=0), 1))
+        return Fitter(self.twin, self.arm, np.where(noise > 0.0, noise, self.noise),
+                      self.effective, self.rows)
+
+    @cached_property
+    def first(self) -> Fit:
+        """Return the fit without any cause."""
+        return self.fit(())
 
     def on(self, terms: Sequence[AnyTerm]) -> Arm:
         """Return the arm as given with these terms."""

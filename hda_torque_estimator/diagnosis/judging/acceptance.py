@@ -14,6 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from .chance import by_chance
 from .limits import ends_at_limit
 from .nameless import best_curves
 from ..fitting.fit import Fit, Fitter
@@ -48,6 +49,9 @@ def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term
     beside = extended.causes_beside(term)
     improvement = without.score - extended.score
     if improvement < threshold(fitter, term) or ends_at_limit(fitter, extended, term):
+        return False
+    improvement -= by_chance(fitter, term)
+    if improvement < threshold(fitter, term):
         return False
     if improvement > CERTAIN and alone(fitter, term, beside):
         return True

@@ -6,12 +6,14 @@ of its rest. One with several numbers tells more than any single curve does. A c
 stands in for another passes neither.
 """
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, MutableMapping
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 from hda_arm_sim.model.chain_links import ChainLinks
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
 
 from ..balances.balance import RATE
 from ..balances.coordinates import coordinates_of
@@ -21,6 +23,8 @@ from ..fitting.solve import Columns, condense, condense_more, Solution, solve
 Array = NDArray[np.float64]
 # Choices unless told otherwise.
 _SLOW = 1.0             # shaft speed over which a sense of motion sets in [rad/s]
+# (source: what noise moves has no less at high frequency; motions of robots end below 7 Hz)
+_SMOOTH = 3.0           # samples of the balances over which a rate is one of the motion
 _SLIDING = (5.0, 20.0)  # shaft speeds over which friction may fall [rad/s]
 _LINK_ORDERS = (1, 2, 3, 4, 6)  # waves per link turn of curves without a name
 _MOTOR_ORDERS = (1, 2, 4, 6, 8, 12)  # waves per motor turn of curves without a name
@@ -31,6 +35,9 @@ _RATE, _SECOND_RATE = 'rate of joint_torque', 'second rate of joint_torque'
 # improved the score of healthy arms by 1087 to 1322)
 _OVER_NOISE = 10.0      # rates of a torque over those of a balance's noise that are of motion
 _AT_REST = 1e-30        # mean square of a shape, below which nothing moved that makes it
+
+
+_KNOWN: 'MutableMapping[Fitter, dict[tuple[str, str, str], float]]' = WeakKeyDictionary()
 
 
 class Curve(NamedTuple):
@@ -49,12 +56,38 @@ class Curve(NamedTuple):
 
 
 def best_curves(fitter: Fitter, fit: Fit, joints: Collection[str]) -> dict[str, Curve]:
-    """Return the curve that tells most of each of these joints beside the terms of a fit."""
+    """
+    Return the curve that tells most of each of these joints beside the terms of a fit.
+
+    What the same curve tells of a healthy arm, recorded with as much noise, does not count.
+    """
+    chance = _chance(fitter)
+    curves: dict[str, Curve] = {}
+    for curve in _curves(fitter, fit, joints):
+        usual = max(chance.get(curve[:3], 0.0), 0.0)
+        curve = curve._replace(score=curve.score + usual, improvement=curve.improvement - usual)
+        if curve.joint not in curves or curve.improvement > curves[curve.joint].improvement:
+            curves[curve.joint] = curve
+    return curves
+
+
+def _chance(fitter: Fitter) -> dict[tuple[str, str, str], float]:
+    """Return what each curve improves of a healthy arm, by joint, site and form."""
+    healthy = fitter.healthy
+    if healthy is None:
+        return {}
+    if healthy not in _KNOWN:
+        _KNOWN[healthy] = {curve[:3]: curve.improvement for curve in
+                           _curves(healthy, healthy.first, fitter.arm.labels)}
+    return _KNOWN[healthy]
+
+
+def _curves(fitter: Fitter, fit: Fit, joints: Collection[str]) -> Iterator[Curve]:
+    """Yield every curve at these joints beside the terms of a fit."""
     coordinates = coordinates_of(fitter.balancer, fitter.on(fit.terms))
     known = condense(fit.balance.residual, fit.columns, fitter.valid(fit.balance))
     plain = solve(known, fitter.noise, fitter.effective, fitter.away(fit.terms),
                   deviations(fit.terms))
-    curves: dict[str, Curve] = {}
     for place, label in enumerate(fitter.arm.labels):
         if label not in joints:
             continue
@@ -75,11 +108,9 @@ def best_curves(fitter: Fitter, fit: Fit, joints: Collection[str]) -> dict[str, 
                 if (site, form) == _SCALE and scaled:
                     continue
                 told = _solved(fitter, fit, wide, number, len(forms))
-                better = min(plain.score - told.score,
-                             float((plain.scores - told.scores)[own].sum()))
-                if label not in curves or better > curves[label].improvement:
-                    curves[label] = Curve(label, site, form, told.score, better)
-    return curves
+                yield Curve(label, site, form, told.score,
+                            min(plain.score - told.score,
+                                float((plain.scores - told.scores)[own].sum())))
 
 
 def _drop_noise(forms: dict[str, Array], noise: float) -> None:
@@ -125,9 +156,8 @@ def _forms(time: Array, along: Mapping[str, Array]) -> Iterator[tuple[str, Array
     yield 'joint_torque by sense', np.abs(torque) * sense
     for name, values in (('joint_torque', torque), ('motor_torque', drive),
                          ('motor_velocity', speed)):
-        rate = np.gradient(values, time)
-        yield f'rate of {name}', rate
-        yield f'second rate of {name}', np.gradient(rate, time)
+        yield f'rate of {name}', gaussian_filter1d(values, _SMOOTH, order=1) * RATE
+        yield f'second rate of {name}', gaussian_filter1d(values, _SMOOTH, order=2) * RATE ** 2
     for power in (1, 2, 3):
         yield f'link_angle^{power}', link ** power
     for order in _LINK_ORDERS:
