@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .chance import by_chance
+from .forms import evidence
 from .limits import ends_at_limit
 from .nameless import best_curves
 from ..fitting.fit import Fit, Fitter
@@ -53,6 +54,8 @@ def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term
     improvement -= by_chance(fitter, term)
     if improvement < threshold(fitter, term):
         return False
+    if beside and evidence(fitter, without) - extended.score < threshold(fitter, term):
+        return False                        # other forms of what is known explain as much
     if improvement > CERTAIN and alone(fitter, term, beside):
         return True
     gain, rest = without.variance - extended.variance, without.variance - fitter.noise ** 2

@@ -17,6 +17,7 @@ from hda_arm_sim.model.effects.hypothesis import Hypothesis
 import numpy as np
 from numpy.typing import NDArray
 
+from .forms import reformed
 from .nameless import best_curves, Curve
 from .search import Found, MOST
 from ..balances.balance import RATE
@@ -60,8 +61,9 @@ def backing(fitter: Fitter, found: Found, doubted: Sequence[Term] = ()) -> Backi
                for term, power in zip(fit.accepted, powers)}
     allowed = sum((HYPOTHESES[name].form_error * power for (name, _), power in counted.items()),
                   np.zeros_like(noise))
-    rests = (fit.variance / noise - 1.0) / (REST ** 2 * _unsure(fit) + allowed)
-    curves = _formed(fitter, fit, found, counted, trained)
+    other = reformed(fitter, fit)
+    rests = (other.variance / noise - 1.0) / (REST ** 2 * _unsure(fit) + allowed)
+    curves = _formed(fitter, other, found, counted, trained)
     unexplained = rests > 1.0
     formed = [term for term in fit.accepted if curves.get(term.place, 0.0) > 1.0]
     for term in [*doubted, *formed, *_shapeless(fitter, fit, lacking)]:

