@@ -87,6 +87,7 @@ class TorqueRipple(Effect):
     acts: ClassVar[tuple[str, ...]] = ('amplitude_2', 'amplitude_4')
     law = staticmethod(ripple_torque)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        varies=('joint_torque', 'motor_angle'),
         waves={**wave(2, 0.005), **wave(4, 0.005)}, alike=('motor_cogging', 'kinematic_error'),
         experiment='the same slow speed at two loads')
     typical: ClassVar[Typical | None] = Typical(
@@ -109,6 +110,7 @@ class MotorCogging(Effect):
     acts: ClassVar[tuple[str, ...]] = ('amplitude',)
     law = staticmethod(cogging_torque)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        varies=('motor_angle',),
         waves={('amplitude', 'phase'): 0.005},
         grid={'order': (1.0, 6.0, 7.0, 8.0, 12.0, 14.0, 21.0, 24.0, 28.0, 42.0)},
         alike=('torque_ripple',), experiment='one motor turn at 2 rad/s')
@@ -130,6 +132,7 @@ class TorqueConstantError(Effect):
     place: ClassVar[Place] = SHAFT
     law = staticmethod(scaled_torque)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        varies=('joint_torque', 'time'),
         free={'error': 0.02}, alike=('link_inertia_error', 'stiffness_error'), experiment=SCALE)
     typical: ClassVar[Typical | None] = Typical({'error': 0.06})
     error: float = parameter(0.0, '', -0.9, 2.0, 'relative error of torque per command')
@@ -145,6 +148,7 @@ class DriveOffset(Effect):
     place: ClassVar[Place] = SHAFT
     law = staticmethod(biased_torque)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        varies=('time',),
         free={'offset': 0.005}, alike=('asymmetric_friction',), twin='asymmetric_friction',
         experiment='a dwell at zero command, and a return run')
     typical: ClassVar[Typical | None] = Typical({'offset': 0.007})
@@ -199,6 +203,7 @@ class TorqueSaturation(Effect):
     place: ClassVar[Place] = COMMAND
     law = staticmethod(clipped_torque)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        varies=('motor_velocity',),
         free={'limit': 0.02}, grid={'limit': (0.05, 0.1, 0.15, 0.2)},
         alike=('torque_constant_error',), experiment='a motion that asks for the largest torque')
     typical: ClassVar[Typical | None] = Typical({}, {'limit': 0.15})

@@ -51,6 +51,7 @@ class BaseTilt(Effect):
     scope: ClassVar[Scope] = Scope.ARM
     law = staticmethod(downhill_pull)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        varies=('time',),
         waves={('tilt', 'direction'): 0.005}, alike=('cable_spring',),
         experiment='hold postures all round the base')
     typical: ClassVar[Typical | None] = Typical({'tilt': 0.03}, {'direction': 0.7})
@@ -70,6 +71,7 @@ class ExternalContact(Effect):
     scope: ClassVar[Scope] = Scope.ARM
     law = staticmethod(contact_force)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        varies=('time',),
         free={'force': 1.0, 'direction': 0.02, 'onset': 0.01, 'duration': 0.01},
         alike=('payload',), form_share=0.08, form_error=0.03,
         doubts={'direction': (0.03, ''), 'onset': (0.045, 'duration'),

@@ -106,6 +106,7 @@ class CoulombFriction(Effect):
     place: ClassVar[Place] = DRY_LEVEL
     law = staticmethod(dry_budget)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        varies=('motor_velocity',),
         free={'level': 0.01}, alike=('stribeck_friction',), experiment=SLOW)
     typical: ClassVar[Typical | None] = Typical({'level': 0.012})
     level: float = parameter(0.0, 'N*m', 0.0, 5.0, 'dry friction level, motor side')
@@ -121,6 +122,7 @@ class ViscousFriction(Effect):
     place: ClassVar[Place] = DRAG
     law = staticmethod(viscous_drag)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        varies=('motor_velocity',),
         free={'slope': 5e-05}, alike=('thermal_viscosity', 'nonlinear_viscous_friction'),
         experiment='at least three speeds, the same early and late')
     typical: ClassVar[Typical | None] = Typical({'slope': 0.0002})
@@ -138,6 +140,7 @@ class NonlinearViscousFriction(Effect):
     acts: ClassVar[tuple[str, ...]] = ('coefficient',)
     law = staticmethod(nonlinear_drag)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        varies=('motor_velocity',),
         free={'coefficient': 0.001, 'exponent': 0.1}, grid={'exponent': (0.5, 1.7)},
         alike=('viscous_friction', 'stribeck_friction'), experiment='at least three speeds')
     typical: ClassVar[Typical | None] = Typical({'coefficient': 0.003}, {'exponent': 0.5})
@@ -156,6 +159,7 @@ class StribeckFriction(Effect):
     acts: ClassVar[tuple[str, ...]] = ('excess',)
     law = staticmethod(stribeck_budget)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        varies=('motor_velocity', 'sense', 'joint_torque'),
         free={'excess': 0.01, 'speed': 1.0}, grid={'speed': (3.0, 10.0, 25.0)},
         alike=('coulomb_friction', 'presliding_friction', 'motor_cogging'), form_error=0.02,
         experiment=SLOW)
@@ -196,6 +200,7 @@ class AsymmetricFriction(Effect):
     acts: ClassVar[tuple[str, ...]] = ('asymmetry',)
     law = staticmethod(asymmetric_budget)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        varies=('motor_velocity',),
         free={'asymmetry': 0.1}, alike=('drive_offset',), twin='drive_offset',
         experiment='a dwell at zero command, and a return run')
     typical: ClassVar[Typical | None] = Typical({'asymmetry': 0.2})
@@ -214,6 +219,7 @@ class LoadDependentFriction(Effect):
     acts: ClassVar[tuple[str, ...]] = ('coefficient',)
     law = staticmethod(load_budget)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        varies=('joint_torque',),
         free={'coefficient': 0.1}, alike=('torque_constant_error',),
         experiment='both directions under both signs of load')
     typical: ClassVar[Typical | None] = Typical({'coefficient': 0.15})
@@ -232,6 +238,7 @@ class ThermalViscosity(Effect):
     acts: ClassVar[tuple[str, ...]] = ('amplitude',)
     law = staticmethod(warming_drag)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        varies=('time',),
         free={'amplitude': 0.0001, 'time_constant': 10.0}, grid={'time_constant': (20.0, 100.0)},
         alike=('viscous_friction',), form_share=0.08, form_error=0.03,
         experiment='the same motion early, in the middle and late')

@@ -44,6 +44,7 @@ class Hypothesis:
     acts on the noise of the encoders that it repeats. Two such effects are compared `below` a
     frequency [Hz]. One of which the power over that of noise is less than `clear` is not told
     from the first of `alike`. No other `form` than the usual one is asked of it.
+    `varies` are the coordinates along which published laws of the cause differ from this one.
     """
 
     free: Mapping[str, float] = field(default_factory=dict)
@@ -63,6 +64,7 @@ class Hypothesis:
     # half-width of an interval, as a share of a number or absolute (choice: the law is exact)
     doubts: Mapping[str, tuple[float, str]] = field(default_factory=dict)
     ends: tuple[str, ...] = ()
+    varies: tuple[str, ...] = ()
     twin: str = ''
     # power over that of noise, from which it is told from its like (choice: at once)
     clear: float = 0.0

@@ -134,6 +134,7 @@ class LinkBearingFriction(Effect):
     law = staticmethod(bearing_budget)
     # (measured: fitted alone, it left 0.3 % of its power)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        varies=('link_velocity',),
         free={'level': 0.3}, alike=('cable_spring',), form_share=0.08, form_error=0.006,
         experiment='reversals at two loads', doubts={'level': (0.17, 'level')})
     typical: ClassVar[Typical | None] = Typical({'level': 0.8})
@@ -151,6 +152,7 @@ class CableSpring(Effect):
     acts: ClassVar[tuple[str, ...]] = ('stiffness',)
     law = staticmethod(cable_torque)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        varies=('link_angle',),
         free={'stiffness': 0.3, 'rest_angle': 0.3}, grid={'rest_angle': (-1.5, 1.5)},
         alike=('base_tilt',), experiment='a slow sweep of the whole range')
     typical: ClassVar[Typical | None] = Typical({'stiffness': 0.8}, {'rest_angle': 0.5})

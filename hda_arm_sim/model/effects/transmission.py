@@ -135,6 +135,7 @@ class KinematicError(Effect):
     law = staticmethod(transmission_error)
     law_slope = staticmethod(transmission_slope)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        varies=('motor_angle',),
         waves={**wave(1, 2e-05), **wave(2, 2e-05), **wave(4, 2e-05)},
         alike=('motor_encoder_eccentricity', 'torque_ripple'),
         experiment='constant speed off the resonance at two loads')

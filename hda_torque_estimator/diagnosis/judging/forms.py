@@ -2,9 +2,10 @@
 Other forms of a law: what a cause does, changed smoothly along the coordinates of its joint.
 
 Books write one cause by several laws. Dry friction sets in at once or over some speed, is stronger
-one way, or falls with time. All of them are the law of the catalogue times a factor near one. That
-factor is a smooth curve of speed, torque, angle and time (eq:forms). Its coefficients have a prior,
-so a form that is far from the law is another law.
+one way, or falls with time. Each is the law of the catalogue times a factor near one. The factor
+is a smooth curve of what published laws differ in (eq:forms), declared beside the law
+(`Hypothesis.varies`). Its coefficients have a prior, and a form that is far from the law is another
+law. Laws of the torsion have none: each is a curve of the torque, and would be all of the others.
 """
 
 from collections.abc import Iterator, Mapping, MutableMapping
@@ -17,6 +18,7 @@ import numpy as np
 from ..balances.balance import Balance
 from ..balances.coordinates import coordinates_of
 from ..fitting.fit import deviations, Fit, Fitter
+from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.solve import condense, solve
 from ...least_squares.term import Term
 
@@ -24,8 +26,10 @@ from ...least_squares.term import Term
 # (source: the laws of forms.py of the hidden truth are within 0.6 of those of the catalogue)
 SPREAD = 0.25           # deviation of each coefficient: a share of what the cause does
 FARTHEST = 0.25         # share of a cause's power beyond which a form is another law
+_APART = 0.05           # of a form, that is its own beside those before it
 _SLOW = 1.0             # shaft speed over which a sense of motion sets in [rad/s]
-_ORDERS = (1, 2, 4)     # waves per motor turn beside those of a cause that is a wave
+_ORDERS = (1, 2, 4)     # waves per turn by which those of a cause that is a wave are changed
+_AT_REST = 1e-300       # rms of a coordinate along which nothing moved
 
 _KNOWN: MutableMapping[Fit, tuple[Fitter, Fit, float]] = WeakKeyDictionary()
 
@@ -36,7 +40,7 @@ def reformed(fitter: Fitter, fit: Fit) -> Fit:
 
 
 def evidence(fitter: Fitter, fit: Fit) -> float:
-    """Return the score of a fit whose causes may have other forms, with what their freedom costs."""
+    """Return the score of a fit whose causes may have other forms, and what that costs."""
     return _formed(fitter, fit)[1]
 
 
@@ -88,38 +92,41 @@ def _forms_of(fitter: Fitter, fit: Fit, term: Term) -> Array:
     lacking = fitter.balancer(fitter.on(fit.terms_beside(term))).residual
     does = np.where(fitter.valid(fit.balance), fit.balance.residual - lacking, 0.0) / fitter.noise
     size = float(np.sqrt((does ** 2).sum()))
-    if size == 0.0:
+    if size == 0.0 or not HYPOTHESES[term.name].varies:
         return np.zeros((*does.shape, 0))
-    shapes = [does]
     coordinates = coordinates_of(fitter.balancer, fitter.on(fit.terms))
     factors = [list(_factors(fitter.balancer.time, {
-        name: values[:, place] for name, values in coordinates.items()}, bool(term.waves)))
+        name: values[:, place] for name, values in coordinates.items()}, term))
         for place in range(len(fitter.arm.labels))]
-    for each in zip(*factors):
-        shapes.append(does * np.tile(np.stack(each, axis=1), 2))
+    shapes = [does, *(does * np.tile(np.stack(each, axis=1), 2) for each in zip(*factors))]
     flat = np.stack([shape.ravel() for shape in shapes], axis=1)
-    basis, upper = np.linalg.qr(flat / np.maximum(np.sqrt((flat ** 2).sum(axis=0)), 1e-300))
-    apart = np.abs(np.diag(upper))[1:] > 0.05           # of its own, beside those before it
+    basis, upper = np.linalg.qr(flat / np.maximum(np.sqrt((flat ** 2).sum(axis=0)), _AT_REST))
+    apart = np.abs(np.diag(upper))[1:] > _APART
     made = size * basis[:, 1:][:, apart]
     return made.reshape(*does.shape, -1) * fitter.noise[:, None]
 
 
-def _factors(time: Array, along: Mapping[str, Array], waves: bool) -> Iterator[Array]:
-    """Yield smooth factors (m,) along the coordinates of a joint, each within one of zero."""
-    speed, torque = along['motor_velocity'], along['joint_torque']
-    yield from _powers(time - time.mean(), 2)
-    yield np.tanh(speed / _SLOW)
-    yield from _powers(np.abs(speed), 3)
-    yield np.tanh(torque / max(float(np.std(torque)), 1e-300))
-    yield from _powers(np.abs(torque), 2)
-    yield from _powers(along['link_angle'] - along['link_angle'].mean(), 2)
-    for order in _ORDERS if waves else ():
-        yield np.sin(order * along['motor_angle'])
-        yield np.cos(order * along['motor_angle'])
+def _factors(time: Array, along: Mapping[str, Array], term: Term) -> Iterator[Array]:
+    """Yield factors (m,) along the coordinates of a joint on which laws of a cause differ."""
+    for name in HYPOTHESES[term.name].varies:
+        if name == 'time':
+            yield from _powers(time - time.mean(), 2)
+        elif name == 'sense':
+            yield np.tanh(along['motor_velocity'] / _SLOW)
+        elif name == 'motor_angle':
+            for order in _ORDERS:
+                yield np.sin(order * along[name])
+                yield np.cos(order * along[name])
+        elif name == 'link_angle':
+            yield from _powers(along[name] - along[name].mean(), 2)
+        else:
+            yield from _powers(np.abs(along[name]), 3)
+            if name == 'joint_torque':
+                yield np.tanh(along[name] / max(float(np.std(along[name])), _AT_REST))
 
 
 def _powers(values: Array, most: int) -> Iterator[Array]:
     """Yield the powers of values (m,) over the largest of them."""
-    scaled = values / max(float(np.abs(values).max()), 1e-300)
+    scaled = values / max(float(np.abs(values).max()), _AT_REST)
     for power in range(1, most + 1):
         yield scaled ** power
