@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .chance import by_chance
+from .fair import fair_score, noise_in
 from .forms import evidence
 from .limits import ends_at_limit
 from .nameless import best_curves
@@ -51,7 +52,8 @@ def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term
     improvement = without.score - extended.score
     if improvement < threshold(fitter, term) or ends_at_limit(fitter, extended, term):
         return False
-    improvement -= by_chance(fitter, term)
+    fair = fair_score(fitter, extended, noise_in(fitter, without))
+    improvement = min(improvement, without.score - fair) - by_chance(fitter, term)
     if improvement < threshold(fitter, term):
         return False
     if beside and evidence(fitter, without) - extended.score < threshold(fitter, term):

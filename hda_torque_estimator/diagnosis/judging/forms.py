@@ -4,7 +4,7 @@ Other forms of a law: what a cause does, changed smoothly along the coordinates 
 Books write one cause by several laws. Dry friction sets in at once or over some speed, is stronger
 one way, or falls with time. Each is the law of the catalogue times a factor near one. The factor
 is a smooth curve of what published laws differ in (eq:forms), declared beside the law
-(`Hypothesis.varies`). Its coefficients have a prior, and a form that is far from the law is another
+(`Hypothesis.varies`). Its coefficients have a prior; a form that is far from the law is another
 law. Laws of the torsion have none: each is a curve of the torque, and would be all of the others.
 """
 

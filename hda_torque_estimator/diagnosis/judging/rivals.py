@@ -1,12 +1,9 @@
 """
 The best other cause, and by how much it explains less.
 
-What is unknown of a motion, noise of readings and of torques, comes into a balance by the inertia
-and the stiffness of the arm. One that has less of them makes less of it, which is no reason to
-believe it. So fits are compared as if all made as much of it.
-Effects of the command act on the noise of the encoders that it repeats, and the balances have the
-same noise. At high frequency it speaks for one of two such effects whatever the truth. They are
-compared where a motion has more.
+Fits are compared as if all made as much noise (`fair`). Effects of the command act on the noise of
+the encoders that it repeats, and the balances have the same noise. At high frequency it speaks for
+one of two such effects whatever the truth. They are compared where a motion has more.
 """
 
 from collections.abc import Sequence
@@ -16,18 +13,16 @@ from numpy.typing import NDArray
 from scipy.signal import filtfilt, firwin
 
 from .acceptance import freedom
+from .fair import fair_score, noise_in
 from .screen import Prospect
 from ..balances.balance import RATE
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
-from ..fitting.solve import score
 from ...least_squares.term import Term
 
 Array = NDArray[np.float64]
 # Choices unless told otherwise.
 _TAPS = 101             # of the low-pass, at the balances' rate
-_LEAST = 0.1            # share of a rest that stays at least, without what noise makes,
-_SHARES = (0.5, 1.5)    # and how much less or more noise one arm may make than another
 
 
 def leading(fitter: Fitter, fit: Fit, exact: Sequence[Fit],
@@ -39,8 +34,9 @@ def leading(fitter: Fitter, fit: Fit, exact: Sequence[Fit],
     Where one fit is left, its rival is the best of the prospects.
     """
     if len(exact) > 1:
-        usual = _noise_in(fitter, fit)
-        costs = [_fair_cost(fitter, each, usual) for each in exact]
+        usual = noise_in(fitter, fit)
+        costs = [fair_score(fitter, each, usual) + freedom(fitter, each.accepted[-1])
+                 for each in exact]
         first, second = np.argsort(costs)[:2]
         best, other, lack = exact[first], exact[second], costs[second] - costs[first]
         below = min(HYPOTHESES[each.accepted[-1].name].below for each in (best, other))
@@ -53,25 +49,6 @@ def leading(fitter: Fitter, fit: Fit, exact: Sequence[Fit],
     others = [prospect for prospect in prospects
               if prospect.term.place != best.accepted[-1].place]
     return (best, others[0].term, others[0].score - best.score) if others else (best, None, np.inf)
-
-
-def _fair_cost(fitter: Fitter, fit: Fit, usual: Array) -> float:
-    """Return the score of a fit as if noise had its `usual` power (c,), and what freedom costs."""
-    valid = fitter.valid(fit.balance)
-    count = np.maximum(valid.sum(axis=0), 1)
-    left = np.where(valid, fit.balance.residual ** 2, 0.0).sum(axis=0) / count
-    share = np.clip(_noise_in(fitter, fit) / usual, *_SHARES)
-    fair = np.maximum(left + fitter.noise ** 2 * (1.0 - share), _LEAST * left)
-    return (fit.score + freedom(fitter, fit.accepted[-1])
-            + score(fair, count, fitter.noise, fitter.effective)
-            - score(left, count, fitter.noise, fitter.effective))
-
-
-def _noise_in(fitter: Fitter, fit: Fit) -> Array:
-    """Return the power (c,) that some noise of the angles has in the residual of a fit."""
-    valid = fitter.valid(fit.balance)
-    more = fitter.balancer.noisier(fitter.on(fit.terms)).residual - fit.balance.residual
-    return np.asarray(np.maximum((more ** 2).sum(axis=0, where=valid), 1e-300))
 
 
 def _lack_below(fitter: Fitter, best: Fit, other: Fit, below: float) -> float:
