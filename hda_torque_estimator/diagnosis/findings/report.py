@@ -1,9 +1,9 @@
 """Findings as the report tells them: JSON for machines, sentences for people."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 SCHEMA = 'hda.diagnosis/2'
 VERDICTS = {
@@ -219,6 +219,14 @@ class RecordingFacts:
     training: tuple[tuple[float, float], ...]
     held_out: tuple[tuple[float, float], ...]
     bags: tuple[Part, ...] = ()
+
+
+class Origin(NamedTuple):
+    """Where a diagnosis comes from: the file of the arm, the version, the recordings' names."""
+
+    arm_file: str = ''
+    version: str = ''
+    sources: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
