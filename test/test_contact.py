@@ -11,7 +11,7 @@ from hda_torque_estimator.samples.readings import READINGS
 import numpy as np
 from numpy.typing import NDArray
 import pytest
-from truth import record, TruthRecord
+from truth import record, Reference, TruthRecord
 
 ARM = read_arm('hda_arm.yaml')
 DT = 1e-3
@@ -36,8 +36,8 @@ def pushes(seconds: float, size: float, seed: int) -> tuple[NDArray[np.float64],
 def moving(path: str, seed: int, size: float = 0.0, seconds: float = 20.0) -> TruthRecord:
     """Return a recording of the independent truth, pushed or free."""
     made = motion(path, 2, seconds, DT, seed)
-    return record((), motion_angle=made.angle, motion_rate=made.rate, dt=DT, seed=seed,
-                  tip_force=pushes(seconds, size, seed)[0])
+    return record((), Reference(made.angle, made.rate, DT, pushes(seconds, size, seed)[0]),
+                  seed=seed)
 
 
 def reading(seen: TruthRecord) -> NDArray[np.float64]:

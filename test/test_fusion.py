@@ -11,7 +11,7 @@ from hda_torque_estimator.estimating.laws import estimate, fusion
 from hda_torque_estimator.estimating.laws.route_errors import DRY, ERRORS, torsion_effects, ZERO
 import numpy as np
 import pytest
-from truth import record, TruthRecord
+from truth import record, Reference, TruthRecord
 from truth_cases import hide
 
 ARM = read_arm('hda_arm.yaml')
@@ -24,8 +24,8 @@ def recorded(effect: str = '', *, path: str = 'rich', seed: int = 1, seconds: fl
              **parameters: float) -> TruthRecord:
     """Return a recording of the independent truth, with an effect of joint1 if one is named."""
     made = motion(path, 2, seconds, 1e-3, seed)
-    return record((hide(effect, **parameters),) if effect else (), motion_angle=made.angle,
-                  motion_rate=made.rate, dt=1e-3, seed=seed)
+    return record((hide(effect, **parameters),) if effect else (),
+                  Reference(made.angle, made.rate, 1e-3), seed=seed)
 
 
 def reading(seen: TruthRecord) -> np.ndarray:

@@ -13,7 +13,7 @@ from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 import pytest
 from tolerated import reading
-from truth import record
+from truth import record, Reference
 from truth_cases import hide
 
 ARM = read_arm('hda_arm.yaml')
@@ -23,7 +23,7 @@ def found(mass: float, path: str = 'rich', seed: int = 1, seconds: float = 15.0)
     """Return the mass found in a recording of the independent truth, and its deviation [kg]."""
     made = motion(path, 2, seconds, 1e-3, seed)
     hidden = (hide('payload', None, mass=mass),) if mass else ()
-    seen = record(hidden, motion_angle=made.angle, motion_rate=made.rate, dt=1e-3, seed=seed)
+    seen = record(hidden, Reference(made.angle, made.rate, 1e-3), seed=seed)
     estimated = Estimator(ARM).run(seen.stamps, reading(seen), seen.command)
     return estimated.tip[-1, [estimate.MASS, estimate.MASS_DEVIATION]]
 

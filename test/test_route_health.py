@@ -8,7 +8,7 @@ from hda_torque_estimator.estimating.route_health import told
 import numpy as np
 import pytest
 from tolerated import reading, tolerated
-from truth import record, TruthRecord
+from truth import record, Reference, TruthRecord
 from truth_cases import hide
 
 ARM = read_arm('hda_arm.yaml')
@@ -17,8 +17,7 @@ ARM = read_arm('hda_arm.yaml')
 def seen_with(effect: str, **parameters: float) -> TruthRecord:
     """Return a recording of the independent truth with an effect of joint1."""
     made = motion('rich', 2, 15.0, 1e-3, 4)
-    return record((hide(effect, **parameters),), motion_angle=made.angle, motion_rate=made.rate,
-                  dt=1e-3, seed=4)
+    return record((hide(effect, **parameters),), Reference(made.angle, made.rate, 1e-3), seed=4)
 
 
 def words(seen: TruthRecord, readings: np.ndarray | None = None) -> list[str]:
