@@ -34,6 +34,7 @@ from .layout import (
 from .low_pass import share_of
 from .momentum import expected_rate, hold, inertia_doubt, Links, momentum
 from .motor_witness import Heard
+from .observer import observe, shares_of
 from .route_errors import ERRORS, STIFFNESS, torsion_effects, ZERO as ZERO_ERROR
 from .tip_force import base_force, Posture, tool_force
 from .torsion_torque import link, shaft, slide, torsions
@@ -137,19 +138,9 @@ def _external(model: Model, memory: Array, at: Links, dt: float, result: Array) 
     pull2, doubt2 = hold(record.joints[last], at.q2, at.dq2)
     rate = expected_rate(inertia, record.body, joints, at,
                          (result[0, TORQUE] + pull1, result[last, TORQUE] + pull2))
-    share = share_of(settings.observer_bandwidth, dt) if dt > 0.0 else 0.0
-    quick = share_of(settings.torsion_bandwidth, dt) if dt > 0.0 else 1.0
+    share = shares_of(settings, dt)
     for j in range(joints):
-        if dt > 0.0:
-            change = (now[j] - memory[j, LAST_MOMENTUM]) / dt
-            ahead = change - memory[j, LATE_RATE] - memory[j, EXTERNAL]
-            memory[j, EXTERNAL] += share * ahead
-            memory[j, LATE] += share * (ahead - memory[j, LATE])
-            speeding = (memory[j, QUICK_LINK] - memory[j, LAST_SPEED]) / dt
-            memory[j, ACCELERATION] += share * (speeding - memory[j, ACCELERATION])
-        memory[j, LAST_MOMENTUM] = now[j]
-        memory[j, LATE_RATE] += quick * (rate[j] - memory[j, LATE_RATE])
-        memory[j, LAST_SPEED] = memory[j, QUICK_LINK]
+        observe(memory[j], now[j], rate[j], share)
         result[j, EXTERNAL_TORQUE] = memory[j, EXTERNAL]
     moved1, moved2 = inertia_doubt(inertia, at, memory[0, ACCELERATION],
                                    memory[last, ACCELERATION] if joints == 2 else 0.0)
