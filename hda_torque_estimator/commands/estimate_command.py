@@ -30,7 +30,7 @@ from ..estimating.curves import Beside
 from ..estimating.estimate_messages import estimate_samples
 from ..estimating.estimates import Estimates
 from ..estimating.estimator import Estimator
-from ..estimating.laws import estimate
+from ..estimating.laws import layout
 from ..estimating.page import About, page
 from ..estimating.recorded_settings import recorded_settings, RecordedSettings
 from ..estimating.state_messages import state_samples
@@ -163,7 +163,7 @@ def _outcome(options: argparse.Namespace, arm: Arm, estimates: Estimates,
 
 
 def _doubts(arm: Arm, estimates: Estimates) -> dict[str, float]:
-    return doubt_shares(arm.labels, estimates.joints[:, :, estimate.DOUBT])
+    return doubt_shares(arm.labels, estimates.joints[:, :, layout.DOUBT])
 
 
 def _beside(known: dict[str, Known]) -> dict[str, dict[str, Beside]]:

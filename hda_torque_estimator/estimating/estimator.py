@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .estimates import Estimates, tip_results
-from .laws import belief, estimate, fusion_memory
+from .laws import belief, estimate, fusion_memory, layout
 from .laws.compiled_settings import CompiledSettings, Model
 from .laws.contact import contact_level, level
 from .laws.estimate import Sample
@@ -83,7 +83,7 @@ class Estimator:
         """Prepare for an arm; without links only the torsion's results will be numbers."""
         joints = len(arm.joints)
         self.arm, self.settings = arm, settings
-        self._result = np.zeros((1, joints, estimate.RESULTS))
+        self._result = np.zeros((1, joints, layout.RESULTS))
         self._tips = np.full((1, tip_results(arm)), np.nan)
         self._unknown = np.full((1, joints), np.nan)
         self.joints, self.tip = self._result[0], self._tips[0]
@@ -91,7 +91,7 @@ class Estimator:
         self._plain = plain(self._record)
         self._inertia = loaded_inertia(self._record.body)
         self.tune(settings)
-        self._memory = np.zeros((joints, estimate.MEMORY))
+        self._memory = np.zeros((joints, layout.MEMORY))
         self._limits = watch_limits(arm)
         self._limits[:, LARGEST] = np.maximum(self._limits[:, LARGEST], FARTHEST)
         self._watch = np.zeros((joints, WATCH_MEMORY))
@@ -114,7 +114,7 @@ class Estimator:
 
     def tare(self) -> None:
         """Take the mean torsion of the coming `tare_time` for that of an arm without contact."""
-        self._memory[:, estimate.TARE_SUM] = 0.0
+        self._memory[:, layout.TARE_SUM] = 0.0
         self._tare_left, self._tared = max(self.settings.tare_time, 1e-9), 0
 
     @property
@@ -137,7 +137,7 @@ class Estimator:
     @property
     def zero(self) -> Array:
         """Return what a tare took for no torsion, by joint [rad]."""
-        return self._memory[:, estimate.ZERO].copy()
+        return self._memory[:, layout.ZERO].copy()
 
     def update(self, stamp: int, reading: Array, command: Array | None = None) -> Refusal:
         """
@@ -164,7 +164,7 @@ class Estimator:
     @property
     def believed(self) -> bool:
         """Tell whether the last sample could be estimated from."""
-        return bool(np.isfinite(self.joints[:, estimate.TORQUE]).all())
+        return bool(np.isfinite(self.joints[:, layout.TORQUE]).all())
 
     @property
     def unbelieved(self) -> int:
@@ -197,7 +197,7 @@ class Estimator:
         used = refusals == 0
         given = np.full(reading.shape[:2], np.nan) if command is None else command
         count = int(used.sum())
-        whole = Estimates(stamps[used], np.empty((count, len(self.arm.joints), estimate.RESULTS)),
+        whole = Estimates(stamps[used], np.empty((count, len(self.arm.joints), layout.RESULTS)),
                           np.empty((count, tip_results(self.arm))), np.flatnonzero(~used))
         tared = range(*np.searchsorted(whole.stamps, tare).tolist())
         return whole, self._parts(whole, np.ascontiguousarray(reading[used]),
@@ -215,7 +215,7 @@ class Estimator:
             for each in _one_by_one(rows) if taring else (rows,):
                 self._step(reading[each], command[each], seconds[each], whole.joints[each],
                            whole.tip[each])
-                if taring and np.isfinite(whole.joints[each, :, estimate.TORQUE]).all():
+                if taring and np.isfinite(whole.joints[each, :, layout.TORQUE]).all():
                     self._add_to_tare()
             if rows.stop == tare.stop and taring:
                 self._end_tare()
@@ -242,8 +242,8 @@ class Estimator:
     def _end_tare(self) -> None:
         """Take the mean of what was added for zero; without anything the zero stays."""
         if self._tared:
-            self._memory[:, estimate.ZERO] += self._memory[:, estimate.TARE_SUM] / self._tared
-            self._memory[:, estimate.FUSION + fusion_memory.SLIPPED] = 0.0
+            self._memory[:, layout.ZERO] += self._memory[:, layout.TARE_SUM] / self._tared
+            self._memory[:, layout.FUSION + fusion_memory.SLIPPED] = 0.0
         self._tare_left = 0.0
 
 
@@ -332,26 +332,26 @@ def _run(plain: Plain, of: Remembered, stream: Stream, result: Array, tip: Array
         if dt < 0.0:
             result[i, :, :] = np.nan
             tip[i, :] = np.nan
-            result[i, :, estimate.DOUBT] = 0.0
-            tip[i, estimate.CONTACT_LEVEL] = level(of.memory[0, estimate.CONTACT:])
+            result[i, :, layout.DOUBT] = 0.0
+            tip[i, layout.CONTACT_LEVEL] = level(of.memory[0, layout.CONTACT:])
         else:
-            belief.feel_slips(of.limits, of.doubts, of.memory[:, estimate.FUSION:], zero, clean,
+            belief.feel_slips(of.limits, of.doubts, of.memory[:, layout.FUSION:], zero, clean,
                               dt)
             estimate.step(model, of.memory, Sample(clean, given, dt), result[i], tip[i])
             for j in range(result.shape[1]):
-                held[j, 0] = result[i, j, estimate.EXTERNAL_TORQUE]
-                held[j, 1] = result[i, j, estimate.EXTERNAL_DEVIATION]
-                held[j, 2] = result[i, j, estimate.TORQUE]
+                held[j, 0] = result[i, j, layout.EXTERNAL_TORQUE]
+                held[j, 1] = result[i, j, layout.EXTERNAL_DEVIATION]
+                held[j, 2] = result[i, j, layout.TORQUE]
             belief.feel_standstill(model.record, of.limits, of.doubts, clean, held, dt)
         for j in range(result.shape[1]):
-            result[i, j, estimate.DOUBT] = belief.doubt(of.doubts, j, result[i, j, estimate.DOUBT])
+            result[i, j, layout.DOUBT] = belief.doubt(of.doubts, j, result[i, j, layout.DOUBT])
 
 
 @compiled
 def _forget(memory: Array, doubts: Array) -> None:
     """Begin as after a start, but with the zero of the last tare."""
     for j in range(memory.shape[0]):
-        zero = memory[j, estimate.ZERO]
+        zero = memory[j, layout.ZERO]
         memory[j, :] = 0.0
         doubts[j, :] = 0.0
-        memory[j, estimate.ZERO] = zero
+        memory[j, layout.ZERO] = zero

@@ -3,7 +3,7 @@ Why an estimate is not believed: compiled, before and after each sample's step o
 
 What no arm can do (`sample_watch.py`) is never estimated from: such a sample has no torque, and
 leaves no trace in the memory. Everything that makes `valid` false, or is flagged beside it, is one
-number in `estimate.DOUBT`; `belief_words.py` has its sentence.
+number in `layout.DOUBT`; `belief_words.py` has its sentence.
 """
 
 from typing import Any
