@@ -5,7 +5,8 @@ A single stamp of the past is a message that came late. Several in a row that gr
 clock that went back: a loop, a restart. Stamps that alternate are two publishers.
 """
 
-from hda_arm_sim.foundation.compiled import Array, compiled
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled
 from hda_msgs_json.samples import Stamps
 import numpy as np
 from numpy.typing import NDArray

@@ -10,7 +10,8 @@ contradicts is no zero, and is told. Equations: docs/estimation.md.
 from math import erf, sqrt
 from typing import NamedTuple
 
-from hda_arm_sim.foundation.compiled import Array, compiled, inlined
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled, inlined
 import numpy as np
 
 from .fusion_memory import (AGAINST, AGREED, APART, CHANGED, DIFFERENCE, doubt_zero,

@@ -8,7 +8,8 @@ number in `layout.DOUBT`; `belief_words.py` has its sentence.
 
 from typing import Any
 
-from hda_arm_sim.foundation.compiled import Array, compiled, inlined
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled, inlined
 from hda_arm_sim.model.arm import ArmRecord
 import numpy as np
 from numpy.typing import NDArray

@@ -7,8 +7,9 @@ The momentum observer is that of two links, with momentum, drift and weight of t
 from typing import NamedTuple
 
 from hda_arm_sim.foundation import chain
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.chain import Chain, COUPLING, momenta
-from hda_arm_sim.foundation.compiled import Array, compiled, inlined
+from hda_arm_sim.foundation.compiled import compiled, inlined
 from hda_arm_sim.model.arm import ArmRecord
 import numpy as np
 

@@ -8,8 +8,9 @@ simulation all run this function, so they give the same bits.
 
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.chain import of_links
-from hda_arm_sim.foundation.compiled import Array, compiled, inlined, Record
+from hda_arm_sim.foundation.compiled import compiled, inlined, Record
 from hda_arm_sim.foundation.rigid import gravity_torque, Inertia
 from hda_arm_sim.model.arm import ArmRecord
 from hda_arm_sim.model.effects.transmission import SLIDERS

@@ -6,7 +6,8 @@ A shaft or link that does so in truth must speed up and stop within one period, 
 forbids. While the joint moves the motor's torque contradicts a slip too; at rest only this does.
 """
 
-from hda_arm_sim.foundation.compiled import Array, compiled, inlined
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled, inlined
 
 from ...samples.sample_watch import ACCELERATION, EASE, LATE, RATIO, STEP
 

@@ -7,7 +7,8 @@ that shows it. A joint may seem to be held by a new force from one sample to the
 yield to it by a count. Then not the joint is held, but its readings are.
 """
 
-from hda_arm_sim.foundation.compiled import Array, compiled, Record
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled, Record
 from hda_arm_sim.model.torsion import stiffness_at
 import numpy as np
 
