@@ -15,7 +15,7 @@ from hda_torque_estimator.measurements.measurement import Measurement, measureme
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 import pytest
-from truth import draw, record, Reference
+from truth import Device, draw, record, Reference
 
 ARM = read_arm('hda_arm.yaml')
 NAMES = ('joint1', 'joint2', 'joint1_motor', 'joint2_motor')
@@ -82,11 +82,12 @@ def test_stamps_that_do_not_tell_when_a_sample_was_taken_are_left_aside():
 
 @pytest.mark.parametrize('counts', [(4096, 1e6), (1024, 2e5)])
 def test_coarser_encoders_show_nothing_where_they_are_stated(counts):
-    assert raw_readings(measured([], 902, counts=counts), counting(*counts)).causes == ()
+    measurement = measured([], 902, device=Device(counts=counts))
+    assert raw_readings(measurement, counting(*counts)).causes == ()
 
 
 def test_finer_encoders_show_nothing():
-    assert raw_readings(measured([], 903, counts=(65536, 1.6e7)), ARM).causes == ()
+    assert raw_readings(measured([], 903, device=Device(counts=(65536, 1.6e7))), ARM).causes == ()
 
 
 @pytest.mark.parametrize('seed', [100, 102])       # a motor encoder, and a link encoder
