@@ -6,7 +6,8 @@ from pathlib import Path
 
 from hda_arm_sim.model.arm import Arm, ArmError
 from hda_arm_sim.model.effects import ClockSkew, KinematicError, TorsionalHysteresis
-from hda_arm_sim.model.files import read_arm, write_arm
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.model.writing import write_arm
 from hda_arm_sim.motions import motion
 from hda_msgs_json.bag import BagWriter
 from hda_msgs_json.samples import JointSamples, WrenchSamples

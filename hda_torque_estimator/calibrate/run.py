@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.files import read_arm, write_arm
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.model.writing import write_arm
 from hda_msgs_json.bag import open_recording, Recording
 from hda_msgs_json.outputs import check_file
 from hda_msgs_json.samples import WrenchSamples

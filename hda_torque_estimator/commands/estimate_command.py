@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.files import arm_to_text, read_arm
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.model.writing import arm_to_text
 from hda_msgs_json.ahead import drawn_ahead
 from hda_msgs_json.bag import BagWriter, Recording
 from hda_msgs_json.errors import HdaError

@@ -19,8 +19,8 @@ from .balances.healthy import healthy_twin, noise_of, torque_noise_of
 from .balances.reversals import turning_round
 from .findings.certainty import probability, verdict_probability
 from .findings.gains import gains, METRIC
-from .findings.report import (Alike, Diagnosis, Finding, Origin, Part, RecordingFacts,
-                              TotalGain)
+from .findings.origin import Origin, Part, RecordingFacts
+from .findings.report import Alike, Diagnosis, Finding, TotalGain
 from .fitting.alignment import aligned, is_aligned
 from .fitting.fit import Fit, Fitter
 from .fitting.hypotheses import HYPOTHESES, left_aside

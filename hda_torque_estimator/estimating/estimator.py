@@ -9,25 +9,25 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 from itertools import pairwise
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar
 
 from hda_arm_sim.foundation.arrays import Array
-from hda_arm_sim.foundation.compiled import compiled, inlined
 from hda_arm_sim.foundation.parameter import Declared, parameter
-from hda_arm_sim.model.arm import Arm, ArmRecord
+from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.link_side import loaded_inertia
-from hda_arm_sim.model.plain import inertia_of, plain
+from hda_arm_sim.model.plain import plain
 import numpy as np
 from numpy.typing import NDArray
 
 from .estimates import Estimates, tip_results
 from .laws import belief, estimate, fusion_memory, layout
-from .laws.compiled_settings import CompiledSettings, Model
-from .laws.contact import contact_level, level
-from .laws.estimate import Sample
+from .laws.compiled_settings import CompiledSettings
+from .laws.contact import contact_level
 from .laws.route_errors import Known, known
-from ..samples.sample_watch import LARGEST, watch_limits, WATCH_MEMORY
-from ..samples.stamp_order import AFRESH, BACK, follow, follow_one, ORDER, TWO
+from .laws.stream import Plain, Remembered, run, Stream
+from ..samples.sample_judge import WATCH_MEMORY
+from ..samples.sample_limits import LARGEST, watch_limits
+from ..samples.stamp_order import follow, follow_one, ORDER
 
 # Choices unless told otherwise.
 PART = 1 << 15          # samples of a part: small enough for a cache, large enough to pay
@@ -231,9 +231,9 @@ class Estimator:
 
     def _step(self, reading: Array, command: Array, seconds: Array, joints: Array,
               tip: Array) -> None:
-        _run(Plain(*self._plain, self._numbers),
-             Remembered(self._limits, self._watch, self._belief, self._memory),
-             Stream(reading, command, seconds), joints, tip)
+        run(Plain(*self._plain, self._numbers),
+            Remembered(self._limits, self._watch, self._belief, self._memory),
+            Stream(reading, command, seconds), joints, tip)
 
     def _add_to_tare(self) -> None:
         estimate.add_to_tare(self._record, self._settings, self._inertia, self._memory)
@@ -270,88 +270,3 @@ def compiled_settings(arm: Arm, settings: EstimatorSettings) -> CompiledSettings
         settings.fusion_zero_follows, contact_level(settings.contact_deviations, len(arm.joints)),
         settings.collision_torque,
         known(arm))
-
-
-class Plain(NamedTuple):
-    """An arm and settings in arrays alone, which a call passes on quickest."""
-
-    joints: NDArray[Any]
-    body: NDArray[Any]
-    inertia: Array
-    settings: Array
-
-
-class Remembered(NamedTuple):
-    """What no arm can do, and what is remembered of the samples so far."""
-
-    limits: Array
-    watch: Array
-    doubts: Array
-    memory: Array
-
-
-class Stream(NamedTuple):
-    """Samples: (k, n, READINGS), commands (k, n), and times since the last ones (k,)."""
-
-    reading: Array
-    command: Array
-    seconds: Array
-
-
-@inlined
-def _settings(numbers: Array) -> CompiledSettings:
-    n = numbers
-    return CompiledSettings(
-        n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8], n[9], n[10], n[11],
-        Known(n[12], n[13], n[14], n[15], n[16], n[17], n[18], n[19], n[20], n[21]))
-
-
-@compiled
-def _run(plain: Plain, of: Remembered, stream: Stream, result: Array, tip: Array) -> None:
-    """
-    Estimate samples.
-
-    One sample and a recording take the same machine code, therefore the same bits: where a
-    compiler joins a step to two callers, it may round differently in each.
-    """
-    model = Model(ArmRecord(plain.joints, plain.body[0]), _settings(plain.settings),
-                  inertia_of(plain.inertia))
-    reading = stream.reading
-    zero = model.settings.known.torsion_zero
-    clean, given = np.empty_like(reading[0]), np.empty_like(stream.command[0])
-    held, told = np.empty((reading.shape[1], 3)), np.zeros(5)
-    for i in range(reading.shape[0]):
-        back, two = stream.seconds[i] <= BACK, stream.seconds[i] >= TWO
-        passed = AFRESH if back else stream.seconds[i] - TWO if two else stream.seconds[i]
-        if back:
-            _forget(of.memory, of.doubts)
-        belief.sane(of.limits, plain.joints, reading[i], stream.command[i], clean, given)
-        dt = belief.look(model.record, of.limits, of.watch, of.doubts, reading[i], passed, told)
-        if back or two:
-            belief.blame(of.doubts, belief.CLOCK_BACK if back else belief.TWO_PUBLISHERS)
-        if dt < 0.0:
-            result[i, :, :] = np.nan
-            tip[i, :] = np.nan
-            result[i, :, layout.DOUBT] = 0.0
-            tip[i, layout.CONTACT_LEVEL] = level(of.memory[0, layout.CONTACT:])
-        else:
-            belief.feel_slips(of.limits, of.doubts, of.memory[:, layout.FUSION:], zero, clean,
-                              dt)
-            estimate.step(model, of.memory, Sample(clean, given, dt), result[i], tip[i])
-            for j in range(result.shape[1]):
-                held[j, 0] = result[i, j, layout.EXTERNAL_TORQUE]
-                held[j, 1] = result[i, j, layout.EXTERNAL_DEVIATION]
-                held[j, 2] = result[i, j, layout.TORQUE]
-            belief.feel_standstill(model.record, of.limits, of.doubts, clean, held, dt)
-        for j in range(result.shape[1]):
-            result[i, j, layout.DOUBT] = belief.doubt(of.doubts, j, result[i, j, layout.DOUBT])
-
-
-@compiled
-def _forget(memory: Array, doubts: Array) -> None:
-    """Begin as after a start, but with the zero of the last tare."""
-    for j in range(memory.shape[0]):
-        zero = memory[j, layout.ZERO]
-        memory[j, :] = 0.0
-        doubts[j, :] = 0.0
-        memory[j, layout.ZERO] = zero

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 
 from hda_arm_sim.foundation.parameter import ParameterError
 from hda_arm_sim.health import Level, Report
-from hda_arm_sim.model.files import arm_to_text
+from hda_arm_sim.model.writing import arm_to_text
 from hda_arm_sim.ros.arm_node import ArmNode
 from hda_arm_sim.ros.listening import Listening
 from hda_arm_sim.ros.process import run

@@ -22,8 +22,10 @@ from .motor_record import HELD, Sweep
 from .ripple import Line, STANDS_OUT, strongest_line, waves
 from ..findings.certainty import margin_of, probability
 from ..findings.gains import Gains
+from ..findings.origin import Part, RecordingFacts
 from ..findings.report import (Alike, Candidate, Detectable, Diagnosis, Evidence, Finding, Number,
-                               Part, RecordingFacts, Residual, told, TotalGain, Unexplained)
+                               Residual, told, TotalGain)
+from ..findings.rest import Unexplained
 from ...significance import FOURTH_DIFFERENCES, NORMAL_90, NORMAL_MEDIAN
 
 # Choices unless told otherwise.

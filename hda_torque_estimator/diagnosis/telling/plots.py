@@ -15,7 +15,8 @@ from .exhibits import along, binned, Exhibits
 from .following import BINS, Following, TURN, TURN_BINS, WRAPPED
 from .unexplained import Rest
 from ..balances.balance import BANDWIDTH
-from ..findings.report import Diagnosis, Finding, Unexplained
+from ..findings.report import Diagnosis, Finding
+from ..findings.rest import Unexplained
 from ...pages.drawing import AFTER, band, BEFORE, FLOOR, INK, plain, STYLE
 
 

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from . import fusion_memory as fusion, slips, standstill
 from ...samples import coupling
 from ...samples.sample_faults import Fault
-from ...samples.sample_watch import judge, RATIO, SPEED, STARTED, STEP, STRONGER
+from ...samples.sample_judge import judge, STARTED
+from ...samples.sample_limits import RATIO, SPEED, STEP, STRONGER
 
 # Doubts: faults of samples have the numbers of `Fault`; then come other reasons, worst last.
 BELIEVED, APART, CHANGED, IMPOSSIBLE, LOST = 0.0, 20.0, 21.0, 22.0, 23.0  # (layout)

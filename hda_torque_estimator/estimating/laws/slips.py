@@ -9,7 +9,7 @@ forbids. While the joint moves the motor's torque contradicts a slip too; at res
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled, inlined
 
-from ...samples.sample_watch import ACCELERATION, EASE, LATE, RATIO, STEP
+from ...samples.sample_limits import ACCELERATION, EASE, LATE, RATIO, STEP
 
 NOTHING, OF_MOTOR, OF_LINK = 0, 1, 2
 

@@ -12,7 +12,8 @@ from hda_arm_sim.foundation.compiled import compiled, Record
 from hda_arm_sim.model.torsion import stiffness_at
 import numpy as np
 
-from ...samples.sample_watch import LONGEST, RATIO, STEP
+from ...samples.sample_judge import LONGEST
+from ...samples.sample_limits import RATIO, STEP
 
 # Memory, per joint.
 (MOTOR, LINK,                           # last angles [rad]
