@@ -155,16 +155,16 @@ def test_friction_stops_a_swinging_link_for_good():
 
 
 dissipative = st.builds(
-    lambda dry, drag, damping, play, loop, bearing, bristles, uneven: (
-        arm_with(dry, damping, drag)
-        .with_effect(Backlash(half_width=play), 'joint1')
+    lambda arm, play, loop, bearing, bristles, uneven: (
+        arm.with_effect(Backlash(half_width=play), 'joint1')
         .with_effect(TorsionalHysteresis(level=loop, width=2e-4), 'joint1')
         .with_effect(LinkBearingFriction(level=bearing), 'joint2')
         .with_effect(PreslidingFriction(stiffness=bristles), 'joint2')
         .with_effect(AsymmetricFriction(asymmetry=uneven), 'joint1')
         .with_effect(LoadDependentFriction(coefficient=abs(uneven)), 'joint1')
         .with_effect(CableSpring(stiffness=1.0, rest_angle=0.2), 'joint1')),
-    st.sampled_from([0.0, 0.01, 0.04]), st.floats(0.0, 1e-4), st.floats(0.0, 20.0),
+    st.builds(arm_with, st.sampled_from([0.0, 0.01, 0.04]), st.floats(0.0, 20.0),
+              st.floats(0.0, 1e-4)),
     st.sampled_from([0.0, 1e-4]), st.sampled_from([0.0, 1.0]), st.sampled_from([0.0, 0.7]),
     st.sampled_from([0.0, 5.0]), st.sampled_from([0.0, 0.3]))
 
