@@ -56,7 +56,7 @@ def run(plain: Plain, of: Remembered, stream: Stream, result: Array, tip: Array)
     """
     Estimate samples.
 
-    One sample and a recording take the same machine code, therefore the same bits: where a
+    One sample and a recording take the same machine code, therefore the same bits. Where a
     compiler joins a step to two callers, it may round differently in each.
     """
     model = Model(ArmRecord(plain.joints, plain.body[0]), _settings(plain.settings),
