@@ -29,7 +29,7 @@ _CHAIN = ('urdf', 'tip', 'joints', 'home', 'rpy')
 _PARTS = ('joints', 'links', 'base', 'effects', 'tolerances', 'provenance')
 JOINT_PARTS = {'torsion': TorsionLaw, 'motor_encoder': Encoder, 'link_encoder': Encoder}
 LINK_LISTS = {'lengths': ('length1', 'length2'), 'inertia': ('p1', 'p2', 'p3'),
-               'mass_moments': ('first', 'second')}
+              'mass_moments': ('first', 'second')}
 
 
 def read_arm(path: str | Path) -> Arm:

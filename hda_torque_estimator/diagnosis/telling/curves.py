@@ -4,6 +4,7 @@ from collections.abc import Sequence
 import math
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.effects import effect_named
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,6 @@ from ..findings.report import Diagnosis
 from ...pages.plot import Chart, Line, Plot
 from ...pages.wording import spoken
 
-Array = NDArray[np.float64]
 RESIDUAL = 'residual, output [N·m]'
 # Choices unless told otherwise.
 _FEWEST = 20            # samples of a bin, on average: fewer draw noise
