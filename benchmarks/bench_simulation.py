@@ -15,7 +15,7 @@ import time
 
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import HOME, motion
-from hda_arm_sim.simulate import rest, rollout, STEP
+from hda_arm_sim.simulate import Course, rest, rollout, STEP
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 from size import parser, verdict
@@ -41,7 +41,7 @@ def free(length: float) -> None:
     """Simulate an arm that is pushed around, without any control."""
     moments = np.arange(0.0, length, 1e-3)
     torque = 0.1 * np.sin(np.outer(moments, [1.0, 2.0]))
-    rollout(ARM, rest(ARM, HOME), torque, np.zeros((len(moments), 2)), 1e-3)
+    rollout(ARM, rest(ARM, HOME), Course(torque, np.zeros((len(moments), 2))), 1e-3)
 
 
 def started(repeats: int, *words: str) -> float:

@@ -26,7 +26,7 @@ from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.diagnosis.diagnose import diagnose, sought_effects
 from hda_torque_estimator.measurements.measurement import measurement_from
 from hidden_truth import CATALOGUE, draw, OUTSIDE, published, scattered
-from kept import kept_in, study
+from kept import outcomes
 import numpy as np
 from size import parser
 
@@ -130,15 +130,9 @@ def tiny(asked: Namespace, folder: Path) -> Namespace:
 def run(asked: Namespace) -> int:
     """Run what is asked for and write the page."""
     planned = list(cases(asked))
-    known = kept_in(asked.kept)
-    left = [planned[k] for k in np.random.default_rng(asked.first).permutation(len(planned))
-            if planned[k].key() not in known]           # a limited study sees every effect alike
-    study(sorted(left, key=lambda case: case.group in LAST), attempted, asked.kept,
-          workers=asked.workers, limit=asked.limit)
-    results = kept_in(asked.kept)
-    wanted = [results[case.key()] for case in planned if case.key() in results]
-    print(Counter(result['group'] for result in wanted))
-    asked.page.write_text(page(wanted, len(planned)), encoding='utf-8')
+    results = outcomes(planned, attempted, asked, LAST)
+    print(Counter(result['group'] for result in results))
+    asked.page.write_text(page(results, len(planned)), encoding='utf-8')
     return 0
 
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.estimating.estimates import Estimates
 from hda_torque_estimator.estimating.estimator import Estimator, EstimatorSettings
-from hda_torque_estimator.estimating.laws import estimate
+from hda_torque_estimator.estimating.laws import layout
 from hidden_truth import TruthRecord
 import numpy as np
 from pushes import alarms, BEGUN, delays, force_error, PUSH, SOON, sudden, WITHIN
@@ -54,7 +54,7 @@ def moving(path: str, seed: int, seconds: float) -> Row:
     return Row(
         float(np.abs(alone.torque - seen.joint_torque)[BEGUN:].mean()), float(off.mean()),
         float((off < WITHIN * both.torque_deviation[BEGUN:]).mean()),
-        float((pulled < WITHIN * both.joints[BEGUN:, :, estimate.EXTERNAL_DEVIATION]).mean()),
+        float((pulled < WITHIN * both.joints[BEGUN:, :, layout.EXTERNAL_DEVIATION]).mean()),
         force_error(both, seen, force))
 
 

@@ -24,7 +24,7 @@ from hda_arm_sim.motions import motion
 from hda_torque_estimator.estimating.belief_words import believed, doubts_told
 from hda_torque_estimator.estimating.estimates import Estimates
 from hda_torque_estimator.estimating.estimator import Estimator
-from hda_torque_estimator.estimating.laws import estimate
+from hda_torque_estimator.estimating.laws import layout
 from hda_torque_estimator.estimating.route_health import told, UNTAUGHT, WELL
 from hda_torque_estimator.simulating.closed_loop import Run, run
 import numpy as np
@@ -157,10 +157,10 @@ FAULTS: dict[str, Spoil] = {
 
 def valid(found: Estimates) -> NDArray[np.bool_]:
     """Return which estimates are told to be right (k, n)."""
-    doubts = found.joints[:, :, estimate.DOUBT]
+    doubts = found.joints[:, :, layout.DOUBT]
     values, places = np.unique(doubts, return_inverse=True)
     told_right = np.array([believed(value) for value in values.tolist()])[places]
-    return told_right.reshape(doubts.shape) & ~(found.joints[:, :, estimate.BEYOND_RANGE] > 0.0)
+    return told_right.reshape(doubts.shape) & ~(found.joints[:, :, layout.BEYOND_RANGE] > 0.0)
 
 
 def outcome(arm: Arm, seen: Stream, spoil: Spoil, size: float) -> str:
@@ -207,9 +207,9 @@ def alarms(arm: Arm, seen: Stream) -> list[str]:
     for begin in range(0, len(seen.stamps), second):
         rows = slice(begin, begin + second)
         part = made.run(seen.stamps[rows], seen.reading[rows], seen.command[rows])
-        for row in np.unique(part.joints[:, :, estimate.DOUBT], axis=0).tolist():
+        for row in np.unique(part.joints[:, :, layout.DOUBT], axis=0).tolist():
             found += doubts_told(arm.labels, row)
-        words = [told(joint, made.known, memory[estimate.FUSION:])
+        words = [told(joint, made.known, memory[layout.FUSION:])
                  for joint, memory in zip(arm.joints, made.memory)]
         found += [word for word in words if word not in (WELL, UNTAUGHT)]
     return list(dict.fromkeys(found))

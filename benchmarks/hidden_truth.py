@@ -15,6 +15,7 @@ published = importlib.import_module('truth_samples').published
 arm_of, logged = _world_samples.arm_of, _world_samples.logged
 CATALOGUE, OUTSIDE, EFFECTS, draw, record = (
     _truth.CATALOGUE, _truth.OUTSIDE, _truth.EFFECTS, _truth.draw, _truth.record)
+Device, Reference = _truth.Device, _truth.Reference
 Hidden, TruthRecord, TruthError = _truth.Hidden, _truth.TruthRecord, _truth.TruthError
 MOTIONS = importlib.import_module('truth.motions')
 ASKED, ONE_EQUATION = _numbers.ASKED, _numbers.ONE_EQUATION

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from hda_arm_sim.model.files import read_arm
 from hda_msgs_json.bag import BagWriter
+from hda_msgs_json.bag_writer import Files
 from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import JOINT_STATES
 import numpy as np
@@ -240,7 +241,7 @@ def whole_bag() -> dict[str, bytes]:
 
 
 def _write_bag(path: Path, content: JointSamples, compression: str) -> None:
-    with BagWriter(path, {}, compression=compression) as writer:
+    with BagWriter(path, {}, files=Files(compression)) as writer:
         writer.write_joint_states(JOINT_STATES, content)
 
 

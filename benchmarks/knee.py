@@ -17,7 +17,7 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.parts import Encoder, Tolerances
 from hda_torque_estimator.estimating.estimator import Estimator
-from hidden_truth import record
+from hidden_truth import Device, record, Reference
 import numpy as np
 from numpy.typing import NDArray
 from pushes import WITHIN
@@ -82,9 +82,9 @@ def recorded(arm_seed: int, seed: int, seconds: float) -> Seen:
     pull = np.stack([_hand(time, random), _hand(time, random)], axis=1)
     chance = np.random.default_rng([arm_seed, 77])
     effects = [hidden(name, LABEL, sizes, chance) for name, sizes in SIZES.items()]
-    seen = record(effects, motion_angle=angle, motion_rate=np.gradient(angle, DT, axis=0), dt=DT,
-                  seed=seed, arm_seed=arm_seed, counts=(COUNTS, COUNTS),
-                  tip_force=tip_force(angle, pull))
+    seen = record(effects,
+                  Reference(angle, np.gradient(angle, DT, axis=0), DT, tip_force(angle, pull)),
+                  seed=seed, device=Device(seed=arm_seed, counts=(COUNTS, COUNTS)))
     rows = slice(None, None, EVERY)
     late = np.abs(LATE * random.standard_normal(len(seen.stamps[rows])))
     return Seen(seen.stamps[rows] + (1e9 * late).astype(np.int64), seen.motor_angle[rows, KNEE],

@@ -2,7 +2,7 @@
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_torque_estimator.estimating.estimates import Estimates
-from hda_torque_estimator.estimating.laws import contact, estimate
+from hda_torque_estimator.estimating.laws import contact, layout
 from hidden_truth import TruthRecord
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +34,7 @@ def force_error(told: Estimates, seen: TruthRecord, force: Array) -> float:
 
 def delays(told: Estimates, seen: TruthRecord, begins: NDArray[np.int64]) -> list[float]:
     """Return when each sudden push was felt [ms], inf where it was not."""
-    felt = told.tip[:, estimate.CONTACT_LEVEL] > contact.FREE
+    felt = told.tip[:, layout.CONTACT_LEVEL] > contact.FREE
     found = []
     for begin in begins[np.abs(np.sin(seen.states[begins, 1, 2])) > REACHED]:
         when = np.flatnonzero(felt[begin:begin + LASTS])
@@ -44,5 +44,5 @@ def delays(told: Estimates, seen: TruthRecord, begins: NDArray[np.int64]) -> lis
 
 def alarms(told: Estimates) -> tuple[int, float]:
     """Return how often free motion was taken for a contact, and the largest deviations."""
-    raised = np.diff(told.tip[:, estimate.CONTACT_LEVEL] > contact.FREE, prepend=False)
-    return int(raised.sum() + 1) // 2, float(told.tip[:, estimate.CONTACT_DEVIATIONS].max())
+    raised = np.diff(told.tip[:, layout.CONTACT_LEVEL] > contact.FREE, prepend=False)
+    return int(raised.sum() + 1) // 2, float(told.tip[:, layout.CONTACT_DEVIATIONS].max())

@@ -27,7 +27,7 @@ from hda_torque_estimator.calibrate.calibration import one_joint
 from hda_torque_estimator.calibrate.fitting.polynomial import polynomial_method, PolynomialMethod
 from hda_torque_estimator.calibrate.passages.heard import heard
 from hda_torque_estimator.calibrate.passages.stated import stated
-from hda_torque_estimator.calibrate.run import known_wrenches, run_calibration
+from hda_torque_estimator.calibrate.run import known_wrenches, run_calibration, Sources
 from hda_torque_estimator.estimating.estimates import Estimates
 from hda_torque_estimator.estimating.estimator import Estimator, EstimatorSettings
 from hda_torque_estimator.simulating.recorded import joint_samples, on_tip
@@ -176,7 +176,7 @@ def _calibrated(seed: int, folder: Path,
         bags.append(written(folder / name, recorded(seed, loaded, 10 * seed + place)))
         if loaded.tilt:
             tilts.append((name, f'{math.degrees(loaded.tilt):.12g}', '0'))
-    run_calibration(bags, GIVEN, folder / 'calibrated.yaml', tilts=tilts)
+    run_calibration(Sources(bags, tilts), GIVEN, folder / 'calibrated.yaml')
     given, known = read_arm(GIVEN), stated(bags, tilts, ())
     opened = [open_recording(bag) for bag in bags]
     seen = [heard(bag.joint_states(), known_wrenches(bag, given), name, given, one).passages

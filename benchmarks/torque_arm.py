@@ -11,7 +11,7 @@ from typing import NamedTuple
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.motions import HOME
 from hda_torque_estimator.simulating.recorded import FIRST_STAMP
-from hidden_truth import EFFECTS, Hidden, record, TruthRecord
+from hidden_truth import Device, EFFECTS, Hidden, record, Reference, TruthRecord
 import numpy as np
 
 DT = 1e-3
@@ -84,8 +84,8 @@ def moved(arm_seed: int, angle: Array, force: Array, seed: int,
     if tilt:
         found.append(hidden('base_tilt', None, {'tilt': tilt, 'direction': 0.0},
                             np.random.default_rng(0)))
-    return record(found, motion_angle=angle, motion_rate=np.gradient(angle, DT, axis=0), dt=DT,
-                  seed=seed, arm_seed=arm_seed, tip_force=force)
+    return record(found, Reference(angle, np.gradient(angle, DT, axis=0), DT, force), seed=seed,
+                  device=Device(seed=arm_seed))
 
 
 def tip_force(angle: Array, torque: Array) -> Array:

@@ -18,8 +18,7 @@ import sys
 import tempfile
 
 from hidden_truth import worlds
-from kept import kept_in, study
-import numpy as np
+from kept import outcomes
 from reliability import draw_diagram
 from size import parser
 from world_cases import attempted, Case, cases
@@ -65,13 +64,7 @@ def planned(asked: Namespace) -> list[Case]:
 
 def run(asked: Namespace, wanted: Sequence[Case]) -> int:
     """Run what is left of the study and write page and figure."""
-    known = kept_in(asked.kept)
-    left = [wanted[k] for k in np.random.default_rng(asked.first).permutation(len(wanted))
-            if wanted[k].key() not in known]            # a limited study sees all groups alike
-    study(sorted(left, key=lambda case: case.group in LAST), attempted, asked.kept,
-          workers=asked.workers, limit=asked.limit)
-    kept = kept_in(asked.kept)
-    results = [kept[case.key()] for case in wanted if case.key() in kept]
+    results = outcomes(wanted, attempted, asked, LAST)
     seeds = [case.seed for case in wanted]
     print(Counter(result['group'] for result in results))
     asked.page.write_text(page(results, len(wanted), first=min(seeds), last=max(seeds),

@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from .foundation.arrays import Array
 from .foundation.chain import lent
-from .foundation.compiled import Array, borrowed, compiled, inlined, Record
+from .foundation.compiled import borrowed, compiled, inlined, Record
 from .foundation.rigid import Inertia
 from .model.arm import ArmRecord
 from .model.effects.actuation import late_torque

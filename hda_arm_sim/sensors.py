@@ -2,7 +2,8 @@
 
 import math
 
-from .foundation.compiled import Array, compiled, inlined
+from .foundation.arrays import Array
+from .foundation.compiled import compiled, inlined
 from .foundation.rigid import Inertia
 from .model.arm import ArmRecord
 from .model.effects.place import Counted, Sampled, Sent

@@ -25,8 +25,8 @@ STABLE = 2.0            # step times fastest rate; beyond 2.78 Runge-Kutta 4 gro
 class Course(NamedTuple):
     """Inputs over time: torques of the motors, and what acts on the tip."""
 
-    torque: Array
-    force: Array
+    torque: Array               # (k, n) at the shafts [N*m]
+    force: Array                # (k, 2) [N, base frame]; on a chain also (k, 6) [N, N*m]
 
 
 @dataclass(frozen=True)
@@ -68,18 +68,17 @@ def rest(arm: Arm, link_angle: Array | tuple[float, ...]) -> Array:
     return state
 
 
-def rollout(arm: Arm, initial: Array, motor_torque: Array, tip_force: Array, dt: float, *,
-            step: float = STEP, held: bool = True, start: float = 0.0) -> Trajectory:
+def rollout(arm: Arm, initial: Array, inputs: Course, dt: float, *, step: float = STEP,
+            held: bool = True, start: float = 0.0) -> Trajectory:
     """
     Simulate an arm under given inputs, sampled every dt [s].
 
-    `motor_torque` (k, n) [N*m, shaft] and `tip_force` (k, 2) [N, base frame] are held from their
-    sample until the next. On a chain wrenches (k, 6) may act instead, force and moment [N, N*m].
-    Or they are joined by a cubic spline with `held=False`. `start` is the
-    time of the first sample [s], for what changes with time. Accelerations are those under the
-    inputs from their sample on. Raises ArmError for an arm without links and for arrays that do
-    not fit.
+    Inputs are held from their sample until the next, or joined by a cubic spline with
+    `held=False`. `start` is the time of the first sample [s], for what changes with time.
+    Accelerations are those under the inputs from their sample on. Raises ArmError for an arm
+    without links and for arrays that do not fit.
     """
+    motor_torque, tip_force = inputs
     record = checked(arm, dt).record()
     samples = len(motor_torque)
     if motor_torque.shape != (samples, len(arm.joints)) or len(tip_force) != samples:

@@ -22,11 +22,12 @@ from hda_msgs_json.schemas import Schema, schema
 from hda_msgs_json.topics import Topic
 
 
-class Split(NamedTuple):
-    """Say when a bag goes on in another file: size [bytes] and time [ns] of one, 0 for never."""
+class Files(NamedTuple):
+    """Say how files of a bag are written, and when it goes on in another one, 0 for never."""
 
-    size: int = 0
-    time: int = 0
+    compression: str = 'zstd'
+    size: int = 0               # of one [bytes]
+    time: int = 0               # of one [ns]
 
 
 class BagWriter:
@@ -40,8 +41,8 @@ class BagWriter:
     """
 
     def __init__(
-            self, path: Path | str, metadata: Mapping[str, str], *, compression: str = 'zstd',
-            whole: bool = True, force: bool = False, split: Split = Split(),
+            self, path: Path | str, metadata: Mapping[str, str], *, files: Files = Files(),
+            whole: bool = True, force: bool = False,
             share_directories: Sequence[Path] | None = None) -> None:
         """
         Open the bag.
@@ -51,11 +52,11 @@ class BagWriter:
         the place of another one with `force`. Raise BagError if the path is taken or cannot be
         written.
         """
-        if compression not in COMPRESSIONS:
-            raise BagError(
-                f'the compression must be one of {", ".join(COMPRESSIONS)}, got {compression!r}')
+        if files.compression not in COMPRESSIONS:
+            raise BagError(f'the compression must be one of {", ".join(COMPRESSIONS)}, '
+                           f'got {files.compression!r}')
         self.path = Path(os.path.abspath(path))
-        self._compression, self._split = COMPRESSIONS[compression], split
+        self._compression, self._files = COMPRESSIONS[files.compression], files
         self._share_directories = share_directories
         self._metadata = dict(metadata)
         self._schemas: dict[str, Schema] = {}
@@ -176,7 +177,7 @@ class BagWriter:
 
     def _is_full(self, log_time: int) -> bool:
         """Tell whether the next message goes to another file."""
-        size, time = self._split
+        _, size, time = self._files
         if not (size or time) or (first := self._file.mcap.first) is None:
             return False
         return 0 < size <= self._file.mcap.size or 0 < time <= log_time - first

@@ -24,8 +24,8 @@ FOLDERS = {'calibrate', 'diagnosis', 'least_squares', 'planning'}
 MODULES = {
     'belief', 'closed_loop', 'contact', 'controller', 'conventions', 'coupling', 'estimator',
     'followable', 'fusion', 'gaps', 'learning', 'loop_stability', 'momentum', 'payload',
-    'recording_facts', 'reference', 'route_health', 'sample_watch', 'significance', 'slips',
-    'stamp_order', 'standstill', 'tip_force'}
+    'recording_facts', 'reference', 'route_health', 'sample_judge', 'sample_limits',
+    'significance', 'slips', 'stamp_order', 'standstill', 'tip_force'}
 
 NUMPY = {'np.arange', 'np.geomspace', 'np.linspace'}
 MOST_TESTS = 3

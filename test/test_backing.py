@@ -12,7 +12,7 @@ from hda_torque_estimator.measurements.measurement import Measurement
 from hda_torque_estimator.measurements.running_clock import inside, stretches
 import numpy as np
 import pytest
-from truth import draw, record
+from truth import draw, record, Reference
 
 ARM = read_arm('hda_arm.yaml')
 
@@ -21,7 +21,7 @@ def measured(name, seed):
     """Return a measurement in which an effect is hidden, and what is hidden."""
     hidden = draw(name, np.random.default_rng([seed, 1]))
     asked = motion('rich', 2, 60.0, 1e-3, seed)
-    made = record([hidden], motion_angle=asked.angle, motion_rate=asked.rate, dt=1e-3, seed=seed)
+    made = record([hidden], Reference(asked.angle, asked.rate, 1e-3), seed=seed)
     reading = np.stack([made.motor_angle, made.link_angle], axis=2)
     return Measurement(ARM.labels, 1e-3, reading, made.command), hidden
 

@@ -7,6 +7,7 @@ from bag_content import (
     assert_same, contents, joint_samples, NAMES, some_messages, START, TYPES, wrench_samples,
     write_ours)
 from hda_msgs_json.bag import BagError, BagWriter, open_recording
+from hda_msgs_json.bag_writer import Files
 from hda_msgs_json.cdr import encode_joint_state, encode_string
 from hda_msgs_json.samples import TextSamples, WrenchSamples
 from hda_msgs_json.schemas import schema_text
@@ -21,7 +22,7 @@ def test_samples_come_back(tmp_path: Path, compression: str) -> None:
     """Arrays survive to the last bit, over several chunks, with texts and metadata."""
     joints, wrenches = joint_samples(9000), wrench_samples(4500, offset=500, step=2_000_000)
     texts = TextSamples(wrenches.stamps[:3], ('', 'ä', '{"a": 1}'))
-    with BagWriter(tmp_path / 'bag', {'seed': '7'}, compression=compression) as bag:
+    with BagWriter(tmp_path / 'bag', {'seed': '7'}, files=Files(compression)) as bag:
         bag.write_wrenches(TIP_WRENCH, wrenches)
         bag.write_joint_states(JOINT_STATES, joints)
         bag.write_texts(ESTIMATOR_STATE, texts)
@@ -233,7 +234,7 @@ def test_unknown_types_are_named(tmp_path: Path) -> None:
             tmp_path / 'bag', {}) as bag:
         bag.write(Topic('thing', 'made_up/msg/Thing', 1), 0, b'')
     with pytest.raises(BagError, match='one of zstd, lz4, none'):
-        BagWriter(tmp_path / 'bag', {}, compression='rar')
+        BagWriter(tmp_path / 'bag', {}, files=Files('rar'))
 
 
 def test_other_types_come_from_the_installation(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ import struct
 from bag_content import (
     contents, Message, NAMES, some_messages, START, TYPES, write_mcap, write_ours)
 from hda_msgs_json.bag import BagError, BagWriter, open_recording
+from hda_msgs_json.bag_writer import Files
 from hda_msgs_json.cdr import encode_joint_state
 from hda_msgs_json.mcap_walk import record_starts
 from hda_msgs_json.topics import Topic
@@ -24,7 +25,7 @@ def complete(messages: list[Message], found: list[Message]) -> bool:
 def test_cut_off_bags_keep_all_complete_messages(tmp_path: Path, compression: str) -> None:
     """Wherever a file ends, what was complete is there; uncompressed, to the message."""
     messages = some_messages(150)
-    file = write_ours(tmp_path / 'bag', messages, compression=compression)
+    file = write_ours(tmp_path / 'bag', messages, files=Files(compression))
     content = file.read_bytes()
     ends = [0]
     for _, _, message in messages:

@@ -7,6 +7,7 @@ from bag_content import (
     assert_same, contents, joint_samples, some_messages, START, TYPES, wrench_samples, write_mcap,
     write_ours)
 from hda_msgs_json.bag import BagWriter, open_recording
+from hda_msgs_json.bag_writer import Files
 from hda_msgs_json.cdr_arrays import encode_joint_rows, encode_wrench_rows
 from hda_msgs_json.schemas import schema, schema_text
 from hda_msgs_json.topics import (
@@ -29,7 +30,7 @@ def test_rosbags_reads_our_bags(tmp_path: Path, compression: str) -> None:
     """The strict reader of rosbags finds the same messages, types and quality of service."""
     rosbag2 = pytest.importorskip('rosbags.rosbag2')
     messages = some_messages(300)
-    with BagWriter(tmp_path / 'bag', {}, compression=compression) as bag:
+    with BagWriter(tmp_path / 'bag', {}, files=Files(compression)) as bag:
         bag.write(FRAMED, START - 1, messages[1][2])
         for topic, time, message in messages:
             bag.write(Topic(topic, TYPES[topic], 10), time, message)
@@ -58,7 +59,7 @@ def test_all_decoders_find_our_numbers(tmp_path: Path, compression: str, in_bulk
     highlevel = pytest.importorskip('rosbags.highlevel')
     ros2 = pytest.importorskip('mcap_ros2.reader')
     joints, wrenches = joint_samples(3000), wrench_samples(3000)
-    with BagWriter(tmp_path / 'bag', {}, compression=compression) as bag:
+    with BagWriter(tmp_path / 'bag', {}, files=Files(compression)) as bag:
         if in_bulk:
             bag.write_joint_states(JOINT_STATES, joints)
             bag.write_wrenches(TIP_WRENCH, wrenches)

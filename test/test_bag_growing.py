@@ -6,7 +6,7 @@ import tracemalloc
 
 from bag_content import contents, some_messages, START, TYPES, write_ours
 from hda_msgs_json.bag import BagError, BagWriter, open_recording
-from hda_msgs_json.bag_writer import Split
+from hda_msgs_json.bag_writer import Files
 from hda_msgs_json.mcap_records import MAGIC
 from hda_msgs_json.mcap_spool import MOST_HELD, Spool
 from hda_msgs_json.mcap_writer import McapWriter
@@ -25,7 +25,7 @@ def described(bag):
 
 
 def test_a_bag_goes_on_in_another_file_by_time(tmp_path):
-    write_ours(tmp_path / 'bag', MESSAGES, split=Split(time=50_000))
+    write_ours(tmp_path / 'bag', MESSAGES, files=Files(time=50_000))
     assert contents(open_recording(tmp_path / 'bag')) == MESSAGES
     about = described(tmp_path / 'bag')
     assert about['relative_file_paths'] == [f'bag_{n}.mcap' for n in range(4)]
@@ -41,7 +41,7 @@ def test_a_bag_goes_on_in_another_file_by_time(tmp_path):
 
 
 def test_a_bag_goes_on_in_another_file_by_size(tmp_path):
-    write_ours(tmp_path / 'bag', MESSAGES, split=Split(size=10_000), compression='none')
+    write_ours(tmp_path / 'bag', MESSAGES, files=Files('none', size=10_000))
     assert contents(open_recording(tmp_path / 'bag')) == MESSAGES
     sizes = [(tmp_path / 'bag' / name).stat().st_size
              for name in described(tmp_path / 'bag')['relative_file_paths']]
@@ -50,7 +50,7 @@ def test_a_bag_goes_on_in_another_file_by_size(tmp_path):
 
 
 def test_others_open_a_bag_of_several_files(tmp_path):
-    write_ours(tmp_path / 'bag', MESSAGES, split=Split(time=70_000))
+    write_ours(tmp_path / 'bag', MESSAGES, files=Files(time=70_000))
     with Reader(tmp_path / 'bag') as reader:
         found = [(connection.topic, time, bytes(content))
                  for connection, time, content in reader.messages()]
@@ -69,7 +69,7 @@ def limited():
 @pytest.mark.parametrize('every', [1, 10, 80])
 def test_a_disk_that_takes_no_more_keeps_what_it_has(tmp_path, limited, room, every):
     """The bag opens, holds a beginning of what came, and counts it rightly."""
-    bag = BagWriter(tmp_path / 'bag', {'seed': '7'}, whole=False, compression='none')
+    bag = BagWriter(tmp_path / 'bag', {'seed': '7'}, whole=False, files=Files('none'))
     limited(room)
     numbers = count(1)
     with pytest.raises(BagError, match='bag cannot be written: File too large'):

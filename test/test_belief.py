@@ -9,7 +9,7 @@ from hda_arm_sim.motions import motion
 from hda_torque_estimator.estimating.belief_words import believed, doubts_told
 from hda_torque_estimator.estimating.estimates import Estimates
 from hda_torque_estimator.estimating.estimator import Estimator, EstimatorSettings
-from hda_torque_estimator.estimating.laws import estimate
+from hda_torque_estimator.estimating.laws import layout
 from hda_torque_estimator.estimating.laws.fusion_memory import stiffness_factor
 from hda_torque_estimator.measurements.conventions import wrong_convention
 from hda_torque_estimator.simulating.closed_loop import Run, run
@@ -43,7 +43,7 @@ def spoilt(spoil: Spoil) -> tuple[Estimates, np.ndarray]:
 
 def valid(found: Estimates) -> np.ndarray:
     """Return which samples are told to be believed in all joints (k,)."""
-    doubts = found.joints[:, :, estimate.DOUBT]
+    doubts = found.joints[:, :, layout.DOUBT]
     known = {value: believed(value) for value in np.unique(doubts).tolist()}
     return np.array([all(known[value] for value in row) for row in doubts.tolist()])
 
@@ -135,7 +135,7 @@ def test_a_fault_while_a_joint_turns_back_is_told_within_50_ms(name, joint, ever
     wrong = off > np.maximum(0.5, 3.3 * found.torque_deviation[:, joint])
     assert wrong[at:].any()
     first = at + int(np.argmax(wrong[at:]))
-    rows = found.joints[first:first + SOON // every, :, estimate.DOUBT].tolist()
+    rows = found.joints[first:first + SOON // every, :, layout.DOUBT].tolist()
     assert any(told in words for row in rows for words in doubts_told(ARM.labels, row))
 
 
@@ -163,13 +163,13 @@ def test_a_tare_takes_a_slip_away():
     estimator.tare()
     for stamp, each in zip(stamps[at + 11:at + 150], reading[at + 11:at + 150]):
         estimator.update(int(stamp), each)
-    assert believed(estimator.joints[0, estimate.DOUBT])
+    assert believed(estimator.joints[0, layout.DOUBT])
 
 
 def estimator_doubt(estimator: Estimator, stamp: int, reading: np.ndarray) -> float:
     """Return what is doubted of joint1 after a sample without motor torque."""
     estimator.update(int(stamp), reading)
-    return float(estimator.joints[0, estimate.DOUBT])
+    return float(estimator.joints[0, layout.DOUBT])
 
 
 @pytest.mark.parametrize('spiked', [True, False])
@@ -215,7 +215,7 @@ def test_a_reversed_encoder_is_told_within_a_second(sign):
     found = estimates(reading, made.command)
     travelled = np.abs(np.diff(made.reading[:, 0, 1])).cumsum()
     at = int(np.argmax(travelled > 0.1))
-    words = doubts_told(ARM.labels, found.joints[at, :, estimate.DOUBT].tolist())
+    words = doubts_told(ARM.labels, found.joints[at, :, layout.DOUBT].tolist())
     assert 'joint1: one encoder has the other sign' in words
     assert wrong_convention(ARM.joints[0], *reading[:, 0, :2].T, made.command[:, 0]) is not None
 
@@ -241,7 +241,7 @@ def test_two_publishers_are_told():
     reading[1::2] = made.reading[4000]
     found = Estimator(ARM).run(stamps, reading)
     assert not valid(found)[100:].any()
-    words = [doubts_told(ARM.labels, row)[0] for row in found.joints[:, :, estimate.DOUBT].tolist()
+    words = [doubts_told(ARM.labels, row)[0] for row in found.joints[:, :, layout.DOUBT].tolist()
              if row[0]]
     assert any('two publishers' in each for each in words)
     assert np.isfinite(found.torque[::2]).all()

@@ -9,7 +9,7 @@ from hda_arm_sim.motions import motion
 from hda_torque_estimator.estimating.belief_words import doubts_told
 from hda_torque_estimator.estimating.estimates import Estimates
 from hda_torque_estimator.estimating.estimator import Estimator, EstimatorSettings
-from hda_torque_estimator.estimating.laws import estimate
+from hda_torque_estimator.estimating.laws import layout
 from hda_torque_estimator.estimating.laws.agreement import cut_off
 from hda_torque_estimator.simulating.closed_loop import Run, run
 from hypothesis import given, settings, strategies as st
@@ -80,7 +80,7 @@ def test_a_zero_is_learnt_within_half_a_second_of_motion(zero):
     off = np.abs(found.torque - moving('sine').joint_torque)[:, 0]
     assert off[1000:].max() < 4.0
     assert off[3000:].mean() < 0.25
-    assert found.joints[-1, 0, estimate.ZERO_TAKEN] == pytest.approx(-zero, abs=5e-5)
+    assert found.joints[-1, 0, layout.ZERO_TAKEN] == pytest.approx(-zero, abs=5e-5)
     assert (off < 3.3 * found.torque_deviation[:, 0])[1500:].mean() > 0.9
 
 
@@ -95,7 +95,7 @@ def test_a_zero_is_confined_at_rest():
 
 def test_two_witnesses_that_no_zero_reconciles_are_told():
     found = told(ARM, 0.0, -moving('rich').command, 'rich')
-    said = {words for row in np.unique(found.joints[:, :, estimate.DOUBT], axis=0).tolist()
+    said = {words for row in np.unique(found.joints[:, :, layout.DOUBT], axis=0).tolist()
             for words in doubts_told(ARM.labels, row)}
     assert any(words.startswith('joint1: ') and 'motor' in words for words in said)
 

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from hda_arm_sim.model.arm import Arm, ArmError
 from hda_arm_sim.model.effects import ClockSkew, KinematicError, TorsionalHysteresis
-from hda_arm_sim.model.files import read_arm, write_arm
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.model.writing import write_arm
 from hda_arm_sim.motions import motion
 from hda_msgs_json.bag import BagWriter
 from hda_msgs_json.samples import JointSamples, WrenchSamples
@@ -15,7 +16,7 @@ from hda_torque_estimator.calibrate.calibration import Calibration, one_joint
 from hda_torque_estimator.calibrate.fitting.heard_out import motor_of, torsion_of
 from hda_torque_estimator.calibrate.passages.measured import CalibrationError, Measured, measured
 from hda_torque_estimator.calibrate.referenced import calibrate
-from hda_torque_estimator.calibrate.run import run_calibration
+from hda_torque_estimator.calibrate.run import run_calibration, Sources
 from hda_torque_estimator.cli import main
 from hda_torque_estimator.estimating.accuracy import errors
 from hda_torque_estimator.estimating.estimator import Estimator
@@ -149,7 +150,7 @@ def test_the_arm_file_says_where_its_numbers_came_from(nominal, hidden, tmp_path
     write_arm(nominal, tmp_path / 'arm.yaml')
     states, torques = hidden[0]
     bag = bag_of(tmp_path / 'bag', states, {'joint1': torques['joint1']})
-    found = run_calibration([bag], str(tmp_path / 'arm.yaml'), tmp_path / 'new.yaml')
+    found = run_calibration(Sources([bag]), str(tmp_path / 'arm.yaml'), tmp_path / 'new.yaml')
     arm = read_arm(tmp_path / 'new.yaml')
     assert arm == found.arm
     origins = dict(arm.provenance)
@@ -170,8 +171,8 @@ def test_recordings_that_cannot_calibrate_leave_nothing(
         bags, joints, error, message, hidden, tmp_path):
     bag_of(tmp_path / 'bag', hidden[0][0], {})
     with pytest.raises(error, match=message) as caught:
-        run_calibration([tmp_path / bag for bag in bags], 'hda_arm.yaml', tmp_path / 'new.yaml',
-                        joints=joints)
+        run_calibration(Sources([tmp_path / bag for bag in bags]), 'hda_arm.yaml',
+                        tmp_path / 'new.yaml', joints=joints)
     assert '\n' not in str(caught.value)
     assert not (tmp_path / 'new.yaml').exists()
 

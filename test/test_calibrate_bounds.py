@@ -6,8 +6,9 @@ import math
 from hda_arm_sim.foundation.parameter import ParameterError
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import ClockSkew, TorsionalHysteresis
-from hda_arm_sim.model.files import arm_from_text, arm_to_text, read_arm
+from hda_arm_sim.model.files import arm_from_text, read_arm
 from hda_arm_sim.model.parts import Base
+from hda_arm_sim.model.writing import arm_to_text
 from hda_torque_estimator.calibrate.calibration import one_joint
 from hda_torque_estimator.calibrate.fitting import laws, referenced_terms
 from hda_torque_estimator.calibrate.fitting.arm_numbers import number, with_numbers

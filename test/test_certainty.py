@@ -7,9 +7,11 @@ from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.diagnosis.findings.certainty import (
     margin_of, margin_of_rest, probability, verdict_probability)
 from hda_torque_estimator.diagnosis.findings.choice import ChoiceError, chosen
-from hda_torque_estimator.diagnosis.findings.report import (
-    Alike, Candidate, Detectable, Diagnosis, Evidence, Finding, Gain, Number, RecordingFacts,
-    TotalGain, Unexplained)
+from hda_torque_estimator.diagnosis.findings.origin import RecordingFacts
+from hda_torque_estimator.diagnosis.findings.report import (Alike, Candidate, Detectable,
+                                                            Diagnosis, Evidence, Finding, Gain,
+                                                            Number, TotalGain)
+from hda_torque_estimator.diagnosis.findings.rest import Unexplained
 from hda_torque_estimator.diagnosis.telling.next_steps import next_steps
 import pytest
 

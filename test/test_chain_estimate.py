@@ -12,7 +12,7 @@ from hda_msgs_json.messages import EstimatorState, from_json
 from hda_torque_estimator.estimating.estimate_messages import estimate_samples, EstimateEncoder
 from hda_torque_estimator.estimating.estimates import Estimates
 from hda_torque_estimator.estimating.estimator import Estimator, EstimatorSettings
-from hda_torque_estimator.estimating.laws import estimate, layout
+from hda_torque_estimator.estimating.laws import layout
 from hda_torque_estimator.estimating.laws.contact import contact_level
 from hda_torque_estimator.estimating.laws.tip_wrench import tip_wrench
 from hda_torque_estimator.estimating.state_messages import state_samples
@@ -65,10 +65,10 @@ def test_the_wrench_on_the_tip_is_found(pushed, found):
 
 def test_free_motion_needs_no_environment(found):
     free = slice(SETTLED, len(found.stamps) // 2)
-    torque = found.joints[free, :, estimate.EXTERNAL_TORQUE]
-    deviation = found.joints[free, :, estimate.EXTERNAL_DEVIATION]
+    torque = found.joints[free, :, layout.EXTERNAL_TORQUE]
+    deviation = found.joints[free, :, layout.EXTERNAL_DEVIATION]
     assert (np.abs(torque) < 3.0 * deviation).mean() > 0.95
-    assert found.tip[free, estimate.CONTACT_DEVIATIONS].max() < contact_level(4.0, 7)
+    assert found.tip[free, layout.CONTACT_DEVIATIONS].max() < contact_level(4.0, 7)
 
 
 def test_a_tool_sees_the_same_wrench_turned(found):

@@ -21,6 +21,7 @@ import pytest
 EPOCH = 1_700_000_000_000_000_000
 NOISE = 2e-4
 RATE = 500.0
+DURATION = 20.0
 SEEDS = range(20)
 OFFSET = 1.3
 TIME = np.arange(round(20.0 * RATE)) / RATE
@@ -39,11 +40,10 @@ def motion(seed: int, time: Array) -> Array:
 
 
 def bag(seed: int, *, noise_seed: int = 0, offset: float = 0.0, drift: float = 0.0,
-        duration: float = 20.0, rate: float = RATE, noise: float = NOISE,
-        added: Array | None = None) -> Bag:
+        rate: float = RATE, noise: float = NOISE, added: Array | None = None) -> Bag:
     """Return a recording of a motion that began `offset` before it, by a clock that drifts."""
     random = np.random.default_rng((seed, noise_seed))
-    time = np.arange(round(duration * rate)) / rate
+    time = np.arange(round(DURATION * rate)) / rate
     position = motion(seed, offset + (1.0 + drift) * time)
     position += noise * random.normal(size=position.shape)
     if added is not None:

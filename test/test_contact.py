@@ -6,12 +6,12 @@ from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_torque_estimator.estimating.estimates import Estimates
 from hda_torque_estimator.estimating.estimator import Estimator, EstimatorSettings
-from hda_torque_estimator.estimating.laws import contact, estimate
+from hda_torque_estimator.estimating.laws import contact, layout
 from hda_torque_estimator.samples.readings import READINGS
 import numpy as np
 from numpy.typing import NDArray
 import pytest
-from truth import record, TruthRecord
+from truth import record, Reference, TruthRecord
 
 ARM = read_arm('hda_arm.yaml')
 DT = 1e-3
@@ -36,8 +36,8 @@ def pushes(seconds: float, size: float, seed: int) -> tuple[NDArray[np.float64],
 def moving(path: str, seed: int, size: float = 0.0, seconds: float = 20.0) -> TruthRecord:
     """Return a recording of the independent truth, pushed or free."""
     made = motion(path, 2, seconds, DT, seed)
-    return record((), motion_angle=made.angle, motion_rate=made.rate, dt=DT, seed=seed,
-                  tip_force=pushes(seconds, size, seed)[0])
+    return record((), Reference(made.angle, made.rate, DT, pushes(seconds, size, seed)[0]),
+                  seed=seed)
 
 
 def reading(seen: TruthRecord) -> NDArray[np.float64]:
@@ -54,7 +54,7 @@ def estimates(seen: TruthRecord, settings: EstimatorSettings = EstimatorSettings
 @pytest.mark.parametrize('path', ['rich', 'sine', 'turn'])
 def test_small_contacts_are_felt_soon_and_end_by_themselves(path):
     seen = moving(path, 3, 5.0)
-    level = estimates(seen).tip[:, estimate.CONTACT_LEVEL]
+    level = estimates(seen).tip[:, layout.CONTACT_LEVEL]
     _, begins = pushes(20.0, 5.0, 3)
     reached = [k for k in begins if abs(np.sin(seen.states[k, 1, 2])) > REACHED]
     assert len(reached) > 3
@@ -67,8 +67,8 @@ def test_small_contacts_are_felt_soon_and_end_by_themselves(path):
 @pytest.mark.parametrize('path', ['rich', 'sine', 'turn', 'standstill'])
 def test_free_motion_is_no_contact(path):
     found = estimates(moving(path, 8))
-    assert (found.tip[:, estimate.CONTACT_LEVEL] == contact.FREE).all()
-    assert found.tip[:, estimate.CONTACT_DEVIATIONS].max() < 4.0
+    assert (found.tip[:, layout.CONTACT_LEVEL] == contact.FREE).all()
+    assert found.tip[:, layout.CONTACT_DEVIATIONS].max() < 4.0
 
 
 def test_tip_force_while_moving():
@@ -85,19 +85,19 @@ def test_collision_stays_until_the_reset():
     made = Estimator(ARM)
     found = made.run(seen.stamps, reading(seen), seen.command)
     _, begins = pushes(20.0, 30.0, 3)
-    level = found.tip[:, estimate.CONTACT_LEVEL]
+    level = found.tip[:, layout.CONTACT_LEVEL]
     assert (level[begins[0] + SOON:] == contact.COLLISION).all()
-    assert made.memory[0, estimate.CONTACT + contact.CONTACTS] >= len(begins)
+    assert made.memory[0, layout.CONTACT + contact.CONTACTS] >= len(begins)
     made.reset()
     made.update(int(seen.stamps[0]), reading(seen)[0], seen.command[0])
-    assert made.tip[estimate.CONTACT_LEVEL] == contact.FREE
+    assert made.tip[layout.CONTACT_LEVEL] == contact.FREE
     gentle = estimates(seen, EstimatorSettings(collision_torque=50.0))
-    assert gentle.tip[:, estimate.CONTACT_LEVEL].max() == contact.CONTACT
+    assert gentle.tip[:, layout.CONTACT_LEVEL].max() == contact.CONTACT
 
 
 def test_without_links_nothing_is_felt():
     arm = read_arm('voraus_yucobot.yaml')
     made = Estimator(arm)
     made.update(5, np.zeros((6, READINGS)))
-    assert contact.contact_name(made.tip[estimate.CONTACT_LEVEL]) == 'free'
-    assert np.isnan(made.tip[estimate.CONTACT_DEVIATIONS])
+    assert contact.contact_name(made.tip[layout.CONTACT_LEVEL]) == 'free'
+    assert np.isnan(made.tip[layout.CONTACT_DEVIATIONS])

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.estimating.estimator import Estimator
-from hda_torque_estimator.estimating.laws import estimate
+from hda_torque_estimator.estimating.laws import layout
 import numpy as np
 from numpy.typing import NDArray
 import pytest
@@ -41,15 +41,15 @@ def _held(path: str, seed: int, seconds: float) -> Held:
     found = Estimator(ARM).run(seen.stamps, reading(seen), seen.command)
     torque = np.abs(found.torque - seen.joint_torque) < WITHIN * found.torque_deviation
     external = (np.abs(found.external_torque - seen.external)
-                < WITHIN * found.joints[:, :, estimate.EXTERNAL_DEVIATION])
+                < WITHIN * found.joints[:, :, layout.EXTERNAL_DEVIATION])
     return Held(float(torque[BEGUN:].mean()), float(external[BEGUN:].mean()),
                 _inside((found.base_force - force)[BEGUN:], found.tip[BEGUN:]))
 
 
 def _inside(error: NDArray[np.float64], tip: NDArray[np.float64]) -> float:
     """Return the share of force errors (k, 2) inside their ellipses."""
-    known = tip[:, estimate.SINGULAR] == 0.0
-    covariance = tip[known, estimate.BASE_COVARIANCE:estimate.BASE_COVARIANCE + 4]
+    known = tip[:, layout.SINGULAR] == 0.0
+    covariance = tip[known, layout.BASE_COVARIANCE:layout.BASE_COVARIANCE + 4]
     inverse = np.linalg.inv(covariance.reshape(-1, 2, 2))
     return float((np.einsum('ki,kij,kj->k', error[known], inverse, error[known])
                   < ELLIPSE).mean())

@@ -20,7 +20,7 @@ from hda_torque_estimator.measurements.measurement import Measurement, measureme
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 import pytest
-from truth import draw, record
+from truth import draw, record, Reference
 from truth_samples import published
 
 ARM = read_arm('hda_arm.yaml')
@@ -30,8 +30,7 @@ NAMES = ('joint1', 'joint2', 'joint1_motor', 'joint2_motor')
 def recorded(hidden, seed, name='rich', duration=60.0, noise=1.0):
     """Return what a driver would record of an arm with hidden effects."""
     asked = motion(name, 2, duration, 1e-3, seed)
-    return record(hidden, motion_angle=asked.angle, motion_rate=asked.rate, dt=1e-3, seed=seed,
-                  noise=noise)
+    return record(hidden, Reference(asked.angle, asked.rate, 1e-3), seed=seed, noise=noise)
 
 
 def diagnosed(made):

@@ -12,7 +12,7 @@ from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.model.torsion import torsion_of_torque
 from hda_arm_sim.motions import motion
 from hda_torque_estimator.estimating.estimator import Estimator, EstimatorSettings, Refusal
-from hda_torque_estimator.estimating.laws import estimate
+from hda_torque_estimator.estimating.laws import layout
 from hda_torque_estimator.estimating.laws.tip_force import base_force, Posture, tool_force
 from hda_torque_estimator.samples.readings import READINGS
 from hda_torque_estimator.simulating.closed_loop import run
@@ -120,8 +120,8 @@ def test_beyond_range_saturates_and_says_so(arm):
         reading[:, :2] = [[torsion * 100.0, 0.0], [0.0, 0.0]]
         made = Estimator(arm)
         made.update(0, reading)
-        torques.append(made.joints[0, estimate.TORQUE])
-        flags.append(made.joints[0, estimate.BEYOND_RANGE])
+        torques.append(made.joints[0, layout.TORQUE])
+        flags.append(made.joints[0, layout.BEYOND_RANGE])
     assert flags == [0.0, 1.0, 1.0]
     assert torques[0] < limit < torques[1]
     slope = (torques[2] - torques[1]) / (0.19 * record['valid_torsion'])
@@ -146,7 +146,7 @@ def test_stretched_arm_knows_only_the_perpendicular_force(arm):
     assert perpendicular == pytest.approx(8.0, abs=1e-6)
     assert np.isnan(found.base_force[-1, 0])
     assert found.base_force[-1, 1] == pytest.approx(8.0, abs=1e-6)
-    assert found.tip[-1, estimate.SINGULAR] == 1.0
+    assert found.tip[-1, layout.SINGULAR] == 1.0
     slanted = held(arm, (0.7, 0.0), (30.0, 8.0))
     assert np.isnan(slanted.base_force[-1]).all(), 'both axes of the base see the axial part'
 
@@ -227,10 +227,10 @@ def test_tare_takes_an_offset_away_and_reset_brings_it_back(arm):
         made.update(index * MILLISECOND, offset)
     assert not made.taring
     assert made.zero[0] == pytest.approx(2e-4, rel=1e-9)
-    assert abs(made.joints[0, estimate.TORQUE]) < 1e-9
+    assert abs(made.joints[0, layout.TORQUE]) < 1e-9
     made.reset()
     made.update(0, offset)
-    assert made.joints[0, estimate.TORQUE] > 1.0
+    assert made.joints[0, layout.TORQUE] > 1.0
 
 
 def test_tare_on_a_tilted_base_keeps_the_weight(arm):

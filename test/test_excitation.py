@@ -26,7 +26,7 @@ from hda_torque_estimator.diagnosis.silence.visibility import Visibility
 from hda_torque_estimator.measurements.measurement import Measurement
 import numpy as np
 import pytest
-from truth import record
+from truth import Device, record, Reference
 from truth_cases import hide
 
 ARM = read_arm('hda_arm.yaml')
@@ -42,9 +42,9 @@ def measured(hidden=(), name='rich', size=1.0, seconds=SECONDS):
     """
     asked_for = motion(name, 2, seconds, DT, SEED)
     start = asked_for.angle[:1]
-    made = record(hidden, motion_angle=start + size * (asked_for.angle - start),
-                  motion_rate=size * asked_for.rate, dt=DT, seed=SEED,
-                  healthy_scatter=False)
+    made = record(hidden,
+                  Reference(start + size * (asked_for.angle - start), size * asked_for.rate, DT),
+                  seed=SEED, device=Device(scatter=False))
     return Measurement(ARM.labels, DT, np.stack([made.motor_angle, made.link_angle], axis=2),
                        made.command)
 

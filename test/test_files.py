@@ -5,9 +5,9 @@ from dataclasses import replace
 
 from hda_arm_sim.model.arm import Arm, ArmError, Placed
 from hda_arm_sim.model.effects import EFFECTS, KinematicError, Payload, Scope
-from hda_arm_sim.model.files import (arm_from_text, arm_to_text, read_arm, read_effects,
-                                     shipped_arms, write_arm)
+from hda_arm_sim.model.files import arm_from_text, read_arm, read_effects, shipped_arms
 from hda_arm_sim.model.parts import Joint, Links
+from hda_arm_sim.model.writing import arm_to_text, write_arm
 from hypothesis import given, settings, strategies as st
 import pytest
 import yaml

@@ -7,11 +7,11 @@ from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_torque_estimator.estimating.estimates import Estimates
 from hda_torque_estimator.estimating.estimator import Estimator, EstimatorSettings
-from hda_torque_estimator.estimating.laws import estimate, fusion
+from hda_torque_estimator.estimating.laws import fusion, layout
 from hda_torque_estimator.estimating.laws.route_errors import DRY, ERRORS, torsion_effects, ZERO
 import numpy as np
 import pytest
-from truth import record, TruthRecord
+from truth import record, Reference, TruthRecord
 from truth_cases import hide
 
 ARM = read_arm('hda_arm.yaml')
@@ -24,8 +24,8 @@ def recorded(effect: str = '', *, path: str = 'rich', seed: int = 1, seconds: fl
              **parameters: float) -> TruthRecord:
     """Return a recording of the independent truth, with an effect of joint1 if one is named."""
     made = motion(path, 2, seconds, 1e-3, seed)
-    return record((hide(effect, **parameters),) if effect else (), motion_angle=made.angle,
-                  motion_rate=made.rate, dt=1e-3, seed=seed)
+    return record((hide(effect, **parameters),) if effect else (),
+                  Reference(made.angle, made.rate, 1e-3), seed=seed)
 
 
 def reading(seen: TruthRecord) -> np.ndarray:
@@ -51,7 +51,7 @@ def learnt(seen: TruthRecord, arm=ARM) -> np.ndarray:
     """Return the errors that a recording taught (n, ERRORS), in units of their sigma."""
     made = Estimator(arm)
     made.run(seen.stamps, reading(seen), seen.command)
-    return made.memory[:, estimate.FUSION + fusion.LEARNT:][:, :ERRORS]
+    return made.memory[:, layout.FUSION + fusion.LEARNT:][:, :ERRORS]
 
 
 def test_what_no_law_tells_is_in_every_interval_and_teaches_little():
@@ -106,7 +106,7 @@ def test_standstill_teaches_nothing():
     seen = recorded(path='standstill', seconds=3.0)
     assert not learnt(seen).any()
     np.testing.assert_array_equal(estimates(seen).torque, estimates(seen, ALONE).torque)
-    assert (estimates(seen).joints[:, :, estimate.MOTOR_SHARE] == 0.0).all()
+    assert (estimates(seen).joints[:, :, layout.MOTOR_SHARE] == 0.0).all()
 
 
 def test_without_commands_the_torsion_stands_alone():
@@ -116,7 +116,7 @@ def test_without_commands_the_torsion_stands_alone():
 
 
 def test_share_of_the_motor_grows_with_what_it_teaches():
-    share = estimates(recorded()).joints[:, :, estimate.MOTOR_SHARE]
+    share = estimates(recorded()).joints[:, :, layout.MOTOR_SHARE]
     assert (share[:100] == 0.0).all()
     assert (share >= 0.0).all() and (share <= 1.0).all()
     assert (share[-1] > 0.5).all()
@@ -128,7 +128,7 @@ def test_what_was_learnt_outlasts_a_gap_and_fades_with_time():
     seen = recorded()
     made = Estimator(ARM)
     made.run(seen.stamps, reading(seen), seen.command)
-    part = slice(estimate.FUSION + fusion.LEARNT, estimate.CONTACT)
+    part = slice(layout.FUSION + fusion.LEARNT, layout.CONTACT)
     before = made.memory[:, part].copy()
     made.update(int(seen.stamps[-1]) + 10**9, reading(seen)[-1], seen.command[-1])
     np.testing.assert_array_equal(made.memory[:, part], before)
@@ -136,7 +136,7 @@ def test_what_was_learnt_outlasts_a_gap_and_fades_with_time():
     assert not made.memory.any()
     brief = Estimator(ARM, EstimatorSettings(fusion_memory=1.0))
     brief.run(seen.stamps, reading(seen), seen.command)
-    gained = [fusion.gained(each.memory[0, estimate.FUSION:])[ZERO, ZERO]
+    gained = [fusion.gained(each.memory[0, layout.FUSION:])[ZERO, ZERO]
               for each in (brief, _estimator(seen))]
     assert -1.0 < gained[1] < gained[0] < 0.0
 

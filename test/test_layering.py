@@ -14,6 +14,7 @@ import pytest
 SHELLS = (
     'hda_arm_sim.main',
     'hda_arm_sim.model.files',
+    'hda_arm_sim.model.writing',
     'hda_arm_sim.motion_file',
     'hda_arm_sim.node',
     'hda_arm_sim.ros*',

@@ -10,7 +10,7 @@ from hda_torque_estimator.diagnosis.fitting.located import contact_in
 from hda_torque_estimator.measurements.measurement import Measurement
 import numpy as np
 import pytest
-from truth import draw, record
+from truth import draw, record, Reference
 
 ARM = read_arm('hda_arm.yaml')
 DECOUPLED = replace(ARM, links=replace(ARM.links, coupled=0.0))
@@ -19,7 +19,7 @@ DECOUPLED = replace(ARM, links=replace(ARM.links, coupled=0.0))
 def measured(hidden, seed, duration=30.0):
     """Return the measurement of an arm with hidden effects in the motion that shows most."""
     asked = motion('rich', 2, duration, 1e-3, seed)
-    made = record(hidden, motion_angle=asked.angle, motion_rate=asked.rate, dt=1e-3, seed=seed)
+    made = record(hidden, Reference(asked.angle, asked.rate, 1e-3), seed=seed)
     return Measurement(ARM.labels, 1e-3, np.stack([made.motor_angle, made.link_angle], axis=2),
                        made.command)
 

@@ -9,6 +9,7 @@ from hda_msgs_json.bag import BagWriter
 from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import JOINT_STATES
 from hda_torque_estimator.cli import main
+from hda_torque_estimator.diagnosis.motors_alone.motor_fit import explained, gain_without, MOST
 from hda_torque_estimator.diagnosis.motors_alone.motor_record import is_motor_side, sweeps_of
 from hda_torque_estimator.diagnosis.motors_alone.motor_side import diagnose_motors
 from hda_torque_estimator.importing.run import run_import
@@ -61,6 +62,16 @@ def test_friction_and_lines_are_found_with_their_sizes():
     assert wave['amplitude'].value == pytest.approx(4e-3, rel=0.05)
     assert wave['phase'].value == pytest.approx(0.7, abs=0.05)
     assert all(cause.gain.low > 0.0 for cause in found.diagnosis.findings)
+
+
+def test_what_explains_a_torque_gains_line_by_line():
+    lines = [(4e-3 / order, float(order)) for order in range(1, MOST + 3)]
+    sweep, = sweeps_of(turned(True, lines, noise=1e-4), ARM, 'bag')
+    part = explained(sweep)
+    assert 1 < len(part.lines) <= MOST
+    first = part.columns.shape[1] - 2 * len(part.lines)
+    assert all(gain_without(part, [first + 2 * k, first + 2 * k + 1]).removed() > 0.0
+               for k in range(len(part.lines)))
 
 
 def test_the_extended_arm_has_friction_and_the_strongest_line():

@@ -5,10 +5,11 @@ import json
 import logging
 
 from hda_arm_sim.model import files
-from hda_arm_sim.model.files import arm_from_text, arm_to_text, read_arm
+from hda_arm_sim.model.files import arm_from_text, read_arm
 from hda_arm_sim.model.gear_catalogue import gear, gear_names, GearError
 from hda_arm_sim.model.torsion import torsion_of_torque
 from hda_arm_sim.model.unstated import defaults_sentence
+from hda_arm_sim.model.writing import arm_to_text
 from hda_torque_estimator.calibrate.fitting.arm_numbers import number, with_numbers
 from hda_torque_estimator.cli import main
 from hda_torque_estimator.commands.new_arm_text import yaml_number

@@ -11,7 +11,7 @@ from hda_msgs_json.samples import JointSamples
 from hda_torque_estimator.estimating.estimate_messages import (estimate_samples, estimate_topics,
                                                                EstimateEncoder)
 from hda_torque_estimator.estimating.estimator import Estimator
-from hda_torque_estimator.estimating.laws.estimate import RESULTS, TIP_RESULTS
+from hda_torque_estimator.estimating.laws.layout import RESULTS, TIP_RESULTS
 from hda_torque_estimator.estimating.live_estimator import LiveEstimator, StateSettings
 from hda_torque_estimator.estimating.state_messages import due_rows, Pacer, state_samples
 from hda_torque_estimator.samples.gaps import Gaps

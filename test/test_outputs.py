@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from hda_arm_sim.model.files import read_arm, write_arm
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.model.writing import write_arm
 from hda_msgs_json.bag import BagWriter, open_recording
 from hda_msgs_json.outputs import check_directory, OutputError, whole_directory, whole_file
 from hda_msgs_json.topics import JOINT_STATES, Topic, truth_joint_torque

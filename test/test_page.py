@@ -8,11 +8,12 @@ import re
 from xml.etree import ElementTree
 
 from hda_arm_sim.foundation.arrays import Array
+from hda_torque_estimator.diagnosis.findings.origin import RecordingFacts
 from hda_torque_estimator.diagnosis.findings.report import (Alike, Candidate, Detectable,
                                                             Diagnosis, Evidence, Finding, Gain,
-                                                            Number, Prediction, RecordingFacts,
-                                                            Residual, TotalGain, Unexplained,
-                                                            VERDICTS)
+                                                            Number, Prediction, Residual,
+                                                            TotalGain, VERDICTS)
+from hda_torque_estimator.diagnosis.findings.rest import Unexplained
 from hda_torque_estimator.diagnosis.telling.exhibits import binned, Exhibits
 from hda_torque_estimator.diagnosis.telling.following import Following, strongest_wave
 from hda_torque_estimator.diagnosis.telling.page import page

@@ -19,7 +19,7 @@ from hda_torque_estimator.diagnosis.telling.page import page
 from hda_torque_estimator.estimating.accuracy import Errors
 from hda_torque_estimator.estimating.curves import Beside
 from hda_torque_estimator.estimating.estimates import Estimates
-from hda_torque_estimator.estimating.laws import estimate
+from hda_torque_estimator.estimating.laws import layout
 from hda_torque_estimator.estimating.page import About
 from hda_torque_estimator.estimating.page import page as estimation_page
 from hda_torque_estimator.fleet.fleet_page import fleet_page
@@ -89,8 +89,8 @@ def compared() -> str:
 def estimated() -> str:
     """Return the page of estimates of two joints and a tip, with a truth and a doubt."""
     random = np.random.default_rng(0)
-    joints = random.normal(size=(len(TIME), 2, estimate.RESULTS))
-    tip = np.abs(random.normal(size=(len(TIME), estimate.TIP_RESULTS)))
+    joints = random.normal(size=(len(TIME), 2, layout.RESULTS))
+    tip = np.abs(random.normal(size=(len(TIME), layout.TIP_RESULTS)))
     stamps = np.round(1e9 * TIME).astype(np.int64)
     found = Estimates(stamps, joints, tip, np.empty(0, np.int64))
     about = About(('joint1', 'joint2'), 'a_bag', 'hda_arm.yaml', '0.1.0', 3, {'joint1: <b>': 0.1},

@@ -7,13 +7,13 @@ from hda_arm_sim.model.effects import Payload
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_torque_estimator.estimating.estimator import Estimator
-from hda_torque_estimator.estimating.laws import estimate
+from hda_torque_estimator.estimating.laws import layout
 from hda_torque_estimator.estimating.laws.payload import HEAVIEST
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 import pytest
 from tolerated import reading
-from truth import record
+from truth import record, Reference
 from truth_cases import hide
 
 ARM = read_arm('hda_arm.yaml')
@@ -23,9 +23,9 @@ def found(mass: float, path: str = 'rich', seed: int = 1, seconds: float = 15.0)
     """Return the mass found in a recording of the independent truth, and its deviation [kg]."""
     made = motion(path, 2, seconds, 1e-3, seed)
     hidden = (hide('payload', None, mass=mass),) if mass else ()
-    seen = record(hidden, motion_angle=made.angle, motion_rate=made.rate, dt=1e-3, seed=seed)
+    seen = record(hidden, Reference(made.angle, made.rate, 1e-3), seed=seed)
     estimated = Estimator(ARM).run(seen.stamps, reading(seen), seen.command)
-    return estimated.tip[-1, [estimate.MASS, estimate.MASS_DEVIATION]]
+    return estimated.tip[-1, [layout.MASS, layout.MASS_DEVIATION]]
 
 
 @pytest.mark.parametrize(('mass', 'seed'), [(0.0, 1), (0.0, 2), (0.7, 3), (1.5, 4), (3.0, 5)])
@@ -48,7 +48,7 @@ def test_weight_on_a_tilted_base_tells_the_mass_at_rest():
     made = run(carrying, tilted, motion('standstill', 2, 6.0, 1e-3, 1), 1)
     stamps = np.round(made.time * 1e9).astype(np.int64)
     value, deviation = Estimator(tilted).run(stamps, made.reading, made.command).tip[
-        -1, [estimate.MASS, estimate.MASS_DEVIATION]]
+        -1, [layout.MASS, layout.MASS_DEVIATION]]
     assert value == pytest.approx(1.0, abs=0.15)
     assert deviation < 0.3
 
@@ -58,7 +58,7 @@ def test_known_mass_is_no_mass_beyond_the_model():
     made = run(known, known, motion('sine', 2, 8.0, 1e-3, 2), 2)
     stamps = np.round(made.time * 1e9).astype(np.int64)
     tip = Estimator(known).run(stamps, made.reading, made.command).tip[-1]
-    assert abs(tip[estimate.MASS]) < 2.0 * tip[estimate.MASS_DEVIATION]
+    assert abs(tip[layout.MASS]) < 2.0 * tip[layout.MASS_DEVIATION]
 
 
 def test_single_joint_carries_a_mass():
@@ -67,4 +67,4 @@ def test_single_joint_carries_a_mass():
     made = run(carrying, single, motion('sine', 1, 10.0, 1e-3, 3), 3)
     stamps = np.round(made.time * 1e9).astype(np.int64)
     tip = Estimator(single).run(stamps, made.reading, made.command).tip[-1]
-    assert abs(tip[estimate.MASS] - 3.0) < 3.0 * tip[estimate.MASS_DEVIATION]
+    assert abs(tip[layout.MASS] - 3.0) < 3.0 * tip[layout.MASS_DEVIATION]

@@ -10,7 +10,7 @@ from hda_torque_estimator.diagnosis.judging.placebo import moved_away, placebo_s
 from hda_torque_estimator.measurements.measurement import Measurement
 import numpy as np
 import pytest
-from truth import record
+from truth import record, Reference
 from truth_cases import hide
 
 ARM = read_arm('hda_arm.yaml')
@@ -26,7 +26,7 @@ HIDDEN = [
 def concluded(hidden=(), seconds=24.0):
     """Return what is concluded of a recording of an arm with hidden effects."""
     asked = motion('rich', 2, seconds, DT, SEED)
-    made = record(hidden, motion_angle=asked.angle, motion_rate=asked.rate, dt=DT, seed=SEED)
+    made = record(hidden, Reference(asked.angle, asked.rate, DT), seed=SEED)
     return diagnose(Measurement(ARM.labels, DT, np.stack([made.motor_angle, made.link_angle], 2),
                                 made.command), ARM)
 

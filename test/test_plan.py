@@ -23,7 +23,7 @@ from hda_torque_estimator.planning.strength import separation
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 import pytest
-from truth import draw, record
+from truth import draw, record, Reference
 
 ARM = read_arm('hda_arm.yaml')
 PAIR = ('link_encoder_eccentricity', 'encoder_scale_error')     # alike until a link turns far
@@ -47,8 +47,8 @@ def hidden(name, joint, seed):
 
 @pytest.mark.parametrize('name', PAIR)
 def test_planned_motion_separates_what_is_really_hidden(name, planned):
-    made = record([hidden(name, 'joint1', 17)], motion_angle=planned.angle,
-                  motion_rate=planned.rate, dt=1e-3, seed=931)
+    made = record([hidden(name, 'joint1', 17)], Reference(planned.angle, planned.rate, 1e-3),
+                  seed=931)
     measured = Measurement(ARM.labels, 1e-3, np.stack([made.motor_angle, made.link_angle], axis=2),
                            made.command)
     found = diagnose(measured, ARM, names=PAIR).diagnosis

@@ -15,7 +15,7 @@ from hda_torque_estimator.measurements.measurement import Measurement, measureme
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 import pytest
-from truth import draw, record
+from truth import Device, draw, record, Reference
 
 ARM = read_arm('hda_arm.yaml')
 NAMES = ('joint1', 'joint2', 'joint1_motor', 'joint2_motor')
@@ -24,8 +24,7 @@ NAMES = ('joint1', 'joint2', 'joint1_motor', 'joint2_motor')
 def measured(hidden, seed, duration=12.0, **how):
     """Return the measurement that a recording of an arm with hidden effects holds."""
     asked = motion('rich', 2, duration, 1e-3, seed)
-    made = record(hidden, motion_angle=asked.angle, motion_rate=asked.rate, dt=1e-3, seed=seed,
-                  **how)
+    made = record(hidden, Reference(asked.angle, asked.rate, 1e-3), seed=seed, **how)
     absent = np.full((len(made.stamps), 2), np.nan)
     return measurement_from(ARM.labels, JointSamples(
         made.stamps, NAMES, np.column_stack([made.link_angle, made.motor_angle]),
@@ -83,11 +82,12 @@ def test_stamps_that_do_not_tell_when_a_sample_was_taken_are_left_aside():
 
 @pytest.mark.parametrize('counts', [(4096, 1e6), (1024, 2e5)])
 def test_coarser_encoders_show_nothing_where_they_are_stated(counts):
-    assert raw_readings(measured([], 902, counts=counts), counting(*counts)).causes == ()
+    measurement = measured([], 902, device=Device(counts=counts))
+    assert raw_readings(measurement, counting(*counts)).causes == ()
 
 
 def test_finer_encoders_show_nothing():
-    assert raw_readings(measured([], 903, counts=(65536, 1.6e7)), ARM).causes == ()
+    assert raw_readings(measured([], 903, device=Device(counts=(65536, 1.6e7))), ARM).causes == ()
 
 
 @pytest.mark.parametrize('seed', [100, 102])       # a motor encoder, and a link encoder
@@ -150,7 +150,7 @@ def test_slips_are_found_behind_coarse_counts():
 
 def test_repeated_readings_at_standstill_are_no_slips():
     still = motion('standstill', 2, 12.0, 1e-3, 0)
-    made = record([], motion_angle=still.angle, motion_rate=still.rate, dt=1e-3, seed=904)
+    made = record([], Reference(still.angle, still.rate, 1e-3), seed=904)
     reading = np.stack([made.motor_angle, made.link_angle], axis=2)
     assert (np.diff(reading[:, :, 0], axis=0) == 0.0).mean() > 0.1
     assert raw_readings(Measurement(ARM.labels, 1e-3, reading, made.command), ARM).causes == ()

@@ -6,6 +6,7 @@ import shutil
 from bag_content import contents, some_messages, START, write_mcap, write_ours
 from hda_msgs_json.bag import BagError, BagWriter, open_recording
 from hda_msgs_json.bag_repair import repair
+from hda_msgs_json.bag_writer import Files
 from hda_torque_estimator.cli import main
 from mcap.writer import CompressionType
 import pytest
@@ -16,7 +17,7 @@ import pytest
 def test_cut_off_bags_become_whole(tmp_path: Path, compression: str, share: float) -> None:
     """What a reader still finds in a cut-off bag is what its repaired copy holds, unwarned."""
     rosbag2 = pytest.importorskip('rosbags.rosbag2')
-    file = write_ours(tmp_path / 'bag', some_messages(400), compression=compression)
+    file = write_ours(tmp_path / 'bag', some_messages(400), files=Files(compression))
     cut = file.read_bytes()[:int(share * file.stat().st_size)]
     file.write_bytes(cut)
     (tmp_path / 'bag' / 'metadata.yaml').unlink()

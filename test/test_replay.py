@@ -6,7 +6,8 @@ import signal
 
 from hda_arm_sim.foundation.parameter import ParameterError
 from hda_arm_sim.health import Refused
-from hda_arm_sim.model.files import arm_to_text, read_arm
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.model.writing import arm_to_text
 from hda_msgs_json.bag import BagWriter, open_recording
 from hda_msgs_json.cdr import decode_joint_state, encode_joint_state
 from hda_msgs_json.topics import ESTIMATOR_STATE, JOINT_STATES, JOINT_TORQUES

@@ -3,12 +3,12 @@
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_torque_estimator.estimating.estimator import Estimator
-from hda_torque_estimator.estimating.laws import estimate
+from hda_torque_estimator.estimating.laws import layout
 from hda_torque_estimator.estimating.route_health import told
 import numpy as np
 import pytest
 from tolerated import reading, tolerated
-from truth import record, TruthRecord
+from truth import record, Reference, TruthRecord
 from truth_cases import hide
 
 ARM = read_arm('hda_arm.yaml')
@@ -17,15 +17,14 @@ ARM = read_arm('hda_arm.yaml')
 def seen_with(effect: str, **parameters: float) -> TruthRecord:
     """Return a recording of the independent truth with an effect of joint1."""
     made = motion('rich', 2, 15.0, 1e-3, 4)
-    return record((hide(effect, **parameters),), motion_angle=made.angle, motion_rate=made.rate,
-                  dt=1e-3, seed=4)
+    return record((hide(effect, **parameters),), Reference(made.angle, made.rate, 1e-3), seed=4)
 
 
 def words(seen: TruthRecord, readings: np.ndarray | None = None) -> list[str]:
     """Return what is said of both joints after a recording."""
     made = Estimator(ARM)
     made.run(seen.stamps, reading(seen) if readings is None else readings, seen.command)
-    return [told(joint, made.known, memory[estimate.FUSION:])
+    return [told(joint, made.known, memory[layout.FUSION:])
             for joint, memory in zip(ARM.joints, made.memory)]
 
 

@@ -6,6 +6,8 @@ import math
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_torque_estimator.samples.sample_faults import Fault
+from hda_torque_estimator.samples.sample_judge import judge, WATCH_MEMORY
+from hda_torque_estimator.samples.sample_limits import LATENESS, RATIO, SPEED, STEP, watch_limits
 from hda_torque_estimator.samples.sample_watch import SampleWatch
 from hda_torque_estimator.simulating.closed_loop import run
 from hypothesis import given, settings, strategies as st
@@ -65,12 +67,12 @@ def faults(arm, stamps, reading):
 
 @settings(max_examples=60)
 @given(st.sampled_from(ARMS + TORSION_ONLY), st.sampled_from(['rich', 'sine', 'push', 'turn']),
-       st.integers(0, 2), st.sampled_from([1, 2, 4, 10, 20]), st.floats(0.0, 1e-3),
-       st.floats(0.0, 0.5), st.booleans(), st.integers(0, 2 ** 32))
-def test_healthy_arms_are_not_accused(
-        arm, name, seed, divisor, jitter, loss, blind, draw):
+       st.integers(0, 2), st.sampled_from([1, 2, 4, 10, 20]),
+       st.tuples(st.floats(0.0, 1e-3), st.floats(0.0, 0.5)), st.booleans(),
+       st.integers(0, 2 ** 32))
+def test_healthy_arms_are_not_accused(arm, name, seed, divisor, late_and_lost, blind, draw):
     """From 100 Hz to 2 kHz, with late stamps, lost samples and without velocities."""
-    random = np.random.default_rng(draw)
+    random, (jitter, loss) = np.random.default_rng(draw), late_and_lost
     whole = imagined(arm, seed) if arm in TORSION_ONLY else recorded(arm, name, seed)
     reading = whole[random.integers(divisor)::divisor].copy()
     if blind:
@@ -208,3 +210,13 @@ def test_a_fault_changes_nothing_and_a_watch_begins_anew():
     assert watch.sentence == ''
     watch.begin()
     assert watch.look(1, reading[2000]) is Fault.NONE
+
+
+@pytest.mark.parametrize(('share', 'fault'), [(0.99, Fault.NONE), (1.01, Fault.JUMP)])
+def test_a_shaft_goes_as_far_as_its_limit_lets_it(share, fault):
+    limits, told, dt = watch_limits(read_arm('hda_arm.yaml')), np.zeros(5), 0.05
+    memory, reading = np.zeros((2, WATCH_MEMORY)), recorded('hda_arm.yaml', 'sine', 0)[0].copy()
+    assert judge(limits, memory, reading, 0.0, told) == Fault.NONE
+    way = share * (limits[0, SPEED] * (dt + LATENESS) + limits[0, STEP])
+    reading[0, :2] += way, way / limits[0, RATIO]
+    assert judge(limits, memory, reading, dt, told) == fault

@@ -19,7 +19,7 @@ from hda_torque_estimator.measurements.measurement import Measurement
 from hda_torque_estimator.measurements.running_clock import arm_during, split, within
 import numpy as np
 import pytest
-from truth import draw, record
+from truth import draw, record, Reference
 
 ARM = read_arm('hda_arm.yaml')
 NAMES = ('joint1', 'joint2', 'joint1_motor', 'joint2_motor')
@@ -29,7 +29,7 @@ ZEROS = ((0.0, 0.0), (3e-4, -2e-4), (-1e-4, 5e-4))      # of the link encoders, 
 def measured(hidden, seed, duration=14.0, zero=(0.0, 0.0)):
     """Return one recording of an arm with hidden effects, its link encoders zeroed anew."""
     asked = motion('rich', 2, duration, 1e-3, seed)
-    made = record(hidden, motion_angle=asked.angle, motion_rate=asked.rate, dt=1e-3, seed=seed)
+    made = record(hidden, Reference(asked.angle, asked.rate, 1e-3), seed=seed)
     return Measurement(ARM.labels, 1e-3, np.stack([made.motor_angle, made.link_angle + zero],
                                                   axis=2), made.command)
 

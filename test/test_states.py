@@ -7,7 +7,7 @@ from hda_arm_sim.model.files import read_arm
 from hda_msgs_json.messages import assembled, EstimatorState, from_json, MessageError, to_json
 from hda_torque_estimator.estimating.belief_words import believed, doubts_told
 from hda_torque_estimator.estimating.estimates import Estimates
-from hda_torque_estimator.estimating.laws import estimate
+from hda_torque_estimator.estimating.laws import layout
 from hda_torque_estimator.estimating.state_messages import state_samples, StateWriter
 from hypothesis import given, strategies as st
 from hypothesis.extra.numpy import arrays
@@ -19,12 +19,12 @@ ARM = replace(SHIPPED, joints=tuple(
     replace(joint, label=label)
     for joint, label in zip(SHIPPED.joints, ('100 %s "quoted"', 'elbow\u00e9'))))
 NUMBERS = st.floats(width=64)
-RESULTS = arrays(np.float64, (3, 2, estimate.RESULTS), elements=NUMBERS)
-TIPS = arrays(np.float64, (3, estimate.TIP_RESULTS), elements=NUMBERS)
-FIELDS = {'torsion': estimate.TORSION, 'kinematic_torsion': estimate.KINEMATIC_TORSION,
-          'torque': estimate.TORQUE, 'torque_std': estimate.TORQUE_DEVIATION,
-          'external_torque': estimate.EXTERNAL_TORQUE,
-          'external_torque_std': estimate.EXTERNAL_DEVIATION}
+RESULTS = arrays(np.float64, (3, 2, layout.RESULTS), elements=NUMBERS)
+TIPS = arrays(np.float64, (3, layout.TIP_RESULTS), elements=NUMBERS)
+FIELDS = {'torsion': layout.TORSION, 'kinematic_torsion': layout.KINEMATIC_TORSION,
+          'torque': layout.TORQUE, 'torque_std': layout.TORQUE_DEVIATION,
+          'external_torque': layout.EXTERNAL_TORQUE,
+          'external_torque_std': layout.EXTERNAL_DEVIATION}
 
 
 def known(values: np.ndarray) -> list[float]:
@@ -44,16 +44,16 @@ def test_a_text_is_the_message_of_its_numbers(
         for field, index in FIELDS.items():
             np.testing.assert_array_equal(getattr(state, field), known(joints[row, :, index]))
         np.testing.assert_array_equal(state.tip_force, known(
-            tip[row, [estimate.BASE_X, estimate.BASE_Y]]))
-        covariance = tip[row, estimate.BASE_COVARIANCE:][:4]
+            tip[row, [layout.BASE_X, layout.BASE_Y]]))
+        covariance = tip[row, layout.BASE_COVARIANCE:][:4]
         np.testing.assert_array_equal(state.tip_force_covariance, known(covariance))
         np.testing.assert_array_equal(
-            state.conditioning, known(tip[row, estimate.CONDITIONING]))
-        beyond = joints[row, :, estimate.BEYOND_RANGE] > 0
-        doubts = joints[row, :, estimate.DOUBT].tolist()
+            state.conditioning, known(tip[row, layout.CONDITIONING]))
+        beyond = joints[row, :, layout.BEYOND_RANGE] > 0
+        doubts = joints[row, :, layout.DOUBT].tolist()
         told = doubts_told(ARM.labels, doubts)
         assert state.valid == tuple(~beyond & [believed(doubt) for doubt in doubts])
-        assert state.singular == (tip[row, estimate.SINGULAR] > 0)
+        assert state.singular == (tip[row, layout.SINGULAR] > 0)
         assert len(state.flags) == len(told) + beyond.sum() + state.singular + taring
 
 
@@ -69,15 +69,15 @@ def test_one_state_is_that_of_a_recording(joints: np.ndarray, tip: np.ndarray) -
 
 def test_no_estimates_have_no_states() -> None:
     """A recording of which nothing was used tells nothing."""
-    nothing = Estimates(np.empty(0, np.int64), np.empty((0, 2, estimate.RESULTS)),
-                        np.empty((0, estimate.TIP_RESULTS)), np.empty(0, np.int64))
+    nothing = Estimates(np.empty(0, np.int64), np.empty((0, 2, layout.RESULTS)),
+                        np.empty((0, layout.TIP_RESULTS)), np.empty(0, np.int64))
     assert len(state_samples(ARM, nothing)) == 0
 
 
 def test_a_message_is_assembled_of_all_its_fields() -> None:
     """A field too few or too many is a defect of the program, not of a message."""
-    fields = json.loads(StateWriter(ARM)(1, np.zeros((2, estimate.RESULTS)),
-                                         np.zeros(estimate.TIP_RESULTS)))
+    fields = json.loads(StateWriter(ARM)(1, np.zeros((2, layout.RESULTS)),
+                                         np.zeros(layout.TIP_RESULTS)))
     texts = {name: json.dumps(value) for name, value in fields.items() if name != 'schema'}
     assert json.loads(assembled(EstimatorState, texts)) == fields
     with pytest.raises(MessageError, match="made of other fields: 'colour'"):

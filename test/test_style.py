@@ -11,6 +11,7 @@ import pytest
 
 MODULE_LINES = 400
 BODY_LINES = 45
+ARGUMENTS = 7           # beside self
 UNFINISHED = re.compile(r'\b(noqa|TODO|FIXME|XXX)\b|type: ignore(?!\[)')
 SAYS_NOTHING = {'data', 'helper', 'helpers', 'info', 'manager', 'misc', 'util', 'utils'}
 
@@ -35,6 +36,13 @@ def body_lines(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
     return (function.end_lineno or 0) - (first or 0)
 
 
+def arguments(signature: ast.arguments) -> list[str]:
+    """Return the names of the arguments of a function, of a method without the object."""
+    found = [*signature.posonlyargs, *signature.args, signature.vararg, *signature.kwonlyargs,
+             signature.kwarg]
+    return [one.arg for one in found if one and one.arg not in ('self', 'cls')]
+
+
 def test_sources_are_found():
     assert ROOT / 'setup.py' in SOURCES
     assert {path.relative_to(ROOT).parts[0] for path in SOURCES} >= {*PACKAGES, 'test'}
@@ -51,6 +59,13 @@ def test_functions_are_short():
         for path, tree in TREES.items() for node in ast.walk(tree)
         if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))}
     assert {name: n for name, n in lines.items() if n > BODY_LINES} == {}
+
+
+def test_functions_take_few_arguments():
+    taken = {f'{path.relative_to(ROOT)}:{node.lineno}': len(arguments(node.args))
+             for path, tree in TREES.items() for node in ast.walk(tree)
+             if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda))}
+    assert {name: n for name, n in taken.items() if n > ARGUMENTS} == {}
 
 
 def test_no_comment_silences_a_check_or_defers_work():

@@ -10,7 +10,7 @@ from hda_torque_estimator.diagnosis.diagnose import diagnose, sought_effects
 from hda_torque_estimator.measurements.measurement import Measurement
 import numpy as np
 import pytest
-from truth import CATALOGUE, draw, record
+from truth import CATALOGUE, Device, draw, record, Reference
 from truth_cases import EXACT, hide
 
 ARM = read_arm('hda_arm.yaml')
@@ -23,8 +23,7 @@ SHAKEN = ARM.with_effect(BaseVibration(**SWINGS), None)
 def measured(hidden, seed, duration=10.0, **how):
     """Return the measurement of an arm with hidden effects in the motion that shows most."""
     asked = motion('rich', 2, duration, 1e-3, seed)
-    made = record(hidden, motion_angle=asked.angle, motion_rate=asked.rate, dt=1e-3, seed=seed,
-                  **how)
+    made = record(hidden, Reference(asked.angle, asked.rate, 1e-3), seed=seed, **how)
     return Measurement(ARM.labels, 1e-3, np.stack([made.motor_angle, made.link_angle], axis=2),
                        made.command)
 
@@ -38,7 +37,7 @@ def line(frequency, joint):
 def shaken():
     """Return the balances of an arm whose base swings, as exact encoders show it."""
     return Balancer(measured([hide('base_vibration', None, **SWINGS)], 101, noise=0.0,
-                             healthy_scatter=False, counts=EXACT))
+                             device=Device(scatter=False, counts=EXACT)))
 
 
 def missed(balancer, arm):

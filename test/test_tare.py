@@ -2,7 +2,8 @@
 
 import json
 
-from hda_arm_sim.model.files import arm_to_text, read_arm
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.model.writing import arm_to_text
 from hda_msgs_json.bag import open_recording
 from hda_msgs_json.topics import ESTIMATOR_STATE
 from hda_torque_estimator.cli import main

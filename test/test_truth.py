@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 from truth import layout, links
-from truth.drive import delayed, lagged
+from truth.drive import delayed, lagged, Sent
 from truth.free import swing
 from truth.friction import bent, resistance
 from truth.gear import drag_sliders, seat, transmission_error
@@ -121,8 +121,8 @@ def test_rigid_motion_is_that_of_another_program():
         q, dq = np.array(case['q']), np.array(case['dq'])
         t1, t2 = np.array(case['M']) @ wanted + case['bias']
         pose, out = np.zeros(links.POSE), np.zeros(5)
-        links.write_pose(arm.arm[0], arm.body, q[0], q.sum(), 0.0, 0.0, pose)
-        links.accelerate(arm.arm[0], arm.body, pose, t1, t2, 0.0,
+        links.write_pose(arm.arm[0], arm.body, q[0], q.sum(), (0.0, 0.0), pose)
+        links.accelerate(arm.arm[0], arm.body, pose, (t1, t2), 0.0,
                          np.array([0.0, 0.0, dq[0], dq.sum(), 0.0]), out)
         assert [out[2], out[3] - out[2]] == pytest.approx(wanted, rel=1e-9)
 
@@ -293,10 +293,10 @@ def test_transmission_error_keeps_power():
 def test_delay_moves_the_torque_and_keeps_its_area():
     instant = 1e-3 * np.arange(51)
     torque = np.stack([np.sin(instant), np.cos(instant)], axis=1)
-    active, h, delay, out = np.zeros(2, np.int64), 4e-5, 2.37e-3, []
+    sent = Sent(torque, np.stack([instant, instant], axis=1), np.zeros(2, np.int64))
+    h, delay, out = 4e-5, 2.37e-3, []
     for k in range(50):
-        out += [delayed(torque, instant, k, 0, delay, instant[k] + i * h, h, active)
-                for i in range(25)]
+        out += [delayed(sent, k, 0, delay, instant[k] + i * h, h) for i in range(25)]
     edges = np.arange(1251) * h
     held = np.concatenate([[0.0], np.cumsum(1e-3 * torque[:-1, 0])])
     area = np.interp(edges - delay, instant, held)

@@ -9,7 +9,8 @@ from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 import pytest
 from truth import (
-    CATALOGUE, draw, EFFECTS, Hidden, layout, OUTSIDE, record, recording, TruthError, TruthRecord)
+    CATALOGUE, Device, draw, EFFECTS, Hidden, layout, OUTSIDE, record, recording, Reference,
+    TruthError, TruthRecord)
 from truth.encoders import mount
 from truth_cases import DT, EXACT, exact, hide, motion, recorded, SECONDS, times
 
@@ -235,7 +236,7 @@ def test_a_contact_is_a_force_for_a_time():
 def test_a_tip_force_pushes_as_it_would_by_hand():
     angle, rate = motion(2.0)
     force = np.tile([5.0, -3.0], (len(angle), 1))
-    seen = record([], motion_angle=angle, motion_rate=rate, dt=DT, seed=1, tip_force=force)
+    seen = record([], Reference(angle, rate, DT, force), seed=1)
     second = 0.15 * (-3.0 * np.cos(seen.states[:, :, 2].sum(axis=1))
                      - 5.0 * np.sin(seen.states[:, :, 2].sum(axis=1)))
     assert seen.external[:, 1] == pytest.approx(second)
@@ -245,8 +246,8 @@ def test_decoupled_axes_do_not_feel_each_other():
     angle, rate = motion(2.0)
     angle[:, 0], rate[:, 0] = angle[0, 0], 0.0
     for hidden, coupled in (([], True), ([hide('inertial_coupling', None, share=1.0)], False)):
-        seen = record(hidden, motion_angle=angle, motion_rate=rate, dt=DT, seed=1, noise=0.0,
-                      healthy_scatter=False, counts=EXACT)
+        seen = record(hidden, Reference(angle, rate, DT), seed=1,
+                      device=Device(scatter=False, counts=EXACT), noise=0.0)
         assert (np.abs(seen.joint_torque[:, 0]).max() > 0.1) == coupled
 
 
@@ -271,11 +272,11 @@ def test_one_effect_is_hidden_once_per_joint():
 def test_a_motion_that_cannot_be_followed_is_refused():
     angle, rate = motion(1.0)
     with pytest.raises(TruthError, match=r'two arrays \(k, 2\)'):
-        record([], motion_angle=angle[:, :1], motion_rate=rate[:, :1], dt=DT, seed=0)
+        record([], Reference(angle[:, :1], rate[:, :1], DT), seed=0)
     with pytest.raises(TruthError, match='a tip force has the shape of the motion'):
-        record([], motion_angle=angle, motion_rate=rate, dt=DT, seed=0, tip_force=angle[:-1])
+        record([], Reference(angle, rate, DT, angle[:-1]), seed=0)
     with pytest.raises(TruthError, match='dt must lie'):
-        record([], motion_angle=angle, motion_rate=rate, dt=1.0, seed=0)
+        record([], Reference(angle, rate, 1.0), seed=0)
     with pytest.raises(TruthError, match='valid names: coulomb_friction'):
         draw('stiction', np.random.default_rng(0))
 

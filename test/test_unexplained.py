@@ -11,7 +11,7 @@ from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.diagnose import EFFECTIVE
-from hda_torque_estimator.diagnosis.findings.report import NOTHING, Unexplained
+from hda_torque_estimator.diagnosis.findings.rest import NOTHING, Unexplained
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
 from hda_torque_estimator.diagnosis.judging.pattern import misplaced
@@ -21,7 +21,7 @@ from hda_torque_estimator.diagnosis.telling.unexplained import Rest, site_of, to
 from hda_torque_estimator.measurements.measurement import Measurement
 import numpy as np
 import pytest
-from truth import draw, record
+from truth import draw, record, Reference
 from truth.effect import Hidden
 
 ARM = read_arm('hda_arm.yaml')
@@ -168,8 +168,7 @@ def sprung() -> Fitter:
 def fitter_of(hidden: Hidden) -> Fitter:
     """Return what fits 30 s of an arm with one hidden effect."""
     asked = motion('rich', 2, 30.0, 1e-3, 120)
-    made = record([hidden], motion_angle=asked.angle, motion_rate=asked.rate, dt=1e-3, seed=120,
-                  noise=1.0)
+    made = record([hidden], Reference(asked.angle, asked.rate, 1e-3), seed=120, noise=1.0)
     balancer = Balancer(Measurement(
         LABELS, 1e-3, np.stack([made.motor_angle, made.link_angle], axis=2), made.command))
     return Fitter(balancer, ARM, NOISE, EFFECTIVE, np.ones(len(balancer.time), bool))

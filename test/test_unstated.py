@@ -6,9 +6,9 @@ import re
 
 from hda_arm_sim.model import files
 from hda_arm_sim.model.arm import ArmError
-from hda_arm_sim.model.files import (arm_from_text, arm_to_text, read_arm, read_effects,
-                                     shipped_arms)
+from hda_arm_sim.model.files import arm_from_text, read_arm, read_effects, shipped_arms
 from hda_arm_sim.model.typical_sizes import SIZED, typical
+from hda_arm_sim.model.writing import arm_to_text
 from hda_msgs_json.bag import BagError, BagWriter, open_recording
 from hda_msgs_json.samples import WrenchSamples
 from hda_msgs_json.topics import JOINT_STATES, Topic, WRENCH_STAMPED

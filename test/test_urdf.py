@@ -7,8 +7,9 @@ from chains import body, description, joint
 from hda_arm_sim.foundation import chain as of
 from hda_arm_sim.model.arm import ArmError
 from hda_arm_sim.model.chain_links import chain_to, ChainLinks, kept, tips
-from hda_arm_sim.model.files import arm_from_text, arm_to_text, read_arm
+from hda_arm_sim.model.files import arm_from_text, read_arm
 from hda_arm_sim.model.urdf import LARGEST, UrdfError
+from hda_arm_sim.model.writing import arm_to_text
 import numpy as np
 import pytest
 

@@ -4,7 +4,7 @@ from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.parts import Tolerances
 from hda_arm_sim.motions import motion
 import numpy as np
-from truth import Hidden, record, TruthRecord
+from truth import Hidden, record, Reference, TruthRecord
 from truth_cases import hide
 
 DT = 1e-3
@@ -38,9 +38,8 @@ def tolerated(known: Tolerances, path: str, seed: int, seconds: float,
               force: Array | None = None) -> TruthRecord:
     """Return a recording of such an arm in one of the motions, its tip pushed or free."""
     made = motion(path, 2, seconds, DT, seed)
-    return record(drawn(known, np.random.default_rng([seed, 77])), motion_angle=made.angle,
-                  motion_rate=made.rate, dt=DT, seed=seed,
-                  tip_force=np.zeros_like(made.angle) if force is None else force)
+    return record(drawn(known, np.random.default_rng([seed, 77])),
+                  Reference(made.angle, made.rate, DT, force), seed=seed)
 
 
 def reading(seen: TruthRecord) -> Array:

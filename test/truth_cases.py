@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
-from truth import EFFECTS, Hidden, record, TruthRecord
+from truth import Device, EFFECTS, Hidden, record, Reference, TruthRecord
 
 Array = NDArray[np.float64]
 
@@ -26,8 +26,8 @@ def recorded(hidden: Iterable[Hidden] = (), seconds: float = SECONDS, seed: int 
              counts: tuple[float, float] = (16384, 4e6)) -> TruthRecord:
     """Return a recording of the arm with these effects in the motion of these tests."""
     angle, rate = motion(seconds)
-    return record(tuple(hidden), motion_angle=angle, motion_rate=rate, dt=DT, seed=seed,
-                  noise=noise, healthy_scatter=scatter, counts=counts)
+    return record(tuple(hidden), Reference(angle, rate, DT), seed=seed,
+                  device=Device(scatter=scatter, counts=counts), noise=noise)
 
 
 def exact(*hidden: Hidden, seconds: float = 2.0, noise: float = 0.0) -> TruthRecord:

@@ -5,7 +5,7 @@ from hda_arm_sim.motions import motion
 from hda_msgs_json.samples import JointSamples
 from hda_torque_estimator.simulating.recorded import joint_samples
 from tolerated import reading
-from truth import Hidden, record
+from truth import Hidden, record, Reference
 
 SECONDS, PERIOD = 60.0, 1e-3
 
@@ -15,6 +15,5 @@ def published(arm: Arm, hidden: list[Hidden], seed: int, *, name: str = 'rich',
               period: float = PERIOD) -> JointSamples:
     """Return joint states of an arm that makes a motion under a loop, stamped by its clock."""
     asked = motion(name, len(arm.joints), seconds, period, seed)
-    made = record(hidden, motion_angle=asked.angle, motion_rate=asked.rate, dt=period, seed=seed,
-                  noise=noise)
+    made = record(hidden, Reference(asked.angle, asked.rate, period), seed=seed, noise=noise)
     return joint_samples(arm, made.stamps, reading(made), made.command)

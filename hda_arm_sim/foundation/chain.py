@@ -13,7 +13,8 @@ from typing import Any, NamedTuple, TypeVar
 from numba.core import types
 import numpy as np
 
-from .compiled import Array, borrowed, compiled, either, inlined
+from .arrays import Array
+from .compiled import borrowed, compiled, either, inlined
 from .vectors import (back_rotated, cross, dot, plus, put, rotated, rotation, row_turned, times,
                       Vector, vector)
 

@@ -22,7 +22,7 @@ from numba.core import cgutils, config, event
 from numba.core.caching import FunctionCache
 from numba.extending import intrinsic, overload
 
-from .arrays import Array as Array      # laws get it from here, beside `compiled`
+from .arrays import Array
 
 Record: TypeAlias = Any          # a numpy record: the numbers of a joint, an effect ... by name
 Number = TypeVar('Number', float, Array)        # of a law for scalars and arrays alike

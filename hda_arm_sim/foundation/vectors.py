@@ -2,7 +2,8 @@
 
 from typing import TypeAlias
 
-from .compiled import Array, inlined
+from .arrays import Array
+from .compiled import inlined
 
 Vector: TypeAlias = tuple[float, float, float]
 Rotation: TypeAlias = tuple[Vector, Vector, Vector]         # by rows

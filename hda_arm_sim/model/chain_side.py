@@ -9,8 +9,9 @@ from .link_side import link_torque, tip_force
 from .registers import (AXES, BASE_OFFSET, BASE_RATE, BUDGET, DRIVE, FORCE, LINK_ANGLE,
                         LINK_VELOCITY, MODE, NOW, TORQUE)
 from ..foundation import chain
+from ..foundation.arrays import Array
 from ..foundation.chain import base_couplings, Chain, COUPLING, inverse_dynamics, mass_matrix
-from ..foundation.compiled import Array, compiled, inlined, Record
+from ..foundation.compiled import compiled, inlined, Record
 from ..foundation.vectors import dot, Vector, vector
 
 

@@ -11,9 +11,10 @@ from numba.core import types
 from .acting import added
 from .effects.place import LINK_READING, MOTOR_READING, Read
 from .effects.sensing import tilting_moment
+from ..foundation.arrays import Array
 from ..foundation.chain import ANGLE, Chain, of_links, place, TORQUE
 from ..foundation.chain import tilting_moment as chain_tilt
-from ..foundation.compiled import Array, compiled, either, inlined, Record
+from ..foundation.compiled import compiled, either, inlined, Record
 from ..foundation.rigid import Inertia
 
 _ROUNDS = 40            # of the inverse; an error's slope below 0.1 needs 15

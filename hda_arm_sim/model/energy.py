@@ -3,7 +3,6 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .arm import Arm, ArmRecord
 from .effects.transmission import SLIDERS
@@ -12,10 +11,9 @@ from .kernel import (BASE_OFFSET, BASE_RATE, BRISTLE, growth, LINK_ANGLE, LINK_V
 from .link_side import base_coupling, loaded_inertia
 from .torsion import torque_of_torsion, torsion_of_torque
 from ..foundation import chain
+from ..foundation.arrays import Array
 from ..foundation.chain import Chain
 from ..foundation.rigid import Inertia, mass_matrix
-
-Array = NDArray[np.float64]
 
 
 def energy(arm: Arm, state: Array) -> float:

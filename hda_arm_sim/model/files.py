@@ -1,4 +1,4 @@
-"""Read and write arms as YAML files; every mistake in a file becomes one clear sentence."""
+"""Read arms from YAML files; every mistake in a file becomes one clear sentence."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -10,9 +10,7 @@ import re
 from typing import Any
 
 from hda_msgs_json.nearest import did_you_mean
-from hda_msgs_json.outputs import OutputError, whole_file
 from hda_msgs_json.yaml_text import text_of, yaml_document, YamlError
-import yaml
 
 from .arm import Arm, ArmError, Placed
 from .chain_links import ChainLinks, kept
@@ -29,9 +27,9 @@ _NAME = re.compile(r'[A-Za-z_][A-Za-z0-9_]*')       # of a part of a topic's nam
 _LONGEST = 100          # of the 247 that a whole name of ROS may have
 _CHAIN = ('urdf', 'tip', 'joints', 'home', 'rpy')
 _PARTS = ('joints', 'links', 'base', 'effects', 'tolerances', 'provenance')
-_JOINT_PARTS = {'torsion': TorsionLaw, 'motor_encoder': Encoder, 'link_encoder': Encoder}
-_LINK_LISTS = {'lengths': ('length1', 'length2'), 'inertia': ('p1', 'p2', 'p3'),
-               'mass_moments': ('first', 'second')}
+JOINT_PARTS = {'torsion': TorsionLaw, 'motor_encoder': Encoder, 'link_encoder': Encoder}
+LINK_LISTS = {'lengths': ('length1', 'length2'), 'inertia': ('p1', 'p2', 'p3'),
+              'mass_moments': ('first', 'second')}
 
 
 def read_arm(path: str | Path) -> Arm:
@@ -185,11 +183,11 @@ def _number(value: Any) -> Any:
 def _joint(item: Any, index: int) -> Joint:
     own = tuple(rule.name for rule in Joint.declarations())
     values = {key: _number(value) for key, value in
-              _mapping(item, f'joints[{index}]', ('name', *_JOINT_PARTS, *own)).items()}
+              _mapping(item, f'joints[{index}]', ('name', *JOINT_PARTS, *own)).items()}
     label = values.pop('name', None)
     if not isinstance(label, str) or not _is_name(label):
         raise ArmError(f'joints[{index}].name must be a name like joint1, got {label!r:.60}')
-    for part, kind in _JOINT_PARTS.items():
+    for part, kind in JOINT_PARTS.items():
         if part in values:
             values[part] = _part(kind, values[part], f'{label}.{part}')
     try:
@@ -213,7 +211,7 @@ def _part(kind: type[Declared], values: Any, owner: str) -> Any:
 def _links(value: Any, joints: Sequence[Joint], source: Path) -> Links | ChainLinks | None:
     if value is None or value == 'none':
         return None
-    given = _mapping(value, 'links', (*_LINK_LISTS, 'coupled', *_CHAIN))
+    given = _mapping(value, 'links', (*LINK_LISTS, 'coupled', *_CHAIN))
     if not any(key in given for key in _CHAIN):
         return _pair(given, len(joints))
     given = _mapping(value, 'links with a URDF', _CHAIN)
@@ -270,7 +268,7 @@ def _description(urdf: str, source: Path) -> str:
 def _pair(given: dict[str, Any], joints: int) -> Links:
     values: dict[str, Any] = {}
     counts = {'lengths': joints, 'inertia': 1 if joints == 1 else 3, 'mass_moments': joints}
-    for key, names in _LINK_LISTS.items():
+    for key, names in LINK_LISTS.items():
         numbers = _sequence(given.get(key, [0.0] * counts[key]), f'links.{key}')
         if len(numbers) != counts[key]:
             raise ArmError(f'links.{key} needs {counts[key]} numbers '
@@ -292,52 +290,3 @@ def _provenance(value: Any) -> tuple[tuple[str, str], ...]:
     if not isinstance(value, dict) or not all(isinstance(text, str) for text in value.values()):
         raise ArmError('provenance must map the name of a number to a sentence on its origin')
     return tuple((str(key), text) for key, text in value.items())
-
-
-def write_arm(arm: Arm, path: str | Path, *, force: bool = False) -> None:
-    """Write an arm; the file appears whole or not at all. Raises ArmError."""
-    try:
-        with whole_file(Path(path), force=force) as file:
-            file.write(arm_to_text(arm))
-    except OutputError as error:
-        raise ArmError(str(error)) from None
-
-
-def arm_to_text(arm: Arm) -> str:
-    """Return an arm as YAML; reading it gives an equal arm."""
-    document: dict[str, Any] = {
-        'joints': [_joint_document(joint) for joint in arm.joints],
-        'links': _links_document(arm),
-        'base': _values(arm.base),
-        'effects': [_placed_document(placed) for placed in arm.effects],
-        'tolerances': _values(arm.tolerances)}
-    if arm.provenance:
-        document['provenance'] = dict(arm.provenance)
-    return yaml.safe_dump(document, sort_keys=False, width=99)
-
-
-def _values(group: Declared) -> dict[str, float]:
-    return {rule.name: getattr(group, rule.name) for rule in group.declarations()}
-
-
-def _joint_document(joint: Joint) -> dict[str, Any]:
-    parts = {name: _values(getattr(joint, name)) for name in _JOINT_PARTS}
-    return {'name': joint.label, **_values(joint), **parts}
-
-
-def _links_document(arm: Arm) -> Any:
-    if arm.links is None:
-        return 'none'
-    if isinstance(arm.links, ChainLinks):
-        home = {'home': list(arm.links.home)} if arm.links.home else {}
-        return {'urdf': arm.links.description, 'tip': arm.links.tip,
-                'joints': list(arm.links.names), **home, 'rpy': list(arm.links.rpy)}
-    single = len(arm.joints) == 1
-    lists = {key: [getattr(arm.links, name) for name in names][:1 if single else None]
-             for key, names in _LINK_LISTS.items()}
-    return {**lists, 'coupled': bool(arm.links.coupled)}
-
-
-def _placed_document(placed: Placed) -> dict[str, Any]:
-    place = {} if placed.joint is None else {'joint': placed.joint}
-    return {'effect': placed.effect.name, **place, 'parameters': _values(placed.effect)}

@@ -17,8 +17,9 @@ from .kernel import (AXES, BUDGET, COMMAND, COMMANDS, CURRENT, DRIVE, FORCE, FOR
                      MOTOR_VELOCITY, NOW, settle, slope, SLOPE_1, SLOPE_2, SLOPE_3, SLOPE_4, STAGE,
                      STATE, STATES, TIME, TRIAL)
 from .motor_side import clipped, lagging, shaft_torque
+from ..foundation.arrays import Array
 from ..foundation.chain import of_links
-from ..foundation.compiled import Array, compiled, inlined, Record
+from ..foundation.compiled import compiled, inlined, Record
 from ..foundation.rigid import Inertia
 
 SIDES = 2               # contacts of a joint; their speeds are SIDES columns of the state apart

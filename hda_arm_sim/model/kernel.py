@@ -21,8 +21,9 @@ from .registers import (AXES, BASE_OFFSET, BASE_RATE, BRISTLE, BUDGET, COMMAND, 
                         registers, SENT, SLOPE_1, SLOPE_2, SLOPE_3, SLOPE_4, STAGE, STATE, STATES,
                         STRETCH, TIME, TORQUE, TRIAL)
 from .torsion import torque_from_guess
+from ..foundation.arrays import Array
 from ..foundation.chain import of_links
-from ..foundation.compiled import Array, compiled, inlined, Record
+from ..foundation.compiled import compiled, inlined, Record
 from ..foundation.rigid import Inertia
 
 __all__ = (                 # the registers are read by who reads the kernel

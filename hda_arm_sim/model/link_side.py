@@ -10,8 +10,9 @@ import numpy as np
 
 from .acting import added, pair_added, passed
 from .effects.place import Carried, LINK_TORQUE, LOAD, Pulled, Signal, TIP, Touched
+from ..foundation.arrays import Array
 from ..foundation.chain import Chain, chain, of_links
-from ..foundation.compiled import Array, compiled, inlined, Number, Record
+from ..foundation.compiled import compiled, inlined, Number, Record
 from ..foundation.rigid import coriolis, gravity_torque, Inertia, mass_matrix, tip_torque
 
 

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from .arm import ArmRecord
 from .link_side import loaded_inertia
+from ..foundation.arrays import Array
 from ..foundation.chain import Chain
-from ..foundation.compiled import Array, either, inlined
+from ..foundation.compiled import either, inlined
 from ..foundation.rigid import Inertia
 
 

@@ -6,7 +6,8 @@ from .effects.place import Swung
 from .link_side import base_coupling, base_push, free_torque, link_torque, Pose, tip_force
 from .registers import (BASE_OFFSET, BASE_RATE, BUDGET, DRIVE, FORCE, LINK_ANGLE, LINK_VELOCITY,
                         MODE, NOW, TORQUE)
-from ..foundation.compiled import Array, inlined
+from ..foundation.arrays import Array
+from ..foundation.compiled import inlined
 from ..foundation.rigid import Inertia, mass_matrix
 
 

@@ -9,7 +9,7 @@ physics itself.
 import numpy as np
 
 from .effects.transmission import SLIDERS
-from ..foundation.compiled import Array
+from ..foundation.arrays import Array
 
 # The state of one joint: shaft [rad, rad/s], link [rad, rad/s]; then what effects remember:
 # torsion at which the elements of the hysteresis stand [rad], bristles [rad], torque of the

@@ -3,9 +3,11 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.files import read_arm, write_arm
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.model.writing import write_arm
 from hda_msgs_json.bag import open_recording, Recording
 from hda_msgs_json.outputs import check_file
 from hda_msgs_json.samples import WrenchSamples
@@ -23,19 +25,25 @@ from .referenced import calibrate
 Words = Sequence[Sequence[str]]
 
 
-def run_calibration(bags: Sequence[Path], arm_file: str, out: Path, *,
-                    joints: Sequence[str] | None = None, tilts: Words = (), payloads: Words = (),
-                    tell: Callable[[str], None] = lambda text: None,
-                    force: bool = False,
-                    opened: Callable[[Path], Recording] = open_recording) -> Calibration:
+class Sources(NamedTuple):
+    """The recordings of a calibration, and what is known of them."""
+
+    bags: Sequence[Path]
+    tilts: Words = ()           # of the base in a recording: bag, degrees, direction
+    payloads: Words = ()        # that hung at the tip in a recording: bag, kg
+    opened: Callable[[Path], Recording] = open_recording
+
+
+def run_calibration(sources: Sources, arm_file: str, out: Path, *,
+                    joints: Sequence[str] | None = None, force: bool = False,
+                    tell: Callable[[str], None] = lambda text: None) -> Calibration:
     """
     Write the arm that the recordings call for, and return what was found.
 
-    With `joints`, the others stay as they are. `tilts` (bag, degrees, direction) and `payloads`
-    (bag, kg) are what is known of a recording. `tell` hears what is being done, and `opened` opens
-    a recording. Raises CalibrationError, GateError, BagError, ArmError or OutputError; nothing is
-    written then.
+    With `joints`, the others stay as they are. `tell` hears what is being done. Raises
+    CalibrationError, GateError, BagError, ArmError or OutputError; nothing is written then.
     """
+    bags = sources.bags
     places = [bag.resolve() for bag in bags]
     if twice := sorted({str(place) for place in places if places.count(place) > 1}):
         raise CalibrationError(f'{twice[0]} is given twice; each recording counts once')
@@ -43,8 +51,8 @@ def run_calibration(bags: Sequence[Path], arm_file: str, out: Path, *,
     whole = read_arm(arm_file)
     arm = whole.torsion_only()      # of a chain the gears alone are calibrated, by sensors
     chosen = arm.labels if joints is None else [arm.joint(label).label for label in joints]
-    known = stated(bags, tilts, payloads)
-    recordings = [opened(bag) for bag in bags]
+    known = stated(bags, sources.tilts, sources.payloads)
+    recordings = [sources.opened(bag) for bag in bags]
     if arm.links is None or _are_snatches(recordings, chosen):
         calibration = _from_sensors(arm, bags, recordings, chosen, tell)
     else:

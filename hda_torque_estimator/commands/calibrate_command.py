@@ -9,7 +9,7 @@ from .outcome import Outcome
 from .page_option import add_page, check_page, write_page
 from .progress import progress
 from ..calibrate.page import page
-from ..calibrate.run import run_calibration
+from ..calibrate.run import run_calibration, Sources
 from ..version import version
 
 EXAMPLES = (
@@ -41,9 +41,9 @@ def execute(options: argparse.Namespace) -> Outcome:
     """Calibrate and write; raises the project's errors."""
     check_page(options, options.bags)
     with progress(quiet=options.json) as tell:
-        found = run_calibration(options.bags, options.arm, options.out, joints=options.joint,
-                                tilts=options.tilt, payloads=options.payload, tell=tell,
-                                force=options.force, opened=opener(options))
+        sources = Sources(options.bags, options.tilt, options.payload, opener(options))
+        found = run_calibration(sources, options.arm, options.out, joints=options.joint,
+                                force=options.force, tell=tell)
     if options.page is not None:
         write_page(options, page(found, out=str(options.out), arm=options.arm, version=version(),
                                  bags=[str(bag) for bag in options.bags]))

@@ -8,7 +8,8 @@ import time
 from typing import TypeVar
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.files import arm_to_text, read_arm
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.model.writing import arm_to_text
 from hda_arm_sim.simulate import checked
 from hda_msgs_json.samples import JointSamples
 from matplotlib.figure import Figure
@@ -22,7 +23,7 @@ from .progress import progress
 from .whole_directory import check_directory, save_figures, whole_directory, write_json
 from ..diagnosis.diagnose import Conclusion, diagnose
 from ..diagnosis.findings.choice import chosen
-from ..diagnosis.findings.report import Part
+from ..diagnosis.findings.origin import Origin, Part
 from ..diagnosis.fitting.alignment import together
 from ..diagnosis.motors_alone.motor_record import is_motor_side, length_of, sweeps_together
 from ..diagnosis.motors_alone.motor_side import diagnose_motors, MotorConclusion
@@ -93,7 +94,7 @@ def _together(options: argparse.Namespace,
     measurement = together([_measurement(part, options, arm, source) for part, source in
                             zip(recorded, sources)], sources)
     found = diagnose(measurement, arm, about=about,
-                     arm_file=options.arm, version=version(), sources=sources, tell=tell)
+                     origin=Origin(options.arm, version(), sources), tell=tell)
     spent, found = time.monotonic() - begin, _chosen(found, arm, options)
     tell('drawing')
     exhibits = None if found.evidence is None else exhibits_of(found.evidence)

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.files import arm_to_text, read_arm
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.model.writing import arm_to_text
 from hda_msgs_json.ahead import drawn_ahead
 from hda_msgs_json.bag import BagWriter, Recording
 from hda_msgs_json.errors import HdaError
@@ -30,7 +31,7 @@ from ..estimating.curves import Beside
 from ..estimating.estimate_messages import estimate_samples
 from ..estimating.estimates import Estimates
 from ..estimating.estimator import Estimator
-from ..estimating.laws import estimate
+from ..estimating.laws import layout
 from ..estimating.page import About, page
 from ..estimating.recorded_settings import recorded_settings, RecordedSettings
 from ..estimating.state_messages import state_samples
@@ -163,7 +164,7 @@ def _outcome(options: argparse.Namespace, arm: Arm, estimates: Estimates,
 
 
 def _doubts(arm: Arm, estimates: Estimates) -> dict[str, float]:
-    return doubt_shares(arm.labels, estimates.joints[:, :, estimate.DOUBT])
+    return doubt_shares(arm.labels, estimates.joints[:, :, layout.DOUBT])
 
 
 def _beside(known: dict[str, Known]) -> dict[str, dict[str, Beside]]:

@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_msgs_json.bag import Recording
 from hda_msgs_json.topics import (reference_joint_torque, REFERENCE_TIP_WRENCH, truth_joint_torque,
@@ -11,8 +12,6 @@ from numpy.typing import NDArray
 
 from ..estimating.accuracy import Errors, errors
 from ..estimating.estimates import Estimates
-
-Array = NDArray[np.float64]
 
 
 class Known(NamedTuple):

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 import numpy as np
 
-from ..diagnosis.motors_alone.motor_side import Explained
+from ..diagnosis.motors_alone.motor_fit import Explained
 from ..diagnosis.motors_alone.ripple import spectrum
 from ..pages.drawing import AFTER, BEFORE, FLOOR, plain, STYLE
 

@@ -7,7 +7,8 @@ from pathlib import Path
 from hda_arm_sim.live import SimulationSettings
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import Effect
-from hda_arm_sim.model.files import arm_to_text, read_arm, read_effects
+from hda_arm_sim.model.files import read_arm, read_effects
+from hda_arm_sim.model.writing import arm_to_text
 from hda_arm_sim.motion_file import read_motion
 from hda_arm_sim.motions import Motion, motion_of, MOTIONS
 from hda_arm_sim.simulate import checked

@@ -10,7 +10,8 @@ off the motor, so that the arm rejects it. K_J = 1 makes the load invisible to t
 
 from typing import NamedTuple
 
-from hda_arm_sim.foundation.compiled import Array, compiled
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled
 from hda_arm_sim.model.arm import ArmRecord
 import numpy as np
 

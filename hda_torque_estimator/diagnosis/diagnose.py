@@ -20,7 +20,8 @@ from .balances.healthy import healthy_twin, noise_of, torque_noise_of
 from .balances.reversals import turning_round
 from .findings.certainty import probability, verdict_probability
 from .findings.gains import gains, METRIC
-from .findings.report import Alike, Diagnosis, Finding, Part, RecordingFacts, TotalGain
+from .findings.origin import Origin, Part, RecordingFacts
+from .findings.report import Alike, Diagnosis, Finding, TotalGain
 from .fitting.alignment import aligned, is_aligned
 from .fitting.fit import Fit, Fitter
 from .fitting.hypotheses import HYPOTHESES, left_aside
@@ -72,20 +73,18 @@ class Evidence(NamedTuple):
 
 
 def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None = None,
-             about: Sequence[Place] = (),
-             arm_file: str = '', version: str = '', seconds: float = 0.0,
-             sources: Sequence[str] = (),
+             about: Sequence[Place] = (), origin: Origin = Origin(),
              tell: Callable[[str], None] = lambda text: None) -> Conclusion:
     """
     Return what the simulation of `arm` gets wrong about a measurement that passed the gate.
 
     Several recordings of the arm, brought together by `alignment.together`, are one measurement;
-    `sources` are their names. `tell` hears what is being done.
+    `origin` has their names. `tell` hears what is being done.
     """
     training, held_out = split(measurement)
-    facts = _facts(measurement, training, held_out, sources)
+    facts = _facts(measurement, training, held_out, origin.sources)
     if (np.ptp(measurement.reading[:, :, 1], axis=0) < _STILL).all():
-        return Conclusion(_unmoved(facts, arm, arm_file, version, seconds), arm, None)
+        return Conclusion(_unmoved(facts, arm, origin), arm, None)
     names, aside = _sought(arm, names)
     tell('looking at the raw readings')
     raw = raw_readings(measurement, arm, names, training)
@@ -120,7 +119,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
         verdict, told, with_sizes(fitter, stands, pairs), rest,
         tuple(one.row() for one in sizes), total,
         residuals(fitter, found.first, stands, inside(fitter.balancer.time, held_out)),
-        replace(facts, training=training, held_out=held_out), arm_file, version, seconds,
+        replace(facts, training=training, held_out=held_out), origin.arm_file, origin.version, 0.0,
         (*filter(None, map(limited, fitted)), *_aside(aside),
          *remarks(sizes, arm, about, FAST if limit == 'rate' else None)), limited_by=limit,
         probability=_probability(verdict, told, pairs, judged))
@@ -263,14 +262,13 @@ def sought_effects() -> tuple[str, ...]:
                  if effect.name in HYPOTHESES or effect.name in RAW_EFFECTS)
 
 
-def _unmoved(facts: RecordingFacts, arm: Arm, arm_file: str, version: str,
-             seconds: float) -> Diagnosis:
+def _unmoved(facts: RecordingFacts, arm: Arm, origin: Origin) -> Diagnosis:
     """Return the diagnosis of a recording in which no link moved: it shows nothing."""
     none, sizes = float('nan'), nothing_seen(arm, sought_effects())
     nothing = TotalGain(none, none, none, none, none, none, METRIC, '1')
     diagnosis = Diagnosis(
         'insufficient_excitation', (), (), None, tuple(one.row() for one in sizes),
-        nothing, (), facts, arm_file, version, seconds, remarks(sizes, arm, ()),
+        nothing, (), facts, origin.arm_file, origin.version, 0.0, remarks(sizes, arm, ()),
         limited_by='motion', probability=1.0)
     return replace(diagnosis, steps=next_steps(diagnosis))
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,7 +11,6 @@ from .estimates import Estimates
 from ..pages.plot import Chart, Line, Plot
 from ..pages.wording import spoken
 
-Array = NDArray[np.float64]
 _TIME = 'time since the first sample [s]'
 
 

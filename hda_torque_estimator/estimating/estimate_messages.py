@@ -18,7 +18,7 @@ from hda_msgs_json.topics import (
 import numpy as np
 
 from .estimates import Estimates
-from .laws import estimate
+from .laws import layout
 
 UNOBSERVED: dict[str, float] = {'nan': np.nan, 'zero': 0.0}
 """What stands in a wrench where nothing is known."""
@@ -45,7 +45,7 @@ class EstimateEncoder:
 
     def __call__(self, stamp: int, joints: Array, tip: Array) -> list[bytes]:
         """Return the messages of results (n, RESULTS) and (TIP_RESULTS,) in order of `topics`."""
-        torque = joints[:, estimate.TORQUE].tolist()
+        torque = joints[:, layout.TORQUE].tolist()
         nothing = self._nothing
         unknown = (nothing,) * 3
         messages = [encode(stamp, unknown, (nothing, nothing, *self._known([value])))
@@ -53,8 +53,8 @@ class EstimateEncoder:
         messages.append(self._torques(stamp, effort=torque))
         if self._has_tip:
             for encode, plane, space in (
-                    (self._base, estimate.BASE_X, estimate.BASE_WRENCH),
-                    (self._tool, estimate.TOOL_X, estimate.TOOL_WRENCH)):
+                    (self._base, layout.BASE_X, layout.BASE_WRENCH),
+                    (self._tool, layout.TOOL_X, layout.TOOL_WRENCH)):
                 if self._in_space:
                     wrench = self._known(tip[space:space + 6].tolist())
                     messages.append(encode(stamp, wrench[:3], wrench[3:]))

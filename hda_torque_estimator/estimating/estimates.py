@@ -8,7 +8,7 @@ from hda_arm_sim.model.chain_links import ChainLinks
 import numpy as np
 from numpy.typing import NDArray
 
-from .laws import estimate
+from .laws import layout
 
 
 class Estimates(NamedTuple):
@@ -23,32 +23,32 @@ class Estimates(NamedTuple):
     @property
     def torque(self) -> Array:
         """Return the torques through the gears (k, n) [N*m, output side]."""
-        return self.joints[:, :, estimate.TORQUE]
+        return self.joints[:, :, layout.TORQUE]
 
     @property
     def torque_deviation(self) -> Array:
         """Return the standard deviations of the torques (k, n) [N*m]."""
-        return self.joints[:, :, estimate.TORQUE_DEVIATION]
+        return self.joints[:, :, layout.TORQUE_DEVIATION]
 
     @property
     def external_torque(self) -> Array:
         """Return the joint torques of the environment (k, n) [N*m], NaN without links."""
-        return self.joints[:, :, estimate.EXTERNAL_TORQUE]
+        return self.joints[:, :, layout.EXTERNAL_TORQUE]
 
     @property
     def base_wrench(self) -> Array:
         """Return the wrench on the tip in the base frame (k, 6) [N, N*m]; of a chain alone."""
-        return self.tip[:, estimate.BASE_WRENCH:estimate.BASE_WRENCH + 6]
+        return self.tip[:, layout.BASE_WRENCH:layout.BASE_WRENCH + 6]
 
     @property
     def tool_wrench(self) -> Array:
         """Return the wrench on the tip in the tool frame (k, 6) [N, N*m]; of a chain alone."""
-        return self.tip[:, estimate.TOOL_WRENCH:estimate.TOOL_WRENCH + 6]
+        return self.tip[:, layout.TOOL_WRENCH:layout.TOOL_WRENCH + 6]
 
     @property
     def base_force(self) -> Array:
         """Return the force on the tip in the base frame (k, 2) [N]."""
-        return self.tip[:, estimate.BASE_X:estimate.BASE_X + 2]
+        return self.tip[:, layout.BASE_X:layout.BASE_X + 2]
 
     @property
     def tip_force(self) -> Array:
@@ -58,22 +58,22 @@ class Estimates(NamedTuple):
     @property
     def tip_force_deviation(self) -> Array:
         """Return the standard deviations of the force on the tip (k, 2 or 3) [N]."""
-        variances = [estimate.WRENCH_COVARIANCE + 7 * axis for axis in range(3)] if (
-            self.in_space) else [estimate.BASE_COVARIANCE, estimate.BASE_COVARIANCE + 3]
+        variances = [layout.WRENCH_COVARIANCE + 7 * axis for axis in range(3)] if (
+            self.in_space) else [layout.BASE_COVARIANCE, layout.BASE_COVARIANCE + 3]
         return np.sqrt(self.tip[:, variances])
 
     @property
     def in_space(self) -> bool:
         """Tell whether the wrench on the tip has all six components, as that of a chain."""
-        return self.tip.shape[1] > estimate.TIP_RESULTS
+        return self.tip.shape[1] > layout.TIP_RESULTS
 
     @property
     def tool_force(self) -> Array:
         """Return the force on the tip in the tool frame, axial first (k, 2) [N]."""
-        return self.tip[:, estimate.TOOL_X:estimate.TOOL_X + 2]
+        return self.tip[:, layout.TOOL_X:layout.TOOL_X + 2]
 
 
 def tip_results(arm: Arm) -> int:
     """Return how many numbers tell of the tip: a chain's has a wrench in space."""
-    return (estimate.CHAIN_TIP_RESULTS if isinstance(arm.links, ChainLinks)
-            else estimate.TIP_RESULTS)
+    return (layout.CHAIN_TIP_RESULTS if isinstance(arm.links, ChainLinks)
+            else layout.TIP_RESULTS)

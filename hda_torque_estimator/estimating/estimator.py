@@ -9,25 +9,25 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 from itertools import pairwise
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar
 
 from hda_arm_sim.foundation.arrays import Array
-from hda_arm_sim.foundation.compiled import compiled, inlined
 from hda_arm_sim.foundation.parameter import Declared, parameter
-from hda_arm_sim.model.arm import Arm, ArmRecord
+from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.link_side import loaded_inertia
-from hda_arm_sim.model.plain import inertia_of, plain
+from hda_arm_sim.model.plain import plain
 import numpy as np
 from numpy.typing import NDArray
 
 from .estimates import Estimates, tip_results
-from .laws import belief, estimate, fusion_memory
-from .laws.compiled_settings import CompiledSettings, Model
-from .laws.contact import contact_level, level
-from .laws.estimate import Sample
+from .laws import belief, estimate, fusion_memory, layout
+from .laws.compiled_settings import CompiledSettings
+from .laws.contact import contact_level
 from .laws.route_errors import Known, known
-from ..samples.sample_watch import LARGEST, watch_limits, WATCH_MEMORY
-from ..samples.stamp_order import AFRESH, BACK, follow, follow_one, ORDER, TWO
+from .laws.stream import Plain, Remembered, run, Stream
+from ..samples.sample_judge import WATCH_MEMORY
+from ..samples.sample_limits import LARGEST, watch_limits
+from ..samples.stamp_order import follow, follow_one, ORDER
 
 # Choices unless told otherwise.
 PART = 1 << 15          # samples of a part: small enough for a cache, large enough to pay
@@ -83,7 +83,7 @@ class Estimator:
         """Prepare for an arm; without links only the torsion's results will be numbers."""
         joints = len(arm.joints)
         self.arm, self.settings = arm, settings
-        self._result = np.zeros((1, joints, estimate.RESULTS))
+        self._result = np.zeros((1, joints, layout.RESULTS))
         self._tips = np.full((1, tip_results(arm)), np.nan)
         self._unknown = np.full((1, joints), np.nan)
         self.joints, self.tip = self._result[0], self._tips[0]
@@ -91,7 +91,7 @@ class Estimator:
         self._plain = plain(self._record)
         self._inertia = loaded_inertia(self._record.body)
         self.tune(settings)
-        self._memory = np.zeros((joints, estimate.MEMORY))
+        self._memory = np.zeros((joints, layout.MEMORY))
         self._limits = watch_limits(arm)
         self._limits[:, LARGEST] = np.maximum(self._limits[:, LARGEST], FARTHEST)
         self._watch = np.zeros((joints, WATCH_MEMORY))
@@ -114,7 +114,7 @@ class Estimator:
 
     def tare(self) -> None:
         """Take the mean torsion of the coming `tare_time` for that of an arm without contact."""
-        self._memory[:, estimate.TARE_SUM] = 0.0
+        self._memory[:, layout.TARE_SUM] = 0.0
         self._tare_left, self._tared = max(self.settings.tare_time, 1e-9), 0
 
     @property
@@ -137,7 +137,7 @@ class Estimator:
     @property
     def zero(self) -> Array:
         """Return what a tare took for no torsion, by joint [rad]."""
-        return self._memory[:, estimate.ZERO].copy()
+        return self._memory[:, layout.ZERO].copy()
 
     def update(self, stamp: int, reading: Array, command: Array | None = None) -> Refusal:
         """
@@ -164,7 +164,7 @@ class Estimator:
     @property
     def believed(self) -> bool:
         """Tell whether the last sample could be estimated from."""
-        return bool(np.isfinite(self.joints[:, estimate.TORQUE]).all())
+        return bool(np.isfinite(self.joints[:, layout.TORQUE]).all())
 
     @property
     def unbelieved(self) -> int:
@@ -197,7 +197,7 @@ class Estimator:
         used = refusals == 0
         given = np.full(reading.shape[:2], np.nan) if command is None else command
         count = int(used.sum())
-        whole = Estimates(stamps[used], np.empty((count, len(self.arm.joints), estimate.RESULTS)),
+        whole = Estimates(stamps[used], np.empty((count, len(self.arm.joints), layout.RESULTS)),
                           np.empty((count, tip_results(self.arm))), np.flatnonzero(~used))
         tared = range(*np.searchsorted(whole.stamps, tare).tolist())
         return whole, self._parts(whole, np.ascontiguousarray(reading[used]),
@@ -215,7 +215,7 @@ class Estimator:
             for each in _one_by_one(rows) if taring else (rows,):
                 self._step(reading[each], command[each], seconds[each], whole.joints[each],
                            whole.tip[each])
-                if taring and np.isfinite(whole.joints[each, :, estimate.TORQUE]).all():
+                if taring and np.isfinite(whole.joints[each, :, layout.TORQUE]).all():
                     self._add_to_tare()
             if rows.stop == tare.stop and taring:
                 self._end_tare()
@@ -231,9 +231,9 @@ class Estimator:
 
     def _step(self, reading: Array, command: Array, seconds: Array, joints: Array,
               tip: Array) -> None:
-        _run(Plain(*self._plain, self._numbers),
-             Remembered(self._limits, self._watch, self._belief, self._memory),
-             Stream(reading, command, seconds), joints, tip)
+        run(Plain(*self._plain, self._numbers),
+            Remembered(self._limits, self._watch, self._belief, self._memory),
+            Stream(reading, command, seconds), joints, tip)
 
     def _add_to_tare(self) -> None:
         estimate.add_to_tare(self._record, self._settings, self._inertia, self._memory)
@@ -242,8 +242,8 @@ class Estimator:
     def _end_tare(self) -> None:
         """Take the mean of what was added for zero; without anything the zero stays."""
         if self._tared:
-            self._memory[:, estimate.ZERO] += self._memory[:, estimate.TARE_SUM] / self._tared
-            self._memory[:, estimate.FUSION + fusion_memory.SLIPPED] = 0.0
+            self._memory[:, layout.ZERO] += self._memory[:, layout.TARE_SUM] / self._tared
+            self._memory[:, layout.FUSION + fusion_memory.SLIPPED] = 0.0
         self._tare_left = 0.0
 
 
@@ -270,88 +270,3 @@ def compiled_settings(arm: Arm, settings: EstimatorSettings) -> CompiledSettings
         settings.fusion_zero_follows, contact_level(settings.contact_deviations, len(arm.joints)),
         settings.collision_torque,
         known(arm))
-
-
-class Plain(NamedTuple):
-    """An arm and settings in arrays alone, which a call passes on quickest."""
-
-    joints: NDArray[Any]
-    body: NDArray[Any]
-    inertia: Array
-    settings: Array
-
-
-class Remembered(NamedTuple):
-    """What no arm can do, and what is remembered of the samples so far."""
-
-    limits: Array
-    watch: Array
-    doubts: Array
-    memory: Array
-
-
-class Stream(NamedTuple):
-    """Samples: (k, n, READINGS), commands (k, n), and times since the last ones (k,)."""
-
-    reading: Array
-    command: Array
-    seconds: Array
-
-
-@inlined
-def _settings(numbers: Array) -> CompiledSettings:
-    n = numbers
-    return CompiledSettings(
-        n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8], n[9], n[10], n[11],
-        Known(n[12], n[13], n[14], n[15], n[16], n[17], n[18], n[19], n[20], n[21]))
-
-
-@compiled
-def _run(plain: Plain, of: Remembered, stream: Stream, result: Array, tip: Array) -> None:
-    """
-    Estimate samples.
-
-    One sample and a recording take the same machine code, therefore the same bits: where a
-    compiler joins a step to two callers, it may round differently in each.
-    """
-    model = Model(ArmRecord(plain.joints, plain.body[0]), _settings(plain.settings),
-                  inertia_of(plain.inertia))
-    reading = stream.reading
-    zero = model.settings.known.torsion_zero
-    clean, given = np.empty_like(reading[0]), np.empty_like(stream.command[0])
-    held, told = np.empty((reading.shape[1], 3)), np.zeros(5)
-    for i in range(reading.shape[0]):
-        back, two = stream.seconds[i] <= BACK, stream.seconds[i] >= TWO
-        passed = AFRESH if back else stream.seconds[i] - TWO if two else stream.seconds[i]
-        if back:
-            _forget(of.memory, of.doubts)
-        belief.sane(of.limits, plain.joints, reading[i], stream.command[i], clean, given)
-        dt = belief.look(model.record, of.limits, of.watch, of.doubts, reading[i], passed, told)
-        if back or two:
-            belief.blame(of.doubts, belief.CLOCK_BACK if back else belief.TWO_PUBLISHERS)
-        if dt < 0.0:
-            result[i, :, :] = np.nan
-            tip[i, :] = np.nan
-            result[i, :, estimate.DOUBT] = 0.0
-            tip[i, estimate.CONTACT_LEVEL] = level(of.memory[0, estimate.CONTACT:])
-        else:
-            belief.feel_slips(of.limits, of.doubts, of.memory[:, estimate.FUSION:], zero, clean,
-                              dt)
-            estimate.step(model, of.memory, Sample(clean, given, dt), result[i], tip[i])
-            for j in range(result.shape[1]):
-                held[j, 0] = result[i, j, estimate.EXTERNAL_TORQUE]
-                held[j, 1] = result[i, j, estimate.EXTERNAL_DEVIATION]
-                held[j, 2] = result[i, j, estimate.TORQUE]
-            belief.feel_standstill(model.record, of.limits, of.doubts, clean, held, dt)
-        for j in range(result.shape[1]):
-            result[i, j, estimate.DOUBT] = belief.doubt(of.doubts, j, result[i, j, estimate.DOUBT])
-
-
-@compiled
-def _forget(memory: Array, doubts: Array) -> None:
-    """Begin as after a start, but with the zero of the last tare."""
-    for j in range(memory.shape[0]):
-        zero = memory[j, estimate.ZERO]
-        memory[j, :] = 0.0
-        doubts[j, :] = 0.0
-        memory[j, estimate.ZERO] = zero

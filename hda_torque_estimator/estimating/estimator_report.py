@@ -5,7 +5,7 @@ from hda_arm_sim.health import Level, Pace, Refusals, Report
 import numpy as np
 
 from .belief_words import doubts_told
-from .laws import contact, estimate
+from .laws import contact, layout
 from .live_estimator import LiveEstimator
 from .route_health import told, UNTAUGHT, WELL
 
@@ -18,7 +18,7 @@ def estimator_report(live: LiveEstimator, pace: Pace, refusals: Refusals) -> Rep
         level, message = Level.WARN, 'no joint_states that can be used'
     elif refused:
         level, message = Level.WARN, f'{refused} joint_states refused, {message}'
-    if live.estimator.tip[estimate.CONTACT_LEVEL] == contact.COLLISION:
+    if live.estimator.tip[layout.CONTACT_LEVEL] == contact.COLLISION:
         level, message = max(level, Level.WARN), f'collision, {message}'
     health = _health(live)
     if any(words not in (WELL, UNTAUGHT) and not words.startswith('unknown')
@@ -39,18 +39,18 @@ def estimator_report(live: LiveEstimator, pace: Pace, refusals: Refusals) -> Rep
         'contacts so far': int(_contact_memory(live)[contact.CONTACTS]),
         **health,
         'mass at the tip beyond the model [kg]': _mass(live),
-        'tip force partly hidden': bool(live.estimator.tip[estimate.SINGULAR] > 0.0),
+        'tip force partly hidden': bool(live.estimator.tip[layout.SINGULAR] > 0.0),
         'tare under way': live.estimator.taring,
         **refusals.values()})
 
 
 def _doubts(live: LiveEstimator) -> list[str]:
     estimator = live.estimator
-    return doubts_told(estimator.arm.labels, estimator.joints[:, estimate.DOUBT].tolist())
+    return doubts_told(estimator.arm.labels, estimator.joints[:, layout.DOUBT].tolist())
 
 
 def _touch(live: LiveEstimator) -> str:
-    level, felt = live.estimator.tip[[estimate.CONTACT_LEVEL, estimate.CONTACT_DEVIATIONS]]
+    level, felt = live.estimator.tip[[layout.CONTACT_LEVEL, layout.CONTACT_DEVIATIONS]]
     if live.estimator.arm.links is None:
         return 'unknown: the arm has no links'
     pushed = 'something pushes the arm now' if _contact_memory(live)[contact.TOUCHING] else 'none'
@@ -60,21 +60,21 @@ def _touch(live: LiveEstimator) -> str:
 
 
 def _mass(live: LiveEstimator) -> str:
-    mass, deviation = live.estimator.tip[[estimate.MASS, estimate.MASS_DEVIATION]]
+    mass, deviation = live.estimator.tip[[layout.MASS, layout.MASS_DEVIATION]]
     return f'{mass:.2f} +- {deviation:.2f}' if np.isfinite(mass) else 'unknown'
 
 
 def _contact_memory(live: LiveEstimator) -> Array:
-    return live.estimator.memory[0, estimate.CONTACT:]
+    return live.estimator.memory[0, layout.CONTACT:]
 
 
 def _health(live: LiveEstimator) -> dict[str, str]:
     estimator = live.estimator
     return {f'{joint.label}: torsion against motor torque':
-            told(joint, estimator.known, memory[estimate.FUSION:])
+            told(joint, estimator.known, memory[layout.FUSION:])
             for joint, memory in zip(estimator.arm.joints, estimator.memory)}
 
 
 def _beyond(live: LiveEstimator) -> str:
-    beyond = np.flatnonzero(live.estimator.joints[:, estimate.BEYOND_RANGE])
+    beyond = np.flatnonzero(live.estimator.joints[:, layout.BEYOND_RANGE])
     return ', '.join(live.estimator.arm.labels[joint] for joint in beyond) or 'none'

@@ -14,7 +14,7 @@ import numpy as np
 
 from .estimate_messages import EstimateEncoder
 from .estimator import Estimator, EstimatorSettings, Refusal
-from .laws.estimate import FUSION
+from .laws.layout import FUSION
 from .route_health import remarks
 from .state_messages import Pacer, STATE_RATE, StateWriter
 from ..samples.gaps import Gaps

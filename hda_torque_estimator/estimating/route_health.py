@@ -18,9 +18,9 @@ from .laws.route_errors import (DRY, ERRORS, GAIN, Known, LINK_1, LINK_2, OFFSET
                                 ZERO)
 
 # Choices unless told otherwise.
-# A healthy arm's errors are drawn from a normal distribution of one tolerance. Each of 7 numbers
-# and 7 waves, whose two parts make a Rayleigh distribution, passes its bar once in 280 000 joints:
-# together one joint in 20 000. Waves at the bar of a number pass it five times as often
+# A healthy arm's errors are drawn from a normal distribution of one tolerance. The two parts of a
+# wave make a Rayleigh distribution. Each of 7 numbers and 7 waves passes its bar once in 280 000
+# joints: together one joint in 20 000. Waves at the bar of a number pass it five times as often
 # (source: normal and Rayleigh distributions).
 REMARKABLE, REMARKABLE_WAVE = 4.63, 5.01        # tolerances, and deviations of what was learnt
 WELL, UNTAUGHT = 'well', 'nothing learnt yet'

@@ -19,22 +19,22 @@ from numpy.typing import NDArray
 
 from .belief_words import believed, doubts_told
 from .estimates import Estimates
-from .laws import estimate
+from .laws import layout
 from .laws.contact import contact_name
 
 STATE_RATE = 50.0               # default [Hz]
 
 JOINT_NUMBERS = {
-    'torsion': estimate.TORSION, 'kinematic_torsion': estimate.KINEMATIC_TORSION,
-    'torque': estimate.TORQUE, 'torque_std': estimate.TORQUE_DEVIATION,
-    'external_torque': estimate.EXTERNAL_TORQUE,
-    'external_torque_std': estimate.EXTERNAL_DEVIATION,
-    'motor_share': estimate.MOTOR_SHARE}
+    'torsion': layout.TORSION, 'kinematic_torsion': layout.KINEMATIC_TORSION,
+    'torque': layout.TORQUE, 'torque_std': layout.TORQUE_DEVIATION,
+    'external_torque': layout.EXTERNAL_TORQUE,
+    'external_torque_std': layout.EXTERNAL_DEVIATION,
+    'motor_share': layout.MOTOR_SHARE}
 """Which result of a joint each field of the message holds, in the order of the message."""
-TIP_NUMBERS = (estimate.BASE_X, estimate.BASE_Y,
-               *range(estimate.BASE_COVARIANCE, estimate.BASE_COVARIANCE + 4))
-CHAIN_TIP_NUMBERS = (*range(estimate.BASE_WRENCH, estimate.BASE_WRENCH + 3), *(
-    estimate.WRENCH_COVARIANCE + 6 * row + column for row in range(3) for column in range(3)))
+TIP_NUMBERS = (layout.BASE_X, layout.BASE_Y,
+               *range(layout.BASE_COVARIANCE, layout.BASE_COVARIANCE + 4))
+CHAIN_TIP_NUMBERS = (*range(layout.BASE_WRENCH, layout.BASE_WRENCH + 3), *(
+    layout.WRENCH_COVARIANCE + 6 * row + column for row in range(3) for column in range(3)))
 FELT = 3.0                      # deviations of one joint's external torque that it feels (choice)
 
 
@@ -95,10 +95,10 @@ class StateWriter:
     def texts(self, stamps: Sequence[int], joints: Array, tip: Array, *,
               taring: bool = False) -> list[str]:
         """Return the states after samples: stamps (k,), (k, n, RESULTS) and (k, TIP_RESULTS)."""
-        beyond = (joints[:, :, estimate.BEYOND_RANGE] > 0.0).tolist()
-        singular = (tip[:, estimate.SINGULAR] > 0.0).tolist()
-        level = [contact_name(value) for value in tip[:, estimate.CONTACT_LEVEL].tolist()]
-        doubts = joints[:, :, estimate.DOUBT].tolist()
+        beyond = (joints[:, :, layout.BEYOND_RANGE] > 0.0).tolist()
+        singular = (tip[:, layout.SINGULAR] > 0.0).tolist()
+        level = [contact_name(value) for value in tip[:, layout.CONTACT_LEVEL].tolist()]
+        doubts = joints[:, :, layout.DOUBT].tolist()
         hides = _HIDDEN[self._in_space]
         verdicts = [_verdict(self._labels, tuple(too_far), tuple(doubted), hides * hidden, taring)
                     for too_far, doubted, hidden in zip(beyond, doubts, singular)]
@@ -108,11 +108,11 @@ class StateWriter:
                    [verdict.flags for verdict in verdicts],
                    *(_words(tip[:, index]) for index in self._tip),
                    [_truth(hidden) for hidden in singular],
-                   _words(tip[:, estimate.CONDITIONING]),
+                   _words(tip[:, layout.CONDITIONING]),
                    *(_words(tip[:, index]) for index in (
-                       estimate.CONTACT_DEVIATIONS, estimate.MASS, estimate.MASS_DEVIATION)),
+                       layout.CONTACT_DEVIATIONS, layout.MASS, layout.MASS_DEVIATION)),
                    map(json.dumps, level),
-                   *(_words(joints[:, j, estimate.ZERO_TAKEN]) for j in count),
+                   *(_words(joints[:, j, layout.ZERO_TAKEN]) for j in count),
                    map(json.dumps, touched_beyond(self._labels, joints, tip)))
         return [self._form % row for row in zip(*columns)]
 
@@ -129,10 +129,10 @@ def state_samples(arm: Arm, estimates: Estimates, rate: float = STATE_RATE,
 
 def touched_beyond(labels: Sequence[str], joints: Array, tip: Array) -> list[str]:
     """Return the outermost joint that feels a contact at each sample (k,), '' for none."""
-    torque, deviation = joints[:, :, estimate.EXTERNAL_TORQUE], joints[:, :, (
-        estimate.EXTERNAL_DEVIATION)]
+    torque, deviation = joints[:, :, layout.EXTERNAL_TORQUE], joints[:, :, (
+        layout.EXTERNAL_DEVIATION)]
     feels = np.abs(torque) > FELT * deviation
-    feels &= (tip[:, estimate.CONTACT_LEVEL] > 0.0)[:, np.newaxis]
+    feels &= (tip[:, layout.CONTACT_LEVEL] > 0.0)[:, np.newaxis]
     last = len(labels) - 1 - np.argmax(feels[:, ::-1], axis=1)
     return [labels[place] if feels[row, place] else '' for row, place in enumerate(last.tolist())]
 

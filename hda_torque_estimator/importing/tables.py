@@ -139,8 +139,8 @@ def _channels(variables: dict[str, Any]) -> Columns:
     """
     Return every column in nested variables; a matrix has its channels in columns or in rows.
 
-    They are in rows where the longest vector is as long as a row, or, where neither side has its
-    length, where rows are longer than columns.
+    They are in rows where the longest vector is as long as a row. Where neither side has its
+    length, they are in rows that are longer than columns.
     """
     arrays = dict(_flat('', variables))
     length = max((len(array) for array in arrays.values() if array.ndim == 1), default=0)

@@ -9,16 +9,15 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.parameter import Declared
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import Effect
 import numpy as np
-from numpy.typing import NDArray
 
 from .bounds import bounded, entered
 from .charts import Chart, Plain, Wave
 
-Array = NDArray[np.float64]
 Place = tuple[str, str | None]        # an effect and its joint, None for the whole arm
 # Choices unless told otherwise.
 _TO_BOUND = 0.7         # share of the way to a bound that a step may take

@@ -11,13 +11,12 @@ is noise.
 from dataclasses import replace
 import math
 
+from hda_arm_sim.foundation.arrays import Array
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from .measurement import Measurement
 
-Array = NDArray[np.float64]
 # Choices unless told otherwise.
 # (source: bus cycles of robot drives are 1 ms and shorter)
 FINE = 1e-3             # longest period of the grid [s]

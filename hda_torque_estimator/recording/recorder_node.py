@@ -11,13 +11,13 @@ from typing import Any, ClassVar
 
 from hda_arm_sim.foundation.parameter import ParameterError
 from hda_arm_sim.health import Level, Report
-from hda_arm_sim.model.files import arm_to_text
+from hda_arm_sim.model.writing import arm_to_text
 from hda_arm_sim.ros.arm_node import ArmNode
 from hda_arm_sim.ros.listening import Listening
 from hda_arm_sim.ros.process import run
 from hda_arm_sim.ros.remote_parameters import RemoteParameters
 from hda_msgs_json.bag import BagError, BagWriter
-from hda_msgs_json.bag_writer import Split
+from hda_msgs_json.bag_writer import Files
 from hda_msgs_json.topics import Topic
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
@@ -69,9 +69,9 @@ class BagRecorder(ArmNode):
         self._gave_up = False
         self._counts: Counter[str] = Counter()
         self._parameters_of: dict[str, Any] = {self.get_name(): self.parameters.values()}
-        self._bag = BagWriter(output, self._about(), compression=compression, whole=False,
-                              split=Split(round(settings.split_size * MEGABYTE),
-                                          round(settings.split_time * 1e9)))
+        files = Files(compression, round(settings.split_size * MEGABYTE),
+                      round(settings.split_time * 1e9))
+        self._bag = BagWriter(output, self._about(), files=files, whole=False)
         self._serve()
         self._remote = RemoteParameters(self, NODES, self._on_parameters)
         self.begin()

@@ -6,7 +6,8 @@ Compiled, and with running sums, so that the live estimator asks the same as the
 
 import math
 
-from hda_arm_sim.foundation.compiled import Array, compiled, inlined
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled, inlined
 import numpy as np
 
 # Kinds of a coupling, negative with one sign flipped.

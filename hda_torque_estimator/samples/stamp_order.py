@@ -5,7 +5,8 @@ A single stamp of the past is a message that came late. Several in a row that gr
 clock that went back: a loop, a restart. Stamps that alternate are two publishers.
 """
 
-from hda_arm_sim.foundation.compiled import Array, compiled
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled
 from hda_msgs_json.samples import Stamps
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +21,9 @@ LAST, STARTED, PAST, IN_A_ROW, ALTERNATING = range(5)
 ORDER = 5  # (layout)
 
 # Choices unless told otherwise.
-FAR_BACK = 1_000_000_000        # beyond it no message is late (as in `sample_watch.py`) [ns]
+FAR_BACK = 1_000_000_000        # beyond it no message is late (as in `sample_judge.py`) [ns]
 ROW = 3                         # samples that grow again (choice)
-TURNS = 3                       # as in `sample_watch.py`
+TURNS = 3                       # as in `sample_judge.py`
 
 
 @compiled

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ..controlling import control
 from ..controlling.controller import compiled_settings as controller_settings, ControllerSettings
 from ..estimating.estimator import compiled_settings as estimator_settings, EstimatorSettings
-from ..estimating.laws import estimate
+from ..estimating.laws import estimate, layout
 from ..estimating.laws.compiled_settings import Model
 
 # Choices unless told otherwise.
@@ -150,9 +150,9 @@ class _Made(NamedTuple):
 def _run(plant: ArmRecord, minds: _Minds, w: Array, plan: _Plan, made: _Made) -> None:
     joints, dt, torques = plan.reference.shape[1], plan.dt, made.torques
     inertia, believed = loaded_inertia(plant.body), minds.estimator.record
-    memory = np.zeros((joints, estimate.MEMORY))
+    memory = np.zeros((joints, layout.MEMORY))
     control_memory = np.zeros((joints, control.MEMORY))
-    result, tip = np.zeros((joints, estimate.RESULTS)), np.zeros(estimate.TIP_RESULTS)
+    result, tip = np.zeros((joints, layout.RESULTS)), np.zeros(layout.TIP_RESULTS)
     now, command = np.zeros((joints, 4)), np.zeros(joints)
     for k in range(plan.reference.shape[0]):
         since = dt if k > 0 else 0.0
@@ -162,7 +162,7 @@ def _run(plant: ArmRecord, minds: _Minds, w: Array, plan: _Plan, made: _Made) ->
         if minds.estimates:
             estimate.step(minds.estimator, memory, estimate.Sample(now, command, since), result,
                           tip)
-            torques[2, k] = result[:, estimate.TORQUE]
+            torques[2, k] = result[:, layout.TORQUE]
         act(plant, inertia, w, command, plan.force[k], dt, plan.steps)
         control.step(believed, minds.controller, control_memory,
                      control.Asked(plan.reference[k], now[:, 0], torques[2, k], since), command)

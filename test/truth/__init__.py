@@ -8,7 +8,7 @@ from .catalogue import CATALOGUE
 from .effect import Effect, Hidden, Parameter, TruthError
 from .layout import draw, EFFECTS
 from .outside import OUTSIDE
-from .recording import record, TruthRecord
+from .recording import Device, record, Reference, TruthRecord
 
-__all__ = ['CATALOGUE', 'draw', 'Effect', 'EFFECTS', 'Hidden', 'OUTSIDE', 'Parameter', 'record',
-           'TruthError', 'TruthRecord']
+__all__ = ['CATALOGUE', 'Device', 'draw', 'Effect', 'EFFECTS', 'Hidden', 'OUTSIDE', 'Parameter',
+           'record', 'Reference', 'TruthError', 'TruthRecord']

@@ -1,6 +1,7 @@
 """The motor and its amplifier: from the torque commanded to the torque at the shaft."""
 
 import math
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -9,6 +10,14 @@ from numpy.typing import NDArray
 from .layout import Record
 
 Array = NDArray[np.float64]
+
+
+class Sent(NamedTuple):
+    """Commands on their way to the amplifiers, once settled."""
+
+    torque: Array               # (k, 2) of each sample [N*m]
+    arrival: Array              # (k + 1, 2) when they get there, without delay [s]
+    active: NDArray[np.int64]   # (2,) which one is in force
 
 
 # Forms of laws, by effect (`forms.py`); 0 is the one of README.md.
@@ -62,14 +71,14 @@ def offset(joint: Record, time: float) -> float:
 
 
 @numba.njit(cache=True, error_model='numpy')
-def delayed(torque: Array, instant: Array, newest: int, j: int, delay: float, begin: float,
-            h: float, active: NDArray[np.int64]) -> float:
+def delayed(sent: Sent, newest: int, j: int, delay: float, begin: float, h: float) -> float:
     """
-    Return the mean of the delayed torque over [begin, begin + h].
+    Return the mean of the delayed torque of a joint over [begin, begin + h].
 
-    `active[j]` is the command in force and moves on; a change within the step counts by the time
-    that is left, so the delay need not be a whole number of steps.
+    The command in force moves on; a change within the step counts by the time that is left, so
+    the delay need not be a whole number of steps.
     """
+    torque, instant, active = sent.torque, sent.arrival[:, j], sent.active
     total, now, end = 0.0, begin, begin + h
     while active[j] < newest and instant[active[j] + 1] + delay < end:
         change = max(instant[active[j] + 1] + delay, now)

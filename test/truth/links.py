@@ -73,9 +73,10 @@ def bare(arm: np.void, joints: NDArray[np.void]) -> tuple[float, float, float, f
 
 
 @numba.njit(cache=True, error_model='numpy')
-def write_pose(arm: Record, body: Array, a1: float, a2: float, fx: float, fy: float,
+def write_pose(arm: Record, body: Array, a1: float, a2: float, force: tuple[float, float],
                pose: Array, time: float = 0.0) -> None:
     """Write what follows from the link angles: coupling, base coupling and outer torques."""
+    fx, fy = force
     pose[0] = body[2] * math.cos(a2 - a1) + body[3]
     pose[1] = body[2] * math.sin(a2 - a1)
     pose[2:] = 0.0
@@ -116,9 +117,10 @@ def leverage(length: float, angle: float, fx: float, fy: float) -> float:
 
 
 @numba.njit(cache=True, error_model='numpy')
-def accelerate(arm: Record, body: Array, pose: Array, t1: float, t2: float, x: float, rate: Array,
-               out: Array) -> None:
-    """Write the accelerations of both links and the base under the joint torques t1, t2."""
+def accelerate(arm: Record, body: Array, pose: Array, torques: tuple[float, float], x: float,
+               rate: Array, out: Array) -> None:
+    """Write the accelerations of both links and the base under the torques of both joints."""
+    t1, t2 = torques
     mobility = arm.base_vibration_amplitude
     swing = 2.0 * math.pi * arm.base_vibration_frequency
     pull, damping, back = 0.0, arm.base_vibration_damping, swing * x

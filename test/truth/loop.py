@@ -7,7 +7,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from .drive import delayed, issued, looped
+from .drive import delayed, issued, looped, Sent
 from .encoders import PEAKED, TWO_ORDERS
 from .layout import Record
 from .links import contact, leverage
@@ -44,6 +44,23 @@ class Log(NamedTuple):
     external: Array             # (k, 2) true, of the force on the tip about the joints [N*m]
 
 
+class Seen(NamedTuple):
+    """What the controller sees of a motor, beside the last reading that was new."""
+
+    angle: float                # as the encoder shows it [rad]
+    moved: float                # since then [rad]
+    elapsed: float              # since then [s]
+
+
+class Step(NamedTuple):
+    """One step of integration between a sample and the next."""
+
+    k: int                      # the sample
+    since: float                # when the step begins, after the sample [s]
+    h: float                    # how long it is [s]
+    span: float                 # between the samples [s]
+
+
 def blank(samples: int) -> Log:
     """Return a log to be filled."""
     return Log(np.zeros((samples, 2)), np.zeros((samples, 2)), np.zeros((samples + 1, 2)),
@@ -70,15 +87,10 @@ def shaft_reading(joint: Record, angle: float, jitter: float) -> float:
 
 
 @numba.njit(cache=True, error_model='numpy')
-def control(joint: Record, plan: Plan, k: int, j: int, shown: float, moved: float,
-            elapsed: float, rate: Array) -> float:
-    """
-    Return the command that answers a reading [N*m], and move the filtered rate `rate[j]`.
-
-    `moved` and `elapsed` count from the last reading that was new.
-    """
-    rate[j] += (moved - elapsed * rate[j]) / (RATE_FILTER + elapsed)
-    torque = (joint.k_p * (joint.ratio * plan.angle[k, j] - shown)
+def control(joint: Record, plan: Plan, k: int, j: int, seen: Seen, rate: Array) -> float:
+    """Return the command that answers a reading [N*m], and move the filtered rate `rate[j]`."""
+    rate[j] += (seen.moved - seen.elapsed * rate[j]) / (RATE_FILTER + seen.elapsed)
+    torque = (joint.k_p * (joint.ratio * plan.angle[k, j] - seen.angle)
               + joint.k_d * (joint.ratio * plan.angle_rate[k, j] - rate[j]))
     return min(max(torque, -joint.limit), joint.limit)
 
@@ -110,29 +122,28 @@ def remember(plant: Plant, state: State, plan: Plan, k: int, log: Log, spare: Ar
 
 
 @numba.njit(cache=True, error_model='numpy')
-def catch(plant: Plant, state: State, k: int, begin: float, h: float, since: float, span: float,
-          late: bool, log: Log) -> None:
+def catch(plant: Plant, state: State, step: Step, late: bool, log: Log) -> None:
     """
-    Keep the link angles at their own sampling times within [begin, begin + h].
+    Keep the link angles at their own sampling times within a step.
 
     A skew behind the sample falls into the interval after it, one ahead into the interval before;
     halfway through a step the present angles and rates tell both halves of it.
     """
     for j in range(2):
         skew = plant.joints[j].clock_skew_skew
-        offset, sample = (skew, k) if skew >= 0.0 else (span + skew, k + 1)
-        ahead = offset - since - 0.5 * h
-        if (ahead >= 0.0) == late and abs(ahead) <= 0.5000001 * h:
+        offset, sample = (skew, step.k) if skew >= 0.0 else (step.span + skew, step.k + 1)
+        ahead = offset - step.since - 0.5 * step.h
+        if (ahead >= 0.0) == late and abs(ahead) <= 0.5000001 * step.h:
             log.link[sample, j] = (relative(state.position, j)
                                    + ahead * relative(state.rate, j))
 
 
 @numba.njit(cache=True, error_model='numpy')
-def advance(plant: Plant, state: State, plan: Plan, k: int, steps: int, torque: Array,
-            active: NDArray[np.int64], log: Log, spare: Array) -> None:
+def advance(plant: Plant, state: State, plan: Plan, k: int, steps: int, sent: Sent,
+            log: Log) -> None:
     """Integrate from sample k to the next one."""
     begin, span = plan.instant[k], plan.instant[k + 1] - plan.instant[k]
-    h, arrivals = span / steps, (plan.arrival[:, 0], plan.arrival[:, 1])
+    h, spare = span / steps, np.zeros((2, 5))
     for i in range(steps):
         drift(plant, state, h if i > 0 else 0.5 * h)
         share = (i + 0.5) / steps
@@ -141,14 +152,14 @@ def advance(plant: Plant, state: State, plan: Plan, k: int, steps: int, torque: 
         locate(plant, state, fx, fy, begin + share * span)
         for j in range(2):
             joint = plant.joints[j]
-            mean = delayed(torque, arrivals[j], k, j, joint.command_delay_delay,
-                           begin + i * h, h, active)
+            mean = delayed(sent, k, j, joint.command_delay_delay, begin + i * h, h)
             state.held[j].applied = looped(joint, mean, j, state.lag, state.memory[j], h)
             if joint.hand != 0.0:
                 state.held[j].load += hand(joint, plan, k, j, state)
-        catch(plant, state, k, begin, h, i * h, span, False, log)
+        step = Step(k, i * h, h, span)
+        catch(plant, state, step, False, log)
         kick(plant, state, h, spare[0], spare[1])
-        catch(plant, state, k, begin, h, i * h, span, True, log)
+        catch(plant, state, step, True, log)
     drift(plant, state, 0.5 * h)
 
 
@@ -156,12 +167,12 @@ def advance(plant: Plant, state: State, plan: Plan, k: int, steps: int, torque: 
 def run(plant: Plant, state: State, plan: Plan, steps: int, log: Log) -> None:
     """Run all samples of a plan, `steps` integration steps each, and fill the log."""
     samples = plan.angle.shape[0]
-    spare, rate, answer = np.zeros((2, 5)), np.zeros(2), np.zeros(2)
-    torque, active, last = np.zeros((samples, 2)), np.zeros(2, np.int64), 0
+    spare, rate, answer, last = np.zeros(5), np.zeros(2), np.zeros(2), 0
+    sent = Sent(np.zeros((samples, 2)), plan.arrival, np.zeros(2, np.int64))
     locate(plant, state, plan.force[0, 0], plan.force[0, 1], plan.instant[0])
     for k in range(samples):
         locate(plant, state, plan.force[k, 0], plan.force[k, 1], plan.instant[k])
-        remember(plant, state, plan, k, log, spare[0])
+        remember(plant, state, plan, k, log, spare)
         for j in range(2):
             joint = plant.joints[j]
             if plan.fate[k] != FRESH:
@@ -169,11 +180,11 @@ def run(plant: Plant, state: State, plan: Plan, steps: int, log: Log) -> None:
             else:
                 log.command[k, j] = answer[j]
                 log.motor[k, j] = shaft_reading(joint, state.position[j], plan.jitter[k, j])
-                answer[j] = plant.arm[0].powered * control(
-                    joint, plan, k, j, log.motor[k, j], log.motor[k, j] - log.motor[last, j],
-                    plan.instant[k] - plan.instant[last], rate)
-            torque[k, j] = issued(joint, log.command[k, j], plan.noise[k, j], state.rate[j],
-                                  plan.instant[k])
+                seen = Seen(log.motor[k, j], log.motor[k, j] - log.motor[last, j],
+                            plan.instant[k] - plan.instant[last])
+                answer[j] = plant.arm[0].powered * control(joint, plan, k, j, seen, rate)
+            sent.torque[k, j] = issued(joint, log.command[k, j], plan.noise[k, j],
+                                       state.rate[j], plan.instant[k])
         if plan.fate[k] == FRESH:
             last = k
-        advance(plant, state, plan, k, steps, torque, active, log, spare)
+        advance(plant, state, plan, k, steps, sent, log)

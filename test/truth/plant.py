@@ -89,8 +89,8 @@ def locate(plant: Plant, state: State, fx: float, fy: float, time: float) -> Non
     """Evaluate everything that depends on the angles and not on the rates."""
     arm = plant.arm[0]
     push_x, push_y = links.contact(arm, time)
-    links.write_pose(arm, plant.body, state.position[2], state.position[3], fx + push_x,
-                     fy + push_y, state.pose, time)
+    links.write_pose(arm, plant.body, state.position[2], state.position[3],
+                     (fx + push_x, fy + push_y), state.pose, time)
     for j in range(2):
         joint, held = plant.joints[j], state.held[j]
         motor, q, other = state.position[j], relative(state.position, j), relative(
@@ -140,7 +140,7 @@ def accelerate(plant: Plant, state: State, rate: Array, out: Array) -> None:
                     relative(rate, 0))
     t2 = joint_side(plant.joints[1], state.held[1], state.bristle[1, 1], rate[1],
                     relative(rate, 1))
-    links.accelerate(arm, plant.body, state.pose, t1, t2, state.position[4], rate, out)
+    links.accelerate(arm, plant.body, state.pose, (t1, t2), state.position[4], rate, out)
     for j in range(2):
         joint, held = plant.joints[j], state.held[j]
         against = drag(joint, state.heat[j], state.memory[j, HOUSING], rate[j]) + sticking(

@@ -43,6 +43,35 @@ class Built(NamedTuple):
     arm: NDArray[np.void]       # (1,)
 
 
+class Reference(NamedTuple):
+    """What an arm is to follow, and what pushes it meanwhile."""
+
+    angle: Array                # (k, 2) of the links [rad]
+    rate: Array                 # (k, 2) [rad/s]
+    dt: float                   # between samples [s]
+    force: Array | None = None  # (k, 2) on the tip, in the base frame [N]
+
+    def check(self) -> None:
+        """Raise TruthError if an arm cannot follow."""
+        angle, rate, dt, force = self
+        if angle.ndim != 2 or angle.shape[1] != 2 or angle.shape != rate.shape or len(angle) < 2:
+            raise TruthError(f'a motion is two arrays (k, 2), got {angle.shape} and {rate.shape}')
+        if force is not None and force.shape != angle.shape:
+            raise TruthError(f'a tip force has the shape of the motion, {angle.shape}, '
+                             f'got {force.shape}')
+        if not 1e-4 <= dt <= 0.01:
+            raise TruthError(f'dt must lie in [0.0001, 0.01] s, got {dt:g}')
+
+
+class Device(NamedTuple):
+    """Which arm is recorded, of all that are built alike."""
+
+    seed: int | None = None     # of its scatter and its encoders' zeros; that of the recording
+    scatter: bool = True        # whether its numbers differ from the nominal ones
+    counts: tuple[float, float] = (16384, 4e6)      # per turn of its encoders: motor, link
+    built: Built | None = None  # its nominal numbers, where they are others
+
+
 class _Chance(NamedTuple):
     """Everything random in a recording, drawn whether it is needed or not: paired by the seed."""
 
@@ -54,53 +83,46 @@ class _Chance(NamedTuple):
     form: np.random.Generator
 
 
-def record(hidden: Sequence[Hidden], *, motion_angle: Array, motion_rate: Array, dt: float,
-           seed: int, noise: float = 1.0, healthy_scatter: bool = True,
-           counts: tuple[float, float] = (16384, 4e6),
-           tip_force: Array | None = None, arm_seed: int | None = None,
-           built: Built | None = None, settling: float = SETTLING,
-           part: int = 0) -> TruthRecord:
+def record(hidden: Sequence[Hidden], reference: Reference, seed: int, *, noise: float = 1.0,
+           device: Device = Device(), settling: float = SETTLING, part: int = 0) -> TruthRecord:
     """
     Let an arm with hidden effects follow a motion, and record it.
 
-    Link angles (k, 2) and rates of the motion every dt [s]; the tip force (k, 2) is in the base
-    frame [N]. `noise` multiplies the noise of motor torque, encoders and clock. Recordings with
-    one `arm_seed` are of one arm, its scatter and its encoders' zeros; without it, the seed is
-    that of the arm too. `built` is another arm than the nominal one; it stands still for
-    `settling` [s] before the recording begins. `part` counts recordings of one arm that differ
-    in chance. Raises TruthError for effects that cannot be
-    hidden or a motion that cannot be followed.
+    `noise` multiplies the noise of motor torque, encoders and clock. The arm stands still for
+    `settling` [s] before the recording begins. `part` counts recordings of one arm that differ in
+    chance. Raises TruthError for effects that cannot be hidden or a motion that cannot be
+    followed.
     """
-    _check(motion_angle, motion_rate, tip_force, dt)
-    body = seed if arm_seed is None else arm_seed
+    reference.check()
+    angle, rate, dt, force = reference
+    body = seed if device.seed is None else device.seed
     chance = _Chance(*(np.random.default_rng(
         [body, stream] if stream < OF_THE_ARM else [seed, stream, *([part] if part else [])])
         for stream in range(6)))
-    given = built or Built(layout.nominal_joints(), layout.nominal_arm())
+    given = device.built or Built(layout.nominal_joints(), layout.nominal_arm())
     joints, arm = given.joints.copy(), given.arm.copy()
-    if healthy_scatter:
+    if device.scatter:
         layout.scatter(joints, arm, chance.scatter)
     layout.hide(hidden, joints, arm)
-    encoders.mount(joints, counts, chance.mounting)
+    encoders.mount(joints, device.counts, chance.mounting)
     joints['reference_power'] = usual_loss(
-        motion_rate, given.joints, 0.25 * joints['thermal_viscosity_amplitude'])
+        rate, given.joints, 0.25 * joints['thermal_viscosity_amplitude'])
     lead = round(settling / dt)
-    plan, stamps = _plan(_led(motion_angle, motion_rate, tip_force, lead), dt, lead, chance.clock,
-                         arm[0], noise)
+    plan, stamps = _plan(_led(angle, rate, force, lead), dt, lead, chance.clock, arm[0], noise)
     _put_off(plan, joints, chance.form)
     jitter = encoders.JITTER * noise * chance.reading.standard_normal((2, len(stamps), 2))
     plan.noise[:] = (arm[0]['powered'] * (joints['noise'] * noise)
                      * chance.torque.standard_normal(plan.noise.shape))
-    plan.jitter[:] = 2.0 * np.pi / counts[0] * jitter[0]
+    plan.jitter[:] = 2.0 * np.pi / device.counts[0] * jitter[0]
     log = blank(len(stamps))
-    run(plant(arm, joints), at_rest(joints['ratio'] * motion_angle[0], motion_angle[0]), plan,
+    run(plant(arm, joints), at_rest(joints['ratio'] * angle[0], angle[0]), plan,
         max(1, round(dt / STEP)), log)
     seen = log.link[:-1]
     if joints['clock_skew_form'].any():
         seen = encoders.unsteady(joints, seen, log.state[:, :, 3], plan.instant[:-1],
                                  chance.form.standard_normal(seen.shape))
     shown = encoders.link_reading(arm[0], joints, seen, plan.instant[:-1],
-                                  2.0 * np.pi / counts[1] * jitter[1])
+                                  2.0 * np.pi / device.counts[1] * jitter[1])
     if joints['coarse_quantisation_form'].any():
         shown = encoders.missing(joints, shown, 'link')
         log.motor[:] = encoders.missing(joints, log.motor, 'motor')
@@ -126,16 +148,6 @@ def _put_off(plan: Plan, joints: NDArray[np.void], rng: np.random.Generator) -> 
         else:
             continue
         plan.arrival[:, j] += waits
-
-
-def _check(angle: Array, rate: Array, force: Array | None, dt: float) -> None:
-    if angle.ndim != 2 or angle.shape[1] != 2 or angle.shape != rate.shape or len(angle) < 2:
-        raise TruthError(f'a motion is two arrays (k, 2), got {angle.shape} and {rate.shape}')
-    if force is not None and force.shape != angle.shape:
-        raise TruthError(f'a tip force has the shape of the motion, {angle.shape}, '
-                         f'got {force.shape}')
-    if not 1e-4 <= dt <= 0.01:
-        raise TruthError(f'dt must lie in [0.0001, 0.01] s, got {dt:g}')
 
 
 def _led(angle: Array, rate: Array, force: Array | None, lead: int) -> tuple[Array, Array, Array]:

@@ -21,7 +21,7 @@ import numpy as np
 from . import arms, forms, layout, logs, motions, sizes
 from .arms import DrawnArm, stated
 from .effect import Hidden, JOINTS, TruthError
-from .recording import record as recorded, TruthRecord
+from .recording import Device, record as recorded, Reference, TruthRecord
 
 __all__ = ['draw', 'hide', 'record', 'SEEDS', 'stated', 'truth_of', 'World']
 
@@ -76,13 +76,13 @@ def is_final(seed: int) -> bool:
 
 def draw(seed: int, effects: Sequence[str] = (), *, motion: str | None = None,
          rate: int | None = None, joints: int | None = None, seconds: float = SECONDS,
-         shrink: float = 1.0, form: str | None = None) -> World:
+         form: str | None = None) -> World:
     """
     Draw the world of a seed, with these effects hidden in it.
 
-    Motion, rate [Hz], number of joints and form are drawn unless given; `shrink` makes all
-    effects smaller. Raises TruthError for what is held out, unless the seed is a final one, and
-    for effects that such an arm or motion cannot have.
+    Motion, rate [Hz], number of joints and form are drawn unless given. Raises TruthError for
+    what is held out, unless the seed is a final one, and for effects that such an arm or motion
+    cannot have.
     """
     final = is_final(seed)
     rng = np.random.default_rng([seed, 10])
@@ -92,8 +92,7 @@ def draw(seed: int, effects: Sequence[str] = (), *, motion: str | None = None,
                   *_logged(rate, rng), noise=float(rng.uniform(0.5, 2.0)))
     world = replace(world, arm=_resolving(arm, effects), tolerated=_tolerated(world))
     for place, effect in enumerate(effects):
-        world = hide(world, effect, np.random.default_rng([seed, 12, place]), shrink=shrink,
-                     form=form)
+        world = hide(world, effect, np.random.default_rng([seed, 12, place]), form=form)
     return world
 
 
@@ -187,9 +186,9 @@ def truth_of(world: World) -> TruthRecord:
         built.arm['powered'] = 0.0
         for joint, axis in zip(built.joints, world.arm.axes):
             joint['hand'], joint['hand_damping'] = 6.0 * axis.torque, 0.6 * axis.torque
-    return recorded(world.hidden, motion_angle=motion.angle, motion_rate=motion.rate, dt=period,
-                    seed=world.seed, noise=world.noise, counts=world.arm.counts, tip_force=force,
-                    built=built, settling=SETTLING, part=world.part)
+    return recorded(world.hidden, Reference(motion.angle, motion.rate, period, force), world.seed,
+                    noise=world.noise, device=Device(counts=world.arm.counts, built=built),
+                    settling=SETTLING, part=world.part)
 
 
 def _pushes(time: np.ndarray, scale: float, rng: np.random.Generator) -> np.ndarray:

@@ -8,8 +8,9 @@ import numpy as np
 from .effect import Effect, Scope, Site
 from .hypothesis import Hypothesis, NO_OTHER_FORM, SCALE, Typical
 from .place import BEARING, Carried, LINK_TORQUE, LOAD, NUMBER, Place, Pulled, Signal, Stated
+from ...foundation.arrays import Array
 from ...foundation.chain import INERTIA, MASS, MOMENT, OFFSET
-from ...foundation.compiled import Array, compiled, Record
+from ...foundation.compiled import compiled, Record
 from ...foundation.parameter import parameter
 from ...foundation.rigid import Inertia
 from ...foundation.vectors import plus, put, times, vector

@@ -209,7 +209,7 @@ def _spread(seen: Sliding, slopes: Floats, error: Floats) -> Floats:
     Return the sigmas of values (p,) that a normal interval of 90 % needs.
 
     They come from how far values move as each second is left out in turn, so errors may follow
-    each other; few seconds are little to know a sigma by (Student). What the loads and the torque
+    each other. Few seconds are little to know a sigma by (Student). What the loads and the torque
     constant may be off by comes on top.
     """
     normal = slopes.T @ slopes

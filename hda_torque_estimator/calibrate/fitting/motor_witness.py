@@ -6,7 +6,8 @@ At rest friction takes any value up to its level, and the motor tells nothing.
 
 from collections.abc import Sequence
 
-from hda_arm_sim.foundation.compiled import Array, compiled, Record
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled, Record
 from hda_arm_sim.model.arm import Arm
 import numpy as np
 from numpy.typing import NDArray

@@ -1,6 +1,7 @@
 """How a joint's torque changes with its torsion along a recording, for many changes at once."""
 
-from hda_arm_sim.foundation.compiled import Array, compiled, Record
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled, Record
 from hda_arm_sim.model.effects.transmission import slid, SLIDERS
 from hda_arm_sim.model.kernel import played_torsion
 from hda_arm_sim.model.torsion import stiffness_at, torque_of_torsion

@@ -18,7 +18,7 @@ from ..passages.loads import DOUBTS
 from ..passages.passage import Passage
 from ...estimating.estimates import Estimates
 from ...estimating.estimator import Estimator, EstimatorSettings
-from ...estimating.laws.estimate import KINEMATIC_TORSION, TORSION
+from ...estimating.laws.layout import KINEMATIC_TORSION, TORSION
 from ...least_squares.descent import beginning, descend, Found, limits, placed, places
 from ...least_squares.rows import FOLDS, Rows
 from ...least_squares.term import Term

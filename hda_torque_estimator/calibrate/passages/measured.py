@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import convolve1d
 from scipy.signal import savgol_filter
 
+from .thinning import row_means, samples_of_row
 from ...samples.readings import LINK_READING, MOTOR_READING, READINGS, SIDES
 
 Floats = NDArray[np.float64]
@@ -18,7 +19,6 @@ Flags = NDArray[np.bool_]
 
 # Choices unless told otherwise.
 FEWEST = 20         # samples of a joint, fewer say nothing about any parameter
-THIN = 0.008        # time over which errors are averaged to one row [s]
 SMOOTHED = 0.05     # time over which a motor is differentiated: stamps of hosts are uneven [s]
 FEWEST_BESIDE = 3   # samples that derivatives see on either side at low rates
 DEGREE = 3          # of the polynomials that are differentiated
@@ -84,12 +84,11 @@ class Measured(NamedTuple):
     @property
     def every(self) -> int:
         """Return how many samples make a row."""
-        return max(1, round(THIN / self.dt))
+        return samples_of_row(self.dt)
 
     def thinned(self, values: Floats) -> Floats:
         """Return the means of values (k, ...) over the samples of each row."""
-        rows = len(values) // self.every
-        return values[:rows * self.every].reshape(rows, self.every, *values.shape[1:]).mean(axis=1)
+        return row_means(values, self.dt)
 
     def later(self, lag: float) -> Floats:
         """Return the reference at a time after each sample [N*m]; at the end it stays."""

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .loads import DOUBTS, loads
+from .thinning import row_means, samples_of_row
 from ...measurements.measurement import Measurement
 from ...measurements.motion import Motion, motion_of, smoothed
 from ...samples.readings import READINGS
@@ -15,7 +16,6 @@ from ...samples.readings import READINGS
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 # Choices unless told otherwise.
-THIN = 0.008            # time over which errors are averaged to one row [s]
 SLOWEST = 0.004         # period in which an estimator still follows all that a joint does [s]
 EDGE = 0.25             # time at the end, and about lost samples, that is not used [s]
 BEGIN = 1.0             # time at the beginning, until a loop has forgotten where it began [s]
@@ -44,12 +44,11 @@ class Passage(NamedTuple):
     @property
     def every(self) -> int:
         """Return how many samples make a row."""
-        return max(1, round(THIN / self.dt))
+        return samples_of_row(self.dt)
 
     def thinned(self, values: Floats) -> Floats:
         """Return the means of values (k, ...) over the samples of each row."""
-        rows = len(values) // self.every
-        return values[:rows * self.every].reshape(rows, self.every, *values.shape[1:]).mean(axis=1)
+        return row_means(values, self.dt)
 
     def rows_used(self) -> Flags:
         """Return which rows hold usable samples only."""

@@ -15,6 +15,7 @@ wrong friction shows in A alone, a wrong torsion in B alone, a wrong load in bot
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.chain import lent
@@ -62,6 +63,15 @@ class Balance:
 
     residual: Array
     valid: NDArray[np.bool_]        # (m, 2 n): away from ends, jolts, and for A standstill
+
+
+class Driven(NamedTuple):
+    """A motion over time, and what drove it."""
+
+    state: Array                # (k, n, MEASURED), columns of the kernel
+    acceleration: Array         # (k, n, 2) motor, link [rad/s^2]
+    base: Array                 # (k, 2) its offset and rate
+    command: Array              # (k, n) mean torque at the shaft around every sample [N*m]
 
 
 class Balancer:
@@ -149,8 +159,9 @@ class Balancer:
             record = arm_during(arm, piece, dt).record()
             moved = Motion(motion.state[piece], motion.acceleration[piece])
             _deliver(record, self.measurement.command[piece], dt, delivered[piece])
-            _along(record, loaded_inertia(record.body), *moved, base_motion(arm, moved, dt),
-                   _centred(delivered[piece]), dt, residual[piece], memory[piece])
+            driven = Driven(*moved, base_motion(arm, moved, dt), _centred(delivered[piece]))
+            _along(record, loaded_inertia(record.body), driven, dt, residual[piece],
+                   memory[piece])
         return residual, memory
 
     def filtered(self, raw: Array) -> Array:
@@ -232,9 +243,10 @@ def _deliver(arm: ArmRecord, command: Array, dt: float, delivered: Array) -> Non
 
 
 @compiled
-def _along(arm: ArmRecord, inertia: Inertia, state: Array, acceleration: Array, base: Array,
-           command: Array, dt: float, residual: Array, memory: Array) -> None:
+def _along(arm: ArmRecord, inertia: Inertia, driven: Driven, dt: float, residual: Array,
+           memory: Array) -> None:
     """Fill the residuals (k, 2 n): A of every joint, then B; and what the effects remember."""
+    state, acceleration, base, command = driven
     joints = state.shape[1]
     w = np.zeros((max(AXES, joints), REGISTERS))
     links = lent(inertia)

@@ -6,6 +6,8 @@ recorded command. The reference motion and the controller need not be known. The
 the predicted encoder readings, at the output side, over the window.
 """
 
+from typing import NamedTuple
+
 from hda_arm_sim.drive import act
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled
@@ -25,6 +27,13 @@ from ...measurements.running_clock import arm_during, Spans, within
 HORIZON = 0.2           # length of a window [s]
 EVERY = 0.1             # from window to window [s]
 _EDGE = 0.05            # of the recording, where its motion is not known well [s]
+
+
+class Window(NamedTuple):
+    """What was recorded of a window; the first reading is where it starts."""
+
+    command: Array              # (k, n) motor torques [N*m]
+    reading: Array              # (k + 1, n, 2) motor, link [rad]
 
 
 def prediction_errors(balancer: Balancer, arm: Arm, spans: Spans,
@@ -54,9 +63,9 @@ def _errors(balancer: Balancer, arm: Arm, spans: Spans, piece: slice, horizon: f
         w = registers(state)
         w[0, TIME] = start * dt
         _remember(w, measurement.command[piece.start:begin])
-        reading = measurement.reading[begin:begin + steps + 1]
-        _predict(record, inertia, w, measurement.command[begin:begin + steps], reading, dt,
-                 count, errors)
+        window = Window(measurement.command[begin:begin + steps],
+                        measurement.reading[begin:begin + steps + 1])
+        _predict(record, inertia, w, window, dt, count, errors)
     return squared
 
 
@@ -78,9 +87,10 @@ def _starts(spans: Spans, duration: float, dt: float) -> list[int]:
 
 
 @compiled
-def _predict(arm: ArmRecord, inertia: Inertia, w: Array, command: Array, reading: Array, dt: float,
-             count: int, errors: Array) -> None:
-    """Fill the mean squared errors (3 n,) of one window; the first reading is where it starts."""
+def _predict(arm: ArmRecord, inertia: Inertia, w: Array, window: Window, dt: float, count: int,
+             errors: Array) -> None:
+    """Fill the mean squared errors (3 n,) of one window."""
+    command, reading = window
     joints = reading.shape[1]
     shown, noise, force = np.empty((joints, 2)), np.zeros((joints, DRAWS)), np.zeros(AXES)
     for k in range(command.shape[0]):

@@ -5,6 +5,9 @@ from dataclasses import asdict, dataclass
 import math
 from typing import Any
 
+from .origin import RecordingFacts
+from .rest import Unexplained
+
 SCHEMA = 'hda.diagnosis/2'
 VERDICTS = {
     'explained': 'Explained: the simulation misses what is named here, the rest is noise.',
@@ -15,13 +18,6 @@ VERDICTS = {
 }
 RATE_TOO_LOW = ('Insufficient rate: this motion would show what is wrong, sampled more often; at '
                 'this rate it cannot.')
-NOTHING = 'nothing'     # what a rest follows that no coordinate tells
-_COORDINATES = {
-    'time': 'time', 'motor_velocity': 'the speed of the motor',
-    'link_velocity': 'the speed of the link', 'motor_angle': 'the motor angle',
-    'link_angle': 'the link angle', 'other_link_angle': 'the link angle of the other joint',
-    'joint_torque': 'the joint torque', 'motor_torque': 'the motor torque',
-}
 
 
 @dataclass(frozen=True)
@@ -136,30 +132,6 @@ class Alike:
 
 
 @dataclass(frozen=True)
-class Unexplained:
-    """A rest that no effect of the catalogue explains: where it is and what it follows."""
-
-    site: str
-    joint: str | None
-    depends_on: str
-    line: float | None          # of a wave: over time [Hz], over an angle [1/turn]; or None
-    share: float                # of the unexplained power that is told by this, in [0, 1]
-
-    def sentence(self) -> str:
-        """Return where the rest is and what it follows."""
-        place = f'the {self.site} of {self.joint or "the arm"}'
-        if self.depends_on == NOTHING:
-            return f'the rest sits in {place} and follows nothing that was measured'
-        line = '' if self.line is None else f', strongest at {self.line:.4g} {self._scale()}'
-        return (f'{100.0 * self.share:.0f} % of the rest sits in {place} and follows '
-                f'{_COORDINATES.get(self.depends_on, self.depends_on)}{line}')
-
-    def _scale(self) -> str:
-        return {'time': 'Hz', 'motor_angle': 'per motor turn'}.get(self.depends_on,
-                                                                   'per link turn')
-
-
-@dataclass(frozen=True)
 class Detectable:
     """The smallest size of an effect that this recording could have shown."""
 
@@ -198,27 +170,6 @@ class TotalGain(Gain):
 
     metric: str
     unit: str
-
-
-@dataclass(frozen=True)
-class Part:
-    """One of several recordings, on their running clock [s]."""
-
-    bag: str
-    begin: float
-    duration: float
-
-
-@dataclass(frozen=True)
-class RecordingFacts:
-    """What was diagnosed; several recordings are `bags`, one after another."""
-
-    duration: float
-    samples: int
-    rate: float
-    training: tuple[tuple[float, float], ...]
-    held_out: tuple[tuple[float, float], ...]
-    bags: tuple[Part, ...] = ()
 
 
 @dataclass(frozen=True)

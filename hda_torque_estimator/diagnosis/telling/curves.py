@@ -4,10 +4,12 @@ from collections.abc import Sequence
 import math
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.effects import effect_named
 import numpy as np
 from numpy.typing import NDArray
 
+from .axes import BALANCES, COORDINATES
 from .exhibits import along, Exhibits
 from .following import BINS, Following, TURN_BINS, WRAPPED
 from .unexplained import Rest
@@ -16,18 +18,6 @@ from ..findings.report import Diagnosis
 from ...pages.plot import Chart, Line, Plot
 from ...pages.wording import spoken
 
-Array = NDArray[np.float64]
-COORDINATES = {
-    'time': 'time [s]',
-    'motor_velocity': 'motor velocity, shaft [rad/s]',
-    'link_velocity': 'link velocity [rad/s]',
-    'motor_angle': 'motor angle in its turn, shaft [rad]',
-    'link_angle': 'link angle [rad]',
-    'other_link_angle': 'link angle of the other joint [rad]',
-    'joint_torque': 'joint torque, output [N·m]',
-    'motor_torque': 'motor torque, shaft [N·m]',
-}
-BALANCES = ('A, motor', 'B, torsion')
 RESIDUAL = 'residual, output [N·m]'
 # Choices unless told otherwise.
 _FEWEST = 20            # samples of a bin, on average: fewer draw noise

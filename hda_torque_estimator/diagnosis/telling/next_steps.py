@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 from hda_arm_sim.model.typical_sizes import SIZED
 
-from ..findings.report import Diagnosis, NOTHING, Unexplained
+from ..findings.report import Diagnosis
+from ..findings.rest import NOTHING, Unexplained
 from ..fitting.hypotheses import HYPOTHESES
 from ..silence.slow_rate import FAST, SLOWER
 

@@ -10,7 +10,8 @@ from . import story
 from .curves import charts, rest_charts
 from .exhibits import Exhibits
 from .stirred import by_site
-from ..findings.report import Diagnosis, Number, Part
+from ..findings.origin import Part
+from ..findings.report import Diagnosis, Number
 from ...pages.badge import badge_of
 from ...pages.render import render
 from ...pages.wording import figure, spoken

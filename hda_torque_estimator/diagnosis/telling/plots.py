@@ -10,24 +10,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter
 import numpy as np
 
+from .axes import BALANCES, COORDINATES
 from .exhibits import along, binned, Exhibits
 from .following import BINS, Following, TURN, TURN_BINS, WRAPPED
 from .unexplained import Rest
 from ..balances.balance import BANDWIDTH
-from ..findings.report import Diagnosis, Finding, Unexplained
+from ..findings.report import Diagnosis, Finding
+from ..findings.rest import Unexplained
 from ...pages.drawing import AFTER, band, BEFORE, FLOOR, INK, plain, STYLE
-
-COORDINATES = {
-    'time': 'time [s]',
-    'motor_velocity': 'motor velocity, shaft [rad/s]',
-    'link_velocity': 'link velocity [rad/s]',
-    'motor_angle': 'motor angle in its turn, shaft [rad]',
-    'link_angle': 'link angle [rad]',
-    'other_link_angle': 'link angle of the other joint [rad]',
-    'joint_torque': 'joint torque, output [N·m]',
-    'motor_torque': 'motor torque, shaft [N·m]',
-}
-BALANCES = ('A, motor', 'B, torsion')
 
 
 def figures(diagnosis: Diagnosis, exhibits: Exhibits) -> dict[str, Figure]:

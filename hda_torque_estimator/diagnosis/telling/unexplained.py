@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .following import follow, Following, VELOCITIES
 from ..balances.coordinates import coordinates_of
-from ..findings.report import NOTHING, Unexplained
+from ..findings.rest import NOTHING, Unexplained
 from ..fitting.fit import Fit, Fitter
 from ..judging.pattern import pair_of, power
 

@@ -10,7 +10,8 @@ contradicts is no zero, and is told. Equations: docs/estimation.md.
 from math import erf, sqrt
 from typing import NamedTuple
 
-from hda_arm_sim.foundation.compiled import Array, compiled, inlined
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled, inlined
 import numpy as np
 
 from .fusion_memory import (AGAINST, AGREED, APART, CHANGED, DIFFERENCE, doubt_zero,
@@ -115,8 +116,8 @@ def _confine(memory: Array, window: Window, slack: float, excess: float) -> None
     """
     Learn at rest that the difference lies within a slack either way [N*m], (eq:confined).
 
-    The normal distribution of the difference, cut off at both ends, has another mean and variance;
-    the errors take their part in that by what they contribute.
+    The normal distribution of the difference, cut off at both ends, has another mean and variance.
+    The errors take their part in that by what they contribute.
     """
     if excess > 0.0:
         _free(memory, (abs(window.difference) - slack) ** 2, window.effect[ZERO])

@@ -3,12 +3,13 @@ Why an estimate is not believed: compiled, before and after each sample's step o
 
 What no arm can do (`sample_watch.py`) is never estimated from: such a sample has no torque, and
 leaves no trace in the memory. Everything that makes `valid` false, or is flagged beside it, is one
-number in `estimate.DOUBT`; `belief_words.py` has its sentence.
+number in `layout.DOUBT`; `belief_words.py` has its sentence.
 """
 
 from typing import Any
 
-from hda_arm_sim.foundation.compiled import Array, compiled, inlined
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled, inlined
 from hda_arm_sim.model.arm import ArmRecord
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,8 @@ from numpy.typing import NDArray
 from . import fusion_memory as fusion, slips, standstill
 from ...samples import coupling
 from ...samples.sample_faults import Fault
-from ...samples.sample_watch import judge, RATIO, SPEED, STARTED, STEP, STRONGER
+from ...samples.sample_judge import judge, STARTED
+from ...samples.sample_limits import RATIO, SPEED, STEP, STRONGER
 
 # Doubts: faults of samples have the numbers of `Fault`; then come other reasons, worst last.
 BELIEVED, APART, CHANGED, IMPOSSIBLE, LOST = 0.0, 20.0, 21.0, 22.0, 23.0  # (layout)

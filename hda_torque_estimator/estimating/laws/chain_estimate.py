@@ -7,17 +7,17 @@ The momentum observer is that of two links, with momentum, drift and weight of t
 from typing import NamedTuple
 
 from hda_arm_sim.foundation import chain
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.chain import Chain, COUPLING, momenta
-from hda_arm_sim.foundation.compiled import Array, compiled, inlined
+from hda_arm_sim.foundation.compiled import compiled, inlined
 from hda_arm_sim.model.arm import ArmRecord
 import numpy as np
 
 from .compiled_settings import Model
-from .layout import (ACCELERATION, EXTERNAL, EXTERNAL_DEVIATION, EXTERNAL_TORQUE, LAST_MOMENTUM,
-                     LAST_SPEED, LATE, LATE_RATE, MASS, MASS_DEVIATION, QUICK_LINK, TORQUE,
-                     TORQUE_DEVIATION)
-from .low_pass import share_of
+from .layout import (ACCELERATION, EXTERNAL, EXTERNAL_DEVIATION, EXTERNAL_TORQUE, LATE, LATE_RATE,
+                     MASS, MASS_DEVIATION, QUICK_LINK, TORQUE, TORQUE_DEVIATION)
 from .momentum import hold
+from .observer import observe, shares_of
 from .tip_wrench import tip_wrench
 
 
@@ -45,26 +45,15 @@ def in_space(model: Model, memory: Array, moved: Moved, result: Array, tip: Arra
 @inlined
 def _observe(model: Model, c: Array, memory: Array, moved: Moved, result: Array) -> None:
     """Renew the momentum observer, (eq:observer): p = M dq, dp/dt = tau + g + C^T dq."""
-    settings, dt = model.settings, moved.dt
-    share = share_of(settings.observer_bandwidth, dt) if dt > 0.0 else 0.0
-    quick = share_of(settings.torsion_bandwidth, dt) if dt > 0.0 else 1.0
+    share = shares_of(model.settings, moved.dt)
     momenta(c)
     for j in range(len(moved.angles)):
         now, drift = c[j + 1, chain.TORQUE], c[j + 1, COUPLING]
-        if dt > 0.0:
-            change = (now - memory[j, LAST_MOMENTUM]) / dt
-            ahead = change - memory[j, LATE_RATE] - memory[j, EXTERNAL]
-            memory[j, EXTERNAL] += share * ahead
-            memory[j, LATE] += share * (ahead - memory[j, LATE])
-            speeding = (memory[j, QUICK_LINK] - memory[j, LAST_SPEED]) / dt
-            memory[j, ACCELERATION] += share * (speeding - memory[j, ACCELERATION])
         pull, _ = hold(model.record.joints[j], moved.angles[j], memory[j, QUICK_LINK])
-        memory[j, LAST_MOMENTUM] = now
-        memory[j, LATE_RATE] += quick * (result[j, TORQUE] + pull + drift - memory[j, LATE_RATE])
-        memory[j, LAST_SPEED] = memory[j, QUICK_LINK]
-    chain.weights(c)
+        observe(memory[j], now, result[j, TORQUE] + pull + drift, share)
+    chain.weights(c)                            # in the place of the momenta
     for j in range(len(moved.angles)):
-        memory[j, LATE_RATE] += quick * c[j + 1, chain.TORQUE]
+        memory[j, LATE_RATE] += share.quick * c[j + 1, chain.TORQUE]
         result[j, EXTERNAL_TORQUE] = memory[j, EXTERNAL]
 
 

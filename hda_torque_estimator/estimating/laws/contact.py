@@ -4,7 +4,8 @@ Tell contacts from free motion by the external torques and how sure they are (eq
 Two levels: a contact ends by itself when the arm is let go, a collision stays until the reset.
 """
 
-from hda_arm_sim.foundation.compiled import Array, compiled
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled
 import numpy as np
 from scipy.special import gammaincc, gammainccinv
 

@@ -8,8 +8,9 @@ simulation all run this function, so they give the same bits.
 
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.chain import of_links
-from hda_arm_sim.foundation.compiled import Array, compiled, inlined, Record
+from hda_arm_sim.foundation.compiled import compiled, inlined, Record
 from hda_arm_sim.foundation.rigid import gravity_torque, Inertia
 from hda_arm_sim.model.arm import ArmRecord
 from hda_arm_sim.model.effects.transmission import SLIDERS
@@ -24,31 +25,20 @@ from .chain_estimate import Moved
 from .compiled_settings import CompiledSettings, Model
 from .joint_torque import joint_torque, Twisted
 from .layout import (
-    ACCELERATION, BASE_COVARIANCE, BASE_WRENCH, BASE_X, BASE_Y, BEYOND_RANGE, CHAIN_TIP_RESULTS,
-    CONDITIONING, CONTACT, CONTACT_DEVIATIONS, CONTACT_LEVEL, DOUBT, EXTERNAL, EXTERNAL_DEVIATION,
-    EXTERNAL_TORQUE, FUSION, KINEMATIC_TORSION, LAST_LINK, LAST_MOMENTUM, LAST_MOTOR, LAST_SPEED,
-    LAST_TORSION, LATE, LATE_RATE, LINK_VELOCITY, MASS, MASS_DEVIATION, MEMORY, MOTOR_SHARE,
-    MOTOR_VELOCITY, PAYLOAD, QUICK_LINK, QUICK_MOTOR, RESULTS, SINGULAR, STRETCH, TARE_SUM,
-    TIP_RESULTS, TOOL_COVARIANCE, TOOL_WRENCH, TOOL_X, TOOL_Y, TORQUE, TORQUE_DEVIATION, TORSION,
-    TURNED_TORSION, WRENCH_COVARIANCE, ZERO, ZERO_TAKEN)
+    ACCELERATION, BASE_COVARIANCE, BASE_X, BEYOND_RANGE, CONDITIONING, CONTACT,
+    CONTACT_DEVIATIONS, CONTACT_LEVEL, DOUBT, EXTERNAL, EXTERNAL_DEVIATION, EXTERNAL_TORQUE,
+    FUSION, KINEMATIC_TORSION, LAST_LINK, LAST_MOMENTUM, LAST_MOTOR, LAST_TORSION, LATE,
+    LATE_RATE, MASS, MASS_DEVIATION, MOTOR_SHARE, MOTOR_VELOCITY, PAYLOAD, QUICK_LINK,
+    QUICK_MOTOR, SINGULAR, STRETCH, TARE_SUM, TOOL_COVARIANCE, TOOL_X, TORQUE,
+    TORQUE_DEVIATION, TORSION, TURNED_TORSION, ZERO, ZERO_TAKEN)
 from .low_pass import share_of
 from .momentum import expected_rate, hold, inertia_doubt, Links, momentum
 from .motor_witness import Heard
+from .observer import observe, shares_of
 from .route_errors import ERRORS, STIFFNESS, torsion_effects, ZERO as ZERO_ERROR
 from .tip_force import base_force, Posture, tool_force
 from .torsion_torque import link, shaft, slide, torsions
 from ...samples.readings import LINK_READING, MOTOR_RATE, MOTOR_READING
-
-__all__ = (                 # what who reads results needs stands here as well
-    'ACCELERATION', 'BASE_COVARIANCE', 'BASE_WRENCH', 'BASE_X', 'BASE_Y', 'BEYOND_RANGE',
-    'CHAIN_TIP_RESULTS', 'CONDITIONING', 'CONTACT', 'CONTACT_DEVIATIONS', 'CONTACT_LEVEL',
-    'DOUBT', 'EXTERNAL', 'EXTERNAL_DEVIATION', 'EXTERNAL_TORQUE', 'FUSION', 'KINEMATIC_TORSION',
-    'LAST_LINK', 'LAST_MOMENTUM', 'LAST_MOTOR', 'LAST_SPEED', 'LAST_TORSION', 'LATE', 'LATE_RATE',
-    'LINK_VELOCITY', 'MASS', 'MASS_DEVIATION', 'MEMORY', 'MOTOR_SHARE', 'MOTOR_VELOCITY',
-    'PAYLOAD', 'QUICK_LINK', 'QUICK_MOTOR', 'RESULTS', 'SINGULAR', 'STRETCH', 'Sample',
-    'TARE_SUM', 'TIP_RESULTS', 'TOOL_COVARIANCE', 'TOOL_WRENCH', 'TOOL_X', 'TOOL_Y', 'TORQUE',
-    'TORQUE_DEVIATION', 'TORSION', 'TURNED_TORSION', 'WRENCH_COVARIANCE', 'ZERO', 'ZERO_TAKEN',
-    'add_to_tare', 'restart', 'step', 'usable')
 
 
 class Sample(NamedTuple):
@@ -137,19 +127,9 @@ def _external(model: Model, memory: Array, at: Links, dt: float, result: Array) 
     pull2, doubt2 = hold(record.joints[last], at.q2, at.dq2)
     rate = expected_rate(inertia, record.body, joints, at,
                          (result[0, TORQUE] + pull1, result[last, TORQUE] + pull2))
-    share = share_of(settings.observer_bandwidth, dt) if dt > 0.0 else 0.0
-    quick = share_of(settings.torsion_bandwidth, dt) if dt > 0.0 else 1.0
+    share = shares_of(settings, dt)
     for j in range(joints):
-        if dt > 0.0:
-            change = (now[j] - memory[j, LAST_MOMENTUM]) / dt
-            ahead = change - memory[j, LATE_RATE] - memory[j, EXTERNAL]
-            memory[j, EXTERNAL] += share * ahead
-            memory[j, LATE] += share * (ahead - memory[j, LATE])
-            speeding = (memory[j, QUICK_LINK] - memory[j, LAST_SPEED]) / dt
-            memory[j, ACCELERATION] += share * (speeding - memory[j, ACCELERATION])
-        memory[j, LAST_MOMENTUM] = now[j]
-        memory[j, LATE_RATE] += quick * (rate[j] - memory[j, LATE_RATE])
-        memory[j, LAST_SPEED] = memory[j, QUICK_LINK]
+        observe(memory[j], now[j], rate[j], share)
         result[j, EXTERNAL_TORQUE] = memory[j, EXTERNAL]
     moved1, moved2 = inertia_doubt(inertia, at, memory[0, ACCELERATION],
                                    memory[last, ACCELERATION] if joints == 2 else 0.0)

@@ -7,7 +7,8 @@ Against such a window the motor's acceleration becomes a difference of three ang
 has to be differentiated. Equations: docs/estimation.md.
 """
 
-from hda_arm_sim.foundation.compiled import Array, compiled, inlined, Record
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled, inlined, Record
 import numpy as np
 
 from .agreement import expected, hold_against, Window

@@ -1,6 +1,7 @@
 """What the fusion remembers of one joint, in one array, and how it is read."""
 
-from hda_arm_sim.foundation.compiled import Array, compiled, inlined
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled, inlined
 import numpy as np
 
 from .route_errors import ERRORS, ZERO

@@ -8,7 +8,8 @@ each other beyond what can be learnt, the better one stands alone.
 
 from typing import NamedTuple
 
-from hda_arm_sim.foundation.compiled import Array, compiled, inlined, Record
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled, inlined, Record
 from hda_arm_sim.model.kernel import growth, played_torsion
 import numpy as np
 

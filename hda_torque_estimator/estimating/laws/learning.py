@@ -4,7 +4,8 @@ One step of a Kalman filter for errors whose covariance starts as the identity (
 Kept is the covariance less the identity, `gain`: memory of zeros means that nothing is learnt.
 """
 
-from hda_arm_sim.foundation.compiled import Array, compiled
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled
 import numpy as np
 
 # Choices unless told otherwise.

@@ -7,7 +7,8 @@ window of the fusion. How good it is shows in how far both witnesses differ from
 
 from typing import NamedTuple
 
-from hda_arm_sim.foundation.compiled import Array, compiled, inlined, Record
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled, inlined, Record
 import numpy as np
 
 from .fusion import FEWEST, restart, SETTLED

@@ -6,7 +6,8 @@ tolerance, or a torque that is off. It is taken in windows that rise and fall by
 against which the change of a momentum is a difference of two means.
 """
 
-from hda_arm_sim.foundation.compiled import Array, compiled, inlined, Record
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled, inlined, Record
 from hda_arm_sim.foundation.rigid import Inertia
 import numpy as np
 

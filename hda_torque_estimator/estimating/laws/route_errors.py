@@ -8,7 +8,8 @@ that its way tells. So before anything is learnt the covariance of all errors is
 
 from typing import NamedTuple
 
-from hda_arm_sim.foundation.compiled import Array, compiled, inlined, Record
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled, inlined, Record
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.motor_side import drag, friction_budget, ripple, shaft_torque
 import numpy as np

@@ -6,9 +6,10 @@ A shaft or link that does so in truth must speed up and stop within one period, 
 forbids. While the joint moves the motor's torque contradicts a slip too; at rest only this does.
 """
 
-from hda_arm_sim.foundation.compiled import Array, compiled, inlined
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled, inlined
 
-from ...samples.sample_watch import ACCELERATION, EASE, LATE, RATIO, STEP
+from ...samples.sample_limits import ACCELERATION, EASE, LATE, RATIO, STEP
 
 NOTHING, OF_MOTOR, OF_LINK = 0, 1, 2
 
@@ -22,8 +23,8 @@ MEMORY = 11  # (layout)
 # Choices unless told otherwise.
 _FEWEST = 4.0           # samples that tell a step from a change of speed
 _LATE = 3.0             # periods by which one side may be late: a reading held for two of them
-# A body that speeds up and stops by a constant acceleration A, around one period T, goes in it by
-# at most 5/12 A T^2 more than 3 times what it goes in the period before or after.
+# A body speeds up and stops by a constant acceleration A around one period T. In it, the body goes
+# at most 5/12 A T^2 farther than 3 times what it goes in the period before or after.
 # (source: constant acceleration, as derived here)
 _STOPPABLE = 5.0 / 12.0
 _APART = 0.5            # of a step: what the other side does where only one slipped (choice)

@@ -7,11 +7,13 @@ that shows it. A joint may seem to be held by a new force from one sample to the
 yield to it by a count. Then not the joint is held, but its readings are.
 """
 
-from hda_arm_sim.foundation.compiled import Array, compiled, Record
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled, Record
 from hda_arm_sim.model.torsion import stiffness_at
 import numpy as np
 
-from ...samples.sample_watch import LONGEST, RATIO, STEP
+from ...samples.sample_judge import LONGEST
+from ...samples.sample_limits import RATIO, STEP
 
 # Memory, per joint.
 (MOTOR, LINK,                           # last angles [rad]

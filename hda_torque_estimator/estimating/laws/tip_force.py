@@ -2,7 +2,8 @@
 
 from typing import NamedTuple
 
-from hda_arm_sim.foundation.compiled import Array, compiled, Record
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled, Record
 from hda_arm_sim.foundation.rigid import tool_jacobian
 import numpy as np
 

@@ -6,7 +6,8 @@ without a moment, as on two links. What the pose hides is told by nobody: it is 
 """
 
 from hda_arm_sim.foundation import chain
-from hda_arm_sim.foundation.compiled import Array, compiled, inlined
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled, inlined
 from hda_arm_sim.foundation.vectors import rotation
 import numpy as np
 

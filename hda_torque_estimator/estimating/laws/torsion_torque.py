@@ -5,7 +5,8 @@ This is the paper's estimator with its equations made consistent: both encoders,
 torsion, through the inverse of the torsion law. Hysteresis and damping come on top.
 """
 
-from hda_arm_sim.foundation.compiled import Array, compiled, Record
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled, Record
 from hda_arm_sim.model.effects.place import Sampled
 from hda_arm_sim.model.effects.timing import sampled_late
 from hda_arm_sim.model.effects.transmission import slid, SLIDERS

@@ -18,7 +18,7 @@ from ..rig.printed import PRINTED
 from ...controlling.controller import Controller, ControllerSettings
 from ...controlling.reference import Reference
 from ...estimating.estimator import Estimator
-from ...estimating.laws.estimate import TORQUE
+from ...estimating.laws.layout import TORQUE
 from ...samples.readings import LINK_READING, MOTOR_READING, READINGS
 
 _ELBOW = 0.5 * math.pi

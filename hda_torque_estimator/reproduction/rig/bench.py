@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from ...controlling.controller import Controller, ControllerSettings
 from ...controlling.reference import hold
 from ...estimating.estimator import Estimator, EstimatorSettings
-from ...estimating.laws.estimate import KINEMATIC_TORSION, TORQUE, TORSION
+from ...estimating.laws.layout import KINEMATIC_TORSION, TORQUE, TORSION
 from ...simulating import closed_loop
 
 STEP = 1e-3                         # between samples [s]

@@ -1,0 +1,102 @@
+"""Samples one after another: which of them are believed, and what is estimated from those."""
+
+from typing import Any, NamedTuple
+
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled, inlined
+from hda_arm_sim.model.arm import ArmRecord
+from hda_arm_sim.model.plain import inertia_of
+import numpy as np
+from numpy.typing import NDArray
+
+from . import belief, estimate, layout
+from .compiled_settings import CompiledSettings, Model
+from .contact import level
+from .estimate import Sample
+from .route_errors import Known
+from ...samples.stamp_order import AFRESH, BACK, TWO
+
+
+class Plain(NamedTuple):
+    """An arm and settings in arrays alone, which a call passes on quickest."""
+
+    joints: NDArray[Any]
+    body: NDArray[Any]
+    inertia: Array
+    settings: Array
+
+
+class Remembered(NamedTuple):
+    """What no arm can do, and what is remembered of the samples so far."""
+
+    limits: Array
+    watch: Array
+    doubts: Array
+    memory: Array
+
+
+class Stream(NamedTuple):
+    """Samples: (k, n, READINGS), commands (k, n), and times since the last ones (k,)."""
+
+    reading: Array
+    command: Array
+    seconds: Array
+
+
+@inlined
+def _settings(numbers: Array) -> CompiledSettings:
+    n = numbers
+    return CompiledSettings(
+        n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8], n[9], n[10], n[11],
+        Known(n[12], n[13], n[14], n[15], n[16], n[17], n[18], n[19], n[20], n[21]))
+
+
+@compiled
+def run(plain: Plain, of: Remembered, stream: Stream, result: Array, tip: Array) -> None:
+    """
+    Estimate samples.
+
+    One sample and a recording take the same machine code, therefore the same bits. Where a
+    compiler joins a step to two callers, it may round differently in each.
+    """
+    model = Model(ArmRecord(plain.joints, plain.body[0]), _settings(plain.settings),
+                  inertia_of(plain.inertia))
+    reading = stream.reading
+    zero = model.settings.known.torsion_zero
+    clean, given = np.empty_like(reading[0]), np.empty_like(stream.command[0])
+    held, told = np.empty((reading.shape[1], 3)), np.zeros(5)
+    for i in range(reading.shape[0]):
+        back, two = stream.seconds[i] <= BACK, stream.seconds[i] >= TWO
+        passed = AFRESH if back else stream.seconds[i] - TWO if two else stream.seconds[i]
+        if back:
+            _forget(of.memory, of.doubts)
+        belief.sane(of.limits, plain.joints, reading[i], stream.command[i], clean, given)
+        dt = belief.look(model.record, of.limits, of.watch, of.doubts, reading[i], passed, told)
+        if back or two:
+            belief.blame(of.doubts, belief.CLOCK_BACK if back else belief.TWO_PUBLISHERS)
+        if dt < 0.0:
+            result[i, :, :] = np.nan
+            tip[i, :] = np.nan
+            result[i, :, layout.DOUBT] = 0.0
+            tip[i, layout.CONTACT_LEVEL] = level(of.memory[0, layout.CONTACT:])
+        else:
+            belief.feel_slips(of.limits, of.doubts, of.memory[:, layout.FUSION:], zero, clean,
+                              dt)
+            estimate.step(model, of.memory, Sample(clean, given, dt), result[i], tip[i])
+            for j in range(result.shape[1]):
+                held[j, 0] = result[i, j, layout.EXTERNAL_TORQUE]
+                held[j, 1] = result[i, j, layout.EXTERNAL_DEVIATION]
+                held[j, 2] = result[i, j, layout.TORQUE]
+            belief.feel_standstill(model.record, of.limits, of.doubts, clean, held, dt)
+        for j in range(result.shape[1]):
+            result[i, j, layout.DOUBT] = belief.doubt(of.doubts, j, result[i, j, layout.DOUBT])
+
+
+@compiled
+def _forget(memory: Array, doubts: Array) -> None:
+    """Begin as after a start, but with the zero of the last tare."""
+    for j in range(memory.shape[0]):
+        zero = memory[j, layout.ZERO]
+        memory[j, :] = 0.0
+        doubts[j, :] = 0.0
+        memory[j, layout.ZERO] = zero
