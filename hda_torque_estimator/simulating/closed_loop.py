@@ -13,7 +13,8 @@ from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.motions import Motion
 from hda_arm_sim.plant import observe
 from hda_arm_sim.sensors import DRAWS, sample_lost
-from hda_arm_sim.simulate import checked, longest_step, on_tip, rest, STEP, step_count
+from hda_arm_sim.simulate import checked, longest_step, on_tip, STEP, step_count
+from hda_arm_sim.start import start_of
 import numpy as np
 from numpy.typing import NDArray
 
@@ -64,8 +65,8 @@ def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
         made = run(true_arm, known_arm, _refined(motion, every), seed, controller=controller,
                    estimator=estimator)
         return _thinned(made, motion, every, _lost(true_arm, len(made.time), seed))
-    believed = known_arm.torsion_only()
-    belief = believed.record()
+    believed, start = known_arm.torsion_only(), start_of(true_arm, motion.angle[0])
+    belief, whole = believed.record(), known_arm.record()
     samples, joints = motion.angle.shape
     noise = _noise(samples, joints, seed)
     reference = np.stack([motion.angle, motion.rate], axis=2)
@@ -73,9 +74,10 @@ def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
     torques = np.zeros((3, samples, joints))
     minds = _Minds(Model(belief, estimator_settings(believed, estimator or EstimatorSettings()),
                          loaded_inertia(belief.body)),
-                   controller_settings(known_arm, controller), estimator is not None)
-    _run(plant, minds, registers(rest(true_arm, motion.angle[0])),
-         _Plan(np.ascontiguousarray(reference), motion.force, noise, dt,
+                   controller_settings(known_arm, controller),
+                   control.Body(whole, loaded_inertia(whole.body)), estimator is not None)
+    _run(plant, minds, registers(start.state),
+         _Plan(np.ascontiguousarray(reference), motion.force, noise, start.command, dt,
                step_count(dt, min(STEP, longest_step(true_arm)))),
          _Made(reading, states, torques))
     if estimator is None:
@@ -125,6 +127,7 @@ class _Minds(NamedTuple):
 
     estimator: Model
     controller: control.CompiledSettings
+    body: control.Body          # that the controller believes in
     estimates: bool
 
 
@@ -134,6 +137,7 @@ class _Plan(NamedTuple):
     reference: Array
     force: Array
     noise: Array
+    held: Array                 # (n,) motor torques until the first answer [N*m]
     dt: float                   # [s]
     steps: int                  # of the plant in a sample
 
@@ -149,11 +153,11 @@ class _Made(NamedTuple):
 @compiled
 def _run(plant: ArmRecord, minds: _Minds, w: Array, plan: _Plan, made: _Made) -> None:
     joints, dt, torques = plan.reference.shape[1], plan.dt, made.torques
-    inertia, believed = loaded_inertia(plant.body), minds.estimator.record
+    inertia = loaded_inertia(plant.body)
     memory = np.zeros((joints, estimate.MEMORY))
     control_memory = np.zeros((joints, control.MEMORY))
     result, tip = np.zeros((joints, estimate.RESULTS)), np.zeros(estimate.TIP_RESULTS)
-    now, command = np.zeros((joints, 4)), np.zeros(joints)
+    now, command = np.zeros((joints, 4)), plan.held.copy()
     for k in range(plan.reference.shape[0]):
         since = dt if k > 0 else 0.0
         torques[0, k] = command
@@ -164,5 +168,5 @@ def _run(plant: ArmRecord, minds: _Minds, w: Array, plan: _Plan, made: _Made) ->
                           tip)
             torques[2, k] = result[:, estimate.TORQUE]
         act(plant, inertia, w, command, plan.force[k], dt, plan.steps)
-        control.step(believed, minds.controller, control_memory,
+        control.step(minds.body, minds.controller, control_memory,
                      control.Asked(plan.reference[k], now[:, 0], torques[2, k], since), command)
