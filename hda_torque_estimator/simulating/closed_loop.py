@@ -10,7 +10,7 @@ from hda_arm_sim.foundation.compiled import compiled
 from hda_arm_sim.model.arm import Arm, ArmRecord
 from hda_arm_sim.model.kernel import registers, STATE, STATES
 from hda_arm_sim.model.link_side import loaded_inertia
-from hda_arm_sim.motions import Motion
+from hda_arm_sim.motions import Motion, pushed_link
 from hda_arm_sim.plant import observe
 from hda_arm_sim.sensors import DRAWS, sample_lost
 from hda_arm_sim.simulate import checked, longest_step, on_tip, STEP, step_count
@@ -40,6 +40,7 @@ class Run:
     estimated_torque: Array     # (k, n) as the controller saw it [N*m], NaN without an estimator
     force: Array                # (k, 2) on the tip, base frame [N]; of a chain the wrench (k, 6)
     state: Array                # (k, n, STATES) true
+    pushed: int = 0             # link that the wrench acted on at its end, 0 for the tip
 
 
 def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
@@ -76,13 +77,14 @@ def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
                          loaded_inertia(belief.body)),
                    controller_settings(known_arm, controller),
                    control.Body(whole, loaded_inertia(whole.body)), estimator is not None)
-    _run(plant, minds, registers(start.state),
+    _run(plant, minds, registers(start.state, pushed_link(true_arm, motion)),
          _Plan(np.ascontiguousarray(reference), motion.force, noise, start.command, dt,
                step_count(dt, min(STEP, longest_step(true_arm)))),
          _Made(reading, states, torques))
     if estimator is None:
         torques[2] = np.nan
-    return Run(motion.time, reading, torques[0], torques[1], torques[2], motion.force, states)
+    return Run(motion.time, reading, torques[0], torques[1], torques[2], motion.force, states,
+               motion.pushed)
 
 
 def _noise(samples: int, joints: int, seed: int) -> Array:
@@ -97,7 +99,7 @@ def _refined(motion: Motion, every: int) -> Motion:
     path = CubicHermiteSpline(motion.time, motion.angle, motion.rate)
     at = np.minimum(motion.time[0] + time, motion.time[-1])
     force = np.stack([np.interp(at, motion.time, axis) for axis in motion.force.T], axis=1)
-    return Motion(time, path(at), path.derivative()(at), force)
+    return Motion(time, path(at), path.derivative()(at), force, motion.pushed)
 
 
 def _lost(arm: Arm, samples: int, seed: int) -> NDArray[np.bool_]:
@@ -119,7 +121,7 @@ def _thinned(made: Run, motion: Motion, every: int, lost: NDArray[np.bool_]) -> 
     rate = np.concatenate([np.full_like(angles[:1], np.nan), np.diff(angles, axis=0) / dt])
     reading[:, :, 2:] = rate[np.searchsorted(kept, np.arange(len(rows)), side='right') - 1]
     return Run(motion.time, reading, made.command[rows], made.joint_torque[rows],
-               made.estimated_torque[rows], motion.force, made.state[rows])
+               made.estimated_torque[rows], motion.force, made.state[rows], motion.pushed)
 
 
 class _Minds(NamedTuple):
