@@ -1,12 +1,13 @@
 """
 Measure how well a calibrated arm tells its joint torques, on an arm that hides what is wrong.
 
-    torque.py [--arms N] [--first SEED] [--quick]
+    torque.py [--chain] [--arms N] [--first SEED] [--quick]
 
 Each arm is one of `torque_arm.py`: it is recorded free, on a wedge and pulled at the tip, then
 calibrated by `hda calibrate` from these bags, then judged on other motions: its torques under
 load, the force at a tip that is pushed while it moves, and its silence while nothing pushes. The
 paper's method (polynomial of degree 5, its equations as corrected) is fitted to the same bags.
+With --chain it is an arm of seven joints, not calibrated (`torque_chain.py`).
 """
 
 from collections.abc import Iterator, Sequence
@@ -38,6 +39,7 @@ from pushes import alarms, BEGUN, delays, force_error, PUSH, SOON, sudden, WITHI
 from size import parser
 from tolerated import pushed, reading
 from torque_arm import calibration, DT, JOINTS, moved, Recorded, recorded, standing, turning
+import torque_chain
 
 GIVEN = 'hda_arm.yaml'
 BAGS = ('free', 'wedge', 'pulled')
@@ -103,7 +105,12 @@ def main() -> None:
     known = parser(__doc__)
     known.add_argument('--arms', type=int, default=3, help='arms that are measured')
     known.add_argument('--first', type=int, default=200, help='seed of the first one')
+    known.add_argument('--chain', action='store_true', help='an arm of seven joints instead')
     asked = known.parse_args()
+    if asked.chain:
+        torque_chain.main(1 if asked.quick else asked.arms, asked.first,
+                          6.0 if asked.quick else WHOLE.pushed)
+        return
     lengths, arms = (TINY, 1) if asked.quick else (WHOLE, asked.arms)
     found, pushes = [], list[list[Pushed]]()
     for seed in range(asked.first, asked.first + arms):

@@ -15,7 +15,8 @@ from .health import Refused
 from .model.arm import Arm
 from .motions import home_of
 from .plant import Plant
-from .simulate import checked, on_tip, rest
+from .simulate import checked, on_tip
+from .start import start_of
 
 LONGEST_HOLD = 50_000_000       # time for which a command stays in force [ns]
 FIRST_STAMP = 1_000_000_000     # of simulated time: a bag that starts at 0 looks empty [ns]
@@ -67,10 +68,15 @@ class LiveArm:
         self.reset()
 
     def reset(self) -> None:
-        """Start again from rest without command and push; time goes on."""
-        home = rest(self.arm, home_of(self.arm))
-        self._plant = Plant(self.arm, home, self.settings.period * 1e-9, int(self.settings.seed))
-        self._command = np.zeros_like(self._limits)
+        """
+        Start again from rest without push; time goes on.
+
+        Until the first command a chain is held, as by its brakes.
+        """
+        home = start_of(self.arm, home_of(self.arm))
+        self._plant = Plant(self.arm, home.state, self.settings.period * 1e-9,
+                            int(self.settings.seed))
+        self._command = home.command
         self._commanded: int | None = None
         self._force = np.zeros(self.axes)
 

@@ -34,12 +34,17 @@ class MotionError(HdaError):
 
 
 class Motion(NamedTuple):
-    """A reference over time: link angles and rates (k, n), force on the tip (k, 2) in base."""
+    """
+    A reference over time: link angles and rates (k, n), force on the tip (k, 2) in base.
+
+    With `pushed` the force acts at the end of this link of a chain instead, counted from 1.
+    """
 
     time: Array
     angle: Array
     rate: Array
     force: Array
+    pushed: int = 0
 
 
 class _Recipe(NamedTuple):
@@ -62,6 +67,16 @@ def home_of(arm: Arm) -> tuple[float, ...]:
         bounded = joint.kind == 'revolute' and room > 0.0
         found.append(min(max(bent, low + room), high - room) if bounded else bent)
     return tuple(found)
+
+
+def pushed_link(arm: Arm, motion: Motion) -> int:
+    """Return the link of a chain that a motion pushes at its end, 0 for the tip; MotionError."""
+    joints = len(arm.joints)
+    if motion.pushed and not isinstance(arm.links, ChainLinks):
+        raise MotionError('links of a chain alone can be pushed; this arm is pushed at its tip')
+    if not 0 <= motion.pushed <= joints:
+        raise MotionError(f'the pushed link is a number from 1 to {joints}, got {motion.pushed}')
+    return motion.pushed
 
 
 def motion_of(arm: Arm, name: str, duration: float, dt: float, seed: int) -> Motion:

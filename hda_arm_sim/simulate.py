@@ -121,15 +121,6 @@ def checked(arm: Arm, dt: float = 1e-3) -> Arm:
     return arm
 
 
-def in_plane(arm: Arm, job: str) -> Arm:
-    """Return the arm unless it is a chain, which a job does not know; raises ArmError."""
-    if isinstance(arm.links, ChainLinks):
-        raise ArmError(f'{job} knows one or two links in a plane, and the arm has a chain of '
-                       f'{len(arm.joints)} joints. What works: hda simulate, hda estimate '
-                       'and hda calibrate of its gears, hda diagnose')
-    return arm
-
-
 def on_tip(arm: Arm, force: Array) -> Array:
     """Return what acts on the tip: (k, 2) in a plane, (k, 6) on a chain; raises ArmError."""
     count = AXES if isinstance(arm.links, ChainLinks) else 2

@@ -67,6 +67,11 @@ def truth_joint_torque(joint: str) -> Topic:
     return _sampled(f'truth/{joint}/torque', WRENCH_STAMPED)
 
 
+def truth_link_wrench(joint: str) -> Topic:
+    """Return the topic of what the simulator lets act on a joint's link, at the link's end."""
+    return _sampled(f'truth/{joint}/wrench', WRENCH_STAMPED)
+
+
 def reference_joint_torque(joint: str) -> Topic:
     """Return the topic of the torque of a joint that a sensor of its own measured."""
     return _sampled(f'reference/{joint}/torque', WRENCH_STAMPED)

@@ -209,3 +209,77 @@ def test_the_base_feels_what_the_links_throw_at_it(table):
     pulled[0, of.DOWN:of.DOWN + 3] = along
     of.weights(pulled)
     np.testing.assert_allclose(table[1:-1, of.COUPLING], pulled[1:-1, of.TORQUE], atol=1e-12)
+
+
+def whole_energy(table):
+    """Return kinetic energy and that of gravity, at the frames placed [J]."""
+    speed = table[1:-1, of.SPEED]
+    moments = table[1:-1, of.MOMENT_HERE:of.MOMENT_HERE + 3]
+    return 0.5 * speed @ matrix(table) @ speed - (moments @ table[0, of.DOWN:of.DOWN + 3]).sum()
+
+
+def along(table, speeding, time):
+    """Return a table some time on along a motion of constant acceleration, placed."""
+    made = table.copy()
+    angle, speed = table[1:-1, of.ANGLE], table[1:-1, of.SPEED]
+    made[1:-1, of.ANGLE] = angle + time * speed + 0.5 * time ** 2 * speeding
+    made[1:-1, of.SPEED] = speed + time * speeding
+    of.place(made)
+    return made
+
+
+@given(tables(), st.integers(0, 2 ** 32 - 1))
+def test_energy_grows_by_the_work_of_torques_and_wrench(table, seed):
+    """dE/dt = tau dq + F v, with the acceleration that forward dynamics gives them."""
+    n = len(table) - 2
+    torque, speeding = np.random.default_rng(seed).uniform(-20.0, 20.0, n), np.zeros(n)
+    speed, jacobian = table[1:-1, of.SPEED].copy(), np.zeros((6, n))
+    of.forward_dynamics(table, torque, speeding)
+    of.tip_jacobian(table, jacobian)
+    work = (torque + jacobian.T @ table[-1, of.WRENCH:of.WRENCH + 6]) @ speed
+    step = STEP / (1.0 + np.abs(speeding).max() ** 0.5)
+    ends = [whole_energy(along(table, speeding, sign * step)) for sign in (1.0, -1.0)]
+    scale = np.abs(work) + np.abs(speeding).max() * np.abs(matrix(table)).max() * n * 3.0
+    assert abs((ends[0] - ends[1]) / (2.0 * step) - work) < 1e-6 * scale + 1e-5 + (
+        1e-15 * max(map(abs, ends)) / step)
+
+
+@given(tables(), st.integers(0, 2 ** 32 - 1))
+def test_momentum_grows_by_torques_weight_drift_and_wrench(table, seed):
+    """dp/dt = tau + g + C^T dq + J^T F: what the momentum observer expects."""
+    n = len(table) - 2
+    torque, speeding = np.random.default_rng(seed).uniform(-20.0, 20.0, n), np.zeros(n)
+    jacobian = np.zeros((6, n))
+    of.forward_dynamics(table, torque, speeding)
+    of.tip_jacobian(table, jacobian)
+    of.momenta(table)
+    expected = torque + table[1:-1, of.COUPLING] + jacobian.T @ (
+        table[-1, of.WRENCH:of.WRENCH + 6])
+    of.weights(table)
+    expected += table[1:-1, of.TORQUE]
+    step, ends = STEP / (1.0 + np.abs(speeding).max() ** 0.5), []
+    for sign in (1.0, -1.0):
+        end = along(table, speeding, sign * step)
+        of.momenta(end)
+        ends.append(end[1:-1, of.TORQUE].copy())
+    scale = 1.0 + np.abs(expected).max() + n * np.abs(speeding).max() * np.abs(
+        matrix(table)).max()
+    np.testing.assert_allclose((ends[0] - ends[1]) / (2.0 * step), expected, atol=1e-6 * scale)
+
+
+@given(tables())
+def test_links_that_a_tip_carries_are_felt_as_their_weight_and_inertia(table):
+    """The torques of each link alone, `own_needs`, are those of a chain without the others."""
+    of.place(table)
+    n = len(table) - 2
+    squares, sums = np.zeros(n), np.zeros(n)
+    table[-1, of.WRENCH:of.WRENCH + 6] = 0.0
+    of.own_needs(table, squares)
+    for link in range(1, n + 1):
+        alone = table.copy()
+        others = [row for row in range(1, n + 1) if row != link]
+        alone[others, of.MASS:of.CONSTANTS] = 0.0
+        of.place(alone)
+        of.inverse_dynamics(alone)
+        sums += alone[1:-1, of.TORQUE] ** 2
+    np.testing.assert_allclose(squares, sums, rtol=1e-9, atol=1e-9)

@@ -23,7 +23,7 @@ from hda_arm_sim.model.typical_sizes import SIZED, typical
 from hda_arm_sim.motions import home_of, motion_of
 from hda_arm_sim.plant import Plant
 from hda_arm_sim.sensors import LINK
-from hda_arm_sim.simulate import Course, in_plane, longest_step, rest, rollout, STEP
+from hda_arm_sim.simulate import Course, longest_step, rest, rollout, STEP
 from hda_torque_estimator.controlling.controller import ControllerSettings
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
@@ -188,13 +188,6 @@ def test_more_than_two_joints_are_told_how_to_give_links():
         replace(COBOT, links=PAIR)
     with pytest.raises(ArmError, match='chain of 7 joints'):
         replace(COBOT, joints=COBOT.joints[:6])
-
-
-def test_what_knows_two_links_alone_says_what_works_instead():
-    with pytest.raises(ArmError, match='7 joints. What works: hda simulate') as caught:
-        in_plane(COBOT, 'hda plan')
-    assert '\n' not in str(caught.value)
-    assert in_plane(FLAT, 'hda plan') is FLAT
 
 
 def test_torque_feedback_and_estimates_reach_every_joint():

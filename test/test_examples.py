@@ -45,6 +45,8 @@ def feels_the_push(out: Path) -> None:
     assert np.abs(force).max() > 3.0
     assert '"contact_beyond":"joint' in open_recording(out / 'estimates').texts(
         'estimator_state').texts[-1]
+    elbow = json.loads((out / 'elbow.json').read_text())['contacts']
+    assert 'joint3' in {one['beyond'] for one in elbow} <= {'joint1', 'joint2', 'joint3'}
 
 
 PROMISED = {'01': finds_the_play, '02': has('bag/metadata.yaml'), '03': has('torques.csv'),

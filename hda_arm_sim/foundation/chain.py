@@ -32,7 +32,8 @@ ANGLE, SPEED, SPEEDING = 22, 23, 24
 FRAME, PLACE, TURNING, SLIDING, MOMENT_HERE, INERTIA_HERE = 25, 34, 37, 40, 43, 46
 SPIN, DRIFT, TWIST, FORCE = 52, 55, 58, 61
 # Answers: torque on the joint [N*m], a row of the mass matrix [kg*m^2], torque per acceleration
-# of the base [kg*m]; in the last row the wrench of the environment on the tip: force and moment.
+# of the base [kg*m]; the wrench of the environment on a link at its end, which is where the next
+# row's frame is, in the last row on the tip: force and moment [N, N*m].
 TORQUE, MATRIX, COUPLING, WRENCH = 64, 65, 77, 78
 SOLVING = 84            # a row of the matrix while it is solved, and the right side
 WIDTH = SOLVING + MOST + 1
@@ -177,20 +178,28 @@ def _move(c: Array) -> None:
         put(c, row, FORCE, plus(force, cross(spin, linear)))
 
 
+@inlined
+def _withstood(c: Array, row: int, end: int) -> tuple[Vector, Vector]:
+    """Return moment at the origin and force that withstand a WRENCH where the row `end` is."""
+    pull = vector(c, row, WRENCH)
+    moment = plus(vector(c, row, WRENCH + 3), cross(vector(c, end, PLACE), pull))
+    return times(-1.0, moment), times(-1.0, pull)
+
+
 @compiled
 def inverse_dynamics(c: Array) -> None:
     """
     Set the TORQUE that joints need for the SPEEDING that is asked, at the frames placed.
 
-    It holds gravity and the WRENCH on the tip. With SPEEDING zero it is C dq - gravity - J^T F.
+    It holds gravity and each WRENCH. With SPEEDING zero it is C dq - gravity - J^T F.
     """
     _move(c)
     last = c.shape[0] - 1
-    pull = vector(c, last, WRENCH)
-    moment = times(-1.0, plus(vector(c, last, WRENCH + 3), cross(vector(c, last, PLACE), pull)))
-    force = times(-1.0, pull)
+    moment, force = _withstood(c, last, last)
     for row in range(last - 1, 0, -1):
+        twisted, pushed = _withstood(c, row, row + 1)
         moment, force = plus(moment, vector(c, row, TWIST)), plus(force, vector(c, row, FORCE))
+        moment, force = plus(moment, twisted), plus(force, pushed)
         put(c, row, TWIST, moment)
         put(c, row, FORCE, force)
         c[row, TORQUE] = (dot(vector(c, row, TURNING), moment)

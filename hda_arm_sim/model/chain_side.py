@@ -7,7 +7,7 @@ from .effects.environment import base_acceleration
 from .effects.place import Swung
 from .link_side import link_torque, tip_force
 from .registers import (AXES, BASE_OFFSET, BASE_RATE, BUDGET, DRIVE, FORCE, LINK_ANGLE,
-                        LINK_VELOCITY, MODE, NOW, TORQUE)
+                        LINK_VELOCITY, MODE, NOW, PUSHED, TORQUE)
 from ..foundation import chain
 from ..foundation.arrays import Array
 from ..foundation.chain import base_couplings, Chain, COUPLING, inverse_dynamics, mass_matrix
@@ -41,16 +41,18 @@ def accelerate(arm: ArmRecord, inertia: Chain, w: Array, at: int, to: int) -> No
 
 @inlined
 def _pose(arm: ArmRecord, c: Array, w: Array, at: int) -> None:
-    """Hand angles, speeds and the wrench on the tip to the chain."""
+    """Hand angles, speeds and what pushes a link or the tip to the chain."""
     for j in range(arm.joints.shape[0]):
         c[j + 1, chain.ANGLE] = w[j, at + LINK_ANGLE]
         c[j + 1, chain.SPEED] = w[j, at + LINK_VELOCITY]
         c[j + 1, chain.SPEEDING] = 0.0
     last = arm.joints.shape[0] + 1
+    at = int(w[0, PUSHED]) if w[0, PUSHED] > 0.0 else last      # a link's row is its number
     for axis in range(AXES):
-        c[last, chain.WRENCH + axis] = w[axis, FORCE]
+        c[last, chain.WRENCH + axis] = 0.0
+        c[at, chain.WRENCH + axis] = w[axis, FORCE]
     c[last, chain.WRENCH], c[last, chain.WRENCH + 1] = tip_force(
-        arm.body, w[0, NOW], w[0, FORCE], w[1, FORCE])
+        arm.body, w[0, NOW], c[last, chain.WRENCH], c[last, chain.WRENCH + 1])
 
 
 @inlined

@@ -38,14 +38,20 @@ COMMANDS = GUESS + 3    # commanded torque at the start, the middle and the end 
 FORCES = COMMANDS + 3   # on the tip likewise, a component in each row [N, N*m]
 SENT = FORCES + 3       # the last commands, the newest first [N*m]
 HISTORY = 66
-REGISTERS = SENT + HISTORY
+PUSHED = SENT + HISTORY     # in row 0: link of a chain that is pushed at its end, 0 for the tip
+REGISTERS = PUSHED + 1
 AXES = 6                # of a wrench: force x, y, z and moment about them; a plane has two
 
 
-def registers(state: Array) -> Array:
-    """Return registers for a state (n, STATES), with rows for each component on the tip."""
+def registers(state: Array, pushed: int = 0) -> Array:
+    """
+    Return registers for a state (n, STATES), with rows for each component on the tip.
+
+    What acts on the tip acts on a link of a chain at its end instead where `pushed` is its number.
+    """
     fresh = np.zeros((max(AXES, len(state)), REGISTERS))
     fresh[:len(state), STATE:STATE + STATES] = state
+    fresh[0, PUSHED] = pushed
     fresh[:, MODE] = np.sign(fresh[:, STATE + MOTOR_VELOCITY])
     fresh[:, MODE + 1] = np.sign(fresh[:, STATE + LINK_VELOCITY])
     return fresh

@@ -4,7 +4,7 @@ import argparse
 from dataclasses import replace
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import read_arm
@@ -27,11 +27,13 @@ from .progress import progress
 from .tare_option import check_rest, stretch, taken_zero, tare_stamps, tare_words
 from ..estimating.accuracy import Errors
 from ..estimating.belief_words import doubt_shares
+from ..estimating.contacts import Contact, contact_lines, contacts
 from ..estimating.curves import Beside
 from ..estimating.estimate_messages import estimate_samples
 from ..estimating.estimates import Estimates
 from ..estimating.estimator import Estimator
 from ..estimating.laws import layout
+from ..estimating.laws.contact import contact_level
 from ..estimating.page import About, page
 from ..estimating.recorded_settings import recorded_settings, RecordedSettings
 from ..estimating.state_messages import state_samples
@@ -112,7 +114,9 @@ def _estimated(options: argparse.Namespace) -> Outcome:
             found_errors, tare_words(zero) if zero else ''), _beside(known))
     if shown is not None:
         write_page(options, shown)
-    return _outcome(options, arm, estimates, found_errors, refused, zero)
+    level = contact_level(settings.estimator.contact_deviations, len(arm.joints))
+    return _outcome(options, arm, _Made(estimates, found_errors, contacts(
+        arm, estimates, level)), refused, zero)
 
 
 def _write(bag: BagWriter, arm: Arm, part: Estimates, settings: RecordedSettings, *,
@@ -136,14 +140,24 @@ def _settings(options: argparse.Namespace, recording: Recording) -> RecordedSett
     return settings._replace(estimator=chosen)
 
 
-def _outcome(options: argparse.Namespace, arm: Arm, estimates: Estimates,
-             found: dict[str, Errors], refused: int, zero: dict[str, Any]) -> Outcome:
+class _Made(NamedTuple):
+    """What came of a recording: estimates, their errors against what is known, contacts."""
+
+    estimates: Estimates
+    found: dict[str, Errors]
+    contacts: list[Contact]
+
+
+def _outcome(options: argparse.Namespace, arm: Arm, made: _Made, refused: int,
+             zero: dict[str, Any]) -> Outcome:
+    estimates, found, touched = made
     doubted = _doubts(arm, estimates)
     report: dict[str, Any] = {
         'bag': str(options.out), 'samples': len(estimates.stamps),
         'refused': refused, 'joints': list(arm.labels),
         'largest_torque': _largest(estimates).tolist(),
         'doubts': doubted, 'tare': zero or None,
+        'contacts': [one._asdict() for one in touched],
         'errors': {name: {key: None if np.isnan(value) else value
                           for key, value in error._asdict().items()}
                    for name, error in found.items()}}
@@ -157,6 +171,7 @@ def _outcome(options: argparse.Namespace, arm: Arm, estimates: Estimates,
     if arm.links is None:
         lines.append('  no external torque and no tip force: they need links in the arm '
                      'file')
+    lines += [f'  {line}' for line in contact_lines(touched)]
     lines += [f'  error against {name}: {error.rms:.3f} {_unit(name)} rms '
               f'({error.rms_without_mean:.3f} without its mean), at most {error.largest:.3f}'
               for name, error in found.items()]

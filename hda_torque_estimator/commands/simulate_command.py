@@ -10,7 +10,7 @@ from hda_arm_sim.model.effects import Effect
 from hda_arm_sim.model.files import read_arm, read_effects
 from hda_arm_sim.model.writing import arm_to_text
 from hda_arm_sim.motion_file import read_motion
-from hda_arm_sim.motions import Motion, motion_of, MOTIONS
+from hda_arm_sim.motions import Motion, motion_of, MotionError, MOTIONS, pushed_link
 from hda_arm_sim.simulate import checked
 from hda_msgs_json.bag import BagWriter
 import numpy as np
@@ -26,7 +26,8 @@ _USUAL = 60.0           # duration of a motion by its name [s]
 EXAMPLES = (
     'hda simulate --arm hda_arm.yaml --motion rich --duration 30 --out bag',
     'hda simulate --arm hda_arm.yaml --effects hidden.yaml --motion rich --out bag',
-    'hda simulate --arm hda_arm.yaml --motion push --torque-feedback -1 --out bag')
+    'hda simulate --arm hda_arm.yaml --motion push --torque-feedback -1 --out bag',
+    'hda simulate --arm cobot7.yaml --motion push --push-at joint3 --out bag')
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -42,6 +43,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--rate', type=float, default=1000.0, metavar='HZ',
                         help='samples; the control loop runs at 1 kHz or above')
     parser.add_argument('--seed', type=int, default=0, metavar='N', help='of motion and noise')
+    parser.add_argument('--push-at', metavar='JOINT',
+                        help='the motion pushes the end of the link of this joint, not the tip')
     parser.add_argument('--torque-feedback', type=float, default=0.0, metavar='K_J',
                         help='-1 follows a push, between 0 and 1 rejects it')
     add_out(parser, 'BAG', 'bag to write')
@@ -53,9 +56,10 @@ def execute(options: argparse.Namespace) -> Outcome:
     true = _with_effects(known, options.effects)
     settings = bearable(known, ControllerSettings(torque_feedback=options.torque_feedback))
     sampled = SimulationSettings(rate=options.rate, seed=options.seed)
-    asked = _motion(options, known, 1.0 / sampled.rate)
+    asked = _pushing(options, known, _motion(options, known, 1.0 / sampled.rate))
     about = {'arm': arm_to_text(known), 'seed': str(options.seed),
              'parameters': json.dumps({'motion': options.motion, 'rate': options.rate,
+                                       'push_at': options.push_at,
                                        'torque_feedback': options.torque_feedback}),
              'effects': json.dumps([[placed.effect.name, placed.joint,
                                      dict(zip(_names(placed.effect), placed.effect.values()))]
@@ -75,6 +79,19 @@ def _motion(options: argparse.Namespace, arm: Arm, dt: float) -> Motion:
         return read_motion(file, arm.labels, dt, options.duration)
     duration = _USUAL if options.duration is None else options.duration
     return motion_of(arm, options.motion, duration, dt, options.seed)
+
+
+def _pushing(options: argparse.Namespace, arm: Arm, asked: Motion) -> Motion:
+    """Return the motion with its push where it is asked for; raises MotionError."""
+    if options.push_at is None:
+        return asked
+    if not asked.force.any():
+        raise MotionError(f'--push-at needs a motion that pushes, as push does; '
+                          f'{options.motion} does not within {asked.time[-1]:g} s')
+    place = arm.labels.index(arm.joint(options.push_at).label) + 1
+    made = asked._replace(pushed=place)
+    pushed_link(arm, made)
+    return made
 
 
 def _with_effects(arm: Arm, path: str | None) -> Arm:

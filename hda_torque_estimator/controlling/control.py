@@ -6,13 +6,19 @@ The controller's compiled step: PD on the motor side with torque feedback (eq:co
 tau_hat is the estimated torque through the gear, which loads the motor with tau_hat / N. K_J = -1
 adds the load once more, so that the arm follows a push. 0 < K_J < 1 takes that share of the load
 off the motor, so that the arm rejects it. K_J = 1 makes the load invisible to the motor.
+
+The links of a chain have a weight g(q_d), which the motors hold, and the feedback is about that,
+(eq:control-weight):
+
+    tau = (the law of tau_hat + g) - g / N
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled
 from hda_arm_sim.model.arm import ArmRecord
+from hda_arm_sim.model.weight import weights
 import numpy as np
 
 # Memory, per joint.
@@ -29,6 +35,7 @@ class CompiledSettings(NamedTuple):
     position_gain: float
     velocity_gain: float
     torque_feedback: float
+    gravity_compensation: float         # 0 for links in a plane
     velocity_bandwidth: float
     rate_limit: float
     handover_time: float
@@ -51,6 +58,13 @@ def limited(command: float, last: float, limit: float, change: float) -> float:
     return min(max(near, -limit), limit)
 
 
+class Body(NamedTuple):
+    """The arm as the controller believes it to be, and its links with what they carry."""
+
+    record: ArmRecord
+    inertia: Any            # an Inertia, or a Chain
+
+
 class Asked(NamedTuple):
     """What one sample asks for."""
 
@@ -61,25 +75,31 @@ class Asked(NamedTuple):
 
 
 @compiled
-def step(record: ArmRecord, settings: CompiledSettings, memory: Array, asked: Asked,
+def step(body: Body, settings: CompiledSettings, memory: Array, asked: Asked,
          command: Array) -> None:
     """
     Fill the motor torques (n,) [N*m] that answer one sample.
 
-    The command starts at zero and what the law asks for comes in, (eq:handover).
+    The command starts at what holds a chain's weight, which is zero for links in a plane. What
+    the law asks for beyond that comes in, (eq:handover).
     """
-    reference, motor_angle, joint_torque, dt = asked
+    record, (reference, motor_angle, joint_torque, dt) = body.record, asked
     share = 1.0 - np.exp(-2.0 * np.pi * settings.velocity_bandwidth * dt)
     left = np.exp(-dt / settings.handover_time)
+    weight = np.zeros(record.joints.shape[0])
+    if settings.gravity_compensation > 0.0:
+        weights(record, body.inertia, reference[:, ANGLE], weight)
     for j in range(record.joints.shape[0]):
         ratio = record.joints[j].ratio
+        pull = settings.gravity_compensation * weight[j]
         if dt > 0.0:
             rate = (motor_angle[j] - memory[j, LAST_ANGLE]) / dt
             memory[j, VELOCITY] += share * (rate - memory[j, VELOCITY])
         memory[j, LAST_ANGLE] = motor_angle[j]
         wanted = law(settings, ratio, reference[j, ANGLE], reference[j, RATE], motor_angle[j],
-                     memory[j, VELOCITY], joint_torque[j])
+                     memory[j, VELOCITY], joint_torque[j] + pull)
         memory[j, HANDOVER] = memory[j, HANDOVER] * left if dt > 0.0 else -wanted
-        command[j] = limited(wanted + memory[j, HANDOVER], memory[j, LAST_COMMAND],
+        last = memory[j, LAST_COMMAND] if dt > 0.0 else -pull / ratio
+        command[j] = limited(wanted + memory[j, HANDOVER] - pull / ratio, last,
                              settings.torque_limits[j], settings.rate_limit * dt)
         memory[j, LAST_COMMAND] = command[j]

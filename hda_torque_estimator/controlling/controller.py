@@ -6,6 +6,8 @@ from typing import ClassVar
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.parameter import Declared, parameter
 from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.chain_links import ChainLinks
+from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
 
 from . import control
@@ -24,6 +26,8 @@ class ControllerSettings(Declared):
         0.012, 'N*m*s/rad', 0.0, 1e2, 'K_D, motor torque per shaft speed')
     torque_feedback: float = parameter(
         0.0, '', -2.0, 0.99, 'K_J: -1 follows a push, between 0 and 1 rejects it')
+    gravity_compensation: float = parameter(
+        1.0, '', 0.0, 1.0, 'share of the weight of links in space that the motors hold')
     velocity_bandwidth: float = parameter(
         150.0, 'Hz', 0.1, 1e4, 'low-pass of the shaft speed')
     rate_limit: float = parameter(
@@ -50,8 +54,9 @@ def bearable(arm: Arm, settings: ControllerSettings) -> ControllerSettings:
 
 def compiled_settings(arm: Arm, settings: ControllerSettings) -> CompiledSettings:
     """Return what the compiled step reads of the settings and of the arm's limits."""
+    share = settings.gravity_compensation if isinstance(arm.links, ChainLinks) else 0.0
     return CompiledSettings(
-        settings.position_gain, settings.velocity_gain, settings.torque_feedback,
+        settings.position_gain, settings.velocity_gain, settings.torque_feedback, share,
         settings.velocity_bandwidth, settings.rate_limit, settings.handover_time,
         np.array([joint.torque_limit for joint in arm.joints]))
 
@@ -66,7 +71,7 @@ class Controller:
     def __init__(self, arm: Arm, settings: ControllerSettings = ControllerSettings()) -> None:
         """Prepare for an arm; disabled, without a reference."""
         self.arm, self.settings = arm, settings
-        self._record = arm.record()
+        self._body = control.Body(arm.record(), loaded_inertia(arm.record().body))
         self._ratios = np.array([joint.ratio for joint in arm.joints])
         self._compiled = compiled_settings(arm, settings)
         self._memory = np.zeros((len(arm.joints), control.MEMORY))
@@ -82,7 +87,11 @@ class Controller:
         self._compiled = compiled_settings(self.arm, settings)
 
     def enable(self) -> None:
-        """Take over at the next sample: hold the arm where it is then, from zero torque."""
+        """
+        Take over at the next sample: hold the arm where it is then, without a step.
+
+        It begins at zero torque, or with a chain at what its weight needs there.
+        """
         if not self.enabled:
             self._last = self._reference = None
             self._memory[:] = 0.0
@@ -117,7 +126,7 @@ class Controller:
         dt = 0.0 if self._last is None else (stamp - self._last) * 1e-9
         reference = self._reference.at((stamp - self._begin) * 1e-9)
         torque = joint_torque if self.settings.torque_feedback else np.zeros_like(joint_torque)
-        control.step(self._record, self._compiled, self._memory,
+        control.step(self._body, self._compiled, self._memory,
                      control.Asked(reference, motor_angle, torque, dt), self.command)
         self._last = stamp
         return self.command

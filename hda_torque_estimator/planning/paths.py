@@ -7,6 +7,7 @@ plus a Fourier series as Swevers et al. (1997) excite robots.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.motions import HOME, Motion, motion
@@ -20,6 +21,14 @@ _EDGE = 0.5             # at rest at both ends, so that corners are complete [s]
 _EASE = 1.5             # over which a wave is faded in and out [s]
 _LOWEST = 0.1           # frequency of a Fourier series, about [Hz]
 _TURN = 2.9             # each way: nearly a full turn [rad]
+
+
+class Chain(NamedTuple):
+    """What a chain has of its own: where its motions start [rad], how fast its links may turn."""
+
+    home: Sequence[float]
+    rates: Sequence[float]                      # (n,) [rad/s]
+
 
 LEGS: dict[str, Legs] = {
     'full turn': ((1.0, 1.0), (-2.0, 2.0), (1.0, 1.0)),
@@ -39,7 +48,7 @@ class Path:
 
     shape: str                                  # of LEGS, of the project's motions, or 'wave'
     amplitude: tuple[float, ...]                # of each joint [rad], or factors of a motion
-    cycles: tuple[int, ...] = (1, 1)            # how often legs are run through
+    cycles: tuple[int, ...] = (1, 1)            # how often legs are run through, in turn
     wave: float = 0.0                           # excursion of a series on top of a shape [rad]
     harmonics: tuple[int, int] = (1, 12)        # the lowest and the highest of the series
     seed: int = 0                               # of its coefficients
@@ -58,17 +67,22 @@ class Path:
         sizes = tuple(float(a * f) for a, f in zip(self.amplitude, factors))
         return replace(self, amplitude=sizes, wave=float(self.wave * wave))
 
-    def motion(self, joints: int, duration: float, dt: float, limits: Sequence[float]) -> Motion:
+    def motion(self, joints: int, duration: float, dt: float, limits: Sequence[float],
+               chain: 'Chain | None' = None) -> Motion:
         """
         Return the path as a motion of some duration [s], sampled every dt [s].
 
-        It goes on about HOME, or as near to it as angles up to `limits` [rad] allow.
+        It goes on about HOME, or as near to it as angles up to `limits` [rad] allow. That of a
+        chain goes on about its own home. Each of its joints goes as far as its limits allow.
         """
         time: Array = dt * np.arange(round(duration / dt) + 1, dtype=np.float64)
         away = np.stack([self._away(time, joint, joints) for joint in range(joints)], axis=1)
-        low, high = away.min(axis=0), away.max(axis=0)
         room = np.asarray(limits)
-        centre = np.clip(HOME[:joints], -room - low, np.maximum(room - high, -room - low))
+        if chain is not None:
+            away = away * _share(away, room, np.asarray(chain.rates), dt)
+        low, high = away.min(axis=0), away.max(axis=0)
+        home = HOME[:joints] if chain is None else chain.home
+        centre = np.clip(home, -room - low, np.maximum(room - high, -room - low))
         angle = centre + away
         return Motion(time, angle, np.gradient(angle, dt, axis=0), np.zeros((len(time), 2)))
 
@@ -81,10 +95,19 @@ class Path:
         series *= self.wave
         if self.shape in LEGS:
             mirrored = -1.0 if joint else 1.0
-            return series + mirrored * size * _along(time, LEGS[self.shape], self.cycles[joint])
+            cycles = self.cycles[joint % len(self.cycles)]
+            return series + mirrored * size * _along(time, LEGS[self.shape], cycles)
         dt = float(time[1] - time[0])
         made = motion(self.shape, joints, float(time[-1]), dt, self.seed)
-        return series + size * (made.angle[:, joint] - HOME[joint])
+        return series + size * (made.angle[:, joint] - made.angle[0, joint])
+
+
+def _share(away: Array, room: Array, rates: Array, dt: float) -> Array:
+    """Return by how much each joint's way (k, n) must shrink to keep angles and rates (n,)."""
+    with np.errstate(divide='ignore'):
+        fits = np.minimum(room / (0.5 * np.ptp(away, axis=0)),
+                          rates / np.abs(np.gradient(away, dt, axis=0)).max(axis=0))
+    return np.minimum(fits, 1.0)
 
 
 def _along(time: Array, legs: Legs, cycles: int) -> Array:
@@ -112,7 +135,7 @@ def _series(time: Array, harmonics: tuple[int, int], seed: int) -> Array:
 
 
 def candidates(joints: int) -> tuple[Path, ...]:
-    """Return the paths from which a search starts, for an arm with 1 or 2 joints."""
+    """Return the paths from which a search starts, for an arm with so many joints."""
     one, turn = (0.6,) * joints, (_TURN,) * joints
     return (
         Path('rich', (0.65,) * joints),

@@ -4,12 +4,13 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
-from hda_arm_sim.motions import Motion
-from hda_arm_sim.simulate import checked, in_plane
+from hda_arm_sim.model.chain_links import ChainLinks
+from hda_arm_sim.motions import home_of, Motion
+from hda_arm_sim.simulate import checked
 import numpy as np
 from scipy.optimize import minimize
 
-from .paths import candidates, Path
+from .paths import candidates, Chain, Path
 from .question import PlanError, Question
 from .strength import Load, load_of, SEED, separation, Strength, USED
 from ..diagnosis.judging.acceptance import CERTAIN
@@ -57,7 +58,7 @@ Progress = Callable[[int, int], None]       # steps done, and steps in all
 
 def plan(asked: Question, duration: float, tell: Progress = lambda done, total: None) -> Plan:
     """Return the best motion of some duration [s]; raises PlanError, ArmError."""
-    in_plane(checked(asked.arm, _STEP), 'hda plan')
+    checked(asked.arm, _STEP)
     if not SHORTEST <= duration <= LONGEST:
         raise PlanError(f'a motion is planned for {SHORTEST:g} to {LONGEST:g} s, '
                         f'got {duration:g} s')
@@ -84,8 +85,12 @@ def _least(weighed: Weighed) -> float:
 
 def planned_motion(asked: Question, path: Path, duration: float, dt: float) -> Motion:
     """Return a path as the motion of an arm, sampled every dt [s]."""
-    limits = [_ROOM * joint.angle_limit for joint in asked.arm.joints]
-    return path.motion(len(limits), duration, dt, limits)
+    joints, chain = asked.arm.joints, None
+    if isinstance(asked.arm.links, ChainLinks):
+        chain = Chain(home_of(asked.arm), [_ROOM * joint.velocity_limit / joint.ratio
+                                           for joint in joints])
+    limits = [_ROOM * joint.angle_limit for joint in joints]
+    return path.motion(len(limits), duration, dt, limits, chain)
 
 
 def _healthy(asked: Question, path: Path, duration: float) -> tuple[Motion, Run]:

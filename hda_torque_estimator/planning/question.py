@@ -8,7 +8,7 @@ from hda_arm_sim.model.effects import Effect, effect_named, Scope
 from hda_arm_sim.model.typical_sizes import SIZED, typical
 from hda_msgs_json.errors import HdaError
 
-from ..diagnosis.fitting.hypotheses import HYPOTHESES
+from ..diagnosis.fitting.hypotheses import HYPOTHESES, left_aside
 
 
 class PlanError(HdaError):
@@ -85,6 +85,9 @@ def _suspect(arm: Arm, name: str, joint: str | None, usual: str) -> Suspect:
     if name not in HYPOTHESES or name not in SIZED:
         raise PlanError(f'no motion is planned for {name}: it shows in raw readings or in time '
                         'whatever the motion; any recording of 60 s will do')
+    if left_aside(arm, [name]):
+        raise PlanError(f'no motion is planned for {name}: a diagnosis does not look for it on a '
+                        'chain')
     if name == 'inertial_coupling' and len(arm.joints) < 2:
         raise PlanError('inertial_coupling acts between two joints; the arm has '
                         f'{len(arm.joints)}, {", ".join(arm.labels)}')

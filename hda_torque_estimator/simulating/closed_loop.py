@@ -10,10 +10,11 @@ from hda_arm_sim.foundation.compiled import compiled
 from hda_arm_sim.model.arm import Arm, ArmRecord
 from hda_arm_sim.model.kernel import registers, STATE, STATES
 from hda_arm_sim.model.link_side import loaded_inertia
-from hda_arm_sim.motions import Motion
+from hda_arm_sim.motions import Motion, pushed_link
 from hda_arm_sim.plant import observe
 from hda_arm_sim.sensors import DRAWS, sample_lost
-from hda_arm_sim.simulate import checked, longest_step, on_tip, rest, STEP, step_count
+from hda_arm_sim.simulate import checked, longest_step, on_tip, STEP, step_count
+from hda_arm_sim.start import start_of
 import numpy as np
 from numpy.typing import NDArray
 
@@ -39,6 +40,7 @@ class Run:
     estimated_torque: Array     # (k, n) as the controller saw it [N*m], NaN without an estimator
     force: Array                # (k, 2) on the tip, base frame [N]; of a chain the wrench (k, 6)
     state: Array                # (k, n, STATES) true
+    pushed: int = 0             # link that the wrench acted on at its end, 0 for the tip
 
 
 def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
@@ -64,8 +66,8 @@ def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
         made = run(true_arm, known_arm, _refined(motion, every), seed, controller=controller,
                    estimator=estimator)
         return _thinned(made, motion, every, _lost(true_arm, len(made.time), seed))
-    believed = known_arm.torsion_only()
-    belief = believed.record()
+    believed, start = known_arm.torsion_only(), start_of(true_arm, motion.angle[0])
+    belief, whole = believed.record(), known_arm.record()
     samples, joints = motion.angle.shape
     noise = _noise(samples, joints, seed)
     reference = np.stack([motion.angle, motion.rate], axis=2)
@@ -73,14 +75,16 @@ def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
     torques = np.zeros((3, samples, joints))
     minds = _Minds(Model(belief, estimator_settings(believed, estimator or EstimatorSettings()),
                          loaded_inertia(belief.body)),
-                   controller_settings(known_arm, controller), estimator is not None)
-    _run(plant, minds, registers(rest(true_arm, motion.angle[0])),
-         _Plan(np.ascontiguousarray(reference), motion.force, noise, dt,
+                   controller_settings(known_arm, controller),
+                   control.Body(whole, loaded_inertia(whole.body)), estimator is not None)
+    _run(plant, minds, registers(start.state, pushed_link(true_arm, motion)),
+         _Plan(np.ascontiguousarray(reference), motion.force, noise, start.command, dt,
                step_count(dt, min(STEP, longest_step(true_arm)))),
          _Made(reading, states, torques))
     if estimator is None:
         torques[2] = np.nan
-    return Run(motion.time, reading, torques[0], torques[1], torques[2], motion.force, states)
+    return Run(motion.time, reading, torques[0], torques[1], torques[2], motion.force, states,
+               motion.pushed)
 
 
 def _noise(samples: int, joints: int, seed: int) -> Array:
@@ -95,7 +99,7 @@ def _refined(motion: Motion, every: int) -> Motion:
     path = CubicHermiteSpline(motion.time, motion.angle, motion.rate)
     at = np.minimum(motion.time[0] + time, motion.time[-1])
     force = np.stack([np.interp(at, motion.time, axis) for axis in motion.force.T], axis=1)
-    return Motion(time, path(at), path.derivative()(at), force)
+    return Motion(time, path(at), path.derivative()(at), force, motion.pushed)
 
 
 def _lost(arm: Arm, samples: int, seed: int) -> NDArray[np.bool_]:
@@ -117,7 +121,7 @@ def _thinned(made: Run, motion: Motion, every: int, lost: NDArray[np.bool_]) -> 
     rate = np.concatenate([np.full_like(angles[:1], np.nan), np.diff(angles, axis=0) / dt])
     reading[:, :, 2:] = rate[np.searchsorted(kept, np.arange(len(rows)), side='right') - 1]
     return Run(motion.time, reading, made.command[rows], made.joint_torque[rows],
-               made.estimated_torque[rows], motion.force, made.state[rows])
+               made.estimated_torque[rows], motion.force, made.state[rows], motion.pushed)
 
 
 class _Minds(NamedTuple):
@@ -125,6 +129,7 @@ class _Minds(NamedTuple):
 
     estimator: Model
     controller: control.CompiledSettings
+    body: control.Body          # that the controller believes in
     estimates: bool
 
 
@@ -134,6 +139,7 @@ class _Plan(NamedTuple):
     reference: Array
     force: Array
     noise: Array
+    held: Array                 # (n,) motor torques until the first answer [N*m]
     dt: float                   # [s]
     steps: int                  # of the plant in a sample
 
@@ -149,11 +155,11 @@ class _Made(NamedTuple):
 @compiled
 def _run(plant: ArmRecord, minds: _Minds, w: Array, plan: _Plan, made: _Made) -> None:
     joints, dt, torques = plan.reference.shape[1], plan.dt, made.torques
-    inertia, believed = loaded_inertia(plant.body), minds.estimator.record
+    inertia = loaded_inertia(plant.body)
     memory = np.zeros((joints, layout.MEMORY))
     control_memory = np.zeros((joints, control.MEMORY))
     result, tip = np.zeros((joints, layout.RESULTS)), np.zeros(layout.TIP_RESULTS)
-    now, command = np.zeros((joints, 4)), np.zeros(joints)
+    now, command = np.zeros((joints, 4)), plan.held.copy()
     for k in range(plan.reference.shape[0]):
         since = dt if k > 0 else 0.0
         torques[0, k] = command
@@ -164,5 +170,5 @@ def _run(plant: ArmRecord, minds: _Minds, w: Array, plan: _Plan, made: _Made) ->
                           tip)
             torques[2, k] = result[:, layout.TORQUE]
         act(plant, inertia, w, command, plan.force[k], dt, plan.steps)
-        control.step(believed, minds.controller, control_memory,
+        control.step(minds.body, minds.controller, control_memory,
                      control.Asked(plan.reference[k], now[:, 0], torques[2, k], since), command)

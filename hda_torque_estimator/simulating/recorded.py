@@ -4,7 +4,8 @@ from hda_arm_sim.model.arm import Arm
 from hda_msgs_json.bag import BagWriter
 from hda_msgs_json.samples import JointSamples, WrenchSamples
 from hda_msgs_json.topics import (BASE_FRAME, EXTERNAL_WRENCH, JOINT_STATES, link_frame,
-                                  motor_name, truth_joint_torque, TRUTH_TIP_WRENCH)
+                                  motor_name, truth_joint_torque, truth_link_wrench,
+                                  TRUTH_TIP_WRENCH)
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,11 +15,16 @@ FIRST_STAMP = 1_000_000_000         # of an offline simulation: bags with a time
 
 
 def write_run(bag: BagWriter, arm: Arm, run: Run) -> None:
-    """Write the joint states of a run and what was true: joint torques and tip force."""
+    """Write the joint states of a run and what was true: joint torques, forces on tip and link."""
     stamps = FIRST_STAMP + np.round(run.time * 1e9).astype(np.int64)
     bag.write_joint_states(JOINT_STATES, joint_samples(arm, stamps, run.reading, run.command))
     for label, torque in zip(arm.labels, run.joint_torque.T):
         bag.write_wrenches(truth_joint_torque(label), about_z(stamps, link_frame(label), torque))
+    if run.pushed:
+        bag.write_wrenches(truth_link_wrench(arm.labels[run.pushed - 1]),
+                           on_tip(stamps, BASE_FRAME, run.force))
+        bag.write_wrenches(TRUTH_TIP_WRENCH, on_tip(stamps, BASE_FRAME, 0.0 * run.force))
+        return
     bag.write_wrenches(TRUTH_TIP_WRENCH, on_tip(stamps, BASE_FRAME, run.force))
     if run.force.any():
         bag.write_wrenches(EXTERNAL_WRENCH, on_tip(stamps, BASE_FRAME, run.force))

@@ -8,9 +8,8 @@ from typing import NamedTuple
 
 from hda_arm_sim.foundation import chain
 from hda_arm_sim.foundation.arrays import Array
-from hda_arm_sim.foundation.chain import Chain, COUPLING, momenta
+from hda_arm_sim.foundation.chain import COUPLING, momenta
 from hda_arm_sim.foundation.compiled import compiled, inlined
-from hda_arm_sim.model.arm import ArmRecord
 import numpy as np
 
 from .compiled_settings import Model
@@ -70,15 +69,3 @@ def _deviations(model: Model, c: Array, memory: Array, moved: Moved, result: Arr
             result[j, TORQUE_DEVIATION] ** 2
             + model.settings.inertia_tolerance ** 2 * squares[j]
             + memory[j, LATE] ** 2 + doubt ** 2)
-
-
-@compiled
-def weights(record: ArmRecord, links: Chain, angles: Array, weight: Array) -> None:
-    """Fill what gravity does to the joints (n,) [N*m]."""
-    c = links.table
-    for j in range(len(angles)):
-        c[j + 1, chain.ANGLE] = angles[j]
-    chain.place(c)
-    chain.weights(c)
-    for j in range(len(angles)):
-        weight[j] = c[j + 1, chain.TORQUE]

@@ -11,13 +11,14 @@ from typing import NamedTuple
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.chain import of_links
 from hda_arm_sim.foundation.compiled import compiled, inlined, Record
-from hda_arm_sim.foundation.rigid import gravity_torque, Inertia
+from hda_arm_sim.foundation.rigid import Inertia
 from hda_arm_sim.model.arm import ArmRecord
 from hda_arm_sim.model.effects.transmission import SLIDERS
 from hda_arm_sim.model.encoders import tilt_moments, tilt_of
 from hda_arm_sim.model.kernel import growth
 from hda_arm_sim.model.link_side import link_torque
 from hda_arm_sim.model.torsion import torsion_of_torque
+from hda_arm_sim.model.weight import weights
 import numpy as np
 
 from . import belief, chain_estimate, contact, fusion_memory, payload
@@ -229,17 +230,6 @@ def restart(memory: Array, reading: Array, j: int) -> None:
         memory[j, MOTOR_VELOCITY + side] = memory[j, QUICK_MOTOR + side] = rate
 
 
-@inlined
-def _weights_in_plane(record: ArmRecord, inertia: Inertia, angles: Array, weight: Array) -> None:
-    both = gravity_torque(inertia, record.body.pull, record.body.direction, angles[0], angles[-1])
-    if record.body.pull > 0.0:
-        for j in range(len(weight)):
-            weight[j] = both[j]
-
-
-_weights = of_links(_weights_in_plane, chain_estimate.weights)
-
-
 @compiled
 def add_to_tare(record: ArmRecord, settings: CompiledSettings, inertia: Inertia,
                 memory: Array) -> None:
@@ -247,7 +237,7 @@ def add_to_tare(record: ArmRecord, settings: CompiledSettings, inertia: Inertia,
     joints = record.joints.shape[0]
     weight = np.zeros(joints)
     if settings.links > 0.0:
-        _weights(record, inertia, memory[:, LAST_LINK], weight)
+        weights(record, inertia, memory[:, LAST_LINK], weight)
     for j in range(joints):
         joint = record.joints[j]
         load = link_torque(joint, memory[j, LAST_LINK]) + weight[j]
