@@ -16,7 +16,7 @@ from hda_torque_estimator.measurements.finer import finer
 from hda_torque_estimator.measurements.measurement import measurement_from
 import numpy as np
 import pytest
-from truth import TruthError, worlds
+from truth import worlds
 from truth.logs import Logger
 from world_samples import arm_of, logged
 
@@ -51,35 +51,18 @@ def test_a_healthy_arm_leaves_the_noise_that_its_readings_tell(seed, motion, rat
     assert (0.6 * fitter.noise < left).all() and (left < 1.7 * fitter.noise).all()
 
 
-def clear(effect, form):
-    """Return a fitter and the fit of the first world in which a law of one form is not enough."""
-    for seed in range(722001, 722012):
-        try:
-            world = worlds.draw(seed, (effect,), form=form, motion='rich', rate=1000, joints=1,
-                                seconds=20.0)
-        except TruthError:
-            continue
-        fitter = fitter_of(replace(world, controller=1000, logger=Logger()))
-        fit = fitted(fitter, effect)
-        if rest(fitter, fit) > 1.0:
-            return fitter, fit
-    raise AssertionError(f'{effect} {form} is one form with the library in every world')
-
-
-def rest(fitter, fit):
-    """Return the power left beyond noise, in powers of noise, where most is left."""
-    return max(float((fit.variance / fitter.noise ** 2).max()) - 1.0, 0.0)
-
-
-@pytest.mark.parametrize(('effect', 'form', 'other'), [
-    ('link_bearing_friction', 'wide', 'torque_constant_error'),
-    ('stribeck_friction', 'one_way', 'load_dependent_friction')])
-def test_another_form_of_a_law_leaves_less_and_another_law_does_not(effect, form, other):
-    fitter, right = clear(effect, form)
-    wrong = fitted(fitter, other)
-    better = rest(fitter, reformed(fitter, right))
-    assert better < 0.5 * rest(fitter, right)
-    assert better < 0.5 * rest(fitter, reformed(fitter, wrong))
+@pytest.mark.parametrize('seed', [722005, 722006])
+def test_a_law_of_another_form_leaves_noise_and_another_law_does_not(seed):
+    """A Stribeck friction that is stronger one way."""
+    world = worlds.draw(seed, ('stribeck_friction',), form='one_way', motion='rich', rate=1000,
+                        joints=1, seconds=20.0)
+    fitter = fitter_of(replace(world, controller=1000, logger=Logger()))
+    right, wrong = (fitted(fitter, name) for name in ('stribeck_friction', 'drive_offset'))
+    left = [(fit.variance / fitter.noise ** 2)[0] - 1.0 for fit in (
+        right, reformed(fitter, right), reformed(fitter, wrong))]
+    assert left[0] > 0.3
+    assert left[1] < 0.1 * left[0] and left[1] < 0.1 * left[2]
+    assert evidence(fitter, right) < right.score
     assert evidence(fitter, right) < evidence(fitter, wrong)
 
 
@@ -88,10 +71,11 @@ def test_a_law_that_follows_noise_gains_as_much_on_a_healthy_twin():
     world = worlds.draw(400015, ('stribeck_friction',), motion='rich', rate=1000)
     fitter = fitter_of(world)
     lag = next(term for term in terms_of(fitter.arm, 'current_loop_lag')
-               if term.joint == fitter.arm.labels[1])
-    assert by_chance(fitter, lag) > 300.0
-    silent = replace(fitter, twin=Balancer(healthy_twin(fitter.balancer, fitter.arm, 2)))
-    assert by_chance(silent, lag) < 60.0
+               if term.joint == fitter.arm.labels[1]).at(np.array([0.01]))
+    gains = [by_chance(replace(fitter, twin=Balancer(healthy_twin(
+        fitter.balancer, fitter.arm, 2, unfelt))), lag) for unfelt in (0.028, 0.0)]
+    assert gains[0] > 300.0
+    assert gains[1] < 60.0
 
 
 def test_without_a_twin_nothing_is_chance():
