@@ -54,4 +54,4 @@ def test_motor_balances_tell_nothing_where_what_a_command_did_is_unknown():
     assert 0.0 < after.valid[:, 0].sum() < before.valid[:, 0].sum()
     assert (after.valid[:, 1] == before.valid[:, 1]).all()
     left = [np.sqrt(np.mean(one.residual[one.valid[:, 0], 0] ** 2)) for one in (before, after)]
-    assert left[1] < 0.7 * left[0]
+    assert left[1] < 0.9 * left[0]

@@ -106,7 +106,6 @@ class CoulombFriction(Effect):
     place: ClassVar[Place] = DRY_LEVEL
     law = staticmethod(dry_budget)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        varies=('motor_velocity',),
         free={'level': 0.01}, alike=('stribeck_friction',), experiment=SLOW)
     typical: ClassVar[Typical | None] = Typical({'level': 0.012})
     level: float = parameter(0.0, 'N*m', 0.0, 5.0, 'dry friction level, motor side')
@@ -122,7 +121,6 @@ class ViscousFriction(Effect):
     place: ClassVar[Place] = DRAG
     law = staticmethod(viscous_drag)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        varies=('motor_velocity',),
         free={'slope': 5e-05}, alike=('thermal_viscosity', 'nonlinear_viscous_friction'),
         experiment='at least three speeds, the same early and late')
     typical: ClassVar[Typical | None] = Typical({'slope': 0.0002})

@@ -17,6 +17,7 @@ from ...measurements.running_clock import arm_during
 from ...simulating.closed_loop import run
 
 # Choices unless told otherwise.
+_MOST = 2.0             # times the noise of readings that jitter of a clock is believed to make
 _UNSEEN = 1.0           # noise of a balance that never holds, for which any will do [N*m]
 
 
@@ -63,7 +64,8 @@ def noise_of(balancer: Balancer, arm: Arm, seed: int = 0) -> tuple[Array, Array]
 
     The second is what the noise of the measured readings makes of the balances: they are made
     again with as much more of it [N*m]. What motor balances then have more at high frequency,
-    where effects seldom show, is white noise of the torque, which is added.
+    where effects seldom show, is white noise of the torque, which is added. What torsion balances
+    have more there is of clocks that jitter, and raises them in proportion.
     """
     ours = balancer(arm)
     added = balancer.noisier(arm).residual - ours.residual
@@ -75,6 +77,10 @@ def noise_of(balancer: Balancer, arm: Arm, seed: int = 0) -> tuple[Array, Array]
     white = (rough[0] ** 2 - rough[1] ** 2) / _white_roughness(balancer, seed) ** 2
     noise = plain.copy()
     noise[:joints] = np.sqrt(plain[:joints] ** 2 + np.maximum(np.nan_to_num(white), 0.0))
+    usual = [_roughness(values[:, joints:], ours.valid[:, joints:], 0.5)
+             for values in (ours.residual, added)]
+    ratio = np.divide(usual[0], usual[1], where=usual[1] > 0.0, out=np.ones(joints))
+    noise[joints:] *= np.clip(np.nan_to_num(ratio, nan=1.0), 1.0, _MOST)
     return noise, plain
 
 
@@ -85,13 +91,13 @@ def _white_roughness(balancer: Balancer, seed: int) -> float:
     return float(_roughness(balance / balance.std(), np.ones(balance.shape, bool))[0])
 
 
-def _roughness(residual: Array, valid: NDArray[np.bool_]) -> Array:
-    """Return the high-frequency level of the quieter segments (c,) [N*m]."""
+def _roughness(residual: Array, valid: NDArray[np.bool_], share: float = QUIET) -> Array:
+    """Return the high-frequency level (c,) that this share of the segments is below [N*m]."""
     fast = residual - gaussian_filter1d(residual, 1.0, axis=0)
     length = round(SEGMENT * RATE)
     levels = []
     for column, good in zip(fast.T, valid.T):
         parts = [column[k:k + length].std() for k in range(0, len(column) - length, length)
                  if good[k:k + length].all()]
-        levels.append(np.quantile(parts, QUIET) if parts else np.nan)
+        levels.append(np.quantile(parts, share) if parts else np.nan)
     return np.array(levels)

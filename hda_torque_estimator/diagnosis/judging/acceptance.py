@@ -18,7 +18,7 @@ from .chance import by_chance
 from .fair import fair_score, noise_in
 from .forms import evidence
 from .limits import ends_at_limit
-from .nameless import best_curves
+from .nameless import is_worth_a_look
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Term
@@ -102,8 +102,7 @@ def open_rest(fitter: Fitter, fit: Fit) -> bool:
     taken = {channel for term in fit.accepted for channel in fitter.channels_of(term)}
     quiet = [label for label in fitter.arm.labels
              if not taken.intersection(fitter.own_channels(label))]
-    return bool(quiet) and any(curve.improvement > CERTAIN
-                               for curve in best_curves(fitter, fit, quiet).values())
+    return bool(quiet) and is_worth_a_look(fitter, fit, quiet, CERTAIN)
 
 
 def confirmed(fitter: Fitter, first: Fit, last: Fit) -> tuple[Term, ...]:

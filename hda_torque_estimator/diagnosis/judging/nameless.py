@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 _SLOW = 1.0             # shaft speed over which a sense of motion sets in [rad/s]
 # (source: what noise moves has no less at high frequency; motions of robots end below 7 Hz)
 _SMOOTH = 3.0           # samples of the balances over which a rate is one of the motion
+_RATED = ('joint_torque', 'motor_torque', 'motor_velocity')
 _SLIDING = (5.0, 20.0)  # shaft speeds over which friction may fall [rad/s]
 _LINK_ORDERS = (1, 2, 3, 4, 6)  # waves per link turn of curves without a name
 _MOTOR_ORDERS = (1, 2, 4, 6, 8, 12)  # waves per motor turn of curves without a name
@@ -82,7 +83,17 @@ def _chance(fitter: Fitter) -> dict[tuple[str, str, str], float]:
     return _KNOWN[healthy]
 
 
-def _curves(fitter: Fitter, fit: Fit, joints: Collection[str]) -> Iterator[Curve]:
+def is_worth_a_look(fitter: Fitter, fit: Fit, joints: Collection[str], bar: float) -> bool:
+    """
+    Tell whether a curve at these joints improves the score by more than a bar.
+
+    What is quick may be of noise, and is among the curves: whether it is, a law must tell.
+    """
+    return any(curve.improvement > bar for curve in _curves(fitter, fit, joints, quick=True))
+
+
+def _curves(fitter: Fitter, fit: Fit, joints: Collection[str],
+            quick: bool = False) -> Iterator[Curve]:
     """Yield every curve at these joints beside the terms of a fit."""
     coordinates = coordinates_of(fitter.balancer, fitter.on(fit.terms))
     known = condense(fit.balance.residual, fit.columns, fitter.valid(fit.balance))
@@ -95,6 +106,8 @@ def _curves(fitter: Fitter, fit: Fit, joints: Collection[str]) -> Iterator[Curve
         along = {name: values[:, place] for name, values in coordinates.items()}
         scaled = {term.name for term in fit.accepted if term.joint == label} >= _SCALED
         forms = dict(_forms(fitter.balancer.time, along))
+        if quick:
+            forms |= _quick_rates(fitter.balancer.time, along)
         if isinstance(fitter.arm.links, ChainLinks):
             _drop_noise(forms, fitter.noise[own[1]])
         columns = np.stack(list(forms.values()), 1)
@@ -136,9 +149,19 @@ def _solved(fitter: Fitter, fit: Fit, wide: Columns, number: int, count: int) ->
                  np.concatenate([[np.inf], deviations(fit.terms)]))
 
 
+def _quick_rates(time: Array, along: Mapping[str, Array]) -> dict[str, Array]:
+    """Return rates (m,) with all that they have at high frequency, noise as well."""
+    rates: dict[str, Array] = {}
+    for name in _RATED:
+        rate = np.gradient(along[name], time)
+        rates |= {f'quick rate of {name}': rate,
+                  f'quick second rate of {name}': np.gradient(rate, time)}
+    return rates
+
+
 def _forms(time: Array, along: Mapping[str, Array]) -> Iterator[tuple[str, Array]]:
     """Yield curves (m,) by what they follow."""
-    speed, torque, drive = along['motor_velocity'], along['joint_torque'], along['motor_torque']
+    speed, torque = along['motor_velocity'], along['joint_torque']
     link, motor = along['link_angle'], along['motor_angle']
     sense, middle = np.tanh(speed / _SLOW), time - time.mean()
     yield 'nothing', np.ones_like(time)
@@ -154,8 +177,8 @@ def _forms(time: Array, along: Mapping[str, Array]) -> Iterator[tuple[str, Array
         yield f'joint_torque^{power}', torque ** power
     yield 'sense of joint_torque', np.tanh(torque)
     yield 'joint_torque by sense', np.abs(torque) * sense
-    for name, values in (('joint_torque', torque), ('motor_torque', drive),
-                         ('motor_velocity', speed)):
+    for name in _RATED:
+        values = along[name]
         yield f'rate of {name}', gaussian_filter1d(values, _SMOOTH, order=1) * RATE
         yield f'second rate of {name}', gaussian_filter1d(values, _SMOOTH, order=2) * RATE ** 2
     for power in (1, 2, 3):
