@@ -17,7 +17,7 @@ from ...measurements.running_clock import arm_during
 from ...simulating.closed_loop import run
 
 # Choices unless told otherwise.
-_MOST = 2.0             # times the noise of readings that jitter of a clock is believed to make
+_MOST = 2.0             # times what white noise makes, that rounding or jitter may make
 _UNSEEN = 1.0           # noise of a balance that never holds, for which any will do [N*m]
 
 
@@ -63,14 +63,16 @@ def noise_of(balancer: Balancer, arm: Arm, seed: int = 0) -> tuple[Array, Array]
     Return the standard deviation (c,) of each balance that noise leaves, and readings alone.
 
     The second is what the noise of the measured readings makes of the balances: they are made
-    again with as much more of it [N*m]. What motor balances then have more at high frequency,
-    where effects seldom show, is white noise of the torque, which is added. What torsion balances
-    have more there is of clocks that jitter, and raises them in proportion.
+    again with as much more of it [N*m]. Rounding of slow readings is not white, and a simulated
+    twin shows how much more it makes; the rest of what a twin has is of its own loop. What motor
+    balances then have more at high frequency, where effects seldom show, is white noise of the
+    torque, which is added. What torsion balances have more there is of clocks that jitter.
     """
     ours = balancer(arm)
     added = balancer.noisier(arm).residual - ours.residual
-    plain = np.array([np.sqrt(np.mean(column[valid] ** 2)) if valid.any() else _UNSEEN
-                      for column, valid in zip(added.T, ours.valid.T)])
+    made = Balancer(healthy_twin(balancer, arm, seed), balancer.turning, balancer.unknown)(arm)
+    told = _rms(added, ours.valid)
+    plain = np.clip(_rms(made.residual, made.valid), told, _MOST * told)
     joints = len(arm.joints)
     rough = [_roughness(values[:, :joints], ours.valid[:, :joints])
              for values in (ours.residual, added)]
@@ -80,8 +82,15 @@ def noise_of(balancer: Balancer, arm: Arm, seed: int = 0) -> tuple[Array, Array]
     usual = [_roughness(values[:, joints:], ours.valid[:, joints:], 0.5)
              for values in (ours.residual, added)]
     ratio = np.divide(usual[0], usual[1], where=usual[1] > 0.0, out=np.ones(joints))
-    noise[joints:] *= np.clip(np.nan_to_num(ratio, nan=1.0), 1.0, _MOST)
+    jittering = told[joints:] * np.minimum(np.nan_to_num(ratio, nan=1.0), _MOST)
+    noise[joints:] = np.maximum(plain[joints:], jittering)
     return noise, plain
+
+
+def _rms(values: Array, valid: NDArray[np.bool_]) -> Array:
+    """Return the rms of columns where they are valid (c,) [N*m]."""
+    return np.array([np.sqrt(np.mean(column[seen] ** 2)) if seen.any() else _UNSEEN
+                     for column, seen in zip(values.T, valid.T)])
 
 
 def _white_roughness(balancer: Balancer, seed: int) -> float:
