@@ -175,6 +175,27 @@ def test_jittering_stamps_stay_on_the_grid():
     assert made.absent == tuple(np.flatnonzero(~keep).tolist())
 
 
+@pytest.mark.parametrize('period', [1_000_000, 3_333_333, 8_000_000])
+@pytest.mark.parametrize('late', [0.05, 0.15])
+def test_stamps_of_a_host_that_come_late_stay_on_the_grid(period, late):
+    """The first two samples say little: their lateness was taken for a part of the period."""
+    for seed in range(40):
+        more = late * np.abs(np.random.default_rng(seed).standard_normal(4000))
+        stamps = (period * (np.arange(4000) + np.minimum(more, 0.45))).astype(np.int64)
+        nothing = np.zeros((4000, 4))
+        made = measurement_from(ARM.labels, JointSamples(stamps, NAMES, nothing, nothing, nothing))
+        assert len(made.command) == 4000, seed
+        assert made.absent == ()
+
+
+@pytest.mark.parametrize('rate', [125.0, 300.0, 450.0])
+def test_stamps_in_whole_milliseconds_have_the_period_of_their_samples(rate):
+    stamps = np.floor(1e3 * np.arange(4000) / rate).astype(np.int64) * 1_000_000
+    nothing = np.zeros((4000, 4))
+    made = measurement_from(ARM.labels, JointSamples(stamps, NAMES, nothing, nothing, nothing))
+    assert made.dt == pytest.approx(1.0 / rate, rel=1e-4)
+
+
 @pytest.mark.parametrize('seed', [100, 101, 102])
 def test_uneven_lines_are_found_and_taken_out(seed):
     hidden = hide('encoder_interpolation_error', seed)

@@ -18,6 +18,8 @@ from ..significance import FOURTH_DIFFERENCES
 SEGMENT = 0.5           # of an estimate of noise [s]
 QUIET = 0.25            # share of segments that an effect surely leaves quiet
 FINEST = 1e-6           # period of a grid: no encoder is read more often [s]
+_SINGLE = 0.75          # share by which an interval of one period may differ from the usual one
+_FIRST = 8              # half of the intervals in the first stretch that sets the period
 EMPTIEST = 4.0          # places of a grid for each sample: beyond, most would be made up
 
 
@@ -211,11 +213,19 @@ def _period(since: Array) -> float:
     """
     Return the even period of stamps that jitter about it, some of them missing [s].
 
-    The usual interval would be wrong by whole samples in the end, so it counts the samples in a
-    stretch of twice the length each time, and is set by their number.
+    The mean of usual intervals would be wrong by whole samples in the end. So it counts those in a
+    stretch of twice the length each time, and lays a line through their stamps.
     """
-    period, reach = float(np.median(np.diff(since))), 1
+    steps = np.diff(since)
+    usual = np.median(steps)
+    period = float(np.mean(steps[np.abs(steps - usual) < _SINGLE * usual]))
+    begin, reach = 0.0, min(_FIRST, len(steps))
     while reach < len(since) - 1:
         reach = min(2 * reach, len(since) - 1)
-        period = float(since[reach]) / max(round(float(since[reach]) / period), 1)
-    return period
+        stretch = since[:reach + 1]
+        counts = np.round((stretch - begin) / period)
+        away = counts - counts.mean()
+        slope = float(away @ stretch) / max(float(away @ away), 1.0)
+        if slope > 0.0:                 # not of stamps that come in one burst
+            begin, period = float(stretch.mean() - slope * counts.mean()), slope
+    return float(since[-1]) / max(round(float(since[-1]) / period), 1)
