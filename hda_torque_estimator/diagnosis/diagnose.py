@@ -15,6 +15,7 @@ from hda_arm_sim.model.effects import EFFECTS
 import numpy as np
 
 from .balances.balance import Balancer
+from .balances.commands import on_its_way
 from .balances.healthy import healthy_twin, noise_of, torque_noise_of
 from .balances.reversals import turning_round
 from .findings.certainty import probability, verdict_probability
@@ -204,6 +205,9 @@ def _fitter(raw: RawReadings, training: Spans) -> Fitter:
     noise = noise_of(balancer, raw.arm)[0]
     if turning := turning_round(balancer, raw.arm, noise):
         balancer = Balancer(raw.measurement, turning)
+    known = on_its_way(balancer, raw.arm, noise)
+    if known is not balancer:
+        balancer, noise = known, noise_of(known, raw.arm)[0]
     return Fitter(balancer, raw.arm, noise, EFFECTIVE, inside(balancer.time, training))
 
 

@@ -77,13 +77,15 @@ class Driven(NamedTuple):
 class Balancer:
     """The balances of one measurement, for one arm after another."""
 
-    def __init__(self, measurement: Measurement, turning: Sequence[int] = ()) -> None:
+    def __init__(self, measurement: Measurement, turning: Sequence[int] = (),
+                 unknown: NDArray[np.bool_] | None = None) -> None:
         """
         Prepare filters; the motion is found anew only when an arm's sensing differs.
 
-        Joints that are `turning` are valid where they turn round without a stop.
+        Joints that are `turning` are valid where they turn round without a stop. Motor balances
+        are not valid where the torque of the motor is `unknown` (m, n).
         """
-        self.measurement, self.turning = measurement, tuple(turning)
+        self.measurement, self.turning, self.unknown = measurement, tuple(turning), unknown
         self.every = max(1, round(1.0 / (RATE * measurement.dt)))
         self.time = measurement.time[::self.every]
         half = 4 * max(1, round(0.25 / (BANDWIDTH * measurement.dt) / 4.0) * 4)
@@ -132,7 +134,7 @@ class Balancer:
         return Balancer(replace(made, dt=part * made.dt, command=command, absent=(), parts=1,
                                 reading=np.ascontiguousarray(made.reading[::part]),
                                 begins=tuple(begin // part for begin in made.begins)),
-                        self.turning)
+                        self.turning, self.unknown)
 
     @cached_property
     def noisier(self) -> 'Balancer':
@@ -141,7 +143,7 @@ class Balancer:
         recorded = made.reading[::made.parts].shape
         random = made.reading_noise() * np.random.default_rng(0).standard_normal(recorded)
         return Balancer(replace(made, reading=made.reading + between(random, made.parts)),
-                        self.turning)
+                        self.turning, self.unknown)
 
     def memory(self, arm: Arm) -> Array:
         """Return what the arm's effects remember along the motion (k, n, STATES - MEASURED)."""
@@ -195,7 +197,10 @@ class Balancer:
         near = np.stack([_spread(column, reach) for column in slow.T], axis=1)
         valid = np.concatenate([smooth[:, None] & ~near,
                                 np.repeat(smooth[:, None], slow.shape[1], 1)], axis=1)
-        return valid[::self.every]
+        valid = valid[::self.every]
+        if self.unknown is not None:
+            valid[:, :slow.shape[1]] &= ~self.unknown
+        return valid
 
 
 def _spread(marked: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:

@@ -1,0 +1,57 @@
+"""Commands between the samples of a log: held, or on their way, as the motor tells."""
+
+from dataclasses import replace
+
+from hda_torque_estimator.diagnosis.balances.balance import Balancer
+from hda_torque_estimator.diagnosis.balances.commands import on_its_way, way_between
+from hda_torque_estimator.diagnosis.balances.healthy import noise_of
+from hda_torque_estimator.measurements.finer import finer
+from hda_torque_estimator.measurements.measurement import measurement_from
+import numpy as np
+import pytest
+from truth import worlds
+from world_samples import arm_of, logged
+
+
+def balances(seed, motion='constant', every=1, effects=(), seconds=30.0):
+    """Return an arm, balances of a log of every so many samples, and their noise."""
+    world = worlds.draw(seed, effects, motion=motion, rate=1000, joints=1, seconds=seconds)
+    world = replace(world, controller=1000, logger=world.logger._replace(every=every, jitter=0.0))
+    arm = arm_of(world)
+    balancer = Balancer(finer(measurement_from(arm.labels, logged(world, arm))))
+    return arm, balancer, noise_of(balancer, arm)[0]
+
+
+@pytest.mark.parametrize('every', [2, 4, 8])
+def test_how_far_commands_went_between_samples_is_told_where_they_change_at_once(every):
+    ways = []
+    for seed in range(720000, 720006):
+        arm, balancer, noise = balances(seed, every=every)
+        ways.append(way_between(balancer, arm, noise))
+    told = [way for way in ways if way is not None]
+    assert len(told) >= 2
+    assert told == pytest.approx([(every - 1) / every] * len(told), abs=0.15)
+
+
+def test_commands_that_were_held_are_left_as_they_are():
+    for seed in range(720000, 720006):
+        arm, balancer, noise = balances(seed)
+        assert on_its_way(balancer, arm, noise) is balancer
+
+
+def test_a_delay_of_commands_is_no_way_to_the_next_one():
+    arm, balancer, noise = balances(720000, effects=('command_delay',))
+    assert on_its_way(balancer, arm, noise) is balancer
+
+
+def test_motor_balances_tell_nothing_where_what_a_command_did_is_unknown():
+    arm, balancer, noise = balances(720000, every=8)
+    known = on_its_way(balancer, arm, 0.25 * noise)         # of balances that are as quiet
+    assert known is not balancer
+    held = np.repeat(balancer.measurement.command[::8], 8, axis=0)[:len(balancer.time) * 8]
+    as_held = Balancer(replace(balancer.measurement, command=held))
+    before, after = as_held(arm), known(arm)
+    assert 0.0 < after.valid[:, 0].sum() < before.valid[:, 0].sum()
+    assert (after.valid[:, 1] == before.valid[:, 1]).all()
+    left = [np.sqrt(np.mean(one.residual[one.valid[:, 0], 0] ** 2)) for one in (before, after)]
+    assert left[1] < 0.9 * left[0]
