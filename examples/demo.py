@@ -46,6 +46,7 @@ PARAMETERS = {
 }
 Running = tuple[str, subprocess.Popen[bytes]]
 PATIENCE = 10.0         # with a process that was told to end [s]
+LONG_PAUSE = 0.005      # without a command, the arm jerks: a machine with too much to do [s]
 
 
 class DemoError(RuntimeError):
@@ -184,8 +185,10 @@ def _line(report: dict[str, Any], shown: Shown) -> str:
         f'{label} {found[f"truth/{label}/torque"]["rms"]:.3f} rms '
         f'{found[f"truth/{label}/torque"]["largest"]:.3f} max' for label in shown.labels)
     forces = ', '.join(f'{axis} {found[f"truth/tip/wrench.{axis}"]["rms"]:.2f}' for axis in 'xy')
+    pause = (f'; the arm jerked, as this machine was too busy to command it for '
+             f'{shown.pause * 1e3:.0f} ms' if shown.pause > LONG_PAUSE else '')
     return (f'errors: torque [N*m] {torques}; tip force [N] {forces} rms; '
-            f'{len(shown.stamps)} samples, {shown.lost} lost')
+            f'{len(shown.stamps)} samples, {shown.lost} lost{pause}')
 
 
 if __name__ == '__main__':

@@ -32,6 +32,7 @@ class Shown(NamedTuple):
     labels: tuple[str, ...]
     stamps: NDArray[np.int64]       # (k,) [ns]
     lost: int                       # samples that the recording lacks
+    pause: float                    # longest time between two commands [s]
     panels: list[Panel]
 
     @staticmethod
@@ -40,8 +41,8 @@ class Shown(NamedTuple):
         live, made = open_recording(recording), open_recording(estimates)
         labels = arm_from_text(live.metadata['arm'], str(recording)).labels
         torques = made.joint_states(JOINT_TORQUES.name)
-        begin = live.joint_states(MOTOR_COMMAND.name).stamps[0]
-        moving = torques.stamps >= begin
+        commanded = live.joint_states(MOTOR_COMMAND.name).stamps
+        moving = torques.stamps >= commanded[0]
         stamps = torques.stamps[moving]
         panels = []
         for label, column in zip(labels, torques.effort[moving].T):
@@ -55,7 +56,8 @@ class Shown(NamedTuple):
                                 force.force[moving, axis]))
         periods = np.diff(live.joint_states().stamps)
         lost = int((np.round(periods / np.median(periods)) - 1).sum())
-        return Shown(labels, stamps, lost, panels)
+        pause = float(np.diff(commanded).max(initial=0)) * 1e-9
+        return Shown(labels, stamps, lost, pause, panels)
 
 
 def _at(stamps: NDArray[np.int64], known: NDArray[np.int64], values: Array) -> Array:

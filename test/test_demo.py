@@ -7,12 +7,11 @@ import subprocess
 import sys
 
 from hda_msgs_json.bag import open_recording
-import numpy as np
 from project_files import ROOT
 import pytest
 
-LATE = 50_000_000       # without a command the arm jerks: on a machine with too much to do [ns]
-TURNS = 5               # such a machine gets
+TURNS = 8               # a machine with too much to do gets, as the arm jerks without commands
+JERKED = re.compile(r'; the arm jerked, as this machine was too busy to command it for (\d+) ms;')
 STARVED = 'of the samples for 1 s'     # what the controller says that had no torques for so long
 pytestmark = pytest.mark.xdist_group('nodes')
 
@@ -29,20 +28,18 @@ def demo(out: Path, *options: str) -> subprocess.CompletedProcess[str]:
     return subprocess.CompletedProcess([], process.returncode, said, complained)
 
 
-def kept_time(out: Path) -> bool:
-    """Tell whether the loop of a demo that is over had a command for every moment."""
-    answered = open_recording(out / 'recording').joint_states('/motor_command').stamps
-    return bool(np.diff(answered).max(initial=0) < LATE)
-
-
 def test_demo_shows_small_errors(tmp_path):
     for out in (tmp_path / f'demo_{turn}' for turn in range(TURNS)):
         done = demo(out, '--duration', '4')
         assert done.returncode == 0 or STARVED in done.stderr, done.stderr
-        if done.returncode == 0 and kept_time(out):
+        jerked = JERKED.search(done.stdout)
+        if done.returncode == 0 and not jerked:
             break
     assert done.returncode == 0, done.stderr
     assert len(done.stdout.splitlines()) == 1
+    if jerked:
+        assert int(jerked[1]) > 5
+        pytest.skip(f'the loop of this machine paused, in all {TURNS} turns, for {jerked[1]} ms')
     assert done.stdout.startswith('errors: torque [N*m] joint1 0.0')
     assert ' 0 lost; figure ' in done.stdout
     assert (out / 'demo.png').stat().st_size > 50_000
