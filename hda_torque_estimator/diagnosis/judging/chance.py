@@ -7,11 +7,16 @@ much that is worth depends on arm, motion and rate. So a healthy twin, recorded 
 is fitted as well: nothing of what is found there is there (eq:chance).
 """
 
-from collections.abc import MutableMapping
+from collections.abc import MutableMapping, Sequence
+from dataclasses import replace
 from weakref import WeakKeyDictionary
 
-from ..fitting.fit import Fitter, IMPOSSIBLE
+import numpy as np
+
+from .screen import shifts, solved
+from ..fitting.fit import Fit, Fitter, IMPOSSIBLE
 from ..fitting.hypotheses import variant_of
+from ..fitting.solve import Columns, condense
 from ...least_squares.term import Term
 
 _KNOWN: MutableMapping[Fitter, dict[object, float]] = WeakKeyDictionary()
@@ -35,3 +40,28 @@ def _improvement(healthy: Fitter, term: Term) -> float:
     except IMPOSSIBLE:
         return 0.0
     return max(healthy.first.score - found.score, 0.0)
+
+
+class Chances:
+    """What chance buys of many laws, to first order."""
+
+    def __init__(self, healthy: Fitter | None) -> None:
+        """Prepare the twin that `healthy` fits; without one, chance buys nothing."""
+        self._fitter: Fitter | None = None
+        if healthy is not None:
+            first = healthy.first
+            self._fitter = replace(healthy, balancer=healthy.balancer.thinned)
+            self._fit: Fit = self._fitter.at(first.terms, 0, first.columns)
+            self._known: Columns = condense(self._fit.balance.residual, self._fit.columns,
+                                            self._fitter.valid(self._fit.balance))
+
+    def of(self, starts: Sequence[Term]) -> list[float]:
+        """Return by how much each start of one effect improves the score of the twin."""
+        if self._fitter is None:
+            return [0.0] * len(starts)
+        fitter, fit, known = self._fitter, self._fit, self._known
+        nothing = np.zeros((*fit.balance.residual.shape, 0))
+        before = solved(fitter, fit, known, nothing).score
+        gains = {id(start): before - solved(fitter, fit, known, shift).score
+                 for start, shift in shifts(fitter, fit, starts)}
+        return [max(gains[id(start)], 0.0) for start in starts]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..fitting.fit import acts_apart, deviations, Fit, Fitter, IMPOSSIBLE
 from ..fitting.hypotheses import terms_of, variant_of
 from ..fitting.located import LOCATED, located
-from ..fitting.solve import Columns, condense, condense_more, solve
+from ..fitting.solve import Columns, condense, condense_more, Solution, solve
 from ...least_squares.term import Term
 
 Array = NDArray[np.float64]
@@ -113,14 +113,19 @@ def directions(start: Term) -> list[Term]:
 def _weighed(fitter: Fitter, fit: Fit, known: Columns, start: Term,
              shift: Array) -> Prospect:
     """Return the first-order prospect of one start."""
-    extra = shift.shape[2]
-    found = solve(condense_more(known, fit.balance.residual, fit.columns, shift,
-                                fitter.valid(fit.balance)),
-                  fitter.noise, fitter.effective,
-                  np.concatenate([np.zeros(extra), fitter.away(fit.terms)]),
-                  np.concatenate([np.full(extra, np.inf), deviations(fit.terms)]))
-    sized = _sized(fitter.on(fit.terms), start, found.step[:extra])
+    found = solved(fitter, fit, known, shift)
+    sized = _sized(fitter.on(fit.terms), start, found.step[:shift.shape[2]])
     return Prospect(sized, fit.score if sized is start else found.score)
+
+
+def solved(fitter: Fitter, fit: Fit, known: Columns, shift: Array) -> Solution:
+    """Return the best step of a fit, its `known` columns condensed, and a `shift` (m, c, d)."""
+    extra = shift.shape[2]
+    return solve(condense_more(known, fit.balance.residual, fit.columns, shift,
+                               fitter.valid(fit.balance)),
+                 fitter.noise, fitter.effective,
+                 np.concatenate([np.zeros(extra), fitter.away(fit.terms)]),
+                 np.concatenate([np.full(extra, np.inf), deviations(fit.terms)]))
 
 
 def _sized(arm: Arm, start: Term, shares: Array) -> Term:

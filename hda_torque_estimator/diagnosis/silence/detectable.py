@@ -17,9 +17,10 @@ from hda_arm_sim.model.effects import effect_named
 import numpy as np
 
 from .imagined import shapes
-from .visibility import Visibility
+from .visibility import Imagined, Visibility
 from ..findings.smallest import hidden, places, size_numbers, Smallest, WEAKER
 from ..fitting.fit import Fit, Fitter, IMPOSSIBLE
+from ..judging.chance import Chances
 from ..judging.screen import shifts
 from ..judging.search import Found
 from ...least_squares.term import Term
@@ -40,34 +41,38 @@ def smallest_in_balances(fitter: Fitter, found: Found, fit: Fit,
     """Yield the smallest size of each effect and place that shows beside what `fit` knows."""
     coarse = replace(fitter, balancer=fitter.balancer.thinned)
     sight = Visibility(coarse, found, coarse.at(fit.terms, len(fit.accepted), fit.columns))
+    chances = Chances(fitter.healthy)
     for name in names:
-        yield from _of_effect(sight, name)
+        yield from _of_effect(sight, chances, name)
 
 
-def _of_effect(sight: Visibility, name: str) -> Iterator[Smallest]:
+def _of_effect(sight: Visibility, chances: Chances, name: str) -> Iterator[Smallest]:
     """Yield the smallest size of one effect at every place."""
     arm = sight.fitter.on(sight.fit.terms)
     sizes: dict[str | None, list[Smallest]] = {place: [] for place in places(arm, name)}
     points: dict[str | None, list[Point]] = {place: [] for place in sizes}
-    for start, shift in _shifts(sight, arm, name):
+    for start, seen in _shifts(sight, chances, arm, name):
         if start.grown:
-            points[start.joint].append(Point(start.vector()[0], sight.strength(start, shift)))
+            points[start.joint].append(Point(start.vector()[0], sight.strength(start, seen)))
         else:
-            sizes[start.joint] += _in_steps(sight, arm, start, shift)
+            sizes[start.joint] += _in_steps(sight, arm, start, seen)
     for place, grown in points.items():
         told = [*sizes[place], *_between(arm, name, place, grown)]
         yield min(told, key=lambda one: one.size or 0.0, default=hidden(name, place))
 
 
-def _shifts(sight: Visibility, arm: Arm, name: str) -> list[tuple[Term, Array]]:
+def _shifts(sight: Visibility, chances: Chances, arm: Arm,
+            name: str) -> list[tuple[Term, Imagined]]:
     """Return the shapes of one effect and what they change, none where no arm can have it."""
     try:
-        return list(shifts(sight.fitter, sight.fit, list(shapes(sight.fitter, arm, name))))
+        told = list(shifts(sight.fitter, sight.fit, list(shapes(sight.fitter, arm, name))))
     except IMPOSSIBLE:
         return []
+    return [(start, Imagined(shift, chance))
+            for (start, shift), chance in zip(told, chances.of([start for start, _ in told]))]
 
 
-def _in_steps(sight: Visibility, arm: Arm, start: Term, shift: Array) -> Iterator[Smallest]:
+def _in_steps(sight: Visibility, arm: Arm, start: Term, seen: Imagined) -> Iterator[Smallest]:
     """Return the smallest sizes of numbers in which the residuals are linear."""
     steps, width = start.all_steps(), 1 if start.free else 2
     for place, number in enumerate(start.free[:1] or [number for number, _ in start.waves]):
@@ -75,7 +80,8 @@ def _in_steps(sight: Visibility, arm: Arm, start: Term, shift: Array) -> Iterato
         now = getattr(arm.effect(start.name, start.joint), number)
         step = float(steps[width * place])
         most = max(rule.high - now, now - rule.low) / step
-        share = sight.least(start, shift[:, :, width * place:width * (place + 1)], most)
+        own = seen._replace(shift=seen.shift[:, :, width * place:width * (place + 1)])
+        share = sight.least(start, own, most)
         if share < most:
             yield Smallest(start.name, start.joint, number, share * step)
 

@@ -7,6 +7,7 @@ explains as much of it as it can. What is left must be material and pass the sco
 
 from collections.abc import Callable
 import math
+from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
 import numpy as np
@@ -24,6 +25,13 @@ _ROUNDS = 12            # of a bisection, at most
 _FURTHEST = 1e4         # least strength that tells how far to go on
 
 
+class Imagined(NamedTuple):
+    """What an effect would do, and what chance buys of it."""
+
+    shift: Array        # (m, c, d) of the residuals, for a size or for the two parts of a wave
+    chance: float       # improvement of the score
+
+
 class Visibility:
     """What the residuals of one recording show beyond what is known already."""
 
@@ -36,14 +44,14 @@ class Visibility:
         self._variance = np.maximum(self._background, fitter.noise ** 2)
         self._needed = material(fitter, found.first, fit.accepted)
 
-    def least(self, term: Term, shift: Array, most: float) -> float:
+    def least(self, term: Term, seen: Imagined, most: float) -> float:
         """
-        Return how many of a `shift` (m, c, 1) of the residuals are just enough.
+        Return how many of a shift (m, c, 1) of the residuals are just enough.
 
         Of a wave's two shifts (m, c, 2), the phase counts that shows least. Infinite if `most`
         are not enough.
         """
-        strength = self._strength(term, shift)
+        strength = self._strength(term, seen)
         low, high, share = 0.0, np.inf, min(1.0, most)
         for _ in range(_ROUNDS):
             now = strength(share)
@@ -56,18 +64,19 @@ class Visibility:
             share = guess if low < guess < high else math.sqrt(max(low, 1e-3 * high) * high)
         return share
 
-    def strength(self, term: Term, shift: Array) -> float:
-        """Return how far one `shift` (m, c, 1) is above what is needed, 1 for just enough."""
-        return self._strength(term, shift)(1.0)
+    def strength(self, term: Term, seen: Imagined) -> float:
+        """Return how far one shift (m, c, 1) is above what is needed, 1 for just enough."""
+        return self._strength(term, seen)(1.0)
 
-    def _strength(self, term: Term, shift: Array) -> Callable[[float], float]:
+    def _strength(self, term: Term, seen: Imagined) -> Callable[[float], float]:
         """Return what tells the strength of any share of a shift."""
+        shift = seen.shift
         known, columns, kept = self._others(term)
         weighed = condense_more(known, self.fit.balance.residual, columns, shift, self._valid)
         along = _faintest(weighed, shift.shape[2], self.fitter.effective / self._variance,
                           kept, self._needed)
         return lambda share: self._of(_imagined(weighed, share * along, self._background), kept,
-                                      threshold(self.fitter, term))
+                                      threshold(self.fitter, term) + seen.chance)
 
     def _of(self, seen: Columns, kept: Array, threshold: float) -> float:
         """Return the strength of imagined residuals beside terms of these tolerances."""
