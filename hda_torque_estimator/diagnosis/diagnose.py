@@ -93,8 +93,8 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     tell('judging the causes')
     last = fitter.on(found.last.terms)
     judged = backing(fitter, found, (*misplaced(fitter, found), *straight(fitter, found.last)))
-    twin = Balancer(healthy_twin(fitter.balancer, last, 1, torque_noise_of(
-        fitter.noise, plain, fitter.balancer, arm)), fitter.balancer.turning)
+    twin = fitter.balancer.like(healthy_twin(fitter.balancer, last, 1, torque_noise_of(
+        fitter.noise, plain, fitter.balancer, arm)))
     kept = found.with_only(fitter, judged.backed)
     stands = unbiased(fitter, kept, twin)
     tell('measuring the gain on held-out stretches')
@@ -207,6 +207,7 @@ def _fitter(raw: RawReadings, training: Spans) -> Fitter:
     if turning := turning_round(balancer, raw.arm, noise):
         balancer = Balancer(raw.measurement, turning)
     known = on_its_way(balancer, raw.arm, noise)
+    known = known.whitened(raw.arm)
     if known is not balancer:
         balancer, (noise, plain) = known, noise_of(known, raw.arm)
     return Fitter(balancer, raw.arm, noise, EFFECTIVE, inside(balancer.time, training),
@@ -216,7 +217,7 @@ def _fitter(raw: RawReadings, training: Spans) -> Fitter:
 def _twin(balancer: Balancer, arm: Arm, noise: Array, plain: Array) -> Balancer:
     """Return the balances of a healthy arm that was recorded with as much noise."""
     made = healthy_twin(balancer, arm, _OTHER_NOISE, torque_noise_of(noise, plain, balancer, arm))
-    return Balancer(made, balancer.turning, balancer.unknown)
+    return balancer.like(made)
 
 
 def _split(fitter: Fitter, arm: Arm, names: Sequence[str], training: Spans,

@@ -38,6 +38,7 @@ from scipy.signal import firwin, upfirdn
 
 from .base_motion import base_motion
 from .missed import missed_torques
+from .whitening import Whitening, whitening_of
 from ...measurements.finer import between
 from ...measurements.measurement import Measurement
 from ...measurements.motion import jolts, Motion, motion_of, SHORT
@@ -78,14 +79,17 @@ class Balancer:
     """The balances of one measurement, for one arm after another."""
 
     def __init__(self, measurement: Measurement, turning: Sequence[int] = (),
-                 unknown: NDArray[np.bool_] | None = None) -> None:
+                 unknown: NDArray[np.bool_] | None = None,
+                 whitening: Whitening | None = None) -> None:
         """
         Prepare filters; the motion is found anew only when an arm's sensing differs.
 
         Joints that are `turning` are valid where they turn round without a stop. Motor balances
-        are not valid where the torque of the motor is `unknown` (m, n).
+        are not valid where the torque of the motor is `unknown` (m, n). Balances may pass a
+        `whitening` filter.
         """
         self.measurement, self.turning, self.unknown = measurement, tuple(turning), unknown
+        self.whitening = whitening
         self.every = max(1, round(1.0 / (RATE * measurement.dt)))
         self.time = measurement.time[::self.every]
         half = 4 * max(1, round(0.25 / (BANDWIDTH * measurement.dt) / 4.0) * 4)
@@ -93,6 +97,18 @@ class Balancer:
                                 fs=1.0 / measurement.dt)
         self._reach = half + _MARGIN
         self._motions: dict[bytes, tuple[Motion, NDArray[np.bool_]]] = {}
+
+    def like(self, measurement: Measurement) -> 'Balancer':
+        """Return the balances of another measurement along the same motion."""
+        return Balancer(measurement, self.turning, self.unknown, self.whitening)
+
+    def whitened(self, arm: Arm) -> 'Balancer':
+        """Return balances whose noise, as readings make it, is as loud at all frequencies."""
+        plain = self(arm)
+        noise = np.where(plain.valid, self.noisier(arm).residual - plain.residual, 0.0)
+        whitening = whitening_of(noise, RATE, BANDWIDTH)
+        return self if whitening is None else Balancer(self.measurement, self.turning,
+                                                       self.unknown, whitening)
 
     def motion(self, arm: Arm) -> Motion:
         """Return the motion behind the measurement if the arm senses as `arm` does."""
@@ -112,7 +128,7 @@ class Balancer:
     def __call__(self, arm: Arm) -> Balance:
         """Return the balances of an arm."""
         residual, _ = self._along(arm)
-        return Balance(self.filtered(residual), self._behind(arm)[1])
+        return Balance(self.balances(residual), self._behind(arm)[1])
 
     @cached_property
     def _jolted(self) -> NDArray[np.bool_]:
@@ -131,10 +147,9 @@ class Balancer:
             return self
         padded = np.concatenate([made.command, np.repeat(made.command[-1:], part, axis=0)])
         command = np.mean([padded[k:k + len(made.command):part] for k in range(part)], axis=0)
-        return Balancer(replace(made, dt=part * made.dt, command=command, absent=(), parts=1,
-                                reading=np.ascontiguousarray(made.reading[::part]),
-                                begins=tuple(begin // part for begin in made.begins)),
-                        self.turning, self.unknown)
+        return self.like(replace(made, dt=part * made.dt, command=command, absent=(), parts=1,
+                                 reading=np.ascontiguousarray(made.reading[::part]),
+                                 begins=tuple(begin // part for begin in made.begins)))
 
     @cached_property
     def noisier(self) -> 'Balancer':
@@ -142,8 +157,7 @@ class Balancer:
         made = self.measurement
         recorded = made.reading[::made.parts].shape
         random = made.reading_noise() * np.random.default_rng(0).standard_normal(recorded)
-        return Balancer(replace(made, reading=made.reading + between(random, made.parts)),
-                        self.turning, self.unknown)
+        return self.like(replace(made, reading=made.reading + between(random, made.parts)))
 
     def memory(self, arm: Arm) -> Array:
         """Return what the arm's effects remember along the motion (k, n, STATES - MEASURED)."""
@@ -167,6 +181,22 @@ class Balancer:
     def filtered(self, raw: Array) -> Array:
         """Return columns (k, m) low-passed without delay and thinned to the balances' rate."""
         return np.concatenate([self._filtered(raw[piece]) for piece in self.measurement.pieces()])
+
+    def balances(self, raw: Array) -> Array:
+        """Return columns (k, c), one for each balance, filtered as balances are."""
+        parts = [self._filtered(raw[piece]) for piece in self.measurement.pieces()]
+        if self.whitening is not None:
+            parts = [self.whitening.balances(part) for part in parts]
+        return np.concatenate(parts)
+
+    def in_balance(self, values: Array, channel: int) -> Array:
+        """Return columns (m, k) at the balances' times as one of the balances has them."""
+        if self.whitening is None:
+            return values
+        ends = np.cumsum([-(-(piece.stop - piece.start) // self.every)
+                          for piece in self.measurement.pieces()])
+        return np.concatenate([self.whitening.of(part, channel)
+                               for part in np.split(values, ends[:-1])])
 
     def _filtered(self, raw: Array) -> Array:
         """Return the filtered columns of one recording."""
@@ -200,7 +230,7 @@ class Balancer:
         valid = valid[::self.every]
         if self.unknown is not None:
             valid[:, :slow.shape[1]] &= ~self.unknown
-        return valid
+        return valid if self.whitening is None else self.whitening.holds(valid)
 
 
 def _spread(marked: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-from .balance import Balancer, BANDWIDTH, RATE
+from .balance import Balancer, RATE
 from ...measurements.finer import between
 from ...measurements.measurement import Measurement, QUIET, SEGMENT
 from ...measurements.running_clock import arm_during
@@ -53,8 +53,8 @@ def healthy_twin(balancer: Balancer, arm: Arm, seed: int,
 def torque_noise_of(noise: Array, plain: Array, balancer: Balancer, arm: Arm) -> Array:
     """Return the noise of the motor torque that lifts motor balances so far (n,) [N*m shaft]."""
     joints = len(arm.joints)
-    passed = np.sqrt(2.0 * BANDWIDTH * balancer.measurement.dt)     # of white noise, by the filter
     excess = np.maximum(noise[:joints] ** 2 - plain[:joints] ** 2, 0.0)
+    passed = _of_white(balancer, joints, 0).std(axis=0)
     return np.asarray(np.sqrt(excess) / passed / arm.record().joints['ratio'])
 
 
@@ -70,13 +70,15 @@ def noise_of(balancer: Balancer, arm: Arm, seed: int = 0) -> tuple[Array, Array]
     """
     ours = balancer(arm)
     added = balancer.noisier(arm).residual - ours.residual
-    made = Balancer(healthy_twin(balancer, arm, seed), balancer.turning, balancer.unknown)(arm)
+    made = balancer.like(healthy_twin(balancer, arm, seed))(arm)
     told = _rms(added, ours.valid)
     plain = np.clip(_rms(made.residual, made.valid), told, _MOST * told)
     joints = len(arm.joints)
     rough = [_roughness(values[:, :joints], ours.valid[:, :joints])
              for values in (ours.residual, added)]
-    white = (rough[0] ** 2 - rough[1] ** 2) / _white_roughness(balancer, seed) ** 2
+    of_white = _of_white(balancer, joints, seed)
+    share = _roughness(of_white / of_white.std(axis=0), np.ones(of_white.shape, bool))
+    white = (rough[0] ** 2 - rough[1] ** 2) / share ** 2
     noise = plain.copy()
     noise[:joints] = np.sqrt(plain[:joints] ** 2 + np.maximum(np.nan_to_num(white), 0.0))
     usual = [_roughness(values[:, joints:], ours.valid[:, joints:], 0.5)
@@ -93,11 +95,11 @@ def _rms(values: Array, valid: NDArray[np.bool_]) -> Array:
                      for column, seen in zip(values.T, valid.T)])
 
 
-def _white_roughness(balancer: Balancer, seed: int) -> float:
-    """Return the roughness that white noise has when a balance of it has the deviation 1."""
+def _of_white(balancer: Balancer, joints: int, seed: int) -> Array:
+    """Return what white noise of a deviation of 1 makes of motor balances (m, n)."""
     noise = np.random.default_rng(seed).standard_normal((len(balancer.measurement.command), 1))
     balance = balancer.filtered(noise)
-    return float(_roughness(balance / balance.std(), np.ones(balance.shape, bool))[0])
+    return np.concatenate([balancer.in_balance(balance, joint) for joint in range(joints)], axis=1)
 
 
 def _roughness(residual: Array, valid: NDArray[np.bool_], share: float = QUIET) -> Array:

@@ -33,7 +33,9 @@ def swing_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np.bo
     rest = (scale * residual[:, joints:]).ravel()
     best, power = None, _STANDS_OUT * float(rest @ rest)
     for frequency in _FREQUENCIES:
-        columns = _torques(push, coupling, frequency) * scale[:, :, None]
+        columns = np.stack([
+            scale[:, [joint]] * balancer.in_balance(torques, joints + joint) for joint, torques
+            in enumerate(_torques(push, coupling, frequency).swapaxes(0, 1))], axis=1)
         amplitude, direction, explained = _strongest(columns.reshape(-1, 3), rest)
         if explained > power and amplitude < _highest():
             power = explained

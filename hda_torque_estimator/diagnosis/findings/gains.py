@@ -27,10 +27,17 @@ class Gains(NamedTuple):
     floor: Array
 
     def removed(self, rows: NDArray[np.int64] | slice = slice(None)) -> float:
-        """Return the share of the excess error that is gone: 1 at the floor or below it."""
-        excess = self.before[rows].mean() - self.floor[rows].mean()
-        gone = self.before[rows].mean() - self.after[rows].mean()
-        return min(float(gone / excess), 1.0) if excess > 0.0 else float('nan')
+        """
+        Return the share of the excess error that is gone: 1 at the floor or below it.
+
+        A floor that is above what is left in truth is no floor. Where all is below it and more is
+        left than before, the share is -1.
+        """
+        before, after, floor = (part[rows].mean() for part in self)
+        excess = before - min(floor, after)
+        if excess > 0.0:
+            return float((before - after) / excess)
+        return -1.0 if after > before else float('nan')
 
     def interval(self) -> tuple[float, float]:
         """Return the 90 % interval of `removed`, by drawing windows again."""

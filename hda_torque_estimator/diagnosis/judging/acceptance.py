@@ -19,6 +19,7 @@ from .fair import fair_score, noise_in
 from .forms import evidence
 from .limits import ends_at_limit
 from .nameless import is_worth_a_look
+from ..balances.balance import BANDWIDTH
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Term
@@ -26,7 +27,9 @@ from ...significance import SCORE_BAR
 
 Array = NDArray[np.float64]
 # Choices unless told otherwise.
-_MATERIAL = 0.7         # least explained rms, in rms that a healthy arm leaves
+_MATERIAL = 0.7         # least explained rms, in rms that a healthy arm leaves as slowly
+# (source: what laws do along motions of robots is nearly all below this)
+_SLOW = 10.0            # frequency below which effects act [Hz]
 # (null: a simple curve improved the score of healthy arms by 61 at most)
 CERTAIN = 200.0        # improvement of the score that may pass for noise at first
 _SURE = 1000.0          # improvement and
@@ -91,8 +94,8 @@ def material(fitter: Fitter, first: Fit, beside: Sequence[Term]) -> Array:
 
 
 def _floor(fitter: Fitter) -> Array:
-    """Return the power (c,) that is far above noise [N^2*m^2]."""
-    return np.asarray((_MATERIAL * fitter.noise) ** 2)
+    """Return the power (c,) that is far above slow noise [N^2*m^2]; noise is white."""
+    return np.asarray((_MATERIAL * fitter.noise) ** 2 * _SLOW / BANDWIDTH)
 
 
 def open_rest(fitter: Fitter, fit: Fit) -> bool:

@@ -114,7 +114,8 @@ def _curves(fitter: Fitter, fit: Fit, joints: Collection[str],
         shapes = columns / np.sqrt(np.maximum(np.mean(columns ** 2, axis=0), _AT_REST))
         for site, channels in _sites(fitter, label).items():
             more = np.zeros((len(shapes), len(fitter.noise), shapes.shape[1]))
-            more[:, channels] = shapes[:, None]
+            for channel in channels:
+                more[:, channel] = fitter.balancer.in_balance(shapes, channel)
             wide = condense_more(known, fit.balance.residual, fit.columns, more,
                                  fitter.valid(fit.balance))
             for number, form in enumerate(forms):

@@ -1,0 +1,101 @@
+"""Noise of balances is made white, slow motion passes as it is, and what is filtered is marked."""
+
+from hda_arm_sim.model.files import read_arm
+from hda_torque_estimator.diagnosis.balances.balance import Balancer, BANDWIDTH, RATE
+from hda_torque_estimator.diagnosis.balances.whitening import whitening_of
+from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
+from hda_torque_estimator.measurements.finer import finer
+from hda_torque_estimator.measurements.measurement import measurement_from
+import numpy as np
+import pytest
+from scipy.signal import welch
+from truth import worlds
+from world_samples import arm_of, logged
+
+SAMPLES = 20_000
+TIME = np.arange(SAMPLES) / RATE
+
+
+def coloured(seed: int, corner: float) -> np.ndarray:
+    """Return noise (m, 1) that rises as second differences do above a corner [Hz]."""
+    spectrum = np.fft.rfft(np.random.default_rng(seed).standard_normal(SAMPLES))
+    frequency = np.fft.rfftfreq(SAMPLES, 1.0 / RATE)
+    return np.fft.irfft(spectrum * (1.0 + (frequency / corner) ** 2), SAMPLES)[:, None]
+
+
+def levels(noise, bands):
+    """Return the density of noise (m, 1) within bands of frequency [Hz]."""
+    frequency, power = welch(noise[:, 0], RATE, nperseg=256)
+    return np.array([np.sqrt(power[(frequency >= low) & (frequency < high)].mean())
+                     for low, high in bands])
+
+
+@pytest.mark.parametrize('seed', range(920100, 920104))
+def test_white_noise_needs_no_filter(seed):
+    white = np.random.default_rng(seed).standard_normal((SAMPLES, 2))
+    assert whitening_of(white, RATE, BANDWIDTH) is None
+    assert whitening_of(white[:100], RATE, BANDWIDTH) is None       # too short to tell
+
+
+@pytest.mark.parametrize('corner', [5.0, 10.0, 20.0])
+def test_what_is_quick_and_loud_becomes_as_loud_as_what_is_slow(corner):
+    noise = coloured(920110, corner)
+    whitening = whitening_of(noise, RATE, BANDWIDTH)
+    bands = [(0.0, 5.0), (10.0, 20.0), (25.0, 40.0)]
+    before, after = levels(noise, bands), levels(whitening.of(noise, 0), bands)
+    assert before[2] > 2.0 * before[0]
+    assert after / before[0] == pytest.approx(1.0, abs=0.25)
+
+
+def test_slow_motion_passes_as_it_is_and_without_delay():
+    whitening = whitening_of(coloured(920120, 5.0), RATE, BANDWIDTH)
+    inside = slice(whitening.reach, -whitening.reach)
+    for frequency in (0.0, 0.5, 2.0):
+        wave = np.cos(2.0 * np.pi * frequency * TIME)[:, None]
+        assert whitening.of(wave, 0)[inside] == pytest.approx(wave[inside], abs=0.05)
+
+
+def test_what_a_filter_saw_of_invalid_samples_is_invalid():
+    whitening = whitening_of(coloured(920130, 5.0), RATE, BANDWIDTH)
+    valid = np.ones((200, 1), bool)
+    valid[100] = False
+    holds = whitening.holds(valid)[:, 0]
+    assert np.flatnonzero(~holds).tolist() == list(range(100 - whitening.reach,
+                                                         101 + whitening.reach))
+
+
+@pytest.fixture(scope='module')
+def slow():
+    """Return an arm and its balances at 200 Hz, as they are and whitened."""
+    world = worlds.draw(920140, motion='rich', rate=200, joints=2, seconds=30.0)
+    arm = arm_of(world)
+    plain = Balancer(finer(measurement_from(arm.labels, logged(world, arm))))
+    return arm, plain, plain.whitened(arm)
+
+
+def test_a_slow_log_is_left_with_less_noise_and_the_same_effects(slow):
+    """A friction that is slow keeps its size beside noise that shrinks."""
+    arm, plain, white = slow
+    assert white is not plain
+    friction = next(iter(terms_of(arm, 'coulomb_friction')))
+    stronger = friction.at(friction.vector() + friction.all_steps()).on(arm)
+    sizes = []
+    for balancer in (plain, white):
+        balance = balancer(arm)
+        valid = white(arm).valid[:, 0]
+        noise = balancer.noisier(arm).residual - balance.residual
+        effect = balancer(stronger).residual - balance.residual
+        sizes.append((np.std(noise[valid, 0]), np.std(effect[valid, 0])))
+    assert sizes[1][0] < 0.6 * sizes[0][0]
+    assert sizes[1][1] > 0.9 * sizes[0][1]
+
+
+def test_a_curve_is_filtered_as_the_balance_that_it_stands_beside(slow):
+    _, plain, white = slow
+    raw = np.random.default_rng(920150).standard_normal((len(plain.measurement.command), 4))
+    expected = white.balances(raw)
+    low_passed = plain.filtered(raw)
+    for channel in range(4):
+        assert white.in_balance(low_passed[:, [channel]], channel) == pytest.approx(
+            expected[:, [channel]])
+        assert plain.in_balance(low_passed[:, [channel]], channel) is not None
