@@ -1,6 +1,5 @@
 """Noise of balances is made white, slow motion passes as it is, and what is filtered is marked."""
 
-from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.diagnosis.balances.balance import Balancer, BANDWIDTH, RATE
 from hda_torque_estimator.diagnosis.balances.whitening import whitening_of
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
