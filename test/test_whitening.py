@@ -13,6 +13,7 @@ from world_samples import arm_of, logged
 
 SAMPLES = 20_000
 TIME = np.arange(SAMPLES) / RATE
+NONE = np.zeros(1)
 
 
 def coloured(seed: int, corner: float) -> np.ndarray:
@@ -32,22 +33,30 @@ def levels(noise, bands):
 @pytest.mark.parametrize('seed', range(920100, 920104))
 def test_white_noise_needs_no_filter(seed):
     white = np.random.default_rng(seed).standard_normal((SAMPLES, 2))
-    assert whitening_of(white, RATE, BANDWIDTH) is None
-    assert whitening_of(white[:100], RATE, BANDWIDTH) is None       # too short to tell
+    assert whitening_of(white, np.zeros(2), RATE, BANDWIDTH) is None
+    assert whitening_of(white[:100], np.zeros(2), RATE, BANDWIDTH) is None   # too short
 
 
 @pytest.mark.parametrize('corner', [5.0, 10.0, 20.0])
 def test_what_is_quick_and_loud_becomes_as_loud_as_what_is_slow(corner):
     noise = coloured(920110, corner)
-    whitening = whitening_of(noise, RATE, BANDWIDTH)
+    whitening = whitening_of(noise, NONE, RATE, BANDWIDTH)
     bands = [(0.0, 5.0), (10.0, 20.0), (25.0, 40.0)]
     before, after = levels(noise, bands), levels(whitening.of(noise, 0), bands)
     assert before[2] > 2.0 * before[0]
     assert after / before[0] == pytest.approx(1.0, abs=0.25)
 
 
+def test_noise_that_is_white_beside_what_rises_is_left_alone():
+    """White noise of a torque hides what readings make: nothing is to be gained."""
+    noise = coloured(920115, 10.0)
+    loudest = levels(noise, [(35.0, 40.0)])[0]
+    assert whitening_of(noise, np.array([4.0 * loudest ** 2]), RATE, BANDWIDTH) is None
+    assert whitening_of(noise, NONE, RATE, BANDWIDTH) is not None
+
+
 def test_slow_motion_passes_as_it_is_and_without_delay():
-    whitening = whitening_of(coloured(920120, 5.0), RATE, BANDWIDTH)
+    whitening = whitening_of(coloured(920120, 5.0), NONE, RATE, BANDWIDTH)
     inside = slice(whitening.reach, -whitening.reach)
     for frequency in (0.0, 0.5, 2.0):
         wave = np.cos(2.0 * np.pi * frequency * TIME)[:, None]
@@ -55,7 +64,7 @@ def test_slow_motion_passes_as_it_is_and_without_delay():
 
 
 def test_what_a_filter_saw_of_invalid_samples_is_invalid():
-    whitening = whitening_of(coloured(920130, 5.0), RATE, BANDWIDTH)
+    whitening = whitening_of(coloured(920130, 5.0), NONE, RATE, BANDWIDTH)
     valid = np.ones((200, 1), bool)
     valid[100] = False
     holds = whitening.holds(valid)[:, 0]
@@ -69,7 +78,7 @@ def slow():
     world = worlds.draw(920140, motion='rich', rate=200, joints=2, seconds=30.0)
     arm = arm_of(world)
     plain = Balancer(finer(measurement_from(arm.labels, logged(world, arm))))
-    return arm, plain, plain.whitened(arm)
+    return arm, plain, plain.whitened(arm, np.zeros(2 * len(arm.joints)))
 
 
 def test_a_slow_log_is_left_with_less_noise_and_the_same_effects(slow):

@@ -207,9 +207,11 @@ def _fitter(raw: RawReadings, training: Spans) -> Fitter:
     if turning := turning_round(balancer, raw.arm, noise):
         balancer = Balancer(raw.measurement, turning)
     known = on_its_way(balancer, raw.arm, noise)
-    known = known.whitened(raw.arm)
     if known is not balancer:
         balancer, (noise, plain) = known, noise_of(known, raw.arm)
+    white = balancer.whitened(raw.arm, np.sqrt(noise ** 2 - plain ** 2))
+    if white is not balancer:
+        balancer, (noise, plain) = white, noise_of(white, raw.arm)
     return Fitter(balancer, raw.arm, noise, EFFECTIVE, inside(balancer.time, training),
                   _twin(balancer, raw.arm, noise, plain))
 

@@ -102,11 +102,15 @@ class Balancer:
         """Return the balances of another measurement along the same motion."""
         return Balancer(measurement, self.turning, self.unknown, self.whitening)
 
-    def whitened(self, arm: Arm) -> 'Balancer':
-        """Return balances whose noise, as readings make it, is as loud at all frequencies."""
+    def whitened(self, arm: Arm, white: Array) -> 'Balancer':
+        """
+        Return balances whose noise is as loud at all frequencies.
+
+        It is what readings make, and beside it `white` noise of these deviations (c,) [N*m].
+        """
         plain = self(arm)
         noise = np.where(plain.valid, self.noisier(arm).residual - plain.residual, 0.0)
-        whitening = whitening_of(noise, RATE, BANDWIDTH)
+        whitening = whitening_of(noise, white ** 2 / BANDWIDTH, RATE, BANDWIDTH)
         return self if whitening is None else Balancer(self.measurement, self.turning,
                                                        self.unknown, whitening)
 

@@ -53,16 +53,17 @@ class Whitening(NamedTuple):
         return np.stack([np.convolve(~column, around, 'same') < 0.5 for column in valid.T], axis=1)
 
 
-def whitening_of(noise: Array, rate: float, most: float) -> Whitening | None:
+def whitening_of(noise: Array, white: Array, rate: float, most: float) -> Whitening | None:
     """
     Return the filters for the `noise` (m, c) of balances at a rate [Hz], None if it is white.
 
-    Balances have frequencies up to `most` [Hz].
+    Beside it they have `white` noise of these densities (c,) [N^2*m^2/Hz], and frequencies up to
+    `most` [Hz].
     """
     if len(noise) < _SEGMENT:
         return None
     frequency, power = welch(noise, rate, nperseg=_SEGMENT, axis=0)
-    loud = gaussian_filter1d(np.sqrt(power), _BINS, axis=0)
+    loud = gaussian_filter1d(np.sqrt(power + white), _BINS, axis=0)
     slow = np.median(loud[frequency < _MOTION], axis=0)
     gain = np.minimum(1.0, np.divide(slow, loud, where=loud > 0.0, out=np.ones_like(loud)))
     gain[frequency > most] = gain[frequency <= most][-1]

@@ -19,6 +19,7 @@ from .fair import fair_score, noise_in
 from .forms import evidence
 from .limits import ends_at_limit
 from .nameless import is_worth_a_look
+from .slow import power_below
 from ..balances.balance import BANDWIDTH
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
@@ -27,9 +28,9 @@ from ...significance import SCORE_BAR
 
 Array = NDArray[np.float64]
 # Choices unless told otherwise.
-_MATERIAL = 0.7         # least explained rms, in rms that a healthy arm leaves as slowly
+_MATERIAL = 0.7         # least explained rms, in rms that a healthy arm leaves
 # (source: what laws do along motions of robots is nearly all below this)
-_SLOW = 10.0            # frequency below which effects act [Hz]
+_SLOW = 10.0            # frequency [Hz] below which as much of the noise there is enough
 # (null: a simple curve improved the score of healthy arms by 61 at most)
 CERTAIN = 200.0        # improvement of the score that may pass for noise at first
 _SURE = 1000.0          # improvement and
@@ -64,7 +65,7 @@ def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term
     if improvement > CERTAIN and alone(fitter, term, beside):
         return True
     gain, rest = without.variance - extended.variance, without.variance - fitter.noise ** 2
-    if (gain > material(fitter, first, beside)).any():
+    if is_material(fitter, first, without, extended, beside):
         return True
     alike = any(term.name in HYPOTHESES[other.name].alike for other in beside
                 if other.joint == term.joint)
@@ -79,23 +80,43 @@ def alone(fitter: Fitter, term: Term, beside: Sequence[Term]) -> bool:
     return not any(own.intersection(fitter.channels_of(other)) for other in beside)
 
 
-def material(fitter: Fitter, first: Fit, beside: Sequence[Term]) -> Array:
+def is_material(fitter: Fitter, first: Fit, without: Fit, extended: Fit,
+                beside: Sequence[Term]) -> bool:
     """
-    Return the power (c,) [N^2*m^2] in one of the channels that is worth a cause beside others.
+    Tell whether an extended fit explains what is worth a cause beside others in some channel.
 
-    It is far above noise, and above what the others may leave as one form of several.
+    It does at all frequencies, or where arms move: there noise is less, and effects are not.
     """
+    form = _form_power(fitter, first, beside)
+    gain = without.variance - extended.variance
+    slow = power_below(fitter, without, _SLOW) - power_below(fitter, extended, _SLOW)
+    return bool(((gain > np.maximum(_floor(fitter), form))
+                 | (slow > np.maximum(_slow_floor(fitter), form))).any())
+
+
+def material(fitter: Fitter, first: Fit, beside: Sequence[Term]) -> Array:
+    """Return the power (c,) [N^2*m^2] of a slow effect that is worth a cause beside others."""
+    return np.maximum(_slow_floor(fitter), _form_power(fitter, first, beside))
+
+
+def _form_power(fitter: Fitter, first: Fit, beside: Sequence[Term]) -> Array:
+    """Return the power (c,) that causes may leave as one form of several [N^2*m^2]."""
     excess = np.maximum(first.variance - fitter.noise ** 2, 0.0)
     blurred = np.zeros_like(excess)
     for term in beside:
         own = fitter.channels_of(term)
         blurred[own] = np.maximum(blurred[own], HYPOTHESES[term.name].form_error)
-    return np.maximum(_floor(fitter), blurred * excess)
+    return np.asarray(blurred * excess)
 
 
 def _floor(fitter: Fitter) -> Array:
-    """Return the power (c,) that is far above slow noise [N^2*m^2]; noise is white."""
-    return np.asarray((_MATERIAL * fitter.noise) ** 2 * _SLOW / BANDWIDTH)
+    """Return the power (c,) that is far above noise [N^2*m^2]."""
+    return np.asarray((_MATERIAL * fitter.noise) ** 2)
+
+
+def _slow_floor(fitter: Fitter) -> Array:
+    """Return the power (c,) that is far above slow noise [N^2*m^2]; all of it is white."""
+    return _floor(fitter) * _SLOW / BANDWIDTH
 
 
 def open_rest(fitter: Fitter, fit: Fit) -> bool:
@@ -116,7 +137,8 @@ def confirmed(fitter: Fitter, first: Fit, last: Fit) -> tuple[Term, ...]:
     """
     before = fitter.at(first.terms, 0, first.columns)
     after = fitter.at(last.terms, len(last.accepted), last.columns)
-    told = before.variance - after.variance > _floor(fitter)
+    slow = power_below(fitter, before, _SLOW) - power_below(fitter, after, _SLOW)
+    told = (before.variance - after.variance > _floor(fitter)) | (slow > _slow_floor(fitter))
     return tuple(term for place, term in enumerate(last.accepted)
                  if not alone(fitter, term, last.accepted[:place] + last.accepted[place + 1:])
                  or told[fitter.channels_of(term)].any())

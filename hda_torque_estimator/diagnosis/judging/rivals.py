@@ -9,20 +9,15 @@ one of two such effects whatever the truth. They are compared where a motion has
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.signal import filtfilt, firwin
 
 from .acceptance import freedom
 from .fair import fair_score, noise_in
 from .screen import Prospect
+from .slow import power_below
 from ..balances.balance import RATE
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Term
-
-Array = NDArray[np.float64]
-# Choices unless told otherwise.
-_TAPS = 101             # of the low-pass, at the balances' rate
 
 
 def leading(fitter: Fitter, fit: Fit, exact: Sequence[Fit],
@@ -54,12 +49,5 @@ def leading(fitter: Fitter, fit: Fit, exact: Sequence[Fit],
 def _lack_below(fitter: Fitter, best: Fit, other: Fit, below: float) -> float:
     """Return the score that another fit lacks below a frequency [Hz]."""
     independent = fitter.effective * fitter.valid(best.balance).sum(axis=0) * 2.0 * below / RATE
-    return float(independent @ np.log(_power(fitter, other, below) / _power(fitter, best, below)))
-
-
-def _power(fitter: Fitter, fit: Fit, below: float) -> Array:
-    """Return the power (c,) of what a fit leaves below a frequency [N^2*m^2]."""
-    valid = fitter.valid(fit.balance)
-    slow = filtfilt(firwin(_TAPS, below, fs=RATE), [1.0],
-                    np.where(valid, fit.balance.residual, 0.0), axis=0)
-    return np.maximum((slow ** 2).sum(axis=0, where=valid), 1e-300)
+    return float(independent @ np.log(power_below(fitter, other, below)
+                                      / power_below(fitter, best, below)))
