@@ -64,6 +64,13 @@ def test_what_is_certain_but_less_than_noise_is_not_told():
     assert named(diagnose(measurement_from(ARM.labels, made), ARM).diagnosis) == []
 
 
+def test_noise_that_a_delay_explains_is_no_delay():
+    """A loop answers the noise of its encoders, which looks like a delay above 10 Hz."""
+    made = published(ARM, [], 4398, name='slow_sine')
+    found = diagnose(measurement_from(ARM.labels, made), ARM).diagnosis
+    assert (found.verdict, named(found)) == ('no_discrepancy', [])
+
+
 @pytest.mark.parametrize(('name', 'seed'), [('current_loop_lag', 4301), ('command_delay', 4303)])
 def test_a_slow_motion_cannot_tell_a_lag_from_a_delay(name, seed):
     """The command repeats the noise of the encoders; what it moves more than that decides."""
