@@ -64,7 +64,7 @@ def noise_of(balancer: Balancer, arm: Arm, seed: int = 0) -> tuple[Array, Array]
 
     The second is what the noise of the measured readings makes of the balances: they are made
     again with as much more of it [N*m]. Rounding of slow readings is not white, and a simulated
-    twin shows how much more it makes; the rest of what a twin has is of its own loop. What motor
+    twin shows how much more it makes. The rest of what a twin has is of its own loop. What motor
     balances then have more at high frequency, where effects seldom show, is white noise of the
     torque, which is added. What torsion balances have more there is of clocks that jitter.
     """
