@@ -5,7 +5,7 @@ import math
 
 from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.diagnosis.findings.certainty import (
-    margin_of, margin_of_rest, probability, verdict_probability)
+    margin_of, margin_of_rest, probability, unsure, verdict_probability)
 from hda_torque_estimator.diagnosis.findings.choice import ChoiceError, chosen
 from hda_torque_estimator.diagnosis.findings.origin import RecordingFacts
 from hda_torque_estimator.diagnosis.findings.report import (Alike, Candidate, Detectable,
@@ -33,6 +33,13 @@ def report(verdict, rate=1000.0, rest=None, pairs=(), limited_by=None, hidden=()
         TotalGain(2.0, 1.0, 1.0, 0.99, 0.98, 1.0, 'error', '1'), (),
         RecordingFacts(60.0, round(60.0 * rate), rate, (), ()), 'arm.yaml', '0', 1.0,
         limited_by=limited_by, probability=0.9)
+
+
+def test_a_cause_that_is_not_sure_says_why_it_is_not_told_beside_a_rest():
+    assert unsure(cause(0.96)) is None and unsure(cause(math.nan)) is None
+    assert unsure(cause(0.63)) == (
+        'coulomb_friction at joint1 is not told: it is 63 % sure, and beside a rest without a '
+        'name 95 % are needed')
 
 
 def test_a_bar_is_95_percent_either_way_and_nothing_overflows():

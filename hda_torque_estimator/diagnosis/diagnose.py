@@ -18,7 +18,7 @@ from .balances.balance import Balancer
 from .balances.commands import on_its_way
 from .balances.healthy import healthy_twin, noise_of, torque_noise_of
 from .balances.reversals import turning_round
-from .findings.certainty import probability, verdict_probability
+from .findings.certainty import probability, unsure, verdict_probability
 from .findings.gains import gains, METRIC
 from .findings.origin import Origin, Part, RecordingFacts
 from .findings.report import Alike, Diagnosis, Finding, TotalGain
@@ -103,7 +103,8 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     pairs = tuple(pair for pair in alike(found, judged) if _gains(evidence, pair))
     shown = raw_findings(raw, measurement, fitter.balancer, arm, evidence.extended, held_out)
     fitted = (*shown, *_findings(evidence, found, pairs, judged))
-    told = tuple(one for one in fitted if limited(one) is None)
+    held_back = [_held_back(one, judged) for one in fitted]
+    told = tuple(one for one, reason in zip(fitted, held_back) if reason is None)
     total = (raw_total(shown) if told and told == shown else
              gains(fitter.balancer, evidence.twin, evidence.before, evidence.extended,
                    held_out).total())
@@ -120,7 +121,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
         tuple(one.row() for one in sizes), total,
         residuals(fitter, found.first, stands, inside(fitter.balancer.time, held_out)),
         replace(facts, training=training, held_out=held_out), origin.arm_file, origin.version, 0.0,
-        (*filter(None, map(limited, fitted)), *_aside(aside),
+        (*filter(None, held_back), *_aside(aside),
          *remarks(sizes, arm, about, FAST if limit == 'rate' else None)), limited_by=limit,
         probability=_probability(verdict, told, pairs, judged))
     diagnosis = replace(diagnosis, steps=next_steps(diagnosis))
@@ -138,6 +139,11 @@ def _aside(names: Sequence[str]) -> Iterator[str]:
     """Yield a sentence on effects that are not looked for on a chain."""
     if names:
         yield f'of a chain of links {", ".join(names)} are not looked for'
+
+
+def _held_back(finding: Finding, judged: Backing) -> str | None:
+    """Return why a finding is not told, None where it is."""
+    return limited(finding) or (unsure(finding) if judged.unexplained.any() else None)
 
 
 def _model(evidence: Evidence, raw: RawReadings, told: Sequence[Finding],

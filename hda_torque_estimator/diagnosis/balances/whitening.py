@@ -43,7 +43,7 @@ class Whitening(NamedTuple):
                          for column in values.T], axis=1)
 
     def balances(self, values: Array) -> Array:
-        """Return the balances (m, c) of one recording."""
+        """Return what balances are (m, c), all of one recording."""
         return np.concatenate([self.of(values[:, [channel]], channel)
                                for channel in range(values.shape[1])], axis=1)
 

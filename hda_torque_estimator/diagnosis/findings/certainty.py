@@ -12,6 +12,7 @@ from .report import Evidence, Finding
 
 # Choices unless told otherwise.
 _ODDS = 19.0            # to 1 at a margin of one bar: those of 95 %
+_TOLD = 0.95            # probability of a cause that is told beside a rest without a name
 _MOST = 40.0                    # bars beyond which a number of this size holds nothing more
 
 
@@ -32,6 +33,15 @@ def margin_of_rest(share: float) -> float:
 def margin_of(evidence: Evidence) -> float:
     """Return the margin by which a cause is there, whatever else could be meant."""
     return evidence.score / max(evidence.threshold, 1e-300)
+
+
+def unsure(finding: Finding) -> str | None:
+    """Return why a finding is not told beside a rest without a name, None where it is."""
+    if not finding.probability < _TOLD:
+        return None
+    return (f'{finding.effect} at {finding.joint or "the arm"} is not told: it is '
+            f'{100.0 * finding.probability:.0f} % sure, and beside a rest without a name '
+            f'{100.0 * _TOLD:.0f} % are needed')
 
 
 def verdict_probability(verdict: str, findings: Iterable[Finding], pairs: Iterable[float],
