@@ -1,8 +1,9 @@
 """
 The descent of every fit: damped Gauss-Newton, with Broyden's slopes between new ones.
 
-What is fitted is a `Problem`: it gives errors and slopes for unknowns in sigmas from what was
-known before. Unknowns stay within the bounds of the problem.
+`descend` fits a `Problem`: it gives errors and slopes for unknowns in sigmas from what was
+known before. Unknowns stay within the bounds of the problem. A fit whose score is no sum of
+squares takes its own steps, and descends by `improved`. Both shorten steps by `damped`.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,6 +23,17 @@ Step = TypeVar('Step')
 PASSES = 14             # of Gauss-Newton at most
 CLOSE = 2e-3            # relative gain of a pass that ends the descent
 SHARES = (1.0, 0.5, 0.2, 0.05)  # of a step that are tried, the longest first
+
+
+class Scored(Protocol):
+    """What a descent can stand at: smaller scores are better."""
+
+    @property
+    def score(self) -> float:
+        """Return twice the negative log posterior."""
+
+
+State = TypeVar('State', bound=Scored)
 
 
 class Problem(Protocol):
@@ -162,6 +174,24 @@ def damped(trial: Callable[[float], Step | None], shares: Sequence[float],
         if found is not None and gains(found):
             return found
     return None
+
+
+def improved(start: State, step: Callable[[State], State],
+             renewed: Callable[[State, float], State], passes: int, enough: float) -> State:
+    """
+    Return a state after steps that lower its score, until one gains less than `enough`.
+
+    `step` returns a better state or the same. `renewed(state, gained)` makes the slopes anew from
+    which the next step is taken.
+    """
+    best = start
+    for _ in range(passes):
+        better = step(best)
+        gained, best = best.score - better.score, better
+        if gained < enough:
+            break
+        best = renewed(best, gained)
+    return best
 
 
 def _corrected(slopes: Floats, change: Floats, step: Floats) -> Floats:

@@ -10,6 +10,8 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from .normal import within
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 # Choices unless told otherwise.
@@ -40,37 +42,27 @@ class Rows:
         return replace(self, error=self.error + self.slopes @ step)
 
 
-def solved(rows: Rows, noise: float, scaled: Floats, prior: Floats) -> Floats:
+def normal_of(rows: Rows, noise: float, scaled: Floats, prior: Floats) -> tuple[Floats, Floats]:
     """
-    Return the step (p,) to the most likely unknowns, if slopes stay as they are.
+    Return the normal equations of a step to the most likely unknowns: matrix (p, p), right (p,).
 
     `scaled` (p,) are the unknowns in sigmas from what was known; `prior` (p,) is 1 where something
-    was known, else 0.
+    was known, else 0. `noise` is that of a row [N*m].
     """
     weight = noise ** -2
-    normal = weight * rows.slopes.T @ rows.slopes + np.diag(prior)
-    return -np.linalg.solve(normal, weight * rows.slopes.T @ rows.error + prior * scaled)
+    return (weight * rows.slopes.T @ rows.slopes + np.diag(prior),
+            -(weight * rows.slopes.T @ rows.error + prior * scaled))
+
+
+def solved(rows: Rows, noise: float, scaled: Floats, prior: Floats) -> Floats:
+    """Return the step (p,) to the most likely unknowns, if slopes stay as they are."""
+    return np.asarray(np.linalg.solve(*normal_of(rows, noise, scaled, prior)))
 
 
 def bounded(rows: Rows, noise: float, scaled: Floats, prior: Floats,
             bounds: tuple[Floats, Floats]) -> Floats:
-    """
-    Return the step (p,) to the most likely unknowns within bounds, if slopes stay as they are.
-
-    An unknown that would pass its bound is held there, and the others step again without it.
-    """
-    step = np.zeros_like(scaled)
-    free = np.ones(len(scaled), bool)
-    for _ in range(len(scaled)):
-        rest = rows.after(np.where(free, 0.0, step)).along(np.flatnonzero(free).tolist())
-        step[free] = solved(rest, noise, scaled[free], prior[free])
-        there = np.clip(scaled + step, *bounds)
-        over = free & (there != scaled + step)
-        if not over.any():
-            break
-        step[over] = (there - scaled)[over]
-        free &= ~over
-    return step
+    """Return the same step (p,), or the best of those that stay within bounds (p,)."""
+    return within(*normal_of(rows, noise, scaled, prior), scaled, bounds)
 
 
 def held_out(rows: Rows, noise: float, scaled: Floats, prior: Floats) -> float:

@@ -7,7 +7,7 @@ A block that pulls the fit by more than noise would is a block of errors that go
 import numpy as np
 from numpy.typing import NDArray
 
-from .rows import Rows
+from .rows import normal_of, Rows
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -37,7 +37,8 @@ def covariance(rows: Rows, noise: float, prior: Floats) -> Floats:
     on the motion.
     """
     weight = noise ** -2
-    inner = np.linalg.inv(weight * rows.slopes.T @ rows.slopes + np.diag(prior))
+    normal, _ = normal_of(rows, noise, np.zeros_like(prior), prior)
+    inner = np.asarray(np.linalg.inv(normal), np.float64)
     pulls = (pulls_of(rows.slopes, rows.error, rows.stretch)
              + pulls_of(rows.slopes, rows.error, rows.piece))
     return sandwich(inner, weight ** 2 * pulls, prior)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .witness import Witness
 from ...least_squares.descent import beginning, descend, Found, limits, placed
-from ...least_squares.rows import rms, Rows, solved
+from ...least_squares.rows import normal_of, rms, Rows, solved
 from ...least_squares.term import Term
 
 Floats = NDArray[np.float64]
@@ -138,8 +138,7 @@ def _hopeful(problem: Referenced, start: Floats) -> Found:
 def _spread(problem: Referenced, found: Found) -> float:
     """Return one sigma of the zeros over recordings, less what they are unsure by (MacKay)."""
     first = len(found.scaled) - problem.moving
-    weight = found.noise ** -2
-    normal = weight * found.rows.slopes.T @ found.rows.slopes + np.diag(found.prior)
+    normal, _ = normal_of(found.rows, found.noise, found.scaled, found.prior)
     unsure = np.diag(np.linalg.inv(normal))[first:]
     told = max(float((1.0 - unsure).sum()), 0.5)
     ratio = np.sqrt(float((found.scaled[first:] ** 2).sum()) / told)

@@ -9,14 +9,14 @@ from typing import NamedTuple
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.parameter import ParameterError
 from hda_arm_sim.model.arm import Arm, ArmError
-from hda_arm_sim.model.effects import effect_named, Scope, Site
 import numpy as np
 from numpy.typing import NDArray
 
-from .nuisance import AnyTerm, CouplingInertia, nuisances, Zero
+from .nuisance import AnyTerm, nuisances
 from .solve import condense, covariance, score, solve
+from .steps import groups_at_once, places_of, stepped
 from ..balances.balance import Balance, Balancer, RATE
-from ...least_squares.descent import damped
+from ...least_squares.descent import damped, improved
 from ...least_squares.sandwich import sandwich
 from ...least_squares.term import Term
 
@@ -27,7 +27,6 @@ _REFINEMENTS = 6        # further passes of a fit that still gains
 _SHARES = (1.0, 0.4, 0.1)       # of a step that are tried, the longest first
 _BLOCK = 1.0            # within which residuals may go together [s]
 CLOSE = 0.5             # improvement of the score that is not worth another pass
-_FINE = 0.01            # share of the usual step in a derivative: noise is the same at both ends
 FAR = 100.0             # improvement by a step after which no derivative is as it was
 
 
@@ -110,14 +109,9 @@ class Fitter:
         """Fit accepted terms and all nuisances together, the latter from `start` where given."""
         terms = self._start([*accepted, *self._others(accepted, start)])
         columns = self.derivatives(terms, terms)
-        best = self.at(terms, len(accepted), columns)
-        for _ in range(PASSES):
-            better = self._descend(best, len(accepted))
-            gained, best = best.score - better.score, better
-            if gained < CLOSE:
-                break
-            best = self._renewed(best, best.terms, 0)
-        return best
+        return improved(self.at(terms, len(accepted), columns),
+                        lambda fit: self._descend(fit, len(accepted)),
+                        lambda fit, _: self._renewed(fit, fit.terms, 0), PASSES, CLOSE)
 
     def _start(self, terms: list[AnyTerm]) -> list[AnyTerm]:
         """Return terms that an arm can have together: as they are, or closer to the arm's own."""
@@ -138,7 +132,7 @@ class Fitter:
         kept = [other for other in fit.nuisance if other.place != term.place]
         terms: list[AnyTerm] = [*fit.accepted, term, *kept]
         first, count = sum(other.size for other in fit.accepted), len(fit.accepted) + 1
-        known = fit.columns[:, :, _rows_of(fit.terms, [*fit.accepted, *kept])]
+        known = fit.columns[:, :, places_of(fit.terms, [*fit.accepted, *kept])]
         own = self.derivatives([term], terms)
         start = self._descend(self.at(terms, count, np.concatenate(
             [known[:, :, :first], own, known[:, :, first:]], axis=2)), count)
@@ -146,16 +140,15 @@ class Fitter:
 
     def refined(self, fit: Fit) -> Fit:
         """Return a fit to the end; after far steps no derivative is as it was."""
-        best, gained = fit, FAR
         first = sum(other.size for other in fit.accepted[:-1])
-        for _ in range(_REFINEMENTS):
-            best = (self._renewed(best, best.terms, 0) if gained >= FAR else
-                    self._renewed(best, best.accepted[-1:], first))
-            better = self._descend(best, len(fit.accepted))
-            gained, best = best.score - better.score, better
-            if gained < CLOSE:
-                break
-        return best
+
+        def renewed(best: Fit, gained: float) -> Fit:
+            if gained >= FAR:
+                return self._renewed(best, best.terms, 0)
+            return self._renewed(best, best.accepted[-1:], first)
+
+        return improved(renewed(fit, FAR), lambda best: self._descend(best, len(fit.accepted)),
+                        renewed, _REFINEMENTS, CLOSE)
 
     def settled(self, fit: Fit) -> Fit:
         """Return a fit after one step more, for a fitter of other rows."""
@@ -217,7 +210,7 @@ class Fitter:
         """Return the derivative columns (m, c, p) of terms, all of which are `among` others."""
         shape = len(self.balancer.time), 2 * len(self.arm.joints)
         columns = np.zeros((*shape, sum(term.size for term in terms)))
-        for group in _groups(terms):
+        for group in groups_at_once(terms):
             self._difference(terms, among, group, columns)
         return columns
 
@@ -236,7 +229,7 @@ class Fitter:
         """Fill the columns of a group, one simulation for all of its members."""
         changed = {id(term): term for term in among}
         for place, number, _ in group:
-            changed[id(terms[place])] = _stepped(terms[place], number)
+            changed[id(terms[place])] = stepped(terms[place], number)
         try:
             shift = self.change(among, self.on(list(changed.values())))
         except IMPOSSIBLE:
@@ -285,54 +278,6 @@ def moved(terms: Sequence[AnyTerm], step: Array) -> list[AnyTerm]:
             for term, part in zip(terms, parts)]
 
 
-def _stepped(term: AnyTerm, number: int) -> AnyTerm:
-    """Return a term with one number a fine step on, or back from its bound."""
-    for step in (_FINE, -_FINE):
-        vector = term.vector()
-        vector[number] += step * term.all_steps()[number]
-        moved_on = term.at(vector)
-        if (moved_on.vector() != term.vector()).any():
-            break
-    return moved_on
-
-
-def _rows_of(terms: Sequence[AnyTerm], chosen: Sequence[AnyTerm]) -> list[int]:
-    """Return the columns of chosen terms among those of all terms."""
-    ends = np.cumsum([term.size for term in terms])
-    picked = {id(term) for term in chosen}
-    return [column for term, end in zip(terms, ends) if id(term) in picked
-            for column in range(end - term.size, end)]
-
-
 def deviations(terms: Sequence[AnyTerm]) -> Array:
     """Return the tolerances of all free numbers."""
     return np.concatenate([term.deviations() for term in terms])
-
-
-def _groups(terms: Sequence[AnyTerm]) -> list[list[tuple[int, int, int]]]:
-    """
-    Return numbers (term, number, column) that one simulation can vary at once.
-
-    Motor and torsion effects of different joints do not meet: each shows in its own joint only.
-    """
-    groups: dict[object, list[tuple[int, int, int]]] = {}
-    column = 0
-    for place, term in enumerate(terms):
-        for number in range(term.size):
-            key = (term.name, number) if acts_apart(term) else (place, number)
-            member = groups.setdefault(key, [])
-            if any(terms[other].joint == term.joint for other, _, _ in member):
-                member = groups.setdefault((place, number), [])
-            member.append((place, number, column))
-            column += 1
-    return list(groups.values())
-
-
-def acts_apart(term: AnyTerm) -> bool:
-    """Tell whether a term shows in its own joint only."""
-    if isinstance(term, Zero):
-        return True
-    if isinstance(term, CouplingInertia):
-        return False
-    kind = effect_named(term.name)
-    return kind.scope is Scope.JOINT and kind.site is not Site.LINK

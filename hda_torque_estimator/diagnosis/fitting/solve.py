@@ -11,6 +11,8 @@ from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 from numpy.typing import NDArray
 
+from ...least_squares.normal import TINY, within
+
 # Choices unless told otherwise.
 REACH = 3.5             # standard deviations that a nuisance may go from its nominal value
 _PASSES = 12            # of weights and bounds, at most
@@ -70,12 +72,12 @@ def solve(columns: Columns, noise: Array, effective: float, now: Array,
     """
     known = np.isfinite(deviations)
     prior = np.where(known, 1.0 / np.where(known, deviations, 1.0) ** 2, 0.0)
-    step = np.zeros_like(now)
+    step, reach = np.zeros_like(now), REACH * deviations
     variance = np.maximum(columns.power / np.maximum(columns.samples, 1.0), noise ** 2)
     for _ in range(_PASSES):
         weight = effective / variance
-        step = _bounded(np.einsum('c,cpq->pq', weight, columns.products) + np.diag(prior),
-                        -weight @ columns.against - prior * now, now, REACH * deviations, known)
+        step = within(np.einsum('c,cpq->pq', weight, columns.products) + np.diag(prior),
+                      -weight @ columns.against - prior * now, now, (-reach, reach))
         left = _left(columns, step)
         renewed = np.maximum(left, noise ** 2)
         if np.allclose(renewed, variance, rtol=1e-3):
@@ -90,7 +92,7 @@ def covariance(columns: Columns, variance: Array, effective: float, deviations: 
     prior = 1.0 / deviations ** 2                                   # of infinite ones, zero
     normal = np.einsum('c,cpq->pq', effective / variance, columns.products) + np.diag(prior)
     known = np.diag(normal)
-    scale = np.where(known > 0.0, 1.0 / np.sqrt(np.maximum(known, 1e-300)), 0.0)
+    scale = np.where(known > 0.0, 1.0 / np.sqrt(np.maximum(known, TINY)), 0.0)
     return np.linalg.pinv(normal * np.outer(scale, scale), hermitian=True) * np.outer(scale, scale)
 
 
@@ -114,25 +116,3 @@ def _scores(left: Array, count: Array, noise: Array, effective: float) -> Array:
     ratio = left / noise ** 2
     return effective * count * np.where(
         ratio > 1.0, 1.0 + np.log(np.maximum(ratio, 1.0)), ratio)
-
-
-def _bounded(normal: Array, right: Array, now: Array, reach: Array,
-             known: NDArray[np.bool_]) -> Array:
-    """Solve normal x = right with |now + x| <= reach where known, by an active set."""
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
-    normal, right = normal * np.outer(scale, scale), right * scale
-    fixed = np.full(len(now), np.nan)
-    step = np.zeros_like(now)
-    for _ in range(len(now) + 1):
-        free = np.isnan(fixed)
-        held = np.where(free, 0.0, fixed) / scale
-        ridge = normal[np.ix_(free, free)] + 1e-10 * np.eye(free.sum())
-        step = held.copy()
-        step[free] = np.linalg.solve(ridge, (right - normal @ held)[free])
-        total = now + step * scale
-        over = free & known & (np.abs(total) > reach * (1.0 + 1e-9))
-        if not over.any():
-            break
-        worst = np.argmax(np.where(over, np.abs(total) / np.where(known, reach, 1.0), 0.0))
-        fixed[worst] = np.sign(total[worst]) * reach[worst] - now[worst]
-    return step * scale

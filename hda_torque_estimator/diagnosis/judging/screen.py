@@ -9,10 +9,11 @@ from hda_arm_sim.model.effects import effect_named, Site
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fitting.fit import acts_apart, deviations, Fit, Fitter, IMPOSSIBLE
+from ..fitting.fit import deviations, Fit, Fitter, IMPOSSIBLE
 from ..fitting.hypotheses import terms_of, variant_of
 from ..fitting.located import LOCATED, located
 from ..fitting.solve import Columns, condense, condense_more, Solution, solve
+from ..fitting.steps import acts_apart
 from ...least_squares.term import Term
 
 Array = NDArray[np.float64]

@@ -1,0 +1,47 @@
+"""
+Normal equations of a fit with priors: the step to the most likely unknowns within bounds.
+
+Every fit of an arm ends here, whatever its likelihood. Columns of very different sizes are scaled
+to one, and a column of zeros does no harm.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+TINY = 1e-300           # least that is divided by: a column of zeros stays one
+# Choices unless told otherwise.
+_RIDGE = 1e-10          # of scaled columns, so that those that are alike share what they explain
+_ON_BOUND = 1e-9        # of half the way between two bounds, by which rounding may pass one
+
+
+def within(normal: Floats, right: Floats, now: Floats, bounds: tuple[Floats, Floats]) -> Floats:
+    """
+    Return the step (p,) that solves `normal` (p, p) times step = `right` (p,) within bounds.
+
+    Unknowns are `now` (p,), and now + step stays between both `bounds` (p,), which may be
+    infinite. What would pass its bound by most is held there, and the others step again.
+    """
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), TINY))
+    normal, right = normal * np.outer(scale, scale), right * scale
+    fixed = np.full(len(now), np.nan)
+    step = np.zeros_like(now)
+    for _ in range(len(now) + 1):
+        free = np.isnan(fixed)
+        held = np.where(free, 0.0, fixed) / scale
+        ridge = normal[np.ix_(free, free)] + _RIDGE * np.eye(free.sum())
+        step = held.copy()
+        step[free] = np.linalg.solve(ridge, (right - normal @ held)[free])
+        over = np.where(free, _beyond(now + step * scale, *bounds), 0.0)
+        if over.max(initial=0.0) <= _ON_BOUND:
+            break
+        worst = np.argmax(over)
+        fixed[worst] = np.clip(now + step * scale, *bounds)[worst] - now[worst]
+    return step * scale
+
+
+def _beyond(unknowns: Floats, low: Floats, high: Floats) -> Floats:
+    """Return by how much unknowns (p,) pass a bound, over half the way between both if finite."""
+    half = 0.5 * (high - low)
+    return np.asarray(np.maximum(low - unknowns, unknowns - high)
+                      / np.where(np.isfinite(half) & (half > 0.0), half, 1.0))

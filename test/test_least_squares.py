@@ -1,0 +1,70 @@
+"""Least squares within bounds: the best step that keeps to them, against a general minimiser."""
+
+from types import SimpleNamespace
+
+from hda_torque_estimator.least_squares.descent import improved
+from hda_torque_estimator.least_squares.normal import within
+from hypothesis import given, strategies as st
+import numpy as np
+from scipy.optimize import lsq_linear
+
+
+def drawn(seed, size):
+    """Return columns of sizes that differ by ten thousands, and what they shall tell."""
+    random = np.random.default_rng(seed)
+    columns = random.normal(size=(4 * size, size)) * 10.0 ** random.uniform(-4.0, 4.0, size)
+    return columns, columns @ (random.normal(size=size) / np.linalg.norm(columns, axis=0))
+
+
+@given(st.integers(0, 2 ** 32 - 1), st.integers(1, 8))
+def test_step_without_bounds_is_that_of_least_squares(seed, size):
+    columns, told = drawn(seed, size)
+    free = np.full(size, np.inf)
+    step = within(columns.T @ columns, columns.T @ told, np.zeros(size), (-free, free))
+    wanted = np.linalg.lstsq(columns, told, rcond=None)[0]
+    np.testing.assert_allclose(columns @ step, columns @ wanted, atol=1e-6)
+
+
+@given(st.integers(0, 2 ** 32 - 1), st.floats(-2.0, 2.0), st.floats(0.0, 2.0))
+def test_one_number_beyond_its_bound_stays_there_and_the_others_are_the_best_beside_it(
+        seed, place, width):
+    columns, told = drawn(seed, 4)
+    free = np.linalg.lstsq(columns, told, rcond=None)[0]
+    low, high = np.full(4, -np.inf), np.full(4, np.inf)
+    low[1], high[1] = sorted((place * free[1], (place + width) * free[1] + 1e-6))
+    step = within(columns.T @ columns, columns.T @ told, np.zeros(4), (low, high))
+    scale = np.linalg.norm(columns, axis=0)
+    wanted = lsq_linear(columns / scale, told, (low * scale, high * scale), tol=1e-13)
+    assert (low - 1e-9 <= step).all() and (step <= high + 1e-9).all()
+    np.testing.assert_allclose(columns @ step, columns / scale @ wanted.x, atol=1e-5)
+
+
+def test_a_column_of_zeros_does_not_move_and_does_no_harm():
+    columns, _ = drawn(1, 3)
+    columns[:, 1] = 0.0
+    told = columns @ (1.0, 1.0, 1.0)
+    free = np.full(3, np.inf)
+    step = within(columns.T @ columns, columns.T @ told, np.zeros(3), (-free, free))
+    assert step[1] == 0.0
+    np.testing.assert_allclose(columns @ step, told, atol=1e-6 * np.abs(told).max())
+
+
+def test_what_stands_at_its_bound_goes_back_from_it():
+    bounds = np.array([-1.0]), np.array([1.0])
+    assert within(np.eye(1), np.array([-0.5]), np.array([1.0]), bounds)[0] < -0.49
+    assert within(np.eye(1), np.array([0.5]), np.array([1.0]), bounds)[0] == 0.0
+
+
+def test_a_descent_ends_where_a_step_gains_too_little_and_makes_slopes_anew_before_each():
+    renewed = []
+
+    def halved(state):
+        return SimpleNamespace(score=0.5 * state.score)
+
+    def anew(state, gained):
+        renewed.append(gained)
+        return state
+
+    assert improved(SimpleNamespace(score=16.0), halved, anew, 10, 1.5).score == 1.0
+    assert renewed == [8.0, 4.0, 2.0]
+    assert improved(SimpleNamespace(score=16.0), halved, anew, 2, 1.5).score == 4.0
