@@ -14,7 +14,8 @@ from hda_torque_estimator.diagnosis.findings.report import (Alike, Candidate, De
                                                             Number, Prediction, Residual,
                                                             TotalGain, VERDICTS)
 from hda_torque_estimator.diagnosis.findings.rest import Unexplained
-from hda_torque_estimator.diagnosis.telling.exhibits import binned, Exhibits
+from hda_torque_estimator.diagnosis.telling.dependence import against
+from hda_torque_estimator.diagnosis.telling.exhibits import Exhibits
 from hda_torque_estimator.diagnosis.telling.following import Following, strongest_wave
 from hda_torque_estimator.diagnosis.telling.page import page
 from hda_torque_estimator.diagnosis.telling.plots import figures
@@ -161,11 +162,25 @@ def test_nothing_has_no_line():
 
 def test_bins_hold_quartiles_of_equally_many_values():
     random = np.random.default_rng(0)
-    coordinate = random.random(20000) ** 2
-    told = binned(coordinate, 2.0 * coordinate + random.normal(size=20000), 10)
-    np.testing.assert_allclose(told.centre, (0.1 * np.arange(10) + 0.05) ** 2, atol=0.02)
-    np.testing.assert_allclose(told.median, 2.0 * told.centre, atol=0.1)
-    np.testing.assert_allclose(told.high - told.low, 2.0 * 0.6745, rtol=0.1)
+    place = random.random(7500) ** 2
+    shown = exhibits_of(place, coordinates(0) | {'link_angle': place})
+    shown = replace(shown, before=np.outer(2.0 * place + random.normal(size=7500), (0.0, 1.0)))
+    plot = against(Following('link_angle', '', 1.0), 1, (('median', shown.missed(), 'before'),))
+    count, (line,) = len(plot.x), plot.lines
+    np.testing.assert_allclose(plot.x, ((np.arange(count) + 0.5) / count) ** 2, atol=0.02)
+    np.testing.assert_allclose(line.values, 2.0 * plot.x, atol=0.25)
+    np.testing.assert_allclose(np.mean(line.high - line.low), 2.0 * 0.6745, rtol=0.1)
+
+
+def test_what_a_carrier_multiplies_is_drawn_apart_for_both_of_its_signs():
+    moved = coordinates(0)
+    shown = exhibits_of(np.sign(moved['motor_velocity']) * (moved['link_angle'] + 3.0), moved)
+    plot = against(Following('link_angle', 'direction', 1.0), 1,
+                   (('rest', shown.missed(), 'before'),))
+    positive, negative = plot.lines
+    assert (positive.name, negative.name) == ('rest, direction positive',
+                                              'rest, direction negative')
+    assert np.nanmin(positive.values) > 0.0 > np.nanmax(negative.values)
 
 
 def test_column_is_where_the_most_goes_at_the_site_of_a_cause():

@@ -10,4 +10,5 @@ COORDINATES = {
     'joint_torque': 'joint torque, output [N·m]',
     'motor_torque': 'motor torque, shaft [N·m]',
 }
+RESIDUAL = 'residual, output [N·m]'
 BALANCES = ('A, motor', 'B, torsion')

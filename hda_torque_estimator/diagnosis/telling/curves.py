@@ -7,22 +7,17 @@ from typing import NamedTuple
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.effects import effect_named
 import numpy as np
-from numpy.typing import NDArray
 
-from .axes import BALANCES, COORDINATES
-from .exhibits import along, Exhibits
-from .following import BINS, Following, TURN_BINS, WRAPPED
-from .unexplained import Rest
-from ..balances.balance import BANDWIDTH
+from .axes import COORDINATES, RESIDUAL
+from .dependence import against, dependence_of, spectrum, where
+from .exhibits import Exhibits
+from .following import Following
 from ..findings.report import Diagnosis
 from ...pages.plot import Chart, Line, Plot
 from ...pages.wording import spoken
 
-RESIDUAL = 'residual, output [N·m]'
 # Choices unless told otherwise.
-_FEWEST = 20            # samples of a bin, on average: fewer draw noise
 _STRETCH = 3.0          # of a recording that is shown at first [s]
-_LINES = 1500           # of a spectrum: as many as can be seen
 
 
 class Cause(NamedTuple):
@@ -33,13 +28,6 @@ class Cause(NamedTuple):
     site: str
 
 
-class _Part(NamedTuple):
-    """Samples of a residual (k,), and what tells them from the others."""
-
-    name: str
-    rows: NDArray[np.bool_]
-
-
 def overview(diagnosis: Diagnosis, exhibits: Exhibits) -> Chart:
     """Return the residual of every balance over time, before and after."""
     joints = len(exhibits.labels)
@@ -48,7 +36,7 @@ def overview(diagnosis: Diagnosis, exhibits: Exhibits) -> Chart:
     for column in _worst_first(exhibits):
         label, side = exhibits.labels[column % joints], column // joints
         floor = floors.get((('motor', 'torsion')[side], label), math.nan)
-        plots[_where(exhibits.labels, column)] = Plot(
+        plots[where(exhibits.labels, column)] = Plot(
             COORDINATES['time'], RESIDUAL, exhibits.time, [
                 Line('arm as given', _shown(exhibits, column, exhibits.before), 'before'),
                 Line('extended arm', _shown(exhibits, column, exhibits.after), 'after'),
@@ -79,47 +67,10 @@ def giveaway(cause: Cause, exhibits: Exhibits) -> Chart:
     told = missed.followed(column)[0]
     plot = against(told, column, (('without this cause', missed, 'before'),
                                   ('with it', rest, 'after')))
-    return Chart(f'What gives it away: {_where(own.labels, column)}', (
+    return Chart(f'What gives it away: {where(own.labels, column)}', (
         'The line is the median of the residual, the band its middle half. Without the cause it '
         'follows the coordinate; with it, it should be flat at zero.'),
-        {_where(own.labels, column): plot})
-
-
-def against(told: Following, column: int,
-            shown: Sequence[tuple[str, Rest, str]]) -> Plot:
-    """Return residuals in bins of what the first of them follows, apart for both signs."""
-    first = shown[0][1]
-    valid = first.valid[:, column]
-    coordinate = along(first, told, column)[valid]
-    count = max(1, min(TURN_BINS if told.coordinate == WRAPPED else BINS,
-                       len(coordinate) // _FEWEST))
-    bins = np.minimum(np.argsort(np.argsort(coordinate, kind='stable'), kind='stable') * count
-                      // max(len(coordinate), 1), count - 1)
-    centre = np.array([np.median(coordinate[bins == k]) for k in range(count)])
-    lines = [_binned(f'{name}{part.name}', rest.residual[valid, column], bins, count,
-                     _Part(look + ('' if place == 0 else '_other'), part.rows))
-             for name, rest, look in shown
-             for place, part in enumerate(_parts(first, told, column, valid))]
-    return Plot(_name_of(told), RESIDUAL, centre, lines,
-                'turn' if told.coordinate == WRAPPED else 'linear')
-
-
-def _parts(rest: Rest, told: Following, column: int, valid: NDArray[np.bool_]) -> list[_Part]:
-    """Return all samples, or those of both signs of what a curve multiplies."""
-    if not told.carrier:
-        return [_Part('', np.ones(int(valid.sum()), bool))]
-    name = {'direction': 'motor_velocity', 'torque': 'joint_torque'}[told.carrier]
-    sign = rest.coordinates[name][valid, column % len(rest.labels)] > 0.0
-    return [_Part(f', {told.carrier} positive', sign), _Part(f', {told.carrier} negative', ~sign)]
-
-
-def _binned(name: str, values: Array, bins: NDArray[np.int64], count: int, part: _Part) -> Line:
-    """Return the median of values in bins, and the quartiles around it."""
-    spread = np.full((3, count), np.nan)
-    for k in range(count):
-        if (rows := part.rows & (bins == k)).any():
-            spread[:, k] = np.quantile(values[rows], (0.25, 0.5, 0.75))
-    return Line(name, spread[1], part.name, spread[0], spread[2])
+        {where(own.labels, column): plot})
 
 
 def through_time(exhibits: Exhibits, columns: Sequence[int], names: tuple[str, str],
@@ -188,29 +139,14 @@ def rest_charts(diagnosis: Diagnosis, exhibits: Exhibits) -> tuple[list[Followin
     told, rest = diagnosis.unexplained, exhibits.rest()
     if told is None:
         return [], {}
-    place = (int(np.argmax(rest.powers())) if told.joint is None
-             else rest.labels.index(told.joint))
-    column = rest.column(place, told.site)
-    found = rest.followed(column)
-    best = next((each for each in found if each.coordinate == told.depends_on), found[0])
-    name = _where(rest.labels, column)
-    return found, {
+    found = dependence_of(told, rest)
+    name = where(rest.labels, found.column)
+    return found.found, {
         'rest_curve': Chart(f'Along what it follows: {name}', 'The line is the median of what no '
                             'backed cause explains, the band its middle half.',
-                            {name: against(best, column, (('rest', rest, 'after'),))}),
+                            {name: against(found.told, found.column, (('rest', rest, 'after'),))}),
         'rest_spectrum': Chart(f'Its spectrum: {name}', 'Amplitude of each frequency in it.',
-                               {name: _spectrum(rest, column)})}
-
-
-def _spectrum(rest: Rest, column: int) -> Plot:
-    """Return the amplitude of each line of a residual, as far as the balances reach."""
-    values = np.where(rest.valid[:, column], rest.residual[:, column], 0.0)
-    size = np.abs(np.fft.rfft(values * np.hanning(len(values)))) * 4.0 / len(values)
-    frequency = np.fft.rfftfreq(len(values), float(rest.time[1] - rest.time[0]))
-    rows = np.flatnonzero((frequency > 0.0) & (frequency <= BANDWIDTH))
-    cuts = np.unique(np.geomspace(1, len(rows), _LINES).astype(int)) - 1
-    return Plot('frequency [Hz]', 'amplitude, output [N·m]', frequency[rows[cuts]],
-                [Line('amplitude', np.maximum.reduceat(size[rows], cuts), 'after')], 'log_x')
+                               {name: spectrum(rest, found.column)})}
 
 
 def prediction(exhibits: Exhibits) -> Chart:
@@ -265,15 +201,3 @@ def _columns_of(own: Exhibits, cause: Cause) -> list[int]:
     side, place = divmod(own.column(cause.site, cause.joint), len(own.labels))
     rest = [] if cause.joint else [one for one in range(len(own.labels)) if one != place]
     return [side * len(own.labels) + one for one in (place, *rest)]
-
-
-def _where(labels: tuple[str, ...], column: int) -> str:
-    """Return the joint and the balance of a column."""
-    return f'{spoken(labels[column % len(labels)])}, balance {BALANCES[column // len(labels)]}'
-
-
-def _name_of(told: Following) -> str:
-    """Return what stands at the axis of what a residual follows."""
-    if told.coordinate == 'time' and told.line is not None:
-        return f'time in the period of {told.line:.4g} Hz [s]'
-    return COORDINATES[told.coordinate]

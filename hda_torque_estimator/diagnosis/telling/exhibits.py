@@ -3,12 +3,10 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 import math
-from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array, Mask
 import numpy as np
 
-from .following import Following, TURN, WRAPPED
 from .unexplained import Rest
 
 
@@ -64,30 +62,3 @@ class Exhibits:
         if not valid.any():
             return -math.inf
         return float(np.mean(self.before[valid, column] ** 2 - self.after[valid, column] ** 2))
-
-
-class Binned(NamedTuple):
-    """A residual in bins of a coordinate, (b,) each: middle of the bin, median and quartiles."""
-
-    centre: Array
-    median: Array
-    low: Array
-    high: Array
-
-
-def binned(coordinate: Array, values: Array, bins: int) -> Binned:
-    """Return median and quartiles of values (k,) in bins of equally many samples."""
-    order = np.argsort(coordinate, kind='stable')
-    parts = [part for part in np.array_split(order, bins) if len(part)]
-    middle = np.array([np.median(coordinate[part]) for part in parts])
-    low, median, high = np.array([np.quantile(values[part], (0.25, 0.5, 0.75))
-                                  for part in parts]).reshape(-1, 3).T
-    return Binned(middle, median, low, high)
-
-
-def along(rest: Rest, told: Following, column: int) -> Array:
-    """Return the coordinate (m,) that a column follows, within its period if it has one."""
-    if told.coordinate == 'time':
-        return rest.time if told.line is None else np.mod(rest.time, 1.0 / told.line)
-    values = rest.along(column % len(rest.labels))[told.coordinate]
-    return np.mod(values, TURN) if told.coordinate == WRAPPED else values

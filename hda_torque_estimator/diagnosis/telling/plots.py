@@ -3,21 +3,21 @@
 from collections.abc import Mapping
 import math
 
-from hda_arm_sim.foundation.arrays import Array
 import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter
 import numpy as np
 
-from .axes import BALANCES, COORDINATES
-from .exhibits import along, binned, Exhibits
-from .following import BINS, Following, TURN, TURN_BINS, WRAPPED
+from .axes import BALANCES, COORDINATES, RESIDUAL
+from .dependence import against, dependence_of, spectrum, where
+from .exhibits import Exhibits
+from .following import Following, TURN
 from .unexplained import Rest
-from ..balances.balance import BANDWIDTH
 from ..findings.report import Diagnosis, Finding
 from ..findings.rest import Unexplained
 from ...pages.drawing import AFTER, band, BEFORE, FLOOR, INK, plain, STYLE
+from ...pages.plot import Plot
 
 
 def figures(diagnosis: Diagnosis, exhibits: Exhibits) -> dict[str, Figure]:
@@ -63,31 +63,20 @@ def finding_figure(finding: Finding, exhibits: Exhibits) -> Figure:
 
 def rest_figure(told: Unexplained, rest: Rest) -> Figure:
     """Draw the map of a rest: what it follows, how, and its spectrum."""
-    place = (int(np.argmax(rest.powers())) if told.joint is None
-             else rest.labels.index(told.joint))
-    column = rest.column(place, told.site)
-    found = rest.followed(column)
-    best = next((each for each in found if each.coordinate == told.depends_on), found[0])
+    found = dependence_of(told, rest)
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(7.6, 3.3))
-        bars, curve, spectrum = figure.subplots(1, 3, width_ratios=(0.8, 1.2, 1.0))
+        bars, curve, lines = figure.subplots(1, 3, width_ratios=(0.8, 1.2, 1.0))
         figure.subplots_adjust(0.16, 0.25, 0.99, 0.88, 0.45)
-        _bars(bars, found)
-        _curve(curve, rest, column, best, AFTER)
-        curve.set_xlabel(_name_of(best))
-        curve.set_ylabel('residual, output [N·m]')
-        _spectrum(spectrum, rest.time,
-                  np.where(rest.valid[:, column], rest.residual[:, column], 0.0))
-        figure.suptitle(plain(f'unexplained: {_where(rest.labels, column)}'), x=0.01, ha='left',
-                        fontsize=9.5)
+        _bars(bars, found.found)
+        _curve(curve, against(found.told, found.column, (('median', rest, 'after'),)), AFTER)
+        curve.set_ylabel(RESIDUAL)
+        _spectrum(lines, spectrum(rest, found.column))
+        figure.suptitle(plain(f'unexplained: {where(rest.labels, found.column)}'), x=0.01,
+                        ha='left', fontsize=9.5)
         handles, names = curve.get_legend_handles_labels()
         figure.legend(handles, names, ncols=len(names), loc='lower left')
     return figure
-
-
-def _where(labels: tuple[str, ...], column: int) -> str:
-    """Return the joint and the balance of a column."""
-    return f'{labels[column % len(labels)]}, balance {BALANCES[column // len(labels)]}'
 
 
 def _bars(axes: Axes, found: list[Following]) -> None:
@@ -101,31 +90,24 @@ def _bars(axes: Axes, found: list[Following]) -> None:
     axes.set_xlabel('power told [%]')
 
 
-def _curve(axes: Axes, rest: Rest, column: int, told: Following, colour: str) -> None:
-    """Draw a rest along what it follows, apart for both signs of what the curve multiplies."""
-    valid = rest.valid[:, column]
-    coordinate, values = along(rest, told, column)[valid], rest.residual[valid, column]
-    parts = [('median', np.ones(len(values), bool), '-')]
-    if told.carrier:
-        name = {'direction': 'motor_velocity', 'torque': 'joint_torque'}[told.carrier]
-        sign = rest.coordinates[name][valid, column % len(rest.labels)] > 0.0
-        parts = [(f'median, {told.carrier} positive', sign, '-'),
-                 (f'median, {told.carrier} negative', ~sign, '--')]
-    for name, rows, line in parts:
-        _spread(axes, coordinate[rows], values[rows], colour, line, name, _bins(told))
+def _curve(axes: Axes, plot: Plot, colour: str) -> None:
+    """Draw medians over what a residual follows, and the quartiles around them."""
+    for line, style in zip(plot.lines, ('-', '--')):
+        if line.low is not None and line.high is not None:
+            axes.fill_between(plot.x, line.low, line.high, color=colour, alpha=0.3, linewidth=0.0,
+                              label='middle half' if style == '-' else None)
+        axes.plot(plot.x, line.values, style, color=colour, linewidth=1.6, label=line.name)
     axes.axhline(0.0, color=INK, linewidth=0.6)
-    if told.coordinate == WRAPPED:
+    axes.set_xlabel(plot.x_label)
+    if plot.scale == 'turn':
         _turn_ticks(axes)
 
 
-def _spectrum(axes: Axes, time: Array, values: Array) -> None:
-    """Draw the amplitude of each line of a residual, as far as the balances reach."""
-    size = np.abs(np.fft.rfft(values * np.hanning(len(values)))) * 4.0 / len(values)
-    frequency = np.fft.rfftfreq(len(values), float(time[1] - time[0]))
-    shown = (frequency > 0.0) & (frequency <= BANDWIDTH)
-    axes.semilogx(frequency[shown], size[shown], color=AFTER, linewidth=0.8)
+def _spectrum(axes: Axes, plot: Plot) -> None:
+    """Draw the amplitude of each line of a residual."""
+    axes.semilogx(plot.x, plot.lines[0].values, color=AFTER, linewidth=0.8)
     axes.set_ylim(bottom=0.0)
-    axes.set_xlabel('frequency [Hz]')
+    axes.set_xlabel(plot.x_label)
     axes.set_ylabel('amplitude [N·m]')
 
 
@@ -138,12 +120,11 @@ def _against(exhibits: Exhibits, column: int, title: str, names: tuple[str, ...]
         panels = figure.subplots(1, len(names), sharey=True, sharex=True, squeeze=False)[0]
         for axes, name, rest, colour in zip(panels, names, (missed, exhibits.rest()),
                                             (BEFORE, AFTER)):
-            _curve(axes, rest, column, told, colour)
+            _curve(axes, against(told, column, (('median', rest, 'after'),)), colour)
             axes.set_title(name)
-            axes.set_xlabel(_name_of(told))
-        figure.suptitle(plain(f'{title}: {_where(exhibits.labels, column)}'), x=0.01, ha='left',
+        figure.suptitle(plain(f'{title}: {where(exhibits.labels, column)}'), x=0.01, ha='left',
                         fontsize=9.5)
-        panels[0].set_ylabel('residual, output [N·m]')
+        panels[0].set_ylabel(RESIDUAL)
         _legend(figure, panels[0], below=True)
     return figure
 
@@ -168,34 +149,12 @@ def prediction_figure(exhibits: Exhibits) -> Figure:
     return figure
 
 
-def _name_of(told: Following) -> str:
-    """Return what stands at the axis of what a residual follows."""
-    if told.coordinate == 'time' and told.line is not None:
-        return f'time in the period of {told.line:.4g} Hz [s]'
-    return COORDINATES[told.coordinate]
-
-
-def _bins(told: Following) -> int:
-    return TURN_BINS if told.coordinate == WRAPPED else BINS
-
-
 def _floor(axes: Axes, floor: float) -> None:
     """Draw twice the rms of noise on both sides of zero."""
     if math.isfinite(floor):
         axes.axhline(2.0 * floor, color=INK, linestyle=(0, (4, 3)), linewidth=0.8,
                      label='noise floor, two standard deviations')
         axes.axhline(-2.0 * floor, color=INK, linestyle=(0, (4, 3)), linewidth=0.8)
-
-
-def _spread(axes: Axes, coordinate: Array, values: Array, colour: str, line: str, name: str,
-            bins: int) -> None:
-    """Draw the binned median of values, and the quartiles around it."""
-    if not len(values):
-        return
-    told = binned(coordinate, values, max(1, min(bins, len(values) // 20)))
-    axes.fill_between(told.centre, told.low, told.high, color=colour, alpha=0.3, linewidth=0.0,
-                      label='middle half' if line == '-' else None)
-    axes.plot(told.centre, told.median, line, color=colour, linewidth=1.6, label=name)
 
 
 def _turn_ticks(axes: Axes) -> None:
