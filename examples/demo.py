@@ -25,6 +25,7 @@ from typing import Any
 from demo_figure import draw, Shown
 from demo_operator import operate, OperatorError
 from hda_torque_estimator.commands.progress import progress
+from hda_torque_estimator.live.recorder import ended
 
 ROOT = Path(__file__).resolve().parents[1]
 MODULES = {
@@ -45,7 +46,6 @@ PARAMETERS = {
     'bag_recorder': [],
 }
 Running = tuple[str, subprocess.Popen[bytes]]
-PATIENCE = 10.0         # with a process that was told to end [s]
 LONG_PAUSE = 0.005      # without a command, the arm jerks: a machine with too much to do [s]
 
 
@@ -145,12 +145,7 @@ def _node(name: str, options: argparse.Namespace) -> Iterator[Running]:
             yield name, process
             clean = True
         finally:
-            process.send_signal(signal.SIGINT)
-            try:
-                code = process.wait(PATIENCE)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                code = process.wait()
+            code = ended(process)
     if clean and code:
         raise DemoError(f'{name} ended with {code} instead of 0: {_said(name, options.out)}')
 

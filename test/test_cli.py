@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+from command_line import complaint_of
 from hda_arm_sim.model.files import read_arm
 from hda_msgs_json.bag import BagWriter, open_recording
 from hda_msgs_json.samples import JointSamples
@@ -27,19 +28,6 @@ def report_of(capsys, *words):
     """Return the JSON report of a command that does its job."""
     assert main([*words, '--json']) == 0
     return json.loads(capsys.readouterr().out.splitlines()[-1])
-
-
-def complaint_of(capsys, *words):
-    """Return the one line of a command that cannot do its job."""
-    try:
-        code = main(list(words))
-    except SystemExit as stop:
-        code = stop.code
-    said = capsys.readouterr()
-    assert code == 2
-    assert said.out == ''
-    assert len(said.err.splitlines()) == 1, said.err
-    return said.err
 
 
 def test_simulation_is_deterministic_by_seed(bag, tmp_path, capsys):

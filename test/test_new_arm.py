@@ -4,6 +4,7 @@ import io
 import json
 import logging
 
+from command_line import complaint_of
 from hda_arm_sim.model import files
 from hda_arm_sim.model.files import arm_from_text, read_arm
 from hda_arm_sim.model.gear_catalogue import gear, gear_names, GearError
@@ -43,16 +44,9 @@ def made(tmp_path, capsys, *words, name='arm.yaml'):
 
 def complaint(capsys, tmp_path, *words):
     """Return the one line of a mistake, which leaves nothing behind."""
-    try:
-        code = main(['new', *words, '--out', str(tmp_path / 'arm.yaml')])
-    except SystemExit as stop:
-        code = stop.code
-    said = capsys.readouterr()
-    assert code == 2
-    assert said.out == ''
-    assert len(said.err.splitlines()) == 1, said.err
+    said = complaint_of(capsys, 'new', *words, '--out', str(tmp_path / 'arm.yaml'))
     assert list(tmp_path.iterdir()) == []
-    return said.err
+    return said
 
 
 @pytest.mark.parametrize('name', PRINTED)

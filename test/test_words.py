@@ -6,6 +6,7 @@ import shlex
 import subprocess
 import sys
 
+from command_line import complaint_of
 from hda_msgs_json.nearest import did_you_mean
 from hda_torque_estimator import cli
 from hda_torque_estimator.cli import COMMANDS, main
@@ -14,17 +15,6 @@ from hda_torque_estimator.commands.shown import fitted, show
 import pytest
 
 OUT = ['--out', 'nothing']
-
-
-def complaint_of(capsys, *words):
-    """Return the one line of a command that cannot do its job."""
-    try:
-        code = main(list(words))
-    except SystemExit as stop:
-        code = stop.code
-    said = capsys.readouterr()
-    assert (code, said.out, len(said.err.splitlines())) == (2, '', 1), said.err
-    return said.err
 
 
 @pytest.mark.parametrize(('words', 'meant'), [

@@ -97,19 +97,23 @@ def _motor_torque(joint: JointAnswers) -> tuple[float, str]:
 def _speed(joint: JointAnswers) -> tuple[float, str]:
     if joint.motor_speed is not None:
         return joint.motor_speed, 'as stated [rad/s]'
-    if joint.gear.speed is None:
-        raise NewError(f'{joint.label} needs --motor-speed in rad/s: no public table of its gear '
-                       f'{joint.gear.name} was found')
-    return joint.gear.speed, 'largest input speed of the gear [rad/s] [3]'
+    return (_of_table(joint, joint.gear.speed, '--motor-speed in rad/s'),
+            'largest input speed of the gear [rad/s] [3]')
 
 
 def _peak(joint: JointAnswers) -> tuple[float, str]:
     if joint.peak_torque is not None:
         return joint.peak_torque, 'repeated peak torque, as stated'
-    if joint.gear.peak_torque is None:
-        raise NewError(f'{joint.label} needs --peak-torque in N*m: no public table of its gear '
+    return (_of_table(joint, joint.gear.peak_torque, '--peak-torque in N*m'),
+            'repeated peak torque of the gear [3]')
+
+
+def _of_table(joint: JointAnswers, rating: float | None, option: str) -> float:
+    """Return a rating of the joint's gear; raises NewError where no table has it."""
+    if rating is None:
+        raise NewError(f'{joint.label} needs {option}: no public table of its gear '
                        f'{joint.gear.name} was found')
-    return joint.gear.peak_torque, 'repeated peak torque of the gear [3]'
+    return rating
 
 
 def _stated(value: float | None) -> str:

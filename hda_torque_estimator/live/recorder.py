@@ -10,7 +10,7 @@ from typing import Any
 
 from .requests import Done
 
-PATIENCE = 10.0         # with a recorder that was told to end [s]
+PATIENCE = 10.0         # with a node that was told to end [s]
 MODULE = 'hda_torque_estimator.recording.recorder_node'
 
 
@@ -49,14 +49,18 @@ class Recorder:
         process, self._process = self._process, None
         if process is None:
             return Done(False, 'nothing is being recorded')
-        if process.poll() is None:
-            process.send_signal(signal.SIGINT)
-        try:
-            code = process.wait(PATIENCE)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            code = process.wait()
-        if code:
+        if code := ended(process):
             return Done(False, f'the recorder ended with {code}; `hda repair {self._path}` makes '
                                'its bag whole')
         return Done(True, f'{self._path} holds the recording')
+
+
+def ended(process: subprocess.Popen[bytes]) -> int:
+    """Return the exit code of a node that is told to end, or killed if it does not."""
+    if process.poll() is None:
+        process.send_signal(signal.SIGINT)
+    try:
+        return process.wait(PATIENCE)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        return process.wait()
