@@ -26,8 +26,8 @@ from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import BASE_FRAME, JOINT_STATES, REFERENCE_TIP_WRENCH
 from hda_torque_estimator.calibrate.calibration import one_joint
 from hda_torque_estimator.calibrate.fitting.polynomial import polynomial_method, PolynomialMethod
-from hda_torque_estimator.calibrate.passages.heard import heard
-from hda_torque_estimator.calibrate.passages.stated import stated
+from hda_torque_estimator.calibrate.passages.calibration_recording import heard
+from hda_torque_estimator.calibrate.passages.stated_conditions import stated
 from hda_torque_estimator.calibrate.run import known_wrenches, run_calibration, Sources
 from hda_torque_estimator.estimating.estimates import Estimates
 from hda_torque_estimator.estimating.estimator import Estimator, EstimatorSettings

@@ -11,8 +11,8 @@ from .foundation.chain import lent
 from .foundation.compiled import borrowed, compiled
 from .foundation.rigid import Inertia
 from .model.arm import Arm, ArmRecord
+from .model.arm_arrays import inertia_of, plain
 from .model.kernel import registers, slope, SLOPE_1, STATE, STATES, TORQUE
-from .model.plain import inertia_of, plain
 from .sensors import DRAWS, read_encoders, sample_lost, SIDES
 from .simulate import checked, longest_step, STEP, step_count
 

@@ -5,7 +5,6 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
-from hda_msgs_json.ahead import ahead
 from hda_msgs_json.bag_files import BagFiles, find_files
 from hda_msgs_json.bag_gather import Gathering, JOINT_MESSAGES, Kind, WRENCH_MESSAGES
 from hda_msgs_json.bag_order import in_order, Message, part_messages, Source
@@ -17,6 +16,7 @@ from hda_msgs_json.mcap_records import BagError, Messages, Records
 from hda_msgs_json.samples import JointSamples, SamplesError, TextSamples, WrenchSamples
 from hda_msgs_json.strided import Indices
 from hda_msgs_json.topics import JOINT_STATES, STRING
+from hda_msgs_json.worker_threads import ahead
 import numpy as np
 
 Samples = TypeVar('Samples', JointSamples, WrenchSamples)

@@ -8,7 +8,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import NamedTuple
 
-from hda_msgs_json.ahead import ahead
 from hda_msgs_json.bag_file import BagFile
 from hda_msgs_json.bag_merge import Chunk, Column, joint_column, merged, text_column, wrench_column
 from hda_msgs_json.bag_metadata import METADATA_FILE, rosbag2_metadata, to_yaml, total
@@ -20,6 +19,7 @@ from hda_msgs_json.mcap_records import BagError
 from hda_msgs_json.samples import JointSamples, TextSamples, WrenchSamples
 from hda_msgs_json.schemas import Schema, schema
 from hda_msgs_json.topics import Topic
+from hda_msgs_json.worker_threads import ahead
 
 
 class Files(NamedTuple):

@@ -9,7 +9,7 @@ from pathlib import Path
 import struct
 import zlib
 
-from hda_msgs_json.disk_push import DiskPush
+from hda_msgs_json.disk_flush import DiskPush
 from hda_msgs_json.mcap_pack import ChannelCount, laid_out, pack, Packed
 from hda_msgs_json.mcap_records import INDEX_ENTRY, MAGIC
 from hda_msgs_json.mcap_spool import Spool

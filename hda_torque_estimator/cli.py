@@ -15,8 +15,8 @@ from hda_msgs_json.printable import one_line
 from .commands.outcome import without_nan
 from .commands.parsing import MISUSED, Parser
 from .commands.remarks import Remarks
-from .commands.shown import show
-from .told_errors import DEBUG, ToldErrors
+from .commands.terminal import show
+from .error_sentences import DEBUG, ToldErrors
 from .version import version
 
 # A command's module is imported only when it is asked for, so that `hda` starts at once.

@@ -9,7 +9,7 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_arm_sim.plant import Plant
-from hda_arm_sim.ros.early_end import EarlyEnd
+from hda_arm_sim.ros.startup_signals import EarlyEnd
 from hda_arm_sim.simulate import Course, rest, rollout
 import numpy as np
 

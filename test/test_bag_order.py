@@ -1,9 +1,9 @@
 """Messages of all topics in the order of their log times, however they are stored."""
 
 from bag_content import some_messages, START, write_mcap, write_ours
-from hda_msgs_json.ahead import drawn_ahead
 from hda_msgs_json.bag import open_recording
 from hda_msgs_json.bag_order import in_order, Message, Source
+from hda_msgs_json.worker_threads import drawn_ahead
 from hypothesis import given, strategies as st
 import pytest
 

@@ -13,8 +13,9 @@ from hda_msgs_json.bag import BagWriter
 from hda_msgs_json.samples import JointSamples, WrenchSamples
 from hda_msgs_json.topics import JOINT_STATES, link_frame, reference_joint_torque
 from hda_torque_estimator.calibrate.calibration import Calibration, one_joint
-from hda_torque_estimator.calibrate.fitting.heard_out import motor_of, torsion_of
-from hda_torque_estimator.calibrate.passages.measured import CalibrationError, Measured, measured
+from hda_torque_estimator.calibrate.fitting.witness_fit import motor_of, torsion_of
+from hda_torque_estimator.calibrate.passages.joint_recording import (CalibrationError, Measured,
+                                                                     measured)
 from hda_torque_estimator.calibrate.referenced import calibrate
 from hda_torque_estimator.calibrate.run import run_calibration, Sources
 from hda_torque_estimator.cli import main

@@ -13,8 +13,8 @@ from hda_msgs_json.topics import BASE_FRAME, EXTERNAL_WRENCH
 from hda_torque_estimator.calibrate.calibration import one_joint
 from hda_torque_estimator.calibrate.fitting.arm_numbers import Number
 from hda_torque_estimator.calibrate.fitting.friction import friction
-from hda_torque_estimator.calibrate.passages.heard import heard
-from hda_torque_estimator.calibrate.passages.stated import Stated
+from hda_torque_estimator.calibrate.passages.calibration_recording import heard
+from hda_torque_estimator.calibrate.passages.stated_conditions import Stated
 from hda_torque_estimator.simulating.closed_loop import run
 from hda_torque_estimator.simulating.recorded import joint_samples, on_tip
 import numpy as np

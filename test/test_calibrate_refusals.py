@@ -10,10 +10,10 @@ from hda_torque_estimator.calibrate.calibration import one_joint
 from hda_torque_estimator.calibrate.fitting.laws import stiffness, waves
 from hda_torque_estimator.calibrate.fitting.orders import candidates
 from hda_torque_estimator.calibrate.fitting.torsion_fits import TorsionFits
-from hda_torque_estimator.calibrate.passages.heard import Heard
-from hda_torque_estimator.calibrate.passages.measured import CalibrationError
+from hda_torque_estimator.calibrate.passages.calibration_recording import Heard
+from hda_torque_estimator.calibrate.passages.joint_recording import CalibrationError
 from hda_torque_estimator.calibrate.passages.passage import Passage
-from hda_torque_estimator.calibrate.passages.stated import Stated, stated
+from hda_torque_estimator.calibrate.passages.stated_conditions import Stated, stated
 from hda_torque_estimator.calibrate.passages.suitability import (check, check_alike,
                                                                  check_of_one_piece)
 from hda_torque_estimator.calibrate.run import scale_of

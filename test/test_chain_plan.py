@@ -8,7 +8,7 @@ from hda_torque_estimator.diagnosis.judging.acceptance import CERTAIN
 from hda_torque_estimator.planning.paths import candidates, Path
 from hda_torque_estimator.planning.plan import planned_motion
 from hda_torque_estimator.planning.question import question, shown
-from hda_torque_estimator.planning.strength import load_of, separation
+from hda_torque_estimator.planning.separation import load_of, separation
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 import pytest

@@ -5,8 +5,8 @@ from dataclasses import replace
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.commands import on_its_way, way_between
 from hda_torque_estimator.diagnosis.balances.healthy import noise_of
-from hda_torque_estimator.measurements.finer import finer
 from hda_torque_estimator.measurements.measurement import measurement_from
+from hda_torque_estimator.measurements.upsampling import finer
 import numpy as np
 import pytest
 from truth import worlds

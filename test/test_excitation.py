@@ -11,6 +11,8 @@ from hda_arm_sim.foundation.parameter import ParameterError
 from hda_arm_sim.model.arm import ArmError
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
+from hda_torque_estimator.diagnosis.detectability.excitation import asked
+from hda_torque_estimator.diagnosis.detectability.visibility import Imagined, Visibility
 from hda_torque_estimator.diagnosis.diagnose import diagnose, sought_effects
 from hda_torque_estimator.diagnosis.findings.smallest import Smallest
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
@@ -21,8 +23,6 @@ from hda_torque_estimator.diagnosis.readings.encoder_steps import coarse_encoder
 from hda_torque_estimator.diagnosis.readings.line_error import smallest_wave, uneven_lines
 from hda_torque_estimator.diagnosis.readings.lost_samples import (lost_samples, slips_of,
                                                                   smallest_rate)
-from hda_torque_estimator.diagnosis.silence.excitation import asked
-from hda_torque_estimator.diagnosis.silence.visibility import Imagined, Visibility
 from hda_torque_estimator.measurements.measurement import Measurement
 import numpy as np
 import pytest

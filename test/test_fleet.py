@@ -19,7 +19,7 @@ from hda_torque_estimator.fleet.fleet_report import fleet_document
 from hda_torque_estimator.fleet.lines import Cause, Line
 from hda_torque_estimator.fleet.spread import (
     machine_memory, over_machines, over_processes, SpreadError)
-from hda_torque_estimator.measurements.gate import GateError
+from hda_torque_estimator.measurements.recording_checks import GateError
 import numpy as np
 import pytest
 

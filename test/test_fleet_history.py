@@ -15,7 +15,7 @@ from hda_torque_estimator.fleet.fleet_report import fleet_document
 from hda_torque_estimator.fleet.history import (
     devices, FIRST, GONE, GROWING, NEW, SHRINKING, STEADY, UNSEEN)
 from hda_torque_estimator.fleet.lines import Cause, Line, line_from, line_of
-from hda_torque_estimator.measurements.gate import GateError
+from hda_torque_estimator.measurements.recording_checks import GateError
 import numpy as np
 import pytest
 from test_fleet import asked

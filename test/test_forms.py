@@ -12,8 +12,8 @@ from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
 from hda_torque_estimator.diagnosis.judging.chance import by_chance
 from hda_torque_estimator.diagnosis.judging.forms import evidence, reformed
-from hda_torque_estimator.measurements.finer import finer
 from hda_torque_estimator.measurements.measurement import measurement_from
+from hda_torque_estimator.measurements.upsampling import finer
 import numpy as np
 import pytest
 from truth import worlds

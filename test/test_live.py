@@ -27,7 +27,7 @@ from hda_torque_estimator.live.recorder import Recorder
 from hda_torque_estimator.live.requests import Action, Done, Requests
 from hda_torque_estimator.live.scene import FORGOTTEN, NodeHealth, Scene, SILENCE
 from hda_torque_estimator.live.server import MOST_WATCHERS, Server, ServerError
-from hda_torque_estimator.live.stance import stance
+from hda_torque_estimator.live.skeleton import stance
 from hda_torque_estimator.samples.readings import reading_names
 from node_processes import MODULES, PATIENCE, Process, running, watching
 import pytest

@@ -13,7 +13,7 @@ from hda_torque_estimator.diagnosis.motors_alone.motor_fit import explained, gai
 from hda_torque_estimator.diagnosis.motors_alone.motor_record import is_motor_side, sweeps_of
 from hda_torque_estimator.diagnosis.motors_alone.motor_side import diagnose_motors
 from hda_torque_estimator.importing.run import run_import
-from hda_torque_estimator.measurements.gate import GateError
+from hda_torque_estimator.measurements.recording_checks import GateError
 import numpy as np
 import pytest
 

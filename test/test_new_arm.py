@@ -8,8 +8,8 @@ from command_line import complaint_of
 from hda_arm_sim.model import files
 from hda_arm_sim.model.files import arm_from_text, read_arm
 from hda_arm_sim.model.gear_catalogue import gear, gear_names, GearError
+from hda_arm_sim.model.gear_defaults import defaults_sentence
 from hda_arm_sim.model.torsion import torsion_of_torque
-from hda_arm_sim.model.unstated import defaults_sentence
 from hda_arm_sim.model.writing import arm_to_text
 from hda_torque_estimator.calibrate.fitting.arm_numbers import number, with_numbers
 from hda_torque_estimator.cli import main

@@ -19,7 +19,7 @@ from hda_torque_estimator.diagnosis.judging.acceptance import CERTAIN
 from hda_torque_estimator.measurements.measurement import Measurement
 from hda_torque_estimator.planning.paths import candidates, Path
 from hda_torque_estimator.planning.question import question, shown
-from hda_torque_estimator.planning.strength import separation
+from hda_torque_estimator.planning.separation import separation
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 import pytest

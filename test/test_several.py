@@ -14,8 +14,8 @@ from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.predict import prediction_errors
 from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.fitting.alignment import aligned, together, zeros_of
-from hda_torque_estimator.measurements.gate import GateError
 from hda_torque_estimator.measurements.measurement import Measurement
+from hda_torque_estimator.measurements.recording_checks import GateError
 from hda_torque_estimator.measurements.running_clock import arm_during, split, within
 import numpy as np
 import pytest

@@ -4,8 +4,8 @@ from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.healthy import healthy_twin, noise_of
 from hda_torque_estimator.diagnosis.diagnose import diagnose
-from hda_torque_estimator.measurements.finer import between, finer, is_held, parts_of
 from hda_torque_estimator.measurements.measurement import measurement_from
+from hda_torque_estimator.measurements.upsampling import between, finer, is_held, parts_of
 import numpy as np
 import pytest
 from truth import draw

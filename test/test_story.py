@@ -13,9 +13,9 @@ from hda_arm_sim.model.effects import EFFECTS
 from hda_torque_estimator.calibrate.page import page as calibration_page
 from hda_torque_estimator.diagnosis.findings.report import Candidate, Detectable, Number, VERDICTS
 from hda_torque_estimator.diagnosis.telling import story
+from hda_torque_estimator.diagnosis.telling.detectability_chart import by_site
 from hda_torque_estimator.diagnosis.telling.effect_words import ELEMENTS, WORDS
 from hda_torque_estimator.diagnosis.telling.page import page
-from hda_torque_estimator.diagnosis.telling.stirred import by_site
 from hda_torque_estimator.pages.badge import badge_of, BADGES
 from hda_torque_estimator.pages.glossary import terms_in
 from hda_torque_estimator.pages.plot import Line, MOST, Plot, thinned, written

@@ -6,14 +6,14 @@ from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_arm_sim.simulate import checked
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
+from hda_torque_estimator.diagnosis.detectability.excitation import remarks
+from hda_torque_estimator.diagnosis.detectability.slow_rate import FAST, rate_hides
 from hda_torque_estimator.diagnosis.diagnose import sought_effects
 from hda_torque_estimator.diagnosis.findings.report import Evidence, Finding, Gain, Number, told
 from hda_torque_estimator.diagnosis.findings.smallest import hidden
 from hda_torque_estimator.diagnosis.fitting.hypotheses import HYPOTHESES
 from hda_torque_estimator.diagnosis.judging.limits import limited, limits_of
 from hda_torque_estimator.diagnosis.judging.verdict import NO_MOTION
-from hda_torque_estimator.diagnosis.silence.excitation import remarks
-from hda_torque_estimator.diagnosis.silence.slow_rate import FAST, rate_hides
 from hda_torque_estimator.measurements.measurement import Measurement
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np

@@ -3,8 +3,8 @@
 from hda_torque_estimator.diagnosis.balances.balance import Balancer, BANDWIDTH, RATE
 from hda_torque_estimator.diagnosis.balances.whitening import whitening_of
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
-from hda_torque_estimator.measurements.finer import finer
 from hda_torque_estimator.measurements.measurement import measurement_from
+from hda_torque_estimator.measurements.upsampling import finer
 import numpy as np
 import pytest
 from scipy.signal import welch

@@ -11,7 +11,7 @@ from hda_msgs_json.nearest import did_you_mean
 from hda_torque_estimator import cli
 from hda_torque_estimator.cli import COMMANDS, main
 from hda_torque_estimator.commands.progress import duration, how_far
-from hda_torque_estimator.commands.shown import fitted, show
+from hda_torque_estimator.commands.terminal import fitted, show
 import pytest
 
 OUT = ['--out', 'nothing']

@@ -8,7 +8,7 @@ from typing import Any
 
 from numba.core import types
 
-from .acting import added
+from .effect_loops import added
 from .effects.place import LINK_READING, MOTOR_READING, Read
 from .effects.sensing import tilting_moment
 from ..foundation.arrays import Array

@@ -15,10 +15,10 @@ from hda_msgs_json.yaml_text import text_of, yaml_document, YamlError
 from .arm import Arm, ArmError, Placed
 from .chain_links import ChainLinks, kept
 from .effects import Effect, effect_named
+from .gear_defaults import defaults_sentence, sentence, unstated
 from .parts import Base, Encoder, Joint, Links, Tolerances
 from .torsion import TorsionLaw
 from .typical_sizes import SIZED, typical
-from .unstated import defaults_sentence, sentence, unstated
 from .urdf import LARGEST, UrdfError
 from ..foundation.parameter import Declared, ParameterError
 

@@ -9,8 +9,8 @@ the kernel is compiled.
 import numpy as np
 
 from . import chain_side, planar_side
-from .acting import added, passed
 from .arm import ArmRecord
+from .effect_loops import added, passed
 from .effects.friction import bristle_rate, bristle_torque
 from .effects.place import Bent, LOADED_GEAR, PLAY, TRANSMISSION, Turned, Twisted
 from .effects.transmission import damping_torque, hysteresis_torque, slid, SLIDERS

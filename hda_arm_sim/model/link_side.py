@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .acting import added, pair_added, passed
+from .effect_loops import added, pair_added, passed
 from .effects.place import Carried, LINK_TORQUE, LOAD, Pulled, Signal, TIP, Touched
 from ..foundation.arrays import Array
 from ..foundation.chain import Chain, chain, of_links

@@ -4,7 +4,7 @@ What acts on the shaft of one joint: every effect of the motor at its place, by 
 See docs/model.md#motion.
 """
 
-from .acting import added, grown, passed
+from .effect_loops import added, grown, passed
 from .effects.actuation import clipped_torque, lagging_torque
 from .effects.place import (Commanded, Delivered, DRAG, Dragged, DRY_LEVEL, FRICTION, Rubbed,
                             SHAFT, TURN, Turned)

@@ -24,9 +24,9 @@ from rclpy.task import Future
 from rclpy.utilities import ok, remove_ros_args, try_shutdown
 
 from .arm_node import ReportingNode, StartError
-from .early_end import EarlyEnd
 from .node_help import ASKING, help_text
 from .security import why_insecure
+from .startup_signals import EarlyEnd
 
 try:                        # a quarter of the cost; here, because messages wait for no import
     from rclpy.experimental.events_executor import EventsExecutor as QuickExecutor

@@ -18,8 +18,8 @@ import numpy as np
 
 from .calibration import Calibration, HARDLY, one_joint, SPARSE
 from .fitting.arm_numbers import Number, number, rest, with_numbers, with_tolerances
-from .fitting.heard_out import earns_its_place, Heard, motor_of, torsion_of
-from .passages.measured import CalibrationError, Measured
+from .fitting.witness_fit import earns_its_place, Heard, motor_of, torsion_of
+from .passages.joint_recording import CalibrationError, Measured
 from ..least_squares.rows import rms
 
 # Choices unless told otherwise.

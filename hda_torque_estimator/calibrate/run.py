@@ -15,10 +15,10 @@ from hda_msgs_json.topics import EXTERNAL_WRENCH, reference_joint_torque, REFERE
 
 from .calibration import Calibration
 from .ordinary import calibrate_ordinary
-from .passages.heard import Heard, heard
-from .passages.measured import CalibrationError, Measured, measured
+from .passages.calibration_recording import Heard, heard
+from .passages.joint_recording import CalibrationError, Measured, measured
 from .passages.passage import Passage
-from .passages.stated import Stated, stated
+from .passages.stated_conditions import Stated, stated
 from .passages.suitability import SHORTEST
 from .referenced import calibrate
 

@@ -21,6 +21,7 @@ from .out_option import add_out
 from .outcome import Outcome
 from .progress import progress
 from .whole_directory import check_directory, save_figures, whole_directory, write_json
+from ..diagnosis.detectability.excitation import asked
 from ..diagnosis.diagnose import Conclusion, diagnose
 from ..diagnosis.findings.choice import chosen
 from ..diagnosis.findings.origin import Origin, Part
@@ -28,12 +29,11 @@ from ..diagnosis.fitting.alignment import together
 from ..diagnosis.motors_alone.motor_record import is_motor_side, length_of, sweeps_together
 from ..diagnosis.motors_alone.motor_side import diagnose_motors, MotorConclusion
 from ..diagnosis.showing import exhibits_of, predictions
-from ..diagnosis.silence.excitation import asked
 from ..diagnosis.telling.exhibits import Exhibits
 from ..diagnosis.telling.page import page
 from ..diagnosis.telling.plots import figures
-from ..measurements.gate import check, check_names, GateError, mended, Mending
 from ..measurements.measurement import Measurement, measurement_from
+from ..measurements.recording_checks import check, check_names, GateError, mended, Mending
 from ..version import version
 
 AnyConclusion = Conclusion | MotorConclusion

@@ -20,10 +20,10 @@ from .fleet_out import FleetOut, state_of
 from .fleet_table import ALARM, alarms, table_text
 from .outcome import Outcome
 from .progress import how_far, progress, Tell
+from ..error_sentences import ToldErrors
 from ..fleet.fleet_report import fleet_document
 from ..fleet.lines import Line, line_of
 from ..fleet.spread import over_machines, over_processes
-from ..told_errors import ToldErrors
 from ..version import version
 
 Diagnose = Callable[[argparse.Namespace], Outcome]

@@ -7,7 +7,7 @@ from textwrap import wrap
 
 from hda_arm_sim.model.gear_catalogue import (ARC_MINUTE, HYSTERESIS_SOURCE, RATING_SOURCE,
                                               STIFFNESS_SOURCE)
-from hda_arm_sim.model.unstated import CLASS_DEFAULT
+from hda_arm_sim.model.gear_defaults import CLASS_DEFAULT
 import yaml
 
 from .arm_answers import JointAnswers, NewError, Rods

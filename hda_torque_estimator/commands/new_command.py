@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 from hda_arm_sim.model.files import arm_from_text
 from hda_arm_sim.model.gear_catalogue import gear, GearError
-from hda_arm_sim.model.unstated import CLASS_DEFAULT
+from hda_arm_sim.model.gear_defaults import CLASS_DEFAULT
 from hda_msgs_json.outputs import check_file, whole_file
 
 from .arm_answers import Answer, ANSWERS, JointAnswers, NewError, Rods, spread

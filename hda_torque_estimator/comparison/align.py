@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.stats import t as student
 
-from .coarse import Coarse, coarse
+from .coarse_alignment import Coarse, coarse
 from .signals import Bag, CompareError
 from .tracks import Tracks, tracks
 

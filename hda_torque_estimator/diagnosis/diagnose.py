@@ -18,6 +18,8 @@ from .balances.balance import Balancer
 from .balances.commands import on_its_way
 from .balances.healthy import healthy_twin, noise_of, torque_noise_of
 from .balances.reversals import turning_round
+from .detectability.excitation import cannot_tell, nothing_seen, remarks, smallest_sizes
+from .detectability.slow_rate import FAST, rate_hides
 from .findings.certainty import probability, unsure, verdict_probability
 from .findings.gains import gains, METRIC
 from .findings.origin import Origin, Part, RecordingFacts
@@ -26,8 +28,8 @@ from .fitting.alignment import aligned, is_aligned
 from .fitting.fit import Fit, Fitter
 from .fitting.hypotheses import HYPOTHESES, left_aside
 from .fitting.instruments import unbiased
-from .fitting.located import split_at_contact
 from .fitting.nuisance import Zero
+from .fitting.starting_points import split_at_contact
 from .judging.backing import Backing, backing
 from .judging.candidates import with_sizes
 from .judging.limits import limited
@@ -37,8 +39,6 @@ from .judging.straight import straight
 from .judging.verdict import alike, certain, findings, residuals
 from .readings.raw_readings import (extended_by, RAW_EFFECTS, raw_findings, raw_readings,
                                     raw_total, RawReadings)
-from .silence.excitation import cannot_tell, nothing_seen, remarks, smallest_sizes
-from .silence.slow_rate import FAST, rate_hides
 from .telling.next_steps import next_steps
 from .telling.unexplained import unexplained
 from ..least_squares.term import Place

@@ -14,8 +14,8 @@ from typing import ClassVar
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.parameter import Declared, parameter
 from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.arm_arrays import plain
 from hda_arm_sim.model.link_side import loaded_inertia
-from hda_arm_sim.model.plain import plain
 import numpy as np
 from numpy.typing import NDArray
 

@@ -20,7 +20,7 @@ from typing import Any, TypeVar
 
 from hda_msgs_json.errors import HdaError
 
-from ..told_errors import ToldErrors
+from ..error_sentences import ToldErrors
 
 Item = TypeVar('Item')
 Result = TypeVar('Result')

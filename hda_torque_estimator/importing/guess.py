@@ -7,10 +7,10 @@ from os.path import commonprefix
 import numpy as np
 
 from .column_map import ColumnMapError
+from .guess_by_numbers import Settling
 from .headings import Heading, read_heading
+from .number_clues import Columns, Floats, is_dead, numbers, splits, time_step, time_unit
 from .places import entries_by_name, Entry, patterns_of
-from .settle import Settling
-from .sightings import Columns, Floats, is_dead, numbers, splits, time_step, time_unit
 from .units import TIME
 
 SPLITTERS = ('run', 'sample', 'trial', 'episode', 'experiment', 'recording', 'segment', 'seq',

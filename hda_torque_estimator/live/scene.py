@@ -12,7 +12,7 @@ from hda_msgs_json.cdr import CdrError, decode_joint_state, decode_string, decod
 from hda_msgs_json.messages import EstimatorState, from_json, MessageError
 from hda_msgs_json.topics import ESTIMATOR_STATE, JOINT_STATES, TIP_WRENCH, Topic
 
-from .stance import stance
+from .skeleton import stance
 
 SILENCE = 1.0           # a stream that was quiet for so long is shown as stopped: a choice [s]
 FORGOTTEN = 5.0         # a node that has not reported for so long is shown as gone [s]

@@ -1,6 +1,6 @@
 """Which recordings have one rate, so that they can be diagnosed together."""
 
-from .gate import GateError
+from .recording_checks import GateError
 
 # Choices unless told otherwise.
 ONE_RATE = 0.02         # relative difference that drivers of one arm have on other days

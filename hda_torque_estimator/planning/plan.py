@@ -12,7 +12,7 @@ from scipy.optimize import minimize
 
 from .paths import candidates, Chain, Path
 from .question import PlanError, Question
-from .strength import Load, load_of, SEED, separation, Strength, USED
+from .separation import Load, load_of, SEED, separation, Strength, USED
 from ..diagnosis.judging.acceptance import CERTAIN
 from ..diagnosis.judging.verdict import TIED
 from ..simulating.closed_loop import Run, run

@@ -14,10 +14,10 @@ from hda_arm_sim.ros.arm_node import ReportingNode
 from hda_arm_sim.ros.offered_quality import strongest
 from hda_arm_sim.ros.process import run
 from hda_arm_sim.ros.topics import message_class, publisher
-from hda_msgs_json.ahead import drawn_ahead
 from hda_msgs_json.bag import BagError, Message, open_recording
 from hda_msgs_json.cdr_fields import LITTLE_ENDIAN, pack_stamp
 from hda_msgs_json.topics import CLOCK, Topic
+from hda_msgs_json.worker_threads import drawn_ahead
 from rclpy.duration import Duration
 from rclpy.exceptions import InvalidTopicNameException
 from rclpy.publisher import Publisher

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from .witness import blocks_of, Flags, per_recording
-from ..passages.measured import Measured, Turning
+from ..passages.joint_recording import Measured, Turning
 from ...estimating.laws import route_errors
 from ...samples.readings import LINK_READING, MOTOR_READING
 

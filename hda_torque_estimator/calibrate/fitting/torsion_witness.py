@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from .torsion_fits import UNFUSED
 from .witness import blocks_of, per_recording
-from ..passages.measured import Measured
+from ..passages.joint_recording import Measured
 from ...estimating.estimator import Estimator
 from ...samples.readings import LINK_READING
 

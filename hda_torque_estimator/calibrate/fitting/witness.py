@@ -12,7 +12,7 @@ from hda_arm_sim.model.arm import Arm
 import numpy as np
 from numpy.typing import NDArray
 
-from ..passages.measured import Measured
+from ..passages.joint_recording import Measured
 from ...least_squares.rows import FOLDS
 
 Floats = NDArray[np.float64]

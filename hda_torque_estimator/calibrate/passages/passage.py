@@ -1,4 +1,4 @@
-"""What a calibration reads of one joint in one recording, whatever its torque is known from."""
+"""One joint in one recording whose torque follows from its links: all that a calibration reads."""
 
 from typing import NamedTuple
 

@@ -8,7 +8,7 @@ from hda_arm_sim.model.parts import Joint
 import numpy as np
 from numpy.typing import NDArray
 
-from .measured import CalibrationError
+from .joint_recording import CalibrationError
 from .passage import Passage
 from ...measurements.conventions import wrong_convention
 from ...significance import SIGN_CERTAIN

@@ -37,12 +37,12 @@ from numpy.typing import NDArray
 from scipy.signal import firwin, upfirdn
 
 from .base_motion import base_motion
-from .missed import missed_torques
+from .sample_residuals import missed_torques
 from .whitening import Whitening, whitening_of
-from ...measurements.finer import between
 from ...measurements.measurement import Measurement
 from ...measurements.motion import jolts, Motion, motion_of, SHORT
 from ...measurements.running_clock import arm_during
+from ...measurements.upsampling import between
 
 # Choices unless told otherwise.
 BANDWIDTH = 40.0        # of the balances [Hz]

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from .balance import Balancer, RATE
-from ...measurements.finer import between
 from ...measurements.measurement import Measurement, QUIET, SEGMENT
 from ...measurements.running_clock import arm_during
+from ...measurements.upsampling import between
 from ...simulating.closed_loop import run
 
 # Choices unless told otherwise.

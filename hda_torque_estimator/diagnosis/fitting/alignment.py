@@ -15,9 +15,9 @@ import numpy as np
 
 from .nuisance import Zero
 from ..balances.balance import Balancer, RATE
-from ...measurements.finer import parts_of
 from ...measurements.measurement import joined, Measurement, resampled
 from ...measurements.rates import check_rate
+from ...measurements.upsampling import parts_of
 
 # Choices unless told otherwise.
 _PASSES = 3             # the torsion law is not straight

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from ..fitting.fit import deviations, Fit, Fitter, IMPOSSIBLE
 from ..fitting.hypotheses import terms_of, variant_of
-from ..fitting.located import LOCATED, located
 from ..fitting.solve import Columns, condense, condense_more, Solution, solve
+from ..fitting.starting_points import LOCATED, located
 from ..fitting.steps import acts_apart
 from ...least_squares.term import Term
 

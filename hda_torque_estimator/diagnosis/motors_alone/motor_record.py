@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
-from ...measurements.gate import GateError
 from ...measurements.rates import check_rate
+from ...measurements.recording_checks import GateError
 
 # Choices unless told otherwise.
 SHORTEST = 2.0          # recording of a sweep from which friction and ripple can be told [s]

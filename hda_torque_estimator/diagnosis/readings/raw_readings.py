@@ -27,9 +27,9 @@ from ..findings.certainty import margin_of, probability
 from ..findings.gains import Gains
 from ..findings.report import Evidence, Finding, told, TotalGain
 from ...measurements.even_grid import on_grid
-from ...measurements.finer import finer
 from ...measurements.measurement import joined, Measurement
 from ...measurements.running_clock import inside, Spans, within
+from ...measurements.upsampling import finer
 from ...significance import SCORE_BAR
 from ...simulating.closed_loop import run
 

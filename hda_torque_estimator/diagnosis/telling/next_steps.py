@@ -4,10 +4,10 @@ from collections.abc import Iterator
 
 from hda_arm_sim.model.typical_sizes import SIZED
 
+from ..detectability.slow_rate import FAST, SLOWER
 from ..findings.report import Diagnosis
 from ..findings.rest import NOTHING, Unexplained
 from ..fitting.hypotheses import HYPOTHESES
-from ..silence.slow_rate import FAST, SLOWER
 
 # Choices unless told otherwise.
 _LISTED = 3             # effects that a sentence names

@@ -8,8 +8,8 @@ from hda_arm_sim.model.effects import EFFECTS
 
 from . import story
 from .curves import charts, rest_charts
+from .detectability_chart import by_site
 from .exhibits import Exhibits
-from .stirred import by_site
 from ..findings.origin import Part
 from ..findings.report import Diagnosis, Number
 from ...pages.badge import badge_of

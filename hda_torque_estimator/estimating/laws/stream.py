@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled, inlined
 from hda_arm_sim.model.arm import ArmRecord
-from hda_arm_sim.model.plain import inertia_of
+from hda_arm_sim.model.arm_arrays import inertia_of
 import numpy as np
 from numpy.typing import NDArray
 

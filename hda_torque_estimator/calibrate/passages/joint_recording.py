@@ -1,4 +1,4 @@
-"""What a calibration reads of one joint in one recording."""
+"""One joint in one recording with a reference torque: all that a calibration reads of it."""
 
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -1,5 +1,5 @@
 """
-Let all effects of one place act, whichever the catalogue has there.
+Loops over all effects of one place, unrolled into compiled code.
 
 Compiled code cannot loop over effects, for each has a record and a law of its own. So the loop is
 unrolled here, when the module of a place is imported. Every effect of the place becomes one more

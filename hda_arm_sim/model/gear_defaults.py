@@ -1,4 +1,4 @@
-"""What an arm file leaves open about a gear, and which values stand in its place."""
+"""Defaults of a gear: what an arm file leaves open about it, and which values stand there."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -1,5 +1,5 @@
 """
-Settle by the numbers in the columns what their names leave open: units, sides and signs.
+Guess by the numbers in columns what their names leave open: units, sides and signs.
 
 Every joint tells for itself: encoders count the other way at one joint and not at the next.
 """
@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 
 from .headings import Heading
+from .number_clues import (angle_unit, Columns, FEWEST, Floats, is_whole, motor_over_link, numbers,
+                        radians, rate_over, SAME, speed_unit, way_of_work)
 from .places import (Entry, LINK, LINK_POSITION, LINK_VELOCITY, MOTOR, MOTOR_EFFORT,
                      MOTOR_POSITION, MOTOR_VELOCITY)
-from .sightings import (angle_unit, Columns, FEWEST, Floats, is_whole, motor_over_link, numbers,
-                        radians, rate_over, SAME, speed_unit, way_of_work)
 
 LARGEST_RATIO = 1e4             # what a column map takes
 LESS = 0.5                      # of the link's travel, that no motor behind a gear has

@@ -1,4 +1,4 @@
-"""The shapes in which effects are imagined in a recording, to see how small they may be."""
+"""The shape in which each effect is put into a recording, to see how small it may be there."""
 
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,5 +1,5 @@
 """
-A slow recording on a finer grid: the motion between its samples, and the command that acted there.
+Upsample a slow recording: the motion between its samples, and the command that acted there.
 
 Laws switch and filters settle within milliseconds. Between samples that are further apart, angles
 follow a cubic spline, which passes what the samples tell. The command is either that of a loop of

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import Payload
 
-from .measured import CalibrationError
+from .joint_recording import CalibrationError
 
 # Choices unless told otherwise.
 STEEPEST = 90.0         # tilt that may be stated [degrees]

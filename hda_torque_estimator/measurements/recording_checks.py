@@ -1,5 +1,5 @@
 """
-What raw data must fulfil before anything is concluded from it, and what mends it.
+Check what raw data must fulfil before anything is concluded from it, and mend what may be.
 
 A recording in other units, or with a flipped sign, would be explained by wrong causes;
 `conventions.py` recognises it.

@@ -1,5 +1,5 @@
 """
-Hand an arm to compiled code as plain arrays.
+An arm as plain arrays, for compiled code that is called sample by sample.
 
 numba tells the types of the arguments at every call from Python. For records and tuples that takes
 four times as long as a step of the arm, for arrays hardly any time. Whoever steps sample by sample

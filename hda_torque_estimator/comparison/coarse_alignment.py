@@ -1,4 +1,4 @@
-"""Roughly when two recordings of one motion lie over each other, by correlation."""
+"""Align two recordings of one motion roughly in time, by cross-correlation."""
 
 from typing import NamedTuple
 

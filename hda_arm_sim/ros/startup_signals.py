@@ -1,4 +1,4 @@
-"""End a process that is told to while it starts: a compiler in C++ lets no handler run."""
+"""Signals while a process starts: a compiler lets no handler run, so another thread ends it."""
 
 import os
 import signal

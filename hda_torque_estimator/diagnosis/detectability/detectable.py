@@ -16,7 +16,7 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import effect_named
 import numpy as np
 
-from .imagined import shapes
+from .effect_shapes import shapes
 from .visibility import Imagined, Visibility
 from ..findings.smallest import hidden, places, size_numbers, Smallest, WEAKER
 from ..fitting.fit import Fit, Fitter, IMPOSSIBLE

@@ -1,5 +1,5 @@
 """
-What a prediction of the kernel missed, as torques: the balances of one sample (eq:balance-a).
+Residuals of one sample: measured less predicted accelerations, as torques (eq:balance-a).
 
 Links in a plane and chains in space have their mass matrix each in its own way; all else is one.
 """

@@ -1,4 +1,4 @@
-"""What a recording could have shown, as one picture by site: sizes over what is worth finding."""
+"""The chart of detectability: by site, the smallest size of each effect over its typical size."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

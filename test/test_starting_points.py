@@ -6,7 +6,7 @@ from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.diagnose import diagnose
-from hda_torque_estimator.diagnosis.fitting.located import contact_in
+from hda_torque_estimator.diagnosis.fitting.starting_points import contact_in
 from hda_torque_estimator.measurements.measurement import Measurement
 import numpy as np
 import pytest

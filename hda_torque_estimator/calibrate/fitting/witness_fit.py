@@ -1,4 +1,4 @@
-"""Hear a witness out: the terms that earn their place, their fit, and what it is worth."""
+"""Fit torsion or motor to reference torques: which terms earn their place, and what is left."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -14,7 +14,7 @@ from .referenced_problem import error_left_out, fitted, LAG, likeliest, Referenc
 from .referenced_terms import (cogging, likely_poles, Maker, MOTOR, motor_more, stiffening,
                                TORSION, TORSION_MORE)
 from .torsion_witness import TorsionWitness
-from ..passages.measured import Measured
+from ..passages.joint_recording import Measured
 from ...least_squares.descent import beginning, Found
 from ...least_squares.rows import rms, solved
 

@@ -1,4 +1,4 @@
-"""A recording as a calibration needs it: every joint's passage, and where its torque is from."""
+"""A recording that is to be calibrated from: its joints, and where their torque is known from."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -9,15 +9,15 @@ from hda_msgs_json.topics import EXTERNAL_WRENCH, reference_joint_torque, REFERE
 import numpy as np
 from numpy.typing import NDArray
 
+from .joint_recording import CalibrationError
 from .loads import loads
-from .measured import CalibrationError
 from .passage import Passage, passages
-from .stated import Stated
+from .stated_conditions import Stated
 from .suitability import check_alike
 from ...measurements.even_grid import on_grid
-from ...measurements.gate import check_names
 from ...measurements.measurement import Measurement, measurement_from
 from ...measurements.motion import motion_of
+from ...measurements.recording_checks import check_names
 from ...samples.readings import readings
 
 Floats = NDArray[np.float64]

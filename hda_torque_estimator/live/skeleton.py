@@ -1,4 +1,4 @@
-"""How an arm stands: the straight pieces between its joints, in the base frame."""
+"""The skeleton of an arm in a posture: straight pieces between its joints, in the base frame."""
 
 from collections.abc import Sequence
 from math import cos, sin

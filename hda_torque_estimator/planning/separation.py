@@ -1,5 +1,5 @@
 """
-How strongly a motion separates two effects: what is left when the wrong one explains it.
+How well a motion separates two effects: what is left when the wrong one explains it.
 
 An arm with one effect is simulated along the motion and diagnosed twice: with the effect that it
 has, and with the other one. Each is fitted with all that may differ within tolerances. The

@@ -1,0 +1,1 @@
+"""Detectability: the smallest size of every effect that a recording could have shown."""

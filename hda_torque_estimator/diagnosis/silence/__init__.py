@@ -1,1 +1,0 @@
-"""What silence means: the smallest effects that a recording could have shown."""
