@@ -49,30 +49,23 @@ class Ended(NamedTuple):
     wrong: str = ''
 
 
-def main() -> int:
-    """Try all inputs, print what came of them, and return 1 where one did harm."""
+def options() -> argparse.Namespace:
+    """Return what was asked for on the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--quick', action='store_true', help='a few, to see that it runs')
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--inputs', type=int, default=MANY, help=f'{MANY} unless given')
-    options = parser.parse_args()
-    for command in COMMANDS:                # once, not again in each process
-        import_module(f'hda_torque_estimator.commands.{command}_command')
+    return parser.parse_args()
+
+
+def main() -> int:
+    """Try all inputs, print what came of them, and return 1 where one did harm."""
+    asked = options()
     begin = time.monotonic()
-    count = FEW if options.quick else options.inputs
-    cases = [Case(list(KINDS)[number % len(KINDS)], options.seed * 1_000_000 + number)
+    count = FEW if asked.quick else asked.inputs
+    cases = [Case(list(KINDS)[number % len(KINDS)], asked.seed * 1_000_000 + number)
              for number in range(count)]
-    found: Counter[str] = Counter()
-    by_kind: Counter[str] = Counter()
-    for case, ended in tried(cases):
-        by_kind[case.kind] += 1
-        if (done := by_kind.total()) % BATCH == 0:
-            print(f'{done} of {count}', file=sys.stderr, flush=True)
-        found['refused'] += ended.code == 2
-        found['taken'] += ended.code == 0
-        found[ended.wrong] += 1
-        if ended.wrong:
-            print(f'{ended.wrong}: {case.kind} of seed {case.seed}', flush=True)
+    found, by_kind = counted(cases)
     print(f'bad inputs tried             {count}'
           f' ({", ".join(f"{many} {kind}" for kind, many in by_kind.items())})')
     print(f'  refused / taken            {found["refused"]} / {found["taken"]}')
@@ -80,6 +73,24 @@ def main() -> int:
         print(f'  {wrong:<26} {found[wrong]}')
     print(f'  seconds                    {time.monotonic() - begin:.0f}')
     return int(any(found[wrong] for wrong in WRONGS))
+
+
+def counted(cases: list[Case]) -> tuple[Counter[str], Counter[str]]:
+    """Return how often inputs ended in which way, and how many of each kind were tried."""
+    for command in COMMANDS:                # once, not again in each process
+        import_module(f'hda_torque_estimator.commands.{command}_command')
+    found: Counter[str] = Counter()
+    by_kind: Counter[str] = Counter()
+    for case, ended in tried(cases):
+        by_kind[case.kind] += 1
+        if (done := by_kind.total()) % BATCH == 0:
+            print(f'{done} of {len(cases)}', file=sys.stderr, flush=True)
+        found['refused'] += ended.code == 2
+        found['taken'] += ended.code == 0
+        found[ended.wrong] += 1
+        if ended.wrong:
+            print(f'{ended.wrong}: {case.kind} of seed {case.seed}', flush=True)
+    return found, by_kind
 
 
 WRONGS = ('tracebacks', 'unforeseen errors', 'other codes or lines', f'hangs over {PATIENCE:g} s',

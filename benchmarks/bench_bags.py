@@ -64,6 +64,9 @@ def of_mcap(bag: Path) -> Iterator[Any]:
             yield message
 
 
+PEERS = {'rosbags': of_rosbags, 'mcap-ros2-support': of_mcap}
+
+
 def gathered(read: Callable[[Path], Iterator[Any]], bag: Path) -> list[np.ndarray]:
     """Return the position, velocity and effort of a bag's messages as arrays."""
     rows = [(m.position, m.velocity, m.effort) for m in read(bag)]
@@ -97,33 +100,46 @@ def estimate_options(bag: Path, out: Path) -> Namespace:
         ['estimate', str(bag), '--arm', 'hda_arm.yaml', '--out', str(out)])
 
 
+def faster(bag: Path, name: str, ours: float, wanted: np.ndarray) -> bool:
+    """Print how long another reader takes [s]; tell whether ours is as much faster as asked."""
+    seconds, arrays = timed(partial(gathered, PEERS[name], bag))
+    same = np.array_equal(arrays[0], wanted)
+    print(f'{name:24}{seconds:>8.3f} s{seconds / ours:>10.1f} times as long, '
+          f'{"the same numbers" if same else "OTHER NUMBERS"}')
+    return same and seconds / ours >= FASTER
+
+
+def estimated(folder: Path, length: float, repeats: int) -> float:
+    """Print and return how long `hda estimate` takes over the bag of the folder [s]."""
+    times = [timed(partial(estimate_command.execute, estimate_options(folder / 'bag', out)))[0]
+             for out in (folder / f'estimates_{number}' for number in range(1 + repeats))]
+    seconds = min(times[1:])
+    for name, each in (('hda estimate, first', times[0]), ('hda estimate, again', seconds)):
+        print(f'{name:24}{each:>8.3f} s{length / each:>10.0f} times real time')
+    return seconds
+
+
+def write(bag: Path, seconds: float) -> None:
+    """Write a bag of joint states."""
+    with BagWriter(bag, {}) as writer:
+        writer.write_joint_states(JOINT_STATES, recording(seconds))
+
+
 def main() -> int:
     """Measure everything and print a table."""
     quick = parser(__doc__).parse_args().quick
     length, repeats = (TINY, 1) if quick else (SECONDS, REPEATS)
     with TemporaryDirectory() as directory:
-        bag, kept = Path(directory) / 'bag', True
-        with BagWriter(bag, {}) as writer:
-            writer.write_joint_states(JOINT_STATES, recording(length))
+        bag = Path(directory) / 'bag'
+        write(bag, length)
         ours, samples = timed(lambda: open_recording(bag).joint_states(), repeats)
         print(f'{length:g} s of four names at {RATE} Hz, zstd, to arrays')
         print(f'{"this project":24}{ours:>8.3f} s')
-        for name, read in (('rosbags', of_rosbags), ('mcap-ros2-support', of_mcap)):
-            seconds, arrays = timed(partial(gathered, read, bag))
-            same = np.array_equal(arrays[0], samples.position)
-            kept &= same and seconds / ours >= FASTER
-            print(f'{name:24}{seconds:>8.3f} s{seconds / ours:>10.1f} times as long, '
-                  f'{"the same numbers" if same else "OTHER NUMBERS"}')
-            del arrays
+        told = [faster(bag, name, ours, samples.position) for name in PEERS]
         memory = peak_of_arrays(bag)
         print(f'{"memory":24}{memory:>8.2f} times the arrays')
-        outs = [Path(directory) / f'estimates_{number}' for number in range(1 + repeats)]
-        times = [timed(partial(estimate_command.execute, estimate_options(bag, out)))[0]
-                 for out in outs]
-        seconds = min(times[1:])
-        for name, each in (('hda estimate, first', times[0]), ('hda estimate, again', seconds)):
-            print(f'{name:24}{each:>8.3f} s{length / each:>10.0f} times real time')
-    kept &= memory <= MEMORY and length / seconds >= REAL_TIME
+        seconds = estimated(Path(directory), length, repeats)
+    kept = all(told) and memory <= MEMORY and length / seconds >= REAL_TIME
     return verdict(f'at least {FASTER:g} times faster than either, {MEMORY:g} times the arrays at '
                    f'most, {REAL_TIME:g} times real time', kept, quick=quick)
 

@@ -6,7 +6,7 @@ topics to a third process; the echo estimates nothing. What the estimator does i
 bytes of a sample to the bytes of its answers, is to take at most 100 us.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 import json
 import resource
 import sys
@@ -112,7 +112,7 @@ def deciles(times: list[float]) -> list[float]:
     return (np.percentile(times, [50, 90]) * MICROSECONDS).tolist()
 
 
-def measure(kind: str, seconds: int, skipped: int) -> dict[str, object]:
+def measure(kind: str, seconds: int, skipped: int) -> dict[str, Any]:
     """Return what a kind of node tells after a stream of samples."""
     listener = Listener()
     with process(__file__, 'sink'), process(__file__, kind, str(skipped)) as measured:
@@ -143,6 +143,13 @@ def main() -> int:
     size = TINY if quick else (SECONDS, SKIPPED)
     with own_domain():
         echo, estimator = measure('echo', *size), measure('estimator', *size)
+    tell(echo, estimator)
+    return verdict(f'{estimator["samples"]} samples; own work {estimator["work"][0]:.1f} us, at '
+                   f'most {LIMIT:g} us', estimator['work'][0] <= LIMIT, quick=quick)
+
+
+def tell(echo: Mapping[str, Any], estimator: Mapping[str, Any]) -> None:
+    """Print a table of both."""
     print(f'{"us per sample":24}{"bare echo":>22}{"estimator":>22}{"ratio":>8}')
     for name, key in (('own work', 'work'), ('whole callback', 'callback')):
         bare, full = echo[key], estimator[key]
@@ -151,9 +158,6 @@ def main() -> int:
               f'{full[0]:>13.1f} / {full[1]:6.1f}{ratio:>8}')
     print(f'{"processor time":24}{echo["cpu"]:>22.1f}{estimator["cpu"]:>22.1f}'
           f'{estimator["cpu"] / echo["cpu"]:>8.2f}')
-    kept = estimator['work'][0] <= LIMIT
-    return verdict(f'{estimator["samples"]} samples; own work {estimator["work"][0]:.1f} us, at '
-                   f'most {LIMIT:g} us', kept, quick=quick)
 
 
 CHILDREN = {'sink': Sink, 'echo': lambda: Measured(Echo(), int(sys.argv[2])),

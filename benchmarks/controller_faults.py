@@ -58,15 +58,13 @@ class Monitor:
         state = decode_joint_state(command)
         effort, dt = np.array(state.effort), (state.stamp_ns - self._stamp) * 1e-9
         change = np.abs(effort - self.effort).max()
-        if not np.isfinite(effort).all():
-            self.violations.append(f'not finite: {effort}')
-        if (np.abs(effort) > LIMITS + 1e-12).any():
-            self.violations.append(f'beyond the limit: {effort}')
-        if not self._live.enabled:
-            if effort.any():
-                self.violations.append(f'not zero at a stop: {effort}')
-        elif self._stamp and change > self._live.controller.settings.rate_limit * dt + 1e-9:
-            self.violations.append(f'too fast: {change} N*m in {dt} s')
+        fastest = self._live.controller.settings.rate_limit * dt + 1e-9
+        self.violations += [f'{wrong}: {effort}' for wrong, found in (
+            ('not finite', not np.isfinite(effort).all()),
+            ('beyond the limit', (np.abs(effort) > LIMITS + 1e-12).any()),
+            ('not zero at a stop', not self._live.enabled and effort.any()),
+            (f'too fast, {change} N*m in {dt} s',
+             self._live.enabled and self._stamp and change > fastest)) if found]
         self.effort, self._stamp = effort, state.stamp_ns
 
 

@@ -8,6 +8,7 @@ alone and by both ways, how much 90 % intervals hold, the error of the tip force
 soon a push of 5 N is felt, and how often free motion is taken for a contact.
 """
 
+from argparse import Namespace
 from collections.abc import Sequence
 from itertools import cycle, islice
 from typing import NamedTuple
@@ -65,37 +66,48 @@ def felt_after(path: str, seed: int, seconds: float) -> list[float]:
     return delays(estimates(seen), seen, begins)
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Measure and print."""
+def options(arguments: Sequence[str] | None) -> Namespace:
+    """Return what was asked for on the command line."""
     known = parser(__doc__)
     known.add_argument('--recordings', type=int, default=12)
     known.add_argument('--minutes', type=int, default=10)
     known.add_argument('--first', type=int, default=500, metavar='SEED')
     chosen = known.parse_args(arguments)
-    seconds, minute = (TINY, TINY) if chosen.quick else (SECONDS, MINUTE)
     if chosen.quick:
         chosen.recordings = chosen.minutes = 1
+    return chosen
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Measure and print."""
+    chosen = options(arguments)
+    seconds, minute = (TINY, TINY) if chosen.quick else (SECONDS, MINUTE)
     paths = list(islice(cycle(MOTIONS), max(chosen.recordings, chosen.minutes)))
-    rows = [moving(path, chosen.first + k, seconds)
-            for k, path in enumerate(paths[:chosen.recordings])]
-    mean = Row(*np.mean(rows, axis=0))
-    felt = [delay for k, path in enumerate(paths[:chosen.recordings])
+    moved = paths[:chosen.recordings]
+    rows = [moving(path, chosen.first + k, seconds) for k, path in enumerate(moved)]
+    felt = [delay for k, path in enumerate(moved)
             for delay in felt_after(path, chosen.first + 100 + k, seconds)]
     free = [alarms(estimates(tolerated(ARM.tolerances, path, chosen.first + 200 + k, minute)))
             for k, path in enumerate(paths[:chosen.minutes])]
     print(f'{len(rows)} recordings of {seconds:g} s, moving and pushed')
-    print(f'  torque, mean absolute error   torsion alone {mean.alone:.4f} N*m, both ways '
-          f'{mean.fused:.4f} N*m: {100.0 * (1.0 - mean.fused / mean.alone):.0f} % lower')
-    print(f'  90 % intervals hold           torque {100.0 * mean.torque_held:.1f} %, '
-          f'external torque {100.0 * mean.external_held:.1f} %')
-    print(f'  tip force, rms                mean {mean.force:.2f} N, worst recording '
-          f'{max(row.force for row in rows):.2f} N')
+    tell(rows)
     print(f'  {PUSH:g} N felt                      {sum(np.isfinite(felt))} of {len(felt)}, '
           f'{sum(np.array(felt) <= SOON)} within {SOON:g} ms, after {np.median(felt):.0f} ms, '
           f'at the latest {max(felt):.0f} ms')
     print(f'  free motion taken for contact {sum(count for count, _ in free)} times in '
           f'{len(free) * minute / 60.0:g} min; largest {max(most for _, most in free):.1f} '
           'deviations')
+
+
+def tell(rows: Sequence[Row]) -> None:
+    """Print what recordings with soft pushes say together."""
+    mean = Row(*np.mean(rows, axis=0))
+    print(f'  torque, mean absolute error   torsion alone {mean.alone:.4f} N*m, both ways '
+          f'{mean.fused:.4f} N*m: {100.0 * (1.0 - mean.fused / mean.alone):.0f} % lower')
+    print(f'  90 % intervals hold           torque {100.0 * mean.torque_held:.1f} %, '
+          f'external torque {100.0 * mean.external_held:.1f} %')
+    print(f'  tip force, rms                mean {mean.force:.2f} N, worst recording '
+          f'{max(row.force for row in rows):.2f} N')
 
 
 if __name__ == '__main__':

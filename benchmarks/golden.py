@@ -8,7 +8,7 @@ Numbers of recordings must be equal bit by bit, all others to 1e-9. Times are le
 one machine, with the same packages: another one moves last bits.
 """
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 import hashlib
 import json
 import math
@@ -32,6 +32,16 @@ HIDDEN = {              # effects that are hidden in the simulated arm, and diag
     'backlash': [{'effect': 'backlash', 'joint': 'joint1', 'parameters': {'half_width': 1e-4}}],
     'drag_and_skew': [{'effect': 'viscous_friction', 'joint': 'joint2'},
                       {'effect': 'clock_skew', 'joint': 'joint1'}]}
+TINY = tuple(HIDDEN)    # those of a tiny case
+# One of every site and kind of law: plain, wave, memory, drive, timing, load, the arm as a whole.
+HIDDEN |= {name: [{'effect': name, 'joint': 'joint1'}] for name in (
+    'viscous_friction', 'stribeck_friction', 'position_dependent_friction',
+    'load_dependent_friction', 'torque_constant_error', 'current_loop_lag', 'command_delay',
+    'motor_inertia_error', 'stiffness_error', 'kinematic_error', 'torsional_hysteresis',
+    'wave_generator_compliance', 'link_encoder_eccentricity', 'cable_spring')}
+HIDDEN |= {'payload': [{'effect': 'payload'}],
+           'payload_and_lag': [{'effect': 'payload'},
+                               {'effect': 'current_loop_lag', 'joint': 'joint2'}]}
 SECONDS = '20'
 SHORT = '8'             # of a tiny case
 
@@ -56,28 +66,28 @@ def bits(bag: Path) -> dict[str, str]:
     return digests
 
 
-def write(folder: Path, seconds: str = SECONDS) -> None:
+def write(folder: Path, hidden: Collection[str] = HIDDEN, seconds: str = SECONDS) -> None:
     """Write the numbers of all commands into a new folder, a file for each command."""
     folder.mkdir(parents=True)
     with tempfile.TemporaryDirectory() as name:
-        for part, found in parts(Path(name), seconds):
+        for part, found in parts(Path(name), hidden, seconds):
             (folder / f'{part}.json').write_text(json.dumps(found, indent=1, sort_keys=True))
             print(folder / f'{part}.json', flush=True)
 
 
-def parts(here: Path, seconds: str) -> Iterator[tuple[str, Any]]:
+def parts(here: Path, hidden: Collection[str], seconds: str) -> Iterator[tuple[str, Any]]:
     """Yield the name of each part and what it finds in recordings of so many seconds."""
-    for name, effects in HIDDEN.items():
-        (here / f'{name}.yaml').write_text(json.dumps(effects))
+    for name in hidden:
+        (here / f'{name}.yaml').write_text(json.dumps(HIDDEN[name]))
         hda(here, 'simulate', *ARM, '--effects', f'{name}.yaml', '--motion', 'rich',
             '--duration', seconds, '--seed', '4', '--out', name)
     hda(here, 'simulate', *ARM, '--motion', 'push', '--duration', seconds, '--seed', '2',
         '--out', 'pushed')
-    yield 'simulate', {name: bits(here / name) for name in (*HIDDEN, 'pushed')}
+    yield 'simulate', {name: bits(here / name) for name in (*hidden, 'pushed')}
     hda(here, 'estimate', 'pushed', *ARM, '--out', 'estimates')
     yield 'estimate', bits(here / 'estimates')
     yield 'calibrate', hda(here, 'calibrate', 'healthy', 'pushed', *ARM, '--out', 'mine.yaml')
-    for name in HIDDEN:
+    for name in hidden:
         hda(here, 'diagnose', name, *ARM, '--out', f'found_{name}')
         yield f'diagnose_{name}', json.loads((here / f'found_{name}/report.json').read_text())
     yield 'reproduce', hda(here, 'reproduce', 'table1', 'equation_14', '--out', 'paper')
@@ -119,17 +129,22 @@ def main() -> int:
                        help='one to write, two to compare')
     options = known.parse_args()
     if options.quick:
-        with tempfile.TemporaryDirectory() as name:
-            write(Path(name) / 'numbers', SHORT)
-            return verdict('written', True, quick=True)
-    if len(options.folders) not in (1, 2):
-        known.error('give one folder to write, or two to compare')
+        return tiny()
     if len(options.folders) == 1:
         write(options.folders[0])
         return 0
+    if len(options.folders) != 2:
+        known.error('give one folder to write, or two to compare')
     found = compare(*options.folders)
     print('\n'.join(found) or 'nothing differs')
     return 1 if found else 0
+
+
+def tiny() -> int:
+    """Write the numbers of a tiny case, and return the exit code."""
+    with tempfile.TemporaryDirectory() as name:
+        write(Path(name) / 'numbers', TINY, SHORT)
+    return verdict('written', True, quick=True)
 
 
 if __name__ == '__main__':

@@ -5,6 +5,7 @@ Run the closed loop and the recorder for a long time; watch rate, losses, latenc
 the first minute, and no sample may get lost.
 """
 
+from collections.abc import Mapping
 from pathlib import Path
 import resource
 import sys
@@ -24,6 +25,13 @@ def memory(process_id: int) -> float:
     """Return the resident memory of a process [MB]."""
     pages = int(Path(f'/proc/{process_id}/statm').read_text().split()[1])
     return pages * resource.getpagesize() / 1e6
+
+
+def row(minute: int, controller: Mapping[str, str], missing: int, used: list[float]) -> str:
+    """Return what was seen in a minute, as a row of the table."""
+    return (f'{minute:>6}{float(controller["rate [Hz]"]):>15.1f}'
+            f'{float(controller["latency from the stamp [ms]"]):>14.2f}{missing:>6}  '
+            + '  '.join(f'{size:>{len(name) + 5}.1f}' for name, size in zip(NAMES, used)))
 
 
 def main() -> int:
@@ -46,11 +54,7 @@ def main() -> int:
         for minute in range(1, minutes + 1):
             listener.spin(span)
             used.append([memory(process.pid) for process in running])
-            controller = listener.last['jtf_controller']
-            print(f'{minute:>6}{float(controller["rate [Hz]"]):>15.1f}'
-                  f'{float(controller["latency from the stamp [ms]"]):>14.2f}'
-                  f'{lost(listener) - begin:>6}  ' + '  '.join(
-                      f'{size:>{len(name) + 5}.1f}' for name, size in zip(NAMES, used[-1])))
+            print(row(minute, listener.last['jtf_controller'], lost(listener) - begin, used[-1]))
         missing = lost(listener) - begin
         listener.close()
     grown = max(last / first for first, last in zip(used[0], used[-1]))
