@@ -3,6 +3,7 @@
 from .actuation import (CommandDelay, CurrentLoopLag, DriveOffset, MotorCogging, MotorInertiaError,
                         TorqueConstantError, TorqueRipple, TorqueSaturation)
 from .catalogue import effect_named, EFFECTS, effects_of
+from .compliance import StiffeningError, StiffnessError, WaveGeneratorCompliance
 from .effect import Effect, Scope, Site
 from .environment import BaseTilt, BaseVibration, ExternalContact
 from .friction import (AsymmetricFriction, CoulombFriction, LoadDependentFriction,
@@ -12,8 +13,8 @@ from .load import CableSpring, InertialCoupling, LinkBearingFriction, LinkInerti
 from .sensing import (BearingCrosstalk, CoarseQuantisation, EncoderInterpolationError,
                       EncoderScaleError, LinkEncoderEccentricity, MotorEncoderEccentricity)
 from .timing import ClockSkew, DroppedSamples
-from .transmission import (Backlash, KinematicError, StiffeningError, StiffnessError,
-                           StructuralDamping, TorsionalHysteresis, WaveGeneratorCompliance)
+from .transmission import (Backlash, KinematicError, StructuralDamping,
+                           TorsionalHysteresis)
 
 __all__ = [
     'AsymmetricFriction', 'Backlash', 'BaseTilt', 'BaseVibration', 'BearingCrosstalk',

@@ -5,6 +5,7 @@ import numpy as np
 
 from .actuation import (CommandDelay, CurrentLoopLag, DriveOffset, MotorCogging, MotorInertiaError,
                         TorqueConstantError, TorqueRipple, TorqueSaturation)
+from .compliance import StiffeningError, StiffnessError, WaveGeneratorCompliance
 from .effect import Effect, Scope
 from .environment import BaseTilt, BaseVibration, ExternalContact
 from .friction import (AsymmetricFriction, CoulombFriction, LoadDependentFriction,
@@ -15,9 +16,8 @@ from .place import Place
 from .sensing import (BearingCrosstalk, CoarseQuantisation, EncoderInterpolationError,
                       EncoderScaleError, LinkEncoderEccentricity, MotorEncoderEccentricity)
 from .timing import ClockSkew, DroppedSamples
-from .transmission import (Backlash, KinematicError, LoadedKinematicError, StiffeningError,
-                           StiffnessError, StructuralDamping, TorsionalHysteresis,
-                           WaveGeneratorCompliance)
+from .transmission import (Backlash, KinematicError, LoadedKinematicError, StructuralDamping,
+                           TorsionalHysteresis)
 from ...foundation.parameter import ParameterError
 
 EFFECTS: tuple[type[Effect], ...] = (

@@ -1,14 +1,13 @@
 """Effects between motor and link: what the torsion is not (docs/model.md#effects)."""
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from .effect import Effect, Site
-from .hypothesis import Hypothesis, KNEES, LOOP, SCALE, Typical, wave
-from .place import (GEAR, LOADED_GEAR, NUMBER, Place, PLAY, Signal, Stated, TRANSMISSION, Turned,
-                    Twisted)
+from .hypothesis import Hypothesis, LOOP, Typical, wave
+from .place import GEAR, LOADED_GEAR, Place, PLAY, Signal, TRANSMISSION, Turned, Twisted
 from ...foundation.compiled import compiled, Record
 from ...foundation.parameter import parameter
 
@@ -95,25 +94,6 @@ def hysteresis_torque(own: Record, at: Twisted) -> Signal:
 def damping_torque(own: Record, at: Twisted) -> Signal:
     """Return the torque of the torsion's damping, (eq:damping) [N*m at the output]."""
     return own.coefficient * at.torsion_rate
-
-
-@compiled
-def stiffer(own: Record, at: Stated) -> Signal:
-    """Return the flexspline's stiffness at zero torque, (eq:stiffness) [N*m/rad at the output]."""
-    return at.nominal * (1.0 + own.error)
-
-
-@compiled
-def bent(own: Record, at: Stated) -> tuple[Signal, float, float, float, float]:
-    """Return curvature, knees and stiffnesses of the flexspline in force, (eq:stiffening)."""
-    return (at.nominal * (1.0 + own.error), own.knee_1, own.second_stiffness, own.knee_2,
-            own.third_stiffness)
-
-
-@compiled
-def softer(own: Record, at: Stated) -> Signal:
-    """Return the wave generator's compliance at zero torque, (eq:compliance) [rad/(N*m) motor]."""
-    return np.maximum(at.nominal + own.compliance, 0.0)
 
 
 @dataclass(frozen=True)
@@ -237,68 +217,3 @@ class StructuralDamping(Effect):
         experiment='excite the resonance, 15 to 50 Hz')
     typical: ClassVar[Typical | None] = Typical({'coefficient': 15.0})
     coefficient: float = parameter(0.0, 'N*m*s/rad', 0.0, 1e4, 'D, output side')
-
-
-@dataclass(frozen=True)
-class StiffnessError(Effect):
-    """Flexspline that is stiffer or softer than stated, at every torque alike, (eq:stiffness)."""
-
-    name: ClassVar[str] = 'stiffness_error'
-    cause: ClassVar[str] = 'the flexspline is stiffer or softer than stated'
-    site: ClassVar[Site] = Site.TORSION
-    place: ClassVar[Place] = NUMBER
-    law = staticmethod(stiffer)
-    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        free={'error': 0.05}, alike=('link_inertia_error', 'stiffening_error'), form_share=0.01,
-        experiment=SCALE)
-    typical: ClassVar[Typical | None] = Typical({'error': 0.1})
-    error: float = parameter(0.0, '', -0.9, 5.0, 'relative error of the flexspline stiffness')
-
-
-@dataclass(frozen=True)
-class StiffeningError(Effect):
-    """Flexspline that stiffens otherwise: curvature, or three segments, (eq:stiffening)."""
-
-    name: ClassVar[str] = 'stiffening_error'
-    cause: ClassVar[str] = 'the flexspline stiffens with torque otherwise than stated'
-    site: ClassVar[Site] = Site.TORSION
-    place: ClassVar[Place] = NUMBER
-    law = staticmethod(bent)
-    # (measured: fitted alone, it left a hundredth of the 3 % that were forgiven before)
-    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        free={'error': 0.3}, grid={'error': (-0.8, 0.5), ('knee_1', 'knee_2'): KNEES},
-        alike=('stiffness_error', 'wave_generator_compliance'), form_share=0.01,
-        form_power=0.0003, form_error=0.01, experiment='slow torques up to 60 % of the peak',
-        doubts={'error': (0.17, 'error')}, ends=('error',))         # no stiffening at all
-    typical: ClassVar[Typical | None] = Typical({'error': 0.8})
-    error: float = parameter(0.0, '', -1.0, 10.0, 'relative error of c_f; -1 is a linear law')
-    knee_1: float = parameter(
-        0.0, 'N*m', 0.0, 1e4, 'torque T1 of the first knee of three segments; 0 for none')
-    second_stiffness: float = parameter(
-        0.0, 'N*m/rad', 0.0, 1e7, 'K2, beyond T1; 0 for segments that meet on the curve of c_f')
-    knee_2: float = parameter(0.0, 'N*m', 0.0, 1e4, 'torque T2 of the second knee')
-    third_stiffness: float = parameter(0.0, 'N*m/rad', 0.0, 1e7, 'K3, beyond T2')
-
-
-def rigid(joint: Any) -> float:
-    """Return the compliance of a rigid wave generator, (eq:compliance) [rad/(N*m) motor]."""
-    return -1.0 / float(joint.torsion.wave_generator_stiffness)
-
-
-@dataclass(frozen=True)
-class WaveGeneratorCompliance(Effect):
-    """Soft wind-up near zero torque that is larger or smaller than stated, (eq:compliance)."""
-
-    name: ClassVar[str] = 'wave_generator_compliance'
-    cause: ClassVar[str] = 'the soft wind-up of the wave generator near zero torque differs'
-    site: ClassVar[Site] = Site.TORSION
-    place: ClassVar[Place] = NUMBER
-    law = staticmethod(softer)
-    # (measured: fitted rightly it left 0.0003 of its power; ten records were 9 to 20 % off)
-    hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        free={'compliance': 0.1}, least={'compliance': rigid},
-        alike=('backlash', 'stiffening_error', 'stiffness_error'), form_power=0.001,
-        form_error=0.002, experiment=LOOP, doubts={'compliance': (0.25, 'compliance')})
-    typical: ClassVar[Typical | None] = Typical({'compliance': 0.5})
-    compliance: float = parameter(
-        0.0, 'rad/(N*m)', -1e3, 1e3, 'added to 1 / K_w0, motor side; -1 / K_w0 leaves none')

@@ -15,29 +15,20 @@ wrong friction shows in A alone, a wrong torsion in B alone, a wrong load in bot
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
-from hda_arm_sim.foundation.chain import lent
-from hda_arm_sim.foundation.compiled import compiled, Record
-from hda_arm_sim.foundation.rigid import Inertia
-from hda_arm_sim.model.arm import Arm, ArmRecord
+from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.chain_links import ChainLinks
 from hda_arm_sim.model.effects.catalogue import effects_at
-from hda_arm_sim.model.effects.friction import bristle_after
-from hda_arm_sim.model.effects.place import (
-    Bent, CLOCK, Commanded, LINK_READING, MOTOR_READING)
-from hda_arm_sim.model.kernel import (AXES, BASE_OFFSET, BASE_RATE, BRISTLE, COMMAND, LINK_ANGLE,
-                                      LINK_VELOCITY, MODE, MOTOR_VELOCITY, NOW, REGISTERS, settle,
-                                      slope, SLOPE_1, STATE, STATES, TORQUE)
+from hda_arm_sim.model.effects.place import CLOCK, LINK_READING, MOTOR_READING
+from hda_arm_sim.model.kernel import MOTOR_VELOCITY, STATES
 from hda_arm_sim.model.link_side import loaded_inertia
-from hda_arm_sim.model.motor_side import clipped, friction_budget, lagging, shaft_torque
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import firwin, upfirdn
 
 from .base_motion import base_motion
-from .sample_residuals import missed_torques
+from .kernel_along import centred, deliver, Driven, fill_along, MEASURED
 from .whitening import Whitening, whitening_of
 from ...measurements.measurement import Measurement
 from ...measurements.motion import jolts, Motion, motion_of, SHORT
@@ -49,13 +40,11 @@ BANDWIDTH = 40.0        # of the balances [Hz]
 RATE = 125.0            # at which balances are kept [Hz]
 _ENOUGH = 500.0         # samples that tell what a change of the arm changes in them [1/s]
 _KEPT = 8              # motions, for arms that sense differently
-_REST = 2e-3            # link speed at which a bearing may stick [rad/s]
 _MARGIN = 12            # samples beyond the filter's reach, for the polynomials
 _STOP = 0.006           # for which a shaft that turns round is slow [s]
 _SLOW = 0.3             # shaft speed below which dry friction is not known [rad/s]
 _SENSED = ('motor_encoder', 'link_encoder', *(
     effect.name for place in (MOTOR_READING, LINK_READING, CLOCK) for effect in effects_at(place)))
-MEASURED = 4           # states that a motion gives; the kernel's others are its memory (layout)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,15 +53,6 @@ class Balance:
 
     residual: Array
     valid: NDArray[np.bool_]        # (m, 2 n): away from ends, jolts, and for A standstill
-
-
-class Driven(NamedTuple):
-    """A motion over time, and what drove it."""
-
-    state: Array                # (k, n, MEASURED), columns of the kernel
-    acceleration: Array         # (k, n, 2) motor, link [rad/s^2]
-    base: Array                 # (k, 2) its offset and rate
-    command: Array              # (k, n) mean torque at the shaft around every sample [N*m]
 
 
 class Balancer:
@@ -176,10 +156,10 @@ class Balancer:
         for piece in self.measurement.pieces():
             record = arm_during(arm, piece, dt).record()
             moved = Motion(motion.state[piece], motion.acceleration[piece])
-            _deliver(record, self.measurement.command[piece], dt, delivered[piece])
-            driven = Driven(*moved, base_motion(arm, moved, dt), _centred(delivered[piece]))
-            _along(record, loaded_inertia(record.body), driven, dt, residual[piece],
-                   memory[piece])
+            deliver(record, self.measurement.command[piece], dt, delivered[piece])
+            driven = Driven(*moved, base_motion(arm, moved, dt), centred(delivered[piece]))
+            fill_along(record, loaded_inertia(record.body), driven, dt, residual[piece],
+                       memory[piece])
         return residual, memory
 
     def filtered(self, raw: Array) -> Array:
@@ -251,62 +231,3 @@ def _sensing(arm: Arm) -> bytes:
     """Return what the motion depends on: all that stands between an angle and its reading."""
     joints = arm.record().joints
     return b''.join(np.ascontiguousarray(joints[name]).tobytes() for name in _SENSED)
-
-
-def _centred(command: Array) -> Array:
-    """Return the command around every sample: the mean of the one before and the one after."""
-    return 0.5 * (command + np.concatenate([command[:1], command[:-1]]))
-
-
-@compiled
-def _deliver(arm: ArmRecord, command: Array, dt: float, delivered: Array) -> None:
-    """Fill the mean torque (k, n) at each shaft from a sample until the next."""
-    for j in range(command.shape[1]):
-        joint = arm.joints[j]
-        late = joint.command_delay.delay / dt
-        whole, lag, current = int(late), joint.current_loop_lag.time_constant, 0.0
-        for k in range(command.shape[0]):
-            new, old = command[max(k - whole, 0), j], command[max(k - whole - 1, 0), j]
-            mean = new + (late - whole) * (old - new)
-            mean = clipped(joint, mean)
-            if lag > 0.0:
-                before = current if k > 0 else mean
-                current = lagging(joint, Commanded(mean, mean, before, dt))
-                mean = mean - (current - before) * lag / dt     # the lag's mean over the sample
-            delivered[k, j] = shaft_torque(joint, mean)
-
-
-@compiled
-def _along(arm: ArmRecord, inertia: Inertia, driven: Driven, dt: float, residual: Array,
-           memory: Array) -> None:
-    """Fill the residuals (k, 2 n): A of every joint, then B; and what the effects remember."""
-    state, acceleration, base, command = driven
-    joints = state.shape[1]
-    w = np.zeros((max(AXES, joints), REGISTERS))
-    links = lent(inertia)
-    for k in range(state.shape[0]):
-        w[0, NOW] = k * dt
-        w[0, STATE + BASE_OFFSET], w[0, STATE + BASE_RATE] = base[k, 0], base[k, 1]
-        for j in range(joints):
-            w[j, COMMAND] = command[k, j]
-            w[j, MODE] = np.sign(state[k, j, MOTOR_VELOCITY])
-            rate = state[k, j, LINK_VELOCITY]
-            w[j, MODE + 1] = np.sign(rate) if abs(rate) > _REST else 0.0
-            for i in range(MEASURED):
-                w[j, STATE + i] = state[k, j, i]
-            _bend(arm.joints[j], w, j, dt)
-            for i in range(MEASURED, STATES):
-                memory[k, j, i - MEASURED] = w[j, STATE + i]
-        slope(arm, links, w, STATE, SLOPE_1)
-        settle(arm, w)
-        missed_torques(arm, links, w, acceleration[k], residual[k])
-
-
-@compiled
-def _bend(joint: Record, w: Array, j: int, dt: float) -> None:
-    """Bend the bristles for a sample, under the torque of the one before."""
-    if joint.presliding_friction.stiffness > 0.0:
-        rate, angle = w[j, STATE + MOTOR_VELOCITY], w[j, STATE + LINK_ANGLE]
-        budget = friction_budget(joint, rate, np.sign(rate), w[j, TORQUE], angle)
-        at = Bent(rate, w[j, STATE + BRISTLE], 0.0, budget)
-        w[j, STATE + BRISTLE] = bristle_after(joint.presliding_friction, at, dt)

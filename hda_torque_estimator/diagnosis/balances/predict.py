@@ -20,7 +20,8 @@ from hda_arm_sim.sensors import DRAWS, read_encoders
 from hda_arm_sim.simulate import longest_step, STEP, step_count
 import numpy as np
 
-from .balance import Balancer, MEASURED
+from .balance import Balancer
+from .kernel_along import MEASURED
 from ...measurements.running_clock import arm_during, Spans, within
 
 # Choices unless told otherwise.

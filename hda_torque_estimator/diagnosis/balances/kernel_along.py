@@ -1,0 +1,90 @@
+"""The kernel along a measured motion, compiled: residuals, and what the effects remember there."""
+
+from typing import NamedTuple
+
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.chain import lent
+from hda_arm_sim.foundation.compiled import compiled, Record
+from hda_arm_sim.foundation.rigid import Inertia
+from hda_arm_sim.model.arm import ArmRecord
+from hda_arm_sim.model.effects.friction import bristle_after
+from hda_arm_sim.model.effects.place import Bent, Commanded
+from hda_arm_sim.model.kernel import (AXES, BASE_OFFSET, BASE_RATE, BRISTLE, COMMAND, LINK_ANGLE,
+                                      LINK_VELOCITY, MODE, MOTOR_VELOCITY, NOW, REGISTERS, settle,
+                                      slope, SLOPE_1, STATE, STATES, TORQUE)
+from hda_arm_sim.model.motor_side import clipped, friction_budget, lagging, shaft_torque
+import numpy as np
+
+from .sample_residuals import missed_torques
+
+# Choices unless told otherwise.
+_REST = 2e-3            # link speed at which a bearing may stick [rad/s]
+MEASURED = 4           # states that a motion gives; the kernel's others are its memory (layout)
+
+
+class Driven(NamedTuple):
+    """A motion over time, and what drove it."""
+
+    state: Array                # (k, n, MEASURED), columns of the kernel
+    acceleration: Array         # (k, n, 2) motor, link [rad/s^2]
+    base: Array                 # (k, 2) its offset and rate
+    command: Array              # (k, n) mean torque at the shaft around every sample [N*m]
+
+
+def centred(command: Array) -> Array:
+    """Return the command around every sample: the mean of the one before and the one after."""
+    return 0.5 * (command + np.concatenate([command[:1], command[:-1]]))
+
+
+@compiled
+def deliver(arm: ArmRecord, command: Array, dt: float, delivered: Array) -> None:
+    """Fill the mean torque (k, n) at each shaft from a sample until the next."""
+    for j in range(command.shape[1]):
+        joint = arm.joints[j]
+        late = joint.command_delay.delay / dt
+        whole, lag, current = int(late), joint.current_loop_lag.time_constant, 0.0
+        for k in range(command.shape[0]):
+            new, old = command[max(k - whole, 0), j], command[max(k - whole - 1, 0), j]
+            mean = new + (late - whole) * (old - new)
+            mean = clipped(joint, mean)
+            if lag > 0.0:
+                before = current if k > 0 else mean
+                current = lagging(joint, Commanded(mean, mean, before, dt))
+                mean = mean - (current - before) * lag / dt     # the lag's mean over the sample
+            delivered[k, j] = shaft_torque(joint, mean)
+
+
+@compiled
+def fill_along(arm: ArmRecord, inertia: Inertia, driven: Driven, dt: float, residual: Array,
+               memory: Array) -> None:
+    """Fill the residuals (k, 2 n): A of every joint, then B; and what the effects remember."""
+    state, acceleration, base, command = driven
+    joints = state.shape[1]
+    w = np.zeros((max(AXES, joints), REGISTERS))
+    links = lent(inertia)
+    for k in range(state.shape[0]):
+        w[0, NOW] = k * dt
+        w[0, STATE + BASE_OFFSET], w[0, STATE + BASE_RATE] = base[k, 0], base[k, 1]
+        for j in range(joints):
+            w[j, COMMAND] = command[k, j]
+            w[j, MODE] = np.sign(state[k, j, MOTOR_VELOCITY])
+            rate = state[k, j, LINK_VELOCITY]
+            w[j, MODE + 1] = np.sign(rate) if abs(rate) > _REST else 0.0
+            for i in range(MEASURED):
+                w[j, STATE + i] = state[k, j, i]
+            _bend(arm.joints[j], w, j, dt)
+            for i in range(MEASURED, STATES):
+                memory[k, j, i - MEASURED] = w[j, STATE + i]
+        slope(arm, links, w, STATE, SLOPE_1)
+        settle(arm, w)
+        missed_torques(arm, links, w, acceleration[k], residual[k])
+
+
+@compiled
+def _bend(joint: Record, w: Array, j: int, dt: float) -> None:
+    """Bend the bristles for a sample, under the torque of the one before."""
+    if joint.presliding_friction.stiffness > 0.0:
+        rate, angle = w[j, STATE + MOTOR_VELOCITY], w[j, STATE + LINK_ANGLE]
+        budget = friction_budget(joint, rate, np.sign(rate), w[j, TORQUE], angle)
+        at = Bent(rate, w[j, STATE + BRISTLE], 0.0, budget)
+        w[j, STATE + BRISTLE] = bristle_after(joint.presliding_friction, at, dt)
