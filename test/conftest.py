@@ -1,6 +1,7 @@
 """Keep a run of the tests to itself: its own ROS domain, this machine only, no windows."""
 
 from collections.abc import Iterator
+from functools import cache
 import os
 import signal
 import socket
@@ -11,6 +12,8 @@ import pytest
 DOMAINS = range(1, 102)  # beyond 101 the ports of DDS run into those of everybody else
 LEFT_BY_THE_USER = ('FASTDDS_', 'FASTRTPS_', 'RMW_', 'ROS_LOCALHOST_ONLY', 'ROS_SECURITY_',
                     'ROS_STATIC_PEERS')
+
+REMEMBERS = type(cache(len))
 
 claimed = pytest.StashKey[socket.socket]()
 
@@ -27,6 +30,24 @@ def pytest_configure(config: pytest.Config) -> None:
     os.environ.update(
         MPLBACKEND='Agg', ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST', ROS_DOMAIN_ID=str(domain),
         ROS_PYTHON_CHECK_FIELDS='1')
+
+
+@pytest.hookimpl(tryfirst=True)         # before xdist reads the groups
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Keep tests that share what is made once for them in one worker, or each makes it anew."""
+    for item in items:
+        if item.get_closest_marker('xdist_group') is None and shares(item):
+            item.add_marker(pytest.mark.xdist_group(item.path.stem))
+
+
+def shares(item: pytest.Item) -> bool:
+    """Tell whether a test uses a fixture of its module, or its module remembers results."""
+    known = getattr(item, '_fixtureinfo', None)
+    fixtures = known.name2fixturedefs if known else {}
+    laws = vars(getattr(item, 'module', item)).values()
+    return (any(made[-1].scope == 'module' for made in fixtures.values())
+            or any(isinstance(law, REMEMBERS) and law.__module__ == item.path.stem
+                   for law in laws))
 
 
 def claim_domain() -> tuple[int, socket.socket]:

@@ -81,7 +81,8 @@ def test_the_twin_is_read_as_often_and_its_noise_is_that_of_the_samples():
 
 @pytest.mark.parametrize(('name', 'seed', 'period', 'every'), [
     (None, 930001, 1e-3, 5), ('stribeck_friction', 930003, 1e-3, 5),
-    ('clock_skew', 930014, 1e-3, 5), ('coulomb_friction', 931002, 4e-3, 1)])
+    pytest.param('clock_skew', 930014, 1e-3, 5, marks=pytest.mark.study),
+    ('coulomb_friction', 931002, 4e-3, 1)])
 def test_a_slow_recording_is_diagnosed_as_a_quick_one(name, seed, period, every):
     hidden, measurement = recorded(name, seed, period=period, every=every)
     found = diagnose(measurement, ARM).diagnosis

@@ -88,6 +88,10 @@ def test_module_names_say_what_is_inside():
     assert [path for path in SOURCES if path.stem.split('_')[-1] in SAYS_NOTHING] == []
 
 
+def test_tests_that_share_nothing_go_where_there_is_time(request):
+    assert request.node.get_closest_marker('xdist_group') is None
+
+
 def test_nothing_points_at_one_machine():
     texts = {path: path.read_text(errors='ignore') for path in files()}
     assert [(str(path.relative_to(ROOT)), found.group())
