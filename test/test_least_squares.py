@@ -2,8 +2,13 @@
 
 from types import SimpleNamespace
 
+from hda_arm_sim.model.effects import Backlash, Payload, ViscousFriction
+from hda_arm_sim.model.files import read_arm
+from hda_torque_estimator.diagnosis.fitting.nuisance import nuisances
+from hda_torque_estimator.least_squares.charts import Plain
 from hda_torque_estimator.least_squares.descent import improved
 from hda_torque_estimator.least_squares.normal import within
+from hda_torque_estimator.least_squares.term import Term, with_terms
 from hypothesis import given, strategies as st
 import numpy as np
 from scipy.optimize import lsq_linear
@@ -69,3 +74,16 @@ def test_a_descent_ends_where_a_step_gains_too_little_and_makes_slopes_anew_befo
     assert improved(SimpleNamespace(score=16.0), halved, anew, 10, 1.5).score == 1.0
     assert renewed == [8.0, 4.0, 2.0]
     assert improved(SimpleNamespace(score=16.0), halved, anew, 2, 1.5).score == 4.0
+
+
+def test_terms_that_are_placed_at_once_make_the_arm_that_they_make_one_by_one():
+    arm = read_arm('hda_arm.yaml').with_effect(Payload(mass=0.5)).with_effect(
+        ViscousFriction(slope=1e-3), 'joint2')
+    terms = [*nuisances(arm), Term(Backlash(half_width=1e-4), 'joint1'),
+             Term(Payload(mass=0.2), None), Term(arm.joint('joint1').torsion, 'joint1',
+                                                 (Plain(('damping',), 1.0),), 'torsion')]
+    wanted = arm
+    for term in terms:
+        wanted = term.on(wanted)
+    assert with_terms(arm, terms) == wanted
+    assert with_terms(arm, ()) == arm

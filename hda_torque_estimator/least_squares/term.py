@@ -4,14 +4,14 @@ A term: an effect or a part of an arm at one place, with charts of the numbers t
 Calibration and diagnosis fit the same terms. Bounds of every number are those of its declaration.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.parameter import Declared
-from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.arm import Arm, Placed
 from hda_arm_sim.model.effects import Effect
 import numpy as np
 
@@ -120,11 +120,35 @@ class Term:
         names = self.own or tuple(name for chart in self.charts for name in chart.names)
         return {f'{self.name}.{name}': getattr(self.effect, name) for name in names}
 
+    @property
+    def is_whole(self) -> bool:
+        """Tell whether the term is an effect with all of its numbers."""
+        return isinstance(self.effect, Effect) and not self.own
+
     def on(self, arm: Arm) -> Arm:
         """Return the arm with this term."""
-        if isinstance(self.effect, Effect) and not self.own:
+        if self.is_whole:
             return arm.with_effect(self.effect, self.joint)
         return entered(arm, str(self.joint), self.numbers())
+
+
+def with_terms(arm: Arm, terms: Iterable[Any]) -> Arm:
+    """
+    Return the arm with all of these terms, or of what has their shape.
+
+    Whole effects are placed at once: every arm is checked, and a fit makes thousands of them.
+    """
+    effects, others = {(one.effect.name, one.joint): one for one in arm.effects}, []
+    for term in terms:
+        if isinstance(term, Term) and term.is_whole:
+            effects.pop(term.place, None)
+            effects[term.place] = Placed(term.effect, term.joint)
+        else:
+            others.append(term)
+    arm = replace(arm, effects=tuple(effects.values()))
+    for term in others:
+        arm = term.on(arm)
+    return arm
 
 
 def looked_for(effect: Effect, joint: str | None, free: Mapping[str, float],

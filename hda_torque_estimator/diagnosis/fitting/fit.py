@@ -18,7 +18,7 @@ from .steps import groups_at_once, places_of, stepped
 from ..balances.balance import Balance, Balancer, RATE
 from ...least_squares.descent import damped, improved
 from ...least_squares.sandwich import sandwich
-from ...least_squares.term import Term
+from ...least_squares.term import Term, with_terms
 
 IMPOSSIBLE = (ArmError, ParameterError)     # no arm can have such numbers
 # Choices unless told otherwise.
@@ -96,10 +96,7 @@ class Fitter:
 
     def on(self, terms: Sequence[AnyTerm]) -> Arm:
         """Return the arm as given with these terms."""
-        arm = self.arm
-        for term in terms:
-            arm = term.on(arm)
-        return arm
+        return with_terms(self.arm, terms)
 
     def valid(self, balance: Balance) -> NDArray[np.bool_]:
         """Return what counts of a balance (m, c)."""
