@@ -22,6 +22,7 @@ TOLERANCE = {
     **{name: asked for asked, names in ASKED.values() for name in names},
     'presliding_friction': 0.25}            # the bristles of the truth are another law
 SIZES_OF_OTHER_KIND = {'coarse_quantisation'}
+ALONE = 30.0            # of a record of one effect: harder to tell by than a minute [s]
 
 
 def seed_of(name):
@@ -33,7 +34,7 @@ def diagnosed(name):
     """Return what is hidden in a record of one effect, and its diagnosis."""
     seed = seed_of(name)
     hidden = draw(name, np.random.default_rng([seed, 1]))
-    measurement = measurement_from(ARM.labels, published(ARM, [hidden], seed))
+    measurement = measurement_from(ARM.labels, published(ARM, [hidden], seed, seconds=ALONE))
     return hidden, diagnose(measurement, ARM).diagnosis
 
 
