@@ -237,6 +237,6 @@ def test_colcon_installs_what_runs(workspace):
     pytest.param(LINKED, id='linked', marks=pytest.mark.study)], indirect=True)
 def test_colcon_runs_the_tests(workspace):
     run(sys.executable, '-m', 'colcon', 'test', '--return-code-on-test-failure',
-        '--pytest-args', '-k', 'test_packages_import', cwd=workspace)
+        '--pytest-args', 'test/test_layering.py', '-k', 'test_packages_import', cwd=workspace)
     suite = ElementTree.parse(workspace / 'build' / NAME / 'pytest.xml').find('testsuite')
     assert int(suite.get('tests')) == len(PACKAGES)

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from .headings import Heading
-from .number_clues import (angle_unit, Columns, FEWEST, Floats, is_whole, motor_over_link, numbers,
-                        radians, rate_over, SAME, speed_unit, way_of_work)
+from .number_clues import (angle_unit, Columns, FEWEST, Floats, is_whole, motor_over_link,
+                           numbers, radians, rate_over, SAME, speed_unit, way_of_work)
 from .places import (Entry, LINK, LINK_POSITION, LINK_VELOCITY, MOTOR, MOTOR_EFFORT,
                      MOTOR_POSITION, MOTOR_VELOCITY)
 
