@@ -1,5 +1,6 @@
 """Numbers as people read them: with few figures, in handy units, with their interval."""
 
+from collections.abc import Sequence
 import math
 import re
 
@@ -49,6 +50,18 @@ def handy(value: float, scale: str) -> str:
     size, prefix = _prefixed(abs(value))
     told = f'{short(value / size)} {prefix}{unit(scale)}'
     return f'{told} ({short(value * ARCMIN)} arcmin)' if scale == 'rad' else told
+
+
+def in_unit(values: Sequence[float], scale: str) -> tuple[list[str], str]:
+    """Return numbers of one unit with four figures, and the handy unit that all of them have."""
+    largest = max((abs(value) for value in values if math.isfinite(value)), default=0.0)
+    size, prefix = _prefixed(largest) if scale in _SCALED and largest else (1.0, '')
+    return [figure(value / size) for value in values], prefix + unit(scale)
+
+
+def unbroken(text: str) -> str:
+    """Return a text in which no line ends between a number and its unit."""
+    return re.sub(r'(?<=\d) (?=[^\W\d]|[%°])', '\N{NO-BREAK SPACE}', text)
 
 
 def spoken(name: str) -> str:
