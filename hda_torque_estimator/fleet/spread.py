@@ -139,7 +139,7 @@ def over_machines(work: Callable[[Item], Result], items: Sequence[Item], schedul
         futures = client.map(work, items, pure=False)
         places = {future.key: place for place, future in enumerate(futures)}
         found: dict[int, Result] = {}
-        for future in dask.as_completed(futures):
+        for future in dask.as_completed(futures, loop=client.loop):
             place, error = places[future.key], future.exception()
             found[place] = future.result() if error is None else failed(
                 items[place], f'its worker failed: {error}')
