@@ -176,11 +176,14 @@ def test_sizes_are_said_in_units_that_people_use(value, scale, said):
 
 def test_a_row_of_numbers_has_one_handy_unit():
     """No row mixes exponents: its largest number chooses the unit of all."""
-    assert in_unit([1.001e-4, 9.008e-5, 1.101e-4], 'rad') == (['0.1001', '0.09008', '0.1101'],
+    assert in_unit([1.001e-4, 9.008e-5, 1.101e-4], 'rad') == (['0.1001', '0.0901', '0.1101'],
                                                               'mrad')
     assert in_unit([-3.1e-3, 2e-4, math.nan], 'N*m') == (['-3.1', '0.2', 'unknown'], 'mN·m')
     assert in_unit([0.0, 0.0], 'rad') == (['0', '0'], 'rad')
-    assert in_unit([5e-5], '1/(N*m)') == (['5e-05'], '1/(N·m)')
+    assert in_unit([9757.4, 3.0], 'N*m/rad') == (['9757', '3'], 'N·m/rad')
+    assert in_unit([1e-6, 3.252e-4], 'rad') == (['0.001', '0.3252'], 'mrad')
+    assert in_unit([5.964e-5], '1/(N*m)') == (['0.00005964'], '1/(N·m)')
+    assert in_unit([5.964e-9], '1/(N*m)') == (['5.964e-09'], '1/(N·m)')
 
 
 def test_no_line_ends_between_a_number_and_its_unit():

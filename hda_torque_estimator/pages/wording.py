@@ -9,6 +9,8 @@ import re
 ARCMIN = 10800.0 / math.pi      # one radian [arcmin]
 _PREFIXES = ((1e-6, 'µ'), (1e-3, 'm'), (1.0, ''))
 _COARSE = 0.1           # angle from which degrees say more than mrad [rad]
+_FIGURES = 4            # of the largest number of a row
+_TINY, _HUGE = 1e-5, 1e7        # beyond which a number is told with an exponent
 _SCALED = ('s', 'rad', 'N*m', 'm', 'N')
 
 
@@ -53,10 +55,24 @@ def handy(value: float, scale: str) -> str:
 
 
 def in_unit(values: Sequence[float], scale: str) -> tuple[list[str], str]:
-    """Return numbers of one unit with four figures, and the handy unit that all of them have."""
+    """
+    Return numbers of one unit, and the handy unit that all of them have.
+
+    The largest has four figures, and none has more decimals than it.
+    """
     largest = max((abs(value) for value in values if math.isfinite(value)), default=0.0)
     size, prefix = _prefixed(largest) if scale in _SCALED and largest else (1.0, '')
-    return [figure(value / size) for value in values], prefix + unit(scale)
+    return [_decimal(value / size, largest / size) for value in values], prefix + unit(scale)
+
+
+def _decimal(value: float, largest: float) -> str:
+    """Return a number with as many decimals as the largest one beside it has in four figures."""
+    if not math.isfinite(value) or not _TINY < largest < _HUGE:
+        return figure(value)
+    decimals = max(0, _FIGURES - 1 - math.floor(math.log10(largest)))
+    told = f'{value:.{decimals}f}'
+    told = told.rstrip('0').rstrip('.') if '.' in told else told
+    return '0' if told == '-0' else told
 
 
 def unbroken(text: str) -> str:
