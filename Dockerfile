@@ -4,10 +4,12 @@ WORKDIR /ws
 COPY . src/hda_torque_estimator
 
 # What has a rosdep key comes from Ubuntu; mcap (with lz4, zstandard) and pyarrow have none.
+# RViz needs a screen: it is left out.
 RUN apt-get update \
  && apt-get install -y --no-install-recommends python3-venv \
  && rosdep update --rosdistro jazzy \
  && rosdep install -y --rosdistro jazzy --from-paths src --ignore-src --dependency-types exec \
+      --skip-keys rviz2 \
  && rm -rf /var/lib/apt/lists/* \
  && python3 -m venv --system-site-packages /opt/hda \
  && /opt/hda/bin/pip install --no-cache-dir mcap lz4 zstandard pyarrow

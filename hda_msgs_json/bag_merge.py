@@ -3,13 +3,14 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from hda_msgs_json.cdr import encode_string
+from hda_msgs_json.cdr import encode_number, encode_string
 from hda_msgs_json.cdr_arrays import encode_joint_rows, encode_wrench_rows
 from hda_msgs_json.mcap_pack import ChannelCount
 from hda_msgs_json.mcap_records import BagError, INDEX_ENTRY, MESSAGE_HEAD
 from hda_msgs_json.mcap_walk import RECORD_HEAD
 from hda_msgs_json.mcap_writer import CHUNK_SIZE
-from hda_msgs_json.samples import JointSamples, Stamps, TextSamples, WrenchSamples
+from hda_msgs_json.samples import (
+    JointSamples, NumberSamples, Stamps, TextSamples, WrenchSamples)
 from hda_msgs_json.strided import Bytes, Indices, place
 from mcap.opcode import Opcode
 import numpy as np
@@ -55,6 +56,20 @@ def text_column(channel: int, samples: TextSamples) -> Column:
     return Column(
         channel, _log_times(samples.stamps), np.array([len(m) for m in messages], np.int64),
         lambda rows: np.frombuffer(b''.join(messages[rows]), np.uint8))
+
+
+def number_column(channel: int, samples: NumberSamples) -> Column:
+    """Return Float64s that wait to be written."""
+    head = encode_number(0.0)[:-samples.values.itemsize]
+
+    def encode(rows: slice) -> Bytes:
+        values = np.ascontiguousarray(samples.values[rows], '<f8').view(np.uint8)
+        begin = np.frombuffer(bytes(HEAD) + head, np.uint8)
+        body = values.reshape(-1, samples.values.itemsize)
+        return np.hstack([np.tile(begin, (len(body), 1)), body])
+
+    return Column(channel, _log_times(samples.stamps),
+                  np.full(len(samples), len(encode_number(0.0))), encode)
 
 
 class Chunk:

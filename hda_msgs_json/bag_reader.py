@@ -9,14 +9,19 @@ from hda_msgs_json.bag_files import BagFiles, find_files
 from hda_msgs_json.bag_gather import Gathering, JOINT_MESSAGES, Kind, WRENCH_MESSAGES
 from hda_msgs_json.bag_order import in_order, Message, part_messages, Source
 from hda_msgs_json.bag_parts import content_of, Part, scan_file, ScannedFile, summaries
-from hda_msgs_json.cdr import CdrError, decode_string
+from hda_msgs_json.cdr import CdrError, decode_number, decode_string
 from hda_msgs_json.mcap_chunk import expanded
 from hda_msgs_json.mcap_file import Content
 from hda_msgs_json.mcap_records import BagError, Messages, Records
-from hda_msgs_json.samples import JointSamples, SamplesError, TextSamples, WrenchSamples
+from hda_msgs_json.samples import (
+    JointSamples, NumberSamples, SamplesError, TextSamples, WrenchSamples)
 from hda_msgs_json.strided import Indices
+<<<<<<< HEAD
 from hda_msgs_json.topics import JOINT_STATES, STRING
 from hda_msgs_json.worker_threads import ahead
+=======
+from hda_msgs_json.topics import JOINT_STATES, NUMBER, STRING
+>>>>>>> w-people
 import numpy as np
 
 Samples = TypeVar('Samples', JointSamples, WrenchSamples)
@@ -78,6 +83,16 @@ class Recording:
         times, messages = self.raw(name)
         try:
             return TextSamples(times, tuple(decode_string(message) for message in messages))
+        except CdrError as error:
+            raise BagError(f'{self.path}, topic {name}: {error}') from None
+
+    def numbers(self, topic: str) -> NumberSamples:
+        """Return the Float64s of a topic at their log times; raise BagError."""
+        name = self._find(topic, NUMBER)
+        times, messages = self.raw(name)
+        try:
+            return NumberSamples(times, np.array([decode_number(message) for message in messages],
+                                                 np.float64))
         except CdrError as error:
             raise BagError(f'{self.path}, topic {name}: {error}') from None
 

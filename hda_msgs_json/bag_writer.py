@@ -9,14 +9,15 @@ from types import TracebackType
 from typing import NamedTuple
 
 from hda_msgs_json.bag_file import BagFile
-from hda_msgs_json.bag_merge import Chunk, Column, joint_column, merged, text_column, wrench_column
+from hda_msgs_json.bag_merge import (
+    Chunk, Column, joint_column, merged, number_column, text_column, wrench_column)
 from hda_msgs_json.bag_metadata import METADATA_FILE, rosbag2_metadata, to_yaml, total
 from hda_msgs_json.bag_place import cannot_write, growing_directory, whole_directory
 from hda_msgs_json.mcap_chunk import COMPRESSIONS
 from hda_msgs_json.mcap_file import METADATA_NAME
 from hda_msgs_json.mcap_pack import ChannelCount, pack, Packed
 from hda_msgs_json.mcap_records import BagError
-from hda_msgs_json.samples import JointSamples, TextSamples, WrenchSamples
+from hda_msgs_json.samples import JointSamples, NumberSamples, TextSamples, WrenchSamples
 from hda_msgs_json.schemas import Schema, schema
 from hda_msgs_json.topics import Topic
 from hda_msgs_json.worker_threads import ahead
@@ -124,6 +125,11 @@ class BagWriter:
         """Write Strings at their log times."""
         with self._writing():
             self._columns.append(text_column(self._channel(topic), samples))
+
+    def write_numbers(self, topic: Topic, samples: NumberSamples) -> None:
+        """Write Float64s at their log times."""
+        with self._writing():
+            self._columns.append(number_column(self._channel(topic), samples))
 
     def merge(self) -> None:
         """Write all samples so far in the order of their log times; later ones come after them."""

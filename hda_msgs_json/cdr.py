@@ -1,5 +1,5 @@
 """
-JointState, WrenchStamped and String as CDR bytes, one message at a time.
+JointState, WrenchStamped, String and Float64 as CDR bytes, one message at a time.
 
 `JointStateDecoder`, `JointStateEncoder` and `WrenchEncoder` are the fast paths of the nodes. They
 learn the layout of a message once and touch only its stamp and its numbers afterwards. Whole
@@ -10,7 +10,8 @@ from collections.abc import Sequence
 import struct
 
 from hda_msgs_json.cdr_arrays import decode_joint_states, decode_wrenches
-from hda_msgs_json.cdr_fields import CdrError, FieldReader, FieldWriter, pack_stamp
+from hda_msgs_json.cdr_fields import (
+    CdrError, FieldReader, FieldWriter, LITTLE_ENDIAN, pack_stamp)
 from hda_msgs_json.cdr_layout import (
     encode_joint_state, encode_wrench, JointState, Layout, read_joint_state, read_wrench, STAMP_AT,
     Wrench)
@@ -18,9 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
-    'CdrError', 'decode_joint_state', 'decode_joint_states', 'decode_string', 'decode_wrench',
-    'decode_wrenches', 'encode_joint_state', 'encode_string', 'encode_wrench', 'JointState',
-    'JointStateDecoder', 'JointStateEncoder', 'Wrench', 'WrenchEncoder']
+    'CdrError', 'decode_joint_state', 'decode_joint_states', 'decode_number', 'decode_string',
+    'decode_wrench', 'decode_wrenches', 'encode_joint_state', 'encode_number', 'encode_string',
+    'encode_wrench', 'JointState', 'JointStateDecoder', 'JointStateEncoder', 'Wrench',
+    'WrenchEncoder']
 
 LARGEST_JOINT_STATE = 1 << 20
 """Bytes of the largest JointState that a node looks at: thousands of joints."""
@@ -28,6 +30,8 @@ LARGEST_JOINT_STATE = 1 << 20
 STAMP = struct.Struct('<iI')
 """The stamp of a little-endian message with a header, at `STAMP_AT`."""
 DOUBLE = np.dtype('<f8')
+NUMBER = struct.Struct('<4sd')
+"""A whole little-endian Float64."""
 WORD = 4
 
 
@@ -59,6 +63,19 @@ def encode_string(text: str) -> bytes:
     fields.string(text, 'data')
     message = bytes(fields)
     return message + bytes(-len(message) % WORD)
+
+
+def decode_number(message: bytes) -> float:
+    """Return the number of a Float64; raise CdrError if the bytes are not one."""
+    fields = FieldReader(message)
+    number = fields.values(fields.doubles('data', 1))
+    fields.finish()
+    return float(number[0])
+
+
+def encode_number(number: float) -> bytes:
+    """Return the bytes of a Float64."""
+    return NUMBER.pack(LITTLE_ENDIAN, number)
 
 
 class JointStateDecoder:

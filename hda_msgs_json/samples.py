@@ -129,6 +129,25 @@ class TextSamples:
         return len(self.stamps)
 
 
+@dataclass(frozen=True, eq=False)
+class NumberSamples:
+    """Hold Float64 messages: log times [ns] (n,), since they have no stamp, and values (n,)."""
+
+    stamps: Stamps
+    values: Floats
+
+    def __post_init__(self) -> None:
+        """Raise SamplesError unless there is one value per stamp."""
+        if self.values.shape != self.stamps.shape:
+            raise SamplesError(
+                f'NumberSamples.values must have one value for each of {len(self.stamps)} '
+                f'stamps, got the shape {self.values.shape}')
+
+    def __len__(self) -> int:
+        """Return the number of messages."""
+        return len(self.stamps)
+
+
 def join_joint_samples(parts: Sequence[JointSamples]) -> JointSamples:
     """
     Return the messages of all parts in their order, with the names of all of them.

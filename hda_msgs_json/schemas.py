@@ -32,6 +32,7 @@ DEFINITIONS = {
     'sensor_msgs/JointState':
         'std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\n'
         'float64[] effort\n',
+    'std_msgs/Float64': 'float64 data\n',
     'std_msgs/Header': 'builtin_interfaces/Time stamp\nstring frame_id\n',
     'std_msgs/String': 'string data\n',
     'trajectory_msgs/JointTrajectory':
@@ -52,6 +53,8 @@ HASHES = {
         'RIHS01_692f7a66e93a3c83e71765d033b60349ba68023a8c689a79e48078bcb5c58564',
     'sensor_msgs/JointState':
         'RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e',
+    'std_msgs/Float64':
+        'RIHS01_705ba9c3d1a09df43737eb67095534de36fd426c0587779bda2bc51fe790182a',
     'std_msgs/String':
         'RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18',
     'trajectory_msgs/JointTrajectory':

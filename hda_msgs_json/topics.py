@@ -6,6 +6,7 @@ JOINT_STATE = 'sensor_msgs/msg/JointState'
 WRENCH_STAMPED = 'geometry_msgs/msg/WrenchStamped'
 JOINT_TRAJECTORY = 'trajectory_msgs/msg/JointTrajectory'
 STRING = 'std_msgs/msg/String'
+NUMBER = 'std_msgs/msg/Float64'
 DIAGNOSTIC_ARRAY = 'diagnostic_msgs/msg/DiagnosticArray'
 CLOCK_TYPE = 'rosgraph_msgs/msg/Clock'
 
@@ -75,6 +76,16 @@ def truth_link_wrench(joint: str) -> Topic:
 def reference_joint_torque(joint: str) -> Topic:
     """Return the topic of the torque of a joint that a sensor of its own measured."""
     return _sampled(f'reference/{joint}/torque', WRENCH_STAMPED)
+
+
+def state_of_joints(quantity: str) -> Topic:
+    """Return the topic of a quantity of `estimator_state` that every joint has."""
+    return _sampled(f'estimator_state/{quantity}', JOINT_STATE)
+
+
+def state_number(quantity: str) -> Topic:
+    """Return the topic of a single number of `estimator_state`."""
+    return _sampled(f'estimator_state/{quantity}', NUMBER)
 
 
 def motor_name(joint: str) -> str:

@@ -8,13 +8,16 @@ from the list of topics and the security policy, effects from the catalogue, err
 import argparse
 import ast
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from importlib import import_module
 import inspect
+import re
 import xml.etree.ElementTree as ElementTree
 
 from hda_arm_sim.foundation.parameter import Declaration, Declared
 from hda_arm_sim.model import parts
 from hda_arm_sim.model.effects import Effect, EFFECTS
+from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.torsion import TorsionLaw
 from hda_arm_sim.node import ArmSim
 from hda_arm_sim.ros.arm_node import ReportingNode
@@ -24,6 +27,7 @@ from hda_torque_estimator.commands.fleet import ALARMED
 from hda_torque_estimator.commands.parsing import MISUSED
 from hda_torque_estimator.controlling.controller_node import JtfController
 from hda_torque_estimator.estimating.estimator_node import TorqueEstimator
+from hda_torque_estimator.estimating.number_messages import number_topics
 from hda_torque_estimator.playing.player_node import BagPlayer
 from hda_torque_estimator.recording.recorder_node import BagRecorder
 from project_files import ROOT
@@ -111,13 +115,16 @@ def nodes() -> str:
 
 
 def declared_topics() -> Iterator[topics.Topic]:
-    """Yield every topic of the system, those of joint1 for all joints."""
+    """Yield every topic of the system, those of one joint for all joints."""
     for value in vars(topics).values():
         if isinstance(value, topics.Topic):
             yield value
-        elif inspect.isfunction(value) and value.__annotations__.get('return') is topics.Topic \
-                and not value.__name__.startswith('_'):
+        elif inspect.isfunction(value) and value.__annotations__ == {
+                'joint': str, 'return': topics.Topic}:
             yield value('JOINT')
+    plain = number_topics(read_arm('hda_arm.yaml'))
+    yield from dict.fromkeys(replace(topic, name=re.sub(r'joint\d', 'JOINT', topic.name))
+                             for topic in plain)
 
 
 def traffic() -> str:

@@ -9,9 +9,10 @@ from bag_content import (
 from hda_msgs_json.bag import BagError, BagWriter, open_recording
 from hda_msgs_json.bag_writer import Files
 from hda_msgs_json.cdr import encode_joint_state, encode_string
-from hda_msgs_json.samples import TextSamples, WrenchSamples
+from hda_msgs_json.samples import NumberSamples, TextSamples, WrenchSamples
 from hda_msgs_json.schemas import schema_text
-from hda_msgs_json.topics import ESTIMATOR_STATE, JOINT_STATES, joint_torque, TIP_WRENCH, Topic
+from hda_msgs_json.topics import (
+    ESTIMATOR_STATE, JOINT_STATES, joint_torque, state_number, TIP_WRENCH, Topic)
 import numpy as np
 import pytest
 import yaml
@@ -22,15 +23,20 @@ def test_samples_come_back(tmp_path: Path, compression: str) -> None:
     """Arrays survive to the last bit, over several chunks, with texts and metadata."""
     joints, wrenches = joint_samples(9000), wrench_samples(4500, offset=500, step=2_000_000)
     texts = TextSamples(wrenches.stamps[:3], ('', 'ä', '{"a": 1}'))
+    numbers = NumberSamples(joints.stamps[::2], joints.position[::2, 0])
     with BagWriter(tmp_path / 'bag', {'seed': '7'}, files=Files(compression)) as bag:
         bag.write_wrenches(TIP_WRENCH, wrenches)
         bag.write_joint_states(JOINT_STATES, joints)
         bag.write_texts(ESTIMATOR_STATE, texts)
+        bag.write_numbers(state_number('payload'), numbers)
     recording = open_recording(tmp_path / 'bag')
     assert_same(recording.joint_states(), joints)
     assert_same(recording.wrenches('tip/wrench'), wrenches)
     assert recording.texts('/estimator_state').texts == texts.texts
     np.testing.assert_array_equal(recording.texts('estimator_state').stamps, texts.stamps)
+    found = recording.numbers('estimator_state/payload')
+    np.testing.assert_array_equal(found.stamps, numbers.stamps)
+    np.testing.assert_array_equal(found.values, numbers.values)
     assert recording.metadata == {'seed': '7'}
     assert recording.warnings == []
     assert recording.duration == pytest.approx(8.999, abs=1e-9)

@@ -11,7 +11,8 @@ from hda_msgs_json.bag_writer import Files
 from hda_msgs_json.cdr_arrays import encode_joint_rows, encode_wrench_rows
 from hda_msgs_json.schemas import schema, schema_text
 from hda_msgs_json.topics import (
-    CLOCK, DIAGNOSTICS, ESTIMATOR_STATE, JOINT_REFERENCE, JOINT_STATES, TIP_WRENCH, Topic)
+    CLOCK, DIAGNOSTICS, ESTIMATOR_STATE, JOINT_REFERENCE, JOINT_STATES, state_number, TIP_WRENCH,
+    Topic)
 from mcap.writer import CompressionType, IndexType
 import numpy as np
 import pytest
@@ -231,7 +232,8 @@ def test_split_bags_are_one_recording(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize('topic', [
-    JOINT_STATES, TIP_WRENCH, ESTIMATOR_STATE, JOINT_REFERENCE, DIAGNOSTICS, CLOCK])
+    JOINT_STATES, TIP_WRENCH, ESTIMATOR_STATE, JOINT_REFERENCE, DIAGNOSTICS, CLOCK,
+    state_number('payload')])
 def test_schemas_are_those_of_ros(topic: Topic) -> None:
     """Our definitions have the hash that an independent reader of schemas computes."""
     typesys = pytest.importorskip('rosbags.typesys')

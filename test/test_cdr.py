@@ -3,9 +3,9 @@
 from types import ModuleType
 
 from hda_msgs_json.cdr import (
-    CdrError, decode_joint_state, decode_joint_states, decode_string, decode_wrench,
-    decode_wrenches, encode_joint_state, encode_string, encode_wrench, JointState,
-    JointStateDecoder, JointStateEncoder, WrenchEncoder)
+    CdrError, decode_joint_state, decode_joint_states, decode_number, decode_string,
+    decode_wrench, decode_wrenches, encode_joint_state, encode_number, encode_string,
+    encode_wrench, JointState, JointStateDecoder, JointStateEncoder, WrenchEncoder)
 from hda_msgs_json.cdr_arrays import encode_joint_rows, encode_wrench_rows
 from hda_msgs_json.cdr_batch import batch_of
 from hda_msgs_json.cdr_layout import read_joint_state
@@ -122,6 +122,22 @@ def test_string_equals_ros(serialization: ModuleType, text: str) -> None:
     ours = encode_string(text)
     assert serialization.deserialize_message(ours, type(theirs)) == theirs
     assert decode_string(ours) == decode_string(serialization.serialize_message(theirs)) == text
+
+
+@given(FLOATS)
+def test_number_equals_ros(serialization: ModuleType, number: float) -> None:
+    """ROS reads our number and we read that of ROS, to the last bit."""
+    theirs = pytest.importorskip('std_msgs.msg').Float64(data=number)
+    ours = encode_number(number)
+    assert ours == serialization.serialize_message(theirs)[:len(ours)]
+    np.testing.assert_array_equal(decode_number(ours), number)
+
+
+@pytest.mark.parametrize('message', [b'', encode_number(1.0)[:-1], encode_number(1.0) + bytes(20)])
+def test_what_is_no_number_is_refused(message: bytes) -> None:
+    """Bytes that are missing, or too many, are named."""
+    with pytest.raises(CdrError):
+        decode_number(message)
 
 
 @given(joint_states())

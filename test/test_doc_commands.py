@@ -17,6 +17,7 @@ from hda_torque_estimator.reproduction.catalogue import FIGURES
 import numpy as np
 from project_files import files, made_by_tools, ROOT
 import pytest
+from ways_in import FIRST_OF_ALL, WAYS
 
 FENCE = re.compile(r'^```([^\n]*)\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 COMMAND = re.compile(r'^(?:    )?(?:hda|make|ros2|pip|python3?|colcon|\.ci/run|arm_sim|bag_\w+'
@@ -231,3 +232,13 @@ def anchors(page: Path) -> set[str]:
     """Return the anchors of a page's headings, as they are made for Markdown."""
     heads = re.findall(r'^#+ (.*)$', page.read_text(encoding='utf-8'), re.MULTILINE)
     return {re.sub(r'[^\w\- ]', '', head.lower()).replace(' ', '-') for head in heads}
+
+
+@pytest.mark.parametrize('way', WAYS, ids=lambda way: way.user)
+def test_the_ways_that_are_measured_stand_in_the_manual(way):
+    """What `benchmarks/ways_in.py` types is what the page shows, to the letter."""
+    shown = {line.partition('  # ')[0].strip()
+             for line in script(ROOT / 'docs' / way.page).splitlines()}
+    assert {*way.given, *way.typed} <= shown
+    installed = script(ROOT / 'README.md').splitlines()
+    assert list(FIRST_OF_ALL) == installed[:len(FIRST_OF_ALL)]

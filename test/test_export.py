@@ -6,9 +6,11 @@ from pathlib import Path
 from bag_content import joint_samples, START, wrench_samples
 from hda_msgs_json.bag import BagWriter, open_recording
 from hda_msgs_json.cdr_fields import FieldWriter
+from hda_msgs_json.samples import NumberSamples
 from hda_msgs_json.schemas import Schema
 from hda_msgs_json.topics import (
-    ESTIMATOR_STATE, JOINT_STATES, JOINT_TORQUES, reference_joint_torque, TIP_WRENCH)
+    ESTIMATOR_STATE, JOINT_STATES, JOINT_TORQUES, reference_joint_torque, state_number,
+    TIP_WRENCH)
 from hda_torque_estimator.cli import main
 from hda_torque_estimator.importing.exported import at_stamps
 from hda_torque_estimator.importing.tables import read_table
@@ -29,6 +31,8 @@ def bag(tmp_path: Path) -> Path:
         bag.write_joint_states(JOINT_TORQUES, STATES.select(['joint1']))
         bag.write_wrenches(reference_joint_torque('joint1'), TORQUES)
         bag.write_wrenches(TIP_WRENCH, PUSHES)
+        bag.write_numbers(state_number('payload'), NumberSamples(
+            PUSHES.stamps, PUSHES.force[:, 1]))
         bag.write(ESTIMATOR_STATE, START, b'\x00\x01\x00\x00\x01\x00\x00\x00\x00\x00\x00\x00')
     return tmp_path / 'bag'
 
@@ -48,6 +52,8 @@ def test_a_table_holds_the_bits_of_the_bag(name, bag, capsys):
     force = table['tip/wrench.force.x']
     assert np.isfinite(force).sum() == len(PUSHES)
     np.testing.assert_array_equal(force[np.isfinite(force)], PUSHES.force[:, 0])
+    payload = table['estimator_state/payload']
+    np.testing.assert_array_equal(payload[np.isfinite(force)], PUSHES.force[:, 1])
 
 
 def test_one_topic_has_a_row_for_each_of_its_messages(bag):

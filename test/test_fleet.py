@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 import signal
 import sys
+import time
 
 from hda_msgs_json.bag import BagWriter
 from hda_msgs_json.samples import JointSamples
@@ -23,6 +24,7 @@ from hda_torque_estimator.measurements.recording_checks import GateError
 import numpy as np
 import pytest
 
+PATIENCE = 60.0         # of a process for another: nothing is measured by it [s]
 LINES = [Line('a', 'a', 'explained', (Cause('payload', None, 0.99),), 2.0),
          Line('b', 'b', 'no_discrepancy', (), 1.0),
          Line('c', 'c', None, error='c: 1 s are too short & no more')]
@@ -167,6 +169,23 @@ def test_dask_that_is_missing_is_one_line(monkeypatch):
 def test_results_come_in_the_order_of_the_items():
     assert over_processes(abs, [-3, 1, -2], 2) == [3, 1, 2]
     assert over_processes(abs, []) == []
+
+
+def in_turn(place: Path) -> str:
+    """Tell others that a recording is done; the slow one waits until the quick one has."""
+    end = time.monotonic() + PATIENCE
+    while place.name == 'slow' and not place.with_name('quick').exists():
+        assert time.monotonic() < end, 'waited in vain for the quick one'
+        time.sleep(0.01)
+    place.touch()
+    return place.name
+
+
+def test_a_result_is_heard_as_soon_as_it_is_there(tmp_path):
+    """A slow recording holds up no news of the others; the answer keeps its order."""
+    heard: list[str] = []
+    made = over_processes(in_turn, [tmp_path / 'slow', tmp_path / 'quick'], 2, heard=heard.append)
+    assert (made, heard) == (['slow', 'quick'], ['quick', 'slow'])
 
 
 def test_a_directory_of_bags_is_all_its_bags(bags, tmp_path):

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 import importlib.util
 from pathlib import Path
+import re
 import runpy
 import signal
 import subprocess
@@ -10,6 +11,7 @@ import sys
 from types import SimpleNamespace
 from xml.etree import ElementTree
 
+from catkin_pkg.package import parse_package
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.node import ArmSim
 from hda_arm_sim.ros.arm_node import ArmNode
@@ -237,3 +239,12 @@ def test_the_view_shows_the_frames_of_the_arm():
     assert reach == pytest.approx(links.length1 + links.length2)
     shown = yaml.safe_load(Path(defined.configuration()).read_text())['Visualization Manager']
     assert shown['Global Options']['Fixed Frame'] == 'base'
+
+
+def test_what_launch_files_start_comes_with_the_package():
+    """Each package whose executables a launch file starts is declared, so rosdep brings it."""
+    declared = {depend.name for depend in parse_package(str(ROOT / 'package.xml')).exec_depends}
+    named = {found for file in (ROOT / 'launch').glob('*.launch.py') for found in re.findall(
+        r"Node\(package='(\w+)'", file.read_text(encoding='utf-8'))}
+    assert named == {'robot_state_publisher', 'rviz2'}
+    assert named <= declared

@@ -246,6 +246,8 @@ async def visit(url, nodes, push, folder: Path) -> None:
         await page.until(state('well'))
         push(encode_wrench(0, 'base', [0.0, 20.0, 0.0], [0.0] * 3))
         await page.until('document.getElementById("contact").className !== "free"')
+        await page.until('/^x -?\\d+\\.\\d, y -?\\d+\\.\\d N$/.test('
+                         'document.getElementById("tip").textContent)')
         for width in (360, 1280, 1920):
             await page.resize(width, 800)
             assert await page.ask('document.documentElement.scrollWidth') <= width

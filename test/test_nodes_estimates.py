@@ -1,18 +1,23 @@
 """The messages of a live estimator are those of the offline one, bit for bit."""
 
+from typing import get_type_hints
+
 from hda_arm_sim.health import Refused
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_msgs_json.cdr import (
-    decode_joint_state, decode_string, decode_wrench, encode_joint_state, JointStateDecoder)
+    decode_joint_state, decode_number, decode_string, decode_wrench, encode_joint_state,
+    encode_number, JointStateDecoder)
 from hda_msgs_json.cdr_arrays import encode_joint_rows, encode_wrench_rows
 from hda_msgs_json.messages import EstimatorState, from_json
-from hda_msgs_json.samples import JointSamples
+from hda_msgs_json.samples import JointSamples, NumberSamples
+from hda_msgs_json.topics import NUMBER
 from hda_torque_estimator.estimating.estimate_messages import (estimate_samples, estimate_topics,
                                                                EstimateEncoder)
 from hda_torque_estimator.estimating.estimator import Estimator
 from hda_torque_estimator.estimating.laws.layout import RESULTS, TIP_RESULTS
 from hda_torque_estimator.estimating.live_estimator import LiveEstimator, StateSettings
+from hda_torque_estimator.estimating.number_messages import number_samples, number_topics
 from hda_torque_estimator.estimating.state_messages import due_rows, Pacer, state_samples
 from hda_torque_estimator.samples.gaps import Gaps
 from hda_torque_estimator.samples.readings import reading_names
@@ -42,6 +47,8 @@ def messages_of(samples: JointSamples) -> list[bytes]:
 
 def rows_of(part) -> list[bytes]:
     """Return the messages of estimates."""
+    if isinstance(part, NumberSamples):
+        return [encode_number(value) for value in part.values.tolist()]
     encode = encode_joint_rows if isinstance(part, JointSamples) else encode_wrench_rows
     return [row.tobytes() for row in encode(part)]
 
@@ -63,10 +70,40 @@ def test_live_messages_are_the_offline_ones(arm):
         assert [answer.messages[place] for answer in answers] == rows_of(part)
     told = [decode_string(answer.state) for answer in answers if answer.state is not None]
     assert told == list(state_samples(arm, estimates).texts)
+    numbers = number_samples(arm, estimates)
+    assert tuple(numbers) == number_topics(arm)
+    due = [answer for answer in answers if answer.state is not None]
+    for place, part in enumerate(numbers.values()):
+        assert [answer.numbers[place] for answer in due] == rows_of(part)
+
+
+def test_numbers_of_the_state_are_plain_topics(pushed):
+    """Each number of the JSON that has no topic of its own is a plain one, with the same value."""
+    live = LiveEstimator(ARM)
+    answers = [answer for sent in messages_of(pushed)[:1500]
+               if (answer := live(sent)).state is not None]
+    state = from_json(EstimatorState, decode_string(answers[-1].state))
+    told = {}
+    for topic, message in zip(number_topics(ARM), answers[-1].numbers):
+        quantity = topic.name.removeprefix('estimator_state/')
+        told[quantity] = decode_number(message) if topic.message_type == NUMBER else [
+            *decode_joint_state(message).position, *decode_joint_state(message).effort]
+    x, y = (told.pop(f'tip_force_std/{axis}') for axis in 'xy')
+    np.testing.assert_allclose([x * x, y * y], np.array(state.tip_force_covariance)[[0, 3]])
+    told['motor_share'] = [told.pop(f'motor_share/{label}') for label in ARM.labels]
+    for quantity, numbers in told.items():
+        np.testing.assert_array_equal(numbers, getattr(state, quantity), quantity)
+    kinds = get_type_hints(EstimatorState)
+    of_numbers = {name for name, kind in kinds.items() if 'float' in str(kind)}
+    assert told.keys() == of_numbers - {'torque', 'tip_force', 'tip_force_covariance'}
 
 
 def test_without_links_there_is_no_tip():
     names = [topic.name for topic in estimate_topics(WITHOUT_LINKS)]
+    plain = [topic.name for topic in number_topics(WITHOUT_LINKS)]
+    assert plain[:4] == [f'estimator_state/{name}' for name in (
+        'torsion', 'kinematic_torsion', 'torsion_zero', 'torque_std')]
+    assert all('/motor_share/' in name for name in plain[4:])
     assert names == [*(f'joint{k}/torque' for k in range(1, 7)), 'joint_torques']
 
 

@@ -305,12 +305,12 @@ def test_page_says_all_that_a_diagnosis_holds(verdict):
     assert read.open == []
     for said in (VERDICTS[verdict], 'kinematic_error', 'payload', 'the arm',
                  f'Transmission error {FREE_TEXT}. Site: torsion', f'arm {FREE_TEXT}.yaml',
-                 '0.0001234', '0.00012 to 0.00013', 'twice per motor turn',
+                 '0.1234', '0.12 to 0.13', 'mrad', 'twice per motor turn',
                  'more than 1,000,000 to 1', 'link_encoder_eccentricity',
                  '98.7 % [98.1, 99.2]', 'slow torque loops',
                  'clock_skew', 'follows the link angle, strongest at 7.53 per link turn',
                  '0.0421 kg', 'cannot be shown by this motion', '60,001', '4 s: 0 to 4 s', '0.1.0',
-                 f'38 of 39 effects {FREE_TEXT}', '0.05 s', '0.000225', '0.000103',
+                 f'38 of 39 effects {FREE_TEXT}', '0.05 s', '0.225', '0.103',
                  'a placebo of equal freedom 1.2 %', 'unknown'):
         assert said in read.text, said
 
@@ -338,13 +338,13 @@ def test_page_shows_orders_that_were_chosen_with_every_other_number():
     told = replace(diagnosis(), findings=(cogging,))
     text = ' '.join(Reader(page(told, {})).text.split())
     assert 'orderwaves per motor turn 14 chosen, not fitted 1/turn' in text
-    assert '0.005 to 0.0052' in text
+    assert '5.1 5 to 5.2 mN·m' in text
     assert 'order = 14 1/turn, amplitude = 0.0051 [0.005, 0.0052] N*m' in told.sentences()[1]
 
 
 def test_page_shows_sizes_of_all_that_look_alike_and_which_one_the_model_holds():
     read = Reader(page(diagnosis('ambiguous'), {}))
-    for said in ('4.321e-05', '4.2e-05 to 4.4e-05', '0.0008765', '0.00081 to 0.00092',
+    for said in ('43.21', '42 to 44', 'µrad', '0.8765', '0.81 to 0.92', 'ms',
                  'clock_skew at joint1, which model.yaml holds'):
         assert said in read.text, said
     assert 'backlash at joint1, which' not in read.text

@@ -15,6 +15,7 @@ from hda_torque_estimator.cli import main
 from hda_torque_estimator.estimating.estimate_messages import estimate_topics
 from hda_torque_estimator.estimating.estimator import EstimatorSettings
 from hda_torque_estimator.estimating.live_estimator import LiveEstimator, StateSettings
+from hda_torque_estimator.estimating.number_messages import number_topics
 from hda_torque_estimator.estimating.recorded_settings import (recorded_settings, RecordedSettings,
                                                                RecordedSettingsError)
 from moving_arm import moving
@@ -26,7 +27,8 @@ ARM = read_arm('hda_arm.yaml')
 SETTINGS = RecordedSettings(
     EstimatorSettings(velocity_bandwidth=20.0), StateSettings(state_rate=200.0))
 GIVEN = ('velocity_bandwidth:=20', 'state_rate:=200')
-TOPICS = [topic.name for topic in (*estimate_topics(ARM), ESTIMATOR_STATE)]
+NUMBERS = number_topics(ARM)
+TOPICS = [topic.name for topic in (*estimate_topics(ARM), ESTIMATOR_STATE, *NUMBERS)]
 pytestmark = pytest.mark.xdist_group('nodes')
 
 
@@ -90,7 +92,7 @@ def answered(messages):
             answer = live(message)
         except Refused:
             continue
-        for name, part in zip(TOPICS, [*answer.messages, answer.state]):
+        for name, part in zip(TOPICS, [*answer.messages, answer.state, *answer.numbers]):
             if part is not None:
                 found[name].append(part)
     return found
@@ -123,8 +125,8 @@ def test_recording_gives_the_bits_of_the_live_run_by_command_and_played(sent, tm
             tmp_path, torque_estimator=GIVEN, bag_recorder=(f'output:={live}',)) as nodes:
         torques, state = watcher.hear(JOINT_TORQUES), watcher.hear(ESTIMATOR_STATE)
         send = watcher.send(JOINT_STATES, 2)
-        watcher.until_read({**dict.fromkeys(estimate_topics(ARM), 1), JOINT_TORQUES: 2,
-                            ESTIMATOR_STATE: 2})
+        watcher.until_read({**dict.fromkeys((*estimate_topics(ARM), *NUMBERS), 1),
+                            JOINT_TORQUES: 2, ESTIMATOR_STATE: 2})
         watcher.until(partial(recorded, live, 'velocity_bandwidth'), 'the settings')
         for first in range(0, len(sent), 100):          # never more on their way than queues hold
             watcher.until(partial(at_least, torques, first - 100), 'estimates')
@@ -139,8 +141,8 @@ def test_recording_gives_the_bits_of_the_live_run_by_command_and_played(sent, tm
     assert estimates(again) == expected
     with watching() as watcher, running(
             tmp_path, torque_estimator=GIVEN, bag_recorder=(f'output:={replayed}',)) as nodes:
-        watcher.until_read({**dict.fromkeys(estimate_topics(ARM), 1), JOINT_STATES: 2,
-                            ESTIMATOR_STATE: 1})
+        watcher.until_read({**dict.fromkeys((*estimate_topics(ARM), *NUMBERS), 1),
+                            JOINT_STATES: 2, ESTIMATOR_STATE: 1})
         watcher.until(partial(recorded, replayed, 'velocity_bandwidth'), 'the settings')
         with running(tmp_path, bag_player=(             # both readers, on a stalled machine too
                 f'bag:={live}', 'topics:=[joint_states]', 'settle_time:=10')) as player:

@@ -1,8 +1,8 @@
 """Samples: arrays that fit together, chosen by name and joined without guessing."""
 
 from hda_msgs_json.samples import (
-    join_joint_samples, join_wrench_samples, JointSamples, SamplesError, TextSamples,
-    WrenchSamples)
+    join_joint_samples, join_wrench_samples, JointSamples, NumberSamples, SamplesError,
+    TextSamples, WrenchSamples)
 import numpy as np
 import pytest
 
@@ -65,6 +65,7 @@ def test_wrenches_of_two_frames_are_not_joined() -> None:
     (lambda: WrenchSamples(np.arange(2), '', np.zeros((2, 3)), np.zeros((3, 3))),
      r'WrenchSamples.torque must have the shape \(2, 3\) .* got \(3, 3\)'),
     (lambda: TextSamples(np.arange(2), ('a',)), 'for each of 2 stamps, got 1'),
+    (lambda: NumberSamples(np.arange(2), np.zeros(3)), r'for each of 2 stamps, .* shape \(3,\)'),
 ])
 def test_arrays_that_do_not_fit_are_refused(make: object, error: str) -> None:
     """The field, the shape that is due and the shape that came are named."""

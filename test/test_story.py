@@ -20,7 +20,7 @@ from hda_torque_estimator.pages.badge import badge_of, BADGES
 from hda_torque_estimator.pages.glossary import terms_in
 from hda_torque_estimator.pages.plot import Line, MOST, Plot, thinned, written
 from hda_torque_estimator.pages.render import asset
-from hda_torque_estimator.pages.wording import handy, spoken
+from hda_torque_estimator.pages.wording import handy, in_unit, spoken, unbroken
 import numpy as np
 from project_files import ROOT
 import pytest
@@ -172,6 +172,35 @@ def test_probabilities_and_next_steps_are_shown_where_they_are_known():
     (0.0, 'rad', '0 µrad (0 arcmin)'), (math.nan, 's', 'unknown s')])
 def test_sizes_are_said_in_units_that_people_use(value, scale, said):
     assert handy(value, scale) == said
+
+
+def test_a_row_of_numbers_has_one_handy_unit():
+    """No row mixes exponents: its largest number chooses the unit of all."""
+    assert in_unit([1.001e-4, 9.008e-5, 1.101e-4], 'rad') == (['0.1001', '0.0901', '0.1101'],
+                                                              'mrad')
+    assert in_unit([-3.1e-3, 2e-4, math.nan], 'N*m') == (['-3.1', '0.2', 'unknown'], 'mN·m')
+    assert in_unit([0.0, 0.0], 'rad') == (['0', '0'], 'rad')
+    assert in_unit([9757.4, 3.0], 'N*m/rad') == (['9757', '3'], 'N·m/rad')
+    assert in_unit([1e-6, 3.252e-4], 'rad') == (['0.001', '0.3252'], 'mrad')
+    assert in_unit([5.964e-5], '1/(N*m)') == (['0.00005964'], '1/(N·m)')
+    assert in_unit([5.964e-9], '1/(N*m)') == (['5.964e-09'], '1/(N·m)')
+
+
+def test_no_line_ends_between_a_number_and_its_unit():
+    assert unbroken('with 90 % it is 0.2 mrad (0.7 arcmin) [0.1, 0.3]') == (
+        'with 90\u00a0% it is 0.2\u00a0mrad (0.7\u00a0arcmin) [0.1, 0.3]')
+
+
+def test_something_else_is_as_sure_as_it_says_itself():
+    """Beside a rest without a name, a cause and the rest each have a probability of their own."""
+    plain = diagnosis('unknown')
+    first = replace(plain.findings[0], probability=0.97)
+    told = replace(plain, probability=0.9, findings=(first,), unexplained=None)
+    assert story.certainty(told).startswith('what is named: 97.0 % probable; with 90 % its size')
+    assert story.certainty(told).endswith('That something else is wrong: 90.0 % probable')
+    assert 'something else is wrong that no effect' in story.headline(told).lower()
+    assert not any('what the rest follows' in step for step in story.steps(told))
+    assert any('what the rest follows' in step for step in story.steps(plain))
 
 
 def test_names_are_spoken():

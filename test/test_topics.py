@@ -8,7 +8,8 @@ import pytest
 
 ALL = [value for value in vars(topics).values() if isinstance(value, Topic)] + [
     make('joint1') for make in (
-        topics.joint_torque, topics.truth_joint_torque, topics.reference_joint_torque)]
+        topics.joint_torque, topics.truth_joint_torque, topics.reference_joint_torque)] + [
+    topics.state_of_joints('torsion'), topics.state_number('payload')]
 PROMISED = {
     'joint_states': 'sensor_msgs/msg/JointState',
     'motor_command': 'sensor_msgs/msg/JointState',
@@ -19,6 +20,8 @@ PROMISED = {
     'tip/wrench_tool': 'geometry_msgs/msg/WrenchStamped',
     'joint_torques': 'sensor_msgs/msg/JointState',
     'estimator_state': 'std_msgs/msg/String',
+    'estimator_state/torsion': 'sensor_msgs/msg/JointState',
+    'estimator_state/payload': 'std_msgs/msg/Float64',
     'truth/joint1/torque': 'geometry_msgs/msg/WrenchStamped',
     'truth/tip/wrench': 'geometry_msgs/msg/WrenchStamped',
     'reference/joint1/torque': 'geometry_msgs/msg/WrenchStamped',

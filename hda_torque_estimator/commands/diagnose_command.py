@@ -25,6 +25,7 @@ from ..diagnosis.detectability.excitation import asked
 from ..diagnosis.diagnose import Conclusion, diagnose
 from ..diagnosis.findings.choice import chosen
 from ..diagnosis.findings.origin import Origin, Part
+from ..diagnosis.findings.report import Diagnosis
 from ..diagnosis.fitting.alignment import together
 from ..diagnosis.motors_alone.motor_record import is_motor_side, length_of, sweeps_together
 from ..diagnosis.motors_alone.motor_side import diagnose_motors, MotorConclusion
@@ -32,10 +33,18 @@ from ..diagnosis.showing import exhibits_of, predictions
 from ..diagnosis.telling.exhibits import Exhibits
 from ..diagnosis.telling.page import page
 from ..diagnosis.telling.plots import figures
+<<<<<<< HEAD
 from ..measurements.measurement import Measurement, measurement_from
 from ..measurements.recording_checks import check, check_names, GateError, mended, Mending
+=======
+from ..diagnosis.telling.story import headline, probability
+from ..measurements.gate import check, check_names, GateError, mended, Mending
+from ..measurements.measurement import Measurement, measurement_from
+from ..pages.wording import capital
+>>>>>>> w-people
 from ..version import version
 
+PAGE = 'report.html'
 AnyConclusion = Conclusion | MotorConclusion
 Conclusive = TypeVar('Conclusive', Conclusion, MotorConclusion)
 EXAMPLES = (
@@ -103,7 +112,7 @@ def _together(options: argparse.Namespace,
         prediction=() if exhibits is None else predictions(exhibits)))
     drawn = {} if exhibits is None else figures(found.diagnosis, exhibits)
     _write(found, drawn, options, exhibits)
-    return Outcome('\n'.join(found.diagnosis.sentences()), found.diagnosis.document())
+    return Outcome(_told(found.diagnosis, options.out), found.diagnosis.document())
 
 
 def _motors(options: argparse.Namespace, recorded: Mapping[str, JointSamples], arm: Arm,
@@ -119,7 +128,17 @@ def _motors(options: argparse.Namespace, recorded: Mapping[str, JointSamples], a
     found = _chosen(found, arm, options)
     found = found._replace(diagnosis=replace(found.diagnosis, seconds=time.monotonic() - begin))
     _write(found, motor_figures(found.parts), options)
-    return Outcome('\n'.join(found.diagnosis.sentences()), found.diagnosis.document())
+    return Outcome(_told(found.diagnosis, options.out), found.diagnosis.document())
+
+
+def _told(diagnosis: Diagnosis, out: Path) -> str:
+    """Return what a terminal says: verdict, sentence, how sure, numbers, where the page is."""
+    verdict, *numbers = diagnosis.sentences()
+    is_named = diagnosis.findings or diagnosis.ambiguous or diagnosis.unexplained
+    sure = probability(diagnosis)
+    plain = [f'  {headline(diagnosis)}{f" {capital(sure)} probable." if sure else ""}']
+    return '\n'.join([verdict, *(plain if is_named else []), *numbers,
+                      f'  to read: {out / PAGE}'])
 
 
 def _chosen(found: Conclusive, arm: Arm, options: argparse.Namespace) -> Conclusive:
@@ -151,5 +170,5 @@ def _write(found: AnyConclusion, drawn: dict[str, Figure], options: argparse.Nam
         (partial / 'model.yaml').write_text(notes + arm_to_text(found.extended),
                                             encoding='utf-8')
         inline = save_figures(drawn, partial)
-        (partial / 'report.html').write_text(
+        (partial / PAGE).write_text(
             page(found.diagnosis, {} if exhibits else inline, exhibits), encoding='utf-8')

@@ -12,9 +12,14 @@ from hda_arm_sim.model.writing import arm_to_text
 from hda_msgs_json.bag import BagWriter, Recording
 from hda_msgs_json.errors import HdaError
 from hda_msgs_json.outputs import check_directory
+<<<<<<< HEAD
 from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import ESTIMATOR_STATE
 from hda_msgs_json.worker_threads import drawn_ahead
+=======
+from hda_msgs_json.samples import JointSamples, NumberSamples, WrenchSamples
+from hda_msgs_json.topics import ESTIMATOR_STATE, Topic
+>>>>>>> w-people
 import numpy as np
 from numpy.typing import NDArray
 
@@ -34,6 +39,7 @@ from ..estimating.estimates import Estimates
 from ..estimating.estimator import Estimator
 from ..estimating.laws import layout
 from ..estimating.laws.contact import contact_level
+from ..estimating.number_messages import number_samples
 from ..estimating.page import About, page
 from ..estimating.recorded_settings import recorded_settings, RecordedSettings
 from ..estimating.state_messages import state_samples
@@ -122,12 +128,18 @@ def _estimated(options: argparse.Namespace) -> Outcome:
 def _write(bag: BagWriter, arm: Arm, part: Estimates, settings: RecordedSettings, *,
            before: int | None) -> None:
     """Write the messages of some estimates, which come after those at the stamp `before`."""
-    for topic, samples in estimate_samples(arm, part, settings.unobserved).items():
+    rate = settings.state.state_rate
+    made: dict[Topic, JointSamples | WrenchSamples | NumberSamples] = {
+        **estimate_samples(arm, part, settings.unobserved),
+        **number_samples(arm, part, rate, before)}
+    for topic, samples in made.items():
         if isinstance(samples, JointSamples):
             bag.write_joint_states(topic, samples)
-        else:
+        elif isinstance(samples, WrenchSamples):
             bag.write_wrenches(topic, samples)
-    bag.write_texts(ESTIMATOR_STATE, state_samples(arm, part, settings.state.state_rate, before))
+        else:
+            bag.write_numbers(topic, samples)
+    bag.write_texts(ESTIMATOR_STATE, state_samples(arm, part, rate, before))
     bag.merge()
 
 

@@ -11,7 +11,7 @@ from hda_msgs_json.cdr_fields import CdrError
 from hda_msgs_json.errors import HdaError
 from hda_msgs_json.outputs import check_file, whole_file
 from hda_msgs_json.samples import Stamps
-from hda_msgs_json.topics import JOINT_STATE, JOINT_STATES, WRENCH_STAMPED
+from hda_msgs_json.topics import JOINT_STATE, JOINT_STATES, NUMBER, WRENCH_STAMPED
 import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
@@ -23,7 +23,7 @@ from ..importing.exported import (
     at_stamps, Columns, joint_columns, time_columns, wrench_columns)
 
 DYNAMIC_JOINT_STATE = 'control_msgs/msg/DynamicJointState'
-NUMBERS = (JOINT_STATE, WRENCH_STAMPED, DYNAMIC_JOINT_STATE)
+NUMBERS = (JOINT_STATE, WRENCH_STAMPED, NUMBER, DYNAMIC_JOINT_STATE)
 WRITE: dict[str, Callable[[pa.Table, BinaryIO], None]] = {
     '.csv': pyarrow.csv.write_csv,
     '.parquet': pyarrow.parquet.write_table,
@@ -100,6 +100,9 @@ def _numbers(recording: Recording, topic: str, prefix: str) -> tuple[Stamps, Col
     if kind == WRENCH_STAMPED:
         wrenches = recording.wrenches(topic)
         return wrenches.stamps, wrench_columns(wrenches, name)
+    if kind == NUMBER:
+        single = recording.numbers(topic)
+        return single.stamps, {name: single.values}
     if kind == DYNAMIC_JOINT_STATE:
         try:
             stamps, columns = decode_dynamic_joint_states(recording.raw(topic)[1])

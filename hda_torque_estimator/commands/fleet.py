@@ -118,20 +118,20 @@ def _own(options: argparse.Namespace, bag: Bag, arm: str, out: Path) -> argparse
 def _diagnose_all(jobs: Sequence[Job], options: argparse.Namespace, out: FleetOut,
                   tell: Tell) -> None:
     """Add the line of every bag; raises FleetError where no bag could be diagnosed."""
-    began, first = time.monotonic(), ''
+    began = time.monotonic()
 
     def heard(made: Line) -> None:
-        nonlocal first
         out.add(made)
-        first = first or made.error or ''
         tell(f'diagnosing {how_far(out.fresh, len(jobs), began)}')
 
     tell(f'diagnosing {how_far(0, len(jobs), began)}')
     if options.scheduler is None:
-        over_processes(line, jobs, options.workers, failed=failed, heard=heard)
+        made = over_processes(line, jobs, options.workers, failed=failed, heard=heard,
+                              needed=[job.diagnose.__module__ for job in jobs[:1]])
     else:
-        over_machines(line, jobs, options.scheduler, failed=failed, heard=heard)
+        made = over_machines(line, jobs, options.scheduler, failed=failed, heard=heard)
     if not out.has_diagnoses:
+        first = next((one.error for one in made if one.error is not None), '')
         raise FleetError(f'none of {len(jobs)} bags could be diagnosed; the first: {first}')
 
 

@@ -23,12 +23,12 @@ class LiveError(HdaError):
 def configure(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument('--arm', default='hda_arm.yaml', metavar='FILE',
-                        help='model file, or the name of a shipped one (%(default)s)')
+                        help='model file, or the name of a shipped one')
     parser.add_argument('--port', type=int, default=0,
-                        help='port on this machine; any that is free without')
+                        help='port on this machine; 0 takes any that is free')
     parser.add_argument('--open', action='store_true', help='open the page in the browser')
     parser.add_argument('--out', type=Path, default=Path('recordings'), metavar='DIR',
-                        help='directory in which the button of the page makes bags (%(default)s)')
+                        help='directory in which the button of the page makes bags')
 
 
 def execute(options: argparse.Namespace) -> Outcome:

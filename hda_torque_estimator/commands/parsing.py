@@ -10,6 +10,7 @@ from hda_msgs_json.printable import one_line
 
 MISUSED = 2
 _NAMES = 26             # columns of the names in a help
+_ITSELF = 'unless given'        # in a help that tells its default in words
 
 
 class HelpFormatter(argparse.RawDescriptionHelpFormatter):
@@ -19,11 +20,18 @@ class HelpFormatter(argparse.RawDescriptionHelpFormatter):
         """Give names the room that the longest of them takes."""
         super().__init__(prog, max_help_position=_NAMES)
 
+    def add_argument(self, action: argparse.Action) -> None:
+        """Note how long the names of an argument are; those of commands stand further right."""
+        super().add_argument(action)
+        if isinstance(action, argparse._SubParsersAction):
+            self._action_max_length += self._indent_increment
+
     def _get_help_string(self, action: argparse.Action) -> str | None:
         said = action.help or ''
         plain = action.default in (None, argparse.SUPPRESS) or isinstance(
             action.default, (bool, list))
-        return said if plain or '%(default)' in said else f'{said} (default: %(default)s)'
+        told = plain or '%(default)' in said or _ITSELF in said
+        return said if told else f'{said} (default: %(default)s)'
 
     def _format_args(self, action: argparse.Action, default_metavar: str) -> str:
         if action.nargs == argparse.ONE_OR_MORE:

@@ -11,6 +11,7 @@ from .signals import Bag
 
 SCHEMA = 'hda.compare/1'
 _USUAL_DRIFT = 3e-4                 # crystals stay below
+_SMALL = 1e-3           # offset of clocks that is told in microseconds (choice) [s]
 _DRAWN, _DRAWN_ALIKE = 6, 2         # signals worth a figure, and those if none differs
 _HEADS = ('signal', 'unit', 'rms', 'max', 'mean', 'of motion', 'noise', 'starts', 'lines')
 
@@ -59,8 +60,16 @@ def clock_sentence(found: Comparison) -> str:
         return f'By its stamps the second starts {clock.offset:.7f} s after the first; {common}.'
     drift = '' if clock.mode == 'offset' else \
         f', drift {1e6 * clock.drift:.3f} +- {1e6 * drift_half(clock):.3f} ppm'
-    return f'The second starts {clock.offset:.7f} +- {offset_half(clock):.1e} s after the ' \
+    return f'The second starts {_offset(clock)} after the ' \
            f'first{drift}; {common}; the motions correlate by {clock.correlation:.4f}.'
+
+
+def _offset(clock: Alignment) -> str:
+    """Return the offset with half its 90 % interval, a small one in microseconds."""
+    half = offset_half(clock)
+    if max(abs(clock.offset), half) < _SMALL:
+        return f'{1e6 * clock.offset:.1f} +- {1e6 * half:.1f} us'
+    return f'{clock.offset:.7f} +- {half:.1e} s'
 
 
 def doubts(clock: Alignment) -> list[str]:

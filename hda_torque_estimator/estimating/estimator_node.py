@@ -17,6 +17,7 @@ from .estimate_messages import estimate_topics
 from .estimator import EstimatorSettings
 from .estimator_report import estimator_report
 from .live_estimator import LiveEstimator, StateSettings
+from .number_messages import number_topics
 from .recorded_settings import checked_unobserved
 from ..samples.driver_node import driver_states
 from ..samples.driver_states import OPTIONS as DRIVER_OPTIONS
@@ -43,6 +44,7 @@ class TorqueEstimator(ArmNode):
         self._states = driver_states(self)
         self._estimates = publishers(self, estimate_topics(self.arm))
         self._state = publisher(self, ESTIMATOR_STATE)
+        self._numbers = publishers(self, number_topics(self.arm))
         self.serve(Trigger, 'tare', self._on_tare)
         self.serve(Trigger, 'reset', self._on_reset)
         if self.arm.links is None:
@@ -60,7 +62,7 @@ class TorqueEstimator(ArmNode):
             sample = self._states(topic.name, message)
             if sample is None:
                 return
-            stamp, messages, state = self._answer(sample)
+            stamp, messages, state, numbers = self._answer(sample)
         except Refused as refused:
             self.refuse(topic, refused)
             return
@@ -68,6 +70,9 @@ class TorqueEstimator(ArmNode):
             estimates.publish(estimate)
         if state is not None:
             self._state.publish(state)
+        for plotted, number in zip(self._numbers, numbers):
+            if plotted.get_subscription_count():
+                plotted.publish(number)
         self._stopwatch.add(time.monotonic() - began, time.time() - stamp * 1e-9)
 
     def _tune(self, settings: EstimatorSettings) -> None:

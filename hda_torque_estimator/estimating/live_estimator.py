@@ -15,6 +15,7 @@ import numpy as np
 from .estimate_messages import EstimateEncoder
 from .estimator import Estimator, EstimatorSettings, Refusal
 from .laws.layout import FUSION
+from .number_messages import NumberEncoder
 from .route_health import remarks
 from .state_messages import Pacer, STATE_RATE, StateWriter
 from ..samples.gaps import Gaps
@@ -36,6 +37,7 @@ class Answer(NamedTuple):
     stamp: int                  # [ns]
     messages: list[bytes]       # in the order of the topics of `estimate_topics`
     state: bytes | None         # of samples that are due to tell it
+    numbers: list[bytes]        # of these, in the order of the topics of `number_topics`
 
 
 class LiveEstimator:
@@ -52,6 +54,7 @@ class LiveEstimator:
         self._read = SampleReader(arm)
         self._encode = EstimateEncoder(arm, unobserved)
         self._write_state = StateWriter(arm)
+        self._encode_numbers = NumberEncoder(arm)
         self._pacer = Pacer(state.state_rate)
 
     def __call__(self, message: bytes) -> Answer:
@@ -69,8 +72,11 @@ class LiveEstimator:
         self._last = stamp
         self.answered += 1
         self.gaps.add(stamp)
-        return Answer(stamp, self._encode(stamp, estimator.joints, estimator.tip),
-                      self._state(stamp) if self._pacer.due(stamp) else None)
+        results = estimator.joints, estimator.tip
+        messages = self._encode(stamp, *results)
+        if not self._pacer.due(stamp):
+            return Answer(stamp, messages, None, [])
+        return Answer(stamp, messages, self._state(stamp), self._encode_numbers(stamp, *results))
 
     def reset(self) -> None:
         """Forget every sample, filter and tare, so that stamps may begin anew."""

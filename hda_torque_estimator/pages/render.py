@@ -19,7 +19,8 @@ from .plot import Chart
 
 ASSETS = files('hda_torque_estimator.pages') / 'assets'
 FILTERS = {name: getattr(wording, name)
-           for name in ('capital', 'figure', 'handy', 'percent', 'short', 'spoken', 'unit')}
+           for name in ('capital', 'figure', 'handy', 'percent', 'short', 'spoken', 'unbroken',
+                        'unit')}
 
 
 def render(template: str, *, title: str, badge: Badge = DONE,
@@ -46,7 +47,7 @@ def _environment() -> Environment:
     made = Environment(loader=PackageLoader('hda_torque_estimator.pages'), autoescape=True,
                        undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     made.filters |= FILTERS | {'json': _json}
-    made.globals['BADGES'] = BADGES
+    made.globals |= {'BADGES': BADGES, 'in_unit': wording.in_unit}
     return made
 
 

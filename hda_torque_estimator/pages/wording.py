@@ -1,5 +1,6 @@
 """Numbers as people read them: with few figures, in handy units, with their interval."""
 
+from collections.abc import Sequence
 import math
 import re
 
@@ -8,6 +9,8 @@ import re
 ARCMIN = 10800.0 / math.pi      # one radian [arcmin]
 _PREFIXES = ((1e-6, 'µ'), (1e-3, 'm'), (1.0, ''))
 _COARSE = 0.1           # angle from which degrees say more than mrad [rad]
+_FIGURES = 4            # of the largest number of a row
+_TINY, _HUGE = 1e-5, 1e7        # beyond which a number is told with an exponent
 _SCALED = ('s', 'rad', 'N*m', 'm', 'N')
 
 
@@ -49,6 +52,32 @@ def handy(value: float, scale: str) -> str:
     size, prefix = _prefixed(abs(value))
     told = f'{short(value / size)} {prefix}{unit(scale)}'
     return f'{told} ({short(value * ARCMIN)} arcmin)' if scale == 'rad' else told
+
+
+def in_unit(values: Sequence[float], scale: str) -> tuple[list[str], str]:
+    """
+    Return numbers of one unit, and the handy unit that all of them have.
+
+    The largest has four figures, and none has more decimals than it.
+    """
+    largest = max((abs(value) for value in values if math.isfinite(value)), default=0.0)
+    size, prefix = _prefixed(largest) if scale in _SCALED and largest else (1.0, '')
+    return [_decimal(value / size, largest / size) for value in values], prefix + unit(scale)
+
+
+def _decimal(value: float, largest: float) -> str:
+    """Return a number with as many decimals as the largest one beside it has in four figures."""
+    if not math.isfinite(value) or not _TINY < largest < _HUGE:
+        return figure(value)
+    decimals = max(0, _FIGURES - 1 - math.floor(math.log10(largest)))
+    told = f'{value:.{decimals}f}'
+    told = told.rstrip('0').rstrip('.') if '.' in told else told
+    return '0' if told == '-0' else told
+
+
+def unbroken(text: str) -> str:
+    """Return a text in which no line ends between a number and its unit."""
+    return re.sub(r'(?<=\d) (?=[^\W\d]|[%°])', '\N{NO-BREAK SPACE}', text)
 
 
 def spoken(name: str) -> str:

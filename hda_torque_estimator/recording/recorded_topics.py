@@ -10,12 +10,13 @@ from hda_msgs_json.topics import (
 
 from .topic_choice import matches
 from ..estimating.estimate_messages import estimate_topics
+from ..estimating.number_messages import number_topics
 
 
 def system_topics(arm: Arm) -> tuple[Topic, ...]:
     """Return every topic of the system."""
     return (JOINT_STATES, MOTOR_COMMAND, JOINT_REFERENCE, EXTERNAL_WRENCH, *estimate_topics(arm),
-            ESTIMATOR_STATE, *truth_topics(arm),
+            ESTIMATOR_STATE, *number_topics(arm), *truth_topics(arm),
             *(reference_joint_torque(label) for label in arm.labels), REFERENCE_TIP_WRENCH,
             DIAGNOSTICS, CLOCK)
 

@@ -94,9 +94,9 @@ def _candidates(diagnosis: Diagnosis) -> list[tuple[tuple[str, str | None],
 
 def _rest_sentence(diagnosis: Diagnosis) -> str:
     rest = diagnosis.unexplained
-    if rest is None:
-        return 'something is wrong that no effect of the catalogue explains'
     also = 'else ' if diagnosis.findings else ''
+    if rest is None:
+        return f'something {also}is wrong that no effect of the catalogue explains'
     return (f'something {also}is wrong {_SAID.get(rest.site, "at")} {where(rest.joint)} '
             'that no effect of the catalogue explains')
 
@@ -133,7 +133,12 @@ def certainty(diagnosis: Diagnosis) -> str:
     """Return how sure the verdict is: its probability or what speaks for it, and the size."""
     first = diagnosis.findings[0] if diagnosis.findings else None
     between = '' if first is None else within(first.effect, first.parameters)
-    if known := probability(diagnosis):
+    known = probability(diagnosis)
+    if known and first is not None and diagnosis.verdict == 'unknown':
+        own = probability(first) or 'well backed'
+        return (f'what is named: {own}{" probable" * own.endswith("%")}{between}. That something '
+                f'else is wrong: {known} probable')
+    if known:
         return f'{known} probable{between}'
     if first is not None:
         return f'{evidence(first.evidence)}{between}'
@@ -216,8 +221,11 @@ def steps(diagnosis: Diagnosis) -> list[str]:
     checks = _checks((one.effect, one.joint) for one in diagnosis.findings)
     checks += [f'What decides: {alike.experiment}.' for alike in diagnosis.ambiguous if not told]
     checks += _checks(place for alike in diagnosis.ambiguous for place in alike.effects)
-    return [*told, *(capital(one) for one in checks if one not in told),
-            *_AFTER.get(diagnosis.verdict, ()), *_file(diagnosis)]
+    after = _AFTER.get(diagnosis.verdict, ())
+    if diagnosis.verdict == 'unknown' and diagnosis.unexplained is None:
+        after = after[1:]               # no place, no coordinate: there is nothing to look at
+    return [*told, *(capital(one) for one in checks if one not in told), *after,
+            *_file(diagnosis)]
 
 
 def _checks(places: Iterable[tuple[str, str | None]]) -> list[str]:

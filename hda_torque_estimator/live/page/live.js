@@ -116,7 +116,8 @@ function write(target, text) {
 }
 
 function pushed(force) {
-  return `${force.filter((value) => value != null).map((value) => known(value, 1)).join(', ')} N`;
+  const told = force.map((value, axis) => value != null && `${'xyz'[axis]} ${known(value, 1)}`);
+  return `${told.filter(Boolean).join(', ')} N`;
 }
 
 function scaled(value, factor) {

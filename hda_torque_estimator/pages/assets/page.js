@@ -78,8 +78,18 @@
       const line = plot.lines[place - 1];
       row.hidden = place > plot.lines.length || (line && !line.name);
       if (row.hidden) row.style.display = 'none';
-      if (line) row.querySelector('.u-marker').style.borderStyle =
-        LOOKS[line.look].dash.length ? 'dashed' : 'solid';
+    });
+    mark(made, plot);
+  }
+
+  /* The legend shows each line as it is drawn now. */
+  function mark(made, plot) {
+    made.root.querySelectorAll('.u-legend .u-series').forEach((row, place) => {
+      const line = plot.lines[place - 1];
+      if (!line) return;
+      const look = LOOKS[line.look], marker = row.querySelector('.u-marker');
+      marker.style.borderStyle = look.dash.length ? 'dashed' : 'solid';
+      marker.style.borderColor = colour(look.colour);
     });
   }
 
@@ -156,7 +166,9 @@
     }
 
     again() {
-      if (this.made) this.made.redraw(false, true);
+      if (!this.made) return;
+      this.made.redraw(false, true);
+      mark(this.made, this.plots[this.name]);
     }
   }
 
