@@ -108,8 +108,9 @@ def test_links_within_their_tolerance_leave_no_rest():
     before, after = balancer(COBOT), fit.balance
     joint = 1                                                   # that bears the weight
     good = before.valid[:, joint] & after.valid[:, joint]
-    assert before.residual[good, joint].std() > 5.0 * after.residual[good, joint].std()
-    told = {term.joint: term.numbers()['mass'] for term in fit.nuisance
+    left, found = (float((each.residual[good, joint] ** 2).mean()) for each in (after, before))
+    assert found > 25.0 * left
+    told = {term.joint: term.effect.mass for term in fit.nuisance
             if term.name == 'link_inertia_error'}
     assert told['joint4'] == pytest.approx(0.013, abs=0.008)
 

@@ -17,11 +17,11 @@ from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
 from numpy.typing import NDArray
 
-from .chain_loads import chain_needs, principal
+from .chain_loads import chain_needs
 from ...measurements.motion import Motion
 
 Floats = NDArray[np.float64]
-DOUBTS = 3              # p1, p2, p3, or the principal ones of the links of a chain (layout)
+DOUBTS = 3              # p1, p2, p3; of a chain none (layout)
 
 
 class Loads(NamedTuple):
@@ -36,8 +36,8 @@ def loads(arm: Arm, motion: Motion, wrench: Floats) -> Loads:
     pulled = [sum(arm.effect(kind.name, label)(link_angle=motion.state[:, j, LINK_ANGLE])
                   for kind in effects_at(LINK_TORQUE)) for j, label in enumerate(arm.labels)]
     if isinstance(arm.links, ChainLinks):
-        torque, doubts = chain_needs(arm, motion, wrench)
-        return Loads(torque - np.stack(pulled, axis=1), principal(doubts, DOUBTS))
+        torque = chain_needs(arm, motion, wrench) - np.stack(pulled, axis=1)
+        return Loads(torque, np.zeros((*torque.shape, DOUBTS)))     # the weight is as stated
     return _of_pair(arm, motion, wrench, pulled)
 
 
