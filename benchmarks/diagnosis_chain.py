@@ -4,7 +4,8 @@ Measure how often a diagnosis of seven joints is right, and how long it takes.
     diagnosis_chain.py [--records N] [--healthy N] [--first SEED] [--seconds S] [--rate HZ]
                        [--quick]
 
-Every arm is off in every number by as much as its tolerances say, each link's mass as well. One
+Every arm is off in stiffness, friction, damping, torque constant and the mass of each link by as
+much as its tolerances say. Waves, skew and offsets, which the diagnosis would tell, are exact. One
 effect of typical size is hidden at a joint drawn at random. The arm's equations are the library's
 own, so what this finds is a bound: arms of another physics are in `diagnosis.py`.
 """
@@ -16,7 +17,7 @@ import sys
 import time
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import effect_named, Scope
+from hda_arm_sim.model.effects import effect_named, Scope, TorqueConstantError
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.typical_sizes import SIZED, typical
 from hda_arm_sim.motions import motion_of
@@ -27,7 +28,7 @@ from hda_torque_estimator.measurements.measurement import Measurement
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 from size import parser, verdict
-from torque_chain import scattered
+from torque_chain import numbers_off
 
 ARM = read_arm('cobot7.yaml')
 BARS = {'told': 0.95, 'accused': 0.01, 'seconds': 60.0}
@@ -70,6 +71,16 @@ def hidden_places(count: int, first: int) -> Iterator[Place]:
         yield kind.name, joint
 
 
+def tolerated(seed: int) -> Arm:
+    """Return an arm with which nothing is wrong: its numbers are off within their tolerances."""
+    random = np.random.default_rng([seed, 80])
+    made = numbers_off(ARM, random)
+    for label in ARM.labels:
+        error = ARM.tolerances.torque_constant * float(random.standard_normal())
+        made = made.with_effect(TorqueConstantError(error=error), label)
+    return made
+
+
 def recorded(true: Arm, seconds: float, rate: float, seed: int) -> Measurement:
     """Return a recording of an arm that is moved by who knows the nominal one."""
     dt, every = 1e-3, round(1000.0 / rate)
@@ -82,7 +93,7 @@ def recorded(true: Arm, seconds: float, rate: float, seed: int) -> Measurement:
 def outcome(place: Place | None, seconds: float, rate: float, seed: int,
             names: Sequence[str] | None = None) -> Outcome:
     """Return what is told of one arm, all effects being looked for unless some are named."""
-    true = scattered(ARM, seed)
+    true = tolerated(seed)
     if place is not None:
         true = true.with_effect(typical(true, *place), place[1])
     made, began = recorded(true, seconds, rate, seed), time.process_time()

@@ -12,7 +12,7 @@ from .link_numbers import LinkTolerance
 from .urdf import LARGEST, UrdfError
 
 if TYPE_CHECKING:
-    from importlib.resources.abc import Traversable     # Python 3.10 has it elsewhere
+    from importlib.abc import Traversable       # where Python 3.10 has it
 
 CHAIN_KEYS = ('urdf', 'tip', 'joints', 'home', 'rpy', 'tolerances')
 

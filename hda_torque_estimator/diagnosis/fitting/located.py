@@ -154,7 +154,7 @@ def _forces(sums: Array, profile: Array) -> tuple[Array, Array]:
     size = np.trace(normal, axis1=1, axis2=2)
     ridge = max(1e-6 * float(size.max()), 1e-100)   # where nothing is valid, no force
     force = np.linalg.solve(normal + ridge * np.eye(ways), right[:, :, None])[:, :, 0]
-    return force, (force * right).sum(axis=1)
+    return np.asarray(force, float), np.asarray((force * right).sum(axis=1), float)
 
 
 def _best(sums: Array) -> tuple[Contact | None, float]:

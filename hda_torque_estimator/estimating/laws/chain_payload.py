@@ -1,8 +1,8 @@
 """
 The mass at the tip of a chain that its model does not know, from the external torques.
 
-What is wrong with torques and links lasts, so time adds nothing to how sure the mass is: means
-over a few seconds are told, and the deviation of one moment.
+What is wrong with torques and links lasts, so time adds nothing to how sure the mass is. Means
+over a few seconds are told, with the deviation of one moment.
 """
 
 from typing import NamedTuple
