@@ -5,8 +5,8 @@ from dataclasses import replace
 from chains import planar
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.chain_links import ChainLinks, kept
-from hda_arm_sim.model.effects import (BaseTilt, BaseVibration, Effect, ExternalContact,
-                                       LinkInertiaError, Payload)
+from hda_arm_sim.model.effects import (BaseTilt, BaseVibration, CoulombFriction, Effect,
+                                       ExternalContact, LinkInertiaError, Payload)
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.link_numbers import LinkTolerance
 from hda_arm_sim.model.parts import Encoder, Joint, Links
@@ -21,6 +21,7 @@ from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
 from hda_torque_estimator.diagnosis.fitting.located import contact_in
 from hda_torque_estimator.diagnosis.fitting.nuisance import nuisances
+from hda_torque_estimator.diagnosis.fitting.turning import turning
 from hda_torque_estimator.measurements.measurement import Measurement
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
@@ -135,6 +136,19 @@ def test_what_is_wrong_with_seven_joints_is_told_with_its_joint(effect, joint):
         [] if effect is None else [(effect, joint)])
     assert any('inertial_coupling' in remark for remark in said.remarks)
     assert said.verdict == ('no_discrepancy' if effect is None else 'explained')
+
+
+def test_weight_and_friction_within_tolerances_build_up_at_no_turn():
+    """By the arm as stated joints seem to, by the one that its tolerances allow none does."""
+    true = COBOT
+    for label, size in zip(COBOT.labels, (1.0, -1.2, 0.8, 1.3, -0.7, 1.1, -0.9)):
+        friction = (1.0 + 0.005 * size) * COBOT.joint(label).dry_friction
+        true = true.with_effect(LinkInertiaError(mass=0.01 * size), label).with_effect(
+            CoulombFriction(level=friction), label)
+    balancer = Balancer(recorded(true, COBOT, 20.0, 900))
+    noise = noise_of(balancer, COBOT)[0]
+    assert turning_round(balancer, COBOT, noise)
+    assert not turning(Fitter(balancer, COBOT, noise, 0.5, np.ones(len(balancer.time), bool)))
 
 
 def test_a_touch_on_the_tip_of_a_chain_is_located():
