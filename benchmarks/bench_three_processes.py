@@ -1,6 +1,8 @@
 """
 Measure the closed loop in three processes: simulator, estimator, controller with torque feedback.
 
+    bench_three_processes.py [--arm FILE] [--quick]
+
 At 500 Hz no sample may get lost in a minute; at 1 kHz at least 970 Hz must be achieved. The nodes
 count themselves and say so on /diagnostics, so that nothing else runs beside them.
 """
@@ -31,12 +33,12 @@ class Row(NamedTuple):
     late: int               # calls of the simulator that came late
 
 
-def measure(rate: float, length: float) -> Row:
+def measure(arm: str, rate: float, length: float) -> Row:
     """Return what a loop at this rate achieves in a while [s]."""
-    listener = Listener()
-    with nodes(('hda_arm_sim.main', f'rate:={rate}'),
-               ('hda_torque_estimator.estimating.estimator_node',),
-               ('hda_torque_estimator.controlling.controller_node', *CONTROL)):
+    listener, one = Listener(), f'arm:={arm}'
+    with nodes(('hda_arm_sim.main', one, f'rate:={rate}'),
+               ('hda_torque_estimator.estimating.estimator_node', one),
+               ('hda_torque_estimator.controlling.controller_node', one, *CONTROL)):
         listener.until(lambda: float(listener.last.get('jtf_controller', {}).get(
             'rate [Hz]', 0.0)) > 0.9 * rate, 'the loop to close')
         listener.spin(2.0)
@@ -63,10 +65,13 @@ def lost(listener: Listener) -> int:
 
 def main() -> int:
     """Measure both rates and print a table."""
-    quick = parser(__doc__).parse_args().quick
+    known = parser(__doc__)
+    known.add_argument('--arm', default='hda_arm.yaml', help='arm file, that of a chain too')
+    asked = known.parse_args()
+    quick = asked.quick
     length, rates = TINY if quick else (SECONDS, RATES)
     with own_domain():
-        rows = [measure(rate, length) for rate in rates]
+        rows = [measure(asked.arm, rate, length) for rate in rates]
     print(f'{"asked [Hz]":>10}{"estimates [Hz]":>16}{"commands [Hz]":>15}{"ratio":>8}{"lost":>6}'
           f'{"latency [ms]":>14}{"late":>6}')
     for row in rows:

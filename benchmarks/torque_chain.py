@@ -72,12 +72,18 @@ def main(arms: int, first: int, seconds: float) -> None:
 def scattered(arm: Arm, seed: int) -> Arm:
     """Return the arm with every number off by as much as its tolerances say."""
     known, random = arm.tolerances, np.random.default_rng([seed, 77])
-    made = replace(arm, joints=tuple(_off(joint, known, random) for joint in arm.joints),
-                   links=heavier(arm.links, known.link_inertia, random))
+    made = numbers_off(arm, random)
     for label in arm.labels:
         for effect in _effects(known, random):
             made = made.with_effect(effect, label)
     return made
+
+
+def numbers_off(arm: Arm, random: np.random.Generator) -> Arm:
+    """Return the arm with stiffness, friction, damping, zeros and links off, without waves."""
+    known = arm.tolerances
+    return replace(arm, joints=tuple(_off(joint, known, random) for joint in arm.joints),
+                   links=heavier(arm.links, known.link_inertia, random))
 
 
 def heavier(links: object, tolerance: float, random: np.random.Generator) -> ChainLinks:

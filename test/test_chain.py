@@ -5,7 +5,10 @@ from pathlib import Path
 
 from chains import tables
 from hda_arm_sim.foundation import chain as of
+from hda_arm_sim.foundation.chain_doubts import own_doubts
 from hda_arm_sim.model.chain_links import chain_to, ChainLinks, kept
+from hda_arm_sim.model.effects import LinkInertiaError
+from hda_arm_sim.model.link_numbers import differ
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pinocchio
@@ -269,17 +272,45 @@ def test_momentum_grows_by_torques_weight_drift_and_wrench(table, seed):
 
 @given(tables())
 def test_links_that_a_tip_carries_are_felt_as_their_weight_and_inertia(table):
-    """The torques of each link alone, `own_needs`, are those of a chain without the others."""
+    """The torques of each link alone, in `own_doubts`, are those of a chain without the others."""
     of.place(table)
     n = len(table) - 2
-    squares, sums = np.zeros(n), np.zeros(n)
+    found, sums = np.zeros((n, n)), np.zeros((n, n))
     table[-1, of.WRENCH:of.WRENCH + 6] = 0.0
-    of.own_needs(table, squares)
+    own_doubts(table, np.outer(np.ones(n), (1.0, 0.0, 0.0)), found)
     for link in range(1, n + 1):
         alone = table.copy()
         others = [row for row in range(1, n + 1) if row != link]
         alone[others, of.MASS:of.CONSTANTS] = 0.0
         of.place(alone)
         of.inverse_dynamics(alone)
-        sums += alone[1:-1, of.TORQUE] ** 2
-    np.testing.assert_allclose(squares, sums, rtol=1e-9, atol=1e-9)
+        sums += np.outer(alone[1:-1, of.TORQUE], alone[1:-1, of.TORQUE])
+    np.testing.assert_allclose(found, sums, rtol=1e-9, atol=1e-9)
+
+
+@settings(max_examples=30)
+@given(tables(), st.integers(0, 2 ** 32 - 1))
+def test_doubts_of_links_are_what_other_links_would_need(table, seed):
+    """Covariances of torques are products of what a step of each number changes."""
+    n = len(table) - 2
+    known = np.random.default_rng(seed).uniform(0.0, 0.1, (n, 3))
+    known[:, 1] *= 0.1
+    table[-1, of.WRENCH:of.WRENCH + 6] = 0.0
+    of.place(table)
+    found, sums = np.zeros((n, n)), np.zeros((n, n))
+    own_doubts(table, known, found)
+    steps = [(link, name, size) for link in range(n)
+             for name, size in zip(('mass', 'centre', 'error'), known[link])]
+    for link, name, size in steps:
+        for axis in 'xyz' if name == 'centre' else ('',):
+            torques = []
+            for sign in (1.0, -1.0):
+                other = table.copy()
+                differ(other[link + 1], LinkInertiaError(
+                    **{f'centre_{axis}' if axis else name: sign * STEP}))
+                of.place(other)
+                of.inverse_dynamics(other)
+                torques.append(other[1:-1, of.TORQUE].copy())
+            change = size * (torques[0] - torques[1]) / (2.0 * STEP)
+            sums += np.outer(change, change)
+    np.testing.assert_allclose(found, sums, rtol=1e-5, atol=1e-6 * (1.0 + sums.max()))

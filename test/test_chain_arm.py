@@ -180,6 +180,34 @@ def test_what_a_chain_cannot_be_is_refused(effect, label, told):
         COBOT.with_effect(effect, label)
 
 
+@pytest.mark.parametrize(('effect', 'label'), [
+    (Payload(mass=1.0, y=0.1), None), (Payload(mass=1.0, z=0.1), None),
+    (LinkInertiaError(mass=0.1), 'joint1'), (LinkInertiaError(centre_z=0.1), 'joint1')])
+def test_numbers_of_chains_are_refused_by_links_in_a_plane(effect, label):
+    with pytest.raises(ArmError, match='is told of chains'):
+        FLAT.with_effect(effect, label)
+    assert SPACE.with_effect(effect, label) is not None
+
+
+def test_a_body_beyond_the_tip_is_one_of_two_links_in_a_plane():
+    torque, force = inputs(2)
+    held = Payload(mass=1.5, x=0.1, radius=0.05)
+    flat, space = (rollout(arm, rest(arm, (0.3, 0.8)), Course(torque, force), DT)
+                   for arm in (FLAT.with_effect(held), SPACE.with_effect(held)))
+    np.testing.assert_allclose(space.state, flat.state, atol=1e-9)
+
+
+def test_a_heavier_link_is_one_of_a_heavier_description():
+    """Mass, moment and inertia of the only body behind a joint grow together."""
+    text = planar(PAIR)
+    body = text.index('<link name="two">')
+    heavy = text[:body] + re.sub(r'(?<=mass value=")[^"]+|(?<=i[xyz][xyz]=")[^"]+',
+                                 lambda found: repr(1.3 * float(found[0])), text[body:])
+    made = SPACE.with_effect(LinkInertiaError(mass=0.3), 'joint2').moving_parts()
+    other = ChainLinks(kept(heavy), 'tip', ('joint1', 'joint2')).parts
+    np.testing.assert_allclose(made[1:], other[1:], rtol=1e-12, atol=1e-15)
+
+
 def test_more_than_two_joints_are_told_how_to_give_links():
     arm = replace(COBOT, links=None)
     with pytest.raises(ArmError, match='urdf: FILE'):

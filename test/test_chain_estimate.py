@@ -4,7 +4,9 @@ from dataclasses import replace
 
 from hda_arm_sim.foundation import chain
 from hda_arm_sim.foundation.chain import Chain
+from hda_arm_sim.foundation.chain_doubts import own_doubts
 from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects import Payload
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.motions import motion_of
@@ -111,7 +113,7 @@ def test_torques_of_a_wrench_tell_the_wrench(angles, wrench):
     links, jacobian = placed(np.array(angles)), np.empty((6, 7))
     chain.tip_jacobian(links.table, jacobian)
     tip = np.empty(layout.CHAIN_TIP_RESULTS)
-    tip_wrench(links.table, jacobian.T @ wrench, np.full(7, 0.05), tip)
+    tip_wrench(links.table, jacobian.T @ wrench, np.eye(7) / 0.05 ** 2, tip)
     told = tip[layout.BASE_WRENCH:layout.BASE_WRENCH + 6]
     known = np.isfinite(told)
     assert known.all() == (tip[layout.SINGULAR] == 0.0)
@@ -121,7 +123,7 @@ def test_torques_of_a_wrench_tell_the_wrench(angles, wrench):
 
 def test_a_stretched_arm_hides_a_part_of_the_wrench():
     tip = np.empty(layout.CHAIN_TIP_RESULTS)
-    tip_wrench(placed(np.zeros(7)).table, np.zeros(7), np.full(7, 0.1), tip)
+    tip_wrench(placed(np.zeros(7)).table, np.zeros(7), np.eye(7) / 0.1 ** 2, tip)
     assert tip[layout.SINGULAR] == 1.0 and 0.0 < tip[layout.CONDITIONING] < 1.0
     assert np.isnan(tip[layout.BASE_WRENCH:layout.BASE_WRENCH + 6]).any()
 
@@ -136,17 +138,18 @@ def test_free_motion_exceeds_the_level_as_rarely_with_any_number_of_joints(joint
 
 
 def test_what_links_need_alone_is_all_that_they_need():
-    """One link that carries all makes the sum of squares the square of the sum."""
+    """One link that carries all makes the sum of products the product of the sums."""
     links = placed(np.linspace(-0.5, 0.7, 7))
-    c, squares = links.table, np.empty(7)
+    c, found = links.table, np.empty((7, 7))
     c[1:-1, chain.SPEED], c[1:-1, chain.SPEEDING] = 0.3, -0.8
     for row in range(1, 8):
         if row != 7:
             c[row, chain.MASS:chain.INERTIA + 6] = 0.0
     chain.place(c)
-    chain.own_needs(c, squares)
+    own_doubts(c, np.outer(np.ones(7), (1.0, 0.0, 0.0)), found)
     chain.inverse_dynamics(c)
-    np.testing.assert_allclose(squares, c[1:-1, chain.TORQUE] ** 2, rtol=1e-9)
+    needs = c[1:-1, chain.TORQUE]
+    np.testing.assert_allclose(found, np.outer(needs, needs), rtol=1e-9, atol=1e-12)
 
 
 def test_a_base_turned_about_gravity_changes_no_torque(pushed):
@@ -156,6 +159,34 @@ def test_a_base_turned_about_gravity_changes_no_torque(pushed):
                               if isinstance(value, np.ndarray)})
     np.testing.assert_allclose(estimated(part, tilted).external_torque,
                                estimated(part).external_torque, atol=1e-9)
+
+
+@pytest.mark.parametrize('mass', [0.0, 0.8])
+@pytest.mark.parametrize('motion', ['standstill', 'sine'])
+def test_a_mass_at_the_tip_is_weighed(mass, motion):
+    """Held still as in motion, and as surely as it is told."""
+    true = COBOT.with_effect(Payload(mass=mass))
+    made = run(true, COBOT, motion_of(COBOT, motion, 6.0, DT, 3), 3, estimator=None)
+    told, deviation = estimated(made).tip[4000:, [layout.MASS, layout.MASS_DEVIATION]].T
+    assert (np.abs(told - mass) < 3.0 * deviation).all()
+    assert (deviation > 0.01).all() and (deviation < 0.4).all()
+
+
+def test_a_body_at_the_tip_is_a_point_where_its_centre_is():
+    """Its mass, moment and inertia are those of a body about its centre, seen from the link."""
+    off = np.array([0.05, -0.02, 0.1])
+    body = COBOT.with_effect(Payload(mass=2.0, x=off[0], y=off[1], z=off[2], radius=0.04))
+    point = COBOT.with_effect(Payload(mass=2.0))
+    tables = [loaded_inertia(arm.record().body).table for arm in (body, point, COBOT)]
+    added, plain = (table[7, chain.MASS:chain.CONSTANTS] - tables[2][7, chain.MASS:chain.CONSTANTS]
+                    for table in tables[:2])
+    turn = tables[2][8, chain.ROTATION:chain.ROTATION + 9].reshape(3, 3)
+    centre = tables[2][8, chain.OFFSET:chain.OFFSET + 3] + turn @ off
+    assert added[0] == plain[0] == pytest.approx(2.0)
+    np.testing.assert_allclose(added[1:4], 2.0 * centre, atol=1e-12)
+    whole = 2.0 * ((centre @ centre + 0.04 ** 2) * np.eye(3) - np.outer(centre, centre))
+    np.testing.assert_allclose(added[4:], whole[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]],
+                               atol=1e-12)
 
 
 def test_settings_of_two_joints_hold_for_seven():

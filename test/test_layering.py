@@ -13,6 +13,7 @@ import pytest
 # Shells deal with ROS, files, figures or the terminal. Every other module is pure.
 SHELLS = (
     'hda_arm_sim.main',
+    'hda_arm_sim.model.chain_files',
     'hda_arm_sim.model.files',
     'hda_arm_sim.model.writing',
     'hda_arm_sim.motion_file',

@@ -47,3 +47,20 @@ def test_a_wrong_table_is_one_line(tmp_path, capsys, head, rows, said):
 def test_an_unknown_tip_is_one_line(tmp_path, capsys):
     assert new(tmp_path, HEAD, ROWS, '--tip', 'nose') != 0
     assert 'nose' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(('before', 'after', 'said'), [
+    ('<joint name="joint3" type="revolute">', '<joint name="joint3" type="prismatic">',
+     'joint3 on the way to tool_tip is prismatic'),
+    ('<mass value="', '<mass value="-', 'must not be negative')])
+def test_what_a_chain_cannot_be_is_said_at_once(tmp_path, capsys, before, after, said):
+    robot = tmp_path / 'robot.urdf'
+    assert before in URDF.read_text()
+    robot.write_text(URDF.read_text().replace(before, after))
+    table = tmp_path / 'gears.csv'
+    table.write_text('\n'.join([HEAD, *ROWS]) + '\n')
+    assert main(['new', '--urdf', str(robot), '--gears', str(table), '--out',
+                 str(tmp_path / 'arm.yaml')]) == 2
+    told = capsys.readouterr().err.strip()
+    assert said in told and '\n' not in told
+    assert not (tmp_path / 'arm.yaml').exists()

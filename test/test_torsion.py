@@ -5,7 +5,8 @@ from dataclasses import replace
 from decimal import Decimal, getcontext
 
 from hda_arm_sim.foundation.parameter import ParameterError
-from hda_arm_sim.model.torsion import (flexspline_torsion, stiffness_at, torque_of_torsion,
+from hda_arm_sim.model.torsion import (flexed, flexspline_torsion, stiffer_torque,
+                                       stiffer_torsion, stiffness_at, torque_of_torsion,
                                        torsion_of_torque, TorsionLaw, wave_generator_torsion)
 from hypothesis import assume, given, strategies as st
 import numpy as np
@@ -132,6 +133,29 @@ def test_inverse_where_torque_adds_to_the_torsion(law, growing):
         torsion = float(torsion_of_torque(record, RATIO, torque)) - growing * abs(torque)
         assert torque_of_torsion(record, RATIO, torsion, growing) == pytest.approx(
             torque, rel=1e-11)
+
+
+@pytest.mark.parametrize('factor', [0.5, 0.85, 1.0, 1.01, 2.0])
+@pytest.mark.parametrize('law', [LAW, SEGMENTS], ids=['tangent', 'segments'])
+def test_a_stiffer_flexspline_is_one_of_a_stiffer_law(law, factor):
+    """What a factor makes of a torque, the inverse of the stiffer law makes of its torsion."""
+    record = law.record(RATIO)
+    stiffer = replace(law, flexspline_stiffness=factor * law.flexspline_stiffness,
+                      second_stiffness=factor * law.second_stiffness,
+                      third_stiffness=factor * law.third_stiffness).record(RATIO)
+    for torque in (share * law.valid_torque for share in (-0.3, -1e-3, 1e-6, 0.1, 0.4)):
+        for growing in (0.0, 3e-6, -3e-6):
+            torsion = float(torsion_of_torque(record, RATIO, torque)) - growing * abs(torque)
+            there, slope = stiffer_torsion(record, RATIO, torque, factor, growing)
+            assert there == pytest.approx(
+                torsion_of_torque(stiffer, RATIO, torque) - growing * abs(torque), rel=1e-9)
+            assert 1.0 / slope == pytest.approx(
+                1.0 / (1.0 / stiffness_at(stiffer, RATIO, torque)
+                       - np.sign(torque) * growing), rel=1e-9)
+            assert stiffer_torque(record, RATIO, torque, factor, growing) == pytest.approx(
+                torque_of_torsion(stiffer, RATIO, torsion, growing), rel=1e-6)
+    assert flexed(record, 2.0) == pytest.approx(
+        stiffer_torsion(record, RATIO, 2.0, 0.5, 0.0)[0] - torsion_of_torque(record, RATIO, 2.0))
 
 
 @pytest.mark.parametrize('growing', [6e-6, -6e-6])

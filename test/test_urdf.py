@@ -8,6 +8,7 @@ from hda_arm_sim.foundation import chain as of
 from hda_arm_sim.model.arm import ArmError
 from hda_arm_sim.model.chain_links import chain_to, ChainLinks, kept, tips
 from hda_arm_sim.model.files import arm_from_text, read_arm
+from hda_arm_sim.model.link_numbers import LinkTolerance
 from hda_arm_sim.model.urdf import LARGEST, UrdfError
 from hda_arm_sim.model.writing import arm_to_text
 import numpy as np
@@ -61,6 +62,7 @@ def test_every_mistake_is_one_line(name):
     with pytest.raises(UrdfError, match=told) as caught:
         links(text)
     assert '\n' not in str(caught.value)
+    assert str(caught.value).count('it is') <= 1        # one reason, not one within another
 
 
 def test_an_unknown_tip_names_those_there_are():
@@ -140,7 +142,13 @@ def test_inline_and_file_are_the_same_arm(tmp_path):
     ('{urdf: arm.urdf, tip: link3}', 'joint1, joint2, joint3, got'),
     ('{urdf: arm.urdf, tip: tool_tip, home: [1]}', 'home needs 7'),
     ('{urdf: arm.urdf, tip: tool_tip, home: [a]}', 'links.home'),
-    ('{urdf: arm.urdf, tip: tool_tip, rpy: [1, 2]}', 'links.rpy needs 3')])
+    ('{urdf: arm.urdf, tip: tool_tip, rpy: [1, 2]}', 'links.rpy needs 3'),
+    ('{urdf: arm.urdf, tip: tool_tip, tolerances: [1]}', 'links.tolerances must be a mapping'),
+    ('{urdf: arm.urdf, tip: tool_tip, tolerances: {link3: {}}}', "unknown key 'link3'"),
+    ('{urdf: arm.urdf, tip: tool_tip, tolerances: {joint3: {weight: 1}}}',
+     'links.tolerances.joint3 has the unknown key'),
+    ('{urdf: arm.urdf, tip: tool_tip, tolerances: {joint3: {mass: -1}}}',
+     r'links.tolerances.joint3.mass must lie in \[0, 1\]')])
 def test_links_of_a_file_have_one_line_for_each_mistake(tmp_path, given, told):
     shipped = read_arm('cobot7.yaml')
     (tmp_path / 'arm.urdf').write_text(shipped.links.description)
@@ -151,6 +159,19 @@ def test_links_of_a_file_have_one_line_for_each_mistake(tmp_path, given, told):
         read_arm(place)
     assert '\n' not in str(caught.value)
     assert str(place) in str(caught.value)
+
+
+def test_a_file_tells_how_well_each_link_is_known(tmp_path):
+    shipped = read_arm('cobot7.yaml')
+    (tmp_path / 'arm.urdf').write_text(shipped.links.description)
+    (tmp_path / 'arm.yaml').write_text(arm_to_text(replace(shipped, links=None)).replace(
+        'links: none', 'links: {urdf: arm.urdf, tip: tool_tip, '
+        'tolerances: {joint3: {mass: 0.05, centre: 0.01}}}'))
+    arm = read_arm(tmp_path / 'arm.yaml')
+    known = arm.links.known(0.03)
+    assert known[2] == LinkTolerance(mass=0.05, centre=0.01)
+    assert {known[0], *known[3:]} == {LinkTolerance(mass=0.03, inertia=0.03)}
+    assert arm_from_text(arm_to_text(arm), 'a bag') == arm
 
 
 def test_an_arm_that_hangs_feels_gravity_the_other_way():

@@ -36,6 +36,7 @@ SPIN, DRIFT, TWIST, FORCE = 52, 55, 58, 61
 # row's frame is, in the last row on the tip: force and moment [N, N*m].
 TORQUE, MATRIX, COUPLING, WRENCH = 64, 65, 77, 78
 SOLVING = 84            # a row of the matrix while it is solved, and the right side
+ASKED = SOLVING         # acceleration screw of a link, before any matrix is solved
 WIDTH = SOLVING + MOST + 1
 RIGHT = SOLVING + MOST
 
@@ -158,7 +159,17 @@ def place(c: Array) -> None:
 
 
 @inlined
-def _move(c: Array) -> None:
+def needed(c: Array, row: int, body: Composite) -> tuple[Vector, Vector]:
+    """Return the moment and force that a body needs to move as a link does."""
+    spin, drift = vector(c, row, SPIN), vector(c, row, DRIFT)
+    angular, linear = momentum(body, spin, drift)
+    moment, force = momentum(body, vector(c, row, ASKED), vector(c, row, ASKED + 3))
+    return (plus(moment, plus(cross(spin, angular), cross(drift, linear))),
+            plus(force, cross(spin, linear)))
+
+
+@inlined
+def move(c: Array) -> None:
     """Set the velocities of all links, and moment and force that their motion needs."""
     spin, drift = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     speeding, rising = (0.0, 0.0, 0.0), times(-1.0, vector(c, 0, DOWN))
@@ -169,13 +180,13 @@ def _move(c: Array) -> None:
         speeding = plus(speeding, plus(times(change, turning), times(rate, cross(spin, turning))))
         rising = plus(rising, plus(times(change, sliding), times(
             rate, plus(cross(spin, sliding), cross(drift, turning)))))
-        body = here(c, row)
-        angular, linear = momentum(body, spin, drift)
-        moment, force = momentum(body, speeding, rising)
         put(c, row, SPIN, spin)
         put(c, row, DRIFT, drift)
-        put(c, row, TWIST, plus(moment, plus(cross(spin, angular), cross(drift, linear))))
-        put(c, row, FORCE, plus(force, cross(spin, linear)))
+        put(c, row, ASKED, speeding)
+        put(c, row, ASKED + 3, rising)
+        moment, force = needed(c, row, here(c, row))
+        put(c, row, TWIST, moment)
+        put(c, row, FORCE, force)
 
 
 @inlined
@@ -193,7 +204,7 @@ def inverse_dynamics(c: Array) -> None:
 
     It holds gravity and each WRENCH. With SPEEDING zero it is C dq - gravity - J^T F.
     """
-    _move(c)
+    move(c)
     last = c.shape[0] - 1
     moment, force = _withstood(c, last, last)
     for row in range(last - 1, 0, -1):
@@ -204,23 +215,6 @@ def inverse_dynamics(c: Array) -> None:
         put(c, row, FORCE, force)
         c[row, TORQUE] = (dot(vector(c, row, TURNING), moment)
                           + dot(vector(c, row, SLIDING), force))
-
-
-@compiled
-def own_needs(c: Array, squares: Array) -> None:
-    """
-    Fill the squared torques (n,) that links need for their motion, each alone, summed up.
-
-    It holds their weight, at the frames placed, for the SPEEDING that is asked. Times a relative
-    variance of every link it is the variance of the joints' torques.
-    """
-    _move(c)
-    for row in range(1, c.shape[0] - 1):
-        squares[row - 1] = 0.0
-        for link in range(row, c.shape[0] - 1):
-            need = (dot(vector(c, row, TURNING), vector(c, link, TWIST))
-                    + dot(vector(c, row, SLIDING), vector(c, link, FORCE)))
-            squares[row - 1] += need * need
 
 
 @compiled

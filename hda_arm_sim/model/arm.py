@@ -6,7 +6,7 @@ every effect of the catalogue has its place, neutral where the arm does not have
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 import math
 from typing import Any, NamedTuple
 
@@ -20,10 +20,11 @@ from .effects import (BaseTilt, BaseVibration, Effect, effect_named, effects_of,
                       LinkInertiaError, MotorInertiaError, Scope, Site, StiffeningError,
                       StiffnessError, WaveGeneratorCompliance)
 from .effects.catalogue import record_fields
+from .link_numbers import differ, is_definite
 from .link_side import loaded_inertia, thrown_mass
 from .parts import Base, Encoder, Joint, Links, Tolerances
 from .torsion import chords, TorsionLaw
-from ..foundation.chain import CHAIN_RECORD, DOWN, INERTIA, MASS, MOMENT
+from ..foundation.chain import CHAIN_RECORD, DOWN, MASS
 
 
 _STIFFNESSES = ('flexspline_stiffness', 'second_stiffness', 'third_stiffness')
@@ -57,8 +58,6 @@ BODY_RECORD, CHAIN_BODY_RECORD = (np.dtype([
     ('pull', float), ('direction', float),      # gravity in the plane, and where to [m/s^2, rad]
     ('weight', float),                          # gravity across the plane [m/s^2]
     *record_fields(Scope.ARM)]) for links in (Links.record_type(), CHAIN_RECORD))
-_AXIS_INERTIA = INERTIA + 2     # of a link about its joint
-_LINKS_KEPT = 1024      # links whose check is remembered: a fit makes thousands of arms of few
 
 
 @dataclass(frozen=True)
@@ -184,8 +183,7 @@ class Arm:
             raise ArmError('this is told of chains; the arm has links in a plane, or none')
         parts = self.links.parts.copy()
         for row, joint in zip(parts[1:], self.joints):
-            heavier = self._in_force(LinkInertiaError, joint.label)
-            row[_AXIS_INERTIA] = heavier(nominal=row[_AXIS_INERTIA])
+            differ(row, self._in_force(LinkInertiaError, joint.label))
         tilt = self._in_force(BaseTilt)
         parts[0, DOWN:DOWN + 3] = (*tilt(gravity=self.base.gravity),
                                    -self.base.gravity * math.cos(tilt.tilt))
@@ -250,7 +248,17 @@ def _check_links(arm: Arm) -> None:
         raise ArmError(f'lengths and inertia are those of one or two links in a plane, got '
                        f'{joints} joints; write links: {{urdf: FILE, tip: FRAME, '
                        'joints: [...]}}')
+    _check_flat(arm)
     _check_pair(arm.moving_links(), joints)
+
+
+def _check_flat(arm: Arm) -> None:
+    """Check that no effect asks for what links in a plane do not have."""
+    for effect, _ in arm.effects:
+        for name in effect.spatial:
+            if getattr(effect, name):
+                raise ArmError(f'{effect.name}.{name} is told of chains; links in a plane have no '
+                               'such number')
 
 
 def _check_chain(arm: Arm, links: ChainLinks) -> None:
@@ -261,19 +269,8 @@ def _check_chain(arm: Arm, links: ChainLinks) -> None:
         raise ArmError('inertial_coupling is told of two links in a plane; the links of a chain '
                        'always feel each other')
     for label, row in zip(arm.labels, arm.moving_parts()[1:]):
-        if not _is_definite(row.tobytes()):
+        if not is_definite(row.tobytes()):
             raise ArmError(f'link_inertia_error of {label} leaves an inertia that no body has')
-
-
-@lru_cache(_LINKS_KEPT)
-def _is_definite(constants: bytes) -> bool:
-    """Tell whether every motion of a link takes energy, from the bytes of its row of a chain."""
-    row = np.frombuffer(constants)
-    (xx, yy, zz, xy, xz, yz), (x, y, z) = row[INERTIA:INERTIA + 6], row[MOMENT:MOMENT + 3]
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    turning = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    whole = np.block([[turning, cross], [cross.T, row[MASS] * np.eye(3)]])
-    return bool(np.linalg.eigvalsh(whole).min() > 0.0)
 
 
 def _check_pair(links: Links, joints: int) -> None:

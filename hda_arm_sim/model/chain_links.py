@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .link_numbers import LinkTolerance
 from .urdf import Element, read_description, UrdfError
 from .urdf_bodies import (Body, body_of, Frame, joint_of, NO_BODY, onto, turned, TURNING,
                           UrdfJoint)
@@ -41,7 +42,8 @@ class ChainLinks:
     `description` holds links and joints alone (`kept`), `tip` is the link whose frame the tip is.
     `names` are the joints of the chain from the base on. Frames without moving joints between
     them are one body. `home` are the angles where motions start [rad]. `rpy` turns the root of the
-    description in the base frame, about its fixed axes [rad]. Raises UrdfError.
+    description in the base frame, about its fixed axes [rad]. `tolerances` say how well each link
+    is known, None where nobody said. Raises UrdfError.
     """
 
     description: str
@@ -49,6 +51,7 @@ class ChainLinks:
     names: tuple[str, ...]
     home: tuple[float, ...] = ()
     rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    tolerances: tuple[LinkTolerance | None, ...] = ()
 
     def __post_init__(self) -> None:
         """Check that there is such a chain, and that it can move."""
@@ -57,6 +60,11 @@ class ChainLinks:
         if self.home and len(self.home) != len(self.names):
             raise UrdfError(f'home needs {len(self.names)} angles, got {len(self.home)}')
         _ = self.built
+
+    def known(self, usual: float) -> tuple[LinkTolerance, ...]:
+        """Return how well each link is known; `usual` is the relative tolerance of the others."""
+        stated = self.tolerances or len(self.names) * (None,)
+        return tuple(one or LinkTolerance(mass=usual, inertia=usual) for one in stated)
 
     @cached_property
     def built(self) -> Built:

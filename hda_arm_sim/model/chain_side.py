@@ -5,14 +5,14 @@ import numpy as np
 from .arm import ArmRecord
 from .effects.environment import base_acceleration
 from .effects.place import Swung
-from .link_side import link_torque, tip_force
+from .link_side import link_torque, tip_force_in_space
 from .registers import (AXES, BASE_OFFSET, BASE_RATE, BUDGET, DRIVE, FORCE, LINK_ANGLE,
                         LINK_VELOCITY, MODE, NOW, PUSHED, TORQUE)
 from ..foundation import chain
 from ..foundation.arrays import Array
 from ..foundation.chain import base_couplings, Chain, COUPLING, inverse_dynamics, mass_matrix
 from ..foundation.compiled import compiled, inlined, Record
-from ..foundation.vectors import dot, Vector, vector
+from ..foundation.vectors import dot, put, Vector, vector
 
 
 @compiled
@@ -51,8 +51,8 @@ def _pose(arm: ArmRecord, c: Array, w: Array, at: int) -> None:
     for axis in range(AXES):
         c[last, chain.WRENCH + axis] = 0.0
         c[at, chain.WRENCH + axis] = w[axis, FORCE]
-    c[last, chain.WRENCH], c[last, chain.WRENCH + 1] = tip_force(
-        arm.body, w[0, NOW], c[last, chain.WRENCH], c[last, chain.WRENCH + 1])
+    put(c, last, chain.WRENCH, tip_force_in_space(arm.body, w[0, NOW],
+                                                  vector(c, last, chain.WRENCH)))
 
 
 @inlined

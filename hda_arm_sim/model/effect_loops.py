@@ -30,6 +30,11 @@ def pair_added(place: Place) -> Compiled:
     return _unrolled_effects(place, 'law', _as_they_are, _sum_of_pairs)
 
 
+def triple_added(place: Place) -> Compiled:
+    """Return the same for laws on chains and values that are triples."""
+    return _unrolled_effects(place, 'law_chain', _as_they_are, _sum_of_triples)
+
+
 def grown(place: Place, renewed: Compiled) -> Compiled:
     """Return the same for laws that read the value so far: `renewed(signals, value)`."""
     return _unrolled_effects(place, 'law', renewed, _sum)
@@ -85,6 +90,11 @@ def _sum(value: Any, more: Any) -> Any:
 @_unrolled
 def _sum_of_pairs(value: Any, more: Any) -> Any:
     return value[0] + more[0], value[1] + more[1]
+
+
+@_unrolled
+def _sum_of_triples(value: Any, more: Any) -> Any:
+    return value[0] + more[0], value[1] + more[1], value[2] + more[2]
 
 
 @_unrolled

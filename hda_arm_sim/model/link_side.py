@@ -8,12 +8,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .effect_loops import added, pair_added, passed
+from .effect_loops import added, pair_added, passed, triple_added
 from .effects.place import Carried, LINK_TORQUE, LOAD, Pulled, Signal, TIP, Touched
 from ..foundation.arrays import Array
 from ..foundation.chain import Chain, chain, of_links
 from ..foundation.compiled import compiled, inlined, Number, Record
 from ..foundation.rigid import coriolis, gravity_torque, Inertia, mass_matrix, tip_torque
+from ..foundation.vectors import Vector
 
 
 @inlined
@@ -27,7 +28,8 @@ def _as_they_are(at: Array, table: Array) -> Array:
 
 
 _loaded, _loaded_chain = passed(LOAD, _carried), passed(LOAD, _as_they_are, 'law_chain')
-_touched, _pulled = pair_added(TIP), added(LINK_TORQUE)
+_touched, _touched_in_space = pair_added(TIP), triple_added(TIP)
+_pulled = added(LINK_TORQUE)
 
 
 class Pose(NamedTuple):
@@ -67,6 +69,12 @@ def tip_force(body: Record, time: float, force_x: float,
               force_y: float) -> tuple[float, float]:
     """Return all force on the tip in the base frame, x and y [N]."""
     return _touched(body, Touched(time), (force_x, force_y))
+
+
+@inlined
+def tip_force_in_space(body: Record, time: float, force: Vector) -> Vector:
+    """Return all force on the tip of a chain in the base frame [N]."""
+    return _touched_in_space(body, Touched(time), force)
 
 
 @inlined

@@ -15,6 +15,7 @@ from ..foundation.parameter import Declared, parameter, ParameterError
 
 _LINEAR = 1e-9          # below this curvature [1/(N*m)] a law is its own tangent to 1e-15
 _MAX_ITERATIONS = 60
+_STEPS = 4              # to the torque of another stiffness, half to twice it: leaves 1e-6 of it
 
 
 @compiled
@@ -94,6 +95,67 @@ def _segment(law: Record, torque: float) -> tuple[float, float]:
     if torque > law.knee_2 > law.knee_1:
         stiffness = law.third_stiffness
     return torsion, 1.0 / stiffness
+
+
+@compiled
+def _flexed(law: Record, torque: float) -> tuple[float, float]:
+    """Return the flexspline's torsion [rad] and its slope at a torque >= 0."""
+    if law.knee_1 > 0.0:
+        return _segment(law, torque)
+    c, k = max(law.flexspline_curvature, _LINEAR), law.flexspline_stiffness
+    return np.arctan(c * torque) / (c * k), 1.0 / (k * (1.0 + (c * torque) ** 2))
+
+
+@compiled
+def flexed(law: Record, torque: float) -> float:
+    """Return the flexspline's part of the torsion at a torque of the valid range [rad]."""
+    torsion = _flexed(law, min(abs(torque), law.valid_torque))[0]
+    return torsion if torque > 0.0 else -torsion
+
+
+@compiled
+def _softer(law: Record, ratio: float, torque: float, factor: float,
+            more: float) -> tuple[float, float]:
+    """Return torsion and slope at a torque >= 0, the flexspline being stiffer by a factor."""
+    near = min(torque, law.valid_torque)
+    torsion, slope, _ = _series(law, ratio, near)
+    bent, flex = _flexed(law, near)
+    softer = 1.0 / factor - 1.0
+    slope += softer * flex + more
+    return torsion + softer * bent + more * near + slope * (torque - near), slope
+
+
+@compiled
+def stiffer_torsion(law: Record, ratio: float, torque: float, factor: float,
+                    growing: float) -> tuple[float, float]:
+    """
+    Return torsion [rad] and its slope if the flexspline is stiffer by a factor, (eq:stiffer).
+
+    `growing` is as in `torque_of_torsion`. Beyond the valid torque both follow the last slope.
+    """
+    more = -growing if torque > 0.0 else growing
+    torsion, slope = _softer(law, ratio, abs(torque), factor, more)
+    return (torsion if torque > 0.0 else -torsion), slope
+
+
+@compiled
+def stiffer_torque(law: Record, ratio: float, torque: float, factor: float,
+                   growing: float) -> float:
+    """
+    Return the torque of a torsion if the flexspline is stiffer by a factor, (eq:stiffer) [N*m].
+
+    `torque` is what the law tells of that torsion as it stands. The law is concave: so its tangent
+    at zero bounds the torque from below, and from there Newton's steps do not pass it.
+    """
+    if factor == 1.0 or torque == 0.0:
+        return torque
+    size, more = abs(torque), (-growing if torque > 0.0 else growing)
+    torsion = _softer(law, ratio, size, 1.0, more)[0]
+    lowest = torsion / _softer(law, ratio, 0.0, factor, more)[1]
+    for _ in range(_STEPS):
+        there, slope = _softer(law, ratio, size, factor, more)
+        size = max(size + (torsion - there) / slope, lowest)
+    return size if torque > 0.0 else -size
 
 
 @compiled

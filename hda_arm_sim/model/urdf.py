@@ -109,6 +109,8 @@ def read_description(text: str) -> Element:
     reader = _Reader()
     try:
         reader.parser.Parse(text.encode('utf-8', 'surrogateescape'), True)
+    except UrdfError:
+        raise
     except expat.ExpatError as error:
         raise UrdfError(f'it is no XML: {error}') from None
     except (ValueError, LookupError) as error:      # an encoding that it only claims to have

@@ -48,13 +48,18 @@ def _links_document(arm: Arm) -> Any:
     if arm.links is None:
         return 'none'
     if isinstance(arm.links, ChainLinks):
-        home = {'home': list(arm.links.home)} if arm.links.home else {}
-        return {'urdf': arm.links.description, 'tip': arm.links.tip,
-                'joints': list(arm.links.names), **home, 'rpy': list(arm.links.rpy)}
+        return _chain_document(arm.links)
     single = len(arm.joints) == 1
     lists = {key: [getattr(arm.links, name) for name in names][:1 if single else None]
              for key, names in LINK_LISTS.items()}
     return {**lists, 'coupled': bool(arm.links.coupled)}
+
+
+def _chain_document(links: ChainLinks) -> dict[str, Any]:
+    home = {'home': list(links.home)} if links.home else {}
+    told = {name: _values(one) for name, one in zip(links.names, links.tolerances) if one}
+    return {'urdf': links.description, 'tip': links.tip, 'joints': list(links.names), **home,
+            'rpy': list(links.rpy), **({'tolerances': told} if told else {})}
 
 
 def _placed_document(placed: Placed) -> dict[str, Any]:

@@ -1,7 +1,6 @@
 """Calibrate from bags: `hda calibrate BAG... --arm FILE --out FILE`."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -48,8 +47,7 @@ def run_calibration(sources: Sources, arm_file: str, out: Path, *,
     if twice := sorted({str(place) for place in places if places.count(place) > 1}):
         raise CalibrationError(f'{twice[0]} is given twice; each recording counts once')
     check_file(out, force=force, reads=bags)
-    whole = read_arm(arm_file)
-    arm = whole.torsion_only()      # of a chain the gears alone are calibrated, by sensors
+    arm = read_arm(arm_file)
     chosen = arm.labels if joints is None else [arm.joint(label).label for label in joints]
     known = stated(bags, sources.tilts, sources.payloads)
     recordings = [sources.opened(bag) for bag in bags]
@@ -57,7 +55,7 @@ def run_calibration(sources: Sources, arm_file: str, out: Path, *,
         calibration = _from_sensors(arm, bags, recordings, chosen, tell)
     else:
         calibration = _from_loads(arm, bags, recordings, known, chosen, tell)
-    write_arm(replace(calibration.arm, links=whole.links), out, force=force)
+    write_arm(calibration.arm, out, force=force)
     return calibration
 
 

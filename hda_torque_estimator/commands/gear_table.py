@@ -6,7 +6,8 @@ import os
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hda_arm_sim.model.chain_links import chain_to, tips
+from hda_arm_sim.model.chain_files import description_in
+from hda_arm_sim.model.chain_links import chain_to, ChainLinks, kept, tips
 from hda_arm_sim.model.gear_catalogue import gear
 from hda_arm_sim.model.urdf import UrdfError
 
@@ -27,16 +28,17 @@ class UrdfLinks(NamedTuple):
 def described(urdf: Path, tip: str | None, out: Path) -> UrdfLinks:
     """Return the chain of a description to a frame, or to its only tip; raises NewError."""
     try:
-        text = urdf.read_text(encoding='utf-8')
+        text = description_in(urdf)
         ends = tips(text)
         far = [end for end in ends if len(chain_to(text, end)) == len(chain_to(text, ends[0]))]
         if tip is None and len(far) > 1:
             raise NewError(f'{urdf} has several tips, choose one by --tip: {", ".join(far)}')
         chosen = tip or ends[0]
         joints = chain_to(text, chosen)
+        ChainLinks(kept(text), chosen, joints)      # what a chain cannot be is said now
     except UrdfError as error:
         raise NewError(f'{urdf}: {error}') from None
-    except (OSError, UnicodeDecodeError) as error:
+    except OSError as error:
         raise NewError(f'{urdf} cannot be read: {error}') from None
     return UrdfLinks(os.path.relpath(urdf, out.parent), chosen, joints)
 

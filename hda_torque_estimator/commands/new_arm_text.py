@@ -28,6 +28,7 @@ _TOLERANCES = (
     ('kinematic_error', 3e-4, 'about 1 arcmin [rad]'),
     ('eccentricity', 3e-4, 'of an encoder nobody has measured [rad]'),
     ('clock_skew', 5e-4, 'of encoders nobody has measured [s]'))
+_DRAWN = 'masses of a drawing; links.tolerances tells each link apart'
 _OF_MOTOR = 0.02        # one sigma of ripple and offset, as a share of the largest torque
 
 
@@ -36,8 +37,8 @@ def arm_text(joints: Sequence[JointAnswers], rods: Rods | UrdfLinks | None) -> s
     lines = [*_head(joints), 'joints:']
     for joint in joints:
         lines += _joint_lines(joint)
-    lines += [*_link_lines(rods), *_effect_lines(joints), *_tolerance_lines(joints),
-              *_provenance_lines(joints)]
+    lines += [*_link_lines(rods), *_effect_lines(joints),
+              *_tolerance_lines(joints, isinstance(rods, UrdfLinks)), *_provenance_lines(joints)]
     return '\n'.join(lines) + '\n'
 
 
@@ -152,9 +153,11 @@ def _effect_lines(joints: Sequence[JointAnswers]) -> Iterator[str]:
             yield _row(6, 'width', 0.5 * loss, f'{CLASS_DEFAULT}: half of the loss')
 
 
-def _tolerance_lines(joints: Sequence[JointAnswers]) -> Iterator[str]:
+def _tolerance_lines(joints: Sequence[JointAnswers], drawn: bool) -> Iterator[str]:
+    """Yield how well numbers are known; links are `drawn` if a description tells them."""
     yield _beside('tolerances:', 'one sigma, relative unless a unit is given')
-    yield from (_row(2, *row) for row in _TOLERANCES)
+    for name, size, why in _TOLERANCES:
+        yield _row(2, name, size, _DRAWN if drawn and name == 'link_inertia' else why)
     of_motor = _OF_MOTOR * max(joint.motor_torque for joint in joints)
     for name in ('torque_ripple', 'drive_offset'):
         yield _row(2, name, min(of_motor, 1.0), f'{_OF_MOTOR:g} of the largest torque [N*m]')

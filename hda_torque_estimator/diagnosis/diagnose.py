@@ -17,7 +17,6 @@ import numpy as np
 from .balances.balance import Balancer
 from .balances.commands import on_its_way
 from .balances.healthy import healthy_twin, noise_of, torque_noise_of
-from .balances.reversals import turning_round
 from .detectability.excitation import cannot_tell, nothing_seen, remarks, smallest_sizes
 from .detectability.slow_rate import FAST, rate_hides
 from .findings.certainty import probability, unsure, verdict_probability
@@ -30,6 +29,7 @@ from .fitting.hypotheses import HYPOTHESES, left_aside
 from .fitting.instruments import unbiased
 from .fitting.nuisance import Zero
 from .fitting.starting_points import split_at_contact
+from .fitting.turning import turning
 from .judging.backing import Backing, backing
 from .judging.candidates import with_sizes
 from .judging.limits import limited
@@ -210,16 +210,17 @@ def _fitter(raw: RawReadings, training: Spans) -> Fitter:
     """Return what fits the training stretches."""
     balancer = Balancer(raw.measurement)
     noise, plain = noise_of(balancer, raw.arm)
-    if turning := turning_round(balancer, raw.arm, noise):
-        balancer = Balancer(raw.measurement, turning)
+    rows = inside(balancer.time, training)
+    if turns := turning(Fitter(balancer, raw.arm, noise, EFFECTIVE, rows)):
+        balancer = Balancer(raw.measurement, turns)
     known = on_its_way(balancer, raw.arm, noise)
     if known is not balancer:
         balancer, (noise, plain) = known, noise_of(known, raw.arm)
     white = balancer.whitened(raw.arm, np.sqrt(noise ** 2 - plain ** 2))
     if white is not balancer:
         balancer, (noise, plain) = white, noise_of(white, raw.arm)
-    return Fitter(balancer, raw.arm, noise, EFFECTIVE, inside(balancer.time, training),
-                  _twin(balancer, raw.arm, noise, plain))
+    twin = _twin(balancer, raw.arm, noise, plain)
+    return Fitter(balancer, raw.arm, noise, EFFECTIVE, rows, twin)
 
 
 def _twin(balancer: Balancer, arm: Arm, noise: Array, plain: Array) -> Balancer:

@@ -15,6 +15,7 @@ from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.parameter import Declared, parameter
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.arm_arrays import plain
+from hda_arm_sim.model.chain_links import ChainLinks
 from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
 from numpy.typing import NDArray
@@ -104,7 +105,8 @@ class Estimator:
         """Use other settings from the next sample on; filters and zero stay as they are."""
         self.settings = settings
         self._settings = compiled_settings(self.arm, settings)
-        self._numbers = np.array([*self._settings[:-1], *self._settings.known])
+        self._numbers = np.array([*self._settings[:-2], *self._settings.known,
+                                  *self._settings.links_known.ravel()])
 
     def reset(self) -> None:
         """Forget every sample, filter and tare."""
@@ -269,4 +271,11 @@ def compiled_settings(arm: Arm, settings: EstimatorSettings) -> CompiledSettings
         settings.fusion, settings.fusion_window, settings.fusion_memory,
         settings.fusion_zero_follows, contact_level(settings.contact_deviations, len(arm.joints)),
         settings.collision_torque,
-        known(arm))
+        known(arm), links_known(arm))
+
+
+def links_known(arm: Arm) -> Array:
+    """Return how well mass, centre [m] and inertia of each link are known (n, 3), of a chain."""
+    if not isinstance(arm.links, ChainLinks):
+        return np.zeros((len(arm.joints), 3))
+    return np.array([one.values() for one in arm.links.known(arm.tolerances.link_inertia)])

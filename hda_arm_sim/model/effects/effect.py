@@ -40,7 +40,7 @@ class Effect(Declared):
     One effect of the catalogue; its defaults are neutral, so that it does nothing.
 
     `acts` names the numbers of which one at least must differ from zero for the law to do
-    anything; without names the law always acts.
+    anything; without names the law always acts. `spatial` names those that chains have alone.
     """
 
     name: ClassVar[str]
@@ -48,6 +48,7 @@ class Effect(Declared):
     site: ClassVar[Site]
     place: ClassVar[Place]
     acts: ClassVar[tuple[str, ...]] = ()
+    spatial: ClassVar[tuple[str, ...]] = ()
     scope: ClassVar[Scope] = Scope.JOINT
     law: ClassVar[Any]
     law_slope: ClassVar[Any] = None     # how the law changes with its angle, where a place asks

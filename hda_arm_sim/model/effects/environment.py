@@ -23,13 +23,28 @@ def downhill_pull(own: Record, at: Weighed) -> tuple[Signal, Signal]:
 
 
 @compiled
-def contact_force(own: Record, at: Touched) -> tuple[Signal, Signal]:
-    """Return the force of a contact on the tip, x and y in the base frame, (eq:contact) [N]."""
+def _contact(own: Record, at: Touched) -> Signal:
+    """Return the size of the force of a contact [N]."""
     left = own.onset + own.duration - at.time
     ramp = np.minimum(at.time - own.onset, left) / (EDGE * own.duration)
     edge = np.minimum(np.maximum(ramp, 0.0), 1.0)
-    size = own.force * edge * edge * (3.0 - 2.0 * edge)
+    return own.force * edge * edge * (3.0 - 2.0 * edge)
+
+
+@compiled
+def contact_force(own: Record, at: Touched) -> tuple[Signal, Signal]:
+    """Return the force of a contact on the tip, x and y in the base frame, (eq:contact) [N]."""
+    size = _contact(own, at)
     return size * np.cos(own.direction), size * np.sin(own.direction)
+
+
+@compiled
+def contact_in_space(own: Record, at: Touched) -> tuple[Signal, Signal, Signal]:
+    """Return the force of a contact on the tip of a chain, x, y and z, (eq:contact) [N]."""
+    size = _contact(own, at)
+    level = size * np.cos(own.elevation)
+    return (level * np.cos(own.direction), level * np.sin(own.direction),
+            size * np.sin(own.elevation))
 
 
 @compiled
@@ -68,11 +83,14 @@ class ExternalContact(Effect):
     site: ClassVar[Site] = Site.LINK
     place: ClassVar[Place] = TIP
     acts: ClassVar[tuple[str, ...]] = ('force',)
+    spatial: ClassVar[tuple[str, ...]] = ('elevation',)
     scope: ClassVar[Scope] = Scope.ARM
     law = staticmethod(contact_force)
+    law_chain = staticmethod(contact_in_space)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         varies=('time',),
         free={'force': 1.0, 'direction': 0.02, 'onset': 0.01, 'duration': 0.01},
+        in_space={'elevation': 0.02},
         alike=('payload',), form_share=0.08, form_error=0.03,
         doubts={'direction': (0.03, ''), 'onset': (0.045, 'duration'),
                 'duration': (0.09, 'duration')},            # edges may take up to a fifth of it
@@ -84,6 +102,7 @@ class ExternalContact(Effect):
     direction: float = parameter(0.0, 'rad', -7.0, 7.0, 'of the force, in the base frame')
     onset: float = parameter(0.0, 's', -1e6, 1e6, 'begin, from the start of the recording')
     duration: float = parameter(1.0, 's', 1e-2, 1e6, 'from begin to end, edges included')
+    elevation: float = parameter(0.0, 'rad', -1.6, 1.6, 'of the force on a chain, above x and y')
 
 
 @dataclass(frozen=True)

@@ -32,8 +32,10 @@ class Hypothesis:
     """
     How one effect is looked for.
 
-    `free` and `waves` name the numbers to fit with a typical size. `grid` lists starting values
-    of those numbers, or of several at once, that the residual does not depend on linearly. `least`
+    `free` and `waves` name the numbers to fit with a typical size. On a chain those of `in_space`
+    are free as well, and one of `instead` may be what differs in the place of all others. `grid`
+    lists starting values of those numbers, or of several at once, that the residual does not
+    depend on linearly. `least`
     bounds by the joint below which the law does not change any more. `form_error` is the
     share of the effect's power that its law may leave, where the literature has laws of several
     forms. A curve without a name at its site may improve the score by `form` and by `form_share`
@@ -48,6 +50,8 @@ class Hypothesis:
     """
 
     free: Mapping[str, float] = field(default_factory=dict)
+    in_space: Mapping[str, float] = field(default_factory=dict)
+    instead: Mapping[str, float] = field(default_factory=dict)
     waves: Mapping[tuple[str, str], float] = field(default_factory=dict)
     grid: Grid = field(default_factory=dict)
     least: Mapping[str, Callable[[Any], float]] = field(default_factory=dict)     # of a joint

@@ -9,32 +9,35 @@ from .effect import Effect, Scope, Site
 from .hypothesis import Hypothesis, NO_OTHER_FORM, SCALE, Typical
 from .place import BEARING, Carried, LINK_TORQUE, LOAD, NUMBER, Place, Pulled, Signal, Stated
 from ...foundation.arrays import Array
-from ...foundation.chain import INERTIA, MASS, MOMENT, OFFSET
+from ...foundation.chain import INERTIA, MASS, MOMENT, OFFSET, ROTATION
 from ...foundation.compiled import compiled, Record
 from ...foundation.parameter import parameter
 from ...foundation.rigid import Inertia
-from ...foundation.vectors import plus, put, times, vector
+from ...foundation.vectors import plus, put, rotated, rotation, times, vector
 
 
 @compiled
 def loaded(own: Record, at: Carried) -> Inertia:
-    """Return the inertia of links that carry a point mass at the tip, (eq:payload)."""
-    bare, far = at.inertia, own.mass * at.length2 * at.length2
-    return Inertia(bare.p1 + own.mass * at.length1 * at.length1 + far, bare.p2 + far,
-                   bare.p3 + own.mass * at.length1 * at.length2,
-                   bare.first + own.mass * at.length1, bare.second + own.mass * at.length2,
+    """Return the inertia of links that carry a mass at the tip, (eq:payload)."""
+    bare, far = at.inertia, at.length2 + own.x
+    about = own.mass * far * far + own.mass * own.radius * own.radius
+    return Inertia(bare.p1 + own.mass * at.length1 * at.length1 + about, bare.p2 + about,
+                   bare.p3 + own.mass * at.length1 * far,
+                   bare.first + own.mass * at.length1, bare.second + own.mass * far,
                    bare.coupled)
 
 
 @compiled
 def loaded_tip(own: Record, table: Array) -> Array:
-    """Return a chain (foundation.chain) whose last link carries a point mass at the tip."""
+    """Return a chain (foundation.chain) whose last link carries a body at the tip."""
     last = table.shape[0] - 2
-    x, y, z = vector(table, last + 1, OFFSET)
+    x, y, z = plus(vector(table, last + 1, OFFSET), rotated(
+        rotation(table, last + 1, ROTATION), (own.x, own.y, own.z)))
+    around = own.radius * own.radius
     table[last, MASS] += own.mass
     put(table, last, MOMENT, plus(vector(table, last, MOMENT), times(own.mass, (x, y, z))))
     put(table, last, INERTIA, plus(vector(table, last, INERTIA), times(
-        own.mass, (y * y + z * z, x * x + z * z, x * x + y * y))))
+        own.mass, (y * y + z * z + around, x * x + z * z + around, x * x + y * y + around))))
     put(table, last, INERTIA + 3, plus(vector(table, last, INERTIA + 3), times(
         -own.mass, (x * y, x * z, y * z))))
     return table
@@ -66,13 +69,15 @@ def cable_torque(own: Record, at: Pulled) -> Signal:
 
 @dataclass(frozen=True)
 class Payload(Effect):
-    """An unmodelled point mass at the tip, (eq:payload)."""
+    """An unmodelled mass at the tip, a point or a body with a centre of its own, (eq:payload)."""
 
     name: ClassVar[str] = 'payload'
     cause: ClassVar[str] = 'an unmodelled mass is fixed to the tip'
     site: ClassVar[Site] = Site.LINK
     place: ClassVar[Place] = LOAD
     scope: ClassVar[Scope] = Scope.ARM
+    acts: ClassVar[tuple[str, ...]] = ('mass',)
+    spatial: ClassVar[tuple[str, ...]] = ('y', 'z')
     law = staticmethod(loaded)
     law_chain = staticmethod(loaded_tip)
     # (measured: a right payload left 12 to 31 of score, one that stood for an inertia 256 or more)
@@ -81,6 +86,10 @@ class Payload(Effect):
         form_share=0.002, experiment=SCALE)
     typical: ClassVar[Typical | None] = Typical({'mass': 1.0})
     mass: float = parameter(0.0, 'kg', 0.0, 100.0, 'mass at the tip')
+    x: float = parameter(0.0, 'm', -1.0, 1.0, 'of its centre, along x of the tip')
+    y: float = parameter(0.0, 'm', -1.0, 1.0, 'likewise, of a chain')
+    z: float = parameter(0.0, 'm', -1.0, 1.0, 'likewise')
+    radius: float = parameter(0.0, 'm', 0.0, 1.0, 'of gyration about its centre, any axis alike')
 
 
 @dataclass(frozen=True)
@@ -88,21 +97,29 @@ class LinkInertiaError(Effect):
     """
     Inertia about one joint differs, mass and mass moments stay, (eq:link-inertia).
 
-    That is p1 or p2 of two links (p3 stays), and of a chain that of the joint's own link.
+    That is p1 or p2 of two links (p3 stays), and of a chain that of the joint's own link. Of that
+    mass and centre may differ too, (eq:link-mass).
     """
 
     name: ClassVar[str] = 'link_inertia_error'
     cause: ClassVar[str] = 'the inertia of the link about its joint differs'
     site: ClassVar[Site] = Site.LINK
     place: ClassVar[Place] = NUMBER
+    spatial: ClassVar[tuple[str, ...]] = ('mass', 'centre_x', 'centre_y', 'centre_z')
     law = staticmethod(heavier)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        free={'error': 0.05}, alike=('payload', 'stiffness_error'),
+        free={'error': 0.05}, instead={'mass': 0.05}, alike=('payload', 'stiffness_error'),
         experiment='accelerate at several elbow angles')
     typical: ClassVar[Typical | None] = Typical({'error': 0.1})
     error: float = parameter(
         0.0, '', -0.9, 5.0,
         'relative error of p1 (first joint) or p2 (second joint); of a chain, of the own link')
+    mass: float = parameter(
+        0.0, '', -0.9, 5.0, 'relative error of mass, moment and inertia of a link of a chain')
+    centre_x: float = parameter(
+        0.0, 'm', -1.0, 1.0, 'by which its centre is off, in the frame with z along its joint')
+    centre_y: float = parameter(0.0, 'm', -1.0, 1.0, 'likewise')
+    centre_z: float = parameter(0.0, 'm', -1.0, 1.0, 'likewise')
 
 
 @dataclass(frozen=True)

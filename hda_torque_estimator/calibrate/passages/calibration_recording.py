@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.chain_links import ChainLinks
 from hda_msgs_json.samples import JointSamples, WrenchSamples
 from hda_msgs_json.topics import EXTERNAL_WRENCH, reference_joint_torque, REFERENCE_TIP_WRENCH
 import numpy as np
@@ -33,7 +34,7 @@ class Heard(NamedTuple):
     stated: Stated
     sensed: frozenset[str]          # joints with a torque sensor
     pushed: bool                    # whether a known force acted on the tip
-    weighed: bool                   # whether the arm file says that the base is tilted
+    weighed: bool                   # whether links have weight as the arm file has them
 
     def sources(self, label: str) -> list[str]:
         """Return what makes the torque of a joint known, in words."""
@@ -41,7 +42,7 @@ class Heard(NamedTuple):
             return [f'the reference sensor of {label}']
         known = [f'{words} of {self.name}' for words in [self.stated.sentence()] if words]
         known += [f'the known force on the tip in {self.name}'] if self.pushed else []
-        return known + (['the weight on the base tilted as in the arm file']
+        return known + (['the weight on the base that stands as in the arm file']
                         if self.weighed and self.stated.tilt is None else [])
 
 
@@ -62,17 +63,17 @@ def heard(states: JointSamples, wrenches: Mapping[str, WrenchSamples], name: str
                                f'angles and motor torques, at least {FEWEST} are needed')
     seen = on_grid(seen)
     stamps = _grid(states, arm, seen)
-    force, pushed = _force(wrenches, stamps)
+    wrench, pushed = _wrench(wrenches, stamps)
     sensed = {label: _interpolated(stamps, sensor, sensor.torque[:, 2])
               for label in arm.labels
               if (sensor := wrenches.get(reference_joint_torque(label).name)) is not None}
     if known != Stated() or pushed:
-        own = loads(stood, motion_of(seen, stood), force).torque
+        own = loads(stood, motion_of(seen, stood), wrench).torque
         for place, label in enumerate(arm.labels):
             if label in sensed:
                 check_alike(label, name, sensed[label], own[:, place])
-    return Heard(name, passages(name, stood, seen, force, sensed), known, frozenset(sensed),
-                 pushed, arm.base.tilt > 0.0)
+    return Heard(name, passages(name, stood, seen, wrench, sensed), known, frozenset(sensed),
+                 pushed, arm.base.tilt > 0.0 or isinstance(arm.links, ChainLinks))
 
 
 def _grid(states: JointSamples, arm: Arm, seen: Measurement) -> NDArray[np.int64]:
@@ -82,18 +83,18 @@ def _grid(states: JointSamples, arm: Arm, seen: Measurement) -> NDArray[np.int64
     return first + np.round(seen.time * 1e9).astype(np.int64)
 
 
-def _force(wrenches: Mapping[str, WrenchSamples],
-           stamps: NDArray[np.int64]) -> tuple[Floats, bool]:
-    """Return the known force on the tip (k, 2) [N, base], NaN where unknown; and if there is."""
+def _wrench(wrenches: Mapping[str, WrenchSamples],
+            stamps: NDArray[np.int64]) -> tuple[Floats, bool]:
+    """Return the known wrench on the tip (k, 6) [N, N*m, base], NaN where unknown; if any acts."""
     sensor = wrenches.get(REFERENCE_TIP_WRENCH.name)
     source = wrenches.get(EXTERNAL_WRENCH.name) if sensor is None else sensor
     if source is None:
-        return np.zeros((len(stamps), 2)), False
-    columns = [_interpolated(stamps, source, source.force[:, axis]) for axis in range(2)]
-    force = np.stack(columns, axis=1)
+        return np.zeros((len(stamps), 6)), False
+    told = np.column_stack([source.force, source.torque])
+    wrench = np.stack([_interpolated(stamps, source, column) for column in told.T], axis=1)
     if sensor is None:                      # a push that was asked for is known to end
-        force = np.nan_to_num(force)
-    return force, bool(np.nanmax(np.abs(force), initial=0.0) > 0.0)
+        wrench = np.nan_to_num(wrench)
+    return wrench, bool(np.nanmax(np.abs(wrench), initial=0.0) > 0.0)
 
 
 def _interpolated(stamps: NDArray[np.int64], source: WrenchSamples, values: Floats) -> Floats:

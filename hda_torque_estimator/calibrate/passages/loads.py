@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from hda_arm_sim.foundation.rigid import coriolis, gravity_torque, Inertia, mass_matrix, tip_torque
 from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.chain_links import ChainLinks
 from hda_arm_sim.model.effects.catalogue import effects_at
 from hda_arm_sim.model.effects.place import LINK_TORQUE
 from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY
@@ -16,10 +17,11 @@ from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
 from numpy.typing import NDArray
 
+from .chain_loads import chain_needs
 from ...measurements.motion import Motion
 
 Floats = NDArray[np.float64]
-DOUBTS = 3              # p1, p2, p3 (layout)
+DOUBTS = 3              # p1, p2, p3; of a chain none (layout)
 
 
 class Loads(NamedTuple):
@@ -29,18 +31,26 @@ class Loads(NamedTuple):
     doubt: Floats
 
 
-def loads(arm: Arm, motion: Motion, force: Floats) -> Loads:
-    """Return what moves the links of an arm under a force (k, 2) on its tip [N, base]."""
+def loads(arm: Arm, motion: Motion, wrench: Floats) -> Loads:
+    """Return what moves the links of an arm under a wrench (k, 6) on its tip [N, N*m, base]."""
+    pulled = [sum(arm.effect(kind.name, label)(link_angle=motion.state[:, j, LINK_ANGLE])
+                  for kind in effects_at(LINK_TORQUE)) for j, label in enumerate(arm.labels)]
+    if isinstance(arm.links, ChainLinks):
+        torque = chain_needs(arm, motion, wrench) - np.stack(pulled, axis=1)
+        return Loads(torque, np.zeros((*torque.shape, DOUBTS)))     # the weight is as stated
+    return _of_pair(arm, motion, wrench, pulled)
+
+
+def _of_pair(arm: Arm, motion: Motion, wrench: Floats, pulled: list[Floats]) -> Loads:
+    """Return what moves links in a plane: forces in it push them, nothing else."""
     body = arm.record().body
     inertia, joints = loaded_inertia(body), len(arm.joints)
     angle = _pair(motion.state[:, :, LINK_ANGLE])
     links = arm.moving_links()
     weight = gravity_torque(inertia, body['pull'], body['direction'], *angle)
-    push = tip_torque(links.length1, links.length2, *angle, force[:, 0], force[:, 1])
-    own = [sum(arm.effect(kind.name, label)(link_angle=angle[j])
-               for kind in effects_at(LINK_TORQUE)) for j, label in enumerate(arm.labels)]
+    push = tip_torque(links.length1, links.length2, *angle, wrench[:, 0], wrench[:, 1])
     moved = _moving(inertia, motion)
-    torque = np.stack([moved[j] - weight[j] - push[j] - own[j] for j in range(joints)], axis=1)
+    torque = np.stack([moved[j] - weight[j] - push[j] - pulled[j] for j in range(joints)], axis=1)
     doubt = [np.stack(_moving(part, motion)[:joints], axis=1) for part in _parts(inertia)]
     return Loads(torque, arm.tolerances.link_inertia * np.stack(doubt, axis=2))
 

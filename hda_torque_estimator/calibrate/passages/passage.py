@@ -55,16 +55,16 @@ class Passage(NamedTuple):
         return self.thinned(self.usable.astype(float)) == 1.0
 
 
-def passages(name: str, arm: Arm, seen: Measurement, force: Floats,
+def passages(name: str, arm: Arm, seen: Measurement, wrench: Floats,
              sensed: dict[str, Floats]) -> dict[str, Passage]:
     """
     Return each joint's passage through a recording of an arm that stands as `arm` says.
 
-    `force` (k, 2) is known on the tip [N, base]. `sensed` are torques of sensors (k,), NaN where
-    they show none, in whose place the links' own torque is taken for joints without a sensor.
+    `wrench` (k, 6) is known on the tip [N, N*m, base]. `sensed` are torques of sensors (k,), NaN
+    where they show none. For joints without a sensor the links' own torque is taken.
     """
     motion = motion_of(seen, arm)
-    known = None if arm.links is None else loads(arm, motion, force)
+    known = None if arm.links is None else loads(arm, motion, wrench)
     found = {}
     for j, label in enumerate(arm.labels):
         if label in sensed:

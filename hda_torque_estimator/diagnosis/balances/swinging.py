@@ -26,7 +26,7 @@ def swing_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np.bo
              noise: Array) -> BaseVibration | None:
     """Return the mode that explains most of a residual (m, 2 n), None if it explains little."""
     joints = len(arm.labels)
-    if arm.links is None or joints != 2:
+    if arm.links is None or joints < 2:
         return None
     push, coupling = _stirred(balancer, arm)
     scale = (np.sqrt(valid) / noise)[:, joints:]

@@ -258,8 +258,8 @@ class Fitter:
         """Return how far the free numbers are from nominal, 0 for those without a tolerance."""
         nominal = {term.place: term.vector() for term in nuisances(self.arm)}
         return np.concatenate([
-            np.where(np.isfinite(term.deviations()),
-                     term.vector() - nominal.get(term.place, 0.0), 0.0) for term in terms])
+            term.vector() - nominal.get(term.place, 0.0)
+            if np.isfinite(term.deviations()).all() else np.zeros(term.size) for term in terms])
 
 
 def _same(terms: Sequence[AnyTerm], others: Sequence[AnyTerm]) -> bool:

@@ -19,8 +19,7 @@ from ...least_squares.term import looked_for, Term
 HYPOTHESES: dict[str, Hypothesis] = {effect.name: effect.hypothesis for effect in EFFECTS
                                      if effect.hypothesis is not None}
 
-# One number of two links in a plane, and what is located by their lever arms and their push.
-_PLANAR = ('inertial_coupling', 'external_contact', 'base_vibration')
+_PLANAR = ('inertial_coupling',)        # one number of two links in a plane
 
 
 def left_aside(arm: Arm, names: Sequence[str]) -> tuple[str, ...]:
@@ -30,13 +29,22 @@ def left_aside(arm: Arm, names: Sequence[str]) -> tuple[str, ...]:
 
 def terms_of(arm: Arm, name: str) -> Iterator[Term]:
     """Return every start of one hypothesis: each place on the arm, each point of the grid."""
-    kind, sought = effect_named(name), HYPOTHESES[name]
+    kind, sought, free = effect_named(name), HYPOTHESES[name], free_of(arm, name)
     for joint in (None,) if kind.scope is Scope.ARM else arm.labels:
         present = arm.effect(name, joint)
         for point in product(*sought.grid.values()):
             start = replace(present, **_named(sought.grid, point))
-            yield looked_for(start, joint, sought.free, sought.waves, _least(arm, sought, joint),
+            yield looked_for(start, joint, free, sought.waves, _least(arm, sought, joint),
                              grown=next(iter(sought.free), '') in sought.grid)
+        if isinstance(arm.links, ChainLinks):
+            for number, step in sought.instead.items():
+                yield looked_for(present, joint, {number: step}, {}, {})
+
+
+def free_of(arm: Arm, name: str) -> dict[str, float]:
+    """Return the plain numbers of an effect that are free on an arm, with their usual steps."""
+    sought = HYPOTHESES[name]
+    return {**sought.free, **(sought.in_space if isinstance(arm.links, ChainLinks) else {})}
 
 
 def _least(arm: Arm, sought: Hypothesis, joint: str | None) -> dict[str, float]:

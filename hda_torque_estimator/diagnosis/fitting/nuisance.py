@@ -4,10 +4,12 @@ What may differ without being wrong: the arm's numbers within their tolerances, 
 They are terms like any other, with a prior; an effect is named only beyond what they explain.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.chain_links import ChainLinks
 from hda_arm_sim.model.parts import Links
 import numpy as np
 
@@ -102,25 +104,36 @@ def nuisances(arm: Arm) -> tuple[AnyTerm, ...]:
     """Return the tolerances of an arm as terms about its nominal numbers."""
     known = arm.tolerances
     relative = {'torque_constant_error': known.torque_constant,
-                'stiffness_error': known.stiffness,
-                'link_inertia_error': known.link_inertia}
+                'stiffness_error': known.stiffness}
     scaled = {'coulomb_friction': ('level', known.dry_friction),
               'viscous_friction': ('slope', known.viscous_friction),
               'structural_damping': ('coefficient', known.damping)}
     terms: list[AnyTerm] = []
     for label in arm.labels:
         for name, tolerance in relative.items():
-            if arm.links is not None or name != 'link_inertia_error':
-                terms.append(_term(arm, name, label, 'error', max(tolerance, _FLOOR)))
+            terms.append(_term(arm, name, label, {'error': max(tolerance, _FLOOR)}))
+        if link := _link(arm, label):
+            terms.append(_term(arm, 'link_inertia_error', label, link))
         for name, (number, tolerance) in scaled.items():
             value = getattr(arm.effect(name, label), number)
             if value > 0.0:
-                terms.append(_term(arm, name, label, number, value * max(tolerance, _FLOOR)))
+                terms.append(_term(arm, name, label, {number: value * max(tolerance, _FLOOR)}))
         terms.append(Zero(label))
     if isinstance(arm.links, Links) and arm.links.p3:
         terms.append(CouplingInertia(max(known.link_inertia, _FLOOR)))
     return tuple(terms)
 
 
-def _term(arm: Arm, name: str, joint: str, number: str, deviation: float) -> Term:
-    return Term(arm.effect(name, joint), joint, (Plain((number,), deviation, deviation),))
+def _link(arm: Arm, joint: str) -> dict[str, float]:
+    """Return how well the numbers of a joint's link are known, by name; none without links."""
+    usual = arm.tolerances.link_inertia
+    if not isinstance(arm.links, ChainLinks):
+        return {} if arm.links is None else {'error': max(usual, _FLOOR)}
+    known = arm.links.known(usual)[arm.labels.index(joint)]
+    centre = {f'centre_{axis}': known.centre for axis in 'xyz'} if known.centre > 0.0 else {}
+    return {'error': max(known.inertia, _FLOOR), 'mass': max(known.mass, _FLOOR), **centre}
+
+
+def _term(arm: Arm, name: str, joint: str, known: Mapping[str, float]) -> Term:
+    return Term(arm.effect(name, joint), joint, tuple(
+        Plain((number,), deviation, deviation) for number, deviation in known.items()))

@@ -1,7 +1,7 @@
 """
 Where to start a fit of effects that no fixed grid reaches: at a time, at a frequency.
 
-The start is read from what is left: J^T F of one force that begins and ends stands out in both
+The start is read from what is left: J^T F of one force that begins and ends stands out in all
 joints for a while. A base that swings answers the links' own acceleration at one frequency.
 """
 
@@ -9,17 +9,20 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.chain import ANGLE, place, tip_velocity
+from hda_arm_sim.foundation.compiled import compiled
 from hda_arm_sim.foundation.rigid import tip_torque
 from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.chain_links import ChainLinks
 from hda_arm_sim.model.effects import BaseVibration, Effect, ExternalContact
 from hda_arm_sim.model.kernel import LINK_ANGLE
-from hda_arm_sim.model.parts import Links
+from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import fftconvolve
 
 from .fit import Fit, Fitter
-from .hypotheses import HYPOTHESES
+from .hypotheses import free_of
 from ..balances.balance import Balancer, RATE
 from ..balances.swinging import swing_in
 from ...least_squares.term import looked_for, Term
@@ -37,7 +40,7 @@ class Contact(NamedTuple):
     """One force on the tip for some time, with the power that it explains."""
 
     power: float                # over that of noise
-    force: tuple[float, float]  # base frame [N]
+    force: tuple[float, ...]    # along x and y of the base frame, of a chain z too [N]
     onset: float                # [s]
     duration: float             # [s]
 
@@ -55,10 +58,10 @@ def contact_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np.
     It must be far above every other time, fit one force well, and show in both balances alike. A
     smooth rest of another cause does not.
     """
-    if not isinstance(arm.links, Links):        # of a chain no contact is looked for yet
+    if arm.links is None:
         return None
     joints = len(arm.labels)
-    leverage = _leverage(balancer, arm, arm.links)
+    leverage = _leverage(balancer, arm)
     weight = valid / noise ** 2
     torsion = _sums(leverage, residual[:, joints:], weight[:, joints:])
     found, elsewhere = _best(torsion)
@@ -67,8 +70,9 @@ def contact_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np.
     motor = _at(_sums(leverage, residual[:, :joints], weight[:, :joints]), found)
     near = _around(balancer.time, found)
     around = float((weight[:, joints:] * residual[:, joints:] ** 2)[near].sum())
-    miss = np.hypot(*np.subtract(motor, found.force))
-    stands = found.power > _FITS * around and miss < _AGREES * np.hypot(*found.force)
+    miss, size = (float(np.linalg.norm(each))
+                  for each in (np.subtract(motor, found.force), found.force))
+    stands = found.power > _FITS * around and miss < _AGREES * size
     return found if stands else None
 
 
@@ -105,20 +109,35 @@ def _without(spans: Spans, taken: tuple[float, float]) -> Spans:
     return tuple((first, last) for first, last in parts if first < last)
 
 
-def _leverage(balancer: Balancer, arm: Arm, links: Links) -> Array:
-    """Return the torques of a unit force along x and along y on every joint (m, n, 2) [m]."""
+def _leverage(balancer: Balancer, arm: Arm) -> Array:
+    """Return the torques of unit forces along x, y, of a chain z, on every joint (m, n, d) [m]."""
     angle = balancer.motion(arm).state[::balancer.every, :, LINK_ANGLE]
+    if isinstance(arm.links, ChainLinks):
+        made = np.empty((*angle.shape, 3))
+        _levers(loaded_inertia(arm.record().body).table, np.ascontiguousarray(angle), made)
+        return made
+    links = arm.moving_links()
     elbow = angle[:, 1] if angle.shape[1] == 2 else np.zeros(len(angle))
     sides = [np.stack(tip_torque(links.length1, links.length2, angle[:, 0], elbow, *force), axis=1)
              for force in np.eye(2)]
     return np.stack(sides, axis=2)[:, :angle.shape[1]]
 
 
+@compiled
+def _levers(c: Array, angle: Array, made: Array) -> None:
+    """Fill what a force on the tip of a chain does to its joints (m, n, 3), at angles (m, n)."""
+    for k in range(angle.shape[0]):
+        c[1:-1, ANGLE] = angle[k]
+        place(c)
+        for j in range(angle.shape[1]):
+            made[k, j, 0], made[k, j, 1], made[k, j, 2] = tip_velocity(c, j + 1)
+
+
 def _sums(leverage: Array, residual: Array, weight: Array) -> Array:
-    """Return per sample the normal equations of a force: xx, xy, yy, x, y (m, 5)."""
-    x, y = leverage[:, :, 0], leverage[:, :, 1]
-    return np.stack([(weight * part).sum(axis=1) for part in
-                     (x * x, x * y, y * y, x * residual, y * residual)], axis=1)
+    """Return the normal equations of a force, per sample: matrix and right side (m, d, d + 1)."""
+    matrix = np.einsum('mj,mja,mjb->mab', weight, leverage, leverage)
+    right = np.einsum('mj,mja->ma', weight * residual, leverage)
+    return np.concatenate([matrix, right[:, :, None]], axis=2)
 
 
 def _profile(duration: float) -> Array:
@@ -128,16 +147,14 @@ def _profile(duration: float) -> Array:
 
 
 def _forces(sums: Array, profile: Array) -> tuple[Array, Array]:
-    """Return for every onset the force (k, 2) of a profile and the power that it explains (k,)."""
-    back = profile[::-1, None]
-    normal = fftconvolve(sums[:, :3], back ** 2, 'valid', axes=0)
-    right = fftconvolve(sums[:, 3:], back, 'valid', axes=0)
-    xx, xy, yy = normal.T
-    ridge = max(1e-6 * (xx + yy).max(), 1e-100)     # where nothing is valid, no force
-    xx, yy = xx + ridge, yy + ridge
-    force = np.stack([yy * right[:, 0] - xy * right[:, 1], xx * right[:, 1] - xy * right[:, 0]],
-                     axis=1) / (xx * yy - xy * xy)[:, None]
-    return force, (force * right).sum(axis=1)
+    """Return for every onset the force (k, d) of a profile and the power that it explains (k,)."""
+    back, ways = profile[::-1, None, None], sums.shape[1]
+    normal = fftconvolve(sums[:, :, :ways], back ** 2, 'valid', axes=0)
+    right = fftconvolve(sums[:, :, ways], back[:, :, 0], 'valid', axes=0)
+    size = np.trace(normal, axis1=1, axis2=2)
+    ridge = max(1e-6 * float(size.max()), 1e-100)   # where nothing is valid, no force
+    force = np.linalg.solve(normal + ridge * np.eye(ways), right[:, :, None])[:, :, 0]
+    return np.asarray(force, float), np.asarray((force * right).sum(axis=1), float)
 
 
 def _best(sums: Array) -> tuple[Contact | None, float]:
@@ -147,18 +164,17 @@ def _best(sums: Array) -> tuple[Contact | None, float]:
         force, power = _forces(sums, _profile(duration))
         at = int(np.argmax(power))
         if best is None or power[at] > best.power:
-            best = Contact(float(power[at]), (force[at, 0], force[at, 1]), at / RATE, duration)
+            best = Contact(float(power[at]), tuple(force[at].tolist()), at / RATE, duration)
             apart = np.abs(np.arange(len(power)) - at) > 1.25 * duration * RATE
             elsewhere = float(power[apart].max(initial=0.0))
     return best, elsewhere
 
 
-def _at(sums: Array, contact: Contact) -> tuple[float, float]:
+def _at(sums: Array, contact: Contact) -> Array:
     """Return the force that other sums tell for the time of a contact [N]."""
     profile = _profile(contact.duration)
     first = round(contact.onset * RATE)
-    force, _ = _forces(sums[first:first + len(profile)], profile)
-    return float(force[0, 0]), float(force[0, 1])
+    return np.asarray(_forces(sums[first:first + len(profile)], profile)[0][0])
 
 
 def _around(time: Array, contact: Contact) -> NDArray[np.bool_]:
@@ -174,22 +190,23 @@ def _contacts(fitter: Fitter, fit: Fit) -> list[Term]:
                        fitter.valid(fit.balance), fitter.noise)
     if found is None:
         return []
-    x, y = found.force
-    return [_term(ExternalContact(float(np.hypot(x, y)), float(np.arctan2(y, x)), found.onset,
-                                  found.duration))]
+    x, y, z = (*found.force, 0.0)[:3]
+    level = float(np.hypot(x, y))
+    return [_term(fitter.arm, ExternalContact(
+        float(np.hypot(level, z)), float(np.arctan2(y, x)), found.onset, found.duration,
+        float(np.arctan2(z, level))))]
 
 
 def _swings(fitter: Fitter, fit: Fit) -> list[Term]:
     """Return the mode of the base that stands out of the rest of a fit."""
     found = swing_in(fitter.balancer, fitter.on(fit.terms), fit.balance.residual,
                      fitter.valid(fit.balance), fitter.noise)
-    return [] if found is None else [_term(found)]
+    return [] if found is None else [_term(fitter.arm, found)]
 
 
-def _term(start: Effect) -> Term:
+def _term(arm: Arm, start: Effect) -> Term:
     """Return the term that begins at this effect, with the free numbers of its hypothesis."""
-    sought = HYPOTHESES[start.name]
-    return looked_for(start, None, sought.free, {}, {}, grown=True)
+    return looked_for(start, None, free_of(arm, start.name), {}, {}, grown=True)
 
 
 _LOCATED: dict[str, Callable[[Fitter, Fit], list[Term]]] = {

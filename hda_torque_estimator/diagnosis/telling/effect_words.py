@@ -151,9 +151,9 @@ WORDS = {
                      'Look what is mounted at the tip, and weigh it.', ('mass',),
                      less='carries {size} less at its tip'),
     'link_inertia_error': Words(
-        'has a link with {size} more inertia than stated', 'link',
+        'has a link with {size} more mass or inertia than stated', 'link',
         'Compare the link with its drawing: tool, cover or cable that the file does not know.',
-        ('error',), less='has a link with {size} less inertia than stated'),
+        ('error', 'mass'), less='has a link with {size} less mass or inertia than stated'),
     'inertial_coupling': Words(
         'has links that feel each other otherwise than the model says', 'link',
         'None: give the arm file inertias that depend on the posture.'),

@@ -9,14 +9,17 @@ from typing import NamedTuple
 from hda_arm_sim.foundation import chain
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.chain import COUPLING, momenta
+from hda_arm_sim.foundation.chain_doubts import own_doubts
 from hda_arm_sim.foundation.compiled import compiled, inlined
 import numpy as np
 
+from .chain_payload import Felt, weigh
 from .compiled_settings import Model
-from .layout import (ACCELERATION, EXTERNAL, EXTERNAL_DEVIATION, EXTERNAL_TORQUE, LATE, LATE_RATE,
-                     MASS, MASS_DEVIATION, QUICK_LINK, TORQUE, TORQUE_DEVIATION)
+from .layout import (ACCELERATION, CONTACT_DEVIATIONS, EXTERNAL, EXTERNAL_DEVIATION,
+                     EXTERNAL_TORQUE, LATE, LATE_RATE, PAYLOAD, QUICK_LINK, TORQUE,
+                     TORQUE_DEVIATION)
 from .momentum import hold
-from .observer import observe, shares_of
+from .observer import observe, observed_variance, shares_of
 from .tip_wrench import tip_wrench
 
 
@@ -29,16 +32,18 @@ class Moved(NamedTuple):
 
 @compiled
 def in_space(model: Model, memory: Array, moved: Moved, result: Array, tip: Array) -> None:
-    """Fill external torques and tip of a chain; the payload is not looked for."""
+    """Fill external torques and tip of a chain."""
     c = model.inertia.table
     for j in range(len(moved.angles)):
         c[j + 1, chain.ANGLE] = moved.angles[j]
         c[j + 1, chain.SPEED] = memory[j, QUICK_LINK]
     chain.place(c)
     _observe(model, c, memory, moved, result)
-    _deviations(model, c, memory, moved, result)
-    tip_wrench(c, result[:, EXTERNAL_TORQUE], result[:, EXTERNAL_DEVIATION], tip)
-    tip[MASS] = tip[MASS_DEVIATION] = np.nan
+    precision = _precision(model, c, memory, moved, result)
+    torque = result[:, EXTERNAL_TORQUE].copy()
+    tip_wrench(c, torque, precision, tip)
+    tip[CONTACT_DEVIATIONS] = np.sqrt(torque @ precision @ torque)
+    weigh(c, memory[0, PAYLOAD:], Felt(torque, precision), moved.dt, tip)
 
 
 @inlined
@@ -57,15 +62,20 @@ def _observe(model: Model, c: Array, memory: Array, moved: Moved, result: Array)
 
 
 @inlined
-def _deviations(model: Model, c: Array, memory: Array, moved: Moved, result: Array) -> None:
-    """Fill how sure external torques are: gear, links, lag, bearing at rest, (eq:sigma-ext)."""
+def _precision(model: Model, c: Array, memory: Array, moved: Moved, result: Array) -> Array:
+    """
+    Return the inverse covariance (n, n) of the external torques, and fill their deviations.
+
+    It holds gear, lag and bearing at rest of each joint, and the links, (eq:sigma-ext). What is
+    not known of a link shows in all joints before it at once.
+    """
     for j in range(len(moved.angles)):
         c[j + 1, chain.SPEEDING] = memory[j, ACCELERATION]
-    squares = np.empty(len(moved.angles))
-    chain.own_needs(c, squares)
+    covariance = np.empty((len(moved.angles), len(moved.angles)))
+    own_doubts(c, model.settings.links_known, covariance)
     for j in range(len(moved.angles)):
         _, doubt = hold(model.record.joints[j], moved.angles[j], memory[j, QUICK_LINK])
-        result[j, EXTERNAL_DEVIATION] = np.sqrt(
-            result[j, TORQUE_DEVIATION] ** 2
-            + model.settings.inertia_tolerance ** 2 * squares[j]
-            + memory[j, LATE] ** 2 + doubt ** 2)
+        covariance[j, j] += memory[j, LATE] ** 2 + doubt ** 2 + observed_variance(
+            memory[j], result[j, TORQUE_DEVIATION], shares_of(model.settings, moved.dt))
+        result[j, EXTERNAL_DEVIATION] = np.sqrt(covariance[j, j])
+    return np.linalg.inv(covariance).T          # symmetric, and so in rows again

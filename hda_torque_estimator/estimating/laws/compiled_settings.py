@@ -2,6 +2,7 @@
 
 from typing import Any, NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import ArmRecord
 
 from .route_errors import Known
@@ -23,6 +24,7 @@ class CompiledSettings(NamedTuple):
     contact_deviations: float
     collision_torque: float
     known: Known
+    links_known: Array          # (n, 3) how well the links of a chain are, `chain.own_doubts`
 
 
 class Model(NamedTuple):

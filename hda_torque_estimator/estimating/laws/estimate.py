@@ -32,10 +32,10 @@ from .layout import (
     LATE_RATE, MASS, MASS_DEVIATION, MOTOR_SHARE, MOTOR_VELOCITY, PAYLOAD, QUICK_LINK,
     QUICK_MOTOR, SINGULAR, STRETCH, TARE_SUM, TOOL_COVARIANCE, TOOL_X, TORQUE,
     TORQUE_DEVIATION, TORSION, TURNED_TORSION, ZERO, ZERO_TAKEN)
-from .low_pass import share_of
+from .low_pass import lateness, share_of
 from .momentum import expected_rate, hold, inertia_doubt, Links, momentum
 from .motor_witness import Heard
-from .observer import observe, shares_of
+from .observer import observe, observed_variance, Shares, shares_of
 from .route_errors import ERRORS, STIFFNESS, torsion_effects, ZERO as ZERO_ERROR
 from .tip_force import base_force, Posture, tool_force
 from .torsion_torque import link, shaft, slide, torsions
@@ -93,10 +93,16 @@ def _joint(model: Model, tilt_moment: float, memory: Array, sample: Sample, j: i
     elastic = total - kinematic - memory[ZERO] - wrong
     loop = _loop(joint, memory, elastic, dt)
     memory[LAST_TORSION] = elastic
-    gain = share_of(settings.torsion_bandwidth, dt) / dt if dt > 0.0 else 0.0
+    gain, late = 0.0, 0.0
+    if dt > 0.0:
+        gain = share_of(settings.torsion_bandwidth, dt) / dt
+        late = lateness(settings.velocity_bandwidth, dt)
     told = joint_torque(
-        joint, settings, learning, Twisted(elastic, rate, loop, wrong - certain, gain),
-        Heard(sample.command[j], motor_angle, memory[MOTOR_VELOCITY], link_angle, dt), effect)
+        joint, settings, learning,
+        Twisted(elastic, rate, loop, wrong - certain, gain,
+                fusion_memory.stiffness_factor(known.stiffness, learnt[STIFFNESS])),
+        Heard(sample.command[j], motor_angle, memory[MOTOR_VELOCITY], link_angle, dt, late),
+        effect)
     result[TORSION], result[KINEMATIC_TORSION] = total, kinematic
     result[TORQUE], result[TORQUE_DEVIATION] = told.torque, told.deviation
     result[MOTOR_SHARE], result[DOUBT] = told.motor_share, belief.of_fusion(learning)
@@ -134,9 +140,9 @@ def _external(model: Model, memory: Array, at: Links, dt: float, result: Array) 
         result[j, EXTERNAL_TORQUE] = memory[j, EXTERNAL]
     moved1, moved2 = inertia_doubt(inertia, at, memory[0, ACCELERATION],
                                    memory[last, ACCELERATION] if joints == 2 else 0.0)
-    _external_deviation(settings, memory[0], moved1, doubt1, result[0])
+    _external_deviation(settings, memory[0], (moved1, doubt1), share, result[0])
     if joints == 2:
-        _external_deviation(settings, memory[1], moved2, doubt2, result[1])
+        _external_deviation(settings, memory[1], (moved2, doubt2), share, result[1])
 
 
 @inlined
@@ -152,12 +158,12 @@ def _carried(model: Model, memory: Array, at: Links, dt: float) -> None:
 
 
 @inlined
-def _external_deviation(settings: CompiledSettings, memory: Array, moved: float, doubt: float,
-                        result: Array) -> None:
+def _external_deviation(settings: CompiledSettings, memory: Array, doubts: tuple[float, float],
+                        share: Shares, result: Array) -> None:
     """Fill how sure an external torque is: gear, inertia, lag, bearing at rest, (eq:sigma-ext)."""
     result[EXTERNAL_DEVIATION] = np.sqrt(
-        result[TORQUE_DEVIATION] ** 2 + settings.inertia_tolerance ** 2 * moved
-        + memory[LATE] ** 2 + doubt ** 2)
+        observed_variance(memory, result[TORQUE_DEVIATION], share)
+        + settings.inertia_tolerance ** 2 * doubts[0] + memory[LATE] ** 2 + doubts[1] ** 2)
 
 
 @inlined
@@ -183,6 +189,8 @@ def _in_plane(model: Model, memory: Array, moved: Moved, result: Array, tip: Arr
     _carried(model, memory, at, moved.dt)
     _tip(model, at, result, tip)
     tip[MASS], tip[MASS_DEVIATION] = payload.mass(memory[0, PAYLOAD:])
+    tip[CONTACT_DEVIATIONS] = contact.deviations(result[:, EXTERNAL_TORQUE],
+                                                 result[:, EXTERNAL_DEVIATION])
 
 
 _of_links = of_links(_in_plane, chain_estimate.in_space)
@@ -211,10 +219,9 @@ def step(model: Model, memory: Array, sample: Sample, result: Array, tip: Array)
         tip[:] = np.nan
         return
     _of_links(model, memory, Moved(angles, dt), result, tip)
-    torque = result[:, EXTERNAL_TORQUE]
-    tip[CONTACT_DEVIATIONS] = contact.deviations(torque, result[:, EXTERNAL_DEVIATION])
-    tip[CONTACT_LEVEL] = contact.feel(memory[0, CONTACT:], tip[CONTACT_DEVIATIONS], torque,
-                                      settings.contact_deviations, settings.collision_torque, dt)
+    tip[CONTACT_LEVEL] = contact.feel(
+        memory[0, CONTACT:], tip[CONTACT_DEVIATIONS], result[:, EXTERNAL_TORQUE],
+        settings.contact_deviations, settings.collision_torque, dt)
 
 
 @compiled

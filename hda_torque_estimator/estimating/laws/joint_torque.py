@@ -11,15 +11,15 @@ from typing import NamedTuple
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled, inlined, Record
 from hda_arm_sim.model.kernel import growth, played_torsion
+from hda_arm_sim.model.torsion import flexed
 import numpy as np
 
 from .compiled_settings import CompiledSettings
 from .fusion import close_half, gather
-from .fusion_memory import (effect_variance, errors_learnt, EXCESS, falls_back, MOTOR_ALONE,
-                            stiffness_factor, UNEXPLAINED)
+from .fusion_memory import effect_variance, EXCESS, falls_back, MOTOR_ALONE, UNEXPLAINED
 from .motor_witness import (bound, first_bound, follow_scatter, has_friction, hear, Heard, Motor,
                             own_variance, tell)
-from .route_errors import ERRORS, STIFFNESS, torque_effects, TORSION_ERRORS
+from .route_errors import ERRORS, torque_effects, TORSION_ERRORS
 from .torsion_torque import reading_deviation, torque_aside, torque_through_gear
 from .witnesses import beyond, Bound, FAINT, is_near, share_of_second, Spring, tangent, within
 
@@ -32,6 +32,7 @@ class Twisted(NamedTuple):
     loop: float                 # hysteresis z in [-1, 1]
     learnt: float               # taken from it because it was learnt to be wrong [rad]
     gain: float                 # of a reading's noise in the rate [1/s]
+    factor: float               # learnt of the stiffness
 
 
 class Reading(NamedTuple):
@@ -58,15 +59,14 @@ def joint_torque(joint: Record, settings: CompiledSettings, memory: Array, seen:
 
     `effect` (ERRORS,) holds what a sigma of each error adds to the torsion [rad]; it is used up.
     """
-    factor = stiffness_factor(settings.known.stiffness, errors_learnt(memory)[STIFFNESS])
-    torque = factor * _through(joint, heard, seen, seen.elastic)
+    torque = _through(joint, heard, seen)
     stiffness, random = reading_deviation(joint, torque, seen.gain)
     lawless = joint.torsion.deviation ** 2
     both = settings.fusion > 0.0 and has_friction(joint)
     if not both or not hear(memory, heard):
         if falls_back(memory):
-            torque = _through(joint, heard, seen, seen.elastic + seen.learnt)
-        torque_effects(settings.known, torque, stiffness, effect)
+            torque = _through(joint, heard, _as_stated(seen))
+        torque_effects(settings.known, _softer(joint, seen, torque), stiffness, effect)
         now, before = effect_variance(memory, effect, TORSION_ERRORS)
         own, held, far = random ** 2 + lawless, torque, 0.0
         if falls_back(memory):
@@ -82,27 +82,38 @@ def joint_torque(joint: Record, settings: CompiledSettings, memory: Array, seen:
     near = _near(motor.driving - motor.inertia, allowed,
                  Reading(torque, random ** 2 + lawless, own))
     if not is_near(torque, near, random):
-        torque, stiffness = _touched(joint, heard, seen, seen.elastic, near / factor)
-        torque *= factor
+        torque, stiffness = _touched(joint, heard, seen, near)
         random = reading_deviation(joint, near, seen.gain)[1]
-    torque_effects(settings.known, near, stiffness, effect)
+    torque_effects(settings.known, _softer(joint, seen, near), stiffness, effect)
     gather(memory, torque - motor.driving, effect, heard.dt)
     close_half(joint, memory, heard.angle, settings, stiffness, motor.friction)
     follow_scatter(memory, motor, torque - motor.driving + motor.inertia, heard.dt)
     if falls_back(memory):                      # what was learnt is not told, but stays learnt
-        plain = seen.elastic + seen.learnt
-        torque = _through(joint, heard, seen, plain)
+        plain = _as_stated(seen)
+        torque = _through(joint, heard, plain)
         near = _near(motor.plain - motor.inertia, allowed,
                      Reading(torque, random ** 2 + lawless, own))
         if not is_near(torque, near, random):
-            torque = _touched(joint, heard, seen, plain, near)[0]
+            torque = _touched(joint, heard, plain, near)[0]
     return _weighed(joint, memory, effect, motor, allowed, Reading(torque, random ** 2, own))
 
 
 @inlined
-def _through(joint: Record, heard: Heard, seen: Twisted, elastic: float) -> float:
-    """Return the torque that an elastic torsion [rad] tells, by the law as it is known [N*m]."""
-    return torque_through_gear(joint, heard.angle, elastic, seen.rate, seen.loop)
+def _as_stated(seen: Twisted) -> Twisted:
+    """Return what the encoders tell by the arm as it was stated, without what was learnt."""
+    return Twisted(seen.elastic + seen.learnt, seen.rate, seen.loop, 0.0, seen.gain, 1.0)
+
+
+@inlined
+def _through(joint: Record, heard: Heard, seen: Twisted) -> float:
+    """Return the torque that a torsion tells, by the law as it is known [N*m]."""
+    return torque_through_gear(joint, heard.angle, seen.elastic, seen.rate, seen.loop, seen.factor)
+
+
+@inlined
+def _softer(joint: Record, seen: Twisted, torque: float) -> float:
+    """Return the torsion that a softer flexspline adds, for each 1 of the factor [rad]."""
+    return flexed(joint.torsion, torque) / seen.factor ** 2
 
 
 @inlined
@@ -113,12 +124,11 @@ def _near(other: float, allowed: Bound, seen: Reading) -> float:
 
 
 @inlined
-def _touched(joint: Record, heard: Heard, seen: Twisted, elastic: float,
-             near: float) -> tuple[float, float]:
-    """Return torque [N*m] and stiffness [N*m/rad] of an elastic torsion by the law's tangent."""
-    spring = Spring(played_torsion(joint, elastic),
-                    torque_aside(joint, elastic, seen.rate, seen.loop),
-                    growth(joint, heard.angle)[0])
+def _touched(joint: Record, heard: Heard, seen: Twisted, near: float) -> tuple[float, float]:
+    """Return torque [N*m] and stiffness [N*m/rad] of a torsion by the law's tangent."""
+    spring = Spring(played_torsion(joint, seen.elastic),
+                    torque_aside(joint, seen.elastic, seen.rate, seen.loop),
+                    growth(joint, heard.angle)[0], seen.factor)
     return tangent(joint, spring, near)
 
 

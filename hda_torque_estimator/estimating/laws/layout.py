@@ -10,10 +10,11 @@ from . import contact, fusion_memory, payload
  LAST_TORSION, TURNED_TORSION,          # elastic torsion, and where the hysteresis stands [rad]
  LAST_MOMENTUM, LATE_RATE, EXTERNAL,    # of the momentum observer
  LATE, LAST_SPEED, ACCELERATION,        # what it lags behind [N*m]; of the link, low-passed
+ OBSERVED,                              # variance of the torques that it still holds [N^2*m^2]
  ZERO, TARE_SUM,                        # torsion taken for zero [rad], its running sum
  QUICK_MOTOR, QUICK_LINK,               # velocities, less low-passed, for the torsion [rad/s]
  STRETCH,                               # of the elements of the hysteresis, the first [rad]
- ) = range(17)
+ ) = range(18)
 FUSION = STRETCH + SLIDERS              # from here on the memory of the fusion
 CONTACT = FUSION + fusion_memory.MEMORY       # in row 0: the memory of contacts
 PAYLOAD = CONTACT + contact.MEMORY       # in row 0: the memory of the payload

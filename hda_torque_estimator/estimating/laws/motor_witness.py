@@ -36,6 +36,7 @@ class Heard(NamedTuple):
     velocity: float             # [rad/s]
     link_angle: float           # [rad]
     dt: float                   # since the last sample [s]
+    late: float                 # by which the velocity is [s]
 
 
 class Motor(NamedTuple):
@@ -79,13 +80,13 @@ def tell(joint: Record, known: Known, memory: Array, heard: Heard, window: float
     memory[LAST_COMMAND] = heard.command
     still = max(joint.coarse_quantisation.motor_step, _STILL)
     moving = abs(heard.velocity) * max(heard.dt, 0.4 * window) > _STILL_COUNTS * still
-    at = Turning(heard.angle, heard.velocity, np.sign(heard.velocity) if moving else 0.0,
-                 heard.link_angle)
     span, through = max(window, FEWEST * heard.dt), joint.ratio * joint.motor_inertia
     memory[SLOW_SPEED] += share(heard.dt, span) * (heard.velocity - memory[SLOW_SPEED])
     speeding = (heard.velocity - memory[SLOW_SPEED]) / span
     sudden = (heard.velocity - memory[LAST_SPEED]) / heard.dt
     memory[LAST_SPEED] = heard.velocity
+    at = Turning(heard.angle, heard.velocity + heard.late * speeding,
+                 np.sign(heard.velocity) if moving else 0.0, heard.link_angle)
     memory[LAG] += share(heard.dt, span) * (through * (sudden - speeding) - memory[LAG])
     inertia = through * speeding
     plain = joint.ratio * mean

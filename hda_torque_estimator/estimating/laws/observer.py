@@ -7,7 +7,7 @@ from hda_arm_sim.foundation.compiled import inlined
 
 from .compiled_settings import CompiledSettings
 from .layout import (
-    ACCELERATION, EXTERNAL, LAST_MOMENTUM, LAST_SPEED, LATE, LATE_RATE, QUICK_LINK)
+    ACCELERATION, EXTERNAL, LAST_MOMENTUM, LAST_SPEED, LATE, LATE_RATE, OBSERVED, QUICK_LINK)
 from .low_pass import share_of
 
 
@@ -39,3 +39,15 @@ def observe(memory: Array, now: float, rate: float, share: Shares) -> None:
     memory[LAST_MOMENTUM] = now
     memory[LATE_RATE] += share.quick * (rate - memory[LATE_RATE])
     memory[LAST_SPEED] = memory[QUICK_LINK]
+
+
+@inlined
+def observed_variance(memory: Array, deviation: float, share: Shares) -> float:
+    """
+    Return the variance of the torques that an observer holds, of this deviation now [N^2*m^2].
+
+    Once a torque is better known the observer still holds those of before.
+    """
+    part = share.observer if share.dt > 0.0 else 1.0
+    memory[OBSERVED] += part * (deviation * deviation - memory[OBSERVED])
+    return max(memory[OBSERVED], deviation * deviation)

@@ -70,10 +70,14 @@ def _wave(size: float, angle: float, effect: Array, place: int) -> None:
 
 
 @compiled
-def torque_effects(known: Known, torque: float, stiffness: float, effect: Array) -> None:
-    """Turn effects on the torsion into those on the torque it tells [N*m], (eq:two-routes)."""
+def torque_effects(known: Known, flexed: float, stiffness: float, effect: Array) -> None:
+    """
+    Turn effects on the torsion into those on the torque it tells [N*m], (eq:two-routes).
+
+    `flexed` is the torsion that a softer flexspline adds, for each 1 of its factor [rad].
+    """
     effect[:STIFFNESS] *= stiffness
-    effect[STIFFNESS] = -known.stiffness * torque
+    effect[STIFFNESS] = -known.stiffness * flexed * stiffness
 
 
 @compiled

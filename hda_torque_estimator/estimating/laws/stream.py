@@ -48,7 +48,8 @@ def _settings(numbers: Array) -> CompiledSettings:
     n = numbers
     return CompiledSettings(
         n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8], n[9], n[10], n[11],
-        Known(n[12], n[13], n[14], n[15], n[16], n[17], n[18], n[19], n[20], n[21]))
+        Known(n[12], n[13], n[14], n[15], n[16], n[17], n[18], n[19], n[20], n[21]),
+        n[22:].reshape(-1, 3))
 
 
 @compiled

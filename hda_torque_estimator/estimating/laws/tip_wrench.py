@@ -21,26 +21,22 @@ _TOLD = 0.1             # of that, a deviation from which on a component is as g
 
 
 @compiled
-def tip_wrench(c: Array, torque: Array, deviation: Array, tip: Array) -> None:
+def tip_wrench(c: Array, torque: Array, precision: Array, tip: Array) -> None:
     """
     Fill the wrench ON the tip by weighted least squares, tau = J^T F, (eq:tip-wrench).
 
-    `torque` and `deviation` (n,) are of the external torques [N*m], at the frames placed. What
-    was likely before, a wrench up to what arms stand, keeps a hidden component finite until it is
-    told as NaN.
+    `torque` (n,) are the external torques [N*m] and `precision` (n, n) their inverse covariance,
+    at the frames placed. What was likely before, a wrench up to what arms stand, keeps a hidden
+    component finite until it is told as NaN.
     """
     known = AXES if len(torque) >= AXES else AXES // 2
     jacobian = np.empty((AXES, len(torque)))
     chain.tip_jacobian(c, jacobian)
-    normal, right = np.zeros((known, known)), np.zeros(known)
+    told = np.ascontiguousarray(jacobian[:known])
+    weighed = told @ precision
+    normal, right = weighed @ told.T, weighed @ torque
     for a in range(known):
-        normal[a, a] = 1.0 / _LIKELY[a] ** 2
-    for j in range(len(torque)):
-        weight = 1.0 / deviation[j] ** 2
-        for a in range(known):
-            right[a] += jacobian[a, j] * weight * torque[j]
-            for b in range(known):
-                normal[a, b] += jacobian[a, j] * weight * jacobian[b, j]
+        normal[a, a] += 1.0 / _LIKELY[a] ** 2
     tip[BASE_WRENCH:] = np.nan
     tip[TOOL_COVARIANCE:TOOL_COVARIANCE + 8] = np.nan
     if not np.isfinite(right).all():

@@ -13,7 +13,7 @@ from hda_arm_sim.model.effects.transmission import slid, SLIDERS
 from hda_arm_sim.model.encoders import (link_angle_behind, link_gain, motor_angle_behind,
                                         motor_gain)
 from hda_arm_sim.model.kernel import gear_torque, growth, played_torsion, transmission
-from hda_arm_sim.model.torsion import stiffness_at, torque_of_torsion
+from hda_arm_sim.model.torsion import stiffer_torque, stiffness_at, torque_of_torsion
 import numpy as np
 
 
@@ -60,10 +60,15 @@ def slide(joint: Record, change: float, stretch: Array) -> float:
 
 @compiled
 def torque_through_gear(joint: Record, motor_angle: float, torsion: float, torsion_rate: float,
-                        state: float) -> float:
-    """Return the gear's torque of an elastic torsion, (eq:torque-law) [N*m at the output]."""
-    spring = played_torsion(joint, torsion)
-    torque = torque_of_torsion(joint.torsion, joint.ratio, spring, growth(joint, motor_angle)[0])
+                        state: float, factor: float = 1.0) -> float:
+    """
+    Return the gear's torque of an elastic torsion, (eq:torque-law) [N*m at the output].
+
+    `factor` is by how much the flexspline is stiffer than its law says, (eq:stiffer).
+    """
+    spring, growing = played_torsion(joint, torsion), growth(joint, motor_angle)[0]
+    torque = torque_of_torsion(joint.torsion, joint.ratio, spring, growing)
+    torque = stiffer_torque(joint.torsion, joint.ratio, torque, factor, growing)
     return gear_torque(joint, torque, torsion, torsion_rate, state)
 
 

@@ -9,7 +9,7 @@ from sample to sample. Nothing here knows of motors. Equations: docs/estimation.
 from typing import NamedTuple
 
 from hda_arm_sim.foundation.compiled import compiled, inlined, Record
-from hda_arm_sim.model.torsion import stiffness_at, torsion_of_torque
+from hda_arm_sim.model.torsion import stiffer_torsion
 import numpy as np
 
 # Choices unless told otherwise.
@@ -23,6 +23,7 @@ class Spring(NamedTuple):
     torsion: float              # [rad]
     aside: float                # torque of hysteresis and damping, parallel to the spring [N*m]
     growing: float              # what each N*m adds to the torsion [rad/(N*m)]
+    factor: float               # of the flexspline's stiffness
 
 
 class Bound(NamedTuple):
@@ -42,9 +43,8 @@ def tangent(joint: Record, seen: Spring, near: float) -> tuple[float, float]:
     enlarge a reading that is off by much.
     """
     spring = min(max(near - seen.aside, -joint.torsion.valid_torque), joint.torsion.valid_torque)
-    stiffness = stiffness_at(joint.torsion, joint.ratio, spring)
-    there = (torsion_of_torque(joint.torsion, joint.ratio, spring) + seen.growing * abs(spring))
-    return spring + seen.aside + stiffness * (seen.torsion - there), stiffness
+    there, slope = stiffer_torsion(joint.torsion, joint.ratio, spring, seen.factor, seen.growing)
+    return spring + seen.aside + (seen.torsion - there) / slope, 1.0 / slope
 
 
 @inlined

@@ -1,0 +1,53 @@
+"""The numbers of a chain's links: how well they are known, and how one differs."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ..foundation.arrays import Array
+from ..foundation.chain import CONSTANTS, INERTIA, MASS, MOMENT
+from ..foundation.parameter import Declared, parameter
+
+_AXIS_INERTIA = INERTIA + 2     # of a link about its joint
+_LINKS_KEPT = 1024      # links whose check is remembered: a fit makes thousands of arms of few
+
+
+@dataclass(frozen=True)
+class LinkTolerance(Declared):
+    """How well the numbers of one link of a chain are known, one sigma."""
+
+    name: ClassVar[str] = 'links.tolerances'
+    mass: float = parameter(0.01, '', 0.0, 1.0, 'mass, moment and inertia together, relative')
+    centre: float = parameter(0.0, 'm', 0.0, 1.0, 'each coordinate of the centre of mass')
+    inertia: float = parameter(0.01, '', 0.0, 1.0, 'inertia about the own joint, relative')
+
+
+def differ(row: Array, error: Any) -> None:
+    """
+    Change a link of a chain by its `link_inertia_error`, (eq:link-mass).
+
+    Its mass grows with moment and inertia, its centre moves, the inertia about the joint grows.
+    """
+    row[MASS:CONSTANTS] *= 1.0 + error.mass
+    moved = np.array([error.centre_x, error.centre_y, error.centre_z])
+    if moved.any():
+        before = row[MOMENT:MOMENT + 3].copy()
+        row[MOMENT:MOMENT + 3] += row[MASS] * moved
+        twice = np.outer(before, moved)
+        far = twice + twice.T + row[MASS] * np.outer(moved, moved)
+        more = np.trace(far) * np.eye(3) - far
+        row[INERTIA:INERTIA + 6] += more[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+    row[_AXIS_INERTIA] = error(nominal=row[_AXIS_INERTIA])
+
+
+@lru_cache(_LINKS_KEPT)
+def is_definite(constants: bytes) -> bool:
+    """Tell whether every motion of a link takes energy, from the bytes of its row of a chain."""
+    row = np.frombuffer(constants)
+    (xx, yy, zz, xy, xz, yz), (x, y, z) = row[INERTIA:INERTIA + 6], row[MOMENT:MOMENT + 3]
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    turning = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    whole = np.block([[turning, cross], [cross.T, row[MASS] * np.eye(3)]])
+    return bool(np.linalg.eigvalsh(whole).min() > 0.0)
