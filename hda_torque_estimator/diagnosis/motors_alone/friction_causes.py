@@ -161,8 +161,9 @@ def causes(motion: Along, laws: Mapping[str, list[FrictionLaw]], rows: Rows, tor
     of the number that is `stated`, which may be too large.
     """
     plain = [several[0].columns(motion)[rows] for several in laws.values() if len(several) == 1]
-    named = [Cause(name, tuple(_law(law, motion, rows, torque, plain)._replace(
-        least=_least(law, stated.get(name, 0.0))) for law in several), _NAMED)
+    named = [Cause(name, tuple(
+        _law(law, motion, rows, torque, plain if len(several) > 1 else [])._replace(
+            least=_least(law, stated.get(name, 0.0))) for law in several), _NAMED)
         for name, several in laws.items()]
     return named + [Cause(name, tuple(
         Law(curves[rows], np.full(curves.shape[1], size * torque / np.sqrt(curves.shape[1])),
@@ -181,7 +182,7 @@ def _law(law: FrictionLaw, motion: Along, rows: Rows, torque: float,
     """
     Return a law as columns of some rows, with the forms that books have for it.
 
-    A form is what neither the law itself nor a `plain` law is: those have names of their own.
+    A form of a law on a grid is no `plain` law: those have names of their own, and are near.
     """
     own = law.columns(motion)[rows]
     size = np.maximum(np.sqrt(np.mean(own ** 2, axis=0)), _AT_REST)
