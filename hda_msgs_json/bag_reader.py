@@ -16,12 +16,8 @@ from hda_msgs_json.mcap_records import BagError, Messages, Records
 from hda_msgs_json.samples import (
     JointSamples, NumberSamples, SamplesError, TextSamples, WrenchSamples)
 from hda_msgs_json.strided import Indices
-<<<<<<< HEAD
-from hda_msgs_json.topics import JOINT_STATES, STRING
-from hda_msgs_json.worker_threads import ahead
-=======
 from hda_msgs_json.topics import JOINT_STATES, NUMBER, STRING
->>>>>>> w-people
+from hda_msgs_json.worker_threads import ahead
 import numpy as np
 
 Samples = TypeVar('Samples', JointSamples, WrenchSamples)

@@ -67,7 +67,7 @@ def test_friction_and_lines_are_found_with_their_sizes():
 def test_what_explains_a_torque_gains_line_by_line():
     lines = [(4e-3 / order, float(order)) for order in range(1, MOST + 3)]
     sweep, = sweeps_of(turned(True, lines, noise=1e-4), ARM, 'bag')
-    part = explained(sweep)
+    part = explained(sweep, ARM)
     assert 1 < len(part.lines) <= MOST
     first = part.columns.shape[1] - 2 * len(part.lines)
     assert all(gain_without(part, [first + 2 * k, first + 2 * k + 1]).removed() > 0.0
@@ -175,7 +175,7 @@ def resting(samples, rest=60.0):
 def test_a_joint_that_moves_in_a_small_part_is_diagnosed_from_that(tmp_path):
     """All stretches have as much of its motion: none that is held out is empty."""
     with BagWriter(tmp_path / 'bag', {}) as bag:
-        bag.write_joint_states(JOINT_STATES, resting(turned(True, duration=6.0)))
+        bag.write_joint_states(JOINT_STATES, resting(turned(True, duration=12.0)))
     out = tmp_path / 'out'
     assert main(['diagnose', str(tmp_path / 'bag'), '--arm', 'kinova_gen3.yaml', '--out',
                  str(out)]) == 0

@@ -33,15 +33,10 @@ from ..diagnosis.showing import exhibits_of, predictions
 from ..diagnosis.telling.exhibits import Exhibits
 from ..diagnosis.telling.page import page
 from ..diagnosis.telling.plots import figures
-<<<<<<< HEAD
+from ..diagnosis.telling.story import headline, probability
 from ..measurements.measurement import Measurement, measurement_from
 from ..measurements.recording_checks import check, check_names, GateError, mended, Mending
-=======
-from ..diagnosis.telling.story import headline, probability
-from ..measurements.gate import check, check_names, GateError, mended, Mending
-from ..measurements.measurement import Measurement, measurement_from
 from ..pages.wording import capital
->>>>>>> w-people
 from ..version import version
 
 PAGE = 'report.html'

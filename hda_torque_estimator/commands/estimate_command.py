@@ -12,14 +12,9 @@ from hda_arm_sim.model.writing import arm_to_text
 from hda_msgs_json.bag import BagWriter, Recording
 from hda_msgs_json.errors import HdaError
 from hda_msgs_json.outputs import check_directory
-<<<<<<< HEAD
-from hda_msgs_json.samples import JointSamples
-from hda_msgs_json.topics import ESTIMATOR_STATE
-from hda_msgs_json.worker_threads import drawn_ahead
-=======
 from hda_msgs_json.samples import JointSamples, NumberSamples, WrenchSamples
 from hda_msgs_json.topics import ESTIMATOR_STATE, Topic
->>>>>>> w-people
+from hda_msgs_json.worker_threads import drawn_ahead
 import numpy as np
 from numpy.typing import NDArray
 

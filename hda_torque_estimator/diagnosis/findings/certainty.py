@@ -11,14 +11,14 @@ import math
 from .report import Evidence, Finding
 
 # Choices unless told otherwise.
-_ODDS = 19.0            # to 1 at a margin of one bar: those of 95 %
-_TOLD = 0.95            # probability of a cause that is told beside a rest without a name
+ODDS = 19.0             # to 1 at a margin of one bar: those of 95 %
+TOLD = 0.95             # probability of a cause that is told beside a rest without a name
 _MOST = 40.0                    # bars beyond which a number of this size holds nothing more
 
 
 def probability(margin: float) -> float:
     """Return the probability of what is so many bars beyond even odds."""
-    return 1.0 / (1.0 + _ODDS ** -min(max(margin, -_MOST), _MOST))
+    return 1.0 / (1.0 + ODDS ** -min(max(margin, -_MOST), _MOST))
 
 
 def margin_of_rest(share: float) -> float:
@@ -37,11 +37,11 @@ def margin_of(evidence: Evidence) -> float:
 
 def unsure(finding: Finding) -> str | None:
     """Return why a finding is not told beside a rest without a name, None where it is."""
-    if not finding.probability < _TOLD:
+    if not finding.probability < TOLD:
         return None
     return (f'{finding.effect} at {finding.joint or "the arm"} is not told: it is '
             f'{100.0 * finding.probability:.0f} % sure, and beside a rest without a name '
-            f'{100.0 * _TOLD:.0f} % are needed')
+            f'{100.0 * TOLD:.0f} % are needed')
 
 
 def verdict_probability(verdict: str, findings: Iterable[Finding], pairs: Iterable[float],

@@ -8,7 +8,7 @@ is a smooth curve of what published laws differ in (eq:forms), declared beside t
 law. Laws of the torsion have none: each is a curve of the torque, and would be all of the others.
 """
 
-from collections.abc import Iterator, Mapping, MutableMapping
+from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import replace
 from weakref import WeakKeyDictionary
 
@@ -95,8 +95,9 @@ def _forms_of(fitter: Fitter, fit: Fit, term: Term) -> Array:
     if size == 0.0 or not HYPOTHESES[term.name].varies:
         return np.zeros((*does.shape, 0))
     coordinates = coordinates_of(fitter.balancer, fitter.on(fit.terms))
-    factors = [list(_factors(fitter.balancer.time, {
-        name: values[:, place] for name, values in coordinates.items()}, term))
+    factors = [list(factors_along(fitter.balancer.time, {
+        name: values[:, place] for name, values in coordinates.items()},
+        HYPOTHESES[term.name].varies))
         for place in range(len(fitter.arm.labels))]
     shapes = [does, *(does * np.tile(np.stack(each, axis=1), 2) for each in zip(*factors))]
     flat = np.stack([shape.ravel() for shape in shapes], axis=1)
@@ -106,9 +107,10 @@ def _forms_of(fitter: Fitter, fit: Fit, term: Term) -> Array:
     return made.reshape(*does.shape, -1) * fitter.noise[:, None]
 
 
-def _factors(time: Array, along: Mapping[str, Array], term: Term) -> Iterator[Array]:
+def factors_along(time: Array, along: Mapping[str, Array],
+                  varies: Sequence[str]) -> Iterator[Array]:
     """Yield factors (m,) along the coordinates of a joint on which laws of a cause differ."""
-    for name in HYPOTHESES[term.name].varies:
+    for name in varies:
         if name == 'time':
             yield from _powers(time - time.mean(), 2)
         elif name == 'sense':

@@ -9,29 +9,55 @@ import math
 from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.model.arm import Arm
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
+from .motor_friction import (
+    fewer, friction_of, FrictionFound, load_columns, Stated, stated_friction)
 from .motor_record import Sweep
 from .ripple import Line, strongest_line, waves
 from ..findings.gains import Gains
+from ..judging.placebo import moved_away
 from ...significance import FOURTH_DIFFERENCES, NORMAL_MEDIAN
 
 # Choices unless told otherwise.
 MOST = 12               # lines of one motor that are tried
 _PERIODS = 3.0          # of a line, over which slower errors are taken out of it
 _WINDOW = 0.1           # of held-out errors [s]
+_OWN = 0.1              # of a placebo, that is its own beside all other columns
 LOAD = 3                # columns: inertia, and the load over the link angle (layout)
 
 
 class Explained(NamedTuple):
-    """A sweep and the columns (k, p) that explain its torque: load, friction, then waves."""
+    """
+    A sweep and the columns (k, p) that explain its torque: load, friction, then waves.
+
+    A sweep one way has a friction of two columns without a name, and no `friction`.
+    """
 
     sweep: Sweep
     columns: Array
     lines: tuple[Line, ...]
     numbers: Array          # (p,)
     spread: Array           # (p,) standard deviations
+    friction: FrictionFound | None = None
+
+    @property
+    def first_wave(self) -> int:
+        """Return the place of the first column of a wave."""
+        return self.columns.shape[1] - 2 * len(self.lines)
+
+    def wave(self, number: int) -> list[int]:
+        """Return the places of the two columns of a wave."""
+        return [self.first_wave + 2 * number, self.first_wave + 2 * number + 1]
+
+    def rubbing(self, number: int) -> list[int]:
+        """Return the places of the columns of a friction cause, by its number."""
+        assert self.friction is not None
+        sizes = [cause.columns.shape[1] for cause in self.friction.causes]
+        first = self.first_wave - sum(sizes[number:])
+        return list(range(first, first + sizes[number]))
 
     def without(self, taken: Sequence[int]) -> Array:
         """Return what the torque departs by (k,) if columns are taken away and the rest refit."""
@@ -39,8 +65,15 @@ class Explained(NamedTuple):
         return _rest(self.sweep, self.columns[:, kept])
 
 
-def explained(sweep: Sweep) -> Explained:
-    """Return what explains the torque of a sweep, fitted to its training stretches."""
+def explained(sweep: Sweep, arm: Arm) -> Explained:
+    """
+    Return what explains the torque of a sweep, fitted to its training stretches.
+
+    Where the motor turns both ways, it is what is beyond the friction that the arm's file states.
+    """
+    stated = stated_friction(arm, sweep)
+    if sweep.both_ways:
+        sweep = sweep._replace(torque=sweep.torque - stated.torque)
     columns, lines = base(sweep), list[Line]()
     tried: list[float] = []
     use = sweep.moving & ~sweep.held_out
@@ -54,19 +87,26 @@ def explained(sweep: Sweep) -> Explained:
         if _repeats(sweep, line, rest, _rest(sweep, more)):
             columns = more
             lines.append(line)
-    return _without_losses(_fitted(sweep, columns, tuple(lines)))
+    part = _without_losses(_fitted(sweep, columns, tuple(lines)))
+    return _with_friction(part, stated) if sweep.both_ways else part
+
+
+def _with_friction(part: Explained, stated: Stated) -> Explained:
+    """Return what explains a torque with the friction that it shows in the place of the usual."""
+    turning = part.columns[:, part.first_wave:]
+    found = friction_of(part.sweep, turning, stated)
+    columns = np.concatenate([load_columns(part.sweep), *(
+        cause.columns for cause in found.causes), turning], axis=1)
+    return _fitted(part.sweep, columns, part.lines)._replace(friction=found)
 
 
 def _without_losses(part: Explained) -> Explained:
     """Return what explains a torque without lines that lose on the held-out stretches."""
-    first = base(part.sweep).shape[1]
-    gains = [gain_without(part, [first + 2 * number, first + 2 * number + 1]).removed()
-             for number in range(len(part.lines))]
+    gains = [gain_without(part, part.wave(number)).removed() for number in range(len(part.lines))]
     if all(gain > 0.0 for gain in gains):
         return part
     worst = int(np.argmin(gains))
-    kept = [column for column in range(part.columns.shape[1])
-            if column not in (first + 2 * worst, first + 2 * worst + 1)]
+    kept = [column for column in range(part.columns.shape[1]) if column not in part.wave(worst)]
     return _without_losses(_fitted(part.sweep, part.columns[:, kept],
                                    part.lines[:worst] + part.lines[worst + 1:]))
 
@@ -108,12 +148,9 @@ def _fitted(sweep: Sweep, columns: Array, lines: tuple[Line, ...]) -> Explained:
     numbers, inverse = _solve(sweep, columns)
     rest = (sweep.torque - columns @ numbers)[sweep.moving]
     rest = rest - rest.mean()
-    spectrum = np.abs(np.fft.rfft(rest, 2 * len(rest))) ** 2
-    memory = np.fft.irfft(spectrum)[:max(1, round(0.3 / sweep.dt))]
-    fewer = max(1.0, 2.0 * float(np.sum(np.maximum(memory, 0.0)) / max(memory[0], 1e-30)) - 1.0)
     variance = float(np.mean(rest ** 2))
     spread = np.sqrt(np.maximum(np.diag(inverse), 0.0) * variance)
-    spread[:base(sweep).shape[1]] *= math.sqrt(fewer)
+    spread[:columns.shape[1] - 2 * len(lines)] *= math.sqrt(fewer(rest, sweep.dt))
     return Explained(sweep, columns, lines, numbers, spread)
 
 
@@ -137,3 +174,22 @@ def floor_of(part: Explained) -> float:
 def gain_without(part: Explained, taken: Sequence[int]) -> Gains:
     """Return what some columns gain on held-out stretches, over white noise."""
     return _gains(part.sweep, part.without(taken), part.without(()), floor_of(part))
+
+
+def placebo_of(part: Explained, taken: Sequence[int]) -> float:
+    """
+    Return the share that the best placebo of some columns removes on held-out stretches.
+
+    Of a motion that repeats, moved columns may be what the others hold already: these add nothing.
+    """
+    others = part.columns[:, [place for place in range(part.columns.shape[1])
+                              if place not in taken]]
+    before, floor, best = part.without(taken), floor_of(part), 0.0
+    basis = np.linalg.qr(others / np.maximum(np.linalg.norm(others, axis=0), 1e-300))[0]
+    for rolled in moved_away(part.columns[:, None, list(taken)]):
+        moved = rolled[:, 0]
+        apart = moved - basis @ (basis.T @ moved)
+        if (np.linalg.norm(apart, axis=0) > _OWN * np.linalg.norm(moved, axis=0)).all():
+            after = _rest(part.sweep, np.concatenate([others, moved], axis=1))
+            best = max(best, _gains(part.sweep, before, after, floor).removed())
+    return best

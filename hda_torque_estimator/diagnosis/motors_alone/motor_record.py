@@ -10,9 +10,8 @@ from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import motor_name
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import savgol_filter
+from scipy.signal import savgol_coeffs, savgol_filter
 
-from ...measurements.rates import check_rate
 from ...measurements.recording_checks import GateError
 
 # Choices unless told otherwise.
@@ -23,6 +22,7 @@ _SLOW = 0.3             # shaft speed below which dry friction is not known [rad
 _BLOCKS = 12            # stretches of the motion of a sweep,
 HELD = 3               # of so many of which one is held out
 _LEAST = 2              # windows of the polynomials in a stretch that tells something
+_CERTAIN = 4.0          # deviations of a speed, by the encoder's steps, that tell its sense
 
 
 class Sweep(NamedTuple):
@@ -36,6 +36,7 @@ class Sweep(NamedTuple):
     acceleration: Array
     torque: Array
     moving: Mask
+    since: Array            # time since its own recording began [s]
 
     @property
     def held_out(self) -> Mask:
@@ -82,17 +83,14 @@ def sweeps_together(recordings: Mapping[str, JointSamples], arm: Arm) -> list[Sw
     Return the joints that move in several recordings of one arm, by their names.
 
     A joint that moves in several has them one after another, with the angles as they are. Its
-    motor encoder is taken to keep its zero. Raises GateError where one cannot be used, or where
-    the rates differ.
+    motor encoder is taken to keep its zero. All are sampled as the slowest was recorded. Raises
+    GateError where one cannot be used.
     """
-    periods = {source: period_of(samples) for source, samples in recordings.items()}
-    first = next(iter(periods))
-    for source, period in periods.items():
-        check_rate(1.0 / period, source, 1.0 / periods[first], first)
+    slowest = max(period_of(samples) for samples in recordings.values())
     found: dict[str, Sweep] = {}
     begin = 0.0
     for source, samples in recordings.items():
-        for sweep in sweeps_of(samples, arm, source, periods[first]):
+        for sweep in sweeps_of(samples, arm, source, slowest):
             later = sweep._replace(time=sweep.time + begin)
             label = sweep.joint.label
             found[label] = _after(found[label], later) if label in found else later
@@ -138,7 +136,16 @@ def _sweep(samples: JointSamples, joint: Joint, source: str,
     window = max(_DEGREE + 2, 2 * round(0.5 * _WINDOW / dt) + 1)
     speed, acceleration = (savgol_filter(angle, window, _DEGREE, deriv=order, delta=dt)
                            for order in (1, 2))
-    moving = np.abs(speed) > _SLOW
+    unsure = _CERTAIN * _speed_noise(motor.position[good, 0], window, dt)
+    moving = np.abs(speed) > max(_SLOW, unsure)
     moving[:window], moving[-window:] = False, False
     if moving.sum() >= _BLOCKS * _LEAST * window:
-        yield Sweep(joint, dt, time, angle, speed, acceleration, torque, moving)
+        yield Sweep(joint, dt, time, angle, speed, acceleration, torque, moving, time)
+
+
+def _speed_noise(angle: Array, window: int, dt: float) -> float:
+    """Return the deviation [rad/s] that the steps of an encoder give to a speed."""
+    steps = np.abs(np.diff(angle))
+    finest = float(np.min(steps, initial=np.inf, where=steps > 0.0))
+    gain = float(np.linalg.norm(savgol_coeffs(window, _DEGREE, deriv=1, delta=dt)))
+    return finest / np.sqrt(12.0) * gain if np.isfinite(finest) else 0.0

@@ -2,8 +2,9 @@
 Diagnose a recording of motors alone: what balance A says without a link angle.
 
 The motor torque is explained by inertia, a load that varies slowly with the link angle, friction,
-and waves over the motor angle. The gear's torsion cancels in the balance of motor and link
-together. So nothing that sits in it, in the timing or in the link encoder can be seen.
+and waves over the motor angle. Which friction is told by the evidence of sets of causes
+(`posterior`). The gear's torsion cancels in the balance of motor and link together. So nothing
+that sits in it, in the timing or in the link encoder can be seen.
 """
 
 from collections.abc import Iterator, Sequence
@@ -12,11 +13,13 @@ import math
 from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import (CoulombFriction, DriveOffset, Effect, EFFECTS,
-                                       MotorCogging, Scope, Site, ViscousFriction)
+from hda_arm_sim.model.effects import (
+    CoulombFriction, DriveOffset, Effect, EFFECTS, MotorCogging, Scope, Site)
 import numpy as np
 
-from .motor_fit import base, Explained, explained, floor_of, gain_without, LOAD
+from .friction_findings import friction_finding, friction_pairs, is_sure
+from .motor_fit import Explained, explained, floor_of, gain_without, LOAD
+from .motor_friction import load_columns
 from .motor_record import HELD, Sweep
 from .ripple import STANDS_OUT
 from ..findings.certainty import margin_of, probability
@@ -24,11 +27,10 @@ from ..findings.gains import Gains
 from ..findings.origin import Part, RecordingFacts
 from ..findings.report import (Alike, Candidate, Detectable, Diagnosis, Evidence, Finding, Number,
                                Residual, told, TotalGain)
-from ..findings.rest import Unexplained
+from ..findings.rest import NOTHING, Unexplained
 from ...significance import NORMAL_90
 
 # Choices unless told otherwise.
-KNOWN = 0.15            # of a number, its standard deviation beyond which it is not told
 REST = 2.5              # rms left over white noise that asks for an explanation
 METRIC = ('mean squared error of the motor torque that the measured motion calls for, on held-out '
           'stretches, over white noise')
@@ -48,9 +50,9 @@ class MotorConclusion(NamedTuple):
 def diagnose_motors(sweeps: Sequence[Sweep], arm: Arm, *, arm_file: str = '',
                     version: str = '', bags: Sequence[Part] = ()) -> MotorConclusion:
     """Return what the torques of motors show; several recordings are `bags`."""
-    parts = tuple(explained(sweep) for sweep in sweeps)
-    findings = told(found for part in parts for found in _findings(part))
-    pairs = tuple(_one_way(part) for part in parts if not part.sweep.both_ways)
+    parts = tuple(explained(sweep, arm) for sweep in sweeps)
+    findings = told(found for part in parts for found in _findings(part, arm))
+    pairs = tuple(pair for part in parts for pair in _pairs(part, arm))
     rests = [rest for part in parts for rest in _unexplained(part)]
     verdict = ('insufficient_excitation' if not parts else 'unknown' if rests else
                'ambiguous' if pairs else 'explained' if findings else 'no_discrepancy')
@@ -76,18 +78,15 @@ def _facts(sweeps: Sequence[Sweep], bags: Sequence[Part]) -> RecordingFacts:
                           tuple(bags) if len(bags) > 1 else ())
 
 
-def _findings(part: Explained) -> Iterator[Finding]:
+def _findings(part: Explained, arm: Arm) -> Iterator[Finding]:
     """Return friction, where motion both ways shows it, and every line."""
-    label, first = part.sweep.joint.label, base(part.sweep).shape[1]
-    if part.sweep.both_ways:
-        for place, kind, name in ((LOAD, CoulombFriction, 'level'),
-                                  (LOAD + 1, ViscousFriction, 'slope')):
-            if part.spread[place] < KNOWN * part.numbers[place]:
-                yield _finding(part, kind(**{name: part.numbers[place]}), label, [place],
-                               {name: (part.numbers[place], part.spread[place])},
-                               (part.numbers[place] / part.spread[place]) ** 2, 60.0)
+    for number in range(0 if part.friction is None else len(part.friction.causes)):
+        rubbing = friction_finding(part, number, arm)
+        if rubbing is not None and is_sure(rubbing):
+            yield rubbing
+    label = part.sweep.joint.label
     for number, line in enumerate(part.lines):
-        places = [first + 2 * number, first + 2 * number + 1]
+        places = part.wave(number)
         effect, spread = _wave(part, number), float(part.spread[places].mean())
         yield _finding(part, effect, label, places, {
             'amplitude': (effect.amplitude, spread),
@@ -96,9 +95,17 @@ def _findings(part: Explained) -> Iterator[Finding]:
             'phase': (effect.phase, spread / effect.amplitude)}, line.stands_out, STANDS_OUT)
 
 
+def _pairs(part: Explained, arm: Arm) -> Iterator[Alike]:
+    """Yield the causes of a motor that look alike here."""
+    if part.friction is None:
+        yield _one_way(part)
+    else:
+        yield from friction_pairs(part, arm)
+
+
 def _wave(part: Explained, number: int) -> MotorCogging:
     """Return a line as cogging, which the commanded torque has to make up for."""
-    along, across = -part.numbers[base(part.sweep).shape[1] + 2 * number:][:2]
+    along, across = -part.numbers[part.wave(number)]
     return MotorCogging(math.hypot(along, across), part.lines[number].order,
                         math.atan2(across, along))
 
@@ -145,11 +152,13 @@ def _level(part: Explained) -> str:
 
 
 def _unexplained(part: Explained) -> Iterator[Unexplained]:
-    """Return the rest of a motor if it is far above white noise."""
+    """Return the rest of a motor if a curve tells it, or if it is far above white noise."""
     rest = part.without(())[part.sweep.moving]
     power, floor = float(np.mean(rest ** 2)), floor_of(part)
-    if power > (1.0 + REST ** 2) * floor:
-        yield Unexplained('motor', part.sweep.joint.label, 'nothing', None, 1.0 - floor / power)
+    follows = part.friction.nameless if part.friction else None
+    if follows or power > (1.0 + REST ** 2) * floor:
+        yield Unexplained('motor', part.sweep.joint.label, follows or NOTHING, None,
+                          max(1.0 - floor / power, 0.0))
 
 
 def _residual(part: Explained) -> Residual:
@@ -163,7 +172,7 @@ def _residual(part: Explained) -> Residual:
 
 def _told(part: Explained) -> list[int]:
     """Return the columns of what is told: waves, and friction where motion both ways shows it."""
-    first = LOAD if part.sweep.both_ways else base(part.sweep).shape[1]
+    first = part.first_wave if part.friction is None else load_columns(part.sweep).shape[1]
     return list(range(first, part.columns.shape[1]))
 
 
