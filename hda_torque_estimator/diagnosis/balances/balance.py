@@ -82,6 +82,13 @@ class Balancer:
         """Return the balances of another measurement along the same motion."""
         return Balancer(measurement, self.turning, self.unknown, self.whitening)
 
+    @cached_property
+    def unwhitened(self) -> 'Balancer':
+        """Return the balances as they are, with all of their noise at all frequencies."""
+        if self.whitening is None:
+            return self
+        return Balancer(self.measurement, self.turning, self.unknown)
+
     def whitened(self, arm: Arm, white: Array) -> 'Balancer':
         """
         Return balances whose noise is as loud at all frequencies.

@@ -21,6 +21,7 @@ from .forms import reformed
 from .nameless import best_curves, Curve
 from .search import Found, MOST
 from ..balances.balance import RATE
+from ..balances.healthy import noise_of
 from ..findings.certainty import margin_of_rest
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
@@ -62,7 +63,11 @@ def backing(fitter: Fitter, found: Found, doubted: Sequence[Term] = ()) -> Backi
     allowed = sum((HYPOTHESES[name].form_error * power for (name, _), power in counted.items()),
                   np.zeros_like(noise))
     other = reformed(fitter, fit)
-    rests = (other.variance / noise - 1.0) / (REST ** 2 * _unsure(fit) + allowed)
+    left = other.variance / noise - 1.0
+    bar = REST ** 2 * _unsure(fit) + allowed
+    if (left > bar).any():
+        left = np.minimum(left, _left_at_all_frequencies(fitter, fit))
+    rests = left / bar
     curves = _formed(fitter, other, found, counted, trained)
     unexplained = rests > 1.0
     formed = [term for term in fit.accepted if curves.get(term.place, 0.0) > 1.0]
@@ -78,6 +83,23 @@ def backing(fitter: Fitter, found: Found, doubted: Sequence[Term] = ()) -> Backi
     return Backing(backed, unexplained, over, {
         place: margin_of_rest(max(float(rests[_acts(power)].max()), curves.get(place, 0.0)))
         for place, power in over.items()}, _margin(rests, unexplained))
+
+
+def _left_at_all_frequencies(fitter: Fitter, fit: Fit) -> Array:
+    """
+    Return the power (c,) that a fit leaves beyond noise, over that of noise, without whitening.
+
+    A whitened balance shows what is far below the noise of the readings. That is worth a cause
+    that a law or a curve tells, but by its level alone it is nothing that is wrong with an arm.
+    """
+    balancer, arm = fitter.balancer.unwhitened, fitter.on(fit.terms)
+    if balancer is fitter.balancer:
+        return np.full_like(fitter.noise, np.inf)
+    balance = balancer(arm)
+    noise = np.minimum(*(noise_of(balancer, each)[0] for each in (fitter.arm, arm)))
+    count = np.maximum(balance.valid.sum(axis=0), 1)
+    power = np.where(balance.valid, balance.residual ** 2, 0.0).sum(axis=0) / count
+    return np.asarray(power / np.maximum(noise, 1e-300) ** 2 - 1.0)
 
 
 def _margin(rests: Array, unexplained: NDArray[np.bool_]) -> float:
