@@ -19,8 +19,8 @@ from hda_torque_estimator.diagnosis.balances.reversals import turning_round
 from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
-from hda_torque_estimator.diagnosis.fitting.starting_points import contact_in
 from hda_torque_estimator.diagnosis.fitting.nuisance import nuisances
+from hda_torque_estimator.diagnosis.fitting.starting_points import contact_in
 from hda_torque_estimator.diagnosis.fitting.turning import turning
 from hda_torque_estimator.measurements.measurement import Measurement
 from hda_torque_estimator.simulating.closed_loop import run

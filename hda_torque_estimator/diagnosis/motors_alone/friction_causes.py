@@ -2,7 +2,7 @@
 What friction a motor may have: every effect there as a cause with its laws, by its own law.
 
 The torque of a motor alone is explained by columns. That of an effect is its law along the motion,
-for a unit of its first number; numbers on which the law does not depend linearly are tried on a
+for a unit of its first number. Numbers on which the law does not depend linearly are tried on a
 grid. Published forms of a law differ from it by a smooth factor (eq:forms). Beside them stand
 curves without a name along each coordinate.
 """

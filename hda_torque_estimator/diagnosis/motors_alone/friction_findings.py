@@ -13,7 +13,7 @@ import numpy as np
 from .motor_fit import Explained, gain_without, placebo_of
 from .motor_friction import Found
 from .posterior import Posterior
-from ..findings.certainty import TOLD, ODDS
+from ..findings.certainty import ODDS, TOLD
 from ..findings.report import Alike, Candidate, Evidence, Finding, Number, OwnGain
 from ..fitting.hypotheses import HYPOTHESES
 from ...significance import NORMAL_90
@@ -113,5 +113,6 @@ def _dry_level(part: Explained, arm: Arm) -> float:
     assert part.friction is not None
     dry = arm.effect('coulomb_friction', part.sweep.joint.label)
     assert isinstance(dry, CoulombFriction)
-    return dry.level + sum(float(found.numbers[0]) * found.law.unit for found in
-                        part.friction.causes if found.name == dry.name)
+    found = [float(cause.numbers[0]) * cause.law.unit for cause in part.friction.causes
+             if cause.name == dry.name]
+    return dry.level + sum(found)

@@ -16,7 +16,7 @@ from hda_arm_sim.model.effects import Effect
 import numpy as np
 
 from .friction_causes import (
-    along, Along, causes, friction_effects, friction_laws, FrictionLaw, Rows, spacing)
+    Along, along, causes, friction_effects, friction_laws, FrictionLaw, Rows, spacing)
 from .motor_record import Sweep
 from .posterior import Cause, Posterior, posterior, Weigher
 
