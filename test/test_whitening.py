@@ -1,10 +1,16 @@
 """Noise of balances is made white, slow motion passes as it is, and what is filtered is marked."""
 
+from hda_arm_sim.model.effects import Backlash
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.motions import motion
 from hda_torque_estimator.diagnosis.balances.balance import Balancer, BANDWIDTH, RATE
 from hda_torque_estimator.diagnosis.balances.whitening import whitening_of
+from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
 from hda_torque_estimator.measurements.measurement import measurement_from
 from hda_torque_estimator.measurements.upsampling import finer
+from hda_torque_estimator.simulating.closed_loop import run
+from hda_torque_estimator.simulating.recorded import joint_samples
 import numpy as np
 import pytest
 from scipy.signal import welch
@@ -107,3 +113,20 @@ def test_a_curve_is_filtered_as_the_balance_that_it_stands_beside(slow):
         assert white.in_balance(low_passed[:, [channel]], channel) == pytest.approx(
             expected[:, [channel]])
         assert plain.in_balance(low_passed[:, [channel]], channel) is not None
+
+
+@pytest.mark.parametrize(('seconds', 'effects', 'verdict'), [
+    (60.0, [], 'no_discrepancy'), (30.0, [('joint1', Backlash(half_width=1e-4))], 'explained')])
+def test_what_only_a_filter_shows_is_nothing_wrong(seconds, effects, verdict):
+    """The simulator's own arm, healthy and with the play of the README's example."""
+    arm = read_arm('hda_arm.yaml')
+    true = arm
+    for joint, effect in effects:
+        true = true.with_effect(effect, joint)
+    made = run(true, arm, motion('rich', 2, seconds, 1e-3, 4), 4)
+    stamps = 1 + np.rint(1e9 * made.time).astype(np.int64)
+    samples = joint_samples(arm, stamps, made.reading, made.command)
+    found = diagnose(measurement_from(arm.labels, samples), arm).diagnosis
+    assert found.verdict == verdict
+    assert [(one.joint, one.effect) for one in found.findings] == [
+        (joint, effect.name) for joint, effect in effects]
