@@ -131,7 +131,7 @@ def test_short_stops_of_light_wrists_are_not_friction_that_builds_up():
     pytest.param('payload', None, marks=pytest.mark.study)])
 def test_what_is_wrong_with_seven_joints_is_told_with_its_joint(effect, joint):
     true = COBOT if effect is None else COBOT.with_effect(typical(COBOT, effect, joint), joint)
-    said = diagnose(recorded(true, COBOT, 15.0, 102), COBOT).diagnosis
+    said = diagnose(recorded(true, COBOT, 30.0, 102), COBOT).diagnosis
     assert [(one.effect, one.joint) for one in said.findings] == (
         [] if effect is None else [(effect, joint)])
     assert any('inertial_coupling' in remark for remark in said.remarks)

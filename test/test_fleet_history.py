@@ -137,7 +137,7 @@ def calls(tree):
             for bag in bags_in(tree)]
 
 
-def in_this_process(work, items, workers, *, failed, heard):
+def in_this_process(work, items, workers, *, failed, heard, needed):
     """Stand for processes."""
     for item in items:
         heard(work(item))

@@ -24,6 +24,7 @@ from .posterior import Cause, Posterior, posterior, Weigher
 _ROUNDS = 3             # in which the load and the scales of laws are found more closely
 MEMORY = 0.3            # time over which errors of a torque may go together [s]
 _EXACT = 1e-3           # of a relative tolerance: nothing is known exactly
+_DIGITS = 6             # of a log evidence: the last ones depend on how a machine sums
 _HELD = 0.5             # probability from which a cause is part of what explains a torque
 
 
@@ -167,9 +168,9 @@ def _held(found: Posterior, laws: dict[str, list[FrictionLaw]], motion: Along,
             held.append(Found(
                 laws[cause.name][number], laws[cause.name][number].columns(motion),
                 best.numbers[own], best.covariance[own, own], found.of(cause.name),
-                best.evidence - max((one.evidence for one in found.sets
-                                     if cause.name not in found.names(one)),
-                                    default=-np.inf)))
+                round(best.evidence - max((one.evidence for one in found.sets
+                                           if cause.name not in found.names(one)),
+                                          default=-np.inf), _DIGITS)))
         first += size + law.forms.shape[1]
     return held
 

@@ -18,6 +18,7 @@ import numpy as np
 _BEAM = 12              # sets that are extended in every round,
 _ROUNDS = 10            # of which there are at most so many
 _NONE = 1e-9            # prior of a form of a law that does nothing: it has none
+_DIGITS = 9             # of a probability: the last ones depend on how a machine sums
 _FAR = 30.0             # log odds to the best, below which a set is not extended
 
 
@@ -66,8 +67,8 @@ class Posterior(NamedTuple):
 
     def of(self, name: str) -> float:
         """Return the probability of a cause: that of all sets that hold it."""
-        return float(sum(share for share, one in zip(self.probability, self.sets)
-                         if name in self.names(one)))
+        return round(float(sum(share for share, one in zip(self.probability, self.sets)
+                               if name in self.names(one))), _DIGITS)
 
     def nameless(self) -> float:
         """Return the probability that something without a name is at work."""
