@@ -85,7 +85,7 @@ def test_a_disc_off_its_axis_is_no_wrong_sign(arm):
      'its motor turns 10[01].* times per turn of the link where the arm file says 100: the ratio'),
     (lambda part: counted_otherwise(part, -1.0), 'the sign of one encoder is wrong'),
     (lambda part: part._replace(command=-part.command),
-     'joint1: its motor brakes whenever it turns .* the motor torques have the wrong sign'),
+     'joint1: its gear twists against its motor .* the motor torques have the wrong sign'),
     (lambda part: part._replace(reference=-part.reference),
      r'joint1: the torque falls where the torsion grows \(correlation -')])
 def test_what_cannot_calibrate_is_refused_in_one_line(
