@@ -26,7 +26,25 @@ class Rival(NamedTuple):
     either: float
 
 
-def friction_finding(part: Explained, number: int, arm: Arm) -> Finding | None:
+def friction_findings(part: Explained, arm: Arm) -> Iterator[Finding]:
+    """
+    Yield the friction causes of a motor, none where all together lose on held-out stretches.
+
+    One of several that are wrong may gain there by what it takes from the others.
+    """
+    if part.friction is None:
+        return
+    numbers = range(len(part.friction.causes))
+    every = [place for number in numbers for place in part.rubbing(number)]
+    if not every or not gain_without(part, every).removed() > 0.0:
+        return
+    for number in numbers:
+        found = _finding(part, number, arm)
+        if found is not None:
+            yield found
+
+
+def _finding(part: Explained, number: int, arm: Arm) -> Finding | None:
     """Return a friction cause of a motor as a finding, None where it has no size of its own."""
     assert part.friction is not None
     found, label = part.friction.causes[number], part.sweep.joint.label

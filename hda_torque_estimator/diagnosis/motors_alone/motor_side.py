@@ -17,7 +17,7 @@ from hda_arm_sim.model.effects import (
     CoulombFriction, DriveOffset, Effect, EFFECTS, MotorCogging, Scope, Site)
 import numpy as np
 
-from .friction_findings import friction_finding, friction_pairs, is_sure
+from .friction_findings import friction_findings, friction_pairs, is_sure
 from .motor_fit import Explained, explained, floor_of, gain_without, LOAD
 from .motor_friction import load_columns
 from .motor_record import HELD, Sweep
@@ -80,10 +80,7 @@ def _facts(sweeps: Sequence[Sweep], bags: Sequence[Part]) -> RecordingFacts:
 
 def _findings(part: Explained, arm: Arm) -> Iterator[Finding]:
     """Return friction, where motion both ways shows it, and every line."""
-    for number in range(0 if part.friction is None else len(part.friction.causes)):
-        rubbing = friction_finding(part, number, arm)
-        if rubbing is not None and is_sure(rubbing):
-            yield rubbing
+    yield from (found for found in friction_findings(part, arm) if is_sure(found))
     label = part.sweep.joint.label
     for number, line in enumerate(part.lines):
         places = part.wave(number)
