@@ -15,7 +15,7 @@ from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 
 # Choices unless told otherwise.
-_BEAM = 12              # sets that are extended in every round,
+_BEAM = 12              # sets of different causes that are extended in every round,
 _ROUNDS = 10            # of which there are at most so many
 _NONE = 1e-9            # prior of a form of a law that does nothing: it has none
 _DIGITS = 9             # of a probability: the last ones depend on how a machine sums
@@ -150,7 +150,7 @@ def posterior(weigher: Weigher) -> Posterior:
     known: dict[Set, Weighed | None] = {(): empty}
     extended: set[Set] = set()
     for _ in range(_ROUNDS):
-        best = _best(known)
+        best = _apart(_best(known))
         ahead = [one.chosen for one in best[:_BEAM] if one.chosen not in extended
                  and one.evidence > best[0].evidence - _FAR]
         if not ahead:
@@ -169,6 +169,14 @@ def _best(known: Mapping[Set, Weighed | None]) -> list[Weighed]:
     """Return the sets that an arm can have, the most probable first."""
     return sorted((one for one in known.values() if one is not None),
                   key=lambda one: -one.evidence)
+
+
+def _apart(best: Sequence[Weighed]) -> list[Weighed]:
+    """Return the first set of each choice of causes: other laws of them are near it anyway."""
+    first: dict[tuple[int, ...], Weighed] = {}
+    for one in best:
+        first.setdefault(tuple(place for place, _ in one.chosen), one)
+    return list(first.values())
 
 
 def _neighbours(causes: Sequence[Cause], chosen: Set) -> Iterator[Set]:
