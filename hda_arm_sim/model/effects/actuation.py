@@ -167,7 +167,7 @@ class CurrentLoopLag(Effect):
     law = staticmethod(lagging_torque)
     # (measured: above 30 Hz the noise that the command repeats spoke for a delay in any case)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        free={'time_constant': 0.001}, grid={'time_constant': (0.001, 0.004)},
+        varies=('rate',), free={'time_constant': 0.001}, grid={'time_constant': (0.001, 0.004)},
         alike=('command_delay',), form_error=0.02, form=NO_OTHER_FORM, form_share=0.002,
         clear=4.0, below=30.0, experiment='a small multi-sine from 1 to 60 Hz')
     typical: ClassVar[Typical | None] = Typical({}, {'time_constant': 0.004})

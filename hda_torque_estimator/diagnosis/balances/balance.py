@@ -38,7 +38,7 @@ from .whitening import Whitening, whitening_of
 from ...measurements.measurement import Measurement
 from ...measurements.motion import jolts, Motion, motion_of, SHORT
 from ...measurements.running_clock import arm_during
-from ...measurements.upsampling import between
+from ...measurements.upsampling import between, is_held
 
 # Choices unless told otherwise.
 BANDWIDTH = 40.0        # of the balances [Hz]
@@ -131,6 +131,11 @@ class Balancer:
         """Return where a jolt is within the filter's reach (k,)."""
         return np.concatenate([_spread(jolts(one), self._reach)
                                for one in self.measurement.recordings()])
+
+    @cached_property
+    def is_commanded(self) -> bool:
+        """Tell whether all commands were recorded: by a loop of the recording's own rate."""
+        return self.unknown is None and is_held(self.measurement.as_recorded())
 
     @cached_property
     def thinned(self) -> 'Balancer':

@@ -19,7 +19,7 @@ from .fair import fair_score, noise_in
 from .forms import evidence
 from .limits import ends_at_limit
 from .nameless import is_worth_a_look
-from .slow import power_below
+from .slow import gain_below, power_below
 from ..balances.balance import BANDWIDTH
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
@@ -60,6 +60,9 @@ def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term
     improvement = min(improvement, without.score - fair) - by_chance(fitter, term)
     if improvement < threshold(fitter, term):
         return False
+    if (np.isfinite(HYPOTHESES[term.name].below) and not fitter.balancer.is_commanded
+            and gain_below(fitter, without, extended, _SLOW) < threshold(fitter, term)):
+        return False                        # what is quick is of commands that nobody recorded
     if beside and evidence(fitter, without) - extended.score < threshold(fitter, term):
         return False                        # other forms of what is known explain as much
     if improvement > CERTAIN and alone(fitter, term, beside):

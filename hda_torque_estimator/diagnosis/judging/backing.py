@@ -116,7 +116,7 @@ def _unsure(fit: Fit) -> Array:
 
 def _acts(power: Array) -> NDArray[np.bool_]:
     """Tell in which channels (c,) a cause acts by its power over noise: most, or much."""
-    return (power > REST ** 2) | (power > 0.5 * power.max())
+    return (power > REST ** 2) | (power >= 0.5 * power.max())
 
 
 def _formed(fitter: Fitter, fit: Fit, found: Found, powers: Mapping[Place, Array],

@@ -29,6 +29,7 @@ FARTHEST = 0.25         # share of a cause's power beyond which a form is anothe
 _APART = 0.05           # of a form, that is its own beside those before it
 _SLOW = 1.0             # shaft speed over which a sense of motion sets in [rad/s]
 _ORDERS = (1, 2, 4)     # waves per turn by which those of a cause that is a wave are changed
+RATE_OF = 'rate'        # of what a cause does: laws of a drive differ by its time behaviour
 _AT_REST = 1e-300       # rms of a coordinate along which nothing moved
 
 _KNOWN: MutableMapping[Fit, tuple[Fitter, Fit, float]] = WeakKeyDictionary()
@@ -99,7 +100,11 @@ def _forms_of(fitter: Fitter, fit: Fit, term: Term) -> Array:
         name: values[:, place] for name, values in coordinates.items()},
         HYPOTHESES[term.name].varies))
         for place in range(len(fitter.arm.labels))]
-    shapes = [does, *(does * np.tile(np.stack(each, axis=1), 2) for each in zip(*factors))]
+    rates = []
+    if RATE_OF in HYPOTHESES[term.name].varies:
+        rates.append(np.gradient(does, axis=0))
+        rates.append(np.gradient(rates[0], axis=0))
+    shapes = [does, *rates, *(does * np.tile(np.stack(each, axis=1), 2) for each in zip(*factors))]
     flat = np.stack([shape.ravel() for shape in shapes], axis=1)
     basis, upper = np.linalg.qr(flat / np.maximum(np.sqrt((flat ** 2).sum(axis=0)), _AT_REST))
     apart = np.abs(np.diag(upper))[1:] > _APART
@@ -111,6 +116,8 @@ def factors_along(time: Array, along: Mapping[str, Array],
                   varies: Sequence[str]) -> Iterator[Array]:
     """Yield factors (m,) along the coordinates of a joint on which laws of a cause differ."""
     for name in varies:
+        if name == RATE_OF:
+            continue
         if name == 'time':
             yield from _powers(time - time.mean(), 2)
         elif name == 'sense':

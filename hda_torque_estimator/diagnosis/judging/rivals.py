@@ -13,8 +13,7 @@ import numpy as np
 from .acceptance import freedom
 from .fair import fair_score, noise_in
 from .screen import Prospect
-from .slow import power_below
-from ..balances.balance import RATE
+from .slow import gain_below
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Term
@@ -36,7 +35,7 @@ def leading(fitter: Fitter, fit: Fit, exact: Sequence[Fit],
         best, other, lack = exact[first], exact[second], costs[second] - costs[first]
         below = min(HYPOTHESES[each.accepted[-1].name].below for each in (best, other))
         if np.isfinite(below):
-            lack = _lack_below(fitter, best, other, below)
+            lack = gain_below(fitter, other, best, below)
         if lack < 0.0:
             best, other, lack = other, best, -lack
         return best, other.accepted[-1], lack
@@ -44,10 +43,3 @@ def leading(fitter: Fitter, fit: Fit, exact: Sequence[Fit],
     others = [prospect for prospect in prospects
               if prospect.term.place != best.accepted[-1].place]
     return (best, others[0].term, others[0].score - best.score) if others else (best, None, np.inf)
-
-
-def _lack_below(fitter: Fitter, best: Fit, other: Fit, below: float) -> float:
-    """Return the score that another fit lacks below a frequency [Hz]."""
-    independent = fitter.effective * fitter.valid(best.balance).sum(axis=0) * 2.0 * below / RATE
-    return float(independent @ np.log(power_below(fitter, other, below)
-                                      / power_below(fitter, best, below)))

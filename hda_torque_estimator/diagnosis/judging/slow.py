@@ -18,3 +18,11 @@ def power_below(fitter: Fitter, fit: Fit, frequency: float) -> Array:
                     np.where(valid, fit.balance.residual, 0.0), axis=0)
     count = np.maximum(valid.sum(axis=0), 1)
     return np.maximum((slow ** 2).sum(axis=0, where=valid), 1e-300) / count
+
+
+def gain_below(fitter: Fitter, fit: Fit, better: Fit, frequency: float) -> float:
+    """Return the score that another fit gains below a frequency [Hz]."""
+    independent = fitter.effective * fitter.valid(better.balance).sum(axis=0) * (
+        2.0 * frequency / RATE)
+    return float(independent @ np.log(power_below(fitter, fit, frequency)
+                                      / power_below(fitter, better, frequency)))
