@@ -132,13 +132,13 @@ def _sequence(value: Any, owner: str) -> list[Any]:
 def _arm(document: dict[str, Any], source: Path) -> Arm:
     if 'joints' not in document or 'links' not in document:
         raise ArmError('an arm needs "joints" and "links" (or "links: none" for torsion only)')
-    joints = tuple(_joint(item, index) for index, item in
+    tolerances = _group(Tolerances, document.get('tolerances', {}))
+    joints = tuple(_joint(item, index, tolerances) for index, item in
                    enumerate(_sequence(document['joints'], 'joints')))
     Arm(joints)                                     # they must fit before links are counted
     arm = Arm(joints, _links(document['links'], joints, source),
               _group(Base, document.get('base', {})), (),
-              _group(Tolerances, document.get('tolerances', {})),
-              _provenance(document.get('provenance', {})))
+              tolerances, _provenance(document.get('provenance', {})))
     return replace(arm, effects=_sized(_sequence(document.get('effects', []), 'effects'), arm))
 
 
@@ -180,16 +180,21 @@ def _number(value: Any) -> Any:
         return value
 
 
-def _joint(item: Any, index: int) -> Joint:
+def _joint(item: Any, index: int, tolerances: Tolerances) -> Joint:
     own = tuple(rule.name for rule in Joint.declarations())
+    keys = ('name', *JOINT_PARTS, 'tolerances', *own)
     values = {key: _number(value) for key, value in
-              _mapping(item, f'joints[{index}]', ('name', *JOINT_PARTS, *own)).items()}
+              _mapping(item, f'joints[{index}]', keys).items()}
     label = values.pop('name', None)
     if not isinstance(label, str) or not _is_name(label):
         raise ArmError(f'joints[{index}].name must be a name like joint1, got {label!r:.60}')
     for part, kind in JOINT_PARTS.items():
         if part in values:
             values[part] = _part(kind, values[part], f'{label}.{part}')
+    if 'tolerances' in values:      # what the joint does not state is the arm's
+        stated = _part(Tolerances, values['tolerances'], f'{label}.tolerances')
+        values['tolerances'] = replace(tolerances, **{
+            name: getattr(stated, name) for name in values['tolerances']})
     try:
         return Joint(label=label, **values)
     except ParameterError as error:

@@ -100,15 +100,15 @@ AnyTerm = Term | Zero | CouplingInertia
 
 def nuisances(arm: Arm) -> tuple[AnyTerm, ...]:
     """Return the tolerances of an arm as terms about its nominal numbers."""
-    known = arm.tolerances
-    relative = {'torque_constant_error': known.torque_constant,
-                'stiffness_error': known.stiffness,
-                'link_inertia_error': known.link_inertia}
-    scaled = {'coulomb_friction': ('level', known.dry_friction),
-              'viscous_friction': ('slope', known.viscous_friction),
-              'structural_damping': ('coefficient', known.damping)}
     terms: list[AnyTerm] = []
     for label in arm.labels:
+        known = arm.tolerances_of(label)
+        relative = {'torque_constant_error': known.torque_constant,
+                    'stiffness_error': known.stiffness,
+                    'link_inertia_error': known.link_inertia}
+        scaled = {'coulomb_friction': ('level', known.dry_friction),
+                  'viscous_friction': ('slope', known.viscous_friction),
+                  'structural_damping': ('coefficient', known.damping)}
         for name, tolerance in relative.items():
             if arm.links is not None or name != 'link_inertia_error':
                 terms.append(_term(arm, name, label, 'error', max(tolerance, _FLOOR)))
@@ -118,7 +118,7 @@ def nuisances(arm: Arm) -> tuple[AnyTerm, ...]:
                 terms.append(_term(arm, name, label, number, value * max(tolerance, _FLOOR)))
         terms.append(Zero(label))
     if isinstance(arm.links, Links) and arm.links.p3:
-        terms.append(CouplingInertia(max(known.link_inertia, _FLOOR)))
+        terms.append(CouplingInertia(max(arm.tolerances.link_inertia, _FLOOR)))
     return tuple(terms)
 
 

@@ -15,13 +15,17 @@ import numpy as np
 
 from .compiled_settings import CompiledSettings
 from .fusion import close_half, gather
-from .fusion_memory import (effect_variance, errors_learnt, EXCESS, falls_back, MOTOR_ALONE,
-                            stiffness_factor, UNEXPLAINED)
+from .fusion_memory import (effect_variance, errors_learnt, EXCESS, falls_back, follow_apart,
+                            MOTOR_ALONE, OTHER_SCATTER, SLOW_APART, SLOW_TIME, stiffness_factor,
+                            UNEXPLAINED)
 from .motor_witness import (bound, first_bound, follow_scatter, has_friction, hear, Heard, Motor,
-                            own_variance, tell)
+                            Own, own_variance, tell)
 from .route_errors import ERRORS, STIFFNESS, torque_effects, TORSION_ERRORS
 from .torsion_torque import reading_deviation, torque_aside, torque_through_gear
 from .witnesses import beyond, Bound, FAINT, is_near, share_of_second, Spring, tangent, within
+
+# Choices unless told otherwise.
+_QUICK = 0.1            # of the variance of what no law tells, that is quick
 
 
 class Twisted(NamedTuple):
@@ -35,11 +39,11 @@ class Twisted(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """What one reading of a torsion tells: torque [N*m], its variance, that of the motor's."""
+    """What one reading of a torsion tells, and how sure it and the motor are."""
 
-    torque: float
-    random: float               # [N^2*m^2]
-    other: float                # [N^2*m^2]
+    torque: float               # [N*m]
+    own: Own
+    other: Own
 
 
 class Told(NamedTuple):
@@ -58,7 +62,7 @@ def joint_torque(joint: Record, settings: CompiledSettings, memory: Array, seen:
 
     `effect` (ERRORS,) holds what a sigma of each error adds to the torsion [rad]; it is used up.
     """
-    factor = stiffness_factor(settings.known.stiffness, errors_learnt(memory)[STIFFNESS])
+    factor = stiffness_factor(joint.tolerances.stiffness, errors_learnt(memory)[STIFFNESS])
     torque = factor * _through(joint, heard, seen, seen.elastic)
     stiffness, random = reading_deviation(joint, torque, seen.gain)
     lawless = joint.torsion.deviation ** 2
@@ -66,26 +70,28 @@ def joint_torque(joint: Record, settings: CompiledSettings, memory: Array, seen:
     if not both or not hear(memory, heard):
         if falls_back(memory):
             torque = _through(joint, heard, seen, seen.elastic + seen.learnt)
-        torque_effects(settings.known, torque, stiffness, effect)
+        torque_effects(joint.tolerances, torque, stiffness, effect)
         now, before = effect_variance(memory, effect, TORSION_ERRORS)
-        own, held, far = random ** 2 + lawless, torque, 0.0
+        single, held, far = random ** 2 + lawless, torque, 0.0
         if falls_back(memory):
             now = before
         if both and np.isfinite(heard.command):
             first = first_bound(joint, heard, _held(joint, torque))
             held = within(first, torque)
             far = beyond(first, held) ** 2 + (_held(joint, torque) - held) ** 2
-        return Told(held, np.sqrt(own + now + far), _share(own + now, own + before))
-    motor = tell(joint, settings.known, memory, heard, settings.window, effect)
+            if single + now > (first.slack + first.doubt) ** 2:     # the motor knows more
+                held = first.middle
+        return Told(held, np.sqrt(single + now + far), _share(single + now, single + before))
+    motor = tell(joint, memory, heard, settings.window, effect)
     allowed = bound(memory, motor, effect)
-    own = own_variance(memory, motor)
+    others = own_variance(memory, motor)
     near = _near(motor.driving - motor.inertia, allowed,
-                 Reading(torque, random ** 2 + lawless, own))
+                 Reading(torque, Own(random ** 2, 0.0, lawless), others))
     if not is_near(torque, near, random):
         torque, stiffness = _touched(joint, heard, seen, seen.elastic, near / factor)
         torque *= factor
         random = reading_deviation(joint, near, seen.gain)[1]
-    torque_effects(settings.known, near, stiffness, effect)
+    torque_effects(joint.tolerances, near, stiffness, effect)
     gather(memory, torque - motor.driving, effect, heard.dt)
     close_half(joint, memory, heard.angle, settings, stiffness, motor.friction)
     follow_scatter(memory, motor, torque - motor.driving + motor.inertia, heard.dt)
@@ -93,10 +99,11 @@ def joint_torque(joint: Record, settings: CompiledSettings, memory: Array, seen:
         plain = seen.elastic + seen.learnt
         torque = _through(joint, heard, seen, plain)
         near = _near(motor.plain - motor.inertia, allowed,
-                     Reading(torque, random ** 2 + lawless, own))
+                     Reading(torque, Own(random ** 2, 0.0, lawless), others))
         if not is_near(torque, near, random):
             torque = _touched(joint, heard, seen, plain, near)[0]
-    return _weighed(joint, memory, effect, motor, allowed, Reading(torque, random ** 2, own))
+    return _weighed(joint, memory, effect, motor, allowed,
+                    Reading(torque, Own(random ** 2, 0.0, lawless), others), heard.dt)
 
 
 @inlined
@@ -108,7 +115,7 @@ def _through(joint: Record, heard: Heard, seen: Twisted, elastic: float) -> floa
 @inlined
 def _near(other: float, allowed: Bound, seen: Reading) -> float:
     """Return where the torsion's torque and the motor's meet, within what is allowed [N*m]."""
-    share = share_of_second(seen.random, seen.other)
+    share = share_of_second(_whole(seen.own), _whole(seen.other))
     return within(allowed, seen.torque + share * (other - seen.torque))
 
 
@@ -133,33 +140,60 @@ def _share(now: float, before: float) -> float:
     return max(1.0 - now / max(before, 1e-300), 0.0)
 
 
+@inlined
+def _whole(own: Own) -> float:
+    return own.random + own.held + own.lawless
+
+
 @compiled
 def _weighed(joint: Record, memory: Array, effect: Array, motor: Motor, allowed: Bound,
-             seen: Reading) -> Told:
+             seen: Reading, dt: float) -> Told:
     """Weigh the torsion's torque and the motor's, (eq:weight, sigma-torque)."""
-    own = seen.random + joint.torsion.deviation ** 2
-    before = _squares(effect, 0, TORSION_ERRORS)
-    single = falls_back(memory)
-    other = (motor.plain if single else motor.driving) - motor.inertia
-    if single:
-        better = _squares(effect, TORSION_ERRORS, ERRORS) + seen.other < before + own
-        memory[MOTOR_ALONE] = 1.0 if better else 0.0
-        weight = memory[MOTOR_ALONE]
-    else:
-        weight = share_of_second(own, seen.other)
-    weight = weight if weight >= FAINT else 0.0
-    torque = seen.torque + weight * (other - seen.torque)
+    if falls_back(memory):
+        return _alone(joint, memory, effect, motor, allowed, seen)
+    apart = seen.torque - motor.driving + motor.inertia
+    random = max(seen.own.random, memory[OTHER_SCATTER])
+    left = follow_apart(memory, apart, dt)          # of what differs from sample to sample
+    slow_own = left * random + seen.own.lawless
+    slow_other = left * seen.other.random + seen.other.held + seen.other.lawless
+    weight = _clear(share_of_second(slow_own, slow_other))
+    quick_own = random + _QUICK * seen.own.lawless
+    quick_other = seen.other.random + _QUICK * seen.other.lawless
+    quick = _clear(share_of_second(quick_own, quick_other + seen.other.held))
+    torque = seen.torque - quick * apart - (weight - quick) * memory[SLOW_APART]
     held = within(allowed, torque)
+    before = _squares(effect, 0, TORSION_ERRORS) + seen.own.random + seen.own.lawless
     effect[:TORSION_ERRORS] *= 1.0 - weight
     effect[TORSION_ERRORS:] *= -weight
-    now = (_squares(effect, 0, ERRORS) if single else
-           effect_variance(memory, effect, ERRORS if weight > 0.0 else TORSION_ERRORS)[0])
-    now += ((1.0 - weight) ** 2 * own + weight ** 2 * seen.other
-            + max(weight, 1.0 - weight) ** 2 * memory[UNEXPLAINED]
-            + (_held(joint, torque) - held) ** 2 + beyond(allowed, held) ** 2)
-    if single:
-        now += min(memory[EXCESS], joint.torsion.valid_torque) ** 2
-    return Told(held, np.sqrt(now), _share(now, own + before))
+    now = (effect_variance(memory, effect, ERRORS if weight > 0.0 else TORSION_ERRORS)[0]
+           + (1.0 - weight) ** 2 * slow_own + weight ** 2 * slow_other
+           + (1.0 - left) * ((1.0 - quick) ** 2 * random
+                             + quick ** 2 * seen.other.random)
+           + max(weight, 1.0 - weight) ** 2 * memory[UNEXPLAINED]
+           + (_held(joint, torque) - held) ** 2 + beyond(allowed, held) ** 2)
+    return Told(held, np.sqrt(now), _share(now, before))
+
+
+@inlined
+def _clear(weight: float) -> float:
+    """Return a weight, or none where it is faint."""
+    return weight if weight >= FAINT else 0.0
+
+
+@compiled
+def _alone(joint: Record, memory: Array, effect: Array, motor: Motor, allowed: Bound,
+           seen: Reading) -> Told:
+    """Return what the better of both tells alone, as before anything was learnt."""
+    own, other = _whole(seen.own), _whole(seen.other)
+    first = _squares(effect, 0, TORSION_ERRORS) + own
+    second = _squares(effect, TORSION_ERRORS, ERRORS) + other
+    memory[MOTOR_ALONE] = 1.0 if second < first else 0.0
+    memory[SLOW_TIME] = 0.0
+    torque = motor.plain - motor.inertia if second < first else seen.torque
+    held = within(allowed, torque)
+    now = (min(first, second) + memory[UNEXPLAINED] + (_held(joint, torque) - held) ** 2
+           + beyond(allowed, held) ** 2 + min(memory[EXCESS], joint.torsion.valid_torque) ** 2)
+    return Told(held, np.sqrt(now), _share(now, first))
 
 
 @inlined
