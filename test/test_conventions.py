@@ -2,11 +2,12 @@
 
 from dataclasses import replace
 
+from hda_arm_sim.model.effects import LinkEncoderEccentricity
 from hda_arm_sim.model.files import read_arm
-from hda_arm_sim.model.parts import Joint
+from hda_arm_sim.model.parts import Encoder, Joint
 from hda_arm_sim.motions import motion_of
 from hda_torque_estimator.measurements.conventions import (check_conventions, ConventionError,
-                                                           wrong_convention)
+                                                           disc_slope, wrong_convention)
 from hda_torque_estimator.samples import coupling
 from hda_torque_estimator.simulating.closed_loop import run
 from hypothesis import given, settings, strategies as st
@@ -54,6 +55,34 @@ def test_motor_torques_with_the_other_sign_are_named(reach, load):
     wrong = wrong_convention(joint_of(), motor, link, -torque)
     assert wrong is not None and 'motor torques have the wrong sign' in wrong.words
     assert wrong_convention(joint_of(), motor, link, torque) is None
+
+
+def pushed(sign: float = 1.0) -> tuple[np.ndarray, ...]:
+    """Return a joint that a hand moves: its motor gives way, and brakes whenever it turns."""
+    link = 0.5 * np.sin(0.9 * TIME) + 0.2 * np.sin(2.3 * TIME)
+    rate = np.gradient(link, TIME)
+    torque = -20.0 * rate + 8.0 * np.sin(3.7 * TIME)
+    return 100.0 * (link + torque / 9743.9), link, sign * (torque / 100.0 + 0.03 * np.sign(rate))
+
+
+def test_a_joint_that_a_hand_moves_is_not_accused():
+    """Its motor brakes either way, but its gear twists the way that the motor pulls."""
+    assert wrong_convention(joint_of(), *pushed()) is None
+    wrong = wrong_convention(joint_of(), *pushed(-1.0))
+    assert wrong is not None and 'its gear twists against its motor' in wrong.words
+
+
+@pytest.mark.parametrize('reach', [0.3, 1.0, 2.5])
+def test_a_coarse_encoder_may_be_bent_further(reach):
+    """Magnetic encoders of 12 bits err by half a degree over their turn."""
+    coarse = replace(joint_of(), link_encoder=Encoder(counts=4096))
+    arm = replace(ARM, joints=(coarse, ARM.joints[1]))
+    motor, link, torque = moved(100.0, reach)
+    bent = link + 8e-3 * np.sin(link - 1.0)
+    assert wrong_convention(coarse, motor, bent, torque, disc_slope(arm, 0)) is None
+    assert disc_slope(ARM, 0) < 1e-3
+    known = ARM.with_effect(LinkEncoderEccentricity(amplitude_1=7e-3), 'joint1')
+    assert disc_slope(known, 0) == pytest.approx(7e-3, rel=0.1)
 
 
 @pytest.mark.parametrize('ratio', [50.0, 100.0, 160.0])

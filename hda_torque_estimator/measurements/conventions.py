@@ -18,8 +18,8 @@ from hda_msgs_json.topics import motor_name
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from ..samples.coupling import (AT_LINK, bend_over, kind_of, LINK_DEGREES, MOTOR_DEGREES, RIGHT,
-                                TRAVEL, twist_of)
+from ..samples.coupling import (AT_LINK, bend_over, disc_of, kind_of, LINK_DEGREES,
+                                MOTOR_DEGREES, RIGHT, TRAVEL, twist_of)
 from ..significance import SIGN_CERTAIN
 
 # Choices unless told otherwise.
@@ -30,6 +30,8 @@ BRAKING = 0.2           # of the power that goes through a motor, from which it 
 SLOWEST = 0.02          # share of the largest speed below which a motor rests
 FEWEST = 100            # samples of each way
 SMOOTHED = 200          # parts of a recording, over each of which speeds are averaged
+WORTHLESS = 1e-9        # of a signal, a share that is rounding (choice)
+LEFT = 0.1              # of torsion and motor torque, that no angle explains (choice)
 ALIKE = 0.3             # correlation with the acceleration, from which inertia tells the sign
 # (null: of 200 windows that have nothing in common, one in ten thousand is above it)
 
@@ -63,7 +65,7 @@ def check_conventions(arm: Arm, reading: Array, command: Array, source: str) -> 
     for column, joint in enumerate(arm.joints):
         motor, link = reading[:, column, 0], reading[:, column, 1]
         torque = signed(arm, motor, command[:, column])
-        if wrong := wrong_convention(joint, motor, link, torque):
+        if wrong := wrong_convention(joint, motor, link, torque, disc_slope(arm, column)):
             raise ConventionError(f'{source}: {wrong.mended_on_import()}')
 
 
@@ -73,18 +75,35 @@ def signed(arm: Arm, motor: Array, command: Array) -> Array:
     return np.full_like(command, np.nan) if handed_on else command
 
 
-def wrong_convention(joint: Joint, motor: Array, link: Array, command: Array) -> Wrong | None:
-    """Return what is wrong with angles [rad] and motor torques [N*m] (k,), None if nothing."""
+def disc_slope(arm: Arm, column: int) -> float:
+    """Return the slope that the disc of a joint's link encoder may make."""
+    return float(disc_of(arm.record().joints[column]))
+
+
+def wrong_convention(joint: Joint, motor: Array, link: Array, command: Array,
+                     disc: float = 0.0) -> Wrong | None:
+    """
+    Return what is wrong with angles [rad] and motor torques [N*m] (k,), None if nothing.
+
+    `disc` is the slope that the disc of the link encoder may make beyond that of any.
+    """
     sane = (np.abs(motor) < SANE) & (np.abs(link) < SANE)           # NaN compares false
     motor, link, command = motor[sane], link[sane], command[sane]
-    return (wrong_coupling(joint, motor, link) or wrong_step(joint, motor, link)
+    return (wrong_angles(joint, motor, link, disc)
             or wrong_effort(joint, motor, link, command))
 
 
-def wrong_coupling(joint: Joint, motor: Array, link: Array) -> Wrong | None:
+def wrong_angles(joint: Joint, motor: Array, link: Array, disc: float = 0.0) -> Wrong | None:
+    """Return what is wrong with angles (k,) [rad], None if nothing."""
+    return wrong_coupling(joint, motor, link, disc) or wrong_step(joint, motor, link)
+
+
+def wrong_coupling(joint: Joint, motor: Array, link: Array,
+                   disc: float = 0.0) -> Wrong | None:
     """Return what is wrong with how far shaft and link turn (k,) [rad], None if nothing."""
     slope, span = _local(motor, link, joint.ratio)
-    code = kind_of(slope, span, joint.ratio, bend_over(_widest(joint), max(span, TRAVEL)))
+    bend = bend_over(_widest(joint), max(span, TRAVEL)) + disc
+    code = kind_of(slope, span, joint.ratio, bend)
     return None if code == RIGHT else coupling_sentence(joint, code, slope)
 
 
@@ -134,8 +153,14 @@ def wrong_effort(joint: Joint, motor: Array, link: Array, command: Array) -> Wro
     ways = [moving & (speed > 0.0), moving & (speed < 0.0)]
     if min(way.sum() for way in ways) < FEWEST:
         return None             # one way only: a load that goes down drives its motor
-    if all(_brakes(torque[way] * speed[way]) for way in ways) or _helps(
-            torque[moving], link[:-1][known][moving], speed[moving]):
+    seen = torque[moving], link[:-1][known][moving], speed[moving]
+    twists = _twists((motor / joint.ratio - link)[:-1][known][moving], *seen)
+    if twists < -SIGN_CERTAIN:
+        return Wrong(f'{joint.label}: its gear twists against its motor (correlation '
+                     f'{twists:.2f}): the motor torques have the wrong sign; import them with the '
+                     'other one')
+    if twists <= ALIKE and (_helps(*seen) or all(
+            _brakes(torque[way] * speed[way]) for way in ways)):
         return Wrong(f'{joint.label}: its motor brakes whenever it turns either way: the motor '
                      'torques have the wrong sign; import them with the other one')
     return None
@@ -171,15 +196,41 @@ def _helps(torque: Array, link: Array, speed: Array) -> bool:
 
     Weight depends on the angle alone, whatever it is, and so does what an encoder does.
     """
-    few = slice(None, None, max(1, len(torque) // ENOUGH))
-    torque, link, speed = torque[few], link[few], speed[few]
+    return alike(torque, np.sign(speed), _of_angle(link)) < -SIGN_CERTAIN
+
+
+def _twists(torsion: Array, torque: Array, link: Array, speed: Array) -> float:
+    """
+    Return how a torsion (k,) goes with the motor torque, what goes with angle and speed aside.
+
+    A hand that moves an arm makes its motors brake either way. The gears show which way they bear.
+    """
+    width = max(FEWEST // 10, len(torque) // SMOOTHED)
+    aside = np.column_stack([_of_angle(link), speed, np.sign(speed)])
+    first, second, others = (uniform_filter1d(values, width, axis=0)
+                             for values in (torsion, torque, aside))
+    return alike(first, second, others, LEFT)
+
+
+def _of_angle(link: Array) -> Array:
+    """Return what follows the angle of a link (k,) alone, its encoder's disc too (k, 6)."""
     waves = [part(order * link) for order in (1, 2) for part in (np.sin, np.cos)]
-    of_angle = np.stack([np.ones_like(link), link, *waves], axis=1)
-    both = np.stack([torque, np.sign(speed)], axis=1)
-    both = both - of_angle @ np.linalg.lstsq(of_angle, both, rcond=None)[0]
-    first, second = both.T
-    size = float(np.sqrt((first @ first) * (second @ second)))
-    return size > 0.0 and float(first @ second) < -SIGN_CERTAIN * size
+    return np.stack([np.ones_like(link), link, *waves], axis=1)
+
+
+def alike(first: Array, second: Array, aside: Array, least: float = WORTHLESS) -> float:
+    """
+    Return the correlation of two signals (k,) without what goes with others (k, p).
+
+    It is 0 where less than a share `least` of either is left.
+    """
+    few = slice(None, None, max(1, len(first) // ENOUGH))
+    both, aside = np.stack([first, second], axis=1)[few], aside[few]
+    left = both - aside @ np.linalg.lstsq(aside, both, rcond=None)[0]
+    size, whole = np.sqrt((left ** 2).sum(axis=0)), np.sqrt((both ** 2).sum(axis=0))
+    if not (size > least * whole).all():
+        return 0.0
+    return float(left[:, 0] @ left[:, 1] / (size[0] * size[1]))
 
 
 def _widest(joint: Joint) -> float:
@@ -203,5 +254,7 @@ def _local(motor: Array, link: Array, ratio: float) -> tuple[float, float]:
 
 
 def _slope(motor: Array, link: Array) -> float:
+    """Return the slope of motor over link by the motor, whose angle scatters least at the link."""
     link, motor = link - link.mean(), motor - motor.mean()
-    return float(link @ motor) / max(float(link @ link), 1e-12 * float(motor @ motor), 1e-300)
+    both, least = float(link @ motor), 1e-12 * float(motor @ motor)
+    return float(motor @ motor) / (math.copysign(max(abs(both), least), both) or 1e-300)

@@ -14,7 +14,7 @@ from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import motor_name
 import numpy as np
 
-from .conventions import signed, wrong_convention
+from .conventions import disc_slope, signed, wrong_convention
 from .measurement import Measurement
 
 # Choices unless told otherwise.
@@ -74,5 +74,6 @@ def check(measurement: Measurement, arm: Arm, source: str) -> None:
     for column, joint in enumerate(arm.joints):
         motor, link = measurement.reading[:, column].T
         if wrong := wrong_convention(
-                joint, motor, link, signed(arm, motor, measurement.command[:, column])):
+                joint, motor, link, signed(arm, motor, measurement.command[:, column]),
+                disc_slope(arm, column)):
             raise GateError(f'{source}: {wrong.mended_by_options()}')

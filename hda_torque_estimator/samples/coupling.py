@@ -7,7 +7,7 @@ Compiled, and with running sums, so that the live estimator asks the same as the
 import math
 
 from hda_arm_sim.foundation.arrays import Array
-from hda_arm_sim.foundation.compiled import compiled, inlined
+from hda_arm_sim.foundation.compiled import compiled, inlined, Record
 import numpy as np
 
 # Kinds of a coupling, negative with one sign flipped.
@@ -19,6 +19,8 @@ TRAVEL = 0.02           # of the link, from which anything can be told (choice) 
 WHOLE = 0.5             # teeth: gears of one size have N or N + 1 to 1, so half a tooth is between
 # (measured: a disc of a real arm made 3e-3)
 DISC = 5e-3             # slope that a disc off its axis makes
+# (source: data sheets of magnetic encoders of 12 bits, INL of 0.5 degrees at most)
+COARSE = 6.0            # counts by which a coarse encoder may be bent along its turn
 NEAR = 0.1              # relative, within which a slope is one of the named conventions
 SOFTEST = 0.02          # torsion of a joint whose law is valid without end (choice) [rad]
 
@@ -47,6 +49,14 @@ def bend_over(twist: float, span: float) -> float:
 
 
 @compiled
+def disc_of(joint: Record) -> float:
+    """Return the slope that a disc makes: by what is known of it, and by what coarse ones may."""
+    own = joint.link_encoder_eccentricity
+    return (own.amplitude_1 + 2.0 * own.amplitude_2
+            + COARSE * joint.coarse_quantisation.link_step)
+
+
+@compiled
 def kind_of(slope: float, span: float, ratio: float, bend: float) -> int:
     """Return the kind of a slope from `span` of travel [rad] at the link, bent by torsion."""
     if span < TRAVEL:
@@ -72,8 +82,13 @@ def restart(memory: Array) -> None:
 
 
 @compiled
-def add(memory: Array, motor: float, link: float, ratio: float, twist: float) -> float:
-    """Add the angles of a sample [rad] to a stretch; returns the kind of coupling by now."""
+def add(memory: Array, motor: float, link: float, ratio: float, twist: float,
+        disc: float = 0.0) -> float:
+    """
+    Add the angles of a sample [rad] to a stretch; returns the kind of coupling by now.
+
+    `disc` is the slope that the disc of the link encoder makes.
+    """
     if memory[BEGUN] == 0.0:
         memory[:TOLD] = 0.0
         memory[BEGUN], memory[FIRST_MOTOR], memory[FIRST_LINK] = 1.0, motor, link
@@ -94,7 +109,7 @@ def add(memory: Array, motor: float, link: float, ratio: float, twist: float) ->
         square = max(square, 1e-12 * (ratio * span) ** 2 * n, 1e-300)
         # Cauchy and Schwarz: no torsion within +-twist bends the slope of these samples further,
         # also where the joint rested for most of the stretch.
-        bend = twist / np.sqrt(square / n)
+        bend = twist / np.sqrt(square / n) + disc
         memory[TOLD] = kind_of(both / square, span, ratio, bend)
         if span > STRETCH:
             restart(memory)

@@ -4,13 +4,12 @@ from collections.abc import Sequence
 import math
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.parts import Joint
 import numpy as np
 from numpy.typing import NDArray
 
 from .measured import CalibrationError
 from .passage import Passage
-from ...measurements.conventions import wrong_convention
+from ...measurements.conventions import disc_slope, wrong_convention
 from ...significance import SIGN_CERTAIN
 
 Floats = NDArray[np.float64]
@@ -32,7 +31,7 @@ def check(arm: Arm, label: str, passages: Sequence[Passage]) -> None:
         raise CalibrationError(f'{label}: the recordings are too short: {seconds:.1f} s can be '
                                f'used, at least {SHORTEST:g} s are needed')
     _check_travel(label, passages)
-    _check_conventions(joint, passages)
+    _check_conventions(arm, label, passages)
     _check_loads(label, passages)
     _check_sign(label, joint.ratio, passages)
 
@@ -61,11 +60,12 @@ def _check_travel(label: str, passages: Sequence[Passage]) -> None:
             'torsion; at least one motor turn each way is needed')
 
 
-def _check_conventions(joint: Joint, passages: Sequence[Passage]) -> None:
+def _check_conventions(arm: Arm, label: str, passages: Sequence[Passage]) -> None:
     """Check signs, units and ratio of each passage."""
+    joint, disc = arm.joint(label), disc_slope(arm, arm.labels.index(label))
     for passage in passages:
         motor, link = passage.readings[passage.usable, 0, :2].T
-        if wrong := wrong_convention(joint, motor, link, passage.command[passage.usable]):
+        if wrong := wrong_convention(joint, motor, link, passage.command[passage.usable], disc):
             raise CalibrationError(wrong.mended_on_import())
 
 
