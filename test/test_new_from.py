@@ -16,9 +16,9 @@ STATED = ['--motor-inertia', '1e-4']
 @pytest.fixture
 def bag(tmp_path):
     """Return a function that writes a recording with encoders of these counts per turn."""
-    def write(motor_counts, link_counts, *, travel=0.6, names=NAMES):
+    def write(motor_counts, link_counts, *, travel=0.6, names=NAMES, ratio=80.0):
         link = travel * np.sin(TIME)
-        angles = np.stack([link, 80.0 * link + 0.02 * np.cos(TIME)], axis=1)
+        angles = np.stack([link, ratio * link + 0.02 * np.cos(TIME)], axis=1)
         for column, counts in enumerate((link_counts, motor_counts)):
             if counts:
                 step = 2.0 * np.pi / counts
@@ -64,6 +64,17 @@ def test_a_gear_of_another_ratio_is_refused(bag, tmp_path, capsys):
     said = refusal(capsys, 'new', '--from', bag(4096, 65536), '--gear', 'CSG-17-100', *STATED,
                    '--out', str(tmp_path / 'arm.yaml'))
     assert 'CSG-17-100 has the ratio 100, but its motor turns 80' in said
+
+
+def test_an_output_at_the_circular_spline_has_one_turn_more(bag, tmp_path, capsys):
+    path, out = bag(4096, 65536, ratio=101.0), tmp_path / 'arm.yaml'
+    words = ['new', '--from', path, '--gear', 'CSG-17-100', *STATED, '--out', str(out)]
+    assert main(words) == 0
+    assert read_arm(out).joints[0].ratio == 101.0
+    assert '--ratio from bag: one more than in the name' in capsys.readouterr().out
+    assert main([*words, '--ratio', '100.5', '--force']) == 0
+    assert read_arm(out).joints[0].ratio == 100.5
+    assert 'has the ratio 160' in refusal(capsys, *words, '--ratio', '160', '--force')
 
 
 def test_gears_of_the_recorded_ratio_are_offered(bag, tmp_path, capsys):

@@ -34,6 +34,8 @@ ANSWERS = (
     Answer('motor_torque', 'N*m', 'largest torque of the motor, at its shaft', True),
     Answer('motor_counts', '1/turn', 'counts of the motor encoder per turn of the motor', True),
     Answer('link_counts', '1/turn', 'counts of the link encoder per turn of the link', True),
+    Answer('ratio', '', 'turns of the motor per turn of the link, where it is not that of the '
+           'name: one more with the output at the circular spline, or with a belt'),
     Answer('torque_constant', 'N*m/A', 'with --motor-current in the place of --motor-torque'),
     Answer('motor_current', 'A', 'largest current of the drive'),
     Answer('motor_speed', 'rad/s', 'largest speed of the motor; that of the gear unless given'),
@@ -58,6 +60,7 @@ class JointAnswers:
     motor_torque: float
     motor_counts: float
     link_counts: float
+    ratio: float | None = None
     torque_constant: float | None = None
     motor_current: float | None = None
     motor_speed: float | None = None

@@ -13,7 +13,7 @@ from hda_arm_sim.model.urdf import UrdfError
 from .arm_answers import ANSWERS, NewError
 
 _OWN = ('joint', 'gear', 'ratio')
-COLUMNS = (*_OWN, *(answer.name for answer in ANSWERS))
+COLUMNS = tuple(dict.fromkeys((*_OWN, *(answer.name for answer in ANSWERS))))
 
 
 class UrdfLinks(NamedTuple):

@@ -56,7 +56,7 @@ def _joint_lines(joint: JointAnswers) -> Iterator[str]:
     k1, k2, k3 = gear.stiffness
     t1, t2 = gear.knees
     rows = (
-        ('ratio', gear.ratio, gear.name),
+        ('ratio', *_ratio(joint)),
         ('motor_inertia', *_inertia(joint)),
         ('dry_friction', joint.starting_torque or 0.0, _stated(joint.starting_torque)),
         ('viscous_friction', joint.viscous_friction or 0.0, _stated(joint.viscous_friction)),
@@ -78,6 +78,12 @@ def _joint_lines(joint: JointAnswers) -> Iterator[str]:
         yield _beside(f'    {side}_encoder: {{counts: {yaml_number(counts)}}}',
                       f'per turn, {joint.origin(f"{side}_counts")}' if counts else
                       'as stated: perfect')
+
+
+def _ratio(joint: JointAnswers) -> tuple[float, str]:
+    if joint.ratio is None:
+        return joint.gear.ratio, joint.gear.name
+    return joint.ratio, joint.origin('ratio')
 
 
 def _inertia(joint: JointAnswers) -> tuple[float, str]:

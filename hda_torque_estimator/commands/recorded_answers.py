@@ -18,6 +18,7 @@ NEAR = 0.02             # relative, by which torsion and a disc may bend the rat
 ON_GRID = 0.05          # of a step, by which changes may miss whole steps (choice)
 MOST_COUNTS = 1e9       # per turn; finer is no encoder
 MOST_NAMED = 6          # gears that an error names
+_HALF = 0.5             # of the one turn that a gear has more with its other output
 
 
 class Told(NamedTuple):
@@ -47,8 +48,11 @@ def add_answers(options: Any, told: list[Told], source: str) -> dict[str, str]:
 
     Raises NewError where the gear that was stated has another ratio.
     """
-    _check_gears(options, told)
     origins = {}
+    ratios = _ratios(options, told)
+    if not options.ratio and any(ratio is not None for ratio in ratios.values()):
+        options.ratio = [*ratios.values()]
+        origins['ratio'] = f'from {source}: one more than in the name of the gear'
     if not options.joints:
         options.joints = [one.label for one in told]
     elif len(options.joints) != len(told):
@@ -63,18 +67,29 @@ def add_answers(options: Any, told: list[Told], source: str) -> dict[str, str]:
     return origins
 
 
-def _check_gears(options: Any, told: list[Told]) -> None:
+def _ratios(options: Any, told: list[Told]) -> dict[str, float | None]:
+    """
+    Return the ratio of each joint where it is one more than in the name of its gear, else None.
+
+    It is where the output is at the circular spline. Raises NewError for any other.
+    """
     ratios = [one.ratio for one in told if one.ratio is not None]
     if not options.gear:
         fit = [name for name in gear_names() if any(_is_near(gear(name).ratio, r) for r in ratios)]
         some = f' such as {", ".join(fit[:MOST_NAMED])}' if fit else ''
         shown = ', '.join(f'{ratio:.4g}' for ratio in ratios) or 'not told: nothing moves enough'
         raise NewError(f'an arm needs --gear{some}; the ratio of the recording is {shown}')
-    names = options.gear * len(told) if len(options.gear) == 1 else options.gear
-    for name, one in zip(names, told):
-        if one.ratio is not None and not _is_near(gear(name).ratio, one.ratio):
-            raise NewError(f'{one.label}: {name} has the ratio {gear(name).ratio:g}, but its '
+    names, stated = (values * len(told) if len(values) == 1 else values
+                     for values in (options.gear, options.ratio or [None]))
+    found: dict[str, float | None] = {}
+    for name, ratio, one in zip(names, stated, told):
+        known = ratio or gear(name).ratio
+        if one.ratio is not None and not _is_near(known, one.ratio):
+            raise NewError(f'{one.label}: {name} has the ratio {known:g}, but its '
                            f'motor turns {one.ratio:.4g} times per turn of the link')
+        more = one.ratio is not None and one.ratio > known + _HALF and not ratio
+        found[one.label] = known + 1.0 if more else None
+    return found
 
 
 def _is_near(ratio: float, seen: float) -> bool:
