@@ -17,7 +17,7 @@ from typing import NamedTuple
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.parts import Encoder, Tolerances
-from hda_torque_estimator.calibrate.passages.measured import Measured
+from hda_torque_estimator.calibrate.passages.measured import CalibrationError, Measured
 from hda_torque_estimator.calibrate.referenced import calibrate
 from hda_torque_estimator.estimating.estimator import Estimator
 from hidden_truth import Device, record, Reference
@@ -154,9 +154,13 @@ def late(seen: Seen) -> Array:
 
 
 def calibrated(arm: Arm, seen: Seen) -> Arm:
-    """Return the arm as a recording with a reference calibrates it."""
+    """Return the arm as a recording with a reference calibrates it, as it was if that is worse."""
     one = Measured('first', seen.stamps, readings(seen), seen.command, late(seen))
-    return calibrate(arm, {LABEL: [one]}).arm
+    try:
+        return calibrate(arm, {LABEL: [one]}).arm
+    except CalibrationError as refused:
+        print(f'{LABEL} stays as it was: {refused}', flush=True)
+        return arm
 
 
 def readings(seen: Seen) -> Array:
