@@ -21,6 +21,7 @@ from ...samples.readings import LINK_READING, MOTOR_READING
 Floats = NDArray[np.float64]
 # Choices unless told otherwise.
 SLOWEST = 1.0           # shaft speed from which friction slides for certain [rad/s]
+FEWEST_ROWS = 50        # in which a motor slides
 # Columns of what a motor's torque follows from.
 COMMAND, ANGLE, RATE, LOAD, LINK, TIME = range(6)
 
@@ -89,6 +90,14 @@ class MotorWitness:
     def _rows(self, columns: Sequence[Floats]) -> Floats:
         return np.concatenate([one.thinned(column)[used] for one, column, used
                                in zip(self.recordings, columns, self._used)])
+
+
+def sliding(recordings: Sequence[Measured]) -> list[Measured]:
+    """Return the recordings in which a shaft slides, none if all rows of these are few."""
+    rows = [int(_slides(one, turned := one.turning(), _columns(one, turned)).sum())
+            for one in recordings]
+    found = [one for one, count in zip(recordings, rows) if count > 0]
+    return found if sum(rows) >= FEWEST_ROWS else []
 
 
 def _columns(one: Measured, turned: Turning) -> Floats:
