@@ -16,7 +16,7 @@ from hda_torque_estimator.calibrate.passages.joint_recording import CalibrationE
 from hda_torque_estimator.calibrate.referenced import calibrate
 from hda_torque_estimator.cli import main
 from hda_torque_estimator.estimating.estimator import Estimator
-from hda_torque_estimator.samples.readings import LINK_READING, MOTOR_READING, READINGS
+from hda_torque_estimator.samples.readings import by_motor, LINK_READING, MOTOR_READING, READINGS
 from hda_torque_estimator.simulating.recorded import about_z
 import numpy as np
 import pytest
@@ -220,6 +220,8 @@ def test_a_reference_of_the_wrong_sign_is_said():
 def test_weights_leave_the_torque_to_the_better_witness():
     """A torsion that is nonsense where nobody has seen it must not spoil a good motor."""
     seen = [scattered(one) for one in four(constant=0.7)]
-    told = calibrate(leg(), {'knee': seen}).joints[0]
-    assert told.together <= 1.05 * told.motor + told.offset_moves * RATIO
+    found = calibrate(leg(), {'knee': seen})
+    told, other = found.joints[0], scattered(recorded(9, zero=-6e-3, constant=0.7))
+    assert error(found.arm, other) <= 1.05 * error(by_motor(found.arm, ['knee']), other)
+    assert told.together <= 1.05 * told.by_hand
     assert line_left_out(leg().joints[0], seen) == pytest.approx(told.by_hand)

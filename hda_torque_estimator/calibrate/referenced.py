@@ -23,6 +23,7 @@ from .fitting.examined import as_given, Examined, examined, Witnesses
 from .fitting.witness_fit import Heard, motor_of, torsion_of
 from .passages.joint_recording import CalibrationError, Measured
 from .passages.signs import wrong_signs
+from ..estimating.laws.witnesses import FAINT
 from ..least_squares.bounds import entered
 from ..least_squares.rows import rms
 from ..samples.readings import knows_motor
@@ -31,6 +32,7 @@ from ..samples.readings import knows_motor
 USEFUL = 0.9            # of what its rows see vary, an error above which a witness tells nothing
 BESIDE = 0.9            # of the error of a torsion alone, below which a motor is written beside it
 MOVES = 0.1             # of the torque's deviation, from which a zero that moves is told
+STIFFNESS = 'torsion.flexspline_stiffness'
 Progress = Callable[[str], None]
 
 
@@ -139,6 +141,7 @@ def _calibrated(arm: Arm, recordings: Sequence[Measured]) -> JointCalibration:
     if not recordings:
         return JointCalibration(label, names, 'no recording has its motor angle, its '
                                 f'reference/{label}/torque, and its link angle or motor torque')
+    recordings = [one.without_spikes(arm.joints[0].velocity_limit) for one in recordings]
     varies = rms(np.concatenate([one.reference - one.reference.mean() for one in recordings]))
     said = JointCalibration(label, names, reference=varies, held_out=len(recordings) > 1)
     if varies == 0.0:
@@ -151,6 +154,8 @@ def _calibrated(arm: Arm, recordings: Sequence[Measured]) -> JointCalibration:
                       None if wrong.motor else motor_of(arm, recordings))
     used = Witnesses(*(one if one is not None and one.error < _least(one) else None
                        for one in heard))
+    if _is_no_gear(used):
+        used = used._replace(torsion=None)
     if not any(used):
         return replace(said, kept='; '.join((*said.aside, _why(heard, varies))))
     return _weighed(said, arm, recordings, used)
@@ -159,6 +164,13 @@ def _calibrated(arm: Arm, recordings: Sequence[Measured]) -> JointCalibration:
 def _least(heard: Heard) -> float:
     """Return the error below which a witness tells something [N*m rms]."""
     return min(heard.before, USEFUL * heard.varies)
+
+
+def _is_no_gear(used: Witnesses) -> bool:
+    """Tell whether a torsion that needs an unlikely stiffness is worth nothing beside a motor."""
+    torsion, motor = used
+    return (torsion is not None and motor is not None and STIFFNESS in torsion.doubtful
+            and motor.error ** 2 < FAINT * (motor.error ** 2 + torsion.error ** 2))
 
 
 class _Trial(NamedTuple):
@@ -174,7 +186,7 @@ def _weighed(said: JointCalibration, arm: Arm, recordings: Sequence[Measured],
              used: Witnesses) -> JointCalibration:
     """Return what is said of a joint whose witnesses weigh what they are worth."""
     used, numbers, known, found = _best(arm, recordings, used)
-    told = as_given(arm, recordings, used.lag)
+    told = as_given(arm, _of_both(recordings), used.lag)
     given = rms(told.error)
     if found.error > given and found.about > rms(told.about):
         return replace(said, kept=f'calibrated, the estimator would be {found.error:.3g} N*m '
@@ -206,12 +218,18 @@ def _as_unsure(arm: Arm, recordings: Sequence[Measured], used: Witnesses,
 
 
 def _best(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> _Trial:
-    """Return both witnesses, or the torsion alone where a motor beside it does not earn that."""
+    """
+    Return both witnesses, or the torsion alone where a motor beside it does not earn that.
+
+    It must tell the torque better, and not its changes worse: a tare takes out the rest.
+    """
     trial = _tried(arm, recordings, used)
     if used.torsion is None or used.motor is None or knows_motor(arm, arm.joints[0]):
         return trial
     alone = _tried(arm, recordings, used._replace(motor=None))
-    return trial if trial.found.error < BESIDE * alone.found.error else alone
+    earns = (trial.found.error < BESIDE * alone.found.error
+             and trial.found.about <= alone.found.about)
+    return trial if earns else alone
 
 
 def _tried(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> _Trial:
@@ -221,7 +239,12 @@ def _tried(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> _Trial:
     there = with_tolerances(entered(arm, label, {one.name: one.value for one in numbers}),
                             {label: known}, wider=True)
     return _Trial(used, numbers, known, examined(
-        there, used, recordings, _deviations(arm, recordings, used)))
+        there, used, _of_both(recordings), _deviations(arm, recordings, used)))
+
+
+def _of_both(recordings: Sequence[Measured]) -> Sequence[Measured]:
+    """Return the recordings in which weights count: with both witnesses, else all."""
+    return [one for one in recordings if one.has_link and one.has_command] or recordings
 
 
 def _deviations(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> dict[str, float]:

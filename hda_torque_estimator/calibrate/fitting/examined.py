@@ -27,7 +27,8 @@ Floats = NDArray[np.float64]
 # Factors of the deviations of torsion and motor that are tried.
 WEIGHTS = ((1.0, 1.0), (3.0, 1.0), (1.0, 3.0), (30.0, 1.0), (1.0, 30.0))
 BETTER = 0.97           # of the error with the deviations as they are, below which others count
-CLEARLY = 0.8           # the same where one way alone would tell the torque: the other guards it
+# (asked: both ways together err by 1.05 times the better one at most)
+ALONE = 1.0 / 1.05      # the same where one way alone would tell the torque
 LEADS = 10.0            # factor from which one way alone tells the torque
 WIDER = 3.0             # factor by which deviations may be too small, or too large
 FARTHEST = 1e3          # deviation that an arm file takes, and no torque needs more [N*m]
@@ -43,8 +44,8 @@ class Witnesses(NamedTuple):
 
     @property
     def lag(self) -> float:
-        """Return by how much the references lag [s]."""
-        return max(one.lag for one in self if one is not None)
+        """Return by how much the references lag [s], as the witness has it that errs less."""
+        return min((one for one in self if one is not None), key=lambda one: one.error).lag
 
     def without(self, recording: Measured, fifth: int) -> dict[str, float]:
         """Return numbers by their names that have not seen a recording, or a fifth of it."""
@@ -115,7 +116,7 @@ def _weighed(arm: Arm, deviations: Mapping[str, float], weights: tuple[float, fl
 def _asked(torsion: float, motor: float) -> float:
     """Return the share of the error below which such factors of their deviations are taken."""
     most = max(torsion, motor)
-    return 1.0 if most == 1.0 else BETTER if most < LEADS else CLEARLY
+    return 1.0 if most == 1.0 else BETTER if most < LEADS else ALONE
 
 
 def _leader(torsion: float, motor: float) -> str:
@@ -152,6 +153,8 @@ def _told(arm: Arm, recording: Measured, rows: slice, lag: float,
                                         recording.command[rows, np.newaxis])
     error = told.torque[:, 0] - recording.later(lag)[rows]
     known = np.isfinite(error)
+    if recording.has_command:           # where it is missing no weight counts
+        known &= np.isfinite(recording.command[rows])
     error = error[known]
     mean = float(error.mean()) if len(error) else 0.0
     return Told(error, told.torque_deviation[known, 0], error - mean)

@@ -109,8 +109,10 @@ def _columns(one: Measured, turned: Turning) -> Floats:
 
 
 def _slides(one: Measured, turned: Turning, seen: Floats) -> Flags:
-    """Return the rows in which the shaft slides one way as far as derivatives see."""
+    """Return the rows in which the shaft slides one way, all known, as far as derivatives see."""
     reach = 1 + 2 * turned.reach
+    known = np.isfinite(seen).all(axis=1).astype(float)
     slides = ((minimum_filter1d(turned.rate, reach, mode='constant') > SLOWEST)
               | (maximum_filter1d(turned.rate, reach, mode='constant') < -SLOWEST))
-    return one.thinned((slides & np.isfinite(seen).all(axis=1)).astype(float)) == 1.0
+    used = slides & (minimum_filter1d(known, reach, mode='nearest') == 1.0)
+    return one.thinned(used.astype(float)) == 1.0

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from .arm_numbers import doubtful, Number, number, numbers
 from .motor_witness import MotorWitness, sliding
-from .referenced_problem import (error_left_out, fitted, LAG, Referenced,
-                                 step_without)
+from .referenced_problem import error_left_out, fitted, LAG, Referenced, step_without
 from .referenced_terms import (cogging, likely_poles, Maker, motor_always, motor_more, stiffening,
                                TORSION, TORSION_MORE)
 from .torsion_witness import TorsionWitness
@@ -47,10 +46,8 @@ class Heard:
     spread: float           # of its zero over recordings [unit of the witness]
     lag: float              # of the references [s]
     error: float            # where the fit has not seen, zeros free to move as they do [N*m rms]
-    whole_error: float      # the same with the common zero [N*m rms]
     offset: float           # deviation of the torque by its zero, of a recording not seen [N*m]
     before: float           # as the arm was given, every recording with a zero of its own [N*m]
-    given: float            # as the arm was given, its zero as well [N*m rms]
     varies: float           # the reference as the witness's rows see it, about its means [N*m rms]
     doubtful: tuple[str, ...]
     recordings: tuple[Measured, ...]
@@ -253,9 +250,9 @@ def _told(problem: Referenced, found: Found, zero: str,
     before, varies = (_about_means(values, witness.blocks.recording)
                       for values in (given - reference, reference))
     return Heard(tuple(told), tuple(known), spread, problem.lag(scaled),
-                 error_left_out(problem, found), error_left_out(problem, found, follows=False),
-                 _moved(problem, found), before, rms(given - reference), varies, doubtful(found),
-                 tuple(witness.recordings), tuple(_numbers_without(problem, found, int(fold))
+                 error_left_out(problem, found), _moved(problem, found), before, varies,
+                 doubtful(found), tuple(witness.recordings),
+                 tuple(_numbers_without(problem, found, int(fold))
                        for fold in np.unique(found.rows.fold)))
 
 

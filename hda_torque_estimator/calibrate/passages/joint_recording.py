@@ -90,6 +90,20 @@ class Measured(NamedTuple):
         """Return how many samples make a row."""
         return samples_of_row(self.dt)
 
+    def without_spikes(self, velocity_limit: float) -> 'Measured':
+        """
+        Return the recording without single motor angles that the shaft cannot have reached.
+
+        Each is further from both neighbours, the same way, than the limit [rad/s] takes it.
+        """
+        steps = np.diff(self.readings[:, 0, MOTOR_READING])
+        farthest = velocity_limit * np.maximum(np.diff(self.time), self.dt)
+        fast, way = np.abs(steps) > farthest, np.sign(steps)
+        kept = np.ones(len(self.stamps), bool)
+        kept[1:-1] = ~(fast[:-1] & fast[1:]) | (way[:-1] == way[1:])
+        return Measured(self.recording, self.stamps[kept], self.readings[kept],
+                        self.command[kept], self.reference[kept])
+
     def with_link(self, ratio: float) -> 'Measured':
         """Return the recording with the link angle of a rigid gear in the place of none."""
         readings = self.readings.copy()
