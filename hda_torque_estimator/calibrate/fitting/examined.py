@@ -91,7 +91,7 @@ def examined(arm: Arm, witnesses: Witnesses, recordings: Sequence[Measured],
 
     `arm` is one joint with the numbers of all recordings. `deviations` [N*m] are those of
     `torsion.deviation` and `motor_deviation`, as far as there are such witnesses. In the end both
-    are as large as nine in ten torques ask for.
+    are as large as nine in ten torques ask for, but never less where that makes torques worse.
     """
     def told(weights: tuple[float, float]) -> Told:
         return left_out(_weighed(arm, deviations, weights), witnesses, recordings)
@@ -100,9 +100,11 @@ def examined(arm: Arm, witnesses: Witnesses, recordings: Sequence[Measured],
     found = {weights: told(weights) for weights in tried}
     best = min(found, key=lambda weights: rms(found[weights].error) / _asked(*weights))
     sure = (best[0] * found[best].too_sure, best[1] * found[best].too_sure)
+    last = told(sure)
+    if found[best].too_sure < 1.0 and rms(last.error) > rms(found[best].error):
+        sure, last = best, found[best]      # friction that may hold stays as unsure as it is
     numbers = tuple(rest(min(factor * deviations[name], FARTHEST), len(recordings), name)
                     for name, factor in zip(NAMES, sure) if name in deviations)
-    last = told(sure)
     return Examined(rms(last.error), rms(last.about), numbers, _leader(*best))
 
 
@@ -147,14 +149,16 @@ def _joined(parts: Sequence[Told]) -> Told:
 
 def _told(arm: Arm, recording: Measured, rows: slice, lag: float,
           settings: EstimatorSettings = EstimatorSettings()) -> Told:
+    """Return what the estimator, from the begin of a recording on, tells of some samples."""
     if not recording.has_link:
         arm, recording = by_motor(arm, arm.labels), recording.with_link(arm.joints[0].ratio)
-    told = Estimator(arm, settings).run(recording.stamps[rows], recording.readings[rows],
-                                        recording.command[rows, np.newaxis])
-    error = told.torque[:, 0] - recording.later(lag)[rows]
+    seen = slice(0, rows.stop)          # it has its zero from what came before
+    told = Estimator(arm, settings).run(recording.stamps[seen], recording.readings[seen],
+                                        recording.command[seen, np.newaxis])
+    error = told.torque[rows, 0] - recording.later(lag)[rows]
     known = np.isfinite(error)
     if recording.has_command:           # where it is missing no weight counts
         known &= np.isfinite(recording.command[rows])
     error = error[known]
     mean = float(error.mean()) if len(error) else 0.0
-    return Told(error, told.torque_deviation[known, 0], error - mean)
+    return Told(error, told.torque_deviation[rows, 0][known], error - mean)
