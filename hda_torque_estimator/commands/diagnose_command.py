@@ -93,7 +93,7 @@ def _together(options: argparse.Namespace,
     if any(alone):
         raise GateError(f'{sources[alone.index(True)]} has motors alone, '
                         f'{sources[alone.index(False)]} has links as well; diagnose them apart')
-    arm = checked(arm)
+    arm = arm if arm.links is None else checked(arm)
     about = asked(arm, options.about)
     measurement = together([_measurement(part, options, arm, source) for part, source in
                             zip(recorded, sources)], sources)

@@ -5,18 +5,21 @@ Fits see the training stretches only. What they claim is confirmed by simulation
 stretches; a cause that does not gain there is not told.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import EFFECTS
+from hda_arm_sim.model.effects import effect_named, EFFECTS, Site
 import numpy as np
 
 from .balances.balance import Balancer
 from .balances.commands import on_its_way
 from .balances.healthy import healthy_twin, noise_of, torque_noise_of
+from .balances.led import is_led
+from .balances.reversals import turning_round
+from .balances.stand_in import with_stand_in
 from .detectability.excitation import cannot_tell, nothing_seen, remarks, smallest_sizes
 from .detectability.slow_rate import FAST, rate_hides
 from .findings.certainty import probability, unsure, verdict_probability
@@ -79,15 +82,22 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     Return what the simulation of `arm` gets wrong about a measurement that passed the gate.
 
     Several recordings of the arm, brought together by `alignment.together`, are one measurement;
-    `origin` has their names. `tell` hears what is being done.
+    `origin` has their names. `tell` hears what is being done. Of an arm without a model of its
+    links the gears are judged alone: what the motors give against what the gears twist.
     """
+    given, arm = arm, with_stand_in(arm)
     training, held_out = split(measurement)
     facts = _facts(measurement, training, held_out, origin.sources)
     if (np.ptp(measurement.reading[:, :, 1], axis=0) < _STILL).all():
-        return Conclusion(_unmoved(facts, arm, origin), arm, None)
-    names, aside = _sought(arm, names)
+        return Conclusion(_unmoved(facts, arm, origin), given, None)
+    why = ('the arm file has no model of its links' if given.links is None else
+           'the motors do nothing while the arm moves: it is led by a hand or a load'
+           if is_led(measurement, arm) else '')
+    led = bool(why)
+    names, aside = _sought(arm, names, why)
     tell('looking at the raw readings')
     raw = raw_readings(measurement, arm, names, training)
+    raw = raw._replace(measurement=replace(raw.measurement, led=led))
     fitter, found, training, held_out = _searched(raw, names, training, held_out, tell)
     fitter, found, plain = _reconsidered(fitter, found, names, tell)
     tell('judging the causes')
@@ -108,7 +118,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     total = (raw_total(shown) if told and told == shown else
              gains(fitter.balancer, evidence.twin, evidence.before, evidence.extended,
                    held_out).total())
-    rest = unexplained(fitter, stands) if judged.unexplained.any() else None
+    rest = unexplained(fitter, stands, is_sure=True) if judged.unexplained.any() else None
     tell('finding the smallest size of every effect that would have shown')
     sizes = smallest_sizes(fitter, found, kept, raw, training, names)
     verdict = _verdict(judged, told, bool(pairs), len(fitted) > len(told))
@@ -121,24 +131,26 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
         tuple(one.row() for one in sizes), total,
         residuals(fitter, found.first, stands, inside(fitter.balancer.time, held_out)),
         replace(facts, training=training, held_out=held_out), origin.arm_file, origin.version, 0.0,
-        (*filter(None, held_back), *_aside(aside),
+        (*filter(None, held_back), *aside,
          *remarks(sizes, arm, about, FAST if limit == 'rate' else None)), limited_by=limit,
         probability=_probability(verdict, told, pairs, judged))
     diagnosis = replace(diagnosis, steps=next_steps(diagnosis))
-    return Conclusion(diagnosis, _model(evidence, raw, told, pairs), evidence)
+    model = replace(_model(evidence, raw, told, pairs), links=given.links)
+    return Conclusion(diagnosis, model, evidence)
 
 
-def _sought(arm: Arm, names: Sequence[str] | None) -> tuple[list[str], tuple[str, ...]]:
-    """Return which effects are looked for, all unless some are named, and which are not."""
+def _sought(arm: Arm, names: Sequence[str] | None,
+            led: str) -> tuple[list[str], tuple[str, ...]]:
+    """Return which effects are looked for, all unless some are named, and why others are not."""
     names = sought_effects() if names is None else names
-    aside = left_aside(arm, names)
-    return [name for name in names if name not in aside], aside
-
-
-def _aside(names: Sequence[str]) -> Iterator[str]:
-    """Yield a sentence on effects that are not looked for on a chain."""
-    if names:
-        yield f'of a chain of links {", ".join(names)} are not looked for'
+    planar = left_aside(arm, names)
+    if led:
+        of_links = [name for name in names if effect_named(name).site is Site.LINK]
+        why = [f'{led}, so only the gears are judged: what is left '
+               'may sit at the motor or in the torsion, and nothing is said of the links']
+        return [name for name in names if name not in planar and name not in of_links], tuple(why)
+    why = [f'of a chain of links {", ".join(planar)} are not looked for'] if planar else []
+    return [name for name in names if name not in planar], tuple(why)
 
 
 def _held_back(finding: Finding, judged: Backing) -> str | None:
@@ -174,17 +186,19 @@ def _searched(raw: RawReadings, names: Sequence[str], training: Spans, held_out:
     """
     Return what was found, with the zeros of several recordings as it has them.
 
-    A contact in held-out stretches may show only when what was found is known.
+    A contact in held-out stretches may show only when what was found is known. Nor can friction
+    that builds up be told before: a wrong torque is largest where a shaft turns round.
     """
-    arm = raw.arm
+    arm, turns = raw.arm, None
     for _ in range(_ROUNDS):
         raw = raw._replace(measurement=aligned(raw.measurement, arm))
-        fitter = _fitter(raw, training)
+        fitter = _fitter(raw, training, turns)
         seen, unseen = _split(fitter, arm, names, training, held_out)
         fitter = replace(fitter, rows=inside(fitter.balancer.time, seen))
         found = search(fitter, names, tell=tell)
         arm = fitter.on(found.last.terms)
-        if is_aligned(fitter.balancer, arm, fitter.noise) and (
+        turns = _still_turning(fitter, arm)
+        if is_aligned(fitter.balancer, arm, fitter.noise) and turns == fitter.balancer.turning and (
                 seen != training or _split(fitter, arm, names, seen, unseen)[0] == seen):
             break
     return fitter, found, seen, unseen
@@ -206,12 +220,23 @@ def _reconsidered(fitter: Fitter, found: Found, names: Sequence[str],
     return fitter, without_noise(fitter, found), plain
 
 
-def _fitter(raw: RawReadings, training: Spans) -> Fitter:
-    """Return what fits the training stretches."""
+def _still_turning(fitter: Fitter, arm: Arm) -> tuple[int, ...]:
+    """Return the joints whose friction builds up by what an arm leaves, of those thought so."""
+    if not fitter.balancer.turning:
+        return ()
+    plain = Balancer(fitter.balancer.measurement)
+    found = turning_round(plain, arm, noise_of(plain, arm)[0])
+    return tuple(joint for joint in fitter.balancer.turning if joint in found)
+
+
+def _fitter(raw: RawReadings, training: Spans, turns: tuple[int, ...] | None = None) -> Fitter:
+    """Return what fits the training stretches; friction builds up at joints that have `turns`."""
     balancer = Balancer(raw.measurement)
     noise, plain = noise_of(balancer, raw.arm)
     rows = inside(balancer.time, training)
-    if turns := turning(Fitter(balancer, raw.arm, noise, EFFECTIVE, rows)):
+    if turns is None:
+        turns = turning(Fitter(balancer, raw.arm, noise, EFFECTIVE, rows))
+    if turns:
         balancer = Balancer(raw.measurement, turns)
     known = on_its_way(balancer, raw.arm, noise)
     if known is not balancer:

@@ -42,6 +42,8 @@ class Measurement:
     A measurement may hold several recordings of an arm, one after another on one running clock;
     `begins` are their first samples. Of `parts` samples the first was recorded and the others were
     put between (`finer`).
+
+    Links that are `led` move under forces that nobody knows: a hand, or loads without a model.
     """
 
     labels: tuple[str, ...]
@@ -52,6 +54,7 @@ class Measurement:
     begins: tuple[int, ...] = (0,)
     past: Array = field(default_factory=lambda: np.zeros(0))
     parts: int = 1
+    led: bool = False
 
     @property
     def time(self) -> Array:
@@ -164,7 +167,7 @@ def measurement_from(labels: tuple[str, ...], samples: JointSamples,
     Return the joint states on the even grid of their usual period.
 
     Stamps that jitter by less than half a period only tell by how much a sample was past its tick.
-    Where samples are missing, angles are joined by straight lines and commands held. Raises
+    One so late that the next shares its tick belongs to the tick before, if that has none. Where samples are missing, angles are joined by straight lines and commands held. Raises
     StampsError, naming the source, for stamps that are on no such grid.
     """
     reading = readings(labels, samples)[:, :, :2]
@@ -178,7 +181,9 @@ def measurement_from(labels: tuple[str, ...], samples: JointSamples,
     dt = _period(since)
     _check_grid(since, dt, source)
     ticks = np.round(since / dt).astype(np.int64)
-    ticks = np.maximum(ticks, np.arange(len(ticks)))
+    order = np.arange(len(ticks))
+    ticks = np.minimum.accumulate((ticks - order)[::-1])[::-1] + order      # stamps are never early
+    ticks = np.maximum(ticks, order)
     past = since - dt * ticks
     if ticks[-1] == len(ticks) - 1:
         return Measurement(labels, dt, np.ascontiguousarray(reading[keep]), command[keep],

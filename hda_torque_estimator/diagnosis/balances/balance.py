@@ -8,6 +8,11 @@ equation of motion, every effect of the catalogue acts here as it acts there.
     A, motor:    N J (ddtheta_m - predicted) + B,  the motor balance closed over the link
     B, torsion:  M (ddq - predicted),              the torsion against the link
 
+Where something unknown leads the links, A is closed over the torsion alone (eq:balance-led),
+and nothing is said of B:
+
+    A, motor:    N J (ddtheta_m - predicted)
+
 Torques at the output side; what is hardly smoothed in them passes one filter with all else. A
 wrong friction shows in A alone, a wrong torsion in B alone, a wrong load in both alike.
 """
@@ -167,6 +172,8 @@ class Balancer:
             driven = Driven(*moved, base_motion(arm, moved, dt), centred(delivered[piece]))
             fill_along(record, loaded_inertia(record.body), driven, dt, residual[piece],
                        memory[piece])
+        if self.measurement.led:
+            residual[:, :joints] -= residual[:, joints:]
         return residual, memory
 
     def filtered(self, raw: Array) -> Array:
@@ -221,6 +228,7 @@ class Balancer:
         valid = valid[::self.every]
         if self.unknown is not None:
             valid[:, :slow.shape[1]] &= ~self.unknown
+        valid[:, slow.shape[1]:] &= not self.measurement.led
         return valid if self.whitening is None else self.whitening.holds(valid)
 
 

@@ -44,7 +44,7 @@ def healthy_twin(balancer: Balancer, arm: Arm, seed: int,
     random = np.random.default_rng(seed)
     command += torque_noise * random.standard_normal(command.shape)
     twin = Measurement(measured.labels, measured.dt, reading, command, begins=measured.begins,
-                       parts=measured.parts)
+                       parts=measured.parts, led=measured.led)
     lacking = np.sqrt(np.maximum(measured.reading_noise() ** 2 - twin.reading_noise() ** 2, 0.0))
     more = lacking * random.standard_normal(reading[::measured.parts].shape)
     return replace(twin, reading=reading + between(more, measured.parts))

@@ -3,7 +3,8 @@ Predict a recording by simulation from measured states, and measure how far off 
 
 From the measured state at the start of each window the arm is simulated open loop under the
 recorded command. The reference motion and the controller need not be known. The error is that of
-the predicted encoder readings, at the output side, over the window.
+the predicted encoder readings, at the output side, over the window. Links that are led by
+something unknown are moved as they were measured, and the motors are predicted beside them.
 """
 
 from typing import NamedTuple
@@ -13,8 +14,8 @@ from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled
 from hda_arm_sim.foundation.rigid import Inertia
 from hda_arm_sim.model.arm import Arm, ArmRecord
-from hda_arm_sim.model.kernel import (AXES, CURRENT, HISTORY, registers, SENT, slope, SLOPE_1,
-                                      STATE, STATES, TIME)
+from hda_arm_sim.model.kernel import (AXES, CURRENT, HISTORY, LINK_ANGLE, LINK_VELOCITY,
+                                      registers, SENT, slope, SLOPE_1, STATE, STATES, TIME)
 from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.sensors import DRAWS, read_encoders
 from hda_arm_sim.simulate import longest_step, STEP, step_count
@@ -27,6 +28,7 @@ from ...measurements.running_clock import arm_during, Spans, within
 # Choices unless told otherwise.
 HORIZON = 0.2           # length of a window [s]
 EVERY = 0.1             # from window to window [s]
+_LINK = [LINK_ANGLE, LINK_VELOCITY]
 _EDGE = 0.05            # of the recording, where its motion is not known well [s]
 
 
@@ -35,6 +37,7 @@ class Window(NamedTuple):
 
     command: Array              # (k, n) motor torques [N*m]
     reading: Array              # (k + 1, n, 2) motor, link [rad]
+    led: Array                  # (k + 1, n, 2) angles and speeds of led links, (0, n, 2) of others
 
 
 def prediction_errors(balancer: Balancer, arm: Arm, spans: Spans,
@@ -64,8 +67,10 @@ def _errors(balancer: Balancer, arm: Arm, spans: Spans, piece: slice, horizon: f
         w = registers(state)
         w[0, TIME] = start * dt
         _remember(w, measurement.command[piece.start:begin])
-        window = Window(measurement.command[begin:begin + steps],
-                        measurement.reading[begin:begin + steps + 1])
+        end = begin + steps + 1
+        moved = motion.state[begin:end if measurement.led else begin, :, _LINK]
+        window = Window(measurement.command[begin:end - 1], measurement.reading[begin:end],
+                        np.ascontiguousarray(moved))
         _predict(record, inertia, w, window, dt, count, errors)
     return squared
 
@@ -91,11 +96,14 @@ def _starts(spans: Spans, duration: float, dt: float) -> list[int]:
 def _predict(arm: ArmRecord, inertia: Inertia, w: Array, window: Window, dt: float, count: int,
              errors: Array) -> None:
     """Fill the mean squared errors (3 n,) of one window."""
-    command, reading = window
+    command, reading, led = window
     joints = reading.shape[1]
     shown, noise, force = np.empty((joints, 2)), np.zeros((joints, DRAWS)), np.zeros(AXES)
     for k in range(command.shape[0]):
         act(arm, inertia, w, command[k], force, dt, count)
+        if led.shape[0] > 0:
+            for j in range(joints):
+                w[j, STATE + LINK_ANGLE], w[j, STATE + LINK_VELOCITY] = led[k + 1, j]
         slope(arm, inertia, w, STATE, SLOPE_1)
         read_encoders(arm, inertia, w, noise, shown)
         for j in range(joints):

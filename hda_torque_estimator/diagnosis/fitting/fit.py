@@ -78,6 +78,11 @@ class Fitter:
     twin: Balancer | None = None    # of a healthy arm, recorded with as much noise
     _base: list['_Base'] = field(default_factory=list, init=False, repr=False)  # the last, if any
 
+    @property
+    def led(self) -> bool:
+        """Tell whether links are led: then motor balances alone tell, of motor and torsion."""
+        return self.balancer.measurement.led
+
     @cached_property
     def healthy(self) -> 'Fitter | None':
         """Return what fits the twin, None without one: what that finds, it finds by chance."""

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .forms import reformed
-from .nameless import best_curves, Curve
+from .nameless import best_curves, Curve, GEAR
 from .search import Found, MOST
 from ..balances.balance import RATE
 from ..balances.healthy import noise_of
@@ -156,7 +156,7 @@ def _formed(fitter: Fitter, fit: Fit, found: Found, powers: Mapping[Place, Array
 def _least(curve: Curve, term: Term, power: float) -> float:
     """Return the improvement by a curve from which a cause of so much power is doubted."""
     sought = HYPOTHESES[term.name]
-    near = term.joint is None or curve.site == effect_named(term.name).site.value
+    near = term.joint is None or curve.site in (GEAR, effect_named(term.name).site.value)
     return sought.form if near and power >= sought.clear else Hypothesis.form
 
 

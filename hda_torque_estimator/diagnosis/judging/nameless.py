@@ -32,11 +32,12 @@ _SLIDING = (5.0, 20.0)  # shaft speeds over which friction may fall [rad/s]
 _LINK_ORDERS = (1, 2, 3, 4, 6)  # waves per link turn of curves without a name
 _MOTOR_ORDERS = (1, 2, 4, 6, 8, 12)  # waves per motor turn of curves without a name
 # Beside these two, what follows the torque lets a motor balance shrink with all of its noise.
-_SCALED, _SCALE = {'torque_constant_error', 'motor_inertia_error'}, ('motor', 'joint_torque^1')
+_SCALED, _SCALE = {'torque_constant_error', 'motor_inertia_error'}, 'joint_torque^1'
 _RATE, _SECOND_RATE = 'rate of joint_torque', 'second rate of joint_torque'
 # (measured: of the last joint of cobot7, 0.05 N*m at most, the second rate was noise alone. It
 # improved the score of healthy arms by 1087 to 1322)
 _OVER_NOISE = 10.0      # rates of a torque over those of a balance's noise that are of motion
+GEAR = 'gear'           # site of a curve that acts at a motor or in its torsion
 _AT_REST = 1e-30        # mean square of a shape, below which nothing moved that makes it
 
 
@@ -122,7 +123,7 @@ def _curves(fitter: Fitter, fit: Fit, joints: Collection[str],
             wide = condense_more(known, fit.balance.residual, fit.columns, more,
                                  fitter.valid(fit.balance))
             for number, form in enumerate(forms):
-                if (site, form) == _SCALE and scaled:
+                if form == _SCALE and site in ('motor', GEAR) and scaled:
                     continue
                 told = _solved(fitter, fit, wide, number, len(forms))
                 yield Curve(label, site, form, told.score,
@@ -140,6 +141,8 @@ def _drop_noise(forms: dict[str, Array], noise: float) -> None:
 def _sites(fitter: Fitter, label: str) -> dict[str, list[int]]:
     """Return the channels in which a curve at each site of a joint shows."""
     motor, torsion = fitter.own_channels(label)
+    if fitter.led:
+        return {GEAR: [motor]}
     return {'motor': [motor], 'torsion': [torsion], 'link': [motor, torsion]}
 
 

@@ -46,6 +46,8 @@ def _may_show(fitter: Fitter, fit: Fit, site: Site) -> bool:
     joints = len(fitter.arm.labels)
     loud = fit.variance > LOUD * fitter.noise ** 2
     loud |= not loud.any()
+    if fitter.led:
+        return bool(loud.any())
     where = {Site.MOTOR: loud[:joints], Site.TORSION: loud[joints:]}
     return bool(where.get(site, loud).any())
 

@@ -1,8 +1,10 @@
 """
 Whether a wave over the link's angle was seen to bend: a straight part of it is no wave.
 
-Over one radian a disc off its centre can stand in for any error that grows with the angle. What
-tells a disc is how it bends beside the best straight line, which must show in the balances.
+Over one radian a disc off its centre can stand in for any error that grows with the angle. Under
+one load it can stand in for any law of the torsion, as the torque follows the angle as well. What
+tells a disc is what it reads beside the best straight line and the best law of the torque. That
+must show in the balances.
 """
 
 from hda_arm_sim.model.effects import LinkEncoderEccentricity
@@ -10,11 +12,13 @@ from hda_arm_sim.model.kernel import LINK_ANGLE
 import numpy as np
 from numpy.typing import NDArray
 
+from ..balances.coordinates import coordinates_of
 from ..fitting.fit import Fit, Fitter
 from ..fitting.nuisance import Zero
 from ...least_squares.term import Term
 
 Array = NDArray[np.float64]
+_LAWS = (1, 2, 3, 5)    # powers of the torque that laws of a torsion may have (choice)
 # (measured: what stood in for a disc had 4 to 71, six true discs 33 000 and more)
 _BEND = 1000.0          # score of the bend alone, from which a disc is one
 
@@ -26,15 +30,19 @@ def straight(fitter: Fitter, fit: Fit) -> tuple[Term, ...]:
 
 
 def _bend(fitter: Fitter, fit: Fit, term: Term, disc: LinkEncoderEccentricity) -> float:
-    """Return the score of what a disc reads beside a straight line over the link's angle."""
+    """Return the score of what a disc reads beside the link's angle and laws of the torque."""
     place, torsion = fitter.own_channels(term.joint)
+    shows = place if fitter.led else torsion
     valid = fitter.valid(fit.balance)
     motion = fitter.balancer.motion(fitter.on(fit.terms))
     angle = motion.state[::fitter.balancer.every, place, LINK_ANGLE]
-    error = disc(angle=angle)
-    seen = valid[:, torsion]
-    line = np.polynomial.Polynomial.fit(angle[seen], error[seen], 1)
+    others = fitter.on(fit.terms_beside(term))
+    torque = coordinates_of(fitter.balancer, others)['joint_torque'][:, place]
+    error, seen = disc(angle=angle), valid[:, shows]
+    known = np.stack([np.ones_like(angle), angle, *(torque ** power for power in _LAWS)], axis=1)
+    known /= np.maximum(np.abs(known[seen]).max(axis=0, initial=0.0), 1e-300)
+    apart = error - known @ np.linalg.lstsq(known[seen], error[seen], rcond=None)[0]
     zero, = (other for other in fit.nuisance
              if isinstance(other, Zero) and other.joint == term.joint)
-    shown = fit.columns[:, :, fit.own(zero)][:, :, 0] * (error - line(angle))[:, None]
+    shown = fit.columns[:, :, fit.own(zero)][:, :, 0] * apart[:, None]
     return float(fitter.effective * np.where(valid, shown ** 2 / fit.variance, 0.0).sum())

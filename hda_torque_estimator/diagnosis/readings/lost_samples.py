@@ -43,16 +43,21 @@ class Slips(NamedTuple):
     slipped: Mask           # seen in the readings
     watched: Mask           # moved fast enough to be seen if they had slipped or repeated
     lost: Mask              # told by the stamps
+    repeated: Mask          # of the slipped ones: the reading before once more
 
 
 def lost_samples(slips: Slips, seen: Mask) -> RawCause | None:
-    """Return the cause that slipped samples in rows `seen` make, None if tolerably few."""
+    """
+    Return the cause that slipped samples in rows `seen` make, None if tolerably few.
+
+    Stamps of a host that come late slip as well. So enough of the samples must be lost or repeated.
+    """
     watched = slips.watched & seen
     slipped, lost = int((slips.slipped & watched).sum()), int((slips.lost & seen).sum())
     rate = slipped / max(int(watched.sum()), 1) + lost / max(int(seen.sum()), 1)
     hits = slipped + lost
-    score = _evidence(hits, rate)
-    if score < SCORE_BAR:
+    score, surely = _evidence(hits, rate), int((slips.repeated & watched).sum()) + lost
+    if min(score, _evidence(surely, rate * surely / max(hits, 1))) < SCORE_BAR:
         return None
     low, high = (rate * float(0.5 * chi2.ppf(share, 2 * hits + more) / hits)
                  for share, more in ((0.05, 0), (0.95, 2)))
@@ -89,7 +94,7 @@ def slips_of(measurement: Measurement, arm: Arm) -> Slips:
         slipped |= fresh
         reading[slipped | absent] = curve[slipped | absent]
     return Slips(reading, slipped, (watched | again.watched) & ~(ends | absent),
-                 absent & ~_paused(absent))
+                 absent & ~_paused(absent), again.repeated & ~(ends | absent))
 
 
 def _slipping(reading: Array, curve: Array, scatter: Array) -> tuple[Mask, Mask]:

@@ -49,21 +49,26 @@ class Rest(NamedTuple):
         return follow(self.time, self.residual[:, column], self.valid[:, column],
                       self.along(place), VELOCITIES[side])
 
-    def excess(self) -> Array:
-        """Return the power (2 n,) of each column beyond that of noise, 0 where at the noise."""
+    def excess(self, least: float = LEAST) -> Array:
+        """Return the power (2 n,) beyond that of noise, 0 where its rms is not `least` times."""
         powers = np.array([power(column[valid]) for column, valid in
                            zip(self.residual.T, self.valid.T)])
-        return np.where(powers > (LEAST * self.noise) ** 2, powers - self.noise ** 2, 0.0)
+        return np.where(powers > (least * self.noise) ** 2, powers - self.noise ** 2, 0.0)
 
-    def powers(self) -> Array:
+    def powers(self, least: float = LEAST) -> Array:
         """Return the larger excess of both balances of each joint (n,)."""
-        joints, excess = len(self.labels), self.excess()
+        joints, excess = len(self.labels), self.excess(least)
         return np.maximum(excess[:joints], excess[joints:])
 
 
-def unexplained(fitter: Fitter, fit: Fit) -> Unexplained | None:
-    """Return where the rest of a fit sits and what it follows, None if it is at the noise."""
-    return told_of(rest_of(fitter, fit))
+def unexplained(fitter: Fitter, fit: Fit, is_sure: bool = False) -> Unexplained | None:
+    """
+    Return where the rest of a fit sits and what it follows, None if it is at the noise.
+
+    Where there is a rest for certain, it is that of most power, even if it hardly is above noise.
+    """
+    rest = rest_of(fitter, fit)
+    return told_of(rest) or (told_of(rest, 1.0) if is_sure else None)
 
 
 def rest_of(fitter: Fitter, fit: Fit) -> Rest:
@@ -73,9 +78,9 @@ def rest_of(fitter: Fitter, fit: Fit) -> Rest:
                 fitter.noise, coordinates_of(balancer, fitter.on(fit.terms)))
 
 
-def told_of(rest: Rest) -> Unexplained | None:
-    """Return where a rest sits and what it follows, None if it is at the noise."""
-    joints, powers = len(rest.labels), rest.powers()
+def told_of(rest: Rest, least: float = LEAST) -> Unexplained | None:
+    """Return where a rest sits and what it follows, None if it is not `least` times noise."""
+    joints, powers = len(rest.labels), rest.powers(least)
     if not powers.any():
         return None
     place = int(np.argmax(powers))
@@ -93,6 +98,9 @@ def told_of(rest: Rest) -> Unexplained | None:
 
 def site_of(rest: Rest, place: int) -> str:
     """Return the site of a rest at a joint: the one whose own pattern it breaks least."""
+    joints = len(rest.labels)
+    if not rest.valid[:, joints:].any():        # of links that are led
+        return 'motor'
     return pair_of(rest.residual, rest.valid, rest.noise, place).site()
 
 
