@@ -123,6 +123,14 @@ def spiked(one: Measured) -> Measured:
     return one._replace(readings=readings)
 
 
+def test_an_angle_that_no_shaft_reaches_is_left_out():
+    seen = recorded(1)
+    assert len(seen.without_spikes(700.0).stamps) == len(seen.stamps)
+    rest = spiked(seen).without_spikes(700.0)
+    np.testing.assert_array_equal(rest.stamps, np.delete(seen.stamps, (50, 450, 850)))
+    assert np.abs(rest.turning().rate).max() < 700.0
+
+
 def patchy(one: Measured) -> Measured:
     """Return a recording whose motor torque is unknown for a third of it."""
     command = one.command.copy()
