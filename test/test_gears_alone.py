@@ -22,7 +22,7 @@ from world_samples import arm_of, logged
 
 LAB = read_arm('hda_arm.yaml')
 BARE = replace(LAB, links=None)
-MAP = '''
+MAP = """
 time: {column: Timestamp, unit: s}
 joints: [joint3]
 each:
@@ -32,7 +32,7 @@ each:
     effort: {column: joint_torque_current_3, side: link}
   link:
     position: {column: encoder_loadinc_3, unit: count, counts_per_turn: 16777216, zero: first}
-'''
+"""
 LARA8 = Path(__file__).parents[2] / 'shared' / 'data' / 'neura_lara8' / 'sweep_joint3.csv.gz'
 
 
@@ -85,7 +85,7 @@ def test_a_healthy_arm_that_a_hand_leads_is_not_accused(seed, rate):
 
 @pytest.mark.skipif(not LARA8.exists(), reason='the recordings of the LARA8 are kept apart')
 def test_a_joint_of_a_real_arm_is_judged_without_its_links(tmp_path, monkeypatch, capsys):
-    """One way under one load, a disc stands in for any torsion; late stamps are no lost samples."""
+    """Under one load a disc is like any torsion, and late stamps are no lost samples."""
     monkeypatch.chdir(tmp_path)
     Path('map.yaml').write_text(MAP)
     assert main(['import', str(LARA8), '--map', 'map.yaml', '--out', 'sweep']) == 0

@@ -17,7 +17,7 @@ import numpy as np
 from .balances.balance import Balancer
 from .balances.commands import on_its_way
 from .balances.healthy import healthy_twin, noise_of, torque_noise_of
-from .balances.led import is_led
+from .balances.led import why_led
 from .balances.reversals import turning_round
 from .balances.stand_in import with_stand_in
 from .detectability.excitation import cannot_tell, nothing_seen, remarks, smallest_sizes
@@ -90,14 +90,10 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     facts = _facts(measurement, training, held_out, origin.sources)
     if (np.ptp(measurement.reading[:, :, 1], axis=0) < _STILL).all():
         return Conclusion(_unmoved(facts, arm, origin), given, None)
-    why = ('the arm file has no model of its links' if given.links is None else
-           'the motors do nothing while the arm moves: it is led by a hand or a load'
-           if is_led(measurement, arm) else '')
-    led = bool(why)
-    names, aside = _sought(arm, names, why)
+    unloaded = why_led(measurement, given)
+    names, aside = _sought(arm, names, unloaded)
     tell('looking at the raw readings')
-    raw = raw_readings(measurement, arm, names, training)
-    raw = raw._replace(measurement=replace(raw.measurement, led=led))
+    raw = _of_gears(raw_readings(measurement, arm, names, training), bool(unloaded))
     fitter, found, training, held_out = _searched(raw, names, training, held_out, tell)
     fitter, found, plain = _reconsidered(fitter, found, names, tell)
     tell('judging the causes')
@@ -115,17 +111,13 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     fitted = (*shown, *_findings(evidence, found, pairs, judged))
     held_back = [_held_back(one, judged) for one in fitted]
     told = tuple(one for one, reason in zip(fitted, held_back) if reason is None)
-    total = (raw_total(shown) if told and told == shown else
-             gains(fitter.balancer, evidence.twin, evidence.before, evidence.extended,
-                   held_out).total())
+    total = raw_total(shown) if told and told == shown else _total(evidence)
     rest = unexplained(fitter, stands, is_sure=True) if judged.unexplained.any() else None
     tell('finding the smallest size of every effect that would have shown')
     sizes = smallest_sizes(fitter, found, kept, raw, training, names)
-    verdict = _verdict(judged, told, bool(pairs), len(fitted) > len(told))
-    limit = None
+    verdict, limit = _verdict(judged, told, bool(pairs), len(fitted) > len(told)), None
     if verdict == 'no_discrepancy' and cannot_tell(sizes, arm, about):
-        verdict, limit = 'insufficient_excitation', 'rate' if rate_hides(
-            fitter.balancer, evidence.extended, names, about, EFFECTIVE) else 'motion'
+        verdict, limit = 'insufficient_excitation', _limit(evidence, names, about)
     diagnosis = Diagnosis(
         verdict, told, with_sizes(fitter, stands, pairs), rest,
         tuple(one.row() for one in sizes), total,
@@ -139,14 +131,31 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     return Conclusion(diagnosis, model, evidence)
 
 
+def _total(evidence: Evidence) -> TotalGain:
+    """Return what all causes gain together on held-out stretches."""
+    return gains(evidence.fitter.balancer, evidence.twin, evidence.before, evidence.extended,
+                 evidence.held_out).total()
+
+
+def _limit(evidence: Evidence, names: Sequence[str], about: Sequence[Place]) -> str:
+    """Return what kept a recording from showing what was asked for."""
+    hidden = rate_hides(evidence.fitter.balancer, evidence.extended, names, about, EFFECTIVE)
+    return 'rate' if hidden else 'motion'
+
+
+def _of_gears(raw: RawReadings, led: bool) -> RawReadings:
+    """Return readings whose links are led, or not."""
+    return raw._replace(measurement=replace(raw.measurement, led=led))
+
+
 def _sought(arm: Arm, names: Sequence[str] | None,
-            led: str) -> tuple[list[str], tuple[str, ...]]:
+            unloaded: str) -> tuple[list[str], tuple[str, ...]]:
     """Return which effects are looked for, all unless some are named, and why others are not."""
     names = sought_effects() if names is None else names
     planar = left_aside(arm, names)
-    if led:
+    if unloaded:
         of_links = [name for name in names if effect_named(name).site is Site.LINK]
-        why = [f'{led}, so only the gears are judged: what is left '
+        why = [f'{unloaded}, so only the gears are judged: what is left '
                'may sit at the motor or in the torsion, and nothing is said of the links']
         return [name for name in names if name not in planar and name not in of_links], tuple(why)
     why = [f'of a chain of links {", ".join(planar)} are not looked for'] if planar else []
@@ -198,7 +207,8 @@ def _searched(raw: RawReadings, names: Sequence[str], training: Spans, held_out:
         found = search(fitter, names, tell=tell)
         arm = fitter.on(found.last.terms)
         turns = _still_turning(fitter, arm)
-        if is_aligned(fitter.balancer, arm, fitter.noise) and turns == fitter.balancer.turning and (
+        settled = is_aligned(fitter.balancer, arm, fitter.noise)
+        if settled and turns == fitter.balancer.turning and (
                 seen != training or _split(fitter, arm, names, seen, unseen)[0] == seen):
             break
     return fitter, found, seen, unseen

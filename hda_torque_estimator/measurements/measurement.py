@@ -167,7 +167,8 @@ def measurement_from(labels: tuple[str, ...], samples: JointSamples,
     Return the joint states on the even grid of their usual period.
 
     Stamps that jitter by less than half a period only tell by how much a sample was past its tick.
-    One so late that the next shares its tick belongs to the tick before, if that has none. Where samples are missing, angles are joined by straight lines and commands held. Raises
+    One so late that the next shares its tick belongs to the tick before, if that has none.
+    Where samples are missing, angles are joined by straight lines and commands held. Raises
     StampsError, naming the source, for stamps that are on no such grid.
     """
     reading = readings(labels, samples)[:, :, :2]
@@ -182,7 +183,7 @@ def measurement_from(labels: tuple[str, ...], samples: JointSamples,
     _check_grid(since, dt, source)
     ticks = np.round(since / dt).astype(np.int64)
     order = np.arange(len(ticks))
-    ticks = np.minimum.accumulate((ticks - order)[::-1])[::-1] + order      # stamps are never early
+    ticks = np.minimum.accumulate((ticks - order)[::-1])[::-1] + order  # stamps are never early
     ticks = np.maximum(ticks, order)
     past = since - dt * ticks
     if ticks[-1] == len(ticks) - 1:

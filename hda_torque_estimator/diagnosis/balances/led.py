@@ -29,3 +29,12 @@ def is_led(measurement: Measurement, arm: Arm) -> bool:
         if not np.sqrt(np.mean(given ** 2)) < _NOTHING * np.std(torque):
             return False
     return True
+
+
+def why_led(measurement: Measurement, arm: Arm) -> str:
+    """Return why nobody knows what loads the links of a recording, empty where it is known."""
+    if arm.links is None:
+        return 'the arm file has no model of its links'
+    if is_led(measurement, arm):
+        return 'the motors do nothing while the arm moves: it is led by a hand or a load'
+    return ''

@@ -119,4 +119,5 @@ def _faintest(weighed: Columns, extra: int, weight: Array, tolerances: Array,
             + taken.T @ others @ taken)
     directions = np.stack([np.cos(_PHASES), np.sin(_PHASES)], axis=1)
     power = np.einsum('dp,cpq,dq->dc', directions, left, directions)
-    return directions[np.argmin((power / np.maximum(needed * weighed.samples, 1e-300)).max(axis=1))]
+    told = power / np.maximum(needed * weighed.samples, 1e-300)         # no sample tells nothing
+    return directions[np.argmin(told.max(axis=1))]

@@ -50,7 +50,7 @@ def lost_samples(slips: Slips, seen: Mask) -> RawCause | None:
     """
     Return the cause that slipped samples in rows `seen` make, None if tolerably few.
 
-    Stamps of a host that come late slip as well. So enough of the samples must be lost or repeated.
+    Stamps of a host that come late slip as well. So enough samples must be lost or repeated.
     """
     watched = slips.watched & seen
     slipped, lost = int((slips.slipped & watched).sum()), int((slips.lost & seen).sum())
