@@ -1,7 +1,8 @@
 """
 Resolve the ranges in setup.py to exact versions, for every Python that has ROS 2 wheels.
 
-Each version comes with the hashes of its files, so that pip takes no other file for it.
+Each version comes with the hashes of its files, so that pip takes no other file for it. Extras
+stay beside their names: pip else takes the newest of a package that is asked for with an extra.
 """
 
 from pathlib import Path
@@ -23,7 +24,8 @@ def resolve(lock: Path, *extras: str, within: Path | None = None) -> None:
     """Write the exact versions of the package with `extras` to `lock`, near what it holds."""
     command = [sys.executable, '-m', 'uv', 'pip', 'compile', 'setup.py', '--universal',
                '--python-version', '3.10', '--no-python-downloads', '--no-emit-index-url',
-               '--no-header', '--quiet', '--generate-hashes', '--output-file', str(lock)]
+               '--no-header', '--quiet', '--generate-hashes', '--no-strip-extras',
+               '--output-file', str(lock)]
     command += [f'--extra={extra}' for extra in extras]
     command += [f'--constraint={within}'] if within else []
     subprocess.run(command, cwd=HERE.parent, check=True)
