@@ -1,6 +1,7 @@
 """One package: pip, colcon and a link to the checkout install the same things, ready to run."""
 
 import importlib
+from importlib import metadata
 import os
 from pathlib import Path
 import re
@@ -174,6 +175,18 @@ def test_every_pinned_version_has_the_hashes_of_its_files():
         text = (ROOT / 'requirements' / lock).read_text().replace('\\\n', '')
         pinned = [line for line in text.splitlines() if re.match(r'\w', line)]
         assert pinned and all(' --hash=sha256:' in line for line in pinned)
+
+
+def test_what_is_asked_for_with_an_extra_is_locked_with_it():
+    """Pip else takes the newest of it, which has no hash here: a release elsewhere ends setups."""
+    locked = ''.join((ROOT / 'requirements' / lock).read_text()
+                     for lock in ('lock.txt', 'fleet.txt'))
+    pinned = dict(re.findall(r'^([\w.-]+)(\[.*\])?==', locked, re.MULTILINE))
+    asked = [re.match(r'([\w.-]+)\[(\w+)\](?!.*extra ==)', text)
+             for found in metadata.distributions() for text in found.requires or ()]
+    with_extra = {(one[1].lower(), one[2]) for one in asked if one and one[1].lower() in pinned}
+    assert ('coverage', 'toml') in with_extra
+    assert {name for name, extra in with_extra if extra not in pinned[name]} == set()
 
 
 def test_checkout_holds_config_as_resources():
