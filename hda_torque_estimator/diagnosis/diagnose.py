@@ -155,8 +155,8 @@ def _sought(arm: Arm, names: Sequence[str] | None,
     planar = left_aside(arm, names)
     if unloaded:
         of_links = [name for name in names if effect_named(name).site is Site.LINK]
-        why = [f'{unloaded}, so only the gears are judged: what is left '
-               'may sit at the motor or in the torsion, and nothing is said of the links']
+        why = [f'{unloaded}, so only the gears are judged, '
+               'and nothing is said of the links']
         return [name for name in names if name not in planar and name not in of_links], tuple(why)
     why = [f'of a chain of links {", ".join(planar)} are not looked for'] if planar else []
     return [name for name in names if name not in planar], tuple(why)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 NOTHING = 'nothing'     # what a rest follows that no coordinate tells
+GEAR = 'gear'           # site of a rest that may be of a motor or in its torsion
 _COORDINATES = {
     'time': 'time', 'motor_velocity': 'the speed of the motor',
     'link_velocity': 'the speed of the link', 'motor_angle': 'the motor angle',

@@ -18,11 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .forms import reformed
-from .nameless import best_curves, Curve, GEAR
+from .nameless import best_curves, Curve
 from .search import Found, MOST
 from ..balances.balance import RATE
 from ..balances.healthy import noise_of
 from ..findings.certainty import margin_of_rest
+from ..findings.rest import GEAR
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Place, Term

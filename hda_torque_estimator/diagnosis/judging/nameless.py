@@ -17,6 +17,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from ..balances.balance import RATE
 from ..balances.coordinates import coordinates_of
+from ..findings.rest import GEAR
 from ..fitting.fit import deviations, Fit, Fitter
 from ..fitting.solve import Columns, condense, condense_more, Solution, solve
 
@@ -37,7 +38,6 @@ _RATE, _SECOND_RATE = 'rate of joint_torque', 'second rate of joint_torque'
 # (measured: of the last joint of cobot7, 0.05 N*m at most, the second rate was noise alone. It
 # improved the score of healthy arms by 1087 to 1322)
 _OVER_NOISE = 10.0      # rates of a torque over those of a balance's noise that are of motion
-GEAR = 'gear'           # site of a curve that acts at a motor or in its torsion
 _AT_REST = 1e-30        # mean square of a shape, below which nothing moved that makes it
 
 

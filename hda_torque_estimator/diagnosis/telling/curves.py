@@ -181,10 +181,11 @@ def charts(diagnosis: Diagnosis, exhibits: Exhibits) -> dict[str, Chart]:
 
 
 def _worst_first(exhibits: Exhibits) -> list[int]:
-    """Return the columns of all balances, what misses most over its noise first."""
+    """Return the columns of balances that hold somewhere, what misses most over noise first."""
     power = np.where(exhibits.valid, exhibits.before, 0.0).std(axis=0)
     missed = power / np.maximum(exhibits.noise, np.finfo(float).tiny)
-    return [int(column) for column in np.argsort(-missed, kind='stable')]
+    return [int(column) for column in np.argsort(-missed, kind='stable')
+            if exhibits.valid[:, column].any()]
 
 
 def causes(diagnosis: Diagnosis) -> dict[str, Cause]:

@@ -115,9 +115,9 @@ def marks(diagnosis: Diagnosis) -> list[Mark]:
 
 _SAID = {'motor': 'at the motor side of', 'torsion': 'in the torsion of',
          'link': 'at the link side of', 'timing': 'in the timing of',
-         'sensing': 'in the sensors of'}
+         'sensing': 'in the sensors of', 'gear': 'at the motor or in the torsion of'}
 _SITES = {'motor': 'motor', 'torsion': 'flexspline', 'link': 'link', 'timing': 'link_encoder',
-          'sensing': 'link_encoder'}
+          'sensing': 'link_encoder', 'gear': 'wave_generator'}
 assert set(_SITES.values()) <= set(ELEMENTS)
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .following import follow, Following, VELOCITIES
 from ..balances.coordinates import coordinates_of
-from ..findings.rest import NOTHING, Unexplained
+from ..findings.rest import GEAR, NOTHING, Unexplained
 from ..fitting.fit import Fit, Fitter
 from ..judging.pattern import pair_of, power
 
@@ -37,7 +37,7 @@ class Rest(NamedTuple):
 
     def column(self, place: int, site: str) -> int:
         """Return the column in which a rest at a site shows best."""
-        return place if site == 'motor' else len(self.labels) + place
+        return place if site in ('motor', GEAR) else len(self.labels) + place
 
     def along(self, place: int) -> dict[str, Array]:
         """Return the coordinates (m,) of a joint."""
@@ -100,7 +100,7 @@ def site_of(rest: Rest, place: int) -> str:
     """Return the site of a rest at a joint: the one whose own pattern it breaks least."""
     joints = len(rest.labels)
     if not rest.valid[:, joints:].any():        # of links that are led
-        return 'motor'
+        return GEAR
     return pair_of(rest.residual, rest.valid, rest.noise, place).site()
 
 
