@@ -41,8 +41,7 @@ def _values(group: Declared) -> dict[str, float]:
 
 def _joint_document(joint: Joint) -> dict[str, Any]:
     parts = {name: _values(getattr(joint, name)) for name in JOINT_PARTS}
-    own = {} if joint.tolerances is None else {'tolerances': _values(joint.tolerances)}
-    return {'name': joint.label, **_values(joint), **parts, **own}
+    return {'name': joint.label, **_values(joint), **parts}
 
 
 def _links_document(arm: Arm) -> Any:
