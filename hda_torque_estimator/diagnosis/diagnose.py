@@ -18,7 +18,6 @@ from .balances.balance import Balancer
 from .balances.commands import on_its_way
 from .balances.healthy import healthy_twin, noise_of, torque_noise_of
 from .balances.led import why_led
-from .balances.reversals import turning_round
 from .balances.stand_in import with_stand_in
 from .detectability.excitation import cannot_tell, nothing_seen, remarks, smallest_sizes
 from .detectability.slow_rate import FAST, rate_hides
@@ -37,7 +36,7 @@ from .judging.backing import Backing, backing
 from .judging.candidates import with_sizes
 from .judging.limits import limited
 from .judging.pattern import misplaced
-from .judging.search import Found, search, without_noise
+from .judging.search import Found, is_stuck, search, without_noise
 from .judging.straight import straight
 from .judging.verdict import alike, certain, findings, residuals
 from .readings.raw_readings import (extended_by, RAW_EFFECTS, raw_findings, raw_readings,
@@ -195,20 +194,19 @@ def _searched(raw: RawReadings, names: Sequence[str], training: Spans, held_out:
     """
     Return what was found, with the zeros of several recordings as it has them.
 
-    A contact in held-out stretches may show only when what was found is known. Nor can friction
-    that builds up be told before: a wrong torque is largest where a shaft turns round.
+    A contact in held-out stretches may show only when what was found is known.
     """
-    arm, turns = raw.arm, None
+    arm = raw.arm
     for _ in range(_ROUNDS):
         raw = raw._replace(measurement=aligned(raw.measurement, arm))
-        fitter = _fitter(raw, training, turns)
+        fitter = _fitter(raw, training)
         seen, unseen = _split(fitter, arm, names, training, held_out)
         fitter = replace(fitter, rows=inside(fitter.balancer.time, seen))
         found = search(fitter, names, tell=tell)
+        if fitter.balancer.turning and is_stuck(fitter, found):
+            fitter, found = _without_turns(raw, training, fitter, found, names)
         arm = fitter.on(found.last.terms)
-        turns = _still_turning(fitter, arm)
-        settled = is_aligned(fitter.balancer, arm, fitter.noise)
-        if settled and turns == fitter.balancer.turning and (
+        if is_aligned(fitter.balancer, arm, fitter.noise) and (
                 seen != training or _split(fitter, arm, names, seen, unseen)[0] == seen):
             break
     return fitter, found, seen, unseen
@@ -230,17 +228,21 @@ def _reconsidered(fitter: Fitter, found: Found, names: Sequence[str],
     return fitter, without_noise(fitter, found), plain
 
 
-def _still_turning(fitter: Fitter, arm: Arm) -> tuple[int, ...]:
-    """Return the joints whose friction builds up by what an arm leaves, of those thought so."""
-    if not fitter.balancer.turning:
-        return ()
-    plain = Balancer(fitter.balancer.measurement)
-    found = turning_round(plain, arm, noise_of(plain, arm)[0])
-    return tuple(joint for joint in fitter.balancer.turning if joint in found)
+def _without_turns(raw: RawReadings, training: Spans, fitter: Fitter, found: Found,
+                   names: Sequence[str]) -> tuple[Fitter, Found]:
+    """
+    Return a search without the rows where shafts turn round, if it leaves no rest as that did.
+
+    A wrong torque is largest there as well. That friction builds up was believed before any cause
+    was known.
+    """
+    other = replace(_fitter(raw, training, ()), rows=fitter.rows)
+    again = search(other, names)
+    return (fitter, found) if is_stuck(other, again) else (other, again)
 
 
 def _fitter(raw: RawReadings, training: Spans, turns: tuple[int, ...] | None = None) -> Fitter:
-    """Return what fits the training stretches; friction builds up at joints that have `turns`."""
+    """Return what fits the training stretches; rows that turn are those told, unless given."""
     balancer = Balancer(raw.measurement)
     noise, plain = noise_of(balancer, raw.arm)
     rows = inside(balancer.time, training)

@@ -77,7 +77,7 @@ def search(fitter: Fitter, names: Sequence[str], begun: Found | None = None,
         found = Found(first, fitter.fit(begun.last.accepted, begun.last.nuisance), begun.evidence)
     found = _extended(fitter, names, found, tell)
     for start in _turns(fitter, found):
-        if not _stuck(fitter, found):
+        if not is_stuck(fitter, found):
             break
         other = _extended(fitter, names, start, tell)
         if _better(fitter, other.last, found.last):
@@ -111,7 +111,7 @@ def _extended(fitter: Fitter, names: Sequence[str], found: Found,
     return Found(first, fit, tuple(evidence[term.place] for term in fit.accepted))
 
 
-def _stuck(fitter: Fitter, found: Found) -> bool:
+def is_stuck(fitter: Fitter, found: Found) -> bool:
     """Tell whether more is left than noise, and than the laws that were found may leave."""
     fit = found.last
     return bool((fit.variance - fitter.noise ** 2
