@@ -17,16 +17,21 @@ def coordinates_of(balancer: Balancer, arm: Arm) -> dict[str, Array]:
     the shaft]; `other_link_angle` only where there is another joint.
     """
     state = balancer.motion(arm).state[::balancer.every]
-    joints = arm.record().joints
-    torsion = state[:, :, MOTOR_ANGLE] / joints['ratio'] - state[:, :, LINK_ANGLE]
-    torque = np.array([[torque_through_gear(joint, angle, value, 0.0, 0.0)
-                        for joint, value, angle in zip(joints, row, angles)]
-                       for row, angles in zip(torsion, state[:, :, MOTOR_ANGLE])])
+    torque = torques_of(arm, state[:, :, MOTOR_ANGLE], state[:, :, LINK_ANGLE])
     found = {'motor_velocity': state[:, :, MOTOR_VELOCITY],
              'link_velocity': state[:, :, LINK_VELOCITY],
              'motor_angle': state[:, :, MOTOR_ANGLE], 'link_angle': state[:, :, LINK_ANGLE],
              'joint_torque': torque,
              'motor_torque': balancer.measurement.command[::balancer.every]}
-    if len(joints) > 1:
+    if len(arm.joints) > 1:
         found['other_link_angle'] = state[:, ::-1, LINK_ANGLE]
     return found
+
+
+def torques_of(arm: Arm, motor: Array, link: Array) -> Array:
+    """Return what angles of motors and links (m, n) [rad] send through the gears [N*m, output]."""
+    joints = arm.record().joints
+    torsion = motor / joints['ratio'] - link
+    return np.array([[torque_through_gear(joint, angle, value, 0.0, 0.0)
+                      for joint, value, angle in zip(joints, row, angles)]
+                     for row, angles in zip(torsion, motor)])

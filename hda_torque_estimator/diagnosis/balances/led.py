@@ -8,12 +8,12 @@ sides of the gears still do: what twists a gear must move its motor (eq:balance-
 from hda_arm_sim.model.arm import Arm
 import numpy as np
 
-from ...estimating.laws.torsion_torque import torque_through_gear
+from .coordinates import torques_of
 from ...measurements.measurement import Measurement
 
 # Choices unless told otherwise.
-_NOTHING = 0.05         # share of the torque through a gear below which its motor does nothing
 # (source: a motor that moves its link gives all of that torque, and friction beside it)
+_NOTHING = 0.05         # share of the torque through a gear below which its motor does nothing
 _ENOUGH = 5000          # samples that tell, evenly over a recording
 
 
@@ -21,14 +21,9 @@ def is_led(measurement: Measurement, arm: Arm) -> bool:
     """Tell whether the motors of a recording do nothing while torque goes through the gears."""
     every = max(1, len(measurement.command) // _ENOUGH)
     angle, command = measurement.reading[::every], measurement.command[::every]
-    for place, joint in enumerate(arm.record().joints):
-        motor, link = angle[:, place].T
-        torque = np.array([torque_through_gear(joint, at, twist, 0.0, 0.0)
-                           for at, twist in zip(motor, motor / joint['ratio'] - link)])
-        given = joint['ratio'] * command[:, place]
-        if not np.sqrt(np.mean(given ** 2)) < _NOTHING * np.std(torque):
-            return False
-    return True
+    torque = torques_of(arm, angle[:, :, 0], angle[:, :, 1])
+    given = arm.record().joints['ratio'] * command
+    return bool((np.sqrt(np.mean(given ** 2, axis=0)) < _NOTHING * np.std(torque, axis=0)).all())
 
 
 def why_led(measurement: Measurement, arm: Arm) -> str:

@@ -53,7 +53,7 @@ class Exhibits:
         """Return the column at a site and joint in which the extension removes the most."""
         joints = len(self.labels)
         sides = {'motor': (0,), 'torsion': (1,), 'link': (1,)}.get(site, (0, 1))
-        if not self.valid[:, joints:].any():        # of links that are led
+        if self.missed().is_of_gears:
             sides = (0,)
         columns = [side * joints + place for side in sides
                    for place, label in enumerate(self.labels) if joint in (None, label)]

@@ -35,6 +35,11 @@ class Rest(NamedTuple):
     noise: Array                        # (2 n,) standard deviation
     coordinates: Mapping[str, Array]    # (m, n) each
 
+    @property
+    def is_of_gears(self) -> bool:
+        """Tell whether nothing is known of links, as they are led: only motor balances hold."""
+        return not self.valid[:, len(self.labels):].any()
+
     def column(self, place: int, site: str) -> int:
         """Return the column in which a rest at a site shows best."""
         return place if site in ('motor', GEAR) else len(self.labels) + place
@@ -98,8 +103,7 @@ def told_of(rest: Rest, least: float = LEAST) -> Unexplained | None:
 
 def site_of(rest: Rest, place: int) -> str:
     """Return the site of a rest at a joint: the one whose own pattern it breaks least."""
-    joints = len(rest.labels)
-    if not rest.valid[:, joints:].any():        # of links that are led
+    if rest.is_of_gears:
         return GEAR
     return pair_of(rest.residual, rest.valid, rest.noise, place).site()
 
