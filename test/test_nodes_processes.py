@@ -141,6 +141,7 @@ def test_recording_tells_how_it_was_made(tmp_path):
             bag_recorder=(f'output:={tmp_path / "bag"}',)) as nodes:
         heard = watcher.hear(DIAGNOSTICS)
         watcher.until(lambda: len(diagnostics(heard, DiagnosticArray)) == 2, 'both nodes')
+        watcher.until(lambda: 'seed' in open_recording(tmp_path / 'bag').metadata, 'the seed')
         nodes['bag_recorder'].send(signal.SIGTERM)
         assert nodes['bag_recorder'].wait() == 0
     about = open_recording(tmp_path / 'bag').metadata

@@ -1,5 +1,6 @@
 """Read the parameters of other nodes as they appear."""
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
@@ -12,10 +13,15 @@ from rclpy.parameter import parameter_value_to_python
 from rclpy.task import Future
 
 PERIOD = 0.25           # between two looks at which nodes are there [s]
+AGAIN = 8               # looks until a node that has not answered is asked anew: a choice
 
 
 class RemoteParameters:
-    """Ask each of some nodes once for all of its parameters, when it is there."""
+    """
+    Ask each of some nodes for all of its parameters, when it is there, until it has answered.
+
+    An answer can get lost: a service may be found before the way back from it is.
+    """
 
     def __init__(self, node: Node, names: Sequence[str],
                  heard: Callable[[str, dict[str, Any]], None]) -> None:
@@ -26,15 +32,18 @@ class RemoteParameters:
         self._gets = {name: node.create_client(GetParameters, f'{name}/get_parameters')
                       for name in names}
         self._waiting = set(names)
+        self._looks: Counter[str] = Counter()       # at each node since its services are there
         self._timer = node.create_timer(PERIOD, self._look,
                                         clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _look(self) -> None:
         for name in sorted(self._waiting):
-            if self._lists[name].service_is_ready() and self._gets[name].service_is_ready():
-                self._waiting.discard(name)
+            if not (self._lists[name].service_is_ready() and self._gets[name].service_is_ready()):
+                continue
+            if self._looks[name] % AGAIN == 0:
                 future = self._lists[name].call_async(ListParameters.Request())
                 future.add_done_callback(partial(self._on_names, name))
+            self._looks[name] += 1
 
     def _on_names(self, name: str, future: Future) -> None:
         names = list(future.result().result.names)
@@ -42,5 +51,8 @@ class RemoteParameters:
         answer.add_done_callback(partial(self._on_values, name, names))
 
     def _on_values(self, name: str, names: Sequence[str], future: Future) -> None:
+        if name not in self._waiting:
+            return                                  # the answer to an earlier question came late
+        self._waiting.discard(name)
         values = [parameter_value_to_python(value) for value in future.result().values]
         self._heard(name, dict(zip(names, values)))

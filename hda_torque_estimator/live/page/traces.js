@@ -8,6 +8,7 @@ export class Traces {
     this.element = element;
     this.names = [];
     this.data = [[]];
+    new ResizeObserver(() => this.fit()).observe(element);
   }
 
   add(picture) {
@@ -20,10 +21,12 @@ export class Traces {
     this.draw(now);
   }
 
+  fit() {
+    const width = Math.max(this.element.clientWidth, 50);
+    if (this.plot && width !== this.plot.width) this.plot.setSize({width, height: 190});
+  }
+
   draw(now) {
-    if (this.element.clientWidth !== this.plot.width) {
-      this.plot.setSize({width: this.element.clientWidth, height: 190});
-    }
     this.plot.setData([this.data[0].map((time) => time - now), ...this.data.slice(1)]);
   }
 
