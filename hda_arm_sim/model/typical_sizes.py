@@ -20,12 +20,18 @@ def typical(arm: Arm, name: str, joint: str | None) -> Effect:
     usual, values = kind.typical or Typical({}), {}
     for numbers, on_top in ((usual.more, True), (usual.shape, False)):
         for number, size in numbers.items():
-            rule = kind.declaration(number)
-            scaled = size * _strength(arm, kind, joint) if rule.unit.startswith('N*m') else size
+            rule, scaled = kind.declaration(number), scaled_size(arm, kind, joint, number, size)
             wanted = getattr(present, number) + scaled if on_top else scaled
             values[number] = min(max(wanted, rule.low), rule.high)
     kept = {rule.name: getattr(present, rule.name) for rule in kind.declarations()}
     return kind(**{**kept, **values})
+
+
+def scaled_size(arm: Arm, kind: type[Effect], joint: str | None, number: str,
+                size: float) -> float:
+    """Return a size of an effect's number as it is at a joint: torques grow with the motor's."""
+    is_torque = kind.declaration(number).unit.startswith('N*m')
+    return size * _strength(arm, kind, joint) if is_torque else size
 
 
 def _strength(arm: Arm, kind: type[Effect], joint: str | None) -> float:

@@ -140,6 +140,7 @@ class NonlinearViscousFriction(Effect):
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         varies=('motor_velocity',),
         free={'coefficient': 0.001, 'exponent': 0.1}, grid={'exponent': (0.5, 1.7)},
+        contains=('motor_velocity, squared', 'motor_velocity, cubed'),
         alike=('viscous_friction', 'stribeck_friction'), experiment='at least three speeds')
     typical: ClassVar[Typical | None] = Typical({'coefficient': 0.003}, {'exponent': 0.5})
     coefficient: float = parameter(0.0, 'N*m', 0.0, 5.0, 'drag at 1 rad/s, motor side')
@@ -198,7 +199,7 @@ class AsymmetricFriction(Effect):
     acts: ClassVar[tuple[str, ...]] = ('asymmetry',)
     law = staticmethod(asymmetric_budget)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        varies=('motor_velocity',),
+        varies=('motor_velocity', 'time'),
         free={'asymmetry': 0.1}, alike=('drive_offset',), twin='drive_offset',
         experiment='a dwell at zero command, and a return run')
     typical: ClassVar[Typical | None] = Typical({'asymmetry': 0.2})
@@ -257,6 +258,7 @@ class PositionDependentFriction(Effect):
     acts: ClassVar[tuple[str, ...]] = ('amplitude',)
     law = staticmethod(position_budget)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        varies=('order',),
         waves={('amplitude', 'phase'): 0.1}, grid={'order': (1.0, 2.0, 3.0, 4.0, 6.0)},
         alike=('asymmetric_friction',), experiment='a slow full turn of the link both ways')
     typical: ClassVar[Typical | None] = Typical({'amplitude': 0.3}, {'order': 2.0, 'phase': 0.5})

@@ -130,7 +130,8 @@ class MotorEncoderEccentricity(Effect):
     law = staticmethod(motor_runout)
     law_slope = staticmethod(motor_runout_slope)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        waves={('amplitude', 'phase'): 0.002}, alike=('kinematic_error',),
+        varies=('motor_turn',), waves={('amplitude', 'phase'): 0.002},
+        alike=('kinematic_error',),
         experiment='constant speed off the resonance at two loads')
     typical: ClassVar[Typical | None] = Typical({'amplitude': 0.01}, {'phase': 0.5})
     amplitude: float = parameter(0.0, 'rad', 0.0, 0.2, 'once per motor turn, at the shaft')
@@ -149,7 +150,7 @@ class EncoderScaleError(Effect):
     law = staticmethod(scale_excess)
     law_slope = staticmethod(scale_slope)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        free={'error': 5e-05}, alike=('link_encoder_eccentricity',),
+        varies=('time',), free={'error': 5e-05}, alike=('link_encoder_eccentricity',),
         experiment='a slow full turn of the link both ways')
     typical: ClassVar[Typical | None] = Typical({'error': 0.0003})
     error: float = parameter(0.0, '', -0.2, 0.2, 'relative excess of the link encoder')

@@ -10,7 +10,7 @@ from hda_arm_sim.model.effects import (ExternalContact, MotorCogging, NonlinearV
 import numpy as np
 
 from ..fitting.fit import Fitter
-from ..fitting.hypotheses import HYPOTHESES, terms_of
+from ..fitting.hypotheses import terms_of
 from ...least_squares.term import looked_for, Term
 
 _ONLY = {                                       # of many shapes one that stands for all
@@ -19,19 +19,18 @@ _ONLY = {                                       # of many shapes one that stands
     PositionDependentFriction.name: ('order', 2.0),
     StiffeningError.name: ('knee_1', 0.0),
 }
-_CLIPPED = dict(zip(HYPOTHESES[TorqueSaturation.name].grid['limit'],
-                    (0.6, 0.8, 0.92, 1.0)))     # limits of torque, over the largest command
+_CLIPPED = (0.6, 0.8, 0.92, 1.0)        # limits of torque, over the largest command: one a start
 # Choices unless told otherwise.
 _TOUCH = 1.0            # duration of a contact [s]
 
 
 def shapes(fitter: Fitter, arm: Arm, name: str) -> Iterator[Term]:
     """Yield an effect at every place in the shapes in which it is looked for, or some of them."""
-    for term in terms_of(arm, name):
+    for number, term in enumerate(terms_of(arm, name)):
         if name == ExternalContact.name:
             yield looked_for(_touch(fitter), None, {}, {('force', 'direction'): 1.0}, {})
         elif name == TorqueSaturation.name:
-            yield _clipped(fitter, arm, term)
+            yield _clipped(fitter, arm, term, _CLIPPED[number % len(_CLIPPED)])
         elif _stands(term):
             yield term
 
@@ -50,8 +49,7 @@ def _touch(fitter: Fitter) -> ExternalContact:
     return ExternalContact(onset=float(0.5 * sum(longest) - 0.5 * _TOUCH), duration=_TOUCH)
 
 
-def _clipped(fitter: Fitter, arm: Arm, term: Term) -> Term:
-    """Return the limit of a grid as a share of the largest command of its joint."""
-    share = _CLIPPED[term.effect.values()[0]]
+def _clipped(fitter: Fitter, arm: Arm, term: Term, share: float) -> Term:
+    """Return a limit of torque as a share of the largest command of its joint."""
     column = fitter.balancer.measurement.command[:, arm.labels.index(str(term.joint))]
     return replace(term, effect=TorqueSaturation(max(share * float(np.abs(column).max()), 1e-6)))

@@ -13,6 +13,7 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.chain_links import ChainLinks
 from hda_arm_sim.model.effects import effect_named, EFFECTS, Scope
 from hda_arm_sim.model.effects.hypothesis import Grid, Hypothesis
+from hda_arm_sim.model.typical_sizes import scaled_size
 
 from ...least_squares.term import looked_for, Term
 
@@ -28,12 +29,18 @@ def left_aside(arm: Arm, names: Sequence[str]) -> tuple[str, ...]:
 
 
 def terms_of(arm: Arm, name: str) -> Iterator[Term]:
-    """Return every start of one hypothesis: each place on the arm, each point of the grid."""
+    """
+    Return every start of one hypothesis: each place on the arm, each point of the grid.
+
+    Torques of a grid are for the axis of the typical sizes, and grow with what a motor can give.
+    """
     kind, sought, free = effect_named(name), HYPOTHESES[name], free_of(arm, name)
     for joint in (None,) if kind.scope is Scope.ARM else arm.labels:
         present = arm.effect(name, joint)
         for point in product(*sought.grid.values()):
-            start = replace(present, **_named(sought.grid, point))
+            start = replace(present, **{
+                number: scaled_size(arm, kind, joint, number, value)
+                for number, value in _named(sought.grid, point).items()})
             yield looked_for(start, joint, free, sought.waves, _least(arm, sought, joint),
                              grown=next(iter(sought.free), '') in sought.grid)
         if isinstance(arm.links, ChainLinks):

@@ -167,7 +167,9 @@ def _shapeless(fitter: Fitter, fit: Fit, lacking: Sequence[Fit]) -> list[Term]:
     for term, without in zip(fit.accepted, lacking):
         if len(term.free) > 1 and term.joint is not None:
             curve = best_curves(fitter, without, (term.joint,))[term.joint]
-            if curve.score - fit.score < SCORE_BAR:
+            of_law = curve.form in HYPOTHESES[term.name].contains and curve.site in (
+                GEAR, effect_named(term.name).site.value)
+            if curve.score - fit.score < SCORE_BAR and not of_law:
                 shapeless.append(term)
     return shapeless
 

@@ -27,9 +27,12 @@ from ...least_squares.term import Term
 SPREAD = 0.25           # deviation of each coefficient: a share of what the cause does
 FARTHEST = 0.25         # share of a cause's power beyond which a form is another law
 _APART = 0.05           # of a form, that is its own beside those before it
+_ACTS = 3.0             # deviations of its power over time within which a cause acts
 _SLOW = 1.0             # shaft speed over which a sense of motion sets in [rad/s]
-_ORDERS = (1, 2, 4)     # waves per turn by which those of a cause that is a wave are changed
+# Waves per turn by which those of a cause that is a wave are changed: many, or one to its harmonic.
+_ORDERS = {'motor_angle': (1, 2, 4), 'motor_turn': (1,)}
 RATE_OF = 'rate'        # of what a cause does: laws of a drive differ by its time behaviour
+ORDER_OF = 'order'      # of a wave: it may have a harmonic
 _AT_REST = 1e-300       # rms of a coordinate along which nothing moved
 
 _KNOWN: MutableMapping[Fit, tuple[Fitter, Fit, float]] = WeakKeyDictionary()
@@ -43,6 +46,11 @@ def reformed(fitter: Fitter, fit: Fit) -> Fit:
 def evidence(fitter: Fitter, fit: Fit) -> float:
     """Return the score of a fit whose causes may have other forms, and what that costs."""
     return _formed(fitter, fit)[1]
+
+
+def formed_gain(fitter: Fitter, fit: Fit) -> float:
+    """Return by how much other forms of its causes improve the score of a fit, less their cost."""
+    return fit.score - evidence(fitter, fit)
 
 
 def _formed(fitter: Fitter, fit: Fit) -> tuple[Fit, float]:
@@ -96,15 +104,18 @@ def _forms_of(fitter: Fitter, fit: Fit, term: Term) -> Array:
     if size == 0.0 or not HYPOTHESES[term.name].varies:
         return np.zeros((*does.shape, 0))
     coordinates = coordinates_of(fitter.balancer, fitter.on(fit.terms))
-    factors = [list(factors_along(fitter.balancer.time, {
+    clock = _clock_of(fitter.balancer.time, does)
+    factors = [list(factors_along(clock, {
         name: values[:, place] for name, values in coordinates.items()},
         HYPOTHESES[term.name].varies))
         for place in range(len(fitter.arm.labels))]
-    rates = []
+    others = []
     if RATE_OF in HYPOTHESES[term.name].varies:
-        rates.append(np.gradient(does, axis=0))
-        rates.append(np.gradient(rates[0], axis=0))
-    shapes = [does, *rates, *(does * np.tile(np.stack(each, axis=1), 2) for each in zip(*factors))]
+        others.append(np.gradient(does, axis=0))
+        others.append(np.gradient(others[0], axis=0))
+    if ORDER_OF in HYPOTHESES[term.name].varies:
+        others += [(made - lacking) / fitter.noise for made in _harmonics(fitter, fit, term)]
+    shapes = [does, *others, *(does * np.tile(np.stack(each, axis=1), 2) for each in zip(*factors))]
     flat = np.stack([shape.ravel() for shape in shapes], axis=1)
     basis, upper = np.linalg.qr(flat / np.maximum(np.sqrt((flat ** 2).sum(axis=0)), _AT_REST))
     apart = np.abs(np.diag(upper))[1:] > _APART
@@ -112,20 +123,36 @@ def _forms_of(fitter: Fitter, fit: Fit, term: Term) -> Array:
     return made.reshape(*does.shape, -1) * fitter.noise[:, None]
 
 
+def _harmonics(fitter: Fitter, fit: Fit, term: Term) -> Iterator[Array]:
+    """Yield what is left (m, c) with twice the waves per turn in place of a cause, at two phases."""
+    beside = fitter.on(fit.terms_beside(term))
+    for phase in (0.0, 0.5 * np.pi):
+        twice = replace(term.effect, phase=phase, order=2.0 * term.effect.order)
+        yield fitter.balancer(beside.with_effect(twice, term.joint)).residual
+
+
+def _clock_of(time: Array, does: Array) -> Array:
+    """Return the time (m,) from the middle of where a cause does something (m, c), held outside."""
+    power = (does ** 2).sum(axis=1)
+    middle = float(power @ time / power.sum())
+    reach = _ACTS * float(np.sqrt(power @ (time - middle) ** 2 / power.sum()))
+    return np.clip(time - middle, -reach, reach)
+
+
 def factors_along(time: Array, along: Mapping[str, Array],
                   varies: Sequence[str]) -> Iterator[Array]:
     """Yield factors (m,) along the coordinates of a joint on which laws of a cause differ."""
     for name in varies:
-        if name == RATE_OF:
+        if name in (RATE_OF, ORDER_OF):
             continue
         if name == 'time':
-            yield from _powers(time - time.mean(), 2)
+            yield from _powers(time, 2)
         elif name == 'sense':
             yield np.tanh(along['motor_velocity'] / _SLOW)
-        elif name == 'motor_angle':
-            for order in _ORDERS:
-                yield np.sin(order * along[name])
-                yield np.cos(order * along[name])
+        elif name in _ORDERS:
+            for order in _ORDERS[name]:
+                yield np.sin(order * along['motor_angle'])
+                yield np.cos(order * along['motor_angle'])
         elif name == 'link_angle':
             yield from _powers(along[name] - along[name].mean(), 2)
         else:

@@ -13,6 +13,7 @@ from typing import NamedTuple
 from hda_arm_sim.model.arm import Arm
 
 from .acceptance import accepted, confirmed, freedom, material, open_rest, threshold
+from .forms import formed_gain, reformed
 from .rivals import leading
 from .screen import Prospect, screen
 from ..fitting.fit import Fit, Fitter, IMPOSSIBLE
@@ -113,9 +114,9 @@ def _extended(fitter: Fitter, names: Sequence[str], found: Found,
 
 def is_stuck(fitter: Fitter, found: Found) -> bool:
     """Tell whether more is left than noise, and than the laws that were found may leave."""
-    fit = found.last
-    return bool((fit.variance - fitter.noise ** 2
-                 > material(fitter, found.first, fit.accepted)).any())
+    left = reformed(fitter, found.last).variance
+    return bool((left - fitter.noise ** 2
+                 > material(fitter, found.first, found.last.accepted)).any())
 
 
 def _turns(fitter: Fitter, found: Found) -> Iterator[Found]:
@@ -216,8 +217,9 @@ def _cost(fitter: Fitter, fit: Fit) -> float:
 
 
 def _better(fitter: Fitter, fit: Fit, than: Fit) -> bool:
-    """Tell whether a fit costs so much less than another that it is worth a change."""
-    return _cost(fitter, fit) < _cost(fitter, than) - SCORE_BAR
+    """Tell whether a fit costs so much less than another that it is worth a change, in any form."""
+    gain = _cost(fitter, than) - _cost(fitter, fit)
+    return gain - formed_gain(fitter, than) + formed_gain(fitter, fit) > SCORE_BAR
 
 
 def _starts(arm: Arm, name: str, joint: str | None) -> list[Term]:

@@ -191,7 +191,7 @@ def _law(law: FrictionLaw, motion: Along, rows: Rows, torque: float,
                      for column in plain)]
     varies = HYPOTHESES[law.effect.name].varies
     shapes = [*known, *(unit * factor[rows] for factor in
-                        factors_along(motion.time, motion._asdict(), varies))]
+                        factors_along(motion.time - motion.time.mean(), motion._asdict(), varies))]
     basis, upper = np.linalg.qr(np.stack(shapes, axis=1))
     apart = np.abs(np.diag(upper))[len(known):] > _APART * np.sqrt(len(rows))
     forms = basis[:, len(known):][:, apart] * np.sqrt(len(rows)) * size[0]
