@@ -19,8 +19,8 @@ _ONLY = {                                       # of many shapes one that stands
     PositionDependentFriction.name: ('order', 2.0),
     StiffeningError.name: ('knee_1', 0.0),
 }
-_CLIPPED = (0.6, 0.8, 0.92, 1.0)        # limits of torque, over the largest command: one a start
 # Choices unless told otherwise.
+_CLIPPED = (0.6, 0.8, 0.92, 1.0)    # limits of torque, over the largest command: one a start
 _TOUCH = 1.0            # duration of a contact [s]
 
 

@@ -4,8 +4,9 @@ Other forms of a law: what a cause does, changed smoothly along the coordinates 
 Books write one cause by several laws. Dry friction sets in at once or over some speed, is stronger
 one way, or falls with time. Each is the law of the catalogue times a factor near one. The factor
 is a smooth curve of what published laws differ in (eq:forms), declared beside the law
-(`Hypothesis.varies`). Its coefficients have a prior; a form that is far from the law is another
-law. Laws of the torsion have none: each is a curve of the torque, and would be all of the others.
+(`Hypothesis.varies`). A wave may have a harmonic as well. Coefficients have a prior; a form that
+is far from the law is another law. Laws of the torsion have none: each is a curve of the torque,
+and would be all of the others.
 """
 
 from collections.abc import Iterator, Mapping, MutableMapping, Sequence
@@ -29,7 +30,7 @@ FARTHEST = 0.25         # share of a cause's power beyond which a form is anothe
 _APART = 0.05           # of a form, that is its own beside those before it
 _ACTS = 3.0             # deviations of its power over time within which a cause acts
 _SLOW = 1.0             # shaft speed over which a sense of motion sets in [rad/s]
-# Waves per turn by which those of a cause that is a wave are changed: many, or one to its harmonic.
+# Waves per turn by which those of a cause that is a wave are changed; by one, to its harmonic.
 _ORDERS = {'motor_angle': (1, 2, 4), 'motor_turn': (1,)}
 RATE_OF = 'rate'        # of what a cause does: laws of a drive differ by its time behaviour
 ORDER_OF = 'order'      # of a wave: it may have a harmonic
@@ -103,28 +104,36 @@ def _forms_of(fitter: Fitter, fit: Fit, term: Term) -> Array:
     size = float(np.sqrt((does ** 2).sum()))
     if size == 0.0 or not HYPOTHESES[term.name].varies:
         return np.zeros((*does.shape, 0))
-    coordinates = coordinates_of(fitter.balancer, fitter.on(fit.terms))
-    clock = _clock_of(fitter.balancer.time, does)
-    factors = [list(factors_along(clock, {
-        name: values[:, place] for name, values in coordinates.items()},
-        HYPOTHESES[term.name].varies))
-        for place in range(len(fitter.arm.labels))]
-    others = []
-    if RATE_OF in HYPOTHESES[term.name].varies:
-        others.append(np.gradient(does, axis=0))
-        others.append(np.gradient(others[0], axis=0))
-    if ORDER_OF in HYPOTHESES[term.name].varies:
-        others += [(made - lacking) / fitter.noise for made in _harmonics(fitter, fit, term)]
-    shapes = [does, *others, *(does * np.tile(np.stack(each, axis=1), 2) for each in zip(*factors))]
-    flat = np.stack([shape.ravel() for shape in shapes], axis=1)
+    flat = np.stack([shape.ravel() for shape in (
+        does, *_otherwise(fitter, fit, term, does, lacking))], axis=1)
     basis, upper = np.linalg.qr(flat / np.maximum(np.sqrt((flat ** 2).sum(axis=0)), _AT_REST))
     apart = np.abs(np.diag(upper))[1:] > _APART
     made = size * basis[:, 1:][:, apart]
     return made.reshape(*does.shape, -1) * fitter.noise[:, None]
 
 
+def _otherwise(fitter: Fitter, fit: Fit, term: Term, does: Array,
+               lacking: Array) -> Iterator[Array]:
+    """Yield what other forms of a cause do (m, c), in units of noise; `lacking` is without it."""
+    varies = HYPOTHESES[term.name].varies
+    if RATE_OF in varies:
+        rate = np.gradient(does, axis=0)
+        yield rate
+        yield np.gradient(rate, axis=0)
+    if ORDER_OF in varies:
+        for made in _harmonics(fitter, fit, term):
+            yield (made - lacking) / fitter.noise
+    coordinates = coordinates_of(fitter.balancer, fitter.on(fit.terms))
+    clock = _clock_of(fitter.balancer.time, does)
+    factors = [list(factors_along(clock, {
+        name: values[:, place] for name, values in coordinates.items()}, varies))
+        for place in range(len(fitter.arm.labels))]
+    for each in zip(*factors):
+        yield does * np.tile(np.stack(each, axis=1), 2)
+
+
 def _harmonics(fitter: Fitter, fit: Fit, term: Term) -> Iterator[Array]:
-    """Yield what is left (m, c) with twice the waves per turn in place of a cause, at two phases."""
+    """Yield what is left (m, c) with twice the waves of a cause in its place, at two phases."""
     beside = fitter.on(fit.terms_beside(term))
     for phase in (0.0, 0.5 * np.pi):
         twice = replace(term.effect, phase=phase, order=2.0 * term.effect.order)
@@ -132,7 +141,7 @@ def _harmonics(fitter: Fitter, fit: Fit, term: Term) -> Iterator[Array]:
 
 
 def _clock_of(time: Array, does: Array) -> Array:
-    """Return the time (m,) from the middle of where a cause does something (m, c), held outside."""
+    """Return the time (m,) about the middle of what a cause does (m, c), held where it ends."""
     power = (does ** 2).sum(axis=1)
     middle = float(power @ time / power.sum())
     reach = _ACTS * float(np.sqrt(power @ (time - middle) ** 2 / power.sum()))

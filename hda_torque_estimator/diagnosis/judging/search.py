@@ -123,11 +123,11 @@ def _turns(fitter: Fitter, found: Found) -> Iterator[Found]:
     """
     Yield where a search may begin again.
 
-    With another law of a cause, which was chosen before the others were known; or with a cause
-    that was nearly as good as another.
+    With another law of a cause, which was chosen before the others and its form were known; or
+    with a cause that was nearly as good as another.
     """
     terms = found.last.accepted
-    for term in terms[:-1]:
+    for term in terms:
         if HYPOTHESES[term.name].grid:
             yield from _other_law(fitter, found, term)
     near = sorted((reason.runner_up_gap / reason.improvement, place)
@@ -216,10 +216,14 @@ def _cost(fitter: Fitter, fit: Fit) -> float:
     return fit.score + sum(freedom(fitter, term) for term in fit.accepted)
 
 
+def _cost_formed(fitter: Fitter, fit: Fit) -> float:
+    """Return what a fit costs with its causes in the forms that fit best."""
+    return _cost(fitter, fit) - formed_gain(fitter, fit)
+
+
 def _better(fitter: Fitter, fit: Fit, than: Fit) -> bool:
-    """Tell whether a fit costs so much less than another that it is worth a change, in any form."""
-    gain = _cost(fitter, than) - _cost(fitter, fit)
-    return gain - formed_gain(fitter, than) + formed_gain(fitter, fit) > SCORE_BAR
+    """Tell whether a fit, in its best form, costs so much less that it is worth a change."""
+    return _cost_formed(fitter, fit) < _cost_formed(fitter, than) - SCORE_BAR
 
 
 def _starts(arm: Arm, name: str, joint: str | None) -> list[Term]:
@@ -246,7 +250,7 @@ def _exact(fitter: Fitter, trials: Iterable[Fit]) -> list[Fit]:
     finalists = list(dict.fromkeys(map(_place, tried)))[:_FINALISTS]
     best: dict[Place, Fit] = {}
     for trial in sorted((fitter.refined(trial) for trial in tried if _place(trial) in finalists),
-                        key=lambda trial: _cost(fitter, trial)):
+                        key=lambda trial: _cost_formed(fitter, trial)):
         best.setdefault(_place(trial), trial)
     return list(best.values())
 
