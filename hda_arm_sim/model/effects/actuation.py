@@ -110,7 +110,7 @@ class MotorCogging(Effect):
     acts: ClassVar[tuple[str, ...]] = ('amplitude',)
     law = staticmethod(cogging_torque)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        varies=('motor_angle', 'order'),
+        varies=('motor_angle', 'motor_waves'),
         waves={('amplitude', 'phase'): 0.005},
         grid={'order': (1.0, 6.0, 7.0, 8.0, 12.0, 14.0, 21.0, 24.0, 28.0, 42.0)},
         alike=('torque_ripple',), experiment='one motor turn at 2 rad/s')

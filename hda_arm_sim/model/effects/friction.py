@@ -258,7 +258,7 @@ class PositionDependentFriction(Effect):
     acts: ClassVar[tuple[str, ...]] = ('amplitude',)
     law = staticmethod(position_budget)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        varies=('order',),
+        varies=('link_waves',),
         waves={('amplitude', 'phase'): 0.1}, grid={'order': (1.0, 2.0, 3.0, 4.0, 6.0)},
         alike=('asymmetric_friction',), experiment='a slow full turn of the link both ways')
     typical: ClassVar[Typical | None] = Typical({'amplitude': 0.3}, {'order': 2.0, 'phase': 0.5})

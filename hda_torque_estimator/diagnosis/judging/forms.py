@@ -33,7 +33,8 @@ _SLOW = 1.0             # shaft speed over which a sense of motion sets in [rad/
 # Waves per turn by which those of a cause that is a wave are changed; by one, to its harmonic.
 _ORDERS = {'motor_angle': (1, 2, 4), 'motor_turn': (1,)}
 RATE_OF = 'rate'        # of what a cause does: laws of a drive differ by its time behaviour
-ORDER_OF = 'order'      # of a wave: it may have a harmonic
+# Of a wave along a coordinate: it may have a harmonic, where the motion has seen a whole wave.
+WAVES = {'motor_waves': 'motor_angle', 'link_waves': 'link_angle'}
 _AT_REST = 1e-300       # rms of a coordinate along which nothing moved
 
 _KNOWN: MutableMapping[Fit, tuple[Fitter, Fit, float]] = WeakKeyDictionary()
@@ -120,10 +121,12 @@ def _otherwise(fitter: Fitter, fit: Fit, term: Term, does: Array,
         rate = np.gradient(does, axis=0)
         yield rate
         yield np.gradient(rate, axis=0)
-    if ORDER_OF in varies:
-        for made in _harmonics(fitter, fit, term):
-            yield (made - lacking) / fitter.noise
     coordinates = coordinates_of(fitter.balancer, fitter.on(fit.terms))
+    for name in WAVES.keys() & set(varies):
+        angle = coordinates[WAVES[name]][:, fitter.arm.labels.index(str(term.joint))]
+        if np.ptp(angle) * term.effect.order >= 2.0 * np.pi:
+            for made in _harmonics(fitter, fit, term):
+                yield (made - lacking) / fitter.noise
     clock = _clock_of(fitter.balancer.time, does)
     factors = [list(factors_along(clock, {
         name: values[:, place] for name, values in coordinates.items()}, varies))
@@ -152,7 +155,7 @@ def factors_along(time: Array, along: Mapping[str, Array],
                   varies: Sequence[str]) -> Iterator[Array]:
     """Yield factors (m,) along the coordinates of a joint on which laws of a cause differ."""
     for name in varies:
-        if name in (RATE_OF, ORDER_OF):
+        if name == RATE_OF or name in WAVES:
             continue
         if name == 'time':
             yield from _powers(time, 2)
