@@ -26,8 +26,10 @@ from .route_errors import ERRORS, ZERO
  SCATTER, WEIGHED,                      # of the motor's samples [N^2*m^2], the time it is from [s]
  LAG,                                   # of the inertia's torque behind a change of it [N*m]
  MOTOR_ALONE,                           # 1 where that is the better single witness
- ) = range(31)
-SUMS = 31                               # over the present half: value and effects (layout)
+ SLOW_APART, SLOW_TIME,                 # slow part of differences [N*m], the time it is from [s]
+ OTHER_SCATTER,                         # of the torsion's samples [N^2*m^2]
+ ) = range(34)
+SUMS = 34                               # over the present half: value and effects (layout)
 MOMENTS = SUMS + 1 + ERRORS             # the same, weighed by the time in it
 RISEN = MOMENTS + 1 + ERRORS            # of the last half, weighed by its rising edge
 LEARNT = RISEN + 1 + ERRORS             # errors (ERRORS,) in units of their sigma
@@ -37,6 +39,8 @@ MEMORY = GAINED + ERRORS * ERRORS
 # Choices unless told otherwise.
 LONG = 5.0              # over which misfits tell that something changed [s]
 STIFFEST, SOFTEST = 2.0, 0.5    # factor of the stiffness that may be learnt
+# (source: a hand changes a torque in tenths of a second; friction of load and gear follow that)
+SLOW = 0.2              # over which readings average before they are weighed as lasting [s]
 AGREED = 0.5            # time for which both must agree before they are believed again [s]
 
 
@@ -62,6 +66,22 @@ def gained(memory: Array) -> Array:
 def doubt_zero(memory: Array, variance: float) -> None:
     """Add to the variance of the torsion's zero, in squared tolerances."""
     memory[GAINED + ZERO * (ERRORS + 1)] += variance
+
+
+@inlined
+def shift_apart(memory: Array, change: float) -> None:
+    """Take what was learnt of the difference out of its means [N*m]."""
+    memory[MEAN_APART] -= change
+    memory[SLOW_APART] -= change
+
+
+@compiled
+def follow_apart(memory: Array, apart: float, dt: float) -> float:
+    """Follow the slow part of the difference [N*m]; returns what is left of its variance."""
+    part = max(share(dt, SLOW), dt / (memory[SLOW_TIME] + dt))
+    memory[SLOW_TIME] += dt
+    memory[SLOW_APART] += part * (apart - memory[SLOW_APART])
+    return part / (2.0 - part)
 
 
 @compiled

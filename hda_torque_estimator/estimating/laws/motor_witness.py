@@ -13,9 +13,9 @@ import numpy as np
 
 from .fusion import FEWEST, restart, SETTLED
 from .fusion_memory import (errors_learnt, LAG, LAST_COMMAND, LAST_SPEED, LONG, MEAN_APART,
-                            MEAN_MOTOR, SCATTER, share, SLOW_SPEED, STEADY, TIME, WEIGHED)
-from .route_errors import (dry_friction, Known, motor_effects, motor_torque, TORSION_ERRORS,
-                           Turning)
+                            MEAN_MOTOR, OTHER_SCATTER, SCATTER, share, SLOW_SPEED, SLOW_TIME,
+                            STEADY, TIME, WEIGHED)
+from .route_errors import dry_friction, motor_effects, motor_torque, TORSION_ERRORS, Turning
 from .witnesses import Bound
 
 # Choices unless told otherwise.
@@ -47,11 +47,22 @@ class Motor(NamedTuple):
     plain: float                # the same before anything was learnt
     inertia: float              # what speeds up its shaft
     friction: float             # the most that dry friction opposes
+    lawless: float              # variance of what no law tells [N^2*m^2]
+
+
+class Own(NamedTuple):
+    """Variances of what a witness tells, but for errors that are learnt [N^2*m^2]."""
+
+    random: float               # another from sample to sample
+    held: float                 # by friction that may hold either way
+    lawless: float              # of what no law tells, which lasts
 
 
 @inlined
 def has_friction(joint: Record) -> bool:
-    """Tell whether dry friction is known of a joint, if only under load."""
+    """Tell whether a motor is known: by its deviation, or dry friction, if only under load."""
+    if joint.motor_deviation > 0.0:
+        return True
     return dry_friction(joint, Turning(0.0, 0.0, 0.0, 0.0), joint.torsion.valid_torque) > 0.0
 
 
@@ -63,13 +74,12 @@ def hear(memory: Array, heard: Heard) -> bool:
     restart(memory, heard.angle)
     memory[LAST_COMMAND] = heard.command
     memory[SLOW_SPEED] = memory[LAST_SPEED] = heard.velocity
-    memory[WEIGHED] = 0.0
+    memory[WEIGHED] = memory[SLOW_TIME] = 0.0
     return False
 
 
 @compiled
-def tell(joint: Record, known: Known, memory: Array, heard: Heard, window: float,
-         effect: Array) -> Motor:
+def tell(joint: Record, memory: Array, heard: Heard, window: float, effect: Array) -> Motor:
     """
     Return what a motor tells, and fill the effects of its errors (ERRORS,).
 
@@ -94,16 +104,17 @@ def tell(joint: Record, known: Known, memory: Array, heard: Heard, window: float
         load = min(max(plain - inertia, -joint.torsion.valid_torque), joint.torsion.valid_torque)
         plain = motor_torque(joint, mean, at, load, memory[TIME])
     friction = dry_friction(joint, at, load)
-    motor_effects(joint, known, mean, at, friction, effect)
+    motor_effects(joint, joint.tolerances, mean, at, friction, effect)
     learnt = np.dot(effect[TORSION_ERRORS:], errors_learnt(memory)[TORSION_ERRORS:])
-    return Motor(moving, plain + learnt, plain, inertia, friction)
+    return Motor(moving, plain + learnt, plain, inertia, friction, joint.motor_deviation ** 2)
 
 
 @compiled
 def bound(memory: Array, motor: Motor, effect: Array) -> Bound:
     """Return what motor, inertia and friction allow, with no dry friction or twice as much."""
     slack = motor.friction * (_FRICTION - 1.0 if motor.moving else _FRICTION)
-    unsure = np.sqrt(effect[TORSION_ERRORS:] @ effect[TORSION_ERRORS:] + max(memory[SCATTER], 0.0))
+    unsure = np.sqrt(effect[TORSION_ERRORS:] @ effect[TORSION_ERRORS:] + max(memory[SCATTER], 0.0)
+                     + motor.lawless)
     return Bound(motor.plain - motor.inertia, slack, abs(memory[LAG]) + _CERTAIN * unsure)
 
 
@@ -116,21 +127,22 @@ def first_bound(joint: Record, heard: Heard, torque: float) -> Bound:
     """
     at = Turning(heard.angle, heard.velocity, 0.0, heard.link_angle)
     slack = _FRICTION * dry_friction(joint, at, torque)
-    return Bound(joint.ratio * heard.command, slack, joint.ratio * abs(heard.command))
+    return Bound(joint.ratio * heard.command, slack,
+                 joint.ratio * abs(heard.command) + _CERTAIN * joint.motor_deviation)
 
 
 @compiled
-def own_variance(memory: Array, motor: Motor) -> float:
-    """Return the variance of one sample of the motor [N^2*m^2]; sticking it holds either way."""
+def own_variance(memory: Array, motor: Motor) -> Own:
+    """Return the variances of one sample of the motor; sticking it holds either way."""
     sliding = motor.moving and memory[STEADY] >= SETTLED
     held = 0.0 if sliding and memory[WEIGHED] > 0.0 else motor.friction ** 2 / 3.0
-    return max(memory[SCATTER], 0.0) + memory[LAG] ** 2 + held
+    return Own(max(memory[SCATTER], 0.0) + memory[LAG] ** 2, held, motor.lawless)
 
 
 @compiled
 def follow_scatter(memory: Array, motor: Motor, apart: float, dt: float) -> None:
     """
-    Follow how much the motor's torque scatters from sample to sample, (eq:scatter).
+    Follow how much either torque scatters from sample to sample, (eq:scatter).
 
     What changes in the motor's torque and in its difference to the torsion's is its own; what it
     shares with the torsion is the torque's. `apart` is that difference [N*m].
@@ -146,5 +158,6 @@ def follow_scatter(memory: Array, motor: Motor, apart: float, dt: float) -> None
     recent = share(dt, _RECENT)
     memory[MEAN_APART] += recent * (apart - memory[MEAN_APART])
     memory[MEAN_MOTOR] += recent * (told - memory[MEAN_MOTOR])
-    own = (told - memory[MEAN_MOTOR]) * (memory[MEAN_APART] - apart)
-    memory[SCATTER] += part * (own - memory[SCATTER])
+    change, differs = told - memory[MEAN_MOTOR], apart - memory[MEAN_APART]
+    memory[SCATTER] += part * (-change * differs - memory[SCATTER])
+    memory[OTHER_SCATTER] += part * ((change + differs) * differs - memory[OTHER_SCATTER])
