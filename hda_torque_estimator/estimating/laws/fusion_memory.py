@@ -27,9 +27,10 @@ from .route_errors import ERRORS, ZERO
  LAG,                                   # of the inertia's torque behind a change of it [N*m]
  MOTOR_ALONE,                           # 1 where that is the better single witness
  SLOW_APART, SLOW_TIME,                 # slow part of differences [N*m], the time it is from [s]
- OTHER_SCATTER,                         # of the torsion's samples [N^2*m^2]
- ) = range(34)
-SUMS = 34                               # over the present half: value and effects (layout)
+ LAST_TWIST, TWIST_CHANGE,              # last torsion and its last change [rad]
+ TWIST_SCATTER, TWIST_TIME,             # of torsions [rad^2], the time it is from [s]
+ ) = range(37)
+SUMS = 37                               # over the present half: value and effects (layout)
 MOMENTS = SUMS + 1 + ERRORS             # the same, weighed by the time in it
 RISEN = MOMENTS + 1 + ERRORS            # of the last half, weighed by its rising edge
 LEARNT = RISEN + 1 + ERRORS             # errors (ERRORS,) in units of their sigma
@@ -38,6 +39,7 @@ MEMORY = GAINED + ERRORS * ERRORS
 
 # Choices unless told otherwise.
 LONG = 5.0              # over which misfits tell that something changed [s]
+PRIOR = 0.3             # time that what was known counts for as a first scatter [s]
 STIFFEST, SOFTEST = 2.0, 0.5    # factor of the stiffness that may be learnt
 # (source: a hand changes a torque in tenths of a second; friction of load and gear follow that)
 SLOW = 0.2              # over which readings average before they are weighed as lasting [s]

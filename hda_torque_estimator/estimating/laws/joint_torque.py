@@ -17,10 +17,11 @@ import numpy as np
 from .compiled_settings import CompiledSettings
 from .fusion import close_half, gather
 from .fusion_memory import (effect_variance, EXCESS, falls_back, follow_apart, MOTOR_ALONE,
-                            OTHER_SCATTER, SLOW_APART, SLOW_TIME, UNEXPLAINED)
+                            SLOW_APART, SLOW_TIME, UNEXPLAINED)
 from .motor_witness import (bound, first_bound, follow_scatter, has_friction, hear, Heard, Motor,
                             Own, own_variance, tell)
 from .route_errors import ERRORS, torque_effects, TORSION_ERRORS
+from .torsion_scatter import follow_twist
 from .torsion_torque import reading_deviation, torque_aside, torque_through_gear
 from .witnesses import beyond, Bound, FAINT, is_near, share_of_second, Spring, tangent, within
 
@@ -83,13 +84,15 @@ def joint_torque(joint: Record, settings: CompiledSettings, memory: Array, seen:
                 held = first.middle
         return Told(held, np.sqrt(single + now + far), _share(single + now, single + before))
     motor = tell(joint, memory, heard, settings.window, effect)
+    scatter = follow_twist(memory, seen.elastic + seen.learnt, motor.moving, heard.dt)
+    random = reading_deviation(joint, torque, seen.gain, scatter)[1]
     allowed = bound(memory, motor, effect)
     others = own_variance(memory, motor)
     near = _near(motor.driving - motor.inertia, allowed,
                  Reading(torque, Own(random ** 2, 0.0, lawless), others))
     if not is_near(torque, near, random):
         torque, stiffness = _touched(joint, heard, seen, near)
-        random = reading_deviation(joint, near, seen.gain)[1]
+        random = reading_deviation(joint, near, seen.gain, scatter)[1]
     torque_effects(joint.tolerances, _softer(joint, seen, near), stiffness, effect)
     gather(memory, torque - motor.driving, effect, heard.dt)
     close_half(joint, memory, heard.angle, settings, stiffness, motor.friction)
@@ -162,12 +165,11 @@ def _weighed(joint: Record, memory: Array, effect: Array, motor: Motor, allowed:
     if falls_back(memory):
         return _alone(joint, memory, effect, motor, allowed, seen)
     apart = seen.torque - motor.driving + motor.inertia
-    random = max(seen.own.random, memory[OTHER_SCATTER])
     left = follow_apart(memory, apart, dt)          # of what differs from sample to sample
-    slow_own = left * random + seen.own.lawless
+    slow_own = left * seen.own.random + seen.own.lawless
     slow_other = left * seen.other.random + seen.other.held + seen.other.lawless
     weight = _clear(share_of_second(slow_own, slow_other))
-    quick_own = random + _QUICK * seen.own.lawless
+    quick_own = seen.own.random + _QUICK * seen.own.lawless
     quick_other = seen.other.random + _QUICK * seen.other.lawless
     quick = _clear(share_of_second(quick_own, quick_other + seen.other.held))
     torque = seen.torque - quick * apart - (weight - quick) * memory[SLOW_APART]
@@ -176,7 +178,7 @@ def _weighed(joint: Record, memory: Array, effect: Array, motor: Motor, allowed:
     effect[:TORSION_ERRORS] *= 1.0 - weight
     effect[TORSION_ERRORS:] *= -weight
     now = (effect_variance(memory, effect, ERRORS if weight > 0.0 else TORSION_ERRORS)[0]
-           + _varies(Own(random, 0.0, seen.own.lawless), 1.0 - weight, 1.0 - quick, left)
+           + _varies(seen.own, 1.0 - weight, 1.0 - quick, left)
            + _varies(seen.other, weight, quick, left)
            + max(weight, 1.0 - weight) ** 2 * memory[UNEXPLAINED]
            + (_held(joint, torque) - held) ** 2 + beyond(allowed, held) ** 2)

@@ -13,16 +13,16 @@ import numpy as np
 
 from .fusion import FEWEST, restart, SETTLED
 from .fusion_memory import (errors_learnt, LAG, LAST_COMMAND, LAST_SPEED, LONG, MEAN_APART,
-                            MEAN_MOTOR, OTHER_SCATTER, SCATTER, share, SLOW_SPEED, SLOW_TIME,
-                            STEADY, TIME, WEIGHED)
+                            MEAN_MOTOR, PRIOR, SCATTER, share, SLOW_SPEED, SLOW_TIME, STEADY,
+                            TIME, WEIGHED)
 from .route_errors import dry_friction, motor_effects, motor_torque, TORSION_ERRORS, Turning
+from .torsion_scatter import forget_twist
 from .witnesses import Bound
 
 # Choices unless told otherwise.
 _STILL = 1.25e-4        # [rad] in which a shaft may rest, for encoders without counts
 _STILL_COUNTS = 2.0     # of the motor encoder within the time of its low-pass
 _RECENT = 0.1           # over which a torque lasts, beside which it scatters [s]
-_PRIOR = 0.3            # time that the dry friction counts for as a first scatter [s]
 _FRICTION = 2.0         # times the dry friction known, that a motor may have at most
 _CERTAIN = 4.0          # deviations beyond what the motor can give
 _ROUNDS = 3             # of a torque and the friction it loads: usual shares leave below 1 %
@@ -75,6 +75,7 @@ def hear(memory: Array, heard: Heard) -> bool:
     memory[LAST_COMMAND] = heard.command
     memory[SLOW_SPEED] = memory[LAST_SPEED] = heard.velocity
     memory[WEIGHED] = memory[SLOW_TIME] = 0.0
+    forget_twist(memory)
     return False
 
 
@@ -142,12 +143,12 @@ def own_variance(memory: Array, motor: Motor) -> Own:
 @compiled
 def follow_scatter(memory: Array, motor: Motor, apart: float, dt: float) -> None:
     """
-    Follow how much either torque scatters from sample to sample, (eq:scatter).
+    Follow how much the motor's torque scatters from sample to sample, (eq:scatter).
 
     What changes in the motor's torque and in its difference to the torsion's is its own; what it
     shares with the torsion is the torque's. `apart` is that difference [N*m].
     """
-    part = max(share(dt, LONG), dt / (memory[WEIGHED] + _PRIOR + dt))
+    part = max(share(dt, LONG), dt / (memory[WEIGHED] + PRIOR + dt))
     told = motor.driving - motor.inertia
     if not motor.moving or memory[STEADY] < SETTLED:
         memory[MEAN_APART], memory[MEAN_MOTOR] = apart, told
@@ -158,6 +159,5 @@ def follow_scatter(memory: Array, motor: Motor, apart: float, dt: float) -> None
     recent = share(dt, _RECENT)
     memory[MEAN_APART] += recent * (apart - memory[MEAN_APART])
     memory[MEAN_MOTOR] += recent * (told - memory[MEAN_MOTOR])
-    change, differs = told - memory[MEAN_MOTOR], apart - memory[MEAN_APART]
-    memory[SCATTER] += part * (-change * differs - memory[SCATTER])
-    memory[OTHER_SCATTER] += part * ((change + differs) * differs - memory[OTHER_SCATTER])
+    own = (told - memory[MEAN_MOTOR]) * (memory[MEAN_APART] - apart)
+    memory[SCATTER] += part * (own - memory[SCATTER])
