@@ -12,10 +12,11 @@ from hda_arm_sim.foundation.compiled import compiled, inlined, Record
 import numpy as np
 
 from .fusion import FEWEST, restart, SETTLED
-from .fusion_memory import (errors_learnt, LAG, LAST_COMMAND, LAST_SPEED, LONG, MEAN_APART,
-                            MEAN_MOTOR, PRIOR, SCATTER, share, SLOW_SPEED, SLOW_TIME, STEADY,
+from .fusion_memory import (errors_learnt, LAG, LAST_COMMAND, LONG, MEAN_APART,
+                            MEAN_MOTOR, PRIOR, SCATTER, share, SLOW_TIME, STEADY,
                             TIME, WEIGHED)
 from .route_errors import dry_friction, motor_effects, motor_torque, TORSION_ERRORS, Turning
+from .shaft_motion import begin_motion, follow_motion
 from .torsion_scatter import forget_twist
 from .witnesses import Bound
 
@@ -73,8 +74,8 @@ def hear(memory: Array, heard: Heard) -> bool:
         return True
     restart(memory, heard.angle)
     memory[LAST_COMMAND] = heard.command
-    memory[SLOW_SPEED] = memory[LAST_SPEED] = heard.velocity
     memory[WEIGHED] = memory[SLOW_TIME] = 0.0
+    begin_motion(memory, heard.angle)
     forget_twist(memory)
     return False
 
@@ -92,14 +93,11 @@ def tell(joint: Record, memory: Array, heard: Heard, window: float, effect: Arra
     still = max(joint.coarse_quantisation.motor_step, _STILL)
     moving = abs(heard.velocity) * max(heard.dt, 0.4 * window) > _STILL_COUNTS * still
     span, through = max(window, FEWEST * heard.dt), joint.ratio * joint.motor_inertia
-    memory[SLOW_SPEED] += share(heard.dt, span) * (heard.velocity - memory[SLOW_SPEED])
-    speeding = (heard.velocity - memory[SLOW_SPEED]) / span
-    sudden = (heard.velocity - memory[LAST_SPEED]) / heard.dt
-    memory[LAST_SPEED] = heard.velocity
-    at = Turning(heard.angle, heard.velocity + heard.late * speeding,
+    speeding = follow_motion(memory, heard.angle, window, heard.dt)
+    at = Turning(heard.angle, heard.velocity + heard.late * speeding.now,
                  np.sign(heard.velocity) if moving else 0.0, heard.link_angle)
-    memory[LAG] += share(heard.dt, span) * (through * (sudden - speeding) - memory[LAG])
-    inertia = through * speeding
+    memory[LAG] += share(heard.dt, span) * (through * speeding.lag - memory[LAG])
+    inertia = through * speeding.now
     plain = joint.ratio * mean
     for _ in range(_ROUNDS):
         load = min(max(plain - inertia, -joint.torsion.valid_torque), joint.torsion.valid_torque)

@@ -1,0 +1,82 @@
+"""
+How fast a shaft speeds up, by its angle alone: a parabola that forgets (eq:parabola).
+
+Stamps of a host tell when a busy computer handed readings on, those of a drive when they were
+taken. An encoder may be coarse, or its shaft quick. So parabolas are followed on two clocks, that
+of the stamps and one that counts samples evenly, and each forgets soon or late. The one that has
+foretold angles best is believed.
+"""
+
+from typing import NamedTuple
+
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled, inlined
+import numpy as np
+
+from .fusion_memory import BEHIND, LONG, PARABOLAS, READ, share, SHAFT_MOTION, STEP
+
+# Memory of one parabola, behind its place.
+_ANGLE, _SPEED, _SPEEDING, _MISSED, _SIZE = range(5)  # [rad], per s and s^2; squared misses [rad^2]
+
+# Choices unless told otherwise.
+_QUICKEST = 0.25        # of half a window: encoders of 16384 counts at 1 kHz are not seen then
+_LATE = 3.0             # times as patient are the others, for noise; it falls to a fifteenth then
+
+
+class Speeding(NamedTuple):
+    """How fast a shaft speeds up."""
+
+    now: float                  # [rad/s^2]
+    lag: float                  # what that lags behind a steady change of it [rad/s^2]
+
+
+@compiled
+def begin_motion(memory: Array, angle: float) -> None:
+    """Forget how a shaft [rad] moved; what its stamps are worth stays."""
+    for place in range(SHAFT_MOTION, SHAFT_MOTION + PARABOLAS * _SIZE, _SIZE):
+        memory[place + _ANGLE] = angle
+        memory[place + _SPEED] = memory[place + _SPEEDING] = 0.0
+    memory[READ] = memory[BEHIND] = 0.0
+
+
+@compiled
+def follow_motion(memory: Array, angle: float, window: float, dt: float) -> Speeding:
+    """Follow a shaft's angle [rad] after a time [s] and tell how fast it speeds up."""
+    counted, quickest = _even(memory, dt), max(dt, _QUICKEST * window)
+    memory[READ] += 1.0
+    least, told = np.inf, Speeding(0.0, 0.0)
+    for k in range(PARABOLAS):
+        passed = dt if k < PARABOLAS // 2 else counted
+        place = SHAFT_MOTION + k * _SIZE
+        found = _follow(memory, place, angle, passed, quickest * (_LATE if k % 2 else 1.0))
+        if memory[place + _MISSED] < least:
+            least, told = memory[place + _MISSED], found
+    return told
+
+
+@inlined
+def _even(memory: Array, dt: float) -> float:
+    """Return the time since the last sample by a clock that counts them, lost ones as well [s]."""
+    part = share(dt, LONG)
+    memory[STEP] += max(part, 1.0 / (memory[READ] + 1.0)) * (dt - memory[STEP])
+    passed = max(1.0, np.round((dt + memory[BEHIND]) / memory[STEP])) * memory[STEP]
+    memory[BEHIND] = (1.0 - part) * (memory[BEHIND] + dt - passed)
+    return passed
+
+
+@inlined
+def _follow(memory: Array, place: int, angle: float, dt: float, patience: float) -> Speeding:
+    """Renew one parabola, (eq:parabola)."""
+    last = memory[place + _SPEEDING]
+    speed = memory[place + _SPEED] + last * dt
+    missed = angle - memory[place + _ANGLE] - (speed - 0.5 * last * dt) * dt
+    keep = np.exp(-dt / patience)
+    new = 1.0 - keep
+    memory[place + _ANGLE] = angle - keep ** 3 * missed
+    if memory[READ] < 2.0:                          # two angles tell a speed, and no more
+        memory[place + _SPEED] = missed / dt
+        return Speeding(0.0, 0.0)
+    memory[place + _SPEED] = speed + 1.5 * new ** 2 * (1.0 + keep) * missed / dt
+    memory[place + _SPEEDING] = last + new ** 3 * missed / dt ** 2
+    memory[place + _MISSED] += share(dt, LONG) * (missed ** 2 - memory[place + _MISSED])
+    return Speeding(memory[place + _SPEEDING], 3.0 * patience * new ** 3 * missed / dt ** 3)
