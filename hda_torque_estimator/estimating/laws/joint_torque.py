@@ -19,7 +19,7 @@ from .fusion import close_half, gather
 from .fusion_memory import (effect_variance, EXCESS, falls_back, follow_apart, MOTOR_ALONE,
                             SLOW_APART, SLOW_TIME, UNEXPLAINED)
 from .motor_witness import (bound, first_bound, follow_scatter, has_friction, hear, Heard, Motor,
-                            Own, own_variance, tell)
+                            Own, own_variance, Seen, tell)
 from .route_errors import ERRORS, torque_effects, TORSION_ERRORS
 from .torsion_scatter import follow_twist
 from .torsion_torque import reading_deviation, torque_aside, torque_through_gear
@@ -96,7 +96,8 @@ def joint_torque(joint: Record, settings: CompiledSettings, memory: Array, seen:
     torque_effects(joint.tolerances, _softer(joint, seen, near), stiffness, effect)
     gather(memory, torque - motor.driving, effect, heard.dt)
     close_half(joint, memory, heard.angle, settings, stiffness, motor.friction)
-    follow_scatter(memory, motor, torque - motor.driving + motor.inertia, heard.dt)
+    follow_scatter(memory, motor, Seen(torque - motor.driving + motor.inertia, lawless),
+                   heard.dt)
     if falls_back(memory):                      # what was learnt is not told, but stays learnt
         plain = _as_stated(seen)
         torque = _through(joint, heard, plain)

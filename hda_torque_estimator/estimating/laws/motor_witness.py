@@ -1,8 +1,8 @@
 """
 What the motor tells of a joint's torque at one sample, how sure that is, and what it allows.
 
-Its inertia needs an acceleration: for one sample that is the change of a velocity over half a
-window of the fusion. How good it is shows in how far both witnesses differ from sample to sample.
+Its inertia needs an acceleration, `shaft_motion.py`. How good it is shows in how far both
+witnesses differ from sample to sample.
 """
 
 from typing import NamedTuple
@@ -12,9 +12,8 @@ from hda_arm_sim.foundation.compiled import compiled, inlined, Record
 import numpy as np
 
 from .fusion import FEWEST, restart, SETTLED
-from .fusion_memory import (errors_learnt, LAG, LAST_COMMAND, LONG, MEAN_APART,
-                            MEAN_MOTOR, PRIOR, SCATTER, share, SLOW_TIME, STEADY,
-                            TIME, WEIGHED)
+from .fusion_memory import (errors_learnt, LAG, LAST_COMMAND, LONG, MEAN_APART, MEAN_MOTOR,
+                            PRIOR, SCATTER, share, SLOW_TIME, STEADY, TIME, WEIGHED)
 from .route_errors import dry_friction, motor_effects, motor_torque, TORSION_ERRORS, Turning
 from .shaft_motion import begin_motion, follow_motion
 from .torsion_scatter import forget_twist
@@ -49,6 +48,13 @@ class Motor(NamedTuple):
     inertia: float              # what speeds up its shaft
     friction: float             # the most that dry friction opposes
     lawless: float              # variance of what no law tells [N^2*m^2]
+
+
+class Seen(NamedTuple):
+    """What a sample of the torsion tells of a motor."""
+
+    apart: float                # by how much the torsion tells more [N*m]
+    lawless: float              # variance of what no law of it tells [N^2*m^2]
 
 
 class Own(NamedTuple):
@@ -139,21 +145,25 @@ def own_variance(memory: Array, motor: Motor) -> Own:
 
 
 @compiled
-def follow_scatter(memory: Array, motor: Motor, apart: float, dt: float) -> None:
+def follow_scatter(memory: Array, motor: Motor, seen: Seen, dt: float) -> None:
     """
     Follow how much the motor's torque scatters from sample to sample, (eq:scatter).
 
     What changes in the motor's torque and in its difference to the torsion's is its own; what it
-    shares with the torsion is the torque's. `apart` is that difference [N*m].
+    shares with the torsion is the torque's. The less the law of a torsion tells, the slower it
+    teaches. A motor of which more is told scatters at first by its deviation, others by friction.
     """
-    part = max(share(dt, LONG), dt / (memory[WEIGHED] + PRIOR + dt))
-    told = motor.driving - motor.inertia
+    told, apart = motor.driving - motor.inertia, seen.apart
     if not motor.moving or memory[STEADY] < SETTLED:
         memory[MEAN_APART], memory[MEAN_MOTOR] = apart, told
         return
     if memory[WEIGHED] == 0.0:
-        memory[SCATTER] = motor.friction ** 2
-    memory[WEIGHED] += dt
+        better = 0.0 < motor.lawless < seen.lawless
+        memory[SCATTER] = motor.lawless if better else motor.friction ** 2
+    most = abs(memory[SCATTER]) + motor.lawless
+    passed = dt * most / max(most + seen.lawless, 1e-300)
+    part = max(share(passed, LONG), passed / (memory[WEIGHED] + PRIOR + passed))
+    memory[WEIGHED] += max(passed, 1e-12)
     recent = share(dt, _RECENT)
     memory[MEAN_APART] += recent * (apart - memory[MEAN_APART])
     memory[MEAN_MOTOR] += recent * (told - memory[MEAN_MOTOR])

@@ -13,10 +13,11 @@ from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled, inlined
 import numpy as np
 
-from .fusion_memory import BEHIND, LONG, PARABOLAS, READ, share, SHAFT_MOTION, STEP
+from .fusion_memory import BEHIND, LONG, PARABOLAS, READ, SHAFT_MOTION, share, STEP
 
 # Memory of one parabola, behind its place.
-_ANGLE, _SPEED, _SPEEDING, _MISSED, _SIZE = range(5)  # [rad], per s and s^2; squared misses [rad^2]
+_ANGLE, _SPEED, _SPEEDING = range(3)    # [rad], [rad/s], [rad/s^2]
+_MISSED, _SIZE = 3, 4                   # mean squared miss [rad^2]
 
 # Choices unless told otherwise.
 _QUICKEST = 0.25        # of half a window: encoders of 16384 counts at 1 kHz are not seen then

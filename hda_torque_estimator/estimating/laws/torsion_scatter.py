@@ -5,7 +5,7 @@ A torque that changes steadily leaves none, and neither does a gear's slow error
 tells is not asked: beside a motor that scatters more, a product of both would be mostly chance.
 """
 
-from hda_arm_sim.foundation.compiled import compiled, inlined
+from hda_arm_sim.foundation.compiled import compiled
 from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 
