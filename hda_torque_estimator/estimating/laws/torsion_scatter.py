@@ -5,8 +5,8 @@ A torque that changes steadily leaves none, and neither does a gear's slow error
 tells is not asked: beside a motor that scatters more, a product of both would be mostly chance.
 """
 
-from hda_arm_sim.foundation.compiled import compiled
 from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled
 import numpy as np
 
 from .fusion_memory import LAST_TWIST, LONG, PRIOR, share, TWIST_CHANGE, TWIST_SCATTER, TWIST_TIME
