@@ -141,7 +141,8 @@ def _calibrated(arm: Arm, recordings: Sequence[Measured]) -> JointCalibration:
     if not recordings:
         return JointCalibration(label, names, 'no recording has its motor angle, its '
                                 f'reference/{label}/torque, and its link angle or motor torque')
-    recordings = [one.without_spikes(arm.joints[0].velocity_limit) for one in recordings]
+    recordings = [one.on_time().without_spikes(arm.joints[0].velocity_limit)
+                  for one in recordings]
     varies = rms(np.concatenate([one.reference - one.reference.mean() for one in recordings]))
     said = JointCalibration(label, names, reference=varies, held_out=len(recordings) > 1)
     if varies == 0.0:

@@ -12,6 +12,7 @@ from scipy.ndimage import convolve1d
 from scipy.signal import savgol_filter
 
 from .thinning import row_means, samples_of_row
+from ...measurements.even_stamps import evened
 from ...samples.readings import (LINK_RATE, LINK_READING, MOTOR_RATE, MOTOR_READING, READINGS,
                                  SIDES)
 
@@ -89,6 +90,13 @@ class Measured(NamedTuple):
     def every(self) -> int:
         """Return how many samples make a row."""
         return samples_of_row(self.dt)
+
+    def on_time(self) -> 'Measured':
+        """Return the recording with even stamps, if those that it has come in bursts."""
+        between = np.diff(self.time)
+        if float(np.median(between)) >= BURST * float(between.mean()):
+            return self
+        return self._replace(stamps=evened(self.stamps))
 
     def without_spikes(self, velocity_limit: float) -> 'Measured':
         """

@@ -28,11 +28,11 @@ from .route_errors import ERRORS, ZERO
  SLOW_APART, SLOW_TIME,                 # slow part of differences [N*m], the time it is from [s]
  LAST_TWIST, TWIST_CHANGE,              # last torsion and its last change [rad]
  TWIST_SCATTER, TWIST_TIME,             # of torsions [rad^2], the time it is from [s]
- READ, STEP, BEHIND,                    # angles of the shaft since a gap, time between them [s],
-                                        # and by how much their stamps are behind even ones [s]
- ) = range(38)
-PARABOLAS, SHAFT_MOTION = 4, 38         # how the shaft moves: four of them, of 4 numbers each
-SUMS = 54                               # over the present half: value and effects (layout)
+ READ, STEP, BEHIND, WAITED,            # angles of the shaft since a gap, time between them [s], by
+                                        # which stamps are behind even ones, and since the last [s]
+ ) = range(39)
+PARABOLAS, SHAFT_MOTION = 4, 39         # how the shaft moves: four of them, of 5 numbers each
+SUMS = 59                               # over the present half: value and effects (layout)
 MOMENTS = SUMS + 1 + ERRORS             # the same, weighed by the time in it
 RISEN = MOMENTS + 1 + ERRORS            # of the last half, weighed by its rising edge
 LEARNT = RISEN + 1 + ERRORS             # errors (ERRORS,) in units of their sigma
