@@ -28,8 +28,8 @@ from .route_errors import ERRORS, ZERO
  SLOW_APART, SLOW_TIME,                 # slow part of differences [N*m], the time it is from [s]
  LAST_TWIST, TWIST_CHANGE,              # last torsion and its last change [rad]
  TWIST_SCATTER, TWIST_TIME,             # of torsions [rad^2], the time it is from [s]
- READ, STEP, BEHIND, WAITED,            # angles of the shaft since a gap, time between them [s], by
-                                        # which stamps are behind even ones, and since the last [s]
+ READ, STEP,                            # angles of the shaft since a gap, time between them [s]
+ BEHIND, WAITED,                        # of stamps behind even ones; since an angle was read [s]
  ) = range(39)
 PARABOLAS, SHAFT_MOTION = 4, 39         # how the shaft moves: four of them, of 5 numbers each
 SUMS = 59                               # over the present half: value and effects (layout)
