@@ -168,7 +168,7 @@ def _weighed(joint: Record, memory: Array, effect: Array, motor: Motor, allowed:
     apart = seen.torque - motor.driving + motor.inertia
     left = follow_apart(memory, apart, dt)          # of what differs from sample to sample
     slow_own = left * seen.own.random + seen.own.lawless
-    slow_other = left * seen.other.random + seen.other.held + seen.other.lawless
+    slow_other = seen.other.random + seen.other.held + seen.other.lawless
     weight = _clear(share_of_second(slow_own, slow_other))
     quick_own = seen.own.random + _QUICK * seen.own.lawless
     quick_other = seen.other.random + _QUICK * seen.other.lawless
@@ -180,7 +180,7 @@ def _weighed(joint: Record, memory: Array, effect: Array, motor: Motor, allowed:
     effect[TORSION_ERRORS:] *= -weight
     now = (effect_variance(memory, effect, ERRORS if weight > 0.0 else TORSION_ERRORS)[0]
            + _varies(seen.own, 1.0 - weight, 1.0 - quick, left)
-           + _varies(seen.other, weight, quick, left)
+           + _varies(seen.other, weight, quick, 1.0)
            + max(weight, 1.0 - weight) ** 2 * memory[UNEXPLAINED]
            + (_held(joint, torque) - held) ** 2 + beyond(allowed, held) ** 2)
     return Told(held, np.sqrt(now), _share(now, before))
