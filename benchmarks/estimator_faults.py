@@ -209,7 +209,7 @@ def alarms(arm: Arm, seen: Stream) -> list[str]:
         part = made.run(seen.stamps[rows], seen.reading[rows], seen.command[rows])
         for row in np.unique(part.joints[:, :, layout.DOUBT], axis=0).tolist():
             found += doubts_told(arm.labels, row)
-        words = [told(joint, made.known, memory[layout.FUSION:])
+        words = [told(joint, arm.tolerances_of(joint.label), memory[layout.FUSION:])
                  for joint, memory in zip(arm.joints, made.memory)]
         found += [word for word in words if word not in (WELL, UNTAUGHT)]
     return list(dict.fromkeys(found))

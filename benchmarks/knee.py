@@ -6,7 +6,8 @@ Measure the torque of a simulated knee: coarse encoders, a rippling current, a z
 One joint of the independent truth, without links: 12 bits at motor and link, 100 Hz, stamps of a
 host. A hand pushes, and the zero of the link encoder is another in every recording. The ten lines
 of numpy that people write stand beside the estimator (`by_hand`). They are fitted to a recording
-whose reference lags by 40 ms; the arm file of the estimator has the numbers of the nominal arm.
+whose reference lags by 40 ms. From the same recording, and from the nominal arm, `hda calibrate`
+makes the arm file of the estimator.
 """
 
 from collections.abc import Sequence
@@ -16,6 +17,8 @@ from typing import NamedTuple
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.parts import Encoder, Tolerances
+from hda_torque_estimator.calibrate.passages.joint_recording import CalibrationError, Measured
+from hda_torque_estimator.calibrate.referenced import calibrate
 from hda_torque_estimator.estimating.estimator import Estimator
 from hidden_truth import Device, record, Reference
 import numpy as np
@@ -130,14 +133,14 @@ def by_hand(seen: Seen, fitted: tuple[Array, float, int, float], ratio: float,
 def fitted_by_hand(seen: Seen, ratio: float,
                    inertia: float) -> tuple[Array, float, int, float]:
     """Return factors of the motor's parts, stiffness, span of the mean and weight of torsion."""
-    reference = np.concatenate([np.full(LAG, seen.torque[0]), seen.torque[:-LAG]])
+    reference = late(seen)
     torsion, current, speed, sign = parts_by_hand(seen, ratio, inertia)
     columns = np.stack([current, speed, sign, np.ones_like(sign)], axis=1)
-    fits = [(np.linalg.lstsq(columns[:-late or None], reference[late:], rcond=None)[0], late)
-            for late in range(10)]
-    factors, late = min(fits, key=lambda fit: float(np.std(
+    fits = [(np.linalg.lstsq(columns[:-lag or None], reference[lag:], rcond=None)[0], lag)
+            for lag in range(10)]
+    factors, lag = min(fits, key=lambda fit: float(np.std(
         reference[fit[1]:] - columns[:len(columns) - fit[1]] @ fit[0])))
-    aligned = np.concatenate([reference[late:], reference[len(reference) - late:]])
+    aligned = np.concatenate([reference[lag:], reference[len(reference) - lag:]])
     stiffness = float(np.polyfit(torsion, aligned, 1)[0])
     tried = [(factors, stiffness, span, weight) for span in (50, 100, 200, 500, 1000)
              for weight in np.linspace(0.0, 1.0, 11)]
@@ -145,11 +148,30 @@ def fitted_by_hand(seen: Seen, ratio: float,
         by_hand(seen, one, ratio, inertia) - aligned)))
 
 
+def late(seen: Seen) -> Array:
+    """Return the torque of a recording as a reference that lags shows it (k,) [N*m]."""
+    return np.concatenate([np.full(LAG, seen.torque[0]), seen.torque[:-LAG]])
+
+
+def calibrated(arm: Arm, seen: Seen) -> Arm:
+    """Return the arm as a recording with a reference calibrates it, as it was if that is worse."""
+    one = Measured('first', seen.stamps, readings(seen), seen.command, late(seen))
+    try:
+        return calibrate(arm, {LABEL: [one]}).arm
+    except CalibrationError as refused:
+        print(f'{LABEL} stays as it was: {refused}', flush=True)
+        return arm
+
+
+def readings(seen: Seen) -> Array:
+    """Return both angles of a recording as the estimator reads them (k, 1, READINGS)."""
+    unknown = np.full_like(seen.motor, np.nan)
+    return np.stack([seen.motor, seen.link, unknown, unknown], axis=1)[:, None, :]
+
+
 def judged(seen: Seen, arm: Arm, fitted: tuple[Array, float, int, float]) -> Found:
     """Return the errors over a recording."""
-    unknown = np.full_like(seen.motor, np.nan)
-    reading = np.stack([seen.motor, seen.link, unknown, unknown], axis=1)[:, None, :]
-    told = Estimator(arm).run(seen.stamps, reading, seen.command[:, None])
+    told = Estimator(arm).run(seen.stamps, readings(seen), seen.command[:, None])
     joint = arm.joints[0]
     other = by_hand(seen, fitted, joint.ratio, joint.motor_inertia)
     used = np.delete(np.arange(len(seen.stamps)), told.refused)
@@ -176,9 +198,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     print('|---|---|---|---|---|')
     joint = arm.joints[0]
     for seed in range(chosen.first, chosen.first + count):
-        fitted = fitted_by_hand(recorded(seed, 1000 + seed, seconds), joint.ratio,
-                                joint.motor_inertia)
-        found = judged(recorded(seed, seed, seconds), arm, fitted)
+        first = recorded(seed, 1000 + seed, seconds)
+        fitted = fitted_by_hand(first, joint.ratio, joint.motor_inertia)
+        found = judged(recorded(seed, seed, seconds), calibrated(arm, first), fitted)
         kept &= (found.ours <= BAR * found.spread and found.ours <= BESIDE * found.by_hand
                  and HELD[0] <= found.held <= HELD[1])
         print(f'| {seed} | {found.spread:.1f} N*m | {found.ours:.2f} N*m '

@@ -99,11 +99,13 @@ def test_ordinary_recordings_calibrate_an_arm(true, nominal, tmp_path, capsys):
         assert 1e-6 < np.ptp(np.polyval(joint['coefficients'][::-1], angle)) < 3e-3
         assert joint['after'] < joint['polynomial'] / 4.0
         assert arm.joint(joint['joint']).torsion.deviation == joint['after']
-    for name in ('stiffness', 'torsion_zero', 'clock_skew', 'kinematic_error'):
-        assert 0.0 < getattr(arm.tolerances, name) <= getattr(nominal.tolerances, name)
-    assert arm.tolerances != nominal.tolerances
+        own = arm.tolerances_of(joint['joint'])
+        for name in ('stiffness', 'torsion_zero', 'clock_skew', 'kinematic_error'):
+            assert 0.0 < getattr(own, name) <= getattr(nominal.tolerances, name)
+        assert own != nominal.tolerances
+    assert arm.tolerances == nominal.tolerances
     for joint in nominal.joints:
-        known = joint.dry_friction * arm.tolerances.dry_friction
+        known = joint.dry_friction * arm.tolerances_of(joint.label).dry_friction
         found = arm.effect('coulomb_friction', joint.label).level
         assert abs(found - joint.dry_friction) < 3.0 * known
     assert arm.tolerances.link_inertia == nominal.tolerances.link_inertia

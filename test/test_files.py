@@ -77,6 +77,17 @@ def test_arms_of_every_kind_survive_a_round_trip(arm, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ['arm.yaml']
 
 
+def test_a_joint_may_have_tolerances_of_its_own():
+    text = changed(('joints', 1, 'tolerances'), {'torsion_zero': 3e-3})
+    arm = arm_from_text(text, 'text')
+    assert arm.tolerances_of('joint1') == arm.tolerances == NOMINAL.tolerances
+    own = arm.tolerances_of('joint2')
+    assert own == replace(NOMINAL.tolerances, torsion_zero=3e-3)
+    assert arm.record().joints['tolerances']['torsion_zero'].tolist() == [
+        NOMINAL.tolerances.torsion_zero, 3e-3]
+    assert arm_from_text(arm_to_text(arm), 'text') == arm
+
+
 def test_numbers_that_yaml_takes_for_text_are_numbers():
     text = changed(('joints', 0, 'link_encoder', 'counts'), '4e6')
     assert arm_from_text(text, 'text').joints[0].link_encoder.counts == 4e6
@@ -105,6 +116,9 @@ MISTAKES = [
     (('links', 'coupled'), 'yes', "links.coupled must be true or false, got 'yes'"),
     (('base', 'tilt'), 3.0, 'base.tilt must lie in [0, 1.5708] rad'),
     (('tolerances', 'stiffness'), [0.01], 'tolerances.stiffness must be a number'),
+    (('joints', 0, 'tolerances'), {'stiffness': -1.0},
+     'joint1.tolerances.stiffness must lie in [0, 1]'),
+    (('joints', 0, 'tolerances'), {'zero': 1.0}, "joint1.tolerances has the unknown key 'zero'"),
     (('effects', 0, 'effect'), 'kinematic',
      "no effect is named 'kinematic'; did you mean kinematic_error? "),
     (('effects', 0, 'joint'), 'joint3', "has no joint 'joint3'; its joints are joint1, joint2"),

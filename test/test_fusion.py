@@ -65,6 +65,19 @@ def test_what_no_law_tells_is_in_every_interval_and_teaches_little():
     assert 0.0 < little < 0.7 * much
 
 
+def test_a_motor_is_weighed_by_what_no_law_tells_of_it():
+    seen = recorded()
+    coarse = replace(ARM, joints=tuple(replace(
+        joint, link_encoder=replace(joint.link_encoder, counts=16384)) for joint in ARM.joints))
+    shares = []
+    for left in (0.0, 1.0, 100.0):
+        arm = replace(coarse, joints=tuple(
+            replace(joint, motor_deviation=left) for joint in coarse.joints))
+        told, alone = (estimates(seen, how, arm) for how in (EstimatorSettings(), ALONE))
+        shares.append(float(np.abs(told.torque - alone.torque)[LEARNING:].mean()))
+    assert shares[0] > shares[1] > shares[2]
+
+
 def test_error_falls_by_more_than_published():
     """The scatter of healthy arms: published fusions have 39 to 49 % lower errors."""
     seeds = range(1, 7)
@@ -161,9 +174,8 @@ def test_recording_with_commands_in_pieces_gives_the_same_bits():
 
 def test_effects_on_the_torsion_are_its_derivatives():
     """A wave of the kinematic error is what the estimator would see with it in the model."""
-    known = Estimator(ARM).known
-    effect = np.zeros(ERRORS)
-    torsion_effects(known, 3.0, 0.4, 0.5, effect)
+    known, effect = ARM.tolerances, np.zeros(ERRORS)
+    torsion_effects(ARM.record().joints[0]['tolerances'], 3.0, 0.4, 0.5, effect)
     assert effect[ZERO] == known.torsion_zero
     np.testing.assert_allclose(effect[1:7], known.kinematic_error * np.array(
         [np.sin(3.0), np.cos(3.0), np.sin(6.0), np.cos(6.0), np.sin(12.0), np.cos(12.0)]))

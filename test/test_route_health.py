@@ -24,7 +24,7 @@ def words(seen: TruthRecord, readings: np.ndarray | None = None) -> list[str]:
     """Return what is said of both joints after a recording."""
     made = Estimator(ARM)
     made.run(seen.stamps, reading(seen) if readings is None else readings, seen.command)
-    return [told(joint, made.known, memory[layout.FUSION:])
+    return [told(joint, ARM.tolerances_of(joint.label), memory[layout.FUSION:])
             for joint, memory in zip(ARM.joints, made.memory)]
 
 

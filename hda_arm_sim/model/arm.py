@@ -52,6 +52,7 @@ class ArmRecord(NamedTuple):
 JOINT_RECORD = np.dtype([
     ('ratio', float), ('motor_inertia', float), ('torsion', TorsionLaw.record_type()),
     ('motor_encoder', Encoder.record_type()), ('link_encoder', Encoder.record_type()),
+    ('motor_deviation', float), ('tolerances', Tolerances.record_type()),
     *record_fields(Scope.JOINT)])
 BODY_RECORD, CHAIN_BODY_RECORD = (np.dtype([
     ('links', links),
@@ -96,6 +97,10 @@ class Arm:
             if joint.label == label:
                 return joint
         raise ArmError(f'the arm has no joint {label!r}; its joints are {", ".join(self.labels)}')
+
+    def tolerances_of(self, label: str) -> Tolerances:
+        """Return how well the numbers of a joint are known: its own, else the arm's."""
+        return self.joint(label).tolerances or self.tolerances
 
     def _check_place(self, effect: type[Effect], joint: str | None) -> None:
         if effect.scope is Scope.ARM and joint is not None:
@@ -224,7 +229,8 @@ class Arm:
         inertia = self._in_force(MotorInertiaError, joint.label)(
             nominal=joint.motor_inertia)
         return (joint.ratio, inertia, tuple(self.moving_torsion(joint).record(joint.ratio)),
-                joint.motor_encoder.values(), joint.link_encoder.values(), *effects)
+                joint.motor_encoder.values(), joint.link_encoder.values(), joint.motor_deviation,
+                self.tolerances_of(joint.label).values(), *effects)
 
 
 def _check_labels(labels: list[str]) -> None:

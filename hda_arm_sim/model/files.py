@@ -115,13 +115,13 @@ def _text(path: Path) -> str:
 def _arm(document: dict[str, Any], source: Path) -> Arm:
     if 'joints' not in document or 'links' not in document:
         raise ArmError('an arm needs "joints" and "links" (or "links: none" for torsion only)')
-    joints = tuple(_joint(item, index) for index, item in
+    tolerances = group(Tolerances, document.get('tolerances', {}))
+    joints = tuple(_joint(item, index, tolerances) for index, item in
                    enumerate(sequence(document['joints'], 'joints')))
     Arm(joints)                                     # they must fit before links are counted
     arm = Arm(joints, _links(document['links'], joints, source),
               group(Base, document.get('base', {})), (),
-              group(Tolerances, document.get('tolerances', {})),
-              _provenance(document.get('provenance', {})))
+              tolerances, _provenance(document.get('provenance', {})))
     return replace(arm, effects=_sized(sequence(document.get('effects', []), 'effects'), arm))
 
 
@@ -149,16 +149,21 @@ def _typical(placed: Placed, arm: Arm | None) -> Effect:
     return typical(arm, name, placed.joint)
 
 
-def _joint(item: Any, index: int) -> Joint:
+def _joint(item: Any, index: int, tolerances: Tolerances) -> Joint:
     own = tuple(rule.name for rule in Joint.declarations())
+    keys = ('name', *JOINT_PARTS, 'tolerances', *own)
     values = {key: number(value) for key, value in
-              mapping(item, f'joints[{index}]', ('name', *JOINT_PARTS, *own)).items()}
+              mapping(item, f'joints[{index}]', keys).items()}
     label = values.pop('name', None)
     if not isinstance(label, str) or not _is_name(label):
         raise ArmError(f'joints[{index}].name must be a name like joint1, got {label!r:.60}')
     for name, kind in JOINT_PARTS.items():
         if name in values:
             values[name] = part(kind, values[name], f'{label}.{name}')
+    if 'tolerances' in values:      # what the joint does not state is the arm's
+        stated = part(Tolerances, values['tolerances'], f'{label}.tolerances')
+        values['tolerances'] = replace(tolerances, **{
+            name: getattr(stated, name) for name in values['tolerances']})
     try:
         return Joint(label=label, **values)
     except ParameterError as error:

@@ -27,6 +27,28 @@ class Encoder(Declared):
 
 
 @dataclass(frozen=True)
+class Tolerances(Declared):
+    """How well nominal parameters are known, of an arm or of one joint: one sigma, relative."""
+
+    name: ClassVar[str] = 'tolerances'
+    stiffness: float = parameter(0.01, '', 0.0, 1.0, 'flexspline stiffness')
+    link_inertia: float = parameter(0.01, '', 0.0, 1.0, 'inertia of a link')
+    torque_constant: float = parameter(0.005, '', 0.0, 1.0, 'motor torque per command')
+    dry_friction: float = parameter(0.03, '', 0.0, 1.0, 'Coulomb level')
+    viscous_friction: float = parameter(0.1, '', 0.0, 1.0, 'viscous slope')
+    damping: float = parameter(0.1, '', 0.0, 1.0, 'damping of the torsion')
+    torsion_zero: float = parameter(1e-5, 'rad', 0.0, 0.1, 'zero of the torsion, output side')
+    kinematic_error: float = parameter(
+        2e-6, 'rad', 0.0, 0.1, 'each wave of the torsion over the shaft')
+    eccentricity: float = parameter(
+        2e-6, 'rad', 0.0, 0.1, 'each wave of the torsion over the link')
+    clock_skew: float = parameter(2e-6, 's', 0.0, 0.1, 'link encoder after motor encoder')
+    torque_ripple: float = parameter(
+        2e-4, 'N*m', 0.0, 1.0, 'each wave of the torque over the shaft')
+    drive_offset: float = parameter(6e-4, 'N*m', 0.0, 1.0, 'constant torque of the drive, shaft')
+
+
+@dataclass(frozen=True)
 class Joint(Declared):
     """One joint: motor, gear, torsion and two encoders; friction is stated at the motor shaft."""
 
@@ -35,6 +57,7 @@ class Joint(Declared):
     torsion: TorsionLaw = TorsionLaw()
     motor_encoder: Encoder = Encoder()
     link_encoder: Encoder = Encoder()
+    tolerances: Tolerances | None = None        # its own, in the place of the arm's
     ratio: float = parameter(100.0, '', 1.0, 1e4, 'gear ratio N')
     motor_inertia: float = parameter(
         1.289e-4, 'kg*m^2', 1e-9, 10.0, 'J_m + J_w, rotor and wave generator, motor side')
@@ -43,6 +66,9 @@ class Joint(Declared):
     torque_limit: float = parameter(1.0, 'N*m', 1e-6, 1e4, 'largest motor torque, shaft')
     velocity_limit: float = parameter(700.0, 'rad/s', 1e-3, 1e5, 'largest motor speed, shaft')
     angle_limit: float = parameter(1e3, 'rad', 1e-3, 1e6, 'largest link angle either way')
+    motor_deviation: float = parameter(
+        0.0, 'N*m', 0.0, 1e3,
+        'of true torques from all that is known of the motor, one sigma, output side')
 
     def nominal(self, effect: type[Effect]) -> Effect:
         """Return an effect as this joint has it without any entry in the arm's list."""
@@ -87,25 +113,3 @@ class Base(Declared):
         if effect is BaseTilt:
             return BaseTilt(tilt=self.tilt, direction=self.direction)
         return effect()
-
-
-@dataclass(frozen=True)
-class Tolerances(Declared):
-    """How well the nominal parameters are known: one sigma, relative."""
-
-    name: ClassVar[str] = 'tolerances'
-    stiffness: float = parameter(0.01, '', 0.0, 1.0, 'flexspline stiffness')
-    link_inertia: float = parameter(0.01, '', 0.0, 1.0, 'inertia of a link')
-    torque_constant: float = parameter(0.005, '', 0.0, 1.0, 'motor torque per command')
-    dry_friction: float = parameter(0.03, '', 0.0, 1.0, 'Coulomb level')
-    viscous_friction: float = parameter(0.1, '', 0.0, 1.0, 'viscous slope')
-    damping: float = parameter(0.1, '', 0.0, 1.0, 'damping of the torsion')
-    torsion_zero: float = parameter(1e-5, 'rad', 0.0, 0.1, 'zero of the torsion, output side')
-    kinematic_error: float = parameter(
-        2e-6, 'rad', 0.0, 0.1, 'each wave of the torsion over the shaft')
-    eccentricity: float = parameter(
-        2e-6, 'rad', 0.0, 0.1, 'each wave of the torsion over the link')
-    clock_skew: float = parameter(2e-6, 's', 0.0, 0.1, 'link encoder after motor encoder')
-    torque_ripple: float = parameter(
-        2e-4, 'N*m', 0.0, 1.0, 'each wave of the torque over the shaft')
-    drive_offset: float = parameter(6e-4, 'N*m', 0.0, 1.0, 'constant torque of the drive, shaft')

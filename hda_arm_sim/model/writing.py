@@ -41,7 +41,8 @@ def _values(group: Declared) -> dict[str, float]:
 
 def _joint_document(joint: Joint) -> dict[str, Any]:
     parts = {name: _values(getattr(joint, name)) for name in JOINT_PARTS}
-    return {'name': joint.label, **_values(joint), **parts}
+    own = {} if joint.tolerances is None else {'tolerances': _values(joint.tolerances)}
+    return {'name': joint.label, **_values(joint), **parts, **own}
 
 
 def _links_document(arm: Arm) -> Any:

@@ -1,6 +1,6 @@
 """What a calibration says: the new arm, and what was found about each of its joints."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 from hda_arm_sim.model.arm import Arm
@@ -39,5 +39,6 @@ class Calibration:
 
 def one_joint(arm: Arm, label: str) -> Arm:
     """Return the arm that is one joint of another, with the effects of that joint."""
-    return Arm((arm.joint(label),), None, effects=tuple(
-        placed for placed in arm.effects if placed.joint == label), tolerances=arm.tolerances)
+    return Arm((replace(arm.joint(label), tolerances=None),), None, effects=tuple(
+        placed for placed in arm.effects if placed.joint == label),
+        tolerances=arm.tolerances_of(label))

@@ -1,31 +1,38 @@
 """
 Calibrate the joints of an arm against reference torques, with nothing known of its links.
 
-A joint has two witnesses: its torsion, and its motor. Each is written where it tells more than the
-arm file did on recordings that the fit has not seen. A motor beside a torsion must earn its place
-as a term does: it must tell clearly more. Every other joint stays as it was, and the calibration
-says why. A torsion that stays as it was beside a motor gets what it is off by as its deviation. So
-the motor leads.
+A joint has two witnesses: its torsion, and its motor. Each is written where it tells something of
+recordings that the fit has not seen, with its error there as its deviation. The estimator weighs
+them by that. What both then tell together is examined on the same recordings, beside other
+weights. A joint whose calibration would make its torque worse stays as it was, and so does one
+without a witness. The calibration says why.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 from hda_arm_sim.model.arm import Arm
 import numpy as np
 
 from .calibration import Calibration, HARDLY, one_joint, SPARSE
-from .fitting.arm_numbers import Number, number, rest, with_numbers, with_tolerances
-from .fitting.witness_fit import earns_its_place, Heard, motor_of, torsion_of
+from .fitting.arm_numbers import Number, number, with_numbers, with_tolerances
+from .fitting.by_hand import line_left_out
+from .fitting.examined import as_given, Examined, examined, Witnesses
+from .fitting.witness_fit import Heard, motor_of, torsion_of
 from .passages.joint_recording import CalibrationError, Measured
+from .passages.signs import wrong_signs
+from ..estimating.laws.witnesses import FAINT
+from ..least_squares.bounds import entered
 from ..least_squares.rows import rms
+from ..samples.readings import knows_motor
 
 # Choices unless told otherwise.
 USEFUL = 0.9            # of what its rows see vary, an error above which a witness tells nothing
+BESIDE = 0.9            # of the error of a torsion alone, below which a motor is written beside it
 MOVES = 0.1             # of the torque's deviation, from which a zero that moves is told
-FEWEST_ROWS = 50        # in which a motor slides
+STIFFNESS = 'torsion.flexspline_stiffness'
 Progress = Callable[[str], None]
 
 
@@ -37,7 +44,8 @@ class JointCalibration:
     Errors [N*m rms] are where the fit has not seen: on recordings left out of it (`held_out`), or
     on stretches of the only one. `before` and `after` are of the torsion, each recording with a
     zero of its own for `before`; `motor` is of the motor. Both are 0 where there is no such
-    witness.
+    witness. `together`, `given` and `by_hand` have the common zero: what the estimator errs by,
+    what it does with the arm as given, and a straight line.
     """
 
     joint: str
@@ -48,11 +56,16 @@ class JointCalibration:
     before: float = 0.0
     after: float = 0.0
     motor: float = 0.0
+    together: float = 0.0
+    given: float = 0.0
+    by_hand: float = 0.0
+    leader: str = ''            # the witness that tells the torque alone, '' for both
     zero_moves: float = 0.0     # zero of the link encoder over recordings, one sigma [rad]
     zero_torque: float = 0.0    # what that makes of the torque [N*m]
     offset_moves: float = 0.0   # offset of the motor over recordings, one sigma [N*m motor]
     lag: float = 0.0            # of the references [s]
     held_out: bool = False
+    aside: tuple[str, ...] = ()         # why a witness is left aside
     doubtful: tuple[str, ...] = ()      # numbers far from what was known
     known: tuple[Number, ...] = ()      # the numbers, as well known as if they were independent
 
@@ -64,7 +77,7 @@ class JointCalibration:
         return [f'{self.joint}: {" and ".join(self._errors())} {seen}, of a '
                 f'torque that varies by {self.reference:.3g} N*m rms',
                 *([SPARSE] if self.reference < HARDLY else []),
-                *(f'    {words}' for words in self._moving()),
+                *(f'    {words}' for words in (*self._together(), *self.aside, *self._moving())),
                 *(f'    {number}' for number in self.numbers),
                 *(f'    {name} is far from what was known: it predicts this torque, but need not '
                   'describe the gear' for name in self.doubtful)]
@@ -73,6 +86,15 @@ class JointCalibration:
         by_torsion = f'error {self.before:.3g} -> {self.after:.3g} N*m rms by the torsion'
         return [*([by_torsion] if self.after > 0.0 else []),
                 *([f'{self.motor:.3g} N*m rms by the motor'] if self.motor > 0.0 else [])]
+
+    def _together(self) -> list[str]:
+        """Return what the estimator makes of the witnesses, and what a line would."""
+        if self.together == 0.0:
+            return []
+        who = f'; the {self.leader} alone tells the torque' if self.leader else ''
+        return [f'the estimator errs by {self.together:.3g} N*m rms there, zeros included, by '
+                f'{self.given:.3g} with the arm as given, a straight line by '
+                f'{self.by_hand:.3g}{who}']
 
     def _moving(self) -> list[str]:
         """Return what moves between recordings, and what the references lag."""
@@ -87,7 +109,7 @@ class JointCalibration:
     def document(self) -> dict[str, Any]:
         """Return the report for machines."""
         told = {name: value for name, value in vars(self).items() if name != 'known'}
-        return {**told, 'recordings': list(self.recordings),
+        return {**told, 'recordings': list(self.recordings), 'aside': list(self.aside),
                 'doubtful': list(self.doubtful),
                 'numbers': [vars(number) for number in self.numbers]}
 
@@ -119,70 +141,154 @@ def _calibrated(arm: Arm, recordings: Sequence[Measured]) -> JointCalibration:
     if not recordings:
         return JointCalibration(label, names, 'no recording has its motor angle, its '
                                 f'reference/{label}/torque, and its link angle or motor torque')
+    recordings = [one.on_time().without_spikes(arm.joints[0].velocity_limit)
+                  for one in recordings]
     varies = rms(np.concatenate([one.reference - one.reference.mean() for one in recordings]))
-    if varies == 0.0:
-        return JointCalibration(label, names, 'its reference torque never changes')
-    torsion = _torsion(arm, [one for one in recordings if one.has_link])
-    motor = _motor(arm, [one for one in recordings if one.has_command])
     said = JointCalibration(label, names, reference=varies, held_out=len(recordings) > 1)
-    told = torsion is not None and torsion.error < min(torsion.before, USEFUL * torsion.varies)
-    if motor is not None and _is_worth(motor, torsion if told else None):
-        size = rms(np.concatenate([one.reference for one in recordings]))
-        said = _with_motor(said, motor, {'coulomb_friction.level': arm.joints[0].ratio,
-                                         'torque_constant_error.error': size})
-    if torsion is not None and told:
-        said = _with_torsion(said, torsion, len(recordings))
-    elif torsion is not None and said.numbers:
-        said = replace(said, numbers=(rest(torsion.given, len(recordings)), *said.numbers))
-    return said if said.numbers else replace(said, kept=_why(torsion, motor, varies))
+    if varies == 0.0:
+        return replace(said, kept='its reference torque never changes')
+    wrong = wrong_signs(arm, recordings)
+    if wrong.joint:
+        return replace(said, kept=wrong.joint)
+    said = replace(said, aside=tuple(words for words in wrong if words))
+    heard = Witnesses(None if wrong.torsion else torsion_of(arm, recordings),
+                      None if wrong.motor else motor_of(arm, recordings))
+    used = Witnesses(*(one if one is not None and one.error < _least(one) else None
+                       for one in heard))
+    if _is_no_gear(used):
+        used = used._replace(torsion=None)
+    if not any(used):
+        return replace(said, kept='; '.join((*said.aside, _why(heard, varies))))
+    return _weighed(said, arm, recordings, used)
 
 
-def _is_worth(motor: Heard, torsion: Heard | None) -> bool:
-    """Tell whether a motor is written, beside a torsion that is, or alone."""
-    if torsion is not None and not earns_its_place(motor.whole_error, torsion.whole_error):
-        return False
-    return motor.error < USEFUL * motor.varies and not motor.is_odd
+def _least(heard: Heard) -> float:
+    """Return the error below which a witness tells something [N*m rms]."""
+    return min(heard.before, USEFUL * heard.varies)
 
 
-def _torsion(arm: Arm, recordings: Sequence[Measured]) -> Heard | None:
-    return torsion_of(arm, recordings) if recordings else None
+def _is_no_gear(used: Witnesses) -> bool:
+    """Tell whether a torsion that needs an unlikely stiffness is worth nothing beside a motor."""
+    torsion, motor = used
+    return (torsion is not None and motor is not None and STIFFNESS in torsion.doubtful
+            and motor.error ** 2 < FAINT * (motor.error ** 2 + torsion.error ** 2))
 
 
-def _motor(arm: Arm, recordings: Sequence[Measured]) -> Heard | None:
-    return motor_of(arm, recordings) if recordings else None
+class _Trial(NamedTuple):
+    """Some witnesses of a joint, and what the estimator tells by them."""
+
+    used: Witnesses
+    numbers: tuple[Number, ...]
+    known: tuple[Number, ...]
+    found: Examined
 
 
-def _with_torsion(said: JointCalibration, torsion: Heard, parts: int) -> JointCalibration:
-    """Return what is said of a joint, with the numbers of its torsion first."""
-    return replace(
-        said, numbers=(*torsion.numbers, rest(torsion.error, parts), *said.numbers),
-        known=(*torsion.known, *said.known),
-        before=torsion.before, after=torsion.error, zero_moves=torsion.spread,
-        zero_torque=torsion.offset, lag=torsion.lag, doubtful=torsion.doubtful)
+def _weighed(said: JointCalibration, arm: Arm, recordings: Sequence[Measured],
+             used: Witnesses) -> JointCalibration:
+    """Return what is said of a joint whose witnesses weigh what they are worth."""
+    used, numbers, known, found = _best(arm, recordings, used)
+    told = as_given(arm, _of_both(recordings), used.lag)
+    given = rms(told.error)
+    if found.error > given and found.about > rms(told.about):
+        return replace(said, kept=f'calibrated, the estimator would be {found.error:.3g} N*m '
+                       f'rms off, as given {given:.3g}')
+    alone = '' if used.motor is not None or used.torsion is None else 'torsion'
+    return _with_torsion(_with_motor(replace(
+        said, numbers=(*_as_unsure(arm, recordings, used, numbers), *found.deviations),
+        known=known, together=found.error,
+        given=given, by_hand=line_left_out(arm.joints[0], recordings),
+        leader=found.leader or alone, lag=used.lag,
+        doubtful=tuple(name for one in used if one is not None for name in one.doubtful)),
+        used.motor), used.torsion)
 
 
-def _with_motor(said: JointCalibration, motor: Heard,
-                shares: Mapping[str, float]) -> JointCalibration:
+def _as_unsure(arm: Arm, recordings: Sequence[Measured], used: Witnesses,
+               numbers: Sequence[Number]) -> tuple[Number, ...]:
     """
-    Return what is said of a joint, with the numbers of its motor.
+    Return numbers with intervals that hold what no law tells of the motor's torque.
 
-    What no law tells of the motor's torque is friction, or follows the torque, and nobody knows
-    which. So numbers of either kind are as unsure as that makes them: `shares` are the torques
-    [N*m] that one of each number makes.
+    It is friction, or follows the torque, and nobody knows which.
     """
-    told, known = (tuple(number(one.name, one.value, math.hypot(
-        one.sigma, motor.error / shares[one.name] if one.name in shares else 0.0))
-        for one in found) for found in (motor.numbers, motor.known))
-    return replace(said, numbers=told, known=known, motor=motor.error, offset_moves=motor.spread,
-                   lag=motor.lag)
+    if used.motor is None:
+        return tuple(numbers)
+    size = rms(np.concatenate([one.reference for one in recordings]))
+    shares = {'coulomb_friction.level': arm.joints[0].ratio, 'torque_constant_error.error': size}
+    return tuple(number(one.name, one.value, math.hypot(
+        one.sigma, used.motor.error / shares[one.name])) if one.name in shares else one
+        for one in numbers)
 
 
-def _why(torsion: Heard | None, motor: Heard | None, varies: float) -> str:
+def _best(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> _Trial:
+    """
+    Return both witnesses, or the torsion alone where a motor beside it does not earn that.
+
+    It must tell the torque better, and not its changes worse: a tare takes out the rest.
+    """
+    trial = _tried(arm, recordings, used)
+    if used.torsion is None or used.motor is None or knows_motor(arm, arm.joints[0]):
+        return trial
+    alone = _tried(arm, recordings, used._replace(motor=None))
+    earns = (trial.found.error < BESIDE * alone.found.error
+             and trial.found.about <= alone.found.about)
+    return trial if earns else alone
+
+
+def _tried(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> _Trial:
+    label, heard = arm.labels[0], [one for one in used if one is not None]
+    numbers = tuple(number for one in heard for number in one.numbers)
+    known = tuple(number for one in heard for number in one.known)
+    there = with_tolerances(entered(arm, label, {one.name: one.value for one in numbers}),
+                            {label: known}, wider=True)
+    return _Trial(used, numbers, known, examined(
+        there, used, _of_both(recordings), _deviations(arm, recordings, used)))
+
+
+def _of_both(recordings: Sequence[Measured]) -> Sequence[Measured]:
+    """Return the recordings in which weights count: with both witnesses, else all."""
+    return [one for one in recordings if one.has_link and one.has_command] or recordings
+
+
+def _deviations(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> dict[str, float]:
+    """
+    Return the error of each witness that there is, as given where it tells nothing [N*m].
+
+    A motor that tells nothing, and that nobody knows, stays unknown: its torque is not used.
+    """
+    torsion, motor = used
+    found = {}
+    if linked := [one for one in recordings if one.has_link]:
+        found['torsion.deviation'] = (torsion.error if torsion is not None else rms(
+            as_given(arm, linked, 0.0, fused=False).error))
+    driven = [one for one in recordings if one.has_command]
+    if driven and (motor is not None or knows_motor(arm, arm.joints[0])):
+        found['motor_deviation'] = motor.error if motor is not None else rms(np.concatenate([
+            np.nan_to_num(arm.joints[0].ratio * one.command) - one.reference for one in driven]))
+    return found
+
+
+def _with_torsion(said: JointCalibration, torsion: Heard | None) -> JointCalibration:
+    """Return what is said of a joint, with what its torsion told."""
+    if torsion is None:
+        return said
+    return replace(said, before=torsion.before, after=torsion.error, zero_moves=torsion.spread,
+                   zero_torque=torsion.offset)
+
+
+def _with_motor(said: JointCalibration, motor: Heard | None) -> JointCalibration:
+    """Return what is said of a joint, with what its motor told."""
+    if motor is None:
+        return said
+    return replace(said, motor=motor.error, offset_moves=motor.spread)
+
+
+def _why(heard: Witnesses, varies: float) -> str:
     """Return why a joint stays as it was."""
     parts = []
-    if torsion is not None:
-        parts.append(f'calibrated, it would be {torsion.error:.3g} N*m rms off, as given '
-                     f'{torsion.before:.3g}')
-    if motor is not None:
-        parts.append(f'its motor would be {motor.error:.3g} N*m rms off')
+    if heard.torsion is not None:
+        parts.append(f'calibrated, it would be {heard.torsion.error:.3g} N*m rms off, as given '
+                     f'{heard.torsion.before:.3g}')
+    if heard.motor is not None:
+        parts.append(f'its motor would be {heard.motor.error:.3g} N*m rms off')
+    if not parts:
+        return 'neither its torsion nor a motor that turns tells anything'
     return f'{", ".join(parts)}, and its torque varies by {varies:.3g}'

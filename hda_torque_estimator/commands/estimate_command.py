@@ -42,6 +42,7 @@ from ..measurements.conventions import check_conventions
 from ..measurements.recorded_readings import recorded_readings
 from ..measurements.renamed_recording import Naming, open_named
 from ..samples.driver_states import Driver
+from ..samples.readings import by_motor
 from ..version import version
 
 EXAMPLES = (
@@ -86,6 +87,7 @@ def _estimated(options: argparse.Namespace) -> Outcome:
     driver = settings.driver if named == Naming() else Driver()
     found = recorded_readings(arm, recording, driver)
     check_conventions(arm, found.reading, found.command, str(options.bag))
+    arm = by_motor(arm, found.by_motor)
     estimator = Estimator(arm, settings.estimator)
     tare = tare_stamps(options.tare, found.stamps)
     estimates, parts = estimator.in_parts(found.stamps, found.reading, found.command, tare=tare)
@@ -117,7 +119,7 @@ def _estimated(options: argparse.Namespace) -> Outcome:
         write_page(options, shown)
     level = contact_level(settings.estimator.contact_deviations, len(arm.joints))
     return _outcome(options, arm, _Made(estimates, found_errors, contacts(
-        arm, estimates, level)), refused, zero)
+        arm, estimates, level), found.by_motor), refused, zero)
 
 
 def _write(bag: BagWriter, arm: Arm, part: Estimates, settings: RecordedSettings, *,
@@ -153,17 +155,18 @@ class _Made(NamedTuple):
     estimates: Estimates
     found: dict[str, Errors]
     contacts: list[Contact]
+    by_motor: tuple[str, ...]
 
 
 def _outcome(options: argparse.Namespace, arm: Arm, made: _Made, refused: int,
              zero: dict[str, Any]) -> Outcome:
-    estimates, found, touched = made
+    estimates, found, touched, alone = made
     doubted = _doubts(arm, estimates)
     report: dict[str, Any] = {
         'bag': str(options.out), 'samples': len(estimates.stamps),
         'refused': refused, 'joints': list(arm.labels),
         'largest_torque': _largest(estimates).tolist(),
-        'doubts': doubted, 'tare': zero or None,
+        'doubts': doubted, 'tare': zero or None, 'by_motor': list(alone),
         'contacts': [one._asdict() for one in touched],
         'errors': {name: {key: None if np.isnan(value) else value
                           for key, value in error._asdict().items()}
@@ -173,6 +176,8 @@ def _outcome(options: argparse.Namespace, arm: Arm, made: _Made, refused: int,
              f'joint torques up to {torques} N*m']
     lines += [f'  {100.0 * share:.3g} % of the samples: {words}'
               for words, share in doubted.items()]
+    lines += [f'  {label}: no link angle is in the bag; its motor alone tells its torque'
+              for label in alone]
     if zero:
         lines.append(f'  {tare_words(zero)}')
     if arm.links is None:

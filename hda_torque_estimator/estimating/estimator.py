@@ -24,7 +24,6 @@ from .estimates import Estimates, tip_results
 from .laws import belief, estimate, fusion_memory, layout
 from .laws.compiled_settings import CompiledSettings
 from .laws.contact import contact_level
-from .laws.route_errors import Known, known
 from .laws.stream import Plain, Remembered, run, Stream
 from ..samples.sample_judge import WATCH_MEMORY
 from ..samples.sample_limits import LARGEST, watch_limits
@@ -105,8 +104,7 @@ class Estimator:
         """Use other settings from the next sample on; filters and zero stay as they are."""
         self.settings = settings
         self._settings = compiled_settings(self.arm, settings)
-        self._numbers = np.array([*self._settings[:-2], *self._settings.known,
-                                  *self._settings.links_known.ravel()])
+        self._numbers = np.array([*self._settings[:-1], *self._settings.links_known.ravel()])
 
     def reset(self) -> None:
         """Forget every sample, filter and tare."""
@@ -123,11 +121,6 @@ class Estimator:
     def taring(self) -> bool:
         """Tell whether a tare is under way."""
         return self._tare_left > 0.0
-
-    @property
-    def known(self) -> Known:
-        """Return how well the arm's numbers are known."""
-        return self._settings.known
 
     @property
     def memory(self) -> Array:
@@ -264,14 +257,13 @@ def _one_by_one(rows: slice) -> Iterator[slice]:
 
 
 def compiled_settings(arm: Arm, settings: EstimatorSettings) -> CompiledSettings:
-    """Return what the compiled step reads of the settings and of the arm's tolerances."""
+    """Return what the compiled step reads of the settings and of the arm's links."""
     return CompiledSettings(
         settings.velocity_bandwidth, settings.observer_bandwidth, settings.singular_sine,
         arm.tolerances.link_inertia, float(arm.links is not None), settings.torsion_bandwidth,
         settings.fusion, settings.fusion_window, settings.fusion_memory,
         settings.fusion_zero_follows, contact_level(settings.contact_deviations, len(arm.joints)),
-        settings.collision_torque,
-        known(arm), links_known(arm))
+        settings.collision_torque, links_known(arm))
 
 
 def links_known(arm: Arm) -> Array:

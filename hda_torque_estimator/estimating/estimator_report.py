@@ -71,7 +71,7 @@ def _contact_memory(live: LiveEstimator) -> Array:
 def _health(live: LiveEstimator) -> dict[str, str]:
     estimator = live.estimator
     return {f'{joint.label}: torsion against motor torque':
-            told(joint, estimator.known, memory[layout.FUSION:])
+            told(joint, estimator.arm.tolerances_of(joint.label), memory[layout.FUSION:])
             for joint, memory in zip(estimator.arm.joints, estimator.memory)}
 
 

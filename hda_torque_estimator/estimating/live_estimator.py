@@ -99,5 +99,5 @@ def _warm_up(arm: Arm) -> None:
     scratch.tare()
     for stamp in (1, 2):
         scratch.update(stamp, np.zeros((len(arm.joints), READINGS)), np.zeros(len(arm.joints)))
-    for memory in scratch.memory:
-        remarks(scratch.known, memory[FUSION:])     # a report comes between two samples
+    for label, memory in zip(arm.labels, scratch.memory):
+        remarks(arm.tolerances_of(label), memory[FUSION:])     # a report comes between two samples

@@ -9,13 +9,12 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
-from hda_arm_sim.model.parts import Joint
+from hda_arm_sim.model.parts import Joint, Tolerances
 import numpy as np
 
 from .laws import fusion_memory as fusion
-from .laws.route_errors import (DRY, ERRORS, GAIN, Known, LINK_1, LINK_2, OFFSET, RIPPLE_2,
-                                RIPPLE_4, SHAFT_1, SHAFT_2, SHAFT_4, SKEW, STIFFNESS, VISCOUS,
-                                ZERO)
+from .laws.route_errors import (DRY, ERRORS, GAIN, LINK_1, LINK_2, OFFSET, RIPPLE_2, RIPPLE_4,
+                                SHAFT_1, SHAFT_2, SHAFT_4, SKEW, STIFFNESS, VISCOUS, ZERO)
 
 # Choices unless told otherwise.
 # A healthy arm's errors are drawn from a normal distribution of one tolerance. The two parts of a
@@ -55,16 +54,16 @@ class Remark(NamedTuple):
     tolerances: float
 
 
-def remarks(known: Known, memory: Array) -> list[Remark]:
+def remarks(known: Tolerances, memory: Array) -> list[Remark]:
     """Return what is wrong with a joint by its fusion's memory (MEMORY,), the worst first."""
     found = sorted((*_waves(known, memory), *_numbers(known, memory)),
                    key=lambda remark: -remark.tolerances)
     return [*found, *_unexplained(memory)]
 
 
-def told(joint: Joint, known: Known, memory: Array) -> str:
+def told(joint: Joint, known: Tolerances, memory: Array) -> str:
     """Return the health of a joint in one line."""
-    if joint.dry_friction <= 0.0:
+    if joint.dry_friction <= 0.0 and joint.motor_deviation <= 0.0:
         return 'unknown: the model has no friction of the motor'
     found = remarks(known, memory)
     if not found:
@@ -82,7 +81,7 @@ def _beyond(size: float, deviation: float, bar: float = REMARKABLE) -> bool:
     return size > bar * max(1.0, deviation)
 
 
-def _waves(known: Known, memory: Array) -> Iterator[Remark]:
+def _waves(known: Tolerances, memory: Array) -> Iterator[Remark]:
     learnt, deviations = memory[fusion.LEARNT:fusion.LEARNT + ERRORS], _deviations(memory)
     for place, name, order in _WAVES:
         size = float(np.hypot(*learnt[place:place + 2]))
@@ -91,7 +90,7 @@ def _waves(known: Known, memory: Array) -> Iterator[Remark]:
                          size)
 
 
-def _numbers(known: Known, memory: Array) -> Iterator[Remark]:
+def _numbers(known: Tolerances, memory: Array) -> Iterator[Remark]:
     learnt, deviations = memory[fusion.LEARNT:fusion.LEARNT + ERRORS], _deviations(memory)
     for place, name, words in _NUMBERS:
         if _beyond(abs(learnt[place]), float(deviations[place])):

@@ -2,21 +2,23 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 from hda_arm_sim.foundation.parameter import Declaration, Declared
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import effect_named
-from hda_arm_sim.model.parts import Encoder
+from hda_arm_sim.model.parts import Encoder, Joint
 from hda_arm_sim.model.torsion import TorsionLaw
 
-PARTS: dict[str, type[Declared]] = {'torsion': TorsionLaw, 'link_encoder': Encoder}
+# The numbers of the joint itself have no owner: `motor_deviation`.
+PARTS: dict[str, type[Declared]] = {'': Joint, 'torsion': TorsionLaw, 'link_encoder': Encoder}
 # Choices unless told otherwise.
 APART = 1.01            # least ratio of two knees, which must differ
 
 
 def declaration(name: str) -> Declaration:
     """Return the declaration of a number such as `torsion.knee_1`; raises ParameterError."""
-    owner, _, field = name.partition('.')
+    owner, _, field = name.rpartition('.')
     kind: type[Declared] = PARTS[owner] if owner in PARTS else effect_named(owner)
     return kind.declaration(field)
 
@@ -38,13 +40,15 @@ def bounded(kind: type[Declared], numbers: Mapping[str, float]) -> dict[str, flo
 
 def entered(arm: Arm, label: str, numbers: Mapping[str, float]) -> Arm:
     """Return an arm with numbers such as `torsion.knee_1` in the place of those of a joint."""
-    fields: dict[str, dict[str, float]] = {}
+    fields: dict[str, dict[str, Any]] = {}
     for name, value in numbers.items():
-        owner, _, field = name.partition('.')
+        owner, _, field = name.rpartition('.')
         fields.setdefault(owner, {})[field] = value
     joint = arm.joint(label)
     for owner, values in fields.items():
-        if owner in PARTS:
+        if not owner:
+            joint = replace(joint, **values)
+        elif owner in PARTS:
             joint = replace(joint, **{owner: replace(getattr(joint, owner), **values)})
         else:
             arm = arm.with_effect(replace(arm.effect(owner, label), **values), label)

@@ -71,6 +71,30 @@ class Logarithm(Chart):
 
 
 @dataclass(frozen=True)
+class Chords(Chart):
+    """Stiffnesses of straight segments: the logarithm of all together, and of those beyond."""
+
+    about: tuple[float, ...] = ()
+
+    @property
+    def size(self) -> int:
+        """Return the number of unknowns, however many segments there are."""
+        return 2
+
+    def unknowns(self, owner: Any) -> tuple[float, ...]:
+        """Return the logarithms of two ratios: of the first segment, and of others over it."""
+        first, beyond = (math.log(getattr(owner, name) / size)
+                         for name, size in zip(self.names[:2], self.about))
+        return first, beyond - first
+
+    def numbers(self, unknowns: Sequence[float]) -> dict[str, float]:
+        """Return the stiffnesses by their names."""
+        first, beyond = math.exp(unknowns[0]), math.exp(unknowns[0] + unknowns[1])
+        return {name: size * (beyond if place else first)
+                for place, (name, size) in enumerate(zip(self.names, self.about))}
+
+
+@dataclass(frozen=True)
 class Factor(Chart):
     """The relative error of a number, as the logarithm of the factor that it makes."""
 

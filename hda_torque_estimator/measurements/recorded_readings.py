@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from .renamed_recording import RenamedRecording
 from ..samples.driver_states import Driver, DriverStates
-from ..samples.readings import motor_commands, readings
+from ..samples.readings import motor_commands, readings, with_links_of
 from ..samples.sample_reader import SampleReader
 
 
@@ -25,13 +25,15 @@ class RecordedReadings(NamedTuple):
     """
     Stamps [ns] (k,), readings (k, n, READINGS), motor torques in force since (k, n) [N*m].
 
-    Beside them how many messages could not be read.
+    Beside them how many messages could not be read, and the joints without a link angle. Theirs is
+    that of a rigid gear.
     """
 
     stamps: NDArray[np.int64]
     reading: NDArray[np.float64]
     command: NDArray[np.float64]
     unreadable: int = 0
+    by_motor: tuple[str, ...] = ()
 
 
 def recorded_readings(arm: Arm, recording: Recording,
@@ -44,9 +46,9 @@ def recorded_readings(arm: Arm, recording: Recording,
     if any(driver):
         return _of_driver(arm, recording, driver)
     try:
-        samples = recording.joint_states()
+        samples, alone = with_links_of(arm, recording.joint_states())
         return RecordedReadings(samples.stamps, readings(arm.labels, samples),
-                                motor_commands(arm.labels, samples))
+                                motor_commands(arm.labels, samples), by_motor=alone)
     except (BagError, NamesError):
         if isinstance(recording, RenamedRecording):     # its messages have other names
             raise

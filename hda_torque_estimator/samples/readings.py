@@ -6,8 +6,13 @@ joint. Names may stand in any order among others; what a message does not give i
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
 
 from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects import CoulombFriction
+from hda_arm_sim.model.parts import Joint
 from hda_msgs_json.cdr import JointState
 from hda_msgs_json.columns import ColumnFinder, columns_of
 from hda_msgs_json.samples import JointSamples
@@ -19,6 +24,7 @@ SIDES = 2
 # A reading, per joint: angles [rad] and velocities [rad/s] of shaft and link, NaN if not given.
 MOTOR_READING, LINK_READING, MOTOR_RATE, LINK_RATE = range(4)
 READINGS = 4
+NOTHING = 1e3           # deviation of a torsion that tells no torque, the largest there is [N*m]
 
 
 def motor_commands(labels: Sequence[str], samples: JointSamples) -> Array:
@@ -36,6 +42,46 @@ def readings(labels: Sequence[str], samples: JointSamples) -> Array:
     """Return the reading of every recorded joint state (k, n, READINGS); raises NamesError."""
     columns = columns_of(reading_names(labels), samples.names).reshape(-1, SIDES)
     return np.concatenate([samples.position[:, columns], samples.velocity[:, columns]], axis=2)
+
+
+def with_links_of(arm: Arm, samples: JointSamples) -> tuple[JointSamples, tuple[str, ...]]:
+    """
+    Return joint states with all link angles that motors can stand in for, and these joints.
+
+    They are joints without a link encoder, whose motor has a torque and is known. Their angle is
+    what a rigid gear would make of the motor's. It tells nothing of a torque: see `by_motor`.
+    """
+    ratios = {joint.label: joint.ratio for joint in arm.joints if knows_motor(arm, joint)}
+    alone = tuple(label for label in ratios
+                  if not np.isfinite(_column(samples.position, samples, label)).any()
+                  and np.isfinite(_column(samples.effort, samples, motor_name(label))).any())
+    if not alone:
+        return samples, ()
+    kept = samples.select([name for name in samples.names if name not in alone])
+    position, velocity = (np.column_stack([values, *(
+        _column(values, kept, motor_name(label)) / ratios[label] for label in alone)])
+        for values in (kept.position, kept.velocity))
+    effort = np.column_stack([kept.effort, np.full((len(kept.stamps), len(alone)), np.nan)])
+    return replace(kept, names=(*kept.names, *alone), position=position, velocity=velocity,
+                   effort=effort), alone
+
+
+def by_motor(arm: Arm, labels: Sequence[str]) -> Arm:
+    """Return the arm whose torsion tells nothing of these joints, so that their motors do."""
+    return replace(arm, joints=tuple(
+        replace(joint, torsion=replace(joint.torsion, deviation=NOTHING))
+        if joint.label in labels else joint for joint in arm.joints))
+
+
+def knows_motor(arm: Arm, joint: Joint) -> bool:
+    """Tell whether anything is known of what a motor's torque becomes at the gear."""
+    known: Any = arm.effect(CoulombFriction.name, joint.label)
+    return joint.motor_deviation > 0.0 or known.level > 0.0
+
+
+def _column(values: Array, samples: JointSamples, name: str) -> Array:
+    names: Sequence[str] = samples.names
+    return values[:, names.index(name)] if name in names else np.full(len(values), np.nan)
 
 
 class ReadingFinder:

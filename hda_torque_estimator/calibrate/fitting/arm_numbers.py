@@ -99,9 +99,9 @@ def _of_term(term: Term, values: Floats, covariance: Floats) -> list[Number]:
             for name in term.own or tuple(middle)]
 
 
-def rest(error: float, parts: int) -> Number:
+def rest(error: float, parts: int, name: str = 'torsion.deviation') -> Number:
     """Return an rms error over so many independent parts as what the law leaves [N*m]."""
-    return number('torsion.deviation', error, error / math.sqrt(2.0 * parts))
+    return number(name, error, error / math.sqrt(2.0 * parts))
 
 
 def with_numbers(arm: Arm, label: str, found: Sequence[Number], source: str) -> Arm:
@@ -115,24 +115,32 @@ def with_numbers(arm: Arm, label: str, found: Sequence[Number], source: str) -> 
 def with_tolerances(arm: Arm, found: Mapping[str, Sequence[Number]], *,
                     wider: bool = False) -> Arm:
     """
-    Return the arm with its joints as well known as the numbers that were found of every joint.
+    Return the arm with each joint as well known as the numbers that were found of it.
 
-    A tolerance holds for all joints, so the least sure one counts. Where a joint has no number
-    of its own, it stays as wide as it was. With `wider` it grows where numbers are less sure than
-    was known, else it stays.
+    What no number of a joint tells stays as wide as it was. With `wider` a tolerance grows where
+    numbers are less sure than was known, else it stays.
     """
-    known, origins = {}, dict(arm.provenance)
+    origins, joints = dict(arm.provenance), []
+    for joint in arm.joints:
+        before = arm.tolerances_of(joint.label)
+        known = _known(before, found.get(joint.label, ()), wider=wider)
+        origins |= {f'tolerances.{joint.label}.{name}': f'calibrated; {getattr(before, name):g} '
+                    'before' for name in known}
+        joints.append(replace(joint, tolerances=replace(before, **known)) if known else joint)
+    return replace(arm, joints=tuple(joints), provenance=tuple(origins.items()))
+
+
+def _known(before: Tolerances, found: Sequence[Number], *, wider: bool) -> dict[str, float]:
+    """Return the tolerances of one joint that its numbers change, by their names."""
+    known = {}
     for name, kinds in _KNOWN_BY.items():
-        sigmas = [[_sigma(number, name) for number in found.get(label, ()) if number.name in kinds]
-                  for label in arm.labels]
-        before = getattr(arm.tolerances, name)
-        most = max((sigma for own in sigmas for sigma in own), default=0.0)
-        most = min(most, Tolerances.declaration(name).high)
-        if (all(sigmas) and most < before) or (wider and most > before):
-            known[name] = max(most, LEAST * before)
-            origins[f'tolerances.{name}'] = f'calibrated, {most:.2g} at most; {before:g} before'
-    return replace(arm, tolerances=replace(arm.tolerances, **known),
-                   provenance=tuple(origins.items()))
+        sigmas = [_sigma(number, name) for number in found if number.name in kinds]
+        if not sigmas:
+            continue
+        most, now = min(max(sigmas), Tolerances.declaration(name).high), getattr(before, name)
+        if most < now or wider:
+            known[name] = max(most, LEAST * now)
+    return known
 
 
 def _sigma(number: Number, tolerance: str) -> float:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ..passages.passage import Passage
 from ...least_squares.bounds import bounded
-from ...least_squares.charts import Chart, Logarithm, Plain, Wave
+from ...least_squares.charts import Chart, Chords, Logarithm, Plain, Wave
 from ...least_squares.term import Term
 
 Floats = NDArray[np.float64]
@@ -40,12 +40,22 @@ NAMED = (1.0, 2.0, 4.0)         # orders per motor turn that have a name of thei
 FURTHER = ('a', 'b', 'c', 'd')
 WIDEST = 4.0            # of any scatter, either way
 SAME = 1e-6             # of an order
+SEGMENTS = ('flexspline_stiffness', 'second_stiffness', 'third_stiffness')
 
 
 def stiffness(arm: Arm) -> Term:
-    """Return the stiffness of the flexspline at zero torque."""
-    spread = max(STIFFNESS, arm.tolerances.stiffness)
-    return _of_law(arm, _size(arm.joints[0].torsion, 'flexspline_stiffness', spread))
+    """Return the stiffness of the flexspline at zero torque, of segments all stiffnesses."""
+    law, spread = arm.joints[0].torsion, max(STIFFNESS, arm.tolerances.stiffness)
+    if law.knee_1 > 0.0:
+        return _of_law(arm, chords_of(law, spread, WIDEST * spread))
+    return _of_law(arm, _size(law, 'flexspline_stiffness', spread))
+
+
+def chords_of(law: TorsionLaw, spread: float, reach: float) -> Chords:
+    """Return the stiffnesses of straight segments, about those that a law has."""
+    names = SEGMENTS if law.knee_2 > 0.0 else SEGMENTS[:2]
+    return Chords(names, spread, spread, -reach, reach,
+                  about=tuple(getattr(law, name) for name in names))
 
 
 def curvature(arm: Arm) -> Term:

@@ -21,6 +21,7 @@ from ...samples.readings import LINK_READING, MOTOR_READING
 Floats = NDArray[np.float64]
 # Choices unless told otherwise.
 SLOWEST = 1.0           # shaft speed from which friction slides for certain [rad/s]
+FEWEST_ROWS = 50        # in which a motor slides
 # Columns of what a motor's torque follows from.
 COMMAND, ANGLE, RATE, LOAD, LINK, TIME = range(6)
 
@@ -91,6 +92,14 @@ class MotorWitness:
                                in zip(self.recordings, columns, self._used)])
 
 
+def sliding(recordings: Sequence[Measured]) -> list[Measured]:
+    """Return the recordings in which a shaft slides, none if all rows of these are few."""
+    rows = [int(_slides(one, turned := one.turning(), _columns(one, turned)).sum())
+            for one in recordings]
+    found = [one for one, count in zip(recordings, rows) if count > 0]
+    return found if sum(rows) >= FEWEST_ROWS else []
+
+
 def _columns(one: Measured, turned: Turning) -> Floats:
     """Return what the motor's torque follows from (k, 6); a command holds until the next."""
     before = np.concatenate([one.command[:1], one.command[:-1]])
@@ -100,8 +109,10 @@ def _columns(one: Measured, turned: Turning) -> Floats:
 
 
 def _slides(one: Measured, turned: Turning, seen: Floats) -> Flags:
-    """Return the rows in which the shaft slides one way as far as derivatives see."""
+    """Return the rows in which the shaft slides one way, all known, as far as derivatives see."""
     reach = 1 + 2 * turned.reach
+    known = np.isfinite(seen).all(axis=1).astype(float)
     slides = ((minimum_filter1d(turned.rate, reach, mode='constant') > SLOWEST)
               | (maximum_filter1d(turned.rate, reach, mode='constant') < -SLOWEST))
-    return one.thinned((slides & np.isfinite(seen).all(axis=1)).astype(float)) == 1.0
+    used = slides & (minimum_filter1d(known, reach, mode='nearest') == 1.0)
+    return one.thinned(used.astype(float)) == 1.0

@@ -2,7 +2,8 @@
 A witness held against references: terms of the joint, the references' lag, moving zeros.
 
 The zero may be another one in every recording. By how much it moves between recordings is found
-beside everything else. So a zero that stays is one zero, and one that moves tells nothing.
+beside everything else. So a zero that moves tells nothing. That it stays is tried as well. (With
+few recordings a zero of each may pass for a law of the gear.)
 """
 
 from collections.abc import Sequence
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 from .witness import Witness
 from ...least_squares.descent import beginning, descend, Found, limits, placed
-from ...least_squares.rows import normal_of, rms, Rows, solved
+from ...least_squares.rows import bounded, normal_of, rms, Rows, solved
 from ...least_squares.term import Term
 
 Floats = NDArray[np.float64]
@@ -25,6 +26,7 @@ FIRST_NOISE = 0.15      # of the references' deviation, until a fit has shown th
 ROUNDS = 6              # of a fit with the spread of zeros that the last one has left
 SETTLED = 0.05          # relative change of spread and noise that ends them
 STAYS = 1e-3            # of the usual zero, a spread that is none
+ABSURD = 1e6            # error beyond which a torque is none, as of a law far out of range [N*m]
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,7 @@ class Referenced:
     terms: tuple[Term, ...]
     spread: float
     lags: bool = False
+    stays: bool = False             # whether all recordings have one zero
 
     @property
     def recordings(self) -> int:
@@ -50,7 +53,7 @@ class Referenced:
     @property
     def moving(self) -> int:
         """Return the number of zeros that move."""
-        return self.recordings if self.recordings > 1 else 0
+        return self.recordings if self.recordings > 1 and not self.stays else 0
 
     @property
     def beside(self) -> int:
@@ -87,8 +90,9 @@ class Referenced:
 
     def error(self, scaled: Floats) -> Floats:
         """Return the error of the rows (m,) [N*m]."""
-        return (self.witness.torque(self.on(scaled), self.zeros(scaled))
-                - self.witness.reference(self.lag(scaled)))
+        told = self.witness.torque(self.on(scaled), self.zeros(scaled))
+        return np.clip(np.nan_to_num(told, nan=ABSURD), -ABSURD, ABSURD) - (
+            self.witness.reference(self.lag(scaled)))
 
     def rows(self, scaled: Floats, error: Floats) -> Rows:
         """Return the rows with all slopes, by a run for each unknown and one for all zeros."""
@@ -146,27 +150,36 @@ def _spread(problem: Referenced, found: Found) -> float:
                STAYS * problem.witness.usual_zero)
 
 
-def error_left_out(problem: Referenced, found: Found) -> float:
+def error_left_out(problem: Referenced, found: Found, *, follows: bool = True) -> float:
     """
     Return the error on recordings that a fit has not seen, each in turn [N*m rms].
 
-    The zero of a recording left out may move as far as the others' have. With one recording it is
-    every fifth of it.
+    If it `follows`, the zero of a recording left out may move as far as the others' have. Else it
+    is what they have in common. With one recording it is every fifth of it.
     """
-    return rms(errors_left_out(problem, found))
-
-
-def errors_left_out(problem: Referenced, found: Found) -> Floats:
-    """Return the errors of the rows (m,) of `error_left_out` [N*m]."""
-    rows, first = found.rows, len(found.scaled) - problem.moving
+    rows = found.rows
     left = np.empty_like(rows.error)
     for fold in np.unique(rows.fold):
-        seen = rows.fold != fold
-        step = solved(rows.some(seen), found.noise, found.scaled, found.prior)
-        if problem.moving:
-            own = [first + int(fold)]
-            step[own] = 0.0
+        seen, step = rows.fold != fold, step_without(problem, found, int(fold))
+        if problem.moving and follows:
+            own = _own(problem, found, int(fold))
             rest = rows.some(~seen).after(step)
-            step[own] = solved(rest.along(own), found.noise, found.scaled[own], found.prior[own])
+            step[own] += solved(rest.along(own), found.noise, found.scaled[own] + step[own],
+                                found.prior[own])
         left[~seen] = rows.some(~seen).after(step).error
-    return left
+    return rms(left)
+
+
+def step_without(problem: Referenced, found: Found, fold: int) -> Floats:
+    """Return the step (p,) to a fit that has not seen a fold, which has the common zero then."""
+    step = bounded(found.rows.some(found.rows.fold != fold), found.noise, found.scaled,
+                   found.prior, problem.bounds)
+    if problem.moving:
+        own = _own(problem, found, fold)
+        step[own] = -found.scaled[own]
+    return step
+
+
+def _own(problem: Referenced, found: Found, fold: int) -> list[int]:
+    """Return the place of a recording's own zero."""
+    return [len(found.scaled) - problem.moving + fold]

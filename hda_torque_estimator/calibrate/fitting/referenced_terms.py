@@ -18,6 +18,7 @@ from hda_arm_sim.model.effects import (
 import numpy as np
 from numpy.typing import NDArray
 
+from .laws import chords_of
 from ...least_squares.charts import Chart, Factor, Logarithm, Plain, Wave
 from ...least_squares.term import Term
 
@@ -38,6 +39,8 @@ RIPPLE = 0.05                   # of the usual motor torque
 STRIBECK = 5.0                  # speed at which friction has fallen [rad/s motor]
 WIDEST_LOOP = 3.0               # times the deviation of the reference torque
 WIDEST_FACTOR = math.log(50.0)   # of a stiffness over its nominal value, either way
+# (measured: a joint of a real arm has a quarter of its gear's stiffness, another a tenth)
+YIELDS = 0.5                    # of a stiffness, for bearings and links in series
 STIFFENS = 0.5                  # of the torque at which a spring is twice as stiff, the other way
 LEAST_TOLERANCE = 1e-6  # relative, where the arm file states none
 POLES = (1.0, 3.0, 6.0, 8.0, 12.0, 14.0, 16.0, 24.0, 28.0)  # cogging orders per motor turn, tried
@@ -54,9 +57,12 @@ def _effect(arm: Arm, kind: type[Effect], *charts: Chart, **values: float) -> Te
 
 
 def stiffness(arm: Arm, varies: float) -> Term:
-    """Return the stiffness of the flexspline; its logarithm is known to the arm's tolerance."""
+    """Return the stiffness of the flexspline, with all that yields behind it."""
     law = arm.joints[0].torsion
-    spread = max(arm.tolerances.stiffness, LEAST_TOLERANCE)
+    spread = max(arm.tolerances.stiffness, YIELDS)
+    if law.knee_1 > 0.0:
+        chords = chords_of(law, spread, WIDEST_FACTOR)
+        return Term(law, arm.labels[0], (chords,), 'torsion', chords.names)
     chart = Logarithm(('flexspline_stiffness',), spread, spread, -WIDEST_FACTOR, WIDEST_FACTOR,
                       about=law.flexspline_stiffness)
     return Term(law, arm.labels[0], (chart,), 'torsion', chart.names)
@@ -185,12 +191,16 @@ def _rippling(arm: Arm, varies: float) -> float:
 
 TORSION: tuple[Maker, ...] = (stiffness, hysteresis, waves_of_motor, skew, zero)
 TORSION_MORE: tuple[Maker, ...] = (disc, stiffening, fourth_wave)
-MOTOR: tuple[Maker, ...] = (constant, dry, offset)
 
 
-def motor_more(fastest: float) -> tuple[Maker, ...]:
-    """Return what must earn its place at a motor whose shaft turns so fast [rad/s]."""
-    return (viscous(fastest), of_load, near_rest, one_sided, inertia, ripple('2'), ripple('4'))
+def motor_always(fastest: float) -> tuple[Maker, ...]:
+    """Return what is always looked for at a motor whose shaft turns so fast [rad/s]."""
+    return constant, dry, offset, viscous(fastest), of_load
+
+
+def motor_more() -> tuple[Maker, ...]:
+    """Return what must earn its place at a motor."""
+    return near_rest, one_sided, inertia, ripple('2'), ripple('4')
 
 
 def likely_poles(angle: Floats, rest: Floats) -> float:

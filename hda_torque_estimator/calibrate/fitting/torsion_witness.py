@@ -20,23 +20,34 @@ class TorsionWitness:
 
     usual_zero = 0.01       # [rad] (choice) half a degree is wide for a zero that anyone has set
 
-    def __init__(self, recordings: Sequence[Measured]) -> None:
-        """Take recordings that all have both encoders."""
+    def __init__(self, arm: Arm, recordings: Sequence[Measured]) -> None:
+        """Take recordings that all have both encoders; rows that the arm refuses do not count."""
         self.recordings = recordings
         self.dt = max(one.dt for one in recordings)
-        self._all = [np.ones(len(one.stamps) // one.every, bool) for one in recordings]
-        self.blocks = blocks_of(recordings, self._all)
+        self._used = [np.isfinite(rows) for rows in self._rows(arm, np.zeros(0))]
+        self.blocks = blocks_of(recordings, self._used)
+
+    @property
+    def tells(self) -> bool:
+        """Tell whether every recording has rows."""
+        return all(used.any() for used in self._used)
 
     def torque(self, arm: Arm, zeros: Floats) -> Floats:
         """Return the torque of the rows (m,) [N*m] with zeros of the link moved (r,) [rad]."""
+        return np.concatenate([rows[used] for rows, used
+                               in zip(self._rows(arm, zeros), self._used)])
+
+    def _rows(self, arm: Arm, zeros: Floats) -> list[Floats]:
+        """Return the torque of all rows of each recording, NaN where no sample is believed."""
         estimator, found = Estimator(arm, UNFUSED), []
         for one, zero in zip(self.recordings, per_recording(zeros, self.recordings)):
             readings = one.readings.copy()
             readings[:, 0, LINK_READING] -= zero
             estimator.reset()
             found.append(one.thinned(estimator.run(one.stamps, readings).torque[:, 0]))
-        return np.concatenate(found)
+        return found
 
     def reference(self, lag: float) -> Floats:
         """Return the reference of the rows (m,) [N*m]."""
-        return np.concatenate([one.thinned(one.later(lag)) for one in self.recordings])
+        return np.concatenate([one.thinned(one.later(lag))[used] for one, used
+                               in zip(self.recordings, self._used)])

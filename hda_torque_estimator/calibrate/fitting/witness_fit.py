@@ -1,32 +1,40 @@
 """Fit torsion or motor to reference torques: which terms earn their place, and what is left."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 import math
+from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
 import numpy as np
 from numpy.typing import NDArray
 
 from .arm_numbers import doubtful, Number, number, numbers
-from .motor_witness import MotorWitness
-from .referenced_problem import error_left_out, fitted, LAG, likeliest, Referenced
-from .referenced_terms import (cogging, likely_poles, Maker, MOTOR, motor_more, stiffening,
+from .motor_witness import MotorWitness, sliding
+from .referenced_problem import error_left_out, fitted, LAG, Referenced, step_without
+from .referenced_terms import (cogging, likely_poles, Maker, motor_always, motor_more, stiffening,
                                TORSION, TORSION_MORE)
 from .torsion_witness import TorsionWitness
+from .witness import Witness
 from ..passages.joint_recording import Measured
-from ...least_squares.descent import beginning, Found
+from ...least_squares.descent import beginning, Found, placed
 from ...least_squares.rows import rms, solved
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Fit = tuple[Referenced, Found]
 TINY = np.finfo(float).tiny
 # Choices unless told otherwise.
 SOFTER = 0.2            # of the stiffness known, where a search begins as well
 BENDS = 1.0             # deviation of a torque, from which a law can be seen to bend [N*m]
-# (measured: for a joint of a real arm a true term made 0.52 N*m to 0.29, false ones 0.60 to 0.52)
 FARTHEST = 6.0          # of what references lag before anything is known, longest first guess
-CLEARLY = 0.8           # of the error on recordings left out, below which a term has its place
+# (measured: for a joint of a real arm a true term made 0.52 N*m to 0.29, false ones 0.60 to 0.52)
+CLEARLY = 0.8           # of the error left out, below which a term of the torsion has its place
+PATIENT = 2000          # rows of a torsion up to which all terms are fitted, not looked at alone
+SLIGHTLY = 0.97         # the same of the motor, whose friction no term can stand in for
+SHARES = (0.5, 0.2, 0.0)         # of a step that are tried as well
+BELIEVED = 0.9          # of the error left out if zeros move, below which all are one zero
+FOLLOWED = 1.0          # times that of zeros that are followed, above which they are
 
 
 @dataclass(frozen=True)
@@ -40,71 +48,151 @@ class Heard:
     error: float            # where the fit has not seen, zeros free to move as they do [N*m rms]
     offset: float           # deviation of the torque by its zero, of a recording not seen [N*m]
     before: float           # as the arm was given, every recording with a zero of its own [N*m]
-    given: float            # as the arm was given, its zero as well [N*m rms]
     varies: float           # the reference as the witness's rows see it, about its means [N*m rms]
     doubtful: tuple[str, ...]
-    arm: Arm                # of one joint, with these numbers
+    recordings: tuple[Measured, ...]
+    left_out: tuple[dict[str, float], ...]      # numbers by their names, of each fold left out
 
-    @property
-    def is_odd(self) -> bool:
-        """Tell whether the motor would have to give another torque than any such motor does."""
-        return 'torque_constant_error.error' in self.doubtful
-
-    @property
-    def whole_error(self) -> float:
-        """Return the error of a recording not seen, its zero as unknown as it is [N*m rms]."""
-        return math.hypot(self.error, self.offset)
+    def without(self, recording: Measured, fifth: int) -> dict[str, float]:
+        """Return numbers by their names that have not seen a recording, or a fifth of the only."""
+        places = [place for place, one in enumerate(self.recordings) if one is recording]
+        if not places:
+            return {number.name: number.value for number in self.numbers}
+        return self.left_out[fifth if len(self.recordings) == 1 else places[0]]
 
 
-def torsion_of(arm: Arm, recordings: Sequence[Measured]) -> Heard:
-    """Return what the torsion of recordings that have both encoders tells of a joint."""
-    witness, varies = TorsionWitness(recordings), _varies(recordings)
-    problem = Referenced(arm, witness, tuple(make(arm, varies) for make in TORSION),
-                         witness.usual_zero)
-    start = beginning(problem.terms, problem.beside)
-    softer = start.copy()
-    softer[0] = math.log(SOFTER) / float(problem.terms[0].deviations()[0])
-    problem, found = fitted(problem, [0.0 * start, start, softer])
-    more = [make for make in TORSION_MORE if make is not stiffening or varies > BENDS]
-    problem, found = _worthwhile(problem, found, more, varies)
-    return _told(problem, found, 'link_encoder.zero', problem.witness.torque(arm, np.zeros(0)))
+class Search(NamedTuple):
+    """What a witness is asked: terms that are always there, others, and what must be gained."""
+
+    always: tuple[Maker, ...]
+    more: tuple[Maker, ...]
+    worth: float            # share of the error left out, below which others have a place
 
 
-def motor_of(arm: Arm, recordings: Sequence[Measured]) -> Heard:
-    """Return what the motor of recordings that have its torque tells of a joint."""
+def torsion_of(arm: Arm, recordings: Sequence[Measured]) -> Heard | None:
+    """Return what the torsion of recordings tells of a joint; None where none is believed."""
+    recordings = [one for one in recordings if one.has_link]
+    if not recordings:
+        return None
+    witness, varies = TorsionWitness(arm, recordings), _varies(recordings)
+    if not witness.tells:
+        return None
+    bends = varies > BENDS and arm.joints[0].torsion.knee_1 == 0.0
+    more = tuple(make for make in TORSION_MORE if make is not stiffening or bends)
+    search = Search(TORSION, more, CLEARLY)
+
+    def starts(problem: Referenced) -> list[Floats]:
+        start = beginning(problem.terms, problem.beside)
+        softer = start.copy()
+        softer[0] = math.log(SOFTER) / float(problem.terms[0].deviations()[0])
+        return [0.0 * start, start, softer]
+
+    problem, found = _zeroed([_searched(_asked(arm, witness, search, varies, stays=stays), search,
+                                        starts, varies) for stays in _may_stay(recordings)])
+    return _told(problem, found, 'link_encoder.zero', witness)
+
+
+def motor_of(arm: Arm, recordings: Sequence[Measured]) -> Heard | None:
+    """Return what the motor of recordings tells; None where it has no torque, or rests."""
+    recordings = sliding([one for one in recordings if one.has_command])
+    if not recordings:
+        return None
     witness, varies = MotorWitness(recordings), _varies(recordings)
-    problem = Referenced(arm, witness, tuple(make(arm, varies) for make in MOTOR),
-                         witness.usual_zero)
-    problem, found = fitted(problem)
-    problem, found = _worthwhile(problem, found, motor_more(witness.fastest), varies)
-    order = likely_poles(witness.angle, found.rows.error)
-    problem, found = _worthwhile(problem, found, [cogging(order)], varies)
-    return _told(problem, found, 'drive_offset.offset', witness.torque(arm, np.zeros(0)))
+    search = Search(motor_always(witness.fastest), motor_more(), SLIGHTLY)
+
+    def starts(problem: Referenced) -> list[Floats]:
+        return [beginning(problem.terms, problem.beside)]
+
+    def found_with(stays: bool) -> Fit:
+        problem, found = _searched(_asked(arm, witness, search, varies, stays=stays), search,
+                                   starts, varies)
+        order = likely_poles(witness.angle, found.rows.error)
+        return _worthwhile(problem, found, search._replace(more=(cogging(order),)), varies)
+
+    problem, found = _zeroed([found_with(stays) for stays in _may_stay(recordings)])
+    return _told(problem, found, 'drive_offset.offset', witness)
+
+
+def _may_stay(recordings: Sequence[Measured]) -> tuple[bool, ...]:
+    """Return whether zeros stay, both where there are several recordings."""
+    return (False, True) if len(recordings) > 1 else (False,)
+
+
+def _asked(arm: Arm, witness: Witness, search: Search, varies: float, *,
+           stays: bool) -> Referenced:
+    return Referenced(arm, witness, tuple(make(arm, varies) for make in search.always),
+                      witness.usual_zero, stays=stays)
+
+
+def _searched(problem: Referenced, search: Search,
+              starts: Callable[[Referenced], list[Floats]],
+              varies: float) -> Fit:
+    """Return the fit of all terms that are always there, and of those that earn their place."""
+    problem, found = fitted(problem, starts(problem))
+    return _worthwhile(problem, found, search, varies)
+
+
+def _zeroed(fits: Sequence[Fit]) -> Fit:
+    """
+    Return the fit whose zeros move, or that with one zero where that tells others' torque better.
+
+    Both are judged on recordings left out, with the zero that the others have in common. One zero
+    must do hardly worse than zeros that follow, for another witness can tell how they move. The
+    terms of one are tried with the other as well: a search may find a disc with one alone.
+    """
+    if len(fits) == 1:
+        return fits[0]
+    moves, stays = (min((fit, _crossed(*other)), key=lambda each: error_left_out(*each))
+                    for fit, other in (fits, fits[::-1]))
+    one_zero = error_left_out(*stays)
+    believed = (one_zero < BELIEVED * error_left_out(*moves, follows=False)
+                and one_zero < FOLLOWED * error_left_out(*moves))
+    return stays if believed else moves
+
+
+def _crossed(problem: Referenced, found: Found) -> Fit:
+    """Return the fit of the same terms whose zeros stay where they moved, or the other way."""
+    other = replace(problem, stays=not problem.stays, spread=problem.witness.usual_zero)
+    start = np.concatenate([found.scaled[:len(found.scaled) - problem.moving],
+                            np.zeros(other.moving)])
+    return fitted(other, [start])
 
 
 def _varies(recordings: Sequence[Measured]) -> float:
     return rms(np.concatenate([one.reference - one.reference.mean() for one in recordings]))
 
 
-def _worthwhile(problem: Referenced, found: Found, more: Sequence[Maker],
-                varies: float) -> tuple[Referenced, Found]:
-    """Return the fit with all that lowers its error where it has not seen, the best first."""
-    best, rest = error_left_out(problem, found), [*more, None]
-    while rest:
-        trials = [_with(problem, found, make, varies) for make in rest]
-        errors = [error_left_out(*trial) if _may_be(*trial) else math.inf for trial in trials]
-        place = int(np.argmin(errors))
-        if not earns_its_place(errors[place], best):
-            break
-        problem, found = fitted(trials[place][0], [trials[place][1].scaled])
+def _worthwhile(problem: Referenced, found: Found, search: Search,
+                varies: float) -> Fit:
+    """
+    Return the fit with all that lowers its error where it has not seen, the best first.
+
+    What each would gain is seen by its slopes. Those that would are fitted, the best first. Of few
+    rows all are: slopes do not see a torsion far from its best fit.
+    """
+    rest: list[Maker | None] = [*search.more, None]
+    while True:
         best = error_left_out(problem, found)
-        rest.pop(place)
-    return problem, found
+        trials = [(make, _with(problem, found, make, varies)) for make in rest]
+        hopeful = sorted(((error_left_out(*trial) / _worth(search, make), place)
+                          for place, (make, trial) in enumerate(trials)))
+        for promised, place in hopeful:
+            make, (wider, start) = trials[place]
+            few = len(found.rows.error) < PATIENT and search.worth == CLEARLY
+            if promised * _worth(search, make) >= best and not few:
+                continue
+            fit = fitted(wider, [start.scaled, 0.0 * start.scaled])
+            if error_left_out(*fit) < _worth(search, make) * best and _may_be(*fit):
+                problem, found = fit
+                rest.remove(make)
+                break
+        else:
+            return problem, found
 
 
-def earns_its_place(error: float, before: float) -> bool:
-    """Tell whether an error on recordings left out is clearly less than without [N*m]."""
-    return error < CLEARLY * before
+def _worth(search: Search, make: Maker | None) -> float:
+    """Return the share of an error below which a term has its place, or a lag: None."""
+    return CLEARLY if make is None else search.worth
 
 
 def _may_be(problem: Referenced, found: Found) -> bool:
@@ -113,8 +201,8 @@ def _may_be(problem: Referenced, found: Found) -> bool:
 
 
 def _with(problem: Referenced, found: Found, make: Maker | None,
-          varies: float) -> tuple[Referenced, Found]:
-    """Return the fit with one more term, or with a lag of the references."""
+          varies: float) -> Fit:
+    """Return where a fit with one more term begins, or with a lag of the references: None."""
     if make is None:
         wider = replace(problem, lags=True)
     else:
@@ -127,7 +215,8 @@ def _with(problem: Referenced, found: Found, make: Maker | None,
         start[len(start) - wider.beside] = found.scaled[len(found.scaled) - problem.beside]
     elif wider.lags:
         start[len(start) - wider.beside] = _likely_lag(problem, found) / LAG
-    return wider, likeliest(wider, [start, 0.0 * start])
+    rows = wider.rows(start, wider.error(start))
+    return wider, Found(tuple(wider.terms), start, wider.prior, rows, found.noise)
 
 
 def _likely_lag(problem: Referenced, found: Found) -> float:
@@ -146,25 +235,46 @@ def _likely_lag(problem: Referenced, found: Found) -> float:
     return float(min(lags, key=left))
 
 
-def _told(problem: Referenced, found: Found, zero: str, given: Floats) -> Heard:
-    """
-    Return what a fit tells; `zero` is the number that moves between recordings.
-
-    `given` (m,) is the torque of the rows as the arm was given [N*m].
-    """
-    scaled, reference = found.scaled, problem.witness.reference(0.0)
+def _told(problem: Referenced, found: Found, zero: str,
+          witness: TorsionWitness | MotorWitness) -> Heard:
+    """Return what a fit tells; `zero` is the number that moves between recordings."""
+    scaled, reference = found.scaled, witness.reference(0.0)
+    given = witness.torque(problem.arm, np.zeros(0))    # as the arm was given
     ratio = problem.arm.joints[0].ratio if zero == 'drive_offset.offset' else 1.0
     spread = problem.spread / ratio if problem.moving else 0.0
+    unsure = spread if len(witness.recordings) > 1 else _zero_known(problem.arm, zero)
     fitted_numbers = numbers(found, found.covariance())
     told, known = ([number(one.name, one.value, math.hypot(
-        share * one.sigma, spread if one.name == zero else 0.0)) for one in fitted_numbers]
+        share * one.sigma, unsure if one.name == zero else 0.0)) for one in fitted_numbers]
         for share in (1.0, independent_share(problem, found)))
-    before, varies = (_about_means(values, problem.witness.blocks.recording)
+    before, varies = (_about_means(values, witness.blocks.recording)
                       for values in (given - reference, reference))
     return Heard(tuple(told), tuple(known), spread, problem.lag(scaled),
-                 error_left_out(problem, found),
-                 _moved(problem, found), before, rms(given - reference), varies, doubtful(found),
-                 problem.on(scaled))
+                 error_left_out(problem, found), _moved(problem, found), before, varies,
+                 doubtful(found), tuple(witness.recordings),
+                 tuple(_numbers_without(problem, found, int(fold))
+                       for fold in np.unique(found.rows.fold)))
+
+
+def _zero_known(arm: Arm, zero: str) -> float:
+    """Return how well a zero is known before: one recording does not tell how far it moves."""
+    known = arm.tolerances
+    return known.drive_offset if zero == 'drive_offset.offset' else known.torsion_zero
+
+
+def _numbers_without(problem: Referenced, found: Found, fold: int) -> dict[str, float]:
+    """
+    Return the numbers, by their names, of a fit that has not seen a fold.
+
+    Of the step by slopes that share counts which fits best what was seen.
+    """
+    step, seen = step_without(problem, found, fold), found.rows.fold != fold
+    places = np.clip(found.scaled + np.outer((1.0, *SHARES), step), *problem.bounds)
+    best = min(places, key=lambda scaled: float(
+        np.sum(problem.error(scaled)[seen] ** 2) / found.noise ** 2
+        + found.prior @ scaled ** 2))
+    return {name: value for term in placed(problem.terms, best)
+            for name, value in term.numbers().items()}
 
 
 def independent_share(problem: Referenced, found: Found) -> float:

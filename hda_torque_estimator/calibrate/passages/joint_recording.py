@@ -12,13 +12,17 @@ from scipy.ndimage import convolve1d
 from scipy.signal import savgol_filter
 
 from .thinning import row_means, samples_of_row
-from ...samples.readings import LINK_READING, MOTOR_READING, READINGS, SIDES
+from ...measurements.even_stamps import evened
+from ...samples.readings import (LINK_RATE, LINK_READING, MOTOR_RATE, MOTOR_READING, READINGS,
+                                 SIDES)
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 # Choices unless told otherwise.
 FEWEST = 20         # samples of a joint, fewer say nothing about any parameter
+BRIEFEST = 0.1      # time that they last, less cannot be differentiated [s]
+BURST = 0.25        # of the mean time between samples, below which stamps come in bursts
 SMOOTHED = 0.05     # time over which a motor is differentiated: stamps of hosts are uneven [s]
 FEWEST_BESIDE = 3   # samples that derivatives see on either side at low rates
 DEGREE = 3          # of the polynomials that are differentiated
@@ -78,13 +82,42 @@ class Measured(NamedTuple):
 
     @property
     def dt(self) -> float:
-        """Return the usual time between samples [s]."""
-        return float(np.median(np.diff(self.time)))
+        """Return the usual time between samples [s]; of stamps in bursts it is no less."""
+        time = self.time
+        return max(float(np.median(np.diff(time))), BURST * float(time[-1]) / (len(time) - 1))
 
     @property
     def every(self) -> int:
         """Return how many samples make a row."""
         return samples_of_row(self.dt)
+
+    def on_time(self) -> 'Measured':
+        """Return the recording with even stamps, if those that it has come in bursts."""
+        between = np.diff(self.time)
+        if float(np.median(between)) >= BURST * float(between.mean()):
+            return self
+        return self._replace(stamps=evened(self.stamps))
+
+    def without_spikes(self, velocity_limit: float) -> 'Measured':
+        """
+        Return the recording without single motor angles that the shaft cannot have reached.
+
+        Each is further from both neighbours, the same way, than the limit [rad/s] takes it.
+        """
+        steps = np.diff(self.readings[:, 0, MOTOR_READING])
+        farthest = velocity_limit * np.maximum(np.diff(self.time), self.dt)
+        fast, way = np.abs(steps) > farthest, np.sign(steps)
+        kept = np.ones(len(self.stamps), bool)
+        kept[1:-1] = ~(fast[:-1] & fast[1:]) | (way[:-1] == way[1:])
+        return Measured(self.recording, self.stamps[kept], self.readings[kept],
+                        self.command[kept], self.reference[kept])
+
+    def with_link(self, ratio: float) -> 'Measured':
+        """Return the recording with the link angle of a rigid gear in the place of none."""
+        readings = self.readings.copy()
+        for link, motor in ((LINK_READING, MOTOR_READING), (LINK_RATE, MOTOR_RATE)):
+            readings[:, 0, link] = readings[:, 0, motor] / ratio
+        return self._replace(readings=readings)
 
     def thinned(self, values: Floats) -> Floats:
         """Return the means of values (k, ...) over the samples of each row."""
@@ -121,6 +154,8 @@ def measured(recording: str, joint: str, states: JointSamples,
     known = np.isfinite(found[:, 0, :SIDES if has_link else 1]).all(axis=1)
     used = known & np.isfinite(torque) & later
     if used.sum() < FEWEST or not (has_link or np.isfinite(command[used]).any()):
+        return None
+    if np.ptp(states.stamps[used]) * 1e-9 < BRIEFEST:
         return None
     return Measured(recording, states.stamps[used], found[used], command[used], torque[used])
 

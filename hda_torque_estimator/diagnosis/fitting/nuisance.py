@@ -102,14 +102,14 @@ AnyTerm = Term | Zero | CouplingInertia
 
 def nuisances(arm: Arm) -> tuple[AnyTerm, ...]:
     """Return the tolerances of an arm as terms about its nominal numbers."""
-    known = arm.tolerances
-    relative = {'torque_constant_error': known.torque_constant,
-                'stiffness_error': known.stiffness}
-    scaled = {'coulomb_friction': ('level', known.dry_friction),
-              'viscous_friction': ('slope', known.viscous_friction),
-              'structural_damping': ('coefficient', known.damping)}
     terms: list[AnyTerm] = []
     for label in arm.labels:
+        known = arm.tolerances_of(label)
+        relative = {'torque_constant_error': known.torque_constant,
+                    'stiffness_error': known.stiffness}
+        scaled = {'coulomb_friction': ('level', known.dry_friction),
+                  'viscous_friction': ('slope', known.viscous_friction),
+                  'structural_damping': ('coefficient', known.damping)}
         for name, tolerance in relative.items():
             terms.append(_term(arm, name, label, {'error': max(tolerance, _FLOOR)}))
         if link := _link(arm, label):
@@ -120,13 +120,13 @@ def nuisances(arm: Arm) -> tuple[AnyTerm, ...]:
                 terms.append(_term(arm, name, label, {number: value * max(tolerance, _FLOOR)}))
         terms.append(Zero(label))
     if isinstance(arm.links, Links) and arm.links.p3:
-        terms.append(CouplingInertia(max(known.link_inertia, _FLOOR)))
+        terms.append(CouplingInertia(max(arm.tolerances.link_inertia, _FLOOR)))
     return tuple(terms)
 
 
 def _link(arm: Arm, joint: str) -> dict[str, float]:
     """Return how well the numbers of a joint's link are known, by name; none without links."""
-    usual = arm.tolerances.link_inertia
+    usual = arm.tolerances_of(joint).link_inertia
     if not isinstance(arm.links, ChainLinks):
         return {} if arm.links is None else {'error': max(usual, _FLOOR)}
     known = arm.links.known(usual)[arm.labels.index(joint)]

@@ -98,7 +98,8 @@ def stated_friction(arm: Arm, sweep: Sweep) -> Stated:
     """Return what the motor of a sweep needs against the friction that an arm's file states."""
     rows = np.flatnonzero(sweep.moving & ~sweep.held_out)
     motion = along(sweep, _load(sweep, _rubbing(sweep, load_columns(sweep), rows)))
-    label, known = sweep.joint.label, arm.tolerances
+    label = sweep.joint.label
+    known = arm.tolerances_of(label)
     tolerances = {'coulomb_friction': known.dry_friction,
                   'viscous_friction': known.viscous_friction}
     effects = [effect for effect in (arm.effect(kind.name, label) for kind in friction_effects())

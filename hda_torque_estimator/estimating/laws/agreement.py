@@ -16,7 +16,7 @@ import numpy as np
 
 from .fusion_memory import (AGAINST, AGREED, APART, CHANGED, DIFFERENCE, doubt_zero,
                             errors_learnt, EXCESS, FREED, gained, HEARD, IMPOSSIBLE, LASTING,
-                            LONG, MEAN_APART, MISFIT, share, SLIPPED, UNEXPLAINED, usual_misfit)
+                            LONG, MISFIT, share, shift_apart, SLIPPED, UNEXPLAINED, usual_misfit)
 from .route_errors import ERRORS, ZERO
 
 # Choices unless told otherwise.
@@ -130,7 +130,7 @@ def _confine(memory: Array, window: Window, slack: float, excess: float) -> None
     for i in range(ERRORS):
         for k in range(ERRORS):
             gain[i, k] -= spread[i] * spread[k] / variance * (1.0 - left)
-    memory[MEAN_APART] -= np.dot(window.effect, change)
+    shift_apart(memory, np.dot(window.effect, change))
 
 
 @compiled

@@ -154,7 +154,7 @@ def _couple(record: ArmRecord, memory: Array, reading: Array) -> None:
     for j in range(reading.shape[0]):
         joint = record.joints[j]
         coupling.add(memory[j], reading[j, 0], reading[j, 1], joint.ratio,
-                     coupling.twist_of(joint.torsion.valid_torsion))
+                     coupling.twist_of(joint.torsion.valid_torsion), coupling.disc_of(joint))
 
 
 @compiled
@@ -172,10 +172,10 @@ def sane(limits: Array, joints: NDArray[Any], reading: Array, command: Array, cl
 
 
 @compiled
-def feel_slips(limits: Array, memory: Array, learning: Array, zero: float, reading: Array,
+def feel_slips(record: ArmRecord, limits: Array, memory: Array, learning: Array, reading: Array,
                dt: float) -> None:
     """
-    Let the fusion of each joint (n, ...) doubt its zero, known by `zero` [rad], after a slip.
+    Let the fusion of each joint (n, ...) doubt its zero after a slip.
 
     What pulled at the links before that are gears and environment; twice, for what they did since.
     """
@@ -186,6 +186,7 @@ def feel_slips(limits: Array, memory: Array, learning: Array, zero: float, readi
         side = slips.look(limits[j], memory[j, SLIPS:STANDING], reading[j], torque, dt)
         if side != slips.NOTHING:
             size = slips.size(memory[j, SLIPS:STANDING], side, limits[j, RATIO])
+            zero = record.joints[j].tolerances.torsion_zero
             fusion.slipped(learning[j], side, size / max(zero, 1e-12))
 
 

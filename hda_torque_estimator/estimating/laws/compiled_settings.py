@@ -1,15 +1,13 @@
-"""What the compiled step reads: settings, tolerances, the arm."""
+"""What the compiled step reads: settings and the arm."""
 
 from typing import Any, NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import ArmRecord
 
-from .route_errors import Known
-
 
 class CompiledSettings(NamedTuple):
-    """What the compiled step reads of the settings and of the arm's tolerances."""
+    """What the compiled step reads of the settings, and of all links together."""
 
     velocity_bandwidth: float
     observer_bandwidth: float
@@ -23,7 +21,6 @@ class CompiledSettings(NamedTuple):
     following: float
     contact_deviations: float
     collision_torque: float
-    known: Known
     links_known: Array          # (n, 3) how well the links of a chain are, `chain.own_doubts`
 
 

@@ -78,7 +78,7 @@ def _joint(model: Model, tilt_moment: float, memory: Array, sample: Sample, j: i
            result: Array) -> float:
     """Fill one joint's torsions, torque and deviation; returns its link angle [rad]."""
     joint, dt, learning = model.record.joints[j], sample.dt, memory[FUSION:]
-    settings, known = model.settings, model.settings.known
+    settings = model.settings
     motor_angle, motor_velocity = shaft(joint, sample.reading[j, MOTOR_READING],
                                         memory[QUICK_MOTOR])
     link_angle, link_velocity = link(joint, tilt_moment, sample.reading[j, LINK_READING],
@@ -86,7 +86,7 @@ def _joint(model: Model, tilt_moment: float, memory: Array, sample: Sample, j: i
     total, kinematic, rate = torsions(joint, motor_angle, motor_velocity, link_angle,
                                       link_velocity)
     effect, learnt = np.zeros(ERRORS), fusion_memory.errors_learnt(learning)
-    torsion_effects(known, motor_angle, link_angle, link_velocity, effect)
+    torsion_effects(joint.tolerances, motor_angle, link_angle, link_velocity, effect)
     slipped = effect[ZERO_ERROR] * learnt[ZERO_ERROR]
     wrong = effect[:STIFFNESS] @ learnt[:STIFFNESS]
     certain = slipped * learning[fusion_memory.FREED]
@@ -100,7 +100,8 @@ def _joint(model: Model, tilt_moment: float, memory: Array, sample: Sample, j: i
     told = joint_torque(
         joint, settings, learning,
         Twisted(elastic, rate, loop, wrong - certain, gain,
-                fusion_memory.stiffness_factor(known.stiffness, learnt[STIFFNESS])),
+                fusion_memory.stiffness_factor(joint.tolerances.stiffness,
+                                               learnt[STIFFNESS])),
         Heard(sample.command[j], motor_angle, memory[MOTOR_VELOCITY], link_angle, dt, late),
         effect)
     result[TORSION], result[KINEMATIC_TORSION] = total, kinematic

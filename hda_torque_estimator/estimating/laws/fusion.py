@@ -14,7 +14,7 @@ import numpy as np
 from .agreement import expected, hold_against, Window
 from .compiled_settings import CompiledSettings
 from .fusion_memory import (BEFORE, BEGIN, doubt_zero, ELAPSED, errors_learnt, EXCESS, FREED,
-                            gained, LEARNT, MEAN_APART, MISFIT, MOMENTS, RISEN, SAMPLES, SENSE,
+                            gained, LEARNT, MISFIT, MOMENTS, RISEN, SAMPLES, SENSE, shift_apart,
                             SINCE, SPAN, STEADY, SUMS, TIME)
 from .learning import fade, renew
 from .route_errors import ERRORS, ZERO
@@ -25,7 +25,7 @@ SETTLED = 3             # halves in one sense before friction is what it is whil
 _COUNTS = 8.0           # of the motor encoder that a half must pass
 _LEAST_MOTION = 1e-3    # [rad], for encoders without counts
 _CORRELATED = 10.0      # windows that share one error of the model
-_LASTING = 100.0        # windows that share what no law of the torsion tells
+_LASTING = 100.0        # windows that share what no law of either way tells
 _FITTING = 5.0          # misfit up to which errors are as large as their tolerances say
 _GOES_ON = 0.5          # of the last half's speed: below a third a shaft stops inside this one
 _HOPELESS = 30.0        # deviations beyond which there is nothing to learn
@@ -77,7 +77,7 @@ def close_half(joint: Record, memory: Array, motor_angle: float, settings: Compi
             mean = 0.5 * (time + memory[SPAN])
             if settings.following > 0.0:
                 doubt_zero(memory, mean / settings.following)
-            _learn(memory, window, mean, settings)
+            _learn(joint, memory, window, mean, settings.span)
     for i in range(1 + ERRORS):
         memory[RISEN + i] = memory[MOMENTS + i] / time
     memory[SUMS:RISEN] = 0.0
@@ -102,8 +102,9 @@ def _window(joint: Record, memory: Array, moved: float, stiffness: float,
         effect[i] = _hat(memory, 1 + i, time) / mean
     turning = joint.ratio * joint.motor_inertia * (moved / time - last) / mean
     return Window(_hat(memory, 0, time) / mean + turning, effect,
-                  _noise(joint, stiffness, mean, memory[SAMPLES]), joint.torsion.deviation ** 2,
-                  friction, memory[STEADY] >= SETTLED,
+                  _noise(joint, stiffness, mean, memory[SAMPLES]),
+                  joint.torsion.deviation ** 2 + joint.motor_deviation ** 2, friction,
+                  memory[STEADY] >= SETTLED,
                   abs(moved) / time > _GOES_ON * abs(last), time)
 
 
@@ -131,16 +132,16 @@ def _teachable(memory: Array, window: Window) -> bool:
 
 
 @compiled
-def _learn(memory: Array, window: Window, time: float, settings: CompiledSettings) -> None:
+def _learn(joint: Record, memory: Array, window: Window, time: float, span: float) -> None:
     """
     Renew errors and covariance from one window, a step of a Kalman filter, (eq:learning, misfit).
 
-    Noise of counts is another in every window, what no law of the torsion tells lasts. A large
+    Noise of counts is another in every window, what no law of either way tells lasts. A large
     difference is only as well known as the stiffness that turned a torsion into it.
     """
     learnt, gain, effect = errors_learnt(memory), gained(memory), window.effect
     freed = memory[FREED] * learnt[ZERO]            # a zero that moved does not come back
-    fade(learnt, gain, np.exp(-memory[SINCE] / settings.span))
+    fade(learnt, gain, np.exp(-memory[SINCE] / span))
     learnt[ZERO] += freed - memory[FREED] * learnt[ZERO]
     memory[SINCE] = 0.0
     spread = effect + gain @ effect
@@ -150,11 +151,11 @@ def _learn(memory: Array, window: Window, time: float, settings: CompiledSetting
     for i in range(ERRORS):
         gain[i, i] += _DOUBT * max(memory[MISFIT] - _FITTING, 0.0) * time
     unshared = _CORRELATED * window.noise + _LASTING * window.lawless
-    steep = (settings.known.stiffness * window.difference) ** 2
+    steep = (joint.tolerances.stiffness * window.difference) ** 2
     change = renew(learnt, gain, spread, window.difference,
                    likely + steep + unshared * max(memory[MISFIT], 1.0))
     shift = 0.0
     for i in range(ERRORS):
         memory[MOMENTS] -= memory[MOMENTS + 1 + i] * change[i]
         shift += effect[i] * change[i]
-    memory[MEAN_APART] -= shift
+    shift_apart(memory, shift)

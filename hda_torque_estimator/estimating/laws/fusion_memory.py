@@ -12,7 +12,6 @@ from .route_errors import ERRORS, ZERO
  ELAPSED, SAMPLES,                      # in the present half of the window [s]
  BEGIN, BEFORE, SPAN,                   # shaft where this and the last half began, its time
  SENSE, STEADY,                         # of the motion, and how many halves it has lasted
- SLOW_SPEED, LAST_SPEED,                # of the shaft, low-passed over half a window; last one
  SINCE,                                 # the errors were renewed [s]
  MISFIT, DIFFERENCE,                    # squared differences over expected ones; mean difference
  LASTING, HEARD,                        # misfit over longer, and for how long [s]
@@ -26,8 +25,14 @@ from .route_errors import ERRORS, ZERO
  SCATTER, WEIGHED,                      # of the motor's samples [N^2*m^2], the time it is from [s]
  LAG,                                   # of the inertia's torque behind a change of it [N*m]
  MOTOR_ALONE,                           # 1 where that is the better single witness
- ) = range(31)
-SUMS = 31                               # over the present half: value and effects (layout)
+ SLOW_APART, SLOW_TIME,                 # slow part of differences [N*m], the time it is from [s]
+ LAST_TWIST, TWIST_CHANGE,              # last torsion and its last change [rad]
+ TWIST_SCATTER, TWIST_TIME,             # of torsions [rad^2], the time it is from [s]
+ READ, STEP,                            # angles of the shaft since a gap, time between them [s]
+ BEHIND, WAITED,                        # of stamps behind even ones; since an angle was read [s]
+ ) = range(39)
+PARABOLAS, SHAFT_MOTION = 4, 39         # how the shaft moves: four of them, of 5 numbers each
+SUMS = 59                               # over the present half: value and effects (layout)
 MOMENTS = SUMS + 1 + ERRORS             # the same, weighed by the time in it
 RISEN = MOMENTS + 1 + ERRORS            # of the last half, weighed by its rising edge
 LEARNT = RISEN + 1 + ERRORS             # errors (ERRORS,) in units of their sigma
@@ -36,7 +41,10 @@ MEMORY = GAINED + ERRORS * ERRORS
 
 # Choices unless told otherwise.
 LONG = 5.0              # over which misfits tell that something changed [s]
+PRIOR = 0.3             # time that what was known counts for as a first scatter [s]
 STIFFEST, SOFTEST = 2.0, 0.5    # factor of the stiffness that may be learnt
+# (source: a hand changes a torque in tenths of a second; friction of load and gear follow that)
+SLOW = 0.2              # over which readings average before they are weighed as lasting [s]
 AGREED = 0.5            # time for which both must agree before they are believed again [s]
 
 
@@ -62,6 +70,22 @@ def gained(memory: Array) -> Array:
 def doubt_zero(memory: Array, variance: float) -> None:
     """Add to the variance of the torsion's zero, in squared tolerances."""
     memory[GAINED + ZERO * (ERRORS + 1)] += variance
+
+
+@inlined
+def shift_apart(memory: Array, change: float) -> None:
+    """Take what was learnt of the difference out of its means [N*m]."""
+    memory[MEAN_APART] -= change
+    memory[SLOW_APART] -= change
+
+
+@compiled
+def follow_apart(memory: Array, apart: float, dt: float) -> float:
+    """Follow the slow part of the difference [N*m]; returns what is left of its variance."""
+    part = max(share(dt, SLOW), dt / (memory[SLOW_TIME] + dt))
+    memory[SLOW_TIME] += dt
+    memory[SLOW_APART] += part * (apart - memory[SLOW_APART])
+    return part / (2.0 - part)
 
 
 @compiled

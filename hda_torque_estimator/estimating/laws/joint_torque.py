@@ -16,12 +16,17 @@ import numpy as np
 
 from .compiled_settings import CompiledSettings
 from .fusion import close_half, gather
-from .fusion_memory import effect_variance, EXCESS, falls_back, MOTOR_ALONE, UNEXPLAINED
+from .fusion_memory import (effect_variance, EXCESS, falls_back, follow_apart, MOTOR_ALONE,
+                            SLOW_APART, SLOW_TIME, UNEXPLAINED)
 from .motor_witness import (bound, first_bound, follow_scatter, has_friction, hear, Heard, Motor,
-                            own_variance, tell)
+                            Own, own_variance, Seen, tell)
 from .route_errors import ERRORS, torque_effects, TORSION_ERRORS
+from .torsion_scatter import follow_twist
 from .torsion_torque import reading_deviation, torque_aside, torque_through_gear
 from .witnesses import beyond, Bound, FAINT, is_near, share_of_second, Spring, tangent, within
+
+# Choices unless told otherwise.
+_QUICK = 0.1            # of the variance of what no law tells, that is quick
 
 
 class Twisted(NamedTuple):
@@ -36,11 +41,11 @@ class Twisted(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """What one reading of a torsion tells: torque [N*m], its variance, that of the motor's."""
+    """What one reading of a torsion tells, and how sure it and the motor are."""
 
-    torque: float
-    random: float               # [N^2*m^2]
-    other: float                # [N^2*m^2]
+    torque: float               # [N*m]
+    own: Own
+    other: Own
 
 
 class Told(NamedTuple):
@@ -66,36 +71,42 @@ def joint_torque(joint: Record, settings: CompiledSettings, memory: Array, seen:
     if not both or not hear(memory, heard):
         if falls_back(memory):
             torque = _through(joint, heard, _as_stated(seen))
-        torque_effects(settings.known, _softer(joint, seen, torque), stiffness, effect)
+        torque_effects(joint.tolerances, _softer(joint, seen, torque), stiffness, effect)
         now, before = effect_variance(memory, effect, TORSION_ERRORS)
-        own, held, far = random ** 2 + lawless, torque, 0.0
+        single, held, far = random ** 2 + lawless, torque, 0.0
         if falls_back(memory):
             now = before
         if both and np.isfinite(heard.command):
             first = first_bound(joint, heard, _held(joint, torque))
             held = within(first, torque)
             far = beyond(first, held) ** 2 + (_held(joint, torque) - held) ** 2
-        return Told(held, np.sqrt(own + now + far), _share(own + now, own + before))
-    motor = tell(joint, settings.known, memory, heard, settings.window, effect)
+            if single + now > (first.slack + first.doubt) ** 2:     # the motor knows more
+                held = first.middle
+        return Told(held, np.sqrt(single + now + far), _share(single + now, single + before))
+    motor = tell(joint, memory, heard, settings.window, effect)
+    scatter = follow_twist(memory, seen.elastic + seen.learnt, motor.moving, heard.dt)
+    random = reading_deviation(joint, torque, seen.gain, scatter)[1]
     allowed = bound(memory, motor, effect)
-    own = own_variance(memory, motor)
+    others = own_variance(memory, motor)
     near = _near(motor.driving - motor.inertia, allowed,
-                 Reading(torque, random ** 2 + lawless, own))
+                 Reading(torque, Own(random ** 2, 0.0, lawless), others))
     if not is_near(torque, near, random):
         torque, stiffness = _touched(joint, heard, seen, near)
-        random = reading_deviation(joint, near, seen.gain)[1]
-    torque_effects(settings.known, _softer(joint, seen, near), stiffness, effect)
+        random = reading_deviation(joint, near, seen.gain, scatter)[1]
+    torque_effects(joint.tolerances, _softer(joint, seen, near), stiffness, effect)
     gather(memory, torque - motor.driving, effect, heard.dt)
     close_half(joint, memory, heard.angle, settings, stiffness, motor.friction)
-    follow_scatter(memory, motor, torque - motor.driving + motor.inertia, heard.dt)
+    follow_scatter(memory, motor, Seen(torque - motor.driving + motor.inertia, lawless),
+                   heard.dt)
     if falls_back(memory):                      # what was learnt is not told, but stays learnt
         plain = _as_stated(seen)
         torque = _through(joint, heard, plain)
         near = _near(motor.plain - motor.inertia, allowed,
-                     Reading(torque, random ** 2 + lawless, own))
+                     Reading(torque, Own(random ** 2, 0.0, lawless), others))
         if not is_near(torque, near, random):
             torque = _touched(joint, heard, plain, near)[0]
-    return _weighed(joint, memory, effect, motor, allowed, Reading(torque, random ** 2, own))
+    return _weighed(joint, memory, effect, motor, allowed,
+                    Reading(torque, Own(random ** 2, 0.0, lawless), others), heard.dt)
 
 
 @inlined
@@ -119,7 +130,7 @@ def _softer(joint: Record, seen: Twisted, torque: float) -> float:
 @inlined
 def _near(other: float, allowed: Bound, seen: Reading) -> float:
     """Return where the torsion's torque and the motor's meet, within what is allowed [N*m]."""
-    share = share_of_second(seen.random, seen.other)
+    share = share_of_second(_whole(seen.own), _whole(seen.other))
     return within(allowed, seen.torque + share * (other - seen.torque))
 
 
@@ -143,33 +154,65 @@ def _share(now: float, before: float) -> float:
     return max(1.0 - now / max(before, 1e-300), 0.0)
 
 
+@inlined
+def _whole(own: Own) -> float:
+    return own.random + own.held + own.lawless
+
+
 @compiled
 def _weighed(joint: Record, memory: Array, effect: Array, motor: Motor, allowed: Bound,
-             seen: Reading) -> Told:
+             seen: Reading, dt: float) -> Told:
     """Weigh the torsion's torque and the motor's, (eq:weight, sigma-torque)."""
-    own = seen.random + joint.torsion.deviation ** 2
-    before = _squares(effect, 0, TORSION_ERRORS)
-    single = falls_back(memory)
-    other = (motor.plain if single else motor.driving) - motor.inertia
-    if single:
-        better = _squares(effect, TORSION_ERRORS, ERRORS) + seen.other < before + own
-        memory[MOTOR_ALONE] = 1.0 if better else 0.0
-        weight = memory[MOTOR_ALONE]
-    else:
-        weight = share_of_second(own, seen.other)
-    weight = weight if weight >= FAINT else 0.0
-    torque = seen.torque + weight * (other - seen.torque)
+    if falls_back(memory):
+        return _alone(joint, memory, effect, motor, allowed, seen)
+    apart = seen.torque - motor.driving + motor.inertia
+    left = follow_apart(memory, apart, dt)          # of what differs from sample to sample
+    slow_own = left * seen.own.random + seen.own.lawless
+    slow_other = seen.other.random + seen.other.held + seen.other.lawless
+    weight = _clear(share_of_second(slow_own, slow_other))
+    quick_own = seen.own.random + _QUICK * seen.own.lawless
+    quick_other = seen.other.random + _QUICK * seen.other.lawless
+    quick = _clear(share_of_second(quick_own, quick_other + seen.other.held))
+    torque = seen.torque - quick * apart - (weight - quick) * memory[SLOW_APART]
     held = within(allowed, torque)
+    before = _squares(effect, 0, TORSION_ERRORS) + _whole(seen.own)
     effect[:TORSION_ERRORS] *= 1.0 - weight
     effect[TORSION_ERRORS:] *= -weight
-    now = (_squares(effect, 0, ERRORS) if single else
-           effect_variance(memory, effect, ERRORS if weight > 0.0 else TORSION_ERRORS)[0])
-    now += ((1.0 - weight) ** 2 * own + weight ** 2 * seen.other
-            + max(weight, 1.0 - weight) ** 2 * memory[UNEXPLAINED]
-            + (_held(joint, torque) - held) ** 2 + beyond(allowed, held) ** 2)
-    if single:
-        now += min(memory[EXCESS], joint.torsion.valid_torque) ** 2
-    return Told(held, np.sqrt(now), _share(now, own + before))
+    now = (effect_variance(memory, effect, ERRORS if weight > 0.0 else TORSION_ERRORS)[0]
+           + _varies(seen.own, 1.0 - weight, 1.0 - quick, left)
+           + _varies(seen.other, weight, quick, 1.0)
+           + max(weight, 1.0 - weight) ** 2 * memory[UNEXPLAINED]
+           + (_held(joint, torque) - held) ** 2 + beyond(allowed, held) ** 2)
+    return Told(held, np.sqrt(now), _share(now, before))
+
+
+@inlined
+def _varies(own: Own, slow: float, quick: float, left: float) -> float:
+    """Return the variance that is left of a witness with weights of slow and quick changes."""
+    return (quick ** 2 * own.random + left * (slow ** 2 - quick ** 2) * own.random
+            + slow ** 2 * (own.held + own.lawless))
+
+
+@inlined
+def _clear(weight: float) -> float:
+    """Return a weight, or none where it is faint."""
+    return weight if weight >= FAINT else 0.0
+
+
+@compiled
+def _alone(joint: Record, memory: Array, effect: Array, motor: Motor, allowed: Bound,
+           seen: Reading) -> Told:
+    """Return what the better of both tells alone, as before anything was learnt."""
+    own, other = _whole(seen.own), _whole(seen.other)
+    first = _squares(effect, 0, TORSION_ERRORS) + own
+    second = _squares(effect, TORSION_ERRORS, ERRORS) + other
+    memory[MOTOR_ALONE] = 1.0 if second < first else 0.0
+    memory[SLOW_TIME] = 0.0
+    torque = motor.plain - motor.inertia if second < first else seen.torque
+    held = within(allowed, torque)
+    now = (min(first, second) + memory[UNEXPLAINED] + (_held(joint, torque) - held) ** 2
+           + beyond(allowed, held) ** 2 + min(memory[EXCESS], joint.torsion.valid_torque) ** 2)
+    return Told(held, np.sqrt(now), _share(now, first))
 
 
 @inlined

@@ -1,8 +1,8 @@
 """
 What the motor tells of a joint's torque at one sample, how sure that is, and what it allows.
 
-Its inertia needs an acceleration: for one sample that is the change of a velocity over half a
-window of the fusion. How good it is shows in how far both witnesses differ from sample to sample.
+Its inertia needs an acceleration, `shaft_motion.py`. How good it is shows in how far both
+witnesses differ from sample to sample.
 """
 
 from typing import NamedTuple
@@ -12,17 +12,17 @@ from hda_arm_sim.foundation.compiled import compiled, inlined, Record
 import numpy as np
 
 from .fusion import FEWEST, restart, SETTLED
-from .fusion_memory import (errors_learnt, LAG, LAST_COMMAND, LAST_SPEED, LONG, MEAN_APART,
-                            MEAN_MOTOR, SCATTER, share, SLOW_SPEED, STEADY, TIME, WEIGHED)
-from .route_errors import (dry_friction, Known, motor_effects, motor_torque, TORSION_ERRORS,
-                           Turning)
+from .fusion_memory import (errors_learnt, LAG, LAST_COMMAND, LONG, MEAN_APART, MEAN_MOTOR,
+                            PRIOR, SCATTER, share, SLOW_TIME, STEADY, TIME, WEIGHED)
+from .route_errors import dry_friction, motor_effects, motor_torque, TORSION_ERRORS, Turning
+from .shaft_motion import begin_motion, follow_motion
+from .torsion_scatter import forget_twist
 from .witnesses import Bound
 
 # Choices unless told otherwise.
 _STILL = 1.25e-4        # [rad] in which a shaft may rest, for encoders without counts
 _STILL_COUNTS = 2.0     # of the motor encoder within the time of its low-pass
 _RECENT = 0.1           # over which a torque lasts, beside which it scatters [s]
-_PRIOR = 0.3            # time that the dry friction counts for as a first scatter [s]
 _FRICTION = 2.0         # times the dry friction known, that a motor may have at most
 _CERTAIN = 4.0          # deviations beyond what the motor can give
 _ROUNDS = 3             # of a torque and the friction it loads: usual shares leave below 1 %
@@ -47,11 +47,29 @@ class Motor(NamedTuple):
     plain: float                # the same before anything was learnt
     inertia: float              # what speeds up its shaft
     friction: float             # the most that dry friction opposes
+    lawless: float              # variance of what no law tells [N^2*m^2]
+
+
+class Seen(NamedTuple):
+    """What a sample of the torsion tells of a motor."""
+
+    apart: float                # by how much the torsion tells more [N*m]
+    lawless: float              # variance of what no law of it tells [N^2*m^2]
+
+
+class Own(NamedTuple):
+    """Variances of what a witness tells, but for errors that are learnt [N^2*m^2]."""
+
+    random: float               # another from sample to sample
+    held: float                 # by friction that may hold either way
+    lawless: float              # of what no law tells, which lasts
 
 
 @inlined
 def has_friction(joint: Record) -> bool:
-    """Tell whether dry friction is known of a joint, if only under load."""
+    """Tell whether a motor is known: by its deviation, or dry friction, if only under load."""
+    if joint.motor_deviation > 0.0:
+        return True
     return dry_friction(joint, Turning(0.0, 0.0, 0.0, 0.0), joint.torsion.valid_torque) > 0.0
 
 
@@ -62,14 +80,14 @@ def hear(memory: Array, heard: Heard) -> bool:
         return True
     restart(memory, heard.angle)
     memory[LAST_COMMAND] = heard.command
-    memory[SLOW_SPEED] = memory[LAST_SPEED] = heard.velocity
-    memory[WEIGHED] = 0.0
+    memory[WEIGHED] = memory[SLOW_TIME] = 0.0
+    begin_motion(memory, heard.angle)
+    forget_twist(memory)
     return False
 
 
 @compiled
-def tell(joint: Record, known: Known, memory: Array, heard: Heard, window: float,
-         effect: Array) -> Motor:
+def tell(joint: Record, memory: Array, heard: Heard, window: float, effect: Array) -> Motor:
     """
     Return what a motor tells, and fill the effects of its errors (ERRORS,).
 
@@ -81,29 +99,27 @@ def tell(joint: Record, known: Known, memory: Array, heard: Heard, window: float
     still = max(joint.coarse_quantisation.motor_step, _STILL)
     moving = abs(heard.velocity) * max(heard.dt, 0.4 * window) > _STILL_COUNTS * still
     span, through = max(window, FEWEST * heard.dt), joint.ratio * joint.motor_inertia
-    memory[SLOW_SPEED] += share(heard.dt, span) * (heard.velocity - memory[SLOW_SPEED])
-    speeding = (heard.velocity - memory[SLOW_SPEED]) / span
-    sudden = (heard.velocity - memory[LAST_SPEED]) / heard.dt
-    memory[LAST_SPEED] = heard.velocity
-    at = Turning(heard.angle, heard.velocity + heard.late * speeding,
+    speeding = follow_motion(memory, heard.angle, window, heard.dt)
+    at = Turning(heard.angle, heard.velocity + heard.late * speeding.now,
                  np.sign(heard.velocity) if moving else 0.0, heard.link_angle)
-    memory[LAG] += share(heard.dt, span) * (through * (sudden - speeding) - memory[LAG])
-    inertia = through * speeding
+    memory[LAG] += share(heard.dt, span) * (through * speeding.lag - memory[LAG])
+    inertia = through * speeding.now
     plain = joint.ratio * mean
     for _ in range(_ROUNDS):
         load = min(max(plain - inertia, -joint.torsion.valid_torque), joint.torsion.valid_torque)
         plain = motor_torque(joint, mean, at, load, memory[TIME])
     friction = dry_friction(joint, at, load)
-    motor_effects(joint, known, mean, at, friction, effect)
+    motor_effects(joint, joint.tolerances, mean, at, friction, effect)
     learnt = np.dot(effect[TORSION_ERRORS:], errors_learnt(memory)[TORSION_ERRORS:])
-    return Motor(moving, plain + learnt, plain, inertia, friction)
+    return Motor(moving, plain + learnt, plain, inertia, friction, joint.motor_deviation ** 2)
 
 
 @compiled
 def bound(memory: Array, motor: Motor, effect: Array) -> Bound:
     """Return what motor, inertia and friction allow, with no dry friction or twice as much."""
     slack = motor.friction * (_FRICTION - 1.0 if motor.moving else _FRICTION)
-    unsure = np.sqrt(effect[TORSION_ERRORS:] @ effect[TORSION_ERRORS:] + max(memory[SCATTER], 0.0))
+    unsure = np.sqrt(effect[TORSION_ERRORS:] @ effect[TORSION_ERRORS:] + max(memory[SCATTER], 0.0)
+                     + motor.lawless)
     return Bound(motor.plain - motor.inertia, slack, abs(memory[LAG]) + _CERTAIN * unsure)
 
 
@@ -116,33 +132,38 @@ def first_bound(joint: Record, heard: Heard, torque: float) -> Bound:
     """
     at = Turning(heard.angle, heard.velocity, 0.0, heard.link_angle)
     slack = _FRICTION * dry_friction(joint, at, torque)
-    return Bound(joint.ratio * heard.command, slack, joint.ratio * abs(heard.command))
+    return Bound(joint.ratio * heard.command, slack,
+                 joint.ratio * abs(heard.command) + _CERTAIN * joint.motor_deviation)
 
 
 @compiled
-def own_variance(memory: Array, motor: Motor) -> float:
-    """Return the variance of one sample of the motor [N^2*m^2]; sticking it holds either way."""
+def own_variance(memory: Array, motor: Motor) -> Own:
+    """Return the variances of one sample of the motor; sticking it holds either way."""
     sliding = motor.moving and memory[STEADY] >= SETTLED
     held = 0.0 if sliding and memory[WEIGHED] > 0.0 else motor.friction ** 2 / 3.0
-    return max(memory[SCATTER], 0.0) + memory[LAG] ** 2 + held
+    return Own(max(memory[SCATTER], 0.0) + memory[LAG] ** 2, held, motor.lawless)
 
 
 @compiled
-def follow_scatter(memory: Array, motor: Motor, apart: float, dt: float) -> None:
+def follow_scatter(memory: Array, motor: Motor, seen: Seen, dt: float) -> None:
     """
     Follow how much the motor's torque scatters from sample to sample, (eq:scatter).
 
     What changes in the motor's torque and in its difference to the torsion's is its own; what it
-    shares with the torsion is the torque's. `apart` is that difference [N*m].
+    shares with the torsion is the torque's. The less the law of a torsion tells, the slower it
+    teaches. A motor of which more is told scatters at first by its deviation, others by friction.
     """
-    part = max(share(dt, LONG), dt / (memory[WEIGHED] + _PRIOR + dt))
-    told = motor.driving - motor.inertia
+    told, apart = motor.driving - motor.inertia, seen.apart
     if not motor.moving or memory[STEADY] < SETTLED:
         memory[MEAN_APART], memory[MEAN_MOTOR] = apart, told
         return
     if memory[WEIGHED] == 0.0:
-        memory[SCATTER] = motor.friction ** 2
-    memory[WEIGHED] += dt
+        better = 0.0 < motor.lawless < seen.lawless
+        memory[SCATTER] = motor.lawless if better else motor.friction ** 2
+    most = abs(memory[SCATTER]) + motor.lawless
+    passed = dt * most / max(most + seen.lawless, 1e-300)
+    part = max(share(passed, LONG), passed / (memory[WEIGHED] + PRIOR + passed))
+    memory[WEIGHED] += max(passed, 1e-12)
     recent = share(dt, _RECENT)
     memory[MEAN_APART] += recent * (apart - memory[MEAN_APART])
     memory[MEAN_MOTOR] += recent * (told - memory[MEAN_MOTOR])

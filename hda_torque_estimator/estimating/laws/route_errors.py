@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled, inlined, Record
-from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.motor_side import drag, friction_budget, ripple, shaft_torque
 import numpy as np
 
@@ -22,21 +21,6 @@ DRY, VISCOUS, GAIN, OFFSET, RIPPLE_2, RIPPLE_4 = 13, 14, 15, 16, 17, 19
 ERRORS = 21
 
 
-class Known(NamedTuple):
-    """How well an arm's numbers are known, one sigma, as compiled code reads it."""
-
-    torsion_zero: float
-    kinematic_error: float
-    eccentricity: float
-    clock_skew: float
-    stiffness: float
-    dry_friction: float
-    viscous_friction: float
-    torque_constant: float
-    drive_offset: float
-    torque_ripple: float
-
-
 class Turning(NamedTuple):
     """A shaft in motion: angle [rad], velocity [rad/s], its sign, 0 where it may stick."""
 
@@ -46,13 +30,8 @@ class Turning(NamedTuple):
     link_angle: float
 
 
-def known(arm: Arm) -> Known:
-    """Return how well the numbers of an arm are known."""
-    return Known(*(getattr(arm.tolerances, name) for name in Known._fields))
-
-
 @compiled
-def torsion_effects(known: Known, motor_angle: float, link_angle: float, link_velocity: float,
+def torsion_effects(known: Record, motor_angle: float, link_angle: float, link_velocity: float,
                     effect: Array) -> None:
     """Fill what a sigma of each error adds to the torsion (ERRORS,) [rad], (eq:wrong-torsion)."""
     _wave(known.kinematic_error, motor_angle, effect, SHAFT_1)
@@ -70,7 +49,7 @@ def _wave(size: float, angle: float, effect: Array, place: int) -> None:
 
 
 @compiled
-def torque_effects(known: Known, flexed: float, stiffness: float, effect: Array) -> None:
+def torque_effects(known: Record, flexed: float, stiffness: float, effect: Array) -> None:
     """
     Turn effects on the torsion into those on the torque it tells [N*m], (eq:two-routes).
 
@@ -81,7 +60,7 @@ def torque_effects(known: Known, flexed: float, stiffness: float, effect: Array)
 
 
 @compiled
-def motor_effects(joint: Record, known: Known, command: float, at: Turning, friction: float,
+def motor_effects(joint: Record, known: Record, command: float, at: Turning, friction: float,
                   effect: Array) -> None:
     """
     Fill what one sigma of each error takes from the motor's torque, (eq:motor-torque).

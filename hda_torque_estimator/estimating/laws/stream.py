@@ -13,7 +13,6 @@ from . import belief, estimate, layout
 from .compiled_settings import CompiledSettings, Model
 from .contact import level
 from .estimate import Sample
-from .route_errors import Known
 from ...samples.stamp_order import AFRESH, BACK, TWO
 
 
@@ -48,8 +47,7 @@ def _settings(numbers: Array) -> CompiledSettings:
     n = numbers
     return CompiledSettings(
         n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8], n[9], n[10], n[11],
-        Known(n[12], n[13], n[14], n[15], n[16], n[17], n[18], n[19], n[20], n[21]),
-        n[22:].reshape(-1, 3))
+        n[12:].reshape(-1, 3))
 
 
 @compiled
@@ -63,7 +61,6 @@ def run(plain: Plain, of: Remembered, stream: Stream, result: Array, tip: Array)
     model = Model(ArmRecord(plain.joints, plain.body[0]), _settings(plain.settings),
                   inertia_of(plain.inertia))
     reading = stream.reading
-    zero = model.settings.known.torsion_zero
     clean, given = np.empty_like(reading[0]), np.empty_like(stream.command[0])
     held, told = np.empty((reading.shape[1], 3)), np.zeros(5)
     for i in range(reading.shape[0]):
@@ -81,8 +78,8 @@ def run(plain: Plain, of: Remembered, stream: Stream, result: Array, tip: Array)
             result[i, :, layout.DOUBT] = 0.0
             tip[i, layout.CONTACT_LEVEL] = level(of.memory[0, layout.CONTACT:])
         else:
-            belief.feel_slips(of.limits, of.doubts, of.memory[:, layout.FUSION:], zero, clean,
-                              dt)
+            belief.feel_slips(model.record, of.limits, of.doubts, of.memory[:, layout.FUSION:],
+                              clean, dt)
             estimate.step(model, of.memory, Sample(clean, given, dt), result[i], tip[i])
             for j in range(result.shape[1]):
                 held[j, 0] = result[i, j, layout.EXTERNAL_TORQUE]

@@ -81,16 +81,17 @@ def torsion_deviation(joint: Record) -> float:
 
 
 @compiled
-def reading_deviation(joint: Record, torque: float, rate_gain: float) -> tuple[float, float]:
+def reading_deviation(joint: Record, torque: float, rate_gain: float,
+                      scatter: float = 0.0) -> tuple[float, float]:
     """
     Return stiffness at a torque [N*m/rad] and deviation by readings [N*m], (eq:sigma-reading).
 
     It holds quantisation and noise of both encoders, which differ from sample to sample, in the
-    torsion and by `rate_gain` [1/s] in its rate.
+    torsion and by `rate_gain` [1/s] in its rate. Their variance is at least `scatter` [rad^2].
     """
     stiffness = stiffness_at(joint.torsion, joint.ratio, torque)
     noise = stiffness + joint.structural_damping.coefficient * rate_gain
-    return stiffness, noise * torsion_deviation(joint)
+    return stiffness, noise * max(torsion_deviation(joint), np.sqrt(scatter))
 
 
 @compiled

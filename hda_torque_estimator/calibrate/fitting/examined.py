@@ -1,0 +1,164 @@
+"""
+Examine an arm on what no fit has seen: the estimator itself, with one weight of its ways or other.
+
+A witness is worth what it tells of recordings left out. Its error there is its deviation, and the
+estimator weighs both ways by their deviations. Whether that is right shows in what both tell
+together. So other weights are tried as well, up to those that leave the torque to one way.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from hda_arm_sim.model.arm import Arm
+import numpy as np
+from numpy.typing import NDArray
+
+from .arm_numbers import Number, rest
+from .witness_fit import Heard
+from ..passages.joint_recording import Measured
+from ...estimating.estimator import Estimator, EstimatorSettings
+from ...least_squares.bounds import entered
+from ...least_squares.rows import FOLDS, rms
+from ...samples.readings import by_motor
+from ...significance import NORMAL_90
+
+Floats = NDArray[np.float64]
+# Choices unless told otherwise.
+# Factors of the deviations of torsion and motor that are tried.
+WEIGHTS = ((1.0, 1.0), (3.0, 1.0), (1.0, 3.0), (30.0, 1.0), (1.0, 30.0))
+BETTER = 0.97           # of the error with the deviations as they are, below which others count
+# (asked: both ways together err by 1.05 times the better one at most)
+ALONE = 1.0 / 1.05      # the same where one way alone would tell the torque
+LEADS = 10.0            # factor from which one way alone tells the torque
+WIDER = 3.0             # factor by which deviations may be too small, or too large
+FARTHEST = 1e3          # deviation that an arm file takes, and no torque needs more [N*m]
+LEAST = 1e-9            # deviation that anything may be over [N*m]
+NAMES = ('torsion.deviation', 'motor_deviation')
+
+
+class Witnesses(NamedTuple):
+    """What both ways of a joint have told, None of one that tells nothing."""
+
+    torsion: Heard | None
+    motor: Heard | None
+
+    @property
+    def lag(self) -> float:
+        """Return by how much the references lag [s], as the witness has it that errs less."""
+        return min((one for one in self if one is not None), key=lambda one: one.error).lag
+
+    def without(self, recording: Measured, fifth: int) -> dict[str, float]:
+        """Return numbers by their names that have not seen a recording, or a fifth of it."""
+        return {name: value for one in self if one is not None
+                for name, value in one.without(recording, fifth).items()}
+
+    def pieces(self, recording: Measured) -> Iterator[tuple[slice, dict[str, float]]]:
+        """Yield samples of a recording, with the numbers of fits that have not seen them."""
+        alone = any(one is not None and len(one.recordings) == 1
+                    and one.recordings[0] is recording for one in self)
+        ends = np.linspace(0, len(recording.stamps), (FOLDS if alone else 1) + 1).astype(int)
+        for fifth, (begin, end) in enumerate(zip(ends, ends[1:])):
+            yield slice(int(begin), int(end)), self.without(recording, fifth)
+
+
+class Examined(NamedTuple):
+    """What the estimator tells with the best weights."""
+
+    error: float                    # [N*m rms]
+    about: float                    # the same about the mean of each recording [N*m rms]
+    deviations: tuple[Number, ...]  # of torsion and motor
+    leader: str                     # 'torsion' or 'motor' where that alone tells the torque
+
+
+class Told(NamedTuple):
+    """What the estimator tells of samples (m,) that are believed."""
+
+    error: Floats                   # [N*m]
+    deviation: Floats               # [N*m]
+    about: Floats                   # the error about the mean of its recording [N*m]
+
+    @property
+    def too_sure(self) -> float:
+        """Return by which factor deviations are too small for nine in ten to hold."""
+        size = np.abs(self.error) / np.maximum(self.deviation, LEAST)
+        return float(np.clip(np.quantile(size, 0.9) / NORMAL_90, 1.0 / WIDER, WIDER))
+
+
+def examined(arm: Arm, witnesses: Witnesses, recordings: Sequence[Measured],
+             deviations: Mapping[str, float]) -> Examined:
+    """
+    Return the weights with which the estimator errs least on what no fit has seen.
+
+    `arm` is one joint with the numbers of all recordings. `deviations` [N*m] are those of
+    `torsion.deviation` and `motor_deviation`, as far as there are such witnesses. In the end both
+    are as large as nine in ten torques ask for, but never less where that makes torques worse.
+    """
+    def told(weights: tuple[float, float]) -> Told:
+        return left_out(_weighed(arm, deviations, weights), witnesses, recordings)
+
+    tried = WEIGHTS if len(deviations) > 1 else WEIGHTS[:1]
+    found = {weights: told(weights) for weights in tried}
+    best = min(found, key=lambda weights: rms(found[weights].error) / _asked(*weights))
+    sure = (best[0] * found[best].too_sure, best[1] * found[best].too_sure)
+    last = told(sure)
+    if found[best].too_sure < 1.0 and rms(last.error) > rms(found[best].error):
+        sure, last = best, found[best]      # friction that may hold stays as unsure as it is
+    numbers = tuple(rest(min(factor * deviations[name], FARTHEST), len(recordings), name)
+                    for name, factor in zip(NAMES, sure) if name in deviations)
+    return Examined(rms(last.error), rms(last.about), numbers, _leader(*best))
+
+
+def _weighed(arm: Arm, deviations: Mapping[str, float], weights: tuple[float, float]) -> Arm:
+    """Return the arm with weights times the deviations that there are."""
+    return entered(arm, arm.labels[0], {
+        name: min(factor * deviations[name], FARTHEST)
+        for name, factor in zip(NAMES, weights) if name in deviations})
+
+
+def _asked(torsion: float, motor: float) -> float:
+    """Return the share of the error below which such factors of their deviations are taken."""
+    most = max(torsion, motor)
+    return 1.0 if most == 1.0 else BETTER if most < LEADS else ALONE
+
+
+def _leader(torsion: float, motor: float) -> str:
+    """Return which way alone tells the torque with such factors of their deviations."""
+    if max(torsion, motor) < LEADS:
+        return ''
+    return 'motor' if torsion > motor else 'torsion'
+
+
+def left_out(arm: Arm, witnesses: Witnesses, recordings: Sequence[Measured]) -> Told:
+    """Return what the estimator tells of recordings, by numbers that have not seen them."""
+    return _joined([
+        _told(entered(arm, arm.labels[0], numbers), recording, rows, witnesses.lag)
+        for recording in recordings for rows, numbers in witnesses.pieces(recording)])
+
+
+def as_given(arm: Arm, recordings: Sequence[Measured], lag: float, *,
+             fused: bool = True) -> Told:
+    """Return what the estimator tells of recordings with the arm as it was given."""
+    settings = EstimatorSettings(fusion=float(fused))
+    return _joined([_told(arm, recording, slice(None), lag, settings)
+                    for recording in recordings])
+
+
+def _joined(parts: Sequence[Told]) -> Told:
+    return Told(*map(np.concatenate, zip(*parts)))
+
+
+def _told(arm: Arm, recording: Measured, rows: slice, lag: float,
+          settings: EstimatorSettings = EstimatorSettings()) -> Told:
+    """Return what the estimator, from the begin of a recording on, tells of some samples."""
+    if not recording.has_link:
+        arm, recording = by_motor(arm, arm.labels), recording.with_link(arm.joints[0].ratio)
+    seen = slice(0, rows.stop)          # it has its zero from what came before
+    told = Estimator(arm, settings).run(recording.stamps[seen], recording.readings[seen],
+                                        recording.command[seen, np.newaxis])
+    error = told.torque[rows, 0] - recording.later(lag)[rows]
+    known = np.isfinite(error)
+    if recording.has_command:           # where it is missing no weight counts
+        known &= np.isfinite(recording.command[rows])
+    error = error[known]
+    mean = float(error.mean()) if len(error) else 0.0
+    return Told(error, told.torque_deviation[rows, 0][known], error - mean)
