@@ -35,7 +35,7 @@ class Hypothesis:
     `free` and `waves` name the numbers to fit with a typical size. On a chain those of `in_space`
     are free as well, and one of `instead` may be what differs in the place of all others. `grid`
     lists starting values of those numbers, or of several at once, that the residual does not
-    depend on linearly; torques are for the axis of the typical sizes. `least`
+    depend on linearly. Its torques are for the axis of the typical sizes. `least`
     bounds by the joint below which the law does not change any more. `form_error` is the
     share of the effect's power that its law may leave, where the literature has laws of several
     forms. A curve without a name at its site may improve the score by `form` and by `form_share`
@@ -47,8 +47,8 @@ class Hypothesis:
     frequency [Hz]. One of which the power over that of noise is less than `clear` is not told
     from the first of `alike`. No other `form` than the usual one is asked of it.
     `varies` are the coordinates along which published laws of the cause differ from this one.
-    `contains` are curves without a name that are this law at some of its numbers: one of them
-    tells as much as the law, and is the law.
+    `contains` are curves without a name that are this law at some of its numbers. One of them
+    tells as much as the law and is the law.
     """
 
     free: Mapping[str, float] = field(default_factory=dict)
