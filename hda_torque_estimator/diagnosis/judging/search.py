@@ -97,7 +97,8 @@ def without_noise(fitter: Fitter, found: Found) -> Found:
 def _extended(fitter: Fitter, names: Sequence[str], found: Found,
               tell: Callable[[str], None]) -> Found:
     """Return what was found with further causes, the best at every step."""
-    first, fit, evidence = found.first, found.last, found.reasons()
+    first, evidence = found.first, found.reasons()
+    fit = _simplified(fitter, found.last, names, evidence)      # it may begin with another law
     while len(fit.accepted) < MOST and open_rest(fitter, fit):
         tell(f'looking for cause {len(fit.accepted) + 1}')
         step = _next(fitter, first, fit, names)
