@@ -153,7 +153,11 @@ def _clock_of(time: Array, does: Array) -> Array:
 
 def factors_along(time: Array, along: Mapping[str, Array],
                   varies: Sequence[str]) -> Iterator[Array]:
-    """Yield factors (m,) along the coordinates of a joint on which laws of a cause differ."""
+    """
+    Yield factors (m,) along the coordinates of a joint on which laws of a cause differ.
+
+    `time` (m,) counts from the middle of what the cause does [s].
+    """
     for name in varies:
         if name == RATE_OF or name in WAVES:
             continue

@@ -3,9 +3,9 @@ The best other cause, and by how much it explains less.
 
 Fits are compared as if all made as much noise (`fair`), and in the forms of their laws that fit
 best (`forms`). A form is a product of curves and not quite exact, so a part of what it improves
-tells nothing. Effects of the command act on the noise of
-the encoders that it repeats, and the balances have the same noise. At high frequency it speaks for
-one of two such effects whatever the truth. They are compared where a motion has more.
+tells nothing. Effects of the command act on the noise of the encoders that it repeats, and the
+balances have the same noise. At high frequency it speaks for one of two such effects whatever the
+truth. They are compared where a motion has more.
 """
 
 from collections.abc import Sequence
@@ -31,8 +31,7 @@ def leading(fitter: Fitter, fit: Fit, exact: Sequence[Fit],
     Return the leading of `exact` fits beyond `fit`, the best other cause, and what that lacks.
 
     The score is that of an equal noise and of the best forms of the laws. Of two effects of the
-    command it is what tells them apart.
-    Where one fit is left, its rival is the best of the prospects.
+    command it is what tells them apart. Where one fit is left, its rival is the best prospect.
     """
     if len(exact) > 1:
         usual = noise_in(fitter, fit)
