@@ -32,7 +32,6 @@ class Shown(NamedTuple):
     labels: tuple[str, ...]
     stamps: NDArray[np.int64]       # (k,) [ns]
     lost: int                       # samples that the recording lacks
-    pause: float                    # longest time between two commands [s]
     panels: list[Panel]
 
     @staticmethod
@@ -56,8 +55,7 @@ class Shown(NamedTuple):
                                 force.force[moving, axis]))
         periods = np.diff(live.joint_states().stamps)
         lost = int((np.round(periods / np.median(periods)) - 1).sum())
-        pause = float(np.diff(commanded).max(initial=0)) * 1e-9
-        return Shown(labels, stamps, lost, pause, panels)
+        return Shown(labels, stamps, lost, panels)
 
 
 def _at(stamps: NDArray[np.int64], known: NDArray[np.int64], values: Array) -> Array:

@@ -1,6 +1,9 @@
 """
 The operator of the demo: enables the controller, sends a motion, pushes the tip.
 
+It goes by the stamps of the samples: where a busy machine simulates the arm slower than real time,
+the pushes wait for it.
+
 Beside simulator, estimator, controller and recorder it runs by itself as well:
 
     demo_operator.py [--duration SECONDS]
@@ -15,7 +18,8 @@ from builtin_interfaces.msg import Duration
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import WrenchStamped
 from hda_arm_sim.motions import Motion, motion
-from hda_arm_sim.ros.topics import publisher
+from hda_arm_sim.ros.topics import publisher, subscribe
+from hda_msgs_json.cdr import JointStateDecoder
 from hda_msgs_json.topics import (
     BASE_FRAME, DIAGNOSTICS, EXTERNAL_WRENCH, JOINT_REFERENCE, JOINT_STATES, JOINT_TORQUES,
     MOTOR_COMMAND)
@@ -28,7 +32,8 @@ LABELS = ('joint1', 'joint2')
 POINTS = 5              # one point of the trajectory for so many of the motion
 STEP = 0.01             # between points of the motion, and between pushes [s]
 REST = 0.5              # before and after the motion [s]
-PATIENCE = 90.0         # until all nodes have found each other [s]
+PATIENCE = 90.0         # until all nodes have found each other, or for a sample [s]
+GLANCE = 0.003          # between two looks at what came [s]
 READERS = {JOINT_STATES: 3, JOINT_TORQUES: 2, MOTOR_COMMAND: 2, EXTERNAL_WRENCH: 2,
            JOINT_REFERENCE: 2}
 RECORDED = (JOINT_STATES, JOINT_TORQUES, MOTOR_COMMAND)     # from before the motion on
@@ -67,17 +72,29 @@ class _Operator:
         self._enable = node.create_client(SetBool, 'jtf_controller/enable')
         self._target = publisher(node, JOINT_REFERENCE)
         self._push = publisher(node, EXTERNAL_WRENCH)
+        self._decode, self._stamp = JointStateDecoder(), 0
+        self._samples = subscribe(node, JOINT_STATES, self._on_sample, depth=1)
         self._in_bag: set[str] = set()
         self._stopped = ''
         self._reports = node.create_subscription(
             DiagnosticArray, DIAGNOSTICS.name, self._on_report, 10)
 
     def spin(self, seconds: float) -> None:
-        """Let time go by."""
-        end = time.monotonic() + seconds
-        while (left := end - time.monotonic()) > 0.0:
-            self._check()
-            rclpy.spin_once(self._node, timeout_sec=min(left, 0.1))
+        """Let time of the arm go by."""
+        self.spin_until(self._stamp + round(seconds * 1e9))
+
+    def spin_until(self, stamp: int) -> None:
+        """Let the arm's time go by until a sample has this stamp [ns]."""
+        self._until(lambda: self._stamp >= stamp, lambda: f'no {JOINT_STATES.name} come')
+
+    def _glance(self) -> None:
+        """Take what came; of the samples the last one only, which costs least."""
+        self._check()
+        time.sleep(GLANCE)
+        rclpy.spin_once(self._node, timeout_sec=0.0)
+
+    def _on_sample(self, message: bytes) -> None:
+        self._stamp = self._decode(message).stamp_ns
 
     def wait_for_readers(self) -> None:
         """Wait until every topic has all of its readers."""
@@ -129,11 +146,11 @@ class _Operator:
     def move(self, made: Motion) -> None:
         """Send the motion at once, and its pushes as time goes by."""
         self._target.publish(_trajectory(made))
-        start = time.monotonic()
+        start = self._stamp
         message = WrenchStamped()
         message.header.frame_id = BASE_FRAME
         for moment, (x, y) in zip(made.time, made.force):
-            self.spin(start + moment - time.monotonic())
+            self.spin_until(start + round(moment * 1e9))
             if self._stopped:
                 raise OperatorError(f'the controller has {self._stopped}')
             message.wrench.force.x, message.wrench.force.y = float(x), float(y)
@@ -149,7 +166,7 @@ class _Operator:
         while not done():
             if time.monotonic() > end:
                 raise OperatorError(f'{missing()}, after {PATIENCE:g} s')
-            self.spin(0.02)
+            self._glance()
 
 
 def _trajectory(made: Motion) -> JointTrajectory:

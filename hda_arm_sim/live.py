@@ -19,6 +19,7 @@ from .simulate import checked, on_tip
 from .start import start_of
 
 LONGEST_HOLD = 50_000_000       # time for which a command stays in force [ns]
+MOST_UNANSWERED = 4             # samples without a command, after which the arm's time may stand
 FIRST_STAMP = 1_000_000_000     # of simulated time: a bag that starts at 0 looks empty [ns]
 
 
@@ -33,6 +34,8 @@ class SimulationSettings(Declared):
     speed: float = parameter(
         1.0, '', 0.001, 1000.0, 'its time over real time; other than 1 publishes /clock')
     seed: float = parameter(0.0, '', 0.0, 2.0 ** 32, 'whole number that the noise starts from')
+    patience: float = parameter(
+        0.0, 's', 0.0, 60.0, 'real time for which its time stands while a command is late')
 
     @property
     def period(self) -> int:
@@ -95,6 +98,12 @@ class LiveArm:
         limited = np.clip(torque, -self._limits, self._limits)
         self.saturated += int((limited != torque).any())
         self._command, self._commanded = limited, stamp
+
+    @property
+    def ahead(self) -> bool:
+        """Tell whether commands come, and the last one answers a sample of long ago."""
+        return (self._commanded is not None
+                and self.stamp - self._commanded > MOST_UNANSWERED * self.settings.period)
 
     def push(self, force: Array) -> None:
         """

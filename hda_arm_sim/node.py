@@ -20,7 +20,7 @@ from .model.files import read_effects
 from .ros.arm_node import ArmNode
 from .ros.topics import publisher, publishers, subscribe
 from .sample_messages import SampleEncoder, truth_topics
-from .schedule import Schedule
+from .schedule import Patience, Schedule
 from .simulation_report import simulation_report
 
 
@@ -29,7 +29,8 @@ class ArmSim(ArmNode):
     Publish samples of a simulated arm on an absolute schedule.
 
     A motor command is in force from the next sample on, for 50 ms of the arm's time. A wrench on
-    the tip is held until the next one comes.
+    the tip is held until the next one comes. With `patience` a late command stops the arm's time:
+    then a machine with too much to do makes the arm slow, and not wild.
     """
 
     PURPOSE = 'Simulate the arm in real time, and publish joint_states.'
@@ -50,6 +51,7 @@ class ArmSim(ArmNode):
         self._encode = SampleEncoder(arm)
         self._until_truth = 0
         self._schedule = Schedule(settings.period, settings.speed)
+        self._patience = Patience(settings.patience)
         self._clock_time = None if settings.speed == 1.0 else publisher(self, CLOCK)
         self._ticked = False
         self._live = LiveArm(arm, settings, FIRST_STAMP)
@@ -74,7 +76,11 @@ class ArmSim(ArmNode):
         if not self._ticked and self._clock_time is None:
             self._live.stamp = time.time_ns()           # the first of an arm in real time
         self._ticked = True
-        for _ in range(self._schedule.due(time.monotonic_ns())):
+        now = time.monotonic_ns()
+        for left in range(self._schedule.due(now), 0, -1):
+            if self._patience.waits(self._live.ahead, now):
+                self._schedule.postpone(left)
+                break
             self._publish_sample()
         if self._clock_time is not None:
             self._clock_time.publish(LITTLE_ENDIAN + pack_stamp(self._live.stamp))

@@ -47,6 +47,10 @@ class Schedule:
         self._made += count
         return count
 
+    def postpone(self, count: int) -> None:
+        """Take back samples that were due but not made: they are due again."""
+        self._made -= count
+
     def take_punctuality(self, now: int) -> Punctuality:
         """Return how well it went since this was asked before, and begin anew."""
         seconds = (now - self._asked) * 1e-9
@@ -56,3 +60,21 @@ class Schedule:
         self._asked, self._made_when_asked = now, self._made
         self._worst, self._late, self._skipped = 0.0, 0, 0.0
         return found
+
+
+class Patience:
+    """Say how long to wait for what is late; times are of a steady clock [ns]."""
+
+    def __init__(self, longest: float) -> None:
+        """Wait for `longest` [s] at most, each time."""
+        self._longest = longest * 1e9
+        self._since: int | None = None
+
+    def waits(self, late: bool, now: int) -> bool:
+        """Return whether to go on waiting, for something that is late or has come."""
+        if not late:
+            self._since = None
+            return False
+        if self._since is None:
+            self._since = now
+        return now - self._since < self._longest

@@ -10,8 +10,7 @@ from hda_msgs_json.bag import open_recording
 from project_files import ROOT
 import pytest
 
-TURNS = 8               # a machine with too much to do gets, as the arm jerks without commands
-JERKED = re.compile(r'; the arm jerked, as this machine was too busy to command it for (\d+) ms;')
+TURNS = 3               # a machine gets that does not run a node for so long
 STARVED = 'of the samples for 1 s'     # what the controller says that had no torques for so long
 pytestmark = pytest.mark.xdist_group('nodes')
 
@@ -32,14 +31,10 @@ def test_demo_shows_small_errors(tmp_path):
     for out in (tmp_path / f'demo_{turn}' for turn in range(TURNS)):
         done = demo(out, '--duration', '4')
         assert done.returncode == 0 or STARVED in done.stderr, done.stderr
-        jerked = JERKED.search(done.stdout)
-        if done.returncode == 0 and not jerked:
+        if done.returncode == 0:
             break
     assert done.returncode == 0, done.stderr
     assert len(done.stdout.splitlines()) == 1
-    if jerked:
-        assert int(jerked[1]) > 5
-        pytest.skip(f'the loop of this machine paused, in all {TURNS} turns, for {jerked[1]} ms')
     assert done.stdout.startswith('errors: torque [N*m] joint1 0.0')
     assert ' 0 lost; figure ' in done.stdout
     assert (out / 'demo.png').stat().st_size > 50_000

@@ -24,7 +24,7 @@ COMMAND = re.compile(r'^(?:    )?(?:hda|make|ros2|pip|python3?|colcon|\.ci/run|a
                      r'|torque_estimator|jtf_controller) ', re.MULTILINE)
 STARTED, NEEDS = 'sh takes minutes', 'sh needs '
 WANTING = {'a ROS 2 installation', 'the recordings', 'another interpreter'}
-NODES = ('arm_sim &', 'torque_estimator &')
+NODES = re.compile(r'^(?:arm_sim|torque_estimator)\b.*&$', re.MULTILINE)
 PATIENCE = 900.0        # with one page: nothing is measured by it [s]
 LOOK = 3.0              # at what was started, before it is stopped [s]
 LATE = 'demo_operator: '    # says that the loop stood still: the machine has too much to do,
@@ -59,8 +59,10 @@ def typed(page: Path) -> str:
     return script(page).replace('make demo', 'make -n demo')
 
 
-RUNNING = [pytest.param(page, id=page.stem, marks=[pytest.mark.xdist_group('nodes')] if any(
-    name in typed(page) for name in NODES) else []) for page in pages() if script(page)]
+RUNNING = [pytest.param(
+    page, id=page.stem,
+    marks=[pytest.mark.xdist_group('nodes')] if NODES.search(typed(page)) else [])
+    for page in pages() if script(page)]
 STARTING = [pytest.param(line, id=f'{page.stem}: {line}')
             for page in pages() for line in script(page, STARTED).splitlines()]
 

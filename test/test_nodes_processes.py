@@ -229,6 +229,24 @@ def test_a_driver_that_does_its_best_only_is_heard(sent, tmp_path):
             assert decode_joint_state(message).stamp_ns in stamps
 
 
+def test_time_of_a_patient_arm_stands_while_a_command_is_late(tmp_path):
+    """After one command no other comes: its samples stop for the patience, and then go on."""
+    with watching() as watcher, running(tmp_path, arm_sim=('patience:=3.0',)):
+        samples = watcher.hear(JOINT_STATES)
+        command = watcher.send(MOTOR_COMMAND, 1)
+        watcher.until(partial(at_least, samples, 1), 'samples')
+        stamp = decode_joint_state(samples[-1]).stamp_ns
+        motors, none = [f'{label}_motor' for label in ARM.labels], []
+        command(encode_joint_state(stamp, '', motors, none, none, [0.0] * len(motors)))
+        watcher.spin(SETTLE)
+        stands = len(samples)
+        watcher.spin(0.5)
+        assert len(samples) == stands
+        watcher.until(partial(at_least, samples, stands + 100), 'samples after the patience')
+    stamps = [decode_joint_state(each).stamp_ns for each in samples]
+    assert set(np.diff(stamps)) == {1_000_000}      # no time of the arm is left out
+
+
 def test_services_answer(tmp_path):
     with watching() as watcher, running(
             tmp_path, arm_sim=('rate:=100',), torque_estimator=('tare_time:=0.1',)):

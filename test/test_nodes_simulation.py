@@ -1,11 +1,12 @@
 """The simulated arm keeps its schedule, copies nothing it should not, and refuses the rest."""
 
 from hda_arm_sim.health import Level, Refusals, Refused
-from hda_arm_sim.live import FIRST_STAMP, LiveArm, LONGEST_HOLD, SimulationSettings
+from hda_arm_sim.live import (
+    FIRST_STAMP, LiveArm, LONGEST_HOLD, MOST_UNANSWERED, SimulationSettings)
 from hda_arm_sim.model.arm import ArmError
 from hda_arm_sim.model.files import read_arm, read_effects
 from hda_arm_sim.sample_messages import SampleEncoder, truth_topics
-from hda_arm_sim.schedule import LONGEST_LAG, Punctuality, Schedule, SHORTEST_TICK
+from hda_arm_sim.schedule import LONGEST_LAG, Patience, Punctuality, Schedule, SHORTEST_TICK
 from hda_arm_sim.simulation_report import simulation_report
 from hda_msgs_json.cdr import decode_joint_state, decode_wrench
 from hypothesis import given, strategies as st
@@ -49,6 +50,38 @@ def test_time_beyond_the_longest_lag_is_given_up_and_told():
     kept = schedule.take_punctuality(LONGEST_LAG + 4 * PERIOD)
     assert kept.skipped == pytest.approx(0.052)
     assert kept.worst == pytest.approx(0.052)
+
+
+def test_samples_that_were_not_made_are_due_again():
+    schedule = Schedule(PERIOD)
+    assert schedule.due(9 * PERIOD) == 1
+    assert schedule.due(12 * PERIOD) == 3
+    schedule.postpone(2)
+    assert schedule.due(13 * PERIOD) == 3
+
+
+def test_patience_is_for_each_wait_and_has_an_end():
+    patience = Patience(0.5)
+    assert [patience.waits(True, now) for now in (0, 499_999_999, 500_000_000)] == [
+        True, True, False]
+    assert not patience.waits(False, 600_000_000)
+    assert patience.waits(True, 700_000_000)
+    assert not Patience(0.0).waits(True, 0)
+
+
+def test_an_arm_is_ahead_of_commands_that_came_and_are_late():
+    arm = live()
+    steps(arm, 20)
+    assert not arm.ahead                        # nobody commands it yet
+    arm.command(arm.stamp - PERIOD, np.zeros(2))
+    steps(arm, MOST_UNANSWERED - 1)
+    assert not arm.ahead
+    steps(arm, 1)
+    assert arm.ahead
+    arm.command(arm.stamp - PERIOD, np.zeros(2))
+    assert not arm.ahead
+    steps(arm, LONGEST_HOLD // PERIOD + 2)
+    assert not arm.ahead                        # its commands have ended
 
 
 def test_punctual_calls_are_not_late():
