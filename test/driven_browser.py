@@ -18,7 +18,7 @@ from browser import CHROMIUM
 FLAGS = ('--headless=new', '--no-sandbox', '--disable-quic', '--no-first-run',
          '--disable-background-networking', '--disable-component-update', '--disable-sync',
          '--enable-unsafe-swiftshader', '--remote-debugging-port=0')
-PATIENCE = 60.0         # until something must have happened: nothing is measured by it [s]
+PATIENCE = 240.0        # until something must have happened: nothing is measured by it [s]
 
 
 class Page:

@@ -5,10 +5,11 @@ import os
 
 from chains import body, description, joint
 from hda_arm_sim.foundation import chain as of
+from hda_arm_sim.foundation.chain import CONSTANTS, INERTIA, MASS, MOMENT
 from hda_arm_sim.model.arm import ArmError
 from hda_arm_sim.model.chain_links import chain_to, ChainLinks, kept, tips
 from hda_arm_sim.model.files import arm_from_text, read_arm
-from hda_arm_sim.model.link_numbers import LinkTolerance
+from hda_arm_sim.model.link_numbers import gyration, LinkTolerance
 from hda_arm_sim.model.urdf import LARGEST, UrdfError
 from hda_arm_sim.model.writing import arm_to_text
 import numpy as np
@@ -170,8 +171,20 @@ def test_a_file_tells_how_well_each_link_is_known(tmp_path):
     arm = read_arm(tmp_path / 'arm.yaml')
     known = arm.links.known(0.03)
     assert known[2] == LinkTolerance(mass=0.05, centre=0.01)
-    assert {known[0], *known[3:]} == {LinkTolerance(mass=0.03, inertia=0.03)}
+    assert {(one.mass, one.inertia) for one in (known[0], *known[3:])} == {(0.03, 0.03)}
+    assert known[0].centre == pytest.approx(0.03 * gyration(arm.links.parts[1]))
     assert arm_from_text(arm_to_text(arm), 'a bag') == arm
+
+
+def test_a_link_gyrates_about_its_centre_wherever_its_joint_is():
+    """A ball of 2 kg with a radius of 0.1 m, its centre at (0.3, -0.2, 0.5) m."""
+    own, centre, mass = 0.4 * 2.0 * 0.1 ** 2, np.array([0.3, -0.2, 0.5]), 2.0
+    about = own * np.eye(3) + mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
+    row = np.zeros(CONSTANTS)
+    row[MASS], row[MOMENT:MOMENT + 3] = mass, mass * centre
+    row[INERTIA:INERTIA + 6] = about[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+    assert gyration(row) == pytest.approx(np.sqrt(1.5 * own / mass))
+    assert gyration(np.zeros(CONSTANTS)) == 0.0
 
 
 def test_an_arm_that_hangs_feels_gravity_the_other_way():

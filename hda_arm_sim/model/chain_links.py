@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .link_numbers import LinkTolerance
+from .link_numbers import gyration, LinkTolerance
 from .urdf import Element, read_description, UrdfError
 from .urdf_bodies import (Body, body_of, Frame, joint_of, NO_BODY, onto, turned, TURNING,
                           UrdfJoint)
@@ -62,9 +62,15 @@ class ChainLinks:
         _ = self.built
 
     def known(self, usual: float) -> tuple[LinkTolerance, ...]:
-        """Return how well each link is known; `usual` is the relative tolerance of the others."""
+        """
+        Return how well each link is known; `usual` is the relative tolerance of the others.
+
+        What is too heavy by so much is so somewhere in the link: its centre is off by as large a
+        share of its radius of gyration.
+        """
         stated = self.tolerances or len(self.names) * (None,)
-        return tuple(one or LinkTolerance(mass=usual, inertia=usual) for one in stated)
+        return tuple(one or LinkTolerance(mass=usual, inertia=usual, centre=usual * gyration(row))
+                     for one, row in zip(stated, self.parts[1:]))
 
     @cached_property
     def built(self) -> Built:

@@ -19,7 +19,7 @@ from ..foundation.vectors import dot, put, Vector, vector
 def accelerate(arm: ArmRecord, inertia: Chain, w: Array, at: int, to: int) -> None:
     """Fill the links' accelerations, M ddq = tau + J^T F + gravity - C dq, (eq:links)."""
     c, joints = inertia.table, arm.joints.shape[0]
-    _pose(arm, c, w, at)
+    pose(arm, c, w, at)
     chain.place(c)
     inverse_dynamics(c)
     mass_matrix(c)
@@ -40,7 +40,7 @@ def accelerate(arm: ArmRecord, inertia: Chain, w: Array, at: int, to: int) -> No
 
 
 @inlined
-def _pose(arm: ArmRecord, c: Array, w: Array, at: int) -> None:
+def pose(arm: ArmRecord, c: Array, w: Array, at: int) -> None:
     """Hand angles, speeds and what pushes a link or the tip to the chain."""
     for j in range(arm.joints.shape[0]):
         c[j + 1, chain.ANGLE] = w[j, at + LINK_ANGLE]

@@ -31,8 +31,8 @@ __all__ = (                 # the registers are read by who reads the kernel
     'DRIVE', 'FORCE', 'FORCES', 'GUESS', 'HISTORY', 'HYSTERESIS', 'LINK_ANGLE', 'LINK_VELOCITY',
     'MODE', 'MOTOR_ANGLE', 'MOTOR_VELOCITY', 'NOW', 'REGISTERS', 'SENT', 'SLOPE_1', 'SLOPE_2',
     'SLOPE_3', 'SLOPE_4', 'STAGE', 'STATE', 'STATES', 'STRETCH', 'TIME', 'TORQUE', 'TRIAL',
-    'gear_torque', 'growth', 'loop_state', 'played_torsion', 'registers', 'settle', 'slope',
-    'spring_torque', 'transmission')
+    'gear_torque', 'growth', 'loop_state', 'motor_side', 'played_torsion', 'registers', 'settle',
+    'settle_gear', 'slope', 'spring_torque', 'transmission')
 
 _ACCURACY = 1e-4        # of the spring's iteration: its cube, 1e-12, is left as an error
 _MOST_GROWTH = 0.9      # of the gear's least compliance, so that more torque twists it more
@@ -113,24 +113,28 @@ def loop_state(joint: Record, w: Array, j: int, at: int, torsion: float) -> floa
     return total / (SLIDERS * own.width)
 
 
+@inlined
+def settle_gear(joint: Record, w: Array, j: int) -> None:
+    """Let the elements of a joint's hysteresis slide to where the state stands, (eq:sliders)."""
+    if joint.torsional_hysteresis.level > 0.0:
+        angle = w[j, STATE + MOTOR_ANGLE]
+        torsion = angle / joint.ratio + transmission(joint, angle)[0] - w[j, STATE + LINK_ANGLE]
+        change = torsion - w[j, STATE + HYSTERESIS]
+        for place in range(SLIDERS):
+            w[j, STATE + STRETCH + place] = slid(
+                joint.torsional_hysteresis, w[j, STATE + STRETCH + place], change, place)
+        w[j, STATE + HYSTERESIS] = torsion
+
+
 @compiled
 def settle(arm: ArmRecord, w: Array) -> None:
     """Let the elements of every hysteresis slide to where the state stands, (eq:sliders)."""
     for j in range(arm.joints.shape[0]):
-        joint = arm.joints[j]
-        if joint.torsional_hysteresis.level > 0.0:
-            angle = w[j, STATE + MOTOR_ANGLE]
-            torsion = (angle / joint.ratio + transmission(joint, angle)[0]
-                       - w[j, STATE + LINK_ANGLE])
-            change = torsion - w[j, STATE + HYSTERESIS]
-            for place in range(SLIDERS):
-                w[j, STATE + STRETCH + place] = slid(
-                    joint.torsional_hysteresis, w[j, STATE + STRETCH + place], change, place)
-            w[j, STATE + HYSTERESIS] = torsion
+        settle_gear(arm.joints[j], w, j)
 
 
 @inlined
-def _motor_side(arm: ArmRecord, w: Array, j: int, at: int, to: int) -> None:
+def motor_side(arm: ArmRecord, w: Array, j: int, at: int, to: int) -> None:
     """Fill one joint's slopes but the link's, and its registers of torque, (eq:motor)."""
     joint = arm.joints[j]
     angle, velocity, mode = w[j, at + MOTOR_ANGLE], w[j, at + MOTOR_VELOCITY], w[j, MODE]
@@ -164,5 +168,5 @@ def _motor_side(arm: ArmRecord, w: Array, j: int, at: int, to: int) -> None:
 def slope(arm: ArmRecord, inertia: Inertia, w: Array, at: int, to: int) -> None:
     """Fill the slopes in block `to` of the state in block `at`, (eq:torsion-angle to links)."""
     for j in range(arm.joints.shape[0]):
-        _motor_side(arm, w, j, at, to)
+        motor_side(arm, w, j, at, to)
     _accelerate(arm, inertia, w, at, to)

@@ -24,6 +24,14 @@ class LinkTolerance(Declared):
     inertia: float = parameter(0.01, '', 0.0, 1.0, 'inertia about the own joint, relative')
 
 
+def gyration(row: Array) -> float:
+    """Return the radius of gyration of a link about its centre, 0 without mass [m]."""
+    if row[MASS] <= 0.0:
+        return 0.0
+    spread = row[INERTIA:INERTIA + 3].sum() / 2.0 - (row[MOMENT:MOMENT + 3] ** 2).sum() / row[MASS]
+    return float(np.sqrt(max(spread, 0.0) / row[MASS]))
+
+
 def differ(row: Array, error: Any) -> None:
     """
     Change a link of a chain by its `link_inertia_error`, (eq:link-mass).

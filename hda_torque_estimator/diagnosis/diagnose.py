@@ -51,7 +51,8 @@ from ..measurements.running_clock import inside, Spans, split
 EFFECTIVE = 0.5         # share of the balances' samples that are independent
 _ROUNDS = 2             # of searches, while zeros of several recordings or stretches move
 _QUIETER = 0.7          # of the noise that was taken, below which it has hidden something
-_OTHER_NOISE = 2        # seed of a twin that shows what chance buys
+_FIRST_NOISE = 0        # seed of a twin that shows what noise leaves
+_OTHER_NOISE = 2        # and of another one, that shows what chance buys
 _STILL = 0.02           # link travel below which nothing was moved [rad]
 
 
@@ -244,7 +245,8 @@ def _without_turns(raw: RawReadings, training: Spans, fitter: Fitter, found: Fou
 def _fitter(raw: RawReadings, training: Spans, turns: tuple[int, ...] | None = None) -> Fitter:
     """Return what fits the training stretches; rows that turn are those told, unless given."""
     balancer = Balancer(raw.measurement)
-    noise, plain = noise_of(balancer, raw.arm)
+    quiet = healthy_twin(balancer, raw.arm, _FIRST_NOISE)
+    noise, plain = noise_of(balancer, raw.arm, quiet)
     rows = inside(balancer.time, training)
     if turns is None:
         turns = turning(Fitter(balancer, raw.arm, noise, EFFECTIVE, rows))
@@ -252,10 +254,10 @@ def _fitter(raw: RawReadings, training: Spans, turns: tuple[int, ...] | None = N
         balancer = Balancer(raw.measurement, turns)
     known = on_its_way(balancer, raw.arm, noise)
     if known is not balancer:
-        balancer, (noise, plain) = known, noise_of(known, raw.arm)
+        balancer, (noise, plain) = known, noise_of(known, raw.arm, quiet)
     white = balancer.whitened(raw.arm, np.sqrt(noise ** 2 - plain ** 2))
     if white is not balancer:
-        balancer, (noise, plain) = white, noise_of(white, raw.arm)
+        balancer, (noise, plain) = white, noise_of(white, raw.arm, quiet)
     twin = _twin(balancer, raw.arm, noise, plain)
     return Fitter(balancer, raw.arm, noise, EFFECTIVE, rows, twin)
 

@@ -33,7 +33,8 @@ from numpy.typing import NDArray
 from scipy.signal import firwin, upfirdn
 
 from .base_motion import base_motion
-from .kernel_along import centred, deliver, Driven, fill_along, MEASURED
+from .kernel_along import centred, deliver, Driven, fill_along, fill_gears, MEASURED
+from .needed_torques import fill_needed
 from .whitening import Whitening, whitening_of
 from ...measurements.measurement import Measurement
 from ...measurements.motion import jolts, Motion, motion_of, SHORT
@@ -112,7 +113,7 @@ class Balancer:
 
     def _behind(self, arm: Arm) -> tuple[Motion, NDArray[np.bool_]]:
         """Return the motion, and where the balances are valid along it."""
-        key = _sensing(arm)
+        key = sensing(arm)
         if key not in self._motions:
             if len(self._motions) > _KEPT:
                 self._motions.pop(next(iter(self._motions)))
@@ -164,22 +165,44 @@ class Balancer:
         """Return what the arm's effects remember along the motion (k, n, STATES - MEASURED)."""
         return self._along(arm)[1]
 
-    def _along(self, arm: Arm) -> tuple[Array, Array]:
-        motion, dt = self.motion(arm), self.measurement.dt
-        samples, joints = self.measurement.command.shape
-        residual = np.empty((samples, 2 * joints))
-        memory = np.zeros((samples, joints, STATES - MEASURED))
-        delivered = np.empty((samples, joints))
+    def needed(self, arm: Arm) -> Array:
+        """Return what the links need for the motion (k, n), unfiltered; their base is at rest."""
+        torques, dt = np.empty(self.measurement.command.shape), self.measurement.dt
         for piece in self.measurement.pieces():
             record = arm_during(arm, piece, dt).record()
-            moved = Motion(motion.state[piece], motion.acceleration[piece])
-            deliver(record, self.measurement.command[piece], dt, delivered[piece])
-            driven = Driven(*moved, base_motion(arm, moved, dt), centred(delivered[piece]))
-            fill_along(record, loaded_inertia(record.body), driven, dt, residual[piece],
-                       memory[piece])
+            fill_needed(record, loaded_inertia(record.body), self._driven(arm, piece), dt,
+                        torques[piece])
+        return torques
+
+    def gears(self, arm: Arm, joints: Sequence[int]) -> Array:
+        """Return what motors of joints miss and what their gears carry (2, k, c), unfiltered."""
+        chosen, dt = np.array(joints, np.int64), self.measurement.dt
+        torques = np.empty((2, len(self.measurement.command), len(chosen)))
+        for piece in self.measurement.pieces():
+            missed, carried = torques[:, piece]
+            fill_gears(arm.record(), chosen, self._driven(arm, piece), dt, missed, carried)
+        return torques
+
+    def _along(self, arm: Arm) -> tuple[Array, Array]:
+        dt, (samples, joints) = self.measurement.dt, self.measurement.command.shape
+        residual = np.empty((samples, 2 * joints))
+        memory = np.zeros((samples, joints, STATES - MEASURED))
+        for piece in self.measurement.pieces():
+            record = arm_during(arm, piece, dt).record()
+            fill_along(record, loaded_inertia(record.body), self._driven(arm, piece), dt,
+                       residual[piece], memory[piece])
         if self.measurement.led:
             residual[:, :joints] -= residual[:, joints:]
         return residual, memory
+
+    def _driven(self, arm: Arm, piece: slice) -> Driven:
+        """Return the motion of one recording, and what an arm has of the commands there."""
+        motion, dt = self.motion(arm), self.measurement.dt
+        moved = Motion(motion.state[piece], motion.acceleration[piece])
+        command = self.measurement.command[piece]
+        delivered = np.empty_like(command)
+        deliver(arm.record(), command, dt, delivered)
+        return Driven(*moved, base_motion(arm, moved, dt), centred(delivered))
 
     def filtered(self, raw: Array) -> Array:
         """Return columns (k, m) low-passed without delay and thinned to the balances' rate."""
@@ -247,7 +270,7 @@ def _lasting(marked: NDArray[np.bool_], least: int) -> NDArray[np.bool_]:
     return ~_spread(~marked, least // 2) if least > 1 else marked
 
 
-def _sensing(arm: Arm) -> bytes:
+def sensing(arm: Arm) -> bytes:
     """Return what the motion depends on: all that stands between an angle and its reading."""
     joints = arm.record().joints
     return b''.join(np.ascontiguousarray(joints[name]).tobytes() for name in _SENSED)

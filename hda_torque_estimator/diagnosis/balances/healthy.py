@@ -58,9 +58,12 @@ def torque_noise_of(noise: Array, plain: Array, balancer: Balancer, arm: Arm) ->
     return np.asarray(np.sqrt(excess) / passed / arm.record().joints['ratio'])
 
 
-def noise_of(balancer: Balancer, arm: Arm, seed: int = 0) -> tuple[Array, Array]:
+def noise_of(balancer: Balancer, arm: Arm, twin: Measurement | None = None, *,
+             seed: int = 0) -> tuple[Array, Array]:
     """
     Return the standard deviation (c,) of each balance that noise leaves, and readings alone.
+
+    A `twin` that was made of this arm and these readings before need not be made again.
 
     The second is what the noise of the measured readings makes of the balances: they are made
     again with as much more of it [N*m]. Rounding of slow readings is not white, and a simulated
@@ -70,7 +73,7 @@ def noise_of(balancer: Balancer, arm: Arm, seed: int = 0) -> tuple[Array, Array]
     """
     ours = balancer(arm)
     added = balancer.noisier(arm).residual - ours.residual
-    made = balancer.like(healthy_twin(balancer, arm, seed))(arm)
+    made = balancer.like(twin or healthy_twin(balancer, arm, seed))(arm)
     told = _rms(added, ours.valid)
     plain = np.clip(_rms(made.residual, made.valid), told, _MOST * told)
     joints = len(arm.joints)

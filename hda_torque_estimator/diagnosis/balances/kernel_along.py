@@ -4,16 +4,19 @@ from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.chain import lent
-from hda_arm_sim.foundation.compiled import compiled, Record
+from hda_arm_sim.foundation.compiled import compiled, inlined, Record
 from hda_arm_sim.foundation.rigid import Inertia
 from hda_arm_sim.model.arm import ArmRecord
 from hda_arm_sim.model.effects.friction import bristle_after
 from hda_arm_sim.model.effects.place import Bent, Commanded
 from hda_arm_sim.model.kernel import (AXES, BASE_OFFSET, BASE_RATE, BRISTLE, COMMAND, LINK_ANGLE,
-                                      LINK_VELOCITY, MODE, MOTOR_VELOCITY, NOW, REGISTERS, settle,
-                                      slope, SLOPE_1, STATE, STATES, TORQUE)
+                                      LINK_VELOCITY, MODE, motor_side, MOTOR_VELOCITY, NOW,
+                                      REGISTERS, settle, settle_gear, slope, SLOPE_1, STATE,
+                                      STATES, TORQUE)
+from hda_arm_sim.model.link_side import link_torque
 from hda_arm_sim.model.motor_side import clipped, friction_budget, lagging, shaft_torque
 import numpy as np
+from numpy.typing import NDArray
 
 from .sample_residuals import missed_torques
 
@@ -66,13 +69,9 @@ def fill_along(arm: ArmRecord, inertia: Inertia, driven: Driven, dt: float, resi
         w[0, NOW] = k * dt
         w[0, STATE + BASE_OFFSET], w[0, STATE + BASE_RATE] = base[k, 0], base[k, 1]
         for j in range(joints):
-            w[j, COMMAND] = command[k, j]
-            w[j, MODE] = np.sign(state[k, j, MOTOR_VELOCITY])
+            _stand(arm.joints[j], state[k, j], command[k, j], w, j, dt)
             rate = state[k, j, LINK_VELOCITY]
             w[j, MODE + 1] = np.sign(rate) if abs(rate) > _REST else 0.0
-            for i in range(MEASURED):
-                w[j, STATE + i] = state[k, j, i]
-            _bend(arm.joints[j], w, j, dt)
             for i in range(MEASURED, STATES):
                 memory[k, j, i - MEASURED] = w[j, STATE + i]
         slope(arm, links, w, STATE, SLOPE_1)
@@ -81,6 +80,39 @@ def fill_along(arm: ArmRecord, inertia: Inertia, driven: Driven, dt: float, resi
 
 
 @compiled
+def fill_gears(arm: ArmRecord, chosen: NDArray[np.int64], driven: Driven, dt: float,
+               missed: Array, carried: Array) -> None:
+    """
+    Fill what the motors of chosen joints miss and what reaches their links, (eq:balance-parts).
+
+    These are (k, c) each, torques at the output. Nothing of links is needed for them.
+    """
+    state, acceleration, _, command = driven
+    w = np.zeros((max(AXES, state.shape[1]), REGISTERS))
+    for place in range(chosen.shape[0]):
+        j = chosen[place]
+        joint = arm.joints[j]
+        for k in range(state.shape[0]):
+            w[0, NOW] = k * dt
+            _stand(joint, state[k, j], command[k, j], w, j, dt)
+            motor_side(arm, w, j, STATE, SLOPE_1)
+            settle_gear(joint, w, j)
+            miss = acceleration[k, j, 0] - w[j, SLOPE_1 + MOTOR_VELOCITY]
+            missed[k, place] = joint.ratio * joint.motor_inertia * miss
+            carried[k, place] = w[j, TORQUE] + link_torque(joint, w[j, STATE + LINK_ANGLE])
+
+
+@inlined
+def _stand(joint: Record, state: Array, command: float, w: Array, j: int, dt: float) -> None:
+    """Put a joint into a measured state (MEASURED,), its bristles bent as far as they are then."""
+    w[j, COMMAND] = command
+    w[j, MODE] = np.sign(state[MOTOR_VELOCITY])
+    for i in range(MEASURED):
+        w[j, STATE + i] = state[i]
+    _bend(joint, w, j, dt)
+
+
+@inlined
 def _bend(joint: Record, w: Array, j: int, dt: float) -> None:
     """Bend the bristles for a sample, under the torque of the one before."""
     if joint.presliding_friction.stiffness > 0.0:

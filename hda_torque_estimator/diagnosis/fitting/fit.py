@@ -16,6 +16,7 @@ from .nuisance import AnyTerm, nuisances
 from .solve import condense, covariance, score, solve
 from .steps import groups_at_once, places_of, stepped
 from ..balances.balance import Balance, Balancer, RATE
+from ..balances.changes import Changes
 from ...least_squares.descent import damped, improved
 from ...least_squares.sandwich import sandwich
 from ...least_squares.term import Term, with_terms
@@ -31,10 +32,10 @@ FAR = 100.0             # improvement by a step after which no derivative is as 
 
 
 class _Base(NamedTuple):
-    """Terms that were changed last, and what they leave as they are (m, c) [N*m]."""
+    """Terms that were changed last, and what others change in their balances."""
 
     terms: tuple[AnyTerm, ...]
-    residual: Array
+    changes: Changes
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,8 +224,8 @@ class Fitter:
         Noise is the same in both, so fewer samples tell as much.
         """
         if not self._base or not _same(self._base[0].terms, terms):
-            self._base[:] = [_Base(tuple(terms), self.balancer.thinned(self.on(terms)).residual)]
-        return self.balancer.thinned(arm).residual - self._base[0].residual
+            self._base[:] = [_Base(tuple(terms), Changes(self.balancer.thinned, self.on(terms)))]
+        return self._base[0].changes.by(arm)
 
     def _difference(self, terms: Sequence[AnyTerm], among: Sequence[AnyTerm],
                     group: list[tuple[int, int, int]], columns: Array) -> None:
