@@ -111,13 +111,16 @@ class Arm:
                                f'{", ".join(self.labels)}')
             self.joint(joint)
 
+    @cached_property
+    def _entries(self) -> dict[tuple[str, str | None], Effect]:
+        return {(placed.effect.name, placed.joint): placed.effect for placed in self.effects}
+
     def effect(self, name: str, joint: str | None = None) -> Effect:
         """Return an effect in force: its entry, else the nominal one (raises on bad names)."""
+        if found := self._entries.get((name, joint)):
+            return found
         kind = effect_named(name)
         self._check_place(kind, joint)
-        for placed in self.effects:
-            if placed.joint == joint and placed.effect.name == name:
-                return placed.effect
         return (self.base if joint is None else self.joint(joint)).nominal(kind)
 
     def with_effect(self, effect: Effect, joint: str | None = None) -> 'Arm':

@@ -65,8 +65,8 @@ class ChainLinks:
         """
         Return how well each link is known; `usual` is the relative tolerance of the others.
 
-        What is too heavy by so much is so somewhere in the link: its centre is off by as large a
-        share of its radius of gyration.
+        A link that is too heavy is so in one place more than in another. So its centre is off by
+        as large a share of its radius of gyration.
         """
         stated = self.tolerances or len(self.names) * (None,)
         return tuple(one or LinkTolerance(mass=usual, inertia=usual, centre=usual * gyration(row))

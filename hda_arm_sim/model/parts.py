@@ -1,11 +1,13 @@
 """The parts of an arm, each a group of declared parameters: joints, encoders, links, base."""
 
 from dataclasses import dataclass
+from functools import cached_property
 import math
 from typing import ClassVar
 
 from .effects import (BaseTilt, ClockSkew, CoarseQuantisation, CoulombFriction, Effect,
                       StructuralDamping, TorqueSaturation, ViscousFriction)
+from .effects.effect import neutral
 from .torsion import TorsionLaw
 from ..foundation.parameter import Declared, parameter
 
@@ -72,16 +74,21 @@ class Joint(Declared):
 
     def nominal(self, effect: type[Effect]) -> Effect:
         """Return an effect as this joint has it without any entry in the arm's list."""
+        return self._stated.get(effect) or neutral(effect)
+
+    @cached_property
+    def _stated(self) -> dict[type[Effect], Effect]:
+        """Return the effects that numbers of the joint state."""
         return {
-            CoulombFriction: lambda: CoulombFriction(level=self.dry_friction),
-            ViscousFriction: lambda: ViscousFriction(slope=self.viscous_friction),
-            StructuralDamping: lambda: StructuralDamping(coefficient=self.torsion.damping),
-            ClockSkew: lambda: ClockSkew(
+            CoulombFriction: CoulombFriction(level=self.dry_friction),
+            ViscousFriction: ViscousFriction(slope=self.viscous_friction),
+            StructuralDamping: StructuralDamping(coefficient=self.torsion.damping),
+            ClockSkew: ClockSkew(
                 skew=self.link_encoder.sampling_time - self.motor_encoder.sampling_time),
-            CoarseQuantisation: lambda: CoarseQuantisation(
+            CoarseQuantisation: CoarseQuantisation(
                 motor_step=self.motor_encoder.step, link_step=self.link_encoder.step),
-            TorqueSaturation: lambda: TorqueSaturation(limit=self.torque_limit),
-        }.get(effect, effect)()
+            TorqueSaturation: TorqueSaturation(limit=self.torque_limit),
+        }
 
 
 @dataclass(frozen=True)
@@ -112,4 +119,4 @@ class Base(Declared):
         """Return an effect as the base has it without any entry in the arm's list."""
         if effect is BaseTilt:
             return BaseTilt(tilt=self.tilt, direction=self.direction)
-        return effect()
+        return neutral(effect)

@@ -7,12 +7,13 @@ Calibration and diagnosis fit the same terms. Bounds of every number are those o
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.parameter import Declared
 from hda_arm_sim.model.arm import Arm, Placed
 from hda_arm_sim.model.effects import Effect
+from hda_arm_sim.model.parts import Joint
 import numpy as np
 
 from .bounds import bounded, entered
@@ -132,20 +133,34 @@ class Term:
         return entered(arm, str(self.joint), self.numbers())
 
 
+@runtime_checkable
+class OfJoint(Protocol):
+    """What has the shape of a term, and is a number of one joint."""
+
+    joint: str
+
+    def on_joint(self, joint: Joint) -> Joint:
+        """Return the joint with this number."""
+
+
 def with_terms(arm: Arm, terms: Iterable[Any]) -> Arm:
     """
     Return the arm with all of these terms, or of what has their shape.
 
-    Whole effects are placed at once: every arm is checked, and a fit makes thousands of them.
+    Whole effects and numbers of joints are placed at once: every arm is checked, and a fit makes
+    thousands of them.
     """
     effects, others = {(one.effect.name, one.joint): one for one in arm.effects}, []
+    joints = {joint.label: joint for joint in arm.joints}
     for term in terms:
         if isinstance(term, Term) and term.is_whole:
             effects.pop(term.place, None)
             effects[term.place] = Placed(term.effect, term.joint)
+        elif isinstance(term, OfJoint):
+            joints[term.joint] = term.on_joint(joints[term.joint])
         else:
             others.append(term)
-    arm = replace(arm, effects=tuple(effects.values()))
+    arm = replace(arm, joints=tuple(joints.values()), effects=tuple(effects.values()))
     for term in others:
         arm = term.on(arm)
     return arm

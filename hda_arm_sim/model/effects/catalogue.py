@@ -65,11 +65,13 @@ EFFECTS: tuple[type[Effect], ...] = (
 )
 
 
+_NAMED = {effect.name: effect for effect in EFFECTS}
+
+
 def effect_named(name: str) -> type[Effect]:
     """Return the effect of this catalogue name; raises ParameterError with the valid names."""
-    for effect in EFFECTS:
-        if effect.name == name:
-            return effect
+    if effect := _NAMED.get(name):
+        return effect
     valid = ', '.join(effect.name for effect in EFFECTS)
     near = did_you_mean(name, (effect.name for effect in EFFECTS))
     raise ParameterError(f'no effect is named {name!r}{near or ";"} valid names: {valid}')

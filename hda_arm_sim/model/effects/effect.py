@@ -64,3 +64,13 @@ class Effect(Declared):
     def __call__(self, **signals: Signal | Any) -> Any:
         """Return the law's value for signals of its place, a number or an array as they are."""
         return type(self).law(self.record(), self.place.reads(**signals))
+
+
+_NEUTRAL: dict[type[Effect], Effect] = {}
+
+
+def neutral(kind: type[Effect]) -> Effect:
+    """Return an effect that does nothing; nobody can change it, so there is one."""
+    if kind not in _NEUTRAL:
+        _NEUTRAL[kind] = kind()
+    return _NEUTRAL[kind]

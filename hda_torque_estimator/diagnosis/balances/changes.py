@@ -29,12 +29,12 @@ class Changes:
 
     @cached_property
     def _gears(self) -> Array:
-        """What all motors miss, and what all gears carry (2, k, n) [N*m]."""
+        """Return what all motors miss, and what all gears carry (2, k, n) [N*m]."""
         return self._balancer.gears(self._arm, self._all)
 
     @cached_property
     def _needed(self) -> Array:
-        """What the links need (k, n) [N*m]."""
+        """Return what the links need (k, n) [N*m]."""
         return self._balancer.needed(self._arm)
 
     def by(self, arm: Arm) -> Array:

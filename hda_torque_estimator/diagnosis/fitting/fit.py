@@ -96,6 +96,10 @@ class Fitter:
                       self.effective, self.rows)
 
     @cached_property
+    def _tolerated(self) -> tuple[AnyTerm, ...]:
+        return nuisances(self.arm)
+
+    @cached_property
     def first(self) -> Fit:
         """Return the fit without any cause."""
         return self.fit(())
@@ -257,12 +261,12 @@ class Fitter:
         """Return the nuisances that are not accepted effects, as far as they have come."""
         taken = {term.place for term in accepted}
         known = {term.place: term for term in start}
-        return [known.get(term.place, term) for term in nuisances(self.arm)
+        return [known.get(term.place, term) for term in self._tolerated
                 if term.place not in taken]
 
     def away(self, terms: Sequence[AnyTerm]) -> Array:
         """Return how far the free numbers are from nominal, 0 for those without a tolerance."""
-        nominal = {term.place: term.vector() for term in nuisances(self.arm)}
+        nominal = {term.place: term.vector() for term in self._tolerated}
         return np.concatenate([
             term.vector() - nominal.get(term.place, 0.0)
             if np.isfinite(term.deviations()).all() else np.zeros(term.size) for term in terms])

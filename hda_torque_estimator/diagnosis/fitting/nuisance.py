@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.chain_links import ChainLinks
-from hda_arm_sim.model.parts import Links
+from hda_arm_sim.model.parts import Joint, Links
 import numpy as np
 
 from ...least_squares.charts import Plain
@@ -54,10 +54,12 @@ class Zero:
     def on(self, arm: Arm) -> Arm:
         """Return the arm with this zero added to the one that it has."""
         return replace(arm, joints=tuple(
-            joint if joint.label != self.joint else replace(
-                joint, link_encoder=replace(joint.link_encoder,
-                                            zero=joint.link_encoder.zero + self.value))
-            for joint in arm.joints))
+            self.on_joint(joint) if joint.label == self.joint else joint for joint in arm.joints))
+
+    def on_joint(self, joint: Joint) -> Joint:
+        """Return the joint with this zero added to the one that it has."""
+        encoder = replace(joint.link_encoder, zero=joint.link_encoder.zero + self.value)
+        return replace(joint, link_encoder=encoder)
 
 
 @dataclass(frozen=True)
