@@ -80,7 +80,7 @@ def test_a_wrong_load_shows_in_both_balances_alike_and_a_right_one_in_none():
 
 
 def test_what_is_not_known_of_links_is_no_cause():
-    """Mass and centre of each link may differ as their tolerances say, and no more."""
+    """Mass and centre of each link may differ as their tolerances say, stated or not."""
     links = replace(COBOT.links, tolerances=(
         None, LinkTolerance(mass=0.05, centre=0.004, inertia=0.1), *5 * [None]))
     found = {term.place: term for term in nuisances(replace(COBOT, links=links))
@@ -89,9 +89,11 @@ def test_what_is_not_known_of_links_is_no_cause():
     told = found['link_inertia_error', 'joint2']
     assert dict(zip(told.free, told.deviations())) == {
         'error': 0.1, 'mass': 0.05, 'centre_x': 0.004, 'centre_y': 0.004, 'centre_z': 0.004}
+    usual = COBOT.links.known(0.01)[2].centre
+    assert 0.0003 < usual < 0.003               # a hundredth of 3 to 30 cm
     assert dict(zip(found['link_inertia_error', 'joint3'].free,
                     found['link_inertia_error', 'joint3'].deviations())) == {
-        'error': 0.01, 'mass': 0.01}
+        'error': 0.01, 'mass': 0.01, 'centre_x': usual, 'centre_y': usual, 'centre_z': usual}
     starts = [term.free for term in terms_of(COBOT, 'link_inertia_error')
               if term.joint == 'joint3']
     assert starts == [('error',), ('mass',)]

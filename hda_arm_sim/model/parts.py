@@ -1,7 +1,7 @@
 """The parts of an arm, each a group of declared parameters: joints, encoders, links, base."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 import math
 from typing import ClassVar
 
@@ -74,21 +74,20 @@ class Joint(Declared):
 
     def nominal(self, effect: type[Effect]) -> Effect:
         """Return an effect as this joint has it without any entry in the arm's list."""
-        return self._stated.get(effect) or neutral(effect)
+        make = _STATED.get(effect)
+        return neutral(effect) if make is None else make(self)
 
-    @cached_property
-    def _stated(self) -> dict[type[Effect], Effect]:
-        """Return the effects that numbers of the joint state."""
-        return {
-            CoulombFriction: CoulombFriction(level=self.dry_friction),
-            ViscousFriction: ViscousFriction(slope=self.viscous_friction),
-            StructuralDamping: StructuralDamping(coefficient=self.torsion.damping),
-            ClockSkew: ClockSkew(
-                skew=self.link_encoder.sampling_time - self.motor_encoder.sampling_time),
-            CoarseQuantisation: CoarseQuantisation(
-                motor_step=self.motor_encoder.step, link_step=self.link_encoder.step),
-            TorqueSaturation: TorqueSaturation(limit=self.torque_limit),
-        }
+
+_STATED: dict[type[Effect], Callable[[Joint], Effect]] = {
+    CoulombFriction: lambda joint: CoulombFriction(level=joint.dry_friction),
+    ViscousFriction: lambda joint: ViscousFriction(slope=joint.viscous_friction),
+    StructuralDamping: lambda joint: StructuralDamping(coefficient=joint.torsion.damping),
+    ClockSkew: lambda joint: ClockSkew(
+        skew=joint.link_encoder.sampling_time - joint.motor_encoder.sampling_time),
+    CoarseQuantisation: lambda joint: CoarseQuantisation(
+        motor_step=joint.motor_encoder.step, link_step=joint.link_encoder.step),
+    TorqueSaturation: lambda joint: TorqueSaturation(limit=joint.torque_limit),
+}
 
 
 @dataclass(frozen=True)

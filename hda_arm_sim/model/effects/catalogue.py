@@ -70,8 +70,8 @@ _NAMED = {effect.name: effect for effect in EFFECTS}
 
 def effect_named(name: str) -> type[Effect]:
     """Return the effect of this catalogue name; raises ParameterError with the valid names."""
-    if effect := _NAMED.get(name):
-        return effect
+    if isinstance(name, str) and name in _NAMED:        # a file may give a list as well
+        return _NAMED[name]
     valid = ', '.join(effect.name for effect in EFFECTS)
     near = did_you_mean(name, (effect.name for effect in EFFECTS))
     raise ParameterError(f'no effect is named {name!r}{near or ";"} valid names: {valid}')
