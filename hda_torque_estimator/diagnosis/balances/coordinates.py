@@ -1,6 +1,7 @@
 """What a residual may follow: the coordinates of a measured motion, at the balances' times."""
 
 from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled, Record
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY, MOTOR_ANGLE, MOTOR_VELOCITY
 import numpy as np
@@ -31,7 +32,14 @@ def coordinates_of(balancer: Balancer, arm: Arm) -> dict[str, Array]:
 def torques_of(arm: Arm, motor: Array, link: Array) -> Array:
     """Return what angles of motors and links (m, n) [rad] send through the gears [N*m, output]."""
     joints = arm.record().joints
-    torsion = motor / joints['ratio'] - link
-    return np.array([[torque_through_gear(joint, angle, value, 0.0, 0.0)
-                      for joint, value, angle in zip(joints, row, angles)]
-                     for row, angles in zip(torsion, motor)])
+    torque = np.empty(motor.shape)
+    _fill_torques(joints, motor, motor / joints['ratio'] - link, torque)
+    return torque
+
+
+@compiled
+def _fill_torques(joints: Record, motor: Array, torsion: Array, torque: Array) -> None:
+    """Fill the torques (m, n) of torsions at angles of the motors."""
+    for k in range(motor.shape[0]):
+        for j in range(motor.shape[1]):
+            torque[k, j] = torque_through_gear(joints[j], motor[k, j], torsion[k, j], 0.0, 0.0)
