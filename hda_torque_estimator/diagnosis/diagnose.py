@@ -43,7 +43,7 @@ from .readings.raw_readings import (extended_by, RAW_EFFECTS, raw_findings, raw_
                                     raw_total, RawReadings)
 from .telling.next_steps import next_steps
 from .telling.unexplained import unexplained
-from ..least_squares.term import Place
+from ..least_squares.term import Place, with_terms
 from ..measurements.measurement import Measurement
 from ..measurements.running_clock import inside, Spans, split
 
@@ -299,10 +299,7 @@ def _gains(evidence: Evidence, pair: Alike) -> bool:
 
 def _with_zeros(arm: Arm, fit: Fit) -> Arm:
     """Return the arm as given with the encoders' zeros of a recording: no property of it."""
-    for zero in fit.nuisance:
-        if isinstance(zero, Zero):
-            arm = zero.on(arm)
-    return arm
+    return with_terms(arm, [term for term in fit.nuisance if isinstance(term, Zero)])
 
 
 def sought_effects() -> tuple[str, ...]:

@@ -170,7 +170,7 @@ class Balancer:
         torques, dt = np.empty(self.measurement.command.shape), self.measurement.dt
         for piece in self.measurement.pieces():
             record = arm_during(arm, piece, dt).record()
-            fill_needed(record, loaded_inertia(record.body), self._driven(arm, piece), dt,
+            fill_needed(record, loaded_inertia(record.body), self._moved(arm, piece), dt,
                         torques[piece])
         return torques
 
@@ -197,12 +197,16 @@ class Balancer:
 
     def _driven(self, arm: Arm, piece: slice) -> Driven:
         """Return the motion of one recording, and what an arm has of the commands there."""
-        motion, dt = self.motion(arm), self.measurement.dt
-        moved = Motion(motion.state[piece], motion.acceleration[piece])
+        moved, dt = self._moved(arm, piece), self.measurement.dt
         command = self.measurement.command[piece]
         delivered = np.empty_like(command)
         deliver(arm.record(), command, dt, delivered)
         return Driven(*moved, base_motion(arm, moved, dt), centred(delivered))
+
+    def _moved(self, arm: Arm, piece: slice) -> Motion:
+        """Return the motion of one recording."""
+        motion = self.motion(arm)
+        return Motion(motion.state[piece], motion.acceleration[piece])
 
     def filtered(self, raw: Array) -> Array:
         """Return columns (k, m) low-passed without delay and thinned to the balances' rate."""

@@ -18,7 +18,7 @@ from hda_arm_sim.model.motor_side import clipped, friction_budget, lagging, shaf
 import numpy as np
 from numpy.typing import NDArray
 
-from .sample_residuals import missed_torques
+from .sample_residuals import missed_torques, motor_missed
 
 # Choices unless told otherwise.
 _REST = 2e-3            # link speed at which a bearing may stick [rad/s]
@@ -97,8 +97,7 @@ def fill_gears(arm: ArmRecord, chosen: NDArray[np.int64], driven: Driven, dt: fl
             _stand(joint, state[k, j], command[k, j], w, j, dt)
             motor_side(arm, w, j, STATE, SLOPE_1)
             settle_gear(joint, w, j)
-            miss = acceleration[k, j, 0] - w[j, SLOPE_1 + MOTOR_VELOCITY]
-            missed[k, place] = joint.ratio * joint.motor_inertia * miss
+            missed[k, place] = motor_missed(joint, w, j, acceleration[k, j, 0])
             carried[k, place] = w[j, TORQUE] + link_torque(joint, w[j, STATE + LINK_ANGLE])
 
 
@@ -107,9 +106,15 @@ def _stand(joint: Record, state: Array, command: float, w: Array, j: int, dt: fl
     """Put a joint into a measured state (MEASURED,), its bristles bent as far as they are then."""
     w[j, COMMAND] = command
     w[j, MODE] = np.sign(state[MOTOR_VELOCITY])
+    put_state(state, w, j)
+    _bend(joint, w, j, dt)
+
+
+@inlined
+def put_state(state: Array, w: Array, j: int) -> None:
+    """Put what was measured of a joint (MEASURED,) into its registers."""
     for i in range(MEASURED):
         w[j, STATE + i] = state[i]
-    _bend(joint, w, j, dt)
 
 
 @inlined

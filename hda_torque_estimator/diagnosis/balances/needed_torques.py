@@ -15,7 +15,8 @@ from hda_arm_sim.model.kernel import (AXES, LINK_ANGLE, LINK_VELOCITY, NOW, REGI
 from hda_arm_sim.model.link_side import free_torque, Pose, tip_force
 import numpy as np
 
-from .kernel_along import Driven, MEASURED
+from .kernel_along import put_state
+from ...measurements.motion import Motion
 
 
 @inlined
@@ -53,16 +54,15 @@ _needed = of_links(_planar_needed, _spatial_needed)
 
 
 @compiled
-def fill_needed(arm: ArmRecord, inertia: Inertia, driven: Driven, dt: float,
+def fill_needed(arm: ArmRecord, inertia: Inertia, motion: Motion, dt: float,
                 needed: Array) -> None:
     """Fill what the links need along a motion on a base at rest (k, n) [N*m at the output]."""
-    state, acceleration, _, _ = driven
+    state, acceleration = motion
     joints = state.shape[1]
     w = np.zeros((max(AXES, joints), REGISTERS))
     links = lent(inertia)
     for k in range(state.shape[0]):
         w[0, NOW] = k * dt
         for j in range(joints):
-            for i in range(MEASURED):
-                w[j, STATE + i] = state[k, j, i]
+            put_state(state[k, j], w, j)
         _needed(arm, links, w, acceleration[k], needed[k])

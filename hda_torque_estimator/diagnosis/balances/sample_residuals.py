@@ -6,7 +6,7 @@ Links in a plane and chains in space have their mass matrix each in its own way;
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.chain import Chain, MATRIX, of_links
-from hda_arm_sim.foundation.compiled import compiled, inlined
+from hda_arm_sim.foundation.compiled import compiled, inlined, Record
 from hda_arm_sim.foundation.rigid import Inertia, mass_matrix
 from hda_arm_sim.model.arm import ArmRecord
 from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY, MOTOR_VELOCITY, SLOPE_1, STATE
@@ -47,6 +47,13 @@ def _spatial_missed(arm: ArmRecord, inertia: Chain, w: Array, acceleration: Arra
                 acceleration[k, 1] - w[k, SLOPE_1 + LINK_VELOCITY])
 
 
+@inlined
+def motor_missed(joint: Record, w: Array, j: int, acceleration: float) -> float:
+    """Return what a motor missed of an acceleration, N J ddtheta, as a torque [N*m, output]."""
+    miss = acceleration - w[j, SLOPE_1 + MOTOR_VELOCITY]
+    return joint.ratio * joint.motor_inertia * miss
+
+
 _missed = of_links(_planar_missed, _spatial_missed)
 
 
@@ -57,6 +64,5 @@ def missed_torques(arm: ArmRecord, inertia: Inertia, w: Array, acceleration: Arr
     joints = acceleration.shape[0]
     _missed(arm, inertia, w, acceleration, residual)
     for j in range(joints):
-        joint = arm.joints[j]
-        miss = acceleration[j, 0] - w[j, SLOPE_1 + MOTOR_VELOCITY]
-        residual[j] = joint.ratio * joint.motor_inertia * miss + residual[joints + j]
+        missed = motor_missed(arm.joints[j], w, j, acceleration[j, 0])
+        residual[j] = missed + residual[joints + j]

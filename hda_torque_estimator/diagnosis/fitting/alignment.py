@@ -15,6 +15,7 @@ import numpy as np
 
 from .nuisance import Zero
 from ..balances.balance import Balancer, RATE
+from ...least_squares.term import with_terms
 from ...measurements.measurement import joined, Measurement, resampled
 from ...measurements.rates import check_rate
 from ...measurements.upsampling import parts_of
@@ -65,9 +66,7 @@ def zeros_of(balancer: Balancer, arm: Arm) -> Array:
     """Return how far the link encoders' zeros are from the arm's in each recording (r, n)."""
     zeros = [Zero(label) for label in arm.labels]
     step = float(zeros[0].all_steps()[0])
-    shifted = arm
-    for zero in zeros:
-        shifted = replace(zero, value=step).on(shifted)
+    shifted = with_terms(arm, [replace(zero, value=step) for zero in zeros])
     balance = balancer(arm)
     joints, residual = len(arm.labels), balance.residual
     slope = (balancer(shifted).residual - residual) / step
