@@ -33,7 +33,7 @@ demo: $(READY)  ## run the arm, push its tip, record and estimate, over real ROS
 	$(BIN)/python examples/demo.py $(if $(LIVE),--live --duration 60)
 
 test: $(READY)  ## run all tests, of several records of one statement the first
-	$(BIN)/python -m pytest -n $(WORKERS) --dist loadgroup --durations 40
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadgroup --durations 40 -m 'not study and not linter'
 
 study: $(READY)  ## run the tests' further records of statements that `make test` tests once
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadgroup --durations 40 -m study

