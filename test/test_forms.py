@@ -1,6 +1,8 @@
 """Other forms of a law, what chance buys, and how noisy a balance is."""
 
 from dataclasses import replace
+import gc
+from weakref import ref
 
 from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
@@ -65,6 +67,21 @@ def test_a_law_of_another_form_leaves_noise_and_another_law_does_not(seed):
     assert left[1] < 0.1 * left[0] and left[1] < 0.1 * left[2]
     assert evidence(fitter, right) < right.score
     assert evidence(fitter, right) < evidence(fitter, wrong)
+
+
+def test_nothing_remembers_a_fit_that_nobody_has():
+    """Each holds columns and balances of a whole recording: a long run would fill the memory."""
+    world = worlds.draw(722007, ('coulomb_friction',), motion='rich', rate=250, joints=1,
+                        seconds=15.0)
+    fitter = fitter_of(world)
+    right = fitted(fitter, 'coulomb_friction')
+    assert evidence(fitter, fitter.first) == fitter.first.score     # has no other form
+    evidence(fitter, right)
+    by_chance(fitter, right.accepted[-1])
+    held = [ref(each) for each in (right, fitter.first, fitter.balancer, fitter)]
+    del right, fitter
+    gc.collect()
+    assert [each() for each in held] == [None] * len(held)
 
 
 def test_a_law_that_follows_noise_gains_as_much_on_a_healthy_twin():

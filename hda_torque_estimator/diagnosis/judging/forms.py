@@ -37,7 +37,10 @@ RATE_OF = 'rate'        # of what a cause does: laws of a drive differ by its ti
 WAVES = {'motor_waves': 'motor_angle', 'link_waves': 'link_angle'}
 _AT_REST = 1e-300       # rms of a coordinate along which nothing moved
 
-_KNOWN: MutableMapping[Fit, tuple[Fitter, Fit, float]] = WeakKeyDictionary()
+# Of each fit what it is in its best form, None for itself, and the score. What is remembered of a
+# fit must not hold the fit, nor its fitter: neither would ever be forgotten.
+_Known = MutableMapping[Fit, tuple[Fit | None, float]]
+_KNOWN: MutableMapping[Fitter, _Known] = WeakKeyDictionary()
 
 
 def reformed(fitter: Fitter, fit: Fit) -> Fit:
@@ -56,22 +59,22 @@ def formed_gain(fitter: Fitter, fit: Fit) -> float:
 
 
 def _formed(fitter: Fitter, fit: Fit) -> tuple[Fit, float]:
-    known = _KNOWN.get(fit)
-    if known is None or known[0] is not fitter:
-        known = (fitter, *_fitted(fitter, fit))
-        _KNOWN[fit] = known
-    return known[1:]
+    known = _KNOWN.setdefault(fitter, WeakKeyDictionary())
+    if fit not in known:
+        known[fit] = _fitted(fitter, fit)
+    other, score = known[fit]
+    return fit if other is None else other, score
 
 
-def _fitted(fitter: Fitter, fit: Fit) -> tuple[Fit, float]:
-    """Return a fit with its causes in the forms that fit best, and its score."""
+def _fitted(fitter: Fitter, fit: Fit) -> tuple[Fit | None, float]:
+    """Return a fit with its causes in the forms that fit best, None for itself, and its score."""
     if not fit.accepted:
-        return fit, fit.score
+        return None, fit.score
     own = [_forms_of(fitter, fit, term) for term in fit.accepted]
     more = np.concatenate(own, axis=2)
     count = more.shape[2]
     if not count:
-        return fit, fit.score
+        return None, fit.score
     valid = fitter.valid(fit.balance)
     columns = np.concatenate([more, fit.columns], axis=2)
     condensed = condense(fit.balance.residual, columns, valid)
@@ -81,14 +84,14 @@ def _fitted(fitter: Fitter, fit: Fit) -> tuple[Fit, float]:
     share, first = found.step[:count] ** 2, 0
     for part in own:
         if share[first:first + part.shape[2]].sum() > FARTHEST:
-            return fit, fit.score
+            return None, fit.score
         first += part.shape[2]
     gram = np.einsum('c,cpq->pq', fitter.effective / found.variance,
                      condensed.products[:, :count, :count])
     freedom = float(np.linalg.slogdet(np.eye(count) + SPREAD ** 2 * gram)[1])
     cost = found.score + freedom
     if cost > fit.score:
-        return fit, fit.score
+        return None, fit.score
     residual = fit.balance.residual + columns @ found.step
     return replace(fit, balance=Balance(residual, fit.balance.valid),
                    variance=found.variance, score=found.score), cost
