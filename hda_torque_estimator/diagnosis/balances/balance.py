@@ -266,7 +266,10 @@ class Balancer:
 
 def _spread(marked: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
     """Return what is within `reach` samples of what is marked (k,)."""
-    return np.asarray(np.convolve(marked, np.ones(2 * reach + 1), 'same') > 0.5)
+    count = np.concatenate([[0], np.cumsum(marked)])
+    at = np.arange(len(marked))
+    return np.asarray(count[np.minimum(at + reach + 1, len(marked))]
+                      > count[np.maximum(at - reach, 0)])
 
 
 def _lasting(marked: NDArray[np.bool_], least: int) -> NDArray[np.bool_]:

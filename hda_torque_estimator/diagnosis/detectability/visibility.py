@@ -42,7 +42,7 @@ class Visibility:
         self._known = condense(fit.balance.residual, fit.columns, self._valid)
         self._background = self._known.power / np.maximum(self._known.samples, 1.0)
         self._variance = np.maximum(self._background, fitter.noise ** 2)
-        self._needed = material(fitter, found.first, fit.accepted)
+        self._needed = material(fitter, found.first, fit)
 
     def least(self, term: Term, seen: Imagined, most: float) -> float:
         """

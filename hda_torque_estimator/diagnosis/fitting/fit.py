@@ -157,6 +157,15 @@ class Fitter:
         return improved(renewed(fit, FAR), lambda best: self._descend(best, len(fit.accepted)),
                         renewed, _REFINEMENTS, CLOSE)
 
+    def without(self, fit: Fit, term: Term) -> Fit:
+        """Return a fit without one of its causes, refitted with the others' columns as given."""
+        if any(tolerated.place == term.place for tolerated in self._tolerated):
+            return self.fit(fit.causes_beside(term), fit.nuisance)     # it may still differ
+        count = len(fit.accepted) - 1
+        start = self.at(fit.terms_beside(term), count, fit.columns[:, :, ~fit.own(term)])
+        return improved(start, lambda best: self._descend(best, count),
+                        lambda best, _: best, PASSES, CLOSE)
+
     def settled(self, fit: Fit) -> Fit:
         """Return a fit after one step more, for a fitter of other rows."""
         return self._descend(self.at(fit.terms, len(fit.accepted), fit.columns),

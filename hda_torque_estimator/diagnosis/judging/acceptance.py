@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from .chance import by_chance
 from .fair import fair_score, noise_in
-from .forms import evidence
+from .forms import evidence, powers
 from .limits import ends_at_limit
 from .nameless import is_worth_a_look
 from .slow import gain_below, power_below
@@ -63,12 +63,13 @@ def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term
     if (np.isfinite(HYPOTHESES[term.name].below) and not fitter.balancer.is_commanded
             and gain_below(fitter, without, extended, _SLOW) < threshold(fitter, term)):
         return False                        # what is quick is of commands that nobody recorded
-    if beside and evidence(fitter, without) - extended.score < threshold(fitter, term):
+    more = evidence(fitter, without) - evidence(fitter, extended, beside)
+    if beside and more < threshold(fitter, term):
         return False                        # other forms of what is known explain as much
     if improvement > CERTAIN and alone(fitter, term, beside):
         return True
     gain, rest = without.variance - extended.variance, without.variance - fitter.noise ** 2
-    if is_material(fitter, first, without, extended, beside):
+    if is_material(fitter, first, without, extended):
         return True
     alike = any(term.name in HYPOTHESES[other.name].alike for other in beside
                 if other.joint == term.joint)
@@ -83,33 +84,34 @@ def alone(fitter: Fitter, term: Term, beside: Sequence[Term]) -> bool:
     return not any(own.intersection(fitter.channels_of(other)) for other in beside)
 
 
-def is_material(fitter: Fitter, first: Fit, without: Fit, extended: Fit,
-                beside: Sequence[Term]) -> bool:
+def is_material(fitter: Fitter, first: Fit, without: Fit, extended: Fit) -> bool:
     """
     Tell whether an extended fit explains what is worth a cause beside others in some channel.
 
     It does at all frequencies, or where arms move: there noise is less, and effects are not.
     """
-    form = _form_power(fitter, first, beside)
+    form = _form_power(fitter, first, without)
     gain = without.variance - extended.variance
     slow = power_below(fitter, without, _SLOW) - power_below(fitter, extended, _SLOW)
     return bool(((gain > np.maximum(_floor(fitter), form))
                  | (slow > np.maximum(_slow_floor(fitter), form))).any())
 
 
-def material(fitter: Fitter, first: Fit, beside: Sequence[Term]) -> Array:
-    """Return the power (c,) [N^2*m^2] of a slow effect that is worth a cause beside others."""
-    return np.maximum(_slow_floor(fitter), _form_power(fitter, first, beside))
+def material(fitter: Fitter, first: Fit, fit: Fit) -> Array:
+    """Return the power (c,) [N^2*m^2] of a slow effect that is worth a cause beside a fit's."""
+    return np.maximum(_slow_floor(fitter), _form_power(fitter, first, fit))
 
 
-def _form_power(fitter: Fitter, first: Fit, beside: Sequence[Term]) -> Array:
-    """Return the power (c,) that causes may leave as one form of several [N^2*m^2]."""
+def _form_power(fitter: Fitter, first: Fit, fit: Fit) -> Array:
+    """
+    Return the power (c,) that causes of a fit may leave as one form of several [N^2*m^2].
+
+    It is a share of what each does, and of no more than was wrong at `first`: some may cancel.
+    """
     excess = np.maximum(first.variance - fitter.noise ** 2, 0.0)
-    blurred = np.zeros_like(excess)
-    for term in beside:
-        own = fitter.channels_of(term)
-        blurred[own] = np.maximum(blurred[own], HYPOTHESES[term.name].form_error)
-    return np.asarray(blurred * excess)
+    left = [HYPOTHESES[term.name].form_error * np.minimum(power, excess)
+            for term, power in zip(fit.accepted, powers(fitter, fit))]
+    return np.max([np.zeros_like(excess), *left], axis=0)
 
 
 def _floor(fitter: Fitter) -> Array:

@@ -4,8 +4,7 @@ Whether the causes that were found are backed: nothing is named on a rest that n
 A wrong cause takes the place of the right one and leaves a part of what it cannot describe. So a
 joint takes back every cause that rests on it where much more is left than noise. It must also be
 more than the accepted laws may leave as one form of several (`Hypothesis.form_error`). And so does
-a rest of any size that a simple curve tells (`nameless`). A search that took as many causes as it
-may, and leaves a rest, is lost and backs none.
+a rest of any size that a simple curve tells (`nameless`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 
 from .forms import reformed
 from .nameless import best_curves, Curve
-from .search import Found, MOST
+from .search import Found
 from ..balances.balance import RATE
 from ..balances.healthy import noise_of
 from ..findings.certainty import margin_of_rest
@@ -77,9 +76,8 @@ def backing(fitter: Fitter, found: Found, doubted: Sequence[Term] = ()) -> Backi
     for label in fitter.arm.labels:                 # what is wrong at a joint may be any of it
         own = fitter.own_channels(label)
         unexplained[own] = unexplained[own].any()
-    lost = len(fit.accepted) == MOST and unexplained.any()      # it took what came, and ran out
-    backed = () if lost else tuple(term for term, power in zip(found.last.accepted, powers)
-                                   if not (unexplained & _acts(power / noise)).any())
+    backed = tuple(term for term, power in zip(found.last.accepted, powers)
+                   if not (unexplained & _acts(power / noise)).any())
     over = {term.place: power / noise for term, power in zip(fit.accepted, powers)}
     return Backing(backed, unexplained, over, {
         place: margin_of_rest(max(float(rests[_acts(power)].max()), curves.get(place, 0.0)))

@@ -11,6 +11,7 @@ and would be all of the others.
 
 from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 from hda_arm_sim.foundation.arrays import Array
@@ -20,7 +21,7 @@ from ..balances.balance import Balance
 from ..balances.coordinates import coordinates_of
 from ..fitting.fit import deviations, Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
-from ..fitting.solve import condense, solve
+from ..fitting.solve import Columns, condense, Solution, solve
 from ...least_squares.term import Term
 
 # Choices unless told otherwise.
@@ -37,20 +38,33 @@ RATE_OF = 'rate'        # of what a cause does: laws of a drive differ by its ti
 WAVES = {'motor_waves': 'motor_angle', 'link_waves': 'link_angle'}
 _AT_REST = 1e-300       # rms of a coordinate along which nothing moved
 
-# Of each fit what it is in its best form, None for itself, and the score. What is remembered of a
-# fit must not hold the fit, nor its fitter: neither would ever be forgotten.
-_Known = MutableMapping[Fit, tuple[Fit | None, float]]
-_KNOWN: MutableMapping[Fitter, _Known] = WeakKeyDictionary()
+
+class _Forms(NamedTuple):
+    """What all causes of a fit do, and their other forms, condensed with its columns."""
+
+    columns: Columns            # those of the forms first
+    counts: tuple[int, ...]     # of the forms of each cause
+    powers: Array               # (causes, c) of what each does [N^2*m^2]
+
+
+# What is remembered of a fit must not hold it, nor its fitter: neither would ever be forgotten.
+_KNOWN: MutableMapping[Fitter, MutableMapping[Fit, _Forms]] = WeakKeyDictionary()
 
 
 def reformed(fitter: Fitter, fit: Fit) -> Fit:
     """Return a fit whose causes have the form that fits best, itself where that is another law."""
-    return _formed(fitter, fit)[0]
+    found, cost = _solved(fitter, fit, fit.accepted)
+    if found is None or cost > fit.score:
+        return fit
+    columns = np.concatenate([*_all_forms(fitter, fit), fit.columns], axis=2)
+    return replace(fit, balance=Balance(fit.balance.residual + columns @ found.step,
+                                        fit.balance.valid),
+                   variance=found.variance, score=found.score)
 
 
-def evidence(fitter: Fitter, fit: Fit) -> float:
-    """Return the score of a fit whose causes may have other forms, and what that costs."""
-    return _formed(fitter, fit)[1]
+def evidence(fitter: Fitter, fit: Fit, causes: Sequence[Term] | None = None) -> float:
+    """Return the score of a fit in which `causes`, or all, may have other forms, at their cost."""
+    return min(_solved(fitter, fit, fit.accepted if causes is None else causes)[1], fit.score)
 
 
 def formed_gain(fitter: Fitter, fit: Fit) -> float:
@@ -58,52 +72,69 @@ def formed_gain(fitter: Fitter, fit: Fit) -> float:
     return fit.score - evidence(fitter, fit)
 
 
-def _formed(fitter: Fitter, fit: Fit) -> tuple[Fit, float]:
+def powers(fitter: Fitter, fit: Fit) -> Array:
+    """Return the power (causes, c) of what each cause of a fit does [N^2*m^2]."""
+    return _known(fitter, fit).powers
+
+
+def _known(fitter: Fitter, fit: Fit) -> _Forms:
+    """Return the forms of all causes of a fit, found once."""
     known = _KNOWN.setdefault(fitter, WeakKeyDictionary())
     if fit not in known:
-        known[fit] = _fitted(fitter, fit)
-    other, score = known[fit]
-    return fit if other is None else other, score
+        known[fit] = _condensed(fitter, fit)
+    return known[fit]
 
 
-def _fitted(fitter: Fitter, fit: Fit) -> tuple[Fit | None, float]:
-    """Return a fit with its causes in the forms that fit best, None for itself, and its score."""
-    if not fit.accepted:
-        return None, fit.score
-    own = [_forms_of(fitter, fit, term) for term in fit.accepted]
-    more = np.concatenate(own, axis=2)
-    count = more.shape[2]
+def _solved(fitter: Fitter, fit: Fit, causes: Sequence[Term]) -> tuple[Solution | None, float]:
+    """Return a fit with some causes in the forms that fit best, and its score with their cost."""
+    condensed, counts, _ = _known(fitter, fit)
+    chosen = np.repeat([term in causes for term in fit.accepted], counts)
+    count = int(chosen.sum())
     if not count:
         return None, fit.score
-    valid = fitter.valid(fit.balance)
-    columns = np.concatenate([more, fit.columns], axis=2)
-    condensed = condense(fit.balance.residual, columns, valid)
+    kept = np.flatnonzero(np.concatenate([chosen, np.ones(fit.columns.shape[2], bool)]))
+    condensed = condensed._replace(products=condensed.products[:, kept[:, None], kept],
+                                   against=condensed.against[:, kept])
     found = solve(condensed, fitter.noise, fitter.effective,
                   np.concatenate([np.zeros(count), fitter.away(fit.terms)]),
                   np.concatenate([np.full(count, SPREAD), deviations(fit.terms)]))
-    share, first = found.step[:count] ** 2, 0
-    for part in own:
-        if share[first:first + part.shape[2]].sum() > FARTHEST:
-            return None, fit.score
-        first += part.shape[2]
+    owner = np.repeat(np.arange(len(counts)), counts)[chosen]
+    if np.bincount(owner, found.step[:count] ** 2).max() > FARTHEST:
+        return None, fit.score
     gram = np.einsum('c,cpq->pq', fitter.effective / found.variance,
                      condensed.products[:, :count, :count])
     freedom = float(np.linalg.slogdet(np.eye(count) + SPREAD ** 2 * gram)[1])
-    cost = found.score + freedom
-    if cost > fit.score:
-        return None, fit.score
-    residual = fit.balance.residual + columns @ found.step
-    return replace(fit, balance=Balance(residual, fit.balance.valid),
-                   variance=found.variance, score=found.score), cost
+    return found, found.score + freedom
 
 
-def _forms_of(fitter: Fitter, fit: Fit, term: Term) -> Array:
+def _condensed(fitter: Fitter, fit: Fit) -> _Forms:
+    """Return the forms of all causes of a fit, condensed with its columns."""
+    valid = fitter.valid(fit.balance)
+    lacking = [fitter.balancer(fitter.on(fit.terms_beside(term))).residual
+               for term in fit.accepted]
+    own = [_forms_of(fitter, fit, *each) for each in zip(fit.accepted, lacking)]
+    columns = np.concatenate([*own, fit.columns], axis=2)
+    count = np.maximum(valid.sum(axis=0), 1)
+    does = [((fit.balance.residual - other) ** 2).sum(axis=0, where=valid) / count
+            for other in lacking]
+    return _Forms(condense(fit.balance.residual, columns, valid),
+                  tuple(part.shape[2] for part in own),
+                  np.reshape(does, (len(does), len(fitter.noise))))
+
+
+def _all_forms(fitter: Fitter, fit: Fit) -> list[Array]:
+    """Return what each cause of a fit does in other forms (m, c, p)."""
+    return [_forms_of(fitter, fit, term, fitter.balancer(
+        fitter.on(fit.terms_beside(term))).residual) for term in fit.accepted]
+
+
+def _forms_of(fitter: Fitter, fit: Fit, term: Term, lacking: Array) -> Array:
     """
     Return what a cause does in other forms (m, c, p), each as strong as the cause itself.
 
-    They are orthogonal to the cause and to each other, in units of noise.
+    They are orthogonal to the cause and to each other, in units of noise. Residuals `lacking`
+    (m, c) are those without it.
     """
-    lacking = fitter.balancer(fitter.on(fit.terms_beside(term))).residual
     does = np.where(fitter.valid(fit.balance), fit.balance.residual - lacking, 0.0) / fitter.noise
     size = float(np.sqrt((does ** 2).sum()))
     if size == 0.0 or not HYPOTHESES[term.name].varies:

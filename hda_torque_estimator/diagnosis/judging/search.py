@@ -22,11 +22,11 @@ from ...least_squares.term import Place, Term
 from ...significance import SCORE_BAR
 
 # Choices unless told otherwise.
-MOST = 5                # causes in one recording
 _CANDIDATES = 6         # fitted in every round, with two steps,
 _FINALISTS = 3          # and the best places of them to the end
 _NEAR = 0.5             # share of an improvement that a cause may lack to be tried in its stead
-_TURNS = 2              # ways that are tried so
+_TURNS = 2              # ways that are tried so,
+_BRANCHING = 5          # where no more causes than these were found: a way more costs as much
 _CLOSE = 0.05           # likewise, to be weighed again when all causes are known
 
 
@@ -99,7 +99,7 @@ def _extended(fitter: Fitter, names: Sequence[str], found: Found,
     """Return what was found with further causes, the best at every step."""
     first, evidence = found.first, found.reasons()
     fit = _simplified(fitter, found.last, names, evidence)      # it may begin with another law
-    while len(fit.accepted) < MOST and open_rest(fitter, fit):
+    while open_rest(fitter, fit):
         tell(f'looking for cause {len(fit.accepted) + 1}')
         step = _next(fitter, first, fit, names)
         if step is None:
@@ -117,7 +117,7 @@ def is_stuck(fitter: Fitter, found: Found) -> bool:
     """Tell whether more is left than noise, and than the laws that were found may leave."""
     left = reformed(fitter, found.last).variance
     return bool((left - fitter.noise ** 2
-                 > material(fitter, found.first, found.last.accepted)).any())
+                 > material(fitter, found.first, found.last)).any())
 
 
 def _turns(fitter: Fitter, found: Found) -> Iterator[Found]:
@@ -128,6 +128,8 @@ def _turns(fitter: Fitter, found: Found) -> Iterator[Found]:
     with a cause that was nearly as good as another.
     """
     terms = found.last.accepted
+    if len(terms) > _BRANCHING:
+        return
     for term in terms:
         if HYPOTHESES[term.name].grid:
             yield from _other_law(fitter, found, term)
@@ -263,6 +265,8 @@ def _without_unneeded(fitter: Fitter, first: Fit, fit: Fit) -> Fit:
     That may be the latest itself: others may have gone on only because it gave way to them.
     """
     for term in fit.accepted:
+        if accepted(fitter, first, fitter.without(fit, term), fit, term):
+            continue                    # the others give way as far as slopes at hand tell
         fewer = fitter.fit(fit.causes_beside(term), fit.nuisance)
         if not accepted(fitter, first, fewer, fit, term):
             return _without_unneeded(fitter, first, fewer)
