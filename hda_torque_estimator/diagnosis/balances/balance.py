@@ -30,6 +30,7 @@ from hda_arm_sim.model.kernel import MOTOR_VELOCITY, STATES
 from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
 from scipy.signal import firwin, upfirdn
 
 from .base_motion import base_motion
@@ -266,10 +267,7 @@ class Balancer:
 
 def _spread(marked: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
     """Return what is within `reach` samples of what is marked (k,)."""
-    count = np.concatenate([[0], np.cumsum(marked)])
-    at = np.arange(len(marked))
-    return np.asarray(count[np.minimum(at + reach + 1, len(marked))]
-                      > count[np.maximum(at - reach, 0)])
+    return np.asarray(maximum_filter1d(marked, 2 * reach + 1, mode='constant'))
 
 
 def _lasting(marked: NDArray[np.bool_], least: int) -> NDArray[np.bool_]:

@@ -161,10 +161,14 @@ class Fitter:
         """Return a fit without one of its causes, refitted with the others' columns as given."""
         if any(tolerated.place == term.place for tolerated in self._tolerated):
             return self.fit(fit.causes_beside(term), fit.nuisance)     # it may still differ
-        count = len(fit.accepted) - 1
-        start = self.at(fit.terms_beside(term), count, fit.columns[:, :, ~fit.own(term)])
-        return improved(start, lambda best: self._descend(best, count),
+        return improved(self.lacking(fit, term),
+                        lambda best: self._descend(best, len(best.accepted)),
                         lambda best, _: best, PASSES, CLOSE)
+
+    def lacking(self, fit: Fit, term: Term) -> Fit:
+        """Return a fit as it is without one of its causes."""
+        return self.at(fit.terms_beside(term), len(fit.accepted) - 1,
+                       fit.columns[:, :, ~fit.own(term)])
 
     def settled(self, fit: Fit) -> Fit:
         """Return a fit after one step more, for a fitter of other rows."""

@@ -63,8 +63,8 @@ def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term
     if (np.isfinite(HYPOTHESES[term.name].below) and not fitter.balancer.is_commanded
             and gain_below(fitter, without, extended, _SLOW) < threshold(fitter, term)):
         return False                        # what is quick is of commands that nobody recorded
-    more = evidence(fitter, without) - evidence(fitter, extended, beside)
-    if beside and more < threshold(fitter, term):
+    if beside and (evidence(fitter, without) - evidence(fitter, extended, beside)
+                   < threshold(fitter, term)):
         return False                        # other forms of what is known explain as much
     if improvement > CERTAIN and alone(fitter, term, beside):
         return True

@@ -56,7 +56,7 @@ def backing(fitter: Fitter, found: Found, doubted: Sequence[Term] = ()) -> Backi
     fitter = replace(fitter, rows=np.ones_like(fitter.rows))        # held-out stretches as well
     noise = fitter.noise ** 2
     fit = fitter.settled(found.last)        # numbers within tolerances, as all rows tell them
-    lacking = [_lacking(fitter, fit, term) for term in fit.accepted]
+    lacking = [fitter.lacking(fit, term) for term in fit.accepted]
     powers = [np.maximum(without.variance - fit.variance, 0.0) for without in lacking]
     counted = {term.place: np.minimum(power, found.first.variance) / noise
                for term, power in zip(fit.accepted, powers)}
@@ -170,9 +170,3 @@ def _shapeless(fitter: Fitter, fit: Fit, lacking: Sequence[Fit]) -> list[Term]:
             if curve.score - fit.score < SCORE_BAR and not of_law:
                 shapeless.append(term)
     return shapeless
-
-
-def _lacking(fitter: Fitter, fit: Fit, term: Term) -> Fit:
-    """Return a fit as it is without one of its accepted terms."""
-    return fitter.at(fit.terms_beside(term), len(fit.accepted) - 1,
-                     fit.columns[:, :, ~fit.own(term)])

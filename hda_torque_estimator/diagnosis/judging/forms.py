@@ -56,7 +56,8 @@ def reformed(fitter: Fitter, fit: Fit) -> Fit:
     found, cost = _solved(fitter, fit, fit.accepted)
     if found is None or cost > fit.score:
         return fit
-    columns = np.concatenate([*_all_forms(fitter, fit), fit.columns], axis=2)
+    own = _all_forms(fitter, fit, _lacking(fitter, fit))
+    columns = np.concatenate([*own, fit.columns], axis=2)
     return replace(fit, balance=Balance(fit.balance.residual + columns @ found.step,
                                         fit.balance.valid),
                    variance=found.variance, score=found.score)
@@ -110,9 +111,8 @@ def _solved(fitter: Fitter, fit: Fit, causes: Sequence[Term]) -> tuple[Solution 
 def _condensed(fitter: Fitter, fit: Fit) -> _Forms:
     """Return the forms of all causes of a fit, condensed with its columns."""
     valid = fitter.valid(fit.balance)
-    lacking = [fitter.balancer(fitter.on(fit.terms_beside(term))).residual
-               for term in fit.accepted]
-    own = [_forms_of(fitter, fit, *each) for each in zip(fit.accepted, lacking)]
+    lacking = _lacking(fitter, fit)
+    own = _all_forms(fitter, fit, lacking)
     columns = np.concatenate([*own, fit.columns], axis=2)
     count = np.maximum(valid.sum(axis=0), 1)
     does = [((fit.balance.residual - other) ** 2).sum(axis=0, where=valid) / count
@@ -122,10 +122,14 @@ def _condensed(fitter: Fitter, fit: Fit) -> _Forms:
                   np.reshape(does, (len(does), len(fitter.noise))))
 
 
-def _all_forms(fitter: Fitter, fit: Fit) -> list[Array]:
-    """Return what each cause of a fit does in other forms (m, c, p)."""
-    return [_forms_of(fitter, fit, term, fitter.balancer(
-        fitter.on(fit.terms_beside(term))).residual) for term in fit.accepted]
+def _lacking(fitter: Fitter, fit: Fit) -> list[Array]:
+    """Return the residuals (m, c) without each cause of a fit in turn."""
+    return [fitter.balancer(fitter.on(fit.terms_beside(term))).residual for term in fit.accepted]
+
+
+def _all_forms(fitter: Fitter, fit: Fit, lacking: Sequence[Array]) -> list[Array]:
+    """Return what each cause of a fit does in other forms (m, c, p); `lacking` are without it."""
+    return [_forms_of(fitter, fit, *each) for each in zip(fit.accepted, lacking)]
 
 
 def _forms_of(fitter: Fitter, fit: Fit, term: Term, lacking: Array) -> Array:
