@@ -22,7 +22,7 @@ run_each = failed=; for script in $(1); do \
 	done; if test -n "$$failed"; then echo "failed:$$failed" >&2; exit 1; fi
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test study lint docs bench fuzz faults soak lock clean
+.PHONY: help setup demo test study lint docs real bench fuzz faults soak lock clean
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-8s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -47,6 +47,9 @@ docs: $(READY)  ## write what docs/ has of the source, and the manual: out/manua
 	$(BIN)/python test/constants_table.py
 	$(BIN)/python test/reference_pages.py
 	$(BIN)/python -m sphinx -qEW --keep-going -b html docs out/manual
+
+real: $(READY)  ## write docs/real_data.md anew from recordings that are not part of this: DATA=DIR
+	$(BIN)/python benchmarks/recordings.py '$(DATA)'
 
 bench: $(READY)  ## measure speed beside peers, then accuracy: hours; QUICK=1 only starts all
 	@$(call run_each,$(BENCHMARKS))
