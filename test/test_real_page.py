@@ -1,7 +1,9 @@
 """The page of the real recordings is what its numbers make of its template, to the last bit."""
 
 import json
+import re
 
+from project_files import ROOT
 import pytest
 from real_page import (
     document, figures, fixed, listed, NUMBERS, PAGE, page, ProseError, small)
@@ -16,6 +18,15 @@ def test_the_page_is_what_its_numbers_make_of_it():
 
 def test_the_numbers_are_stored_as_they_are_written():
     assert document(KNOWN) == NUMBERS.read_text(encoding='utf-8')
+
+
+def test_the_worked_robot_has_the_same_numbers():
+    joint = KNOWN['yucobot']['joints'][0]
+    shown = (ROOT / 'docs' / 'your_robot.md').read_text(encoding='utf-8')
+    assert f'joint1: error {joint["before"]:.3g} -> {joint["after"]:.3g} N*m rms' in shown
+    for name in ('torsion.flexspline_stiffness', 'torsional_hysteresis.level'):
+        value, low, high = (f'{number:.4g}' for number in joint['numbers'][name])
+        assert re.search(f'{name} = {value} \\S+ \\({low} .. {high}\\)', shown)
 
 
 def changed(*path: object, value: object) -> dict:
