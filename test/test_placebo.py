@@ -7,6 +7,8 @@ from hda_torque_estimator.diagnosis.findings.report import OwnGain
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
 from hda_torque_estimator.diagnosis.judging import verdict
 from hda_torque_estimator.diagnosis.judging.placebo import moved_away, placebo_shares, Shares
+from hda_torque_estimator.diagnosis.judging.search import Evidence, Found
+from hda_torque_estimator.diagnosis.proof import proven
 from hda_torque_estimator.measurements.measurement import Measurement
 import numpy as np
 import pytest
@@ -50,14 +52,35 @@ def test_a_cause_that_is_not_there_gains_no_more_than_its_placebo():
         assert shares.cause < 0.05
 
 
-def test_a_cause_that_its_placebo_equals_is_not_told(monkeypatch):
-    """The finding is there, and goes when the placebo gains as much."""
-    hidden = [hide('kinematic_error', 'joint2', amplitude_2=8e-5, phase_2=0.5)]
+def test_what_a_dropped_cause_explained_is_a_rest_without_a_name(monkeypatch):
+    """Its placebo equals it, so it goes, and takes with it what else rests on its joint."""
+    hidden = [hide('kinematic_error', 'joint2', amplitude_2=8e-5, phase_2=0.5),
+              hide('coulomb_friction', 'joint2', level=0.01),
+              hide('coulomb_friction', 'joint1', level=0.01)]
     told = concluded(hidden, seconds=12.0).diagnosis.findings
-    assert [found.effect for found in told] == ['kinematic_error']
-    assert isinstance(told[0].gain, OwnGain) and told[0].gain.placebo < 0.1
-    monkeypatch.setattr(verdict, 'placebo_shares', lambda *_: Shares(0.9, 0.9))
-    assert concluded(hidden, seconds=12.0).diagnosis.findings == ()
+    assert {(found.effect, found.joint) for found in told} == {
+        (cause.effect, cause.joint) for cause in hidden}
+    assert all(isinstance(found.gain, OwnGain) and found.gain.placebo < 0.1 for found in told)
+    shares = verdict.placebo_shares
+    monkeypatch.setattr(verdict, 'placebo_shares', lambda fitter, fit, term: (
+        Shares(0.9, 0.9) if term.name == 'kinematic_error' else shares(fitter, fit, term)))
+    left = concluded(hidden, seconds=12.0).diagnosis
+    assert left.verdict == 'unknown' and left.unexplained.joint == 'joint2'
+    assert [(found.effect, found.joint) for found in left.findings] == [
+        ('coulomb_friction', 'joint1')]
+    assert any('kinematic_error at joint2 is not told' in remark for remark in left.remarks)
+
+
+def test_what_chance_explained_is_no_rest():
+    """A cause that is not there goes, and the arm is as healthy as before."""
+    evidence = concluded(seconds=12.0).evidence
+    fitter, known = evidence.fitter, evidence.fitter.fit(())
+    wrong = next(term for term in terms_of(fitter.arm, 'kinematic_error')
+                 if term.joint == 'joint2')
+    fit = fitter.refit(known, wrong)
+    found = Found(known, fit, (Evidence(100.0, 68.0, None, 100.0),))
+    left = proven(fitter, found, evidence.twin, fitter.arm, evidence.held_out, lambda _: None)
+    assert (left.findings, left.remarks, left.judged.unexplained.any()) == ((), (), False)
 
 
 def columns(*made):

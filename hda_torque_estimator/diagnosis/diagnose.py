@@ -26,24 +26,22 @@ from .findings.gains import gains, METRIC
 from .findings.origin import Origin, Part, RecordingFacts
 from .findings.report import Alike, Diagnosis, Finding, TotalGain
 from .fitting.alignment import aligned, is_aligned
-from .fitting.fit import Fit, Fitter
+from .fitting.fit import Fitter
 from .fitting.hypotheses import HYPOTHESES, left_aside
-from .fitting.instruments import unbiased
 from .fitting.nuisance import Zero
 from .fitting.starting_points import split_at_contact
 from .fitting.turning import turning
-from .judging.backing import Backing, backing
+from .judging.backing import Backing
 from .judging.candidates import with_sizes
 from .judging.limits import limited
-from .judging.pattern import misplaced
 from .judging.search import Found, is_stuck, search, without_noise
-from .judging.straight import straight
-from .judging.verdict import alike, certain, findings, residuals
+from .judging.verdict import residuals
+from .proof import Evidence, proven
 from .readings.raw_readings import (extended_by, RAW_EFFECTS, raw_findings, raw_readings,
                                     raw_total, RawReadings)
 from .telling.next_steps import next_steps
 from .telling.unexplained import unexplained
-from ..least_squares.term import Place, with_terms
+from ..least_squares.term import Place
 from ..measurements.measurement import Measurement
 from ..measurements.running_clock import inside, Spans, split
 
@@ -52,7 +50,8 @@ EFFECTIVE = 0.5         # share of the balances' samples that are independent
 _ROUNDS = 2             # of searches, while zeros of several recordings or stretches move
 _QUIETER = 0.7          # of the noise that was taken, below which it has hidden something
 _FIRST_NOISE = 0        # seed of a twin that shows what noise leaves
-_OTHER_NOISE = 2        # and of another one, that shows what chance buys
+_OTHER_NOISE = 2        # and of another one, that shows what chance buys,
+_LAST_NOISE = 1         # and of the arm that was found
 _STILL = 0.02           # link travel below which nothing was moved [rad]
 
 
@@ -61,18 +60,7 @@ class Conclusion(NamedTuple):
 
     diagnosis: Diagnosis
     extended: Arm
-    evidence: 'Evidence | None'     # None where nothing moved
-
-
-class Evidence(NamedTuple):
-    """What a conclusion rests on, for those who show it."""
-
-    fitter: Fitter
-    fit: Fit                    # of the backed causes alone
-    twin: Balancer              # a healthy recording of the extended arm
-    before: Arm                 # as given, with the encoders' zeros of this recording
-    extended: Arm               # likewise
-    held_out: Spans
+    evidence: Evidence | None       # None where nothing moved
 
 
 def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None = None,
@@ -96,34 +84,27 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     raw = _of_gears(raw_readings(measurement, arm, names, training), bool(unloaded))
     fitter, found, training, held_out = _searched(raw, names, training, held_out, tell)
     fitter, found, plain = _reconsidered(fitter, found, names, tell)
-    tell('judging the causes')
-    last = fitter.on(found.last.terms)
-    judged = backing(fitter, found, (*misplaced(fitter, found), *straight(fitter, found.last)))
-    twin = fitter.balancer.like(healthy_twin(fitter.balancer, last, 1, torque_noise_of(
-        fitter.noise, plain, fitter.balancer, arm)))
-    kept = found.with_only(fitter, judged.backed)
-    stands = unbiased(fitter, kept, twin)
-    tell('measuring the gain on held-out stretches')
-    evidence = Evidence(fitter, stands, twin, _with_zeros(arm, stands), fitter.on(stands.terms),
-                        held_out)
-    pairs = tuple(pair for pair in alike(found, judged) if _gains(evidence, pair))
+    twin = _twin(fitter.balancer, fitter.on(found.last.terms), _LAST_NOISE, torque_noise_of(
+        fitter.noise, plain, fitter.balancer, arm))
+    proof = proven(fitter, found, twin, arm, held_out, tell)
+    judged, evidence, pairs = proof.judged, proof.evidence, proof.pairs
     shown = raw_findings(raw, measurement, fitter.balancer, arm, evidence.extended, held_out)
-    fitted = (*shown, *_findings(evidence, found, pairs, judged))
+    fitted = (*shown, *proof.findings)
     held_back = [_held_back(one, judged) for one in fitted]
     told = tuple(one for one, reason in zip(fitted, held_back) if reason is None)
     total = raw_total(shown) if told and told == shown else _total(evidence)
-    rest = unexplained(fitter, stands, is_sure=True) if judged.unexplained.any() else None
+    rest = unexplained(fitter, evidence.fit, is_sure=True) if judged.unexplained.any() else None
     tell('finding the smallest size of every effect that would have shown')
-    sizes = smallest_sizes(fitter, found, kept, raw, training, names)
+    sizes = smallest_sizes(fitter, proof.found, proof.kept, raw, training, names)
     verdict, limit = _verdict(judged, told, bool(pairs), len(fitted) > len(told)), None
     if verdict == 'no_discrepancy' and cannot_tell(sizes, arm, about):
         verdict, limit = 'insufficient_excitation', _limit(evidence, names, about)
     diagnosis = Diagnosis(
-        verdict, told, with_sizes(fitter, stands, pairs), rest,
+        verdict, told, with_sizes(fitter, evidence.fit, pairs), rest,
         tuple(one.row() for one in sizes), total,
-        residuals(fitter, found.first, stands, inside(fitter.balancer.time, held_out)),
+        residuals(fitter, found.first, evidence.fit, inside(fitter.balancer.time, held_out)),
         replace(facts, training=training, held_out=held_out), origin.arm_file, origin.version, 0.0,
-        (*filter(None, held_back), *aside,
+        (*filter(None, held_back), *proof.remarks, *aside,
          *remarks(sizes, arm, about, FAST if limit == 'rate' else None)), limited_by=limit,
         probability=_probability(verdict, told, pairs, judged))
     diagnosis = replace(diagnosis, steps=next_steps(diagnosis))
@@ -258,14 +239,14 @@ def _fitter(raw: RawReadings, training: Spans, turns: tuple[int, ...] | None = N
     white = balancer.whitened(raw.arm, np.sqrt(noise ** 2 - plain ** 2))
     if white is not balancer:
         balancer, (noise, plain) = white, noise_of(white, raw.arm, quiet)
-    twin = _twin(balancer, raw.arm, noise, plain)
+    twin = _twin(balancer, raw.arm, _OTHER_NOISE,
+                 torque_noise_of(noise, plain, balancer, raw.arm))
     return Fitter(balancer, raw.arm, noise, EFFECTIVE, rows, twin)
 
 
-def _twin(balancer: Balancer, arm: Arm, noise: Array, plain: Array) -> Balancer:
+def _twin(balancer: Balancer, arm: Arm, seed: int, torque_noise: Array) -> Balancer:
     """Return the balances of a healthy arm that was recorded with as much noise."""
-    made = healthy_twin(balancer, arm, _OTHER_NOISE, torque_noise_of(noise, plain, balancer, arm))
-    return balancer.like(made)
+    return balancer.like(healthy_twin(balancer, arm, seed, torque_noise))
 
 
 def _split(fitter: Fitter, arm: Arm, names: Sequence[str], training: Spans,
@@ -274,32 +255,6 @@ def _split(fitter: Fitter, arm: Arm, names: Sequence[str], training: Spans,
     if 'external_contact' not in names:
         return training, held_out
     return split_at_contact(fitter.balancer, arm, fitter.noise, training, held_out)
-
-
-def _findings(evidence: Evidence, found: Found, pairs: Sequence[Alike],
-              judged: Backing) -> tuple[Finding, ...]:
-    """Return the backed causes that no rival ties with, as findings."""
-    tied = {place for pair in pairs for place in pair.effects}
-    nameable = [term for term in evidence.fit.accepted if term.place not in tied]
-    reasons = found.reasons()
-    return tuple(
-        replace(one, probability=certain(judged, reasons[one.effect, one.joint],
-                                         (one.effect, one.joint)))
-        for one in findings(evidence.fitter, evidence.fit, reasons, nameable, evidence.twin,
-                            evidence.held_out))
-
-
-def _gains(evidence: Evidence, pair: Alike) -> bool:
-    """Tell whether one of two causes gains on held-out data: that of them which a fit holds."""
-    fitter, fit = evidence.fitter, evidence.fit
-    return any(gains(fitter.balancer, evidence.twin, fitter.on(fit.terms_beside(term)),
-                     fitter.on(fit.terms), evidence.held_out).removed() > 0.0
-               for term in fit.accepted if term.place in pair.effects)
-
-
-def _with_zeros(arm: Arm, fit: Fit) -> Arm:
-    """Return the arm as given with the encoders' zeros of a recording: no property of it."""
-    return with_terms(arm, [term for term in fit.nuisance if isinstance(term, Zero)])
 
 
 def sought_effects() -> tuple[str, ...]:

@@ -7,8 +7,8 @@ import numpy as np
 from .balances.balance import Balancer
 from .balances.coordinates import coordinates_of
 from .balances.predict import prediction_errors
-from .diagnose import Evidence
 from .findings.report import Prediction
+from .proof import Evidence
 from .telling.exhibits import Exhibits
 
 # Choices unless told otherwise.

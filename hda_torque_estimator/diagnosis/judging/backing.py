@@ -44,6 +44,15 @@ class Backing(NamedTuple):
     margins: Mapping[Place, float]      # by which each is no stand-in for what has no name
     nothing_left: float                 # margin by which all else is noise
 
+    def with_rest(self, fitter: Fitter, nameless: Sequence[Term]) -> 'Backing':
+        """Return the judgement where what dropped causes explained has no name any more."""
+        if not nameless:
+            return self
+        unexplained = self.unexplained.copy()
+        for term in nameless:
+            unexplained[fitter.channels_of(term)] = True
+        return self._replace(unexplained=unexplained, nothing_left=min(self.nothing_left, -1.0))
+
 
 def backing(fitter: Fitter, found: Found, doubted: Sequence[Term] = ()) -> Backing:
     """

@@ -57,6 +57,13 @@ class Found:
             return self.last
         return fitter.fit(kept, self.first.nuisance) if kept else self.first
 
+    def less(self, fitter: Fitter, dropped: Sequence[Term]) -> 'Found':
+        """Return what was found without some terms, the others fitted again."""
+        kept = [term for term in self.last.accepted if term not in dropped]
+        reasons = self.reasons()
+        return Found(self.first, self.with_only(fitter, kept),
+                     tuple(reasons[term.place] for term in kept))
+
     def reasons(self) -> dict[Place, Evidence]:
         """Return the evidence by the places of the accepted terms."""
         return {term.place: reason for term, reason in zip(self.last.accepted, self.evidence)}
@@ -89,9 +96,7 @@ def search(fitter: Fitter, names: Sequence[str], begun: Found | None = None,
 def without_noise(fitter: Fitter, found: Found) -> Found:
     """Return what was found without causes that do not stand out of noise as it is known now."""
     kept = confirmed(fitter, found.first, found.last)
-    reasons = found.reasons()
-    return Found(found.first, found.with_only(fitter, kept),
-                 tuple(reasons[term.place] for term in kept))
+    return found.less(fitter, [term for term in found.last.accepted if term not in kept])
 
 
 def _extended(fitter: Fitter, names: Sequence[str], found: Found,

@@ -1,0 +1,136 @@
+"""
+Judge what was found, and prove it on stretches that no fit has seen, until nothing more goes.
+
+What a dropped cause explained is a rest without a name. So where one goes, the others are fitted
+again and judged by what is left without it. Verdict and names beside it are those of any rest.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+from hda_arm_sim.model.arm import Arm
+import numpy as np
+
+from .balances.balance import Balancer
+from .findings.gains import gains
+from .findings.report import Alike, Finding
+from .fitting.fit import Fit, Fitter
+from .fitting.instruments import unbiased
+from .fitting.nuisance import Zero
+from .judging.acceptance import accepted
+from .judging.backing import Backing, backing
+from .judging.pattern import misplaced
+from .judging.search import Found
+from .judging.straight import straight
+from .judging.verdict import alike, certain, findings
+from ..least_squares.term import Term, with_terms
+from ..measurements.running_clock import Spans
+
+
+class Evidence(NamedTuple):
+    """What a conclusion rests on, for those who show it."""
+
+    fitter: Fitter
+    fit: Fit                    # of the backed causes alone
+    twin: Balancer              # a healthy recording of the extended arm
+    before: Arm                 # as given, with the encoders' zeros of this recording
+    extended: Arm               # likewise
+    held_out: Spans
+
+
+class Proven(NamedTuple):
+    """What remains of what was found, each cause judged and proven beside all others."""
+
+    found: Found                    # without the causes that were dropped
+    judged: Backing
+    kept: Fit                       # of the backed causes, before the last step of their numbers
+    evidence: Evidence
+    pairs: tuple[Alike, ...]        # of which one gains
+    findings: tuple[Finding, ...]
+    remarks: tuple[str, ...] = ()   # on dropped causes that explained what has no name now
+
+
+def proven(fitter: Fitter, found: Found, twin: Balancer, given: Arm, held_out: Spans,
+           tell: Callable[[str], None]) -> Proven:
+    """
+    Return what remains when causes that gain nothing on held-out stretches are gone.
+
+    `twin` is a healthy recording of the arm with all that was found, `given` the arm as it is
+    stated. `tell` hears what is being done.
+    """
+    nameless: list[Term] = []
+    while True:
+        tell('judging the causes')
+        doubted = (*misplaced(fitter, found), *straight(fitter, found.last))
+        judged = backing(fitter, found, doubted)
+        tell('measuring the gain on held-out stretches')
+        kept = found.with_only(fitter, judged.backed)
+        left = _tried(found, judged, kept, _evidence(fitter, kept, twin, given, held_out))
+        dropped = _dropped(left)
+        if not dropped:
+            return left._replace(judged=judged.with_rest(fitter, nameless),
+                                 remarks=tuple(map(_unproven, nameless)))
+        nameless += [term for term in dropped if _is_worth_a_cause(fitter, found, term)]
+        found = found.less(fitter, dropped)
+
+
+def _evidence(fitter: Fitter, kept: Fit, twin: Balancer, given: Arm,
+              held_out: Spans) -> Evidence:
+    """Return what a conclusion from a fit rests on, with numbers that no noise has moved."""
+    stands = unbiased(fitter, kept, twin)
+    zeros = [term for term in stands.nuisance if isinstance(term, Zero)]    # no property of an arm
+    return Evidence(fitter, stands, twin, with_terms(given, zeros), fitter.on(stands.terms),
+                    held_out)
+
+
+def _tried(found: Found, judged: Backing, kept: Fit, evidence: Evidence) -> Proven:
+    """Return what was found with the gains of its backed causes on held-out stretches."""
+    pairs = tuple(pair for pair in alike(found, judged) if _gains(evidence, pair))
+    return Proven(found, judged, kept, evidence, pairs,
+                  _findings(evidence, found, pairs, judged))
+
+
+def _dropped(left: Proven) -> list[Term]:
+    """Return the backed causes that are neither found to gain nor one of two that do."""
+    told = {(one.effect, one.joint) for one in left.findings}
+    told.update(place for pair in left.pairs for place in pair.effects)
+    return [term for term in left.judged.backed if term.place not in told]
+
+
+def _is_worth_a_cause(fitter: Fitter, found: Found, term: Term) -> bool:
+    """
+    Tell whether what a cause explains would still be accepted, on held-out stretches as well.
+
+    What chance explained on the others alone is no rest.
+    """
+    everywhere = replace(fitter, rows=np.ones_like(fitter.rows))
+    fit = everywhere.settled(found.last)
+    own, = (other for other in fit.accepted if other.place == term.place)
+    return accepted(everywhere, found.first, everywhere.without(fit, own), fit, own)
+
+
+def _unproven(term: Term) -> str:
+    return (f'{term.name} at {term.joint or "the arm"} is not told: it gains nothing on '
+            'stretches that no fit has seen, so what it explained has no name')
+
+
+def _findings(evidence: Evidence, found: Found, pairs: Sequence[Alike],
+              judged: Backing) -> tuple[Finding, ...]:
+    """Return the backed causes that no rival ties with, as findings."""
+    tied = {place for pair in pairs for place in pair.effects}
+    nameable = [term for term in evidence.fit.accepted if term.place not in tied]
+    reasons = found.reasons()
+    return tuple(
+        replace(one, probability=certain(judged, reasons[one.effect, one.joint],
+                                         (one.effect, one.joint)))
+        for one in findings(evidence.fitter, evidence.fit, reasons, nameable, evidence.twin,
+                            evidence.held_out))
+
+
+def _gains(evidence: Evidence, pair: Alike) -> bool:
+    """Tell whether one of two causes gains on held-out data: that of them which a fit holds."""
+    fitter, fit = evidence.fitter, evidence.fit
+    return any(gains(fitter.balancer, evidence.twin, fitter.on(fit.terms_beside(term)),
+                     fitter.on(fit.terms), evidence.held_out).removed() > 0.0
+               for term in fit.accepted if term.place in pair.effects)
