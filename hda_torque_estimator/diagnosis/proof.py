@@ -72,7 +72,8 @@ def proven(fitter: Fitter, found: Found, twin: Balancer, given: Arm, held_out: S
             return left._replace(judged=judged.with_rest(fitter, nameless),
                                  remarks=tuple(map(_unproven, nameless)))
         nameless += [term for term in dropped if _is_worth_a_cause(fitter, found, term)]
-        found = found.less(fitter, dropped)
+        found = found.keeping(fitter, [term for term in found.last.accepted
+                                       if term not in dropped])
 
 
 def _evidence(fitter: Fitter, kept: Fit, twin: Balancer, given: Arm,

@@ -57,9 +57,8 @@ class Found:
             return self.last
         return fitter.fit(kept, self.first.nuisance) if kept else self.first
 
-    def less(self, fitter: Fitter, dropped: Sequence[Term]) -> 'Found':
-        """Return what was found without some terms, the others fitted again."""
-        kept = [term for term in self.last.accepted if term not in dropped]
+    def keeping(self, fitter: Fitter, kept: Sequence[Term]) -> 'Found':
+        """Return what was found with some of its terms alone, fitted again."""
         reasons = self.reasons()
         return Found(self.first, self.with_only(fitter, kept),
                      tuple(reasons[term.place] for term in kept))
@@ -95,8 +94,7 @@ def search(fitter: Fitter, names: Sequence[str], begun: Found | None = None,
 
 def without_noise(fitter: Fitter, found: Found) -> Found:
     """Return what was found without causes that do not stand out of noise as it is known now."""
-    kept = confirmed(fitter, found.first, found.last)
-    return found.less(fitter, [term for term in found.last.accepted if term not in kept])
+    return found.keeping(fitter, confirmed(fitter, found.first, found.last))
 
 
 def _extended(fitter: Fitter, names: Sequence[str], found: Found,
