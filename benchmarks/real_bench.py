@@ -12,13 +12,13 @@ from hda_msgs_json.samples import JointSamples
 from hda_torque_estimator.diagnosis.motors_alone import friction_causes
 from hda_torque_estimator.diagnosis.motors_alone.motor_record import sweeps_together
 from hda_torque_estimator.diagnosis.motors_alone.motor_side import diagnose_motors
+from hda_torque_estimator.least_squares.rows import rms
 import numpy as np
-from pendulum import held_out
-from real_commands import Floats, hda, line, log_of, Numbers, rms, write_table
+from pendulum import held_out, LEFT_OUT
+from real_commands import Floats, hda, line, log_of, Numbers, write_table
 
 FOLDER = 'bam_xl330'
 GAINS = (100, 200, 800)
-HELD_OUT = 200                  # gain of the logs that no fit sees
 RATIO = 288.35                  # of the servo's spur gears
 FULL = 885                      # duty that is the whole voltage
 _MAP = """
@@ -42,7 +42,7 @@ def numbers(data: Path, folder: Path) -> Numbers:
         kinova.joints[0], ratio=RATIO, motor_inertia=1e-7),))
     states = {name: _imported(name, log, folder) for name, log in logs.items()}
     by_gain = {gain: [name for name in states if name.endswith(f'kp{gain}')] for gain in GAINS}
-    seen = [name for name in states if name not in by_gain[HELD_OUT]]
+    seen = [name for name in states if name not in by_gain[LEFT_OUT]]
     with patch.object(friction_causes, 'factors_along', lambda *known: ()):
         plain = _said(states, list(states), arm)
     return {'logs': len(states), 'gains': list(GAINS),
@@ -88,8 +88,8 @@ def _said(states: Mapping[str, JointSamples], names: Sequence[str], arm: Arm) ->
 def _regression(logs: Mapping[str, Mapping[str, Floats]]) -> dict[str, float]:
     """Return how lines err on gain 200 [share of its torque], with and without load friction."""
     tables = {name: _columns(log) for name, log in logs.items()}
-    seen = [table for name, table in tables.items() if not name.endswith(f'kp{HELD_OUT}')]
-    left = np.concatenate([tables[name] for name in tables if name.endswith(f'kp{HELD_OUT}')])
+    seen = [table for name, table in tables.items() if not name.endswith(f'kp{LEFT_OUT}')]
+    left = np.concatenate([tables[name] for name in tables if name.endswith(f'kp{LEFT_OUT}')])
     every = np.concatenate(seen)
     found = {}
     for name, count in (('coulomb_viscous', 5), ('load', 6)):

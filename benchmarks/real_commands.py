@@ -1,12 +1,15 @@
-"""Run `hda` in this process on a recording, and bring rough tables into a form it imports."""
+"""What the sets of recordings share: commands run in this process, tables, and lines by hand."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
 import json
 from pathlib import Path
 from typing import Any
 
+from hda_msgs_json.bag import open_recording
+from hda_msgs_json.topics import reference_joint_torque
+from hda_torque_estimator.calibrate.passages.joint_recording import Measured, measured
 from hda_torque_estimator.cli import main
 import numpy as np
 from numpy.typing import NDArray
@@ -59,11 +62,26 @@ def write_table(path: Path, columns: Mapping[str, Floats]) -> Path:
     return path
 
 
-def rms(values: Floats) -> float:
-    """Return the root of the mean square."""
-    return float(np.sqrt(np.mean(np.square(values))))
+def joint_of(bag: Path, label: str) -> Measured:
+    """Return one joint in a recording that has its reference torque."""
+    recording = open_recording(bag)
+    found = measured(bag.name, label, recording.joint_states(),
+                     recording.wrenches(reference_joint_torque(label).name))
+    assert found is not None
+    return found
 
 
 def line(columns: Floats, aim: Floats) -> Floats:
     """Return the factors with which columns (k, p) come nearest to an aim (k,)."""
     return np.asarray(np.linalg.lstsq(columns, aim, rcond=None)[0])
+
+
+def missed_by_lines(tables: Sequence[Floats], aims: Sequence[Floats]) -> Floats:
+    """Return what lines through columns miss of the aims, each left out in turn of their fit."""
+    missed = []
+    for place, (table, aim) in enumerate(zip(tables, aims)):
+        others = [*range(place), *range(place + 1, len(tables))]
+        factors = line(np.concatenate([tables[one] for one in others]),
+                       np.concatenate([aims[one] for one in others]))
+        missed.append(aim - table @ factors)
+    return np.concatenate(missed)

@@ -11,9 +11,10 @@ from hda_torque_estimator.diagnosis.motors_alone.motor_fit import Explained, gai
 from hda_torque_estimator.diagnosis.motors_alone.motor_record import sweeps_together
 from hda_torque_estimator.diagnosis.motors_alone.motor_side import diagnose_motors
 from hda_torque_estimator.diagnosis.motors_alone.ripple import spectrum, STANDS_OUT, told
+from hda_torque_estimator.least_squares.rows import rms
 from hda_torque_estimator.measurements.recording_checks import mended, Mending
 import numpy as np
-from real_commands import Floats, hda, line, Numbers, rms
+from real_commands import Floats, hda, line, Numbers
 from scipy.ndimage import median_filter
 from scipy.optimize import minimize_scalar
 
@@ -67,14 +68,15 @@ def _lines(part: Explained, findings: tuple) -> Iterator[Numbers]:
     """Yield the lines of a motor: order in its turn, amplitude at the output, and the gain."""
     sweep = part.sweep
     pace = float(np.median(np.abs(sweep.speed[sweep.moving]))) / (2.0 * np.pi)
-    orders = [one.order for one in part.lines]
+    orders, left = [one.order for one in part.lines], _spectrum_left(part)
     for found in findings:
         size, order = (found.parameters[name].value for name in ('amplitude', 'order'))
         number = orders.index(order)
         gain = gain_without(part, part.wave(number)).gain()
         yield {'order': order, 'amplitude': sweep.joint.ratio * size, 'hertz': order * pace,
                'removed': gain.removed, 'low': gain.low, 'high': gain.high,
-               'off': _own_order(part, number) - order, 'beside': _beside(part, number) / size}
+               'off': _own_order(part, number) - order,
+               'beside': _beside(part, number, left) / size}
 
 
 def _own_order(part: Explained, number: int) -> float:
@@ -88,21 +90,29 @@ def _own_order(part: Explained, number: int) -> float:
     return float(found.x)
 
 
-def _beside(part: Explained, number: int) -> float:
-    """Return the largest amplitude that is left about a line [N*m at the shaft]."""
-    sweep, order = part.sweep, part.lines[number].order
-    orders, size = spectrum(sweep.angle[sweep.moving], part.without(())[sweep.moving], sweep.dt)
-    about = np.abs(orders - order) < WIDTHS * 2.0 * np.pi / float(np.ptp(sweep.angle))
-    return float(size[about].max())
+def _spectrum_left(part: Explained) -> tuple[Floats, Floats]:
+    """Return orders and the spectrum of what is left of the torque [N*m at the shaft]."""
+    sweep = part.sweep
+    return spectrum(sweep.angle[sweep.moving], part.without(())[sweep.moving], sweep.dt)
+
+
+def _width(part: Explained) -> float:
+    """Return how far beside an order what is left counts to its line."""
+    return WIDTHS * 2.0 * np.pi / float(np.ptp(part.sweep.angle))
+
+
+def _beside(part: Explained, number: int, left: tuple[Floats, Floats]) -> float:
+    """Return the largest amplitude of what is `left` about a line [N*m at the shaft]."""
+    orders, size = left
+    return float(size[np.abs(orders - part.lines[number].order) < _width(part)].max())
 
 
 def _unsure(part: Explained) -> list[float]:
     """Return orders that stand out of what is left, and are not told."""
-    sweep = part.sweep
-    orders, size = spectrum(sweep.angle[sweep.moving], part.without(())[sweep.moving], sweep.dt)
+    orders, size = _spectrum_left(part)
     ratio = size ** 2 / np.maximum(median_filter(size ** 2, ABOUT), 1e-300)
     ratio[orders < 0.5] = 0.0
-    width = WIDTHS * 2.0 * np.pi / float(np.ptp(sweep.angle))
+    width = _width(part)
     for one in part.lines:
         ratio[np.abs(orders - one.order) < width] = 0.0
     found: list[float] = []

@@ -9,15 +9,15 @@ from typing import NamedTuple
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.torsion import TorsionLaw
-from hda_msgs_json.bag import open_recording
-from hda_msgs_json.topics import reference_joint_torque
-from hda_torque_estimator.calibrate.passages.joint_recording import Measured, measured
+from hda_torque_estimator.calibrate.passages.joint_recording import Measured
 from hda_torque_estimator.calibrate.referenced import calibrate
 from hda_torque_estimator.estimating.estimator import Estimator, EstimatorSettings
+from hda_torque_estimator.least_squares.rows import rms
 from hda_torque_estimator.samples.readings import by_motor, LINK_READING, MOTOR_READING
 from hda_torque_estimator.significance import NORMAL_90
 import numpy as np
-from real_commands import Floats, hda, line, log_of, Numbers, refused, rms, write_table
+from real_commands import (
+    Floats, hda, joint_of, line, log_of, missed_by_lines, Numbers, refused, write_table)
 
 FILE = 'neura_lara8/sweep_joint3.csv.gz'
 JOINT, RATIO, TURN = 'joint3', 101, 2 ** 24
@@ -118,14 +118,7 @@ def _fifths(log: dict[str, Floats], folder: Path) -> list[Measured]:
     (folder / 'fifths.yaml').write_text(MAP.format(
         more=more, motor=zeros['motor'], link=zeros['load']) + below, encoding='utf-8')
     bags = hda('import', table, '--map', folder / 'fifths.yaml', '--out', folder / 'fifth')['bags']
-    found = []
-    for bag in bags:
-        recording = open_recording(Path(bag))
-        one = measured(Path(bag).name, JOINT, recording.joint_states(),
-                       recording.wrenches(reference_joint_torque(JOINT).name))
-        assert one is not None
-        found.append(one)
-    return found
+    return [joint_of(Path(bag), JOINT) for bag in bags]
 
 
 def _left_out(arm: Arm, parts: Sequence[Measured]) -> Numbers:
@@ -155,17 +148,9 @@ def _left_out(arm: Arm, parts: Sequence[Measured]) -> Numbers:
 
 def _by_hand(parts: Sequence[Measured]) -> dict[str, float]:
     """Return how lines by least squares err on fifths left out [N*m rms]."""
-    found = {}
-    for name in ('current', 'torsion', 'motion'):
-        tables = [_columns(name, part) for part in parts]
-        errors = []
-        for place, part in enumerate(parts):
-            others = [*range(place), *range(place + 1, len(parts))]
-            factors = line(np.concatenate([tables[one] for one in others]),
-                           np.concatenate([parts[one].reference for one in others]))
-            errors.append(tables[place] @ factors - part.reference)
-        found[name] = rms(np.concatenate(errors))
-    return found
+    aims = [part.reference for part in parts]
+    return {name: rms(missed_by_lines([_columns(name, part) for part in parts], aims))
+            for name in ('current', 'torsion', 'motion')}
 
 
 def _columns(name: str, part: Measured) -> Floats:

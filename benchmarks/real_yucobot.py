@@ -7,16 +7,14 @@ from unittest.mock import patch
 
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import read_arm
-from hda_msgs_json.bag import open_recording
-from hda_msgs_json.topics import reference_joint_torque
 from hda_torque_estimator.calibrate.fitting import witness_fit
 from hda_torque_estimator.calibrate.fitting.referenced_terms import disc, TORSION_MORE
-from hda_torque_estimator.calibrate.passages.joint_recording import (
-    CalibrationError, Measured, measured)
+from hda_torque_estimator.calibrate.passages.joint_recording import CalibrationError, Measured
 from hda_torque_estimator.calibrate.referenced import calibrate
+from hda_torque_estimator.least_squares.rows import rms
 from hda_torque_estimator.samples.readings import LINK_READING, MOTOR_READING
 import numpy as np
-from real_commands import Floats, hda, line, Numbers, refused, rms
+from real_commands import Floats, hda, joint_of, line, missed_by_lines, Numbers, refused
 
 FILE, ARM = 'voraus_yucobot/test.parquet', 'voraus_yucobot.yaml'
 RUNS = 12, 755, 1702, 1703
@@ -33,7 +31,7 @@ def numbers(data: Path, folder: Path) -> Numbers:
     silent = refused('diagnose', '--each', *bags, '--arm', ARM, '--out', folder / 'never')
     said = hda('calibrate', *bags, '--arm', ARM, '--out', folder / 'yu.yaml')
     arm, joints = read_arm(ARM), []
-    parts = {label: _parts(bags, label) for label in arm.labels}
+    parts = {label: [joint_of(bag, label) for bag in bags] for label in arm.labels}
     for joint in said['joints']:
         seen = parts[joint['joint']]
         joints.append({
@@ -64,18 +62,6 @@ def _without_disc(arm: Arm, label: str, parts: Mapping[str, Sequence[Measured]])
             return float(found[1])
 
 
-def _parts(bags: Sequence[Path], label: str) -> list[Measured]:
-    """Return one joint in all recordings."""
-    found = []
-    for bag in bags:
-        recording = open_recording(bag)
-        one = measured(bag.name, label, recording.joint_states(),
-                       recording.wrenches(reference_joint_torque(label).name))
-        assert one is not None
-        found.append(one)
-    return found
-
-
 def _baselines(parts: Sequence[Measured]) -> dict[str, float]:
     """Return errors on recordings left out, without their means, of what is simple [N*m rms]."""
     aims = [part.reference - part.reference.mean() for part in parts]
@@ -84,14 +70,7 @@ def _baselines(parts: Sequence[Measured]) -> dict[str, float]:
         for place, part in enumerate(parts)]))}
     for name, tables in (('motor', [part.command[:, None] for part in parts]),
                          ('motion', [_motion(part) for part in parts])):
-        tables = [table - table.mean(axis=0) for table in tables]
-        errors = []
-        for place, table in enumerate(tables):
-            others = [k for k in range(len(parts)) if k != place]
-            factors = line(np.concatenate([tables[k] for k in others]),
-                           np.concatenate([aims[k] for k in others]))
-            errors.append(aims[place] - table @ factors)
-        found[name] = rms(np.concatenate(errors))
+        found[name] = rms(missed_by_lines([table - table.mean(axis=0) for table in tables], aims))
     return found
 
 
