@@ -60,6 +60,12 @@ def link_angle_behind(joint: Record, shown: float, tilt_moment: float) -> float:
 
 
 @inlined
+def feels_tilt(joint: Record) -> bool:
+    """Tell whether what tilts the bearing of a joint's link shows in its link encoder."""
+    return joint.bearing_crosstalk.coefficient != 0.0
+
+
+@inlined
 def motor_gain(joint: Record, angle: float) -> float:
     """Return how much faster the motor encoder turns than its shaft, at an angle."""
     return _motor_slope(joint, Read(angle, 0.0), 1.0)

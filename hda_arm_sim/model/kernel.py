@@ -31,8 +31,8 @@ __all__ = (                 # the registers are read by who reads the kernel
     'DRIVE', 'FORCE', 'FORCES', 'GUESS', 'HISTORY', 'HYSTERESIS', 'LINK_ANGLE', 'LINK_VELOCITY',
     'MODE', 'MOTOR_ANGLE', 'MOTOR_VELOCITY', 'NOW', 'REGISTERS', 'SENT', 'SLOPE_1', 'SLOPE_2',
     'SLOPE_3', 'SLOPE_4', 'STAGE', 'STATE', 'STATES', 'STRETCH', 'TIME', 'TORQUE', 'TRIAL',
-    'gear_torque', 'growth', 'loop_state', 'motor_side', 'played_torsion', 'registers', 'settle',
-    'settle_gear', 'slope', 'spring_torque', 'transmission')
+    'gear_side', 'gear_torque', 'growth', 'loop_state', 'played_torsion', 'registers', 'settle',
+    'settle_gear', 'shaft_side', 'slope', 'spring_torque', 'transmission')
 
 _ACCURACY = 1e-4        # of the spring's iteration: its cube, 1e-12, is left as an error
 _MOST_GROWTH = 0.9      # of the gear's least compliance, so that more torque twists it more
@@ -134,21 +134,28 @@ def settle(arm: ArmRecord, w: Array) -> None:
 
 
 @inlined
-def motor_side(arm: ArmRecord, w: Array, j: int, at: int, to: int) -> None:
-    """Fill one joint's slopes but the link's, and its registers of torque, (eq:motor)."""
-    joint = arm.joints[j]
-    angle, velocity, mode = w[j, at + MOTOR_ANGLE], w[j, at + MOTOR_VELOCITY], w[j, MODE]
+def gear_side(joint: Record, w: Array, j: int, at: int) -> tuple[float, float]:
+    """Return the torques of a joint's gear: on its link [N*m], against its shaft [N*m motor]."""
+    angle = w[j, at + MOTOR_ANGLE]
     error, ratio = transmission(joint, angle)
     growing, rising = growth(joint, angle)
     torsion = angle / joint.ratio + error - w[j, at + LINK_ANGLE]
-    rate = ratio * velocity - w[j, at + LINK_VELOCITY]
+    rate = ratio * w[j, at + MOTOR_VELOCITY] - w[j, at + LINK_VELOCITY]
     loop = 0.0
     if joint.torsional_hysteresis.level > 0.0:
         loop = loop_state(joint, w, j, at, torsion)
     spring = spring_torque(joint, torsion, growing, w, j)
     torque = gear_torque(joint, spring, torsion, rate, loop)
-    drive = (w[j, COMMAND] + ripple(joint, angle) - drag(joint, velocity, w[0, NOW])
-             - (ratio * torque + 0.5 * rising * spring * abs(spring)))
+    return torque, ratio * torque + 0.5 * rising * spring * abs(spring)
+
+
+@inlined
+def shaft_side(joint: Record, w: Array, j: int, gear: tuple[float, float], at: int,
+               to: int) -> None:
+    """Fill one joint's slopes of shaft and bristles under the torques of its gear, (eq:motor)."""
+    angle, velocity, mode = w[j, at + MOTOR_ANGLE], w[j, at + MOTOR_VELOCITY], w[j, MODE]
+    torque, against = gear
+    drive = w[j, COMMAND] + ripple(joint, angle) - drag(joint, velocity, w[0, NOW]) - against
     sense = mode if mode != 0.0 else np.sign(drive)
     budget = friction_budget(joint, velocity, sense, torque, w[j, at + LINK_ANGLE])
     bristles = joint.presliding_friction
@@ -160,7 +167,6 @@ def motor_side(arm: ArmRecord, w: Array, j: int, at: int, to: int) -> None:
     net = 0.0 if mode == 0.0 and budget > 0.0 else drive - mode * budget
     w[j, to + MOTOR_ANGLE] = velocity
     w[j, to + MOTOR_VELOCITY] = net / joint.motor_inertia
-    w[j, to + LINK_ANGLE] = w[j, at + LINK_VELOCITY]
     w[j, TORQUE], w[j, DRIVE], w[j, BUDGET] = torque, drive, budget
 
 
@@ -168,5 +174,7 @@ def motor_side(arm: ArmRecord, w: Array, j: int, at: int, to: int) -> None:
 def slope(arm: ArmRecord, inertia: Inertia, w: Array, at: int, to: int) -> None:
     """Fill the slopes in block `to` of the state in block `at`, (eq:torsion-angle to links)."""
     for j in range(arm.joints.shape[0]):
-        motor_side(arm, w, j, at, to)
+        joint = arm.joints[j]
+        shaft_side(joint, w, j, gear_side(joint, w, j, at), at, to)
+        w[j, to + LINK_ANGLE] = w[j, at + LINK_VELOCITY]
     _accelerate(arm, inertia, w, at, to)

@@ -10,10 +10,11 @@ late.
 from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
-from hda_arm_sim.foundation.compiled import compiled
+from hda_arm_sim.foundation.compiled import compiled, Record
 from hda_arm_sim.foundation.rigid import Inertia
 from hda_arm_sim.model.arm import Arm, ArmRecord
-from hda_arm_sim.model.encoders import link_angle_behind, motor_angle_behind, tilt_moments, tilt_of
+from hda_arm_sim.model.encoders import (feels_tilt, link_angle_behind, motor_angle_behind,
+                                        tilt_moments, tilt_of)
 from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY, MOTOR_ANGLE, MOTOR_VELOCITY
 from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
@@ -22,6 +23,7 @@ from scipy.signal import savgol_filter
 
 from .measurement import Measurement
 
+MOTOR, LINK = range(2)  # sides of a reading (layout)
 # Choices unless told otherwise.
 WINDOW, _DEGREE = 0.021, 5      # of the polynomials [s]
 # (measured: a window of 21 ms loses 5 % at 40 Hz, which made cogging 1 % low)
@@ -36,6 +38,26 @@ class Motion(NamedTuple):
     state: Array
     acceleration: Array
 
+    def during(self, piece: slice) -> 'Motion':
+        """Return the motion in some of its samples."""
+        return Motion(self.state[piece], self.acceleration[piece])
+
+
+class Course(NamedTuple):
+    """Angles behind encoders and their derivatives, at the stamps: (k,) each, or (k, c)."""
+
+    angle: Array                # [rad]
+    velocity: Array             # [rad/s]
+    acceleration: Array         # [rad/s^2]
+
+    def during(self, piece: slice) -> 'Course':
+        """Return the course in some of its samples."""
+        return Course(self.angle[piece], self.velocity[piece], self.acceleration[piece])
+
+    def shifted(self, away: float) -> 'Course':
+        """Return the course of angles that are all so far away: polynomials are linear [rad]."""
+        return self._replace(angle=self.angle + away)
+
 
 def motion_of(measurement: Measurement, arm: Arm, window: float = WINDOW) -> Motion:
     """
@@ -44,23 +66,48 @@ def motion_of(measurement: Measurement, arm: Arm, window: float = WINDOW) -> Mot
     Accelerations come by polynomials over `window` [s]. Of a wave of 40 Hz the usual one passes
     95.1 %, the short one 99.9 % and much noise beyond.
     """
-    record = arm.record()
-    angles = np.empty_like(measurement.reading)
-    _behind(record, loaded_inertia(record.body), measurement.reading, angles)
-    smooth, velocity = (_derivative(angles, order, WINDOW, measurement.dt) for order in range(2))
-    acceleration = _derivative(angles, 2, window, measurement.dt)
-    late = np.stack([record.joints['motor_encoder']['sampling_time'],
-                     record.joints['motor_encoder']['sampling_time']
-                     + record.joints['clock_skew']['skew']], axis=1)
+    sides = [(joint, side) for joint in range(len(arm.joints)) for side in (MOTOR, LINK)]
+    angles = np.stack([angle_behind(measurement.reading, arm, *place) for place in sides], axis=1)
+    late = np.array([lateness(arm, *place) for place in sides])
+    return motion_along(course_of(angles, late, window, measurement.dt))
+
+
+def motion_along(course: Course) -> Motion:
+    """Return the motion of the angles (k, 2 n) of the joints in turn, motor and link."""
+    angle, velocity, acceleration = (part.reshape(len(part), -1, 2) for part in course)
+    state = np.empty((*angle.shape[:2], 4))
+    state[:, :, MOTOR_ANGLE], state[:, :, LINK_ANGLE] = angle[:, :, 0], angle[:, :, 1]
+    state[:, :, MOTOR_VELOCITY], state[:, :, LINK_VELOCITY] = velocity[:, :, 0], velocity[:, :, 1]
+    return Motion(state, np.ascontiguousarray(acceleration))
+
+
+def course_of(angles: Array, late: Array, window: float, dt: float) -> Course:
+    """Return the course of angles (k, c) that were read so late (c,) after their stamps [s]."""
+    smooth, velocity = (_derivative(angles, order, WINDOW, dt) for order in range(2))
+    acceleration = _derivative(angles, 2, window, dt)
     if late.any():
-        curvature, jerk = (_derivative(angles, order, WINDOW, measurement.dt) for order in (2, 3))
+        curvature, jerk = (_derivative(angles, order, WINDOW, dt) for order in (2, 3))
         smooth = smooth - late * velocity + 0.5 * late ** 2 * curvature
         velocity = velocity - late * curvature
         acceleration = acceleration - late * jerk
-    state = np.empty((*angles.shape[:2], 4))
-    state[:, :, MOTOR_ANGLE], state[:, :, LINK_ANGLE] = smooth[:, :, 0], smooth[:, :, 1]
-    state[:, :, MOTOR_VELOCITY], state[:, :, LINK_VELOCITY] = velocity[:, :, 0], velocity[:, :, 1]
-    return Motion(state, np.ascontiguousarray(acceleration))
+    return Course(smooth, velocity, acceleration)
+
+
+def lateness(arm: Arm, joint: int, side: int) -> float:
+    """Return how long after its stamp an encoder is read [s]."""
+    record = arm.record().joints[joint]
+    late = record['motor_encoder']['sampling_time']
+    return float(late + record['clock_skew']['skew'] if side == LINK else late)
+
+
+def angle_behind(reading: Array, arm: Arm, joint: int, side: int) -> Array:
+    """Return the angle (k,) behind the readings (k, n, 2) of an encoder, when it was read."""
+    record, angle = arm.record(), np.empty(len(reading))
+    if side == MOTOR:
+        _fill_motor(record.joints, joint, reading, angle)
+    else:
+        _fill_link(record, loaded_inertia(record.body), joint, reading, angle)
+    return angle
 
 
 def jolts(measurement: Measurement) -> NDArray[np.bool_]:
@@ -70,7 +117,7 @@ def jolts(measurement: Measurement) -> NDArray[np.bool_]:
     There the accelerations by the short and the long window fall apart, far beyond noise and
     beyond all that the link usually does.
     """
-    link = measurement.reading[:, :, 1]
+    link = measurement.reading[:, :, LINK]
     long = _derivative(link, 2, WINDOW, measurement.dt)
     apart = np.abs(_derivative(link, 2, SHORT, measurement.dt) - long)
     usual = np.maximum(_JOLT * np.median(apart, axis=0), np.std(long, axis=0))
@@ -91,13 +138,18 @@ def _derivative(angles: Array, order: int, window: float, dt: float) -> Array:
 
 
 @compiled
-def _behind(arm: ArmRecord, inertia: Inertia, reading: Array, angles: Array) -> None:
-    """Fill the angles (k, n, 2) behind readings, at the times when they were read."""
+def _fill_motor(joints: Record, j: int, reading: Array, angle: Array) -> None:
+    """Fill the angle (k,) of a shaft behind readings, at the times when they were read."""
+    joint = joints[j]
     for k in range(reading.shape[0]):
-        tilt = tilt_moments(arm.body, inertia, reading[k, :, 1])
-        for j in range(reading.shape[1]):
-            joint = arm.joints[j]
-            angles[k, j, 0] = motor_angle_behind(joint, reading[k, j, 0]
-                                                 - joint.motor_encoder.zero)
-            angles[k, j, 1] = link_angle_behind(joint, reading[k, j, 1]
-                                                - joint.link_encoder.zero, tilt_of(tilt, j))
+        angle[k] = motor_angle_behind(joint, reading[k, j, 0] - joint.motor_encoder.zero)
+
+
+@compiled
+def _fill_link(arm: ArmRecord, inertia: Inertia, j: int, reading: Array, angle: Array) -> None:
+    """Fill the angle (k,) of a link behind readings, at the times when they were read."""
+    joint, moment = arm.joints[j], 0.0
+    for k in range(reading.shape[0]):
+        if feels_tilt(joint):
+            moment = tilt_of(tilt_moments(arm.body, inertia, reading[k, :, 1]), j)
+        angle[k] = link_angle_behind(joint, reading[k, j, 1] - joint.link_encoder.zero, moment)

@@ -24,34 +24,28 @@ from functools import cached_property
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.chain_links import ChainLinks
-from hda_arm_sim.model.effects.catalogue import effects_at
-from hda_arm_sim.model.effects.place import CLOCK, LINK_READING, MOTOR_READING
-from hda_arm_sim.model.kernel import MOTOR_VELOCITY, STATES
-from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 from scipy.signal import firwin, upfirdn
 
-from .base_motion import base_motion
-from .kernel_along import centred, deliver, Driven, fill_along, fill_gears, MEASURED
-from .needed_torques import fill_needed
+from .known import Known
+from .parts import Parts
+from .sensed_motion import sensing
 from .whitening import Whitening, whitening_of
+from .whole_runs import hands_on, remembered, run_whole
 from ...measurements.measurement import Measurement
-from ...measurements.motion import jolts, Motion, motion_of, SHORT
-from ...measurements.running_clock import arm_during
+from ...measurements.motion import jolts, Motion, MOTOR
 from ...measurements.upsampling import between, is_held
 
 # Choices unless told otherwise.
 BANDWIDTH = 40.0        # of the balances [Hz]
 RATE = 125.0            # at which balances are kept [Hz]
 _ENOUGH = 500.0         # samples that tell what a change of the arm changes in them [1/s]
-_KEPT = 8              # motions, for arms that sense differently
+_KEPT = 3               # runs of whole arms, and where balances hold
 _MARGIN = 12            # samples beyond the filter's reach, for the polynomials
 _STOP = 0.006           # for which a shaft that turns round is slow [s]
 _SLOW = 0.3             # shaft speed below which dry friction is not known [rad/s]
-_SENSED = ('motor_encoder', 'link_encoder', *(
-    effect.name for place in (MOTOR_READING, LINK_READING, CLOCK) for effect in effects_at(place)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +77,8 @@ class Balancer:
         self._low_pass = firwin(2 * half + 1, BANDWIDTH, window=('kaiser', 6.0),
                                 fs=1.0 / measurement.dt)
         self._reach = half + _MARGIN
-        self._motions: dict[bytes, tuple[Motion, NDArray[np.bool_]]] = {}
+        self._parts = Parts(measurement, self.filtered)
+        self._runs, self._valid = Known[Array](_KEPT), Known[NDArray[np.bool_]](_KEPT)
 
     def like(self, measurement: Measurement) -> 'Balancer':
         """Return the balances of another measurement along the same motion."""
@@ -110,23 +105,35 @@ class Balancer:
 
     def motion(self, arm: Arm) -> Motion:
         """Return the motion behind the measurement if the arm senses as `arm` does."""
-        return self._behind(arm)[0]
-
-    def _behind(self, arm: Arm) -> tuple[Motion, NDArray[np.bool_]]:
-        """Return the motion, and where the balances are valid along it."""
-        key = sensing(arm)
-        if key not in self._motions:
-            if len(self._motions) > _KEPT:
-                self._motions.pop(next(iter(self._motions)))
-            parts = [motion_of(one, arm, SHORT) for one in self.measurement.recordings()]
-            motion = Motion(*map(np.concatenate, zip(*parts))) if len(parts) > 1 else parts[0]
-            self._motions[key] = motion, self._valid(arm, motion, self.turning)
-        return self._motions[key]
+        return self._parts.motions.of(arm)
 
     def __call__(self, arm: Arm) -> Balance:
         """Return the balances of an arm."""
-        residual, _ = self._along(arm)
-        return Balance(self.balances(residual), self._behind(arm)[1])
+        return Balance(self._in_balances(self._filtered_residual(arm)), self._valid.of(
+            sensing(arm, range(len(arm.joints)), [MOTOR]),
+            lambda: self.valid_if_turning(arm, self.turning)))
+
+    def change(self, arm: Arm, other: Arm) -> Array:
+        """Return what the residual (m, 2 n) of an arm has more than that of another [N*m]."""
+        return self._in_balances(self._filtered_residual(arm) - self._filtered_residual(other))
+
+    def whole(self, arm: Arm) -> Array:
+        """Return the residual (m, 2 n) of a run of the whole arm, not of parts [N*m]."""
+        return self._in_balances(self._filtered_run(arm))
+
+    def _filtered_run(self, arm: Arm) -> Array:
+        return self.filtered(run_whole(self.measurement, self._parts, arm)[0])
+
+    def _filtered_residual(self, arm: Arm) -> Array:
+        """Return the filtered residual (m, 2 n), whose noise may not be white."""
+        if hands_on(arm):
+            record = arm.record()
+            return self._runs.of(record.joints.tobytes() + record.body.tobytes(), lambda: (
+                self._filtered_run(arm)))
+        motor, link = self._parts.missed(arm), self._parts.needed(arm) - self._parts.carried(arm)
+        if not self.measurement.led:
+            motor = motor + link
+        return np.concatenate([motor, link], axis=1)
 
     @cached_property
     def _jolted(self) -> NDArray[np.bool_]:
@@ -164,61 +171,18 @@ class Balancer:
 
     def memory(self, arm: Arm) -> Array:
         """Return what the arm's effects remember along the motion (k, n, STATES - MEASURED)."""
-        return self._along(arm)[1]
-
-    def needed(self, arm: Arm) -> Array:
-        """Return what the links need for the motion (k, n), unfiltered; their base is at rest."""
-        torques, dt = np.empty(self.measurement.command.shape), self.measurement.dt
-        for piece in self.measurement.pieces():
-            record = arm_during(arm, piece, dt).record()
-            fill_needed(record, loaded_inertia(record.body), self._moved(arm, piece), dt,
-                        torques[piece])
-        return torques
-
-    def gears(self, arm: Arm, joints: Sequence[int]) -> Array:
-        """Return what motors of joints miss and what their gears carry (2, k, c), unfiltered."""
-        chosen, dt = np.array(joints, np.int64), self.measurement.dt
-        torques = np.empty((2, len(self.measurement.command), len(chosen)))
-        for piece in self.measurement.pieces():
-            missed, carried = torques[:, piece]
-            fill_gears(arm.record(), chosen, self._driven(arm, piece), dt, missed, carried)
-        return torques
-
-    def _along(self, arm: Arm) -> tuple[Array, Array]:
-        dt, (samples, joints) = self.measurement.dt, self.measurement.command.shape
-        residual = np.empty((samples, 2 * joints))
-        memory = np.zeros((samples, joints, STATES - MEASURED))
-        for piece in self.measurement.pieces():
-            record = arm_during(arm, piece, dt).record()
-            fill_along(record, loaded_inertia(record.body), self._driven(arm, piece), dt,
-                       residual[piece], memory[piece])
-        if self.measurement.led:
-            residual[:, :joints] -= residual[:, joints:]
-        return residual, memory
-
-    def _driven(self, arm: Arm, piece: slice) -> Driven:
-        """Return the motion of one recording, and what an arm has of the commands there."""
-        moved, dt = self._moved(arm, piece), self.measurement.dt
-        command = self.measurement.command[piece]
-        delivered = np.empty_like(command)
-        deliver(arm.record(), command, dt, delivered)
-        return Driven(*moved, base_motion(arm, moved, dt), centred(delivered))
-
-    def _moved(self, arm: Arm, piece: slice) -> Motion:
-        """Return the motion of one recording."""
-        motion = self.motion(arm)
-        return Motion(motion.state[piece], motion.acceleration[piece])
+        return remembered(self.measurement, self._parts, arm)
 
     def filtered(self, raw: Array) -> Array:
         """Return columns (k, m) low-passed without delay and thinned to the balances' rate."""
         return np.concatenate([self._filtered(raw[piece]) for piece in self.measurement.pieces()])
 
-    def balances(self, raw: Array) -> Array:
-        """Return columns (k, c), one for each balance, filtered as balances are."""
-        parts = [self._filtered(raw[piece]) for piece in self.measurement.pieces()]
-        if self.whitening is not None:
-            parts = [self.whitening.balances(part) for part in parts]
-        return np.concatenate(parts)
+    def _in_balances(self, values: Array) -> Array:
+        """Return filtered columns (m, 2 n), one for each balance, as the balances have them."""
+        if self.whitening is None:
+            return values
+        return np.concatenate([self.in_balance(values[:, [channel]], channel)
+                               for channel in range(values.shape[1])], axis=1)
 
     def in_balance(self, values: Array, channel: int) -> Array:
         """Return columns (m, k) at the balances' times as one of the balances has them."""
@@ -239,21 +203,22 @@ class Balancer:
         return np.asarray(thin[first:first + -(-len(raw) // self.every)])
 
     def valid_if_turning(self, arm: Arm, joints: Sequence[int]) -> NDArray[np.bool_]:
-        """Return where the balances of an arm would be valid if these joints were turning."""
-        return self._valid(arm, self.motion(arm), joints)
+        """
+        Return where the balances of an arm hold if these joints are turning (m, 2 n).
 
-    def _valid(self, arm: Arm, motion: Motion, turning: Sequence[int]) -> NDArray[np.bool_]:
-        """Return where balances hold: their filter has seen no end, no jolt and no standstill."""
+        Their filter has seen no end, no jolt, and those of motors no standstill.
+        """
+        velocity = np.stack([self._parts.motions.course(arm, joint, MOTOR).velocity
+                             for joint in range(len(arm.joints))], axis=1)
         reach = self._reach
-        smooth = np.zeros(len(motion.state), bool)
+        smooth = np.zeros(len(velocity), bool)
         for piece in self.measurement.pieces():
             whole = slice(piece.start + reach, piece.stop - reach)
             smooth[whole] = ~self._jolted[whole]
-        velocity = motion.state[:, :, MOTOR_VELOCITY]
         slow = np.abs(velocity) < _SLOW
         if isinstance(arm.links, ChainLinks):       # light links turn round within a sample
             slow[1:] |= velocity[1:] * velocity[:-1] < 0.0
-        for joint in turning:
+        for joint in joints:
             slow[:, joint] = _lasting(slow[:, joint], round(_STOP / self.measurement.dt))
         near = np.stack([_spread(column, reach) for column in slow.T], axis=1)
         valid = np.concatenate([smooth[:, None] & ~near,
@@ -273,9 +238,3 @@ def _spread(marked: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
 def _lasting(marked: NDArray[np.bool_], least: int) -> NDArray[np.bool_]:
     """Return what is marked for longer than `least` samples (k,)."""
     return ~_spread(~marked, least // 2) if least > 1 else marked
-
-
-def sensing(arm: Arm) -> bytes:
-    """Return what the motion depends on: all that stands between an angle and its reading."""
-    joints = arm.record().joints
-    return b''.join(np.ascontiguousarray(joints[name]).tobytes() for name in _SENSED)

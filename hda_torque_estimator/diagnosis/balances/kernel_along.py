@@ -1,4 +1,8 @@
-"""The kernel along a measured motion, compiled: residuals, and what the effects remember there."""
+"""
+The kernel along a measured motion, compiled: residuals, and what the effects remember there.
+
+Gear and shaft of one joint are run alone as well (eq:balance-parts).
+"""
 
 from typing import NamedTuple
 
@@ -9,16 +13,16 @@ from hda_arm_sim.foundation.rigid import Inertia
 from hda_arm_sim.model.arm import ArmRecord
 from hda_arm_sim.model.effects.friction import bristle_after
 from hda_arm_sim.model.effects.place import Bent, Commanded
-from hda_arm_sim.model.kernel import (AXES, BASE_OFFSET, BASE_RATE, BRISTLE, COMMAND, LINK_ANGLE,
-                                      LINK_VELOCITY, MODE, motor_side, MOTOR_VELOCITY, NOW,
-                                      REGISTERS, settle, settle_gear, slope, SLOPE_1, STATE,
-                                      STATES, TORQUE)
+from hda_arm_sim.model.kernel import (AXES, BASE_OFFSET, BASE_RATE, BRISTLE, COMMAND, gear_side,
+                                      LINK_ANGLE, LINK_VELOCITY, MODE, MOTOR_ANGLE, MOTOR_VELOCITY,
+                                      NOW, REGISTERS, settle, settle_gear, shaft_side, slope,
+                                      SLOPE_1, STATE, STATES, TORQUE)
 from hda_arm_sim.model.link_side import link_torque
 from hda_arm_sim.model.motor_side import clipped, friction_budget, lagging, shaft_torque
 import numpy as np
-from numpy.typing import NDArray
 
 from .sample_residuals import missed_torques, motor_missed
+from .sensed_motion import Moved
 
 # Choices unless told otherwise.
 _REST = 2e-3            # link speed at which a bearing may stick [rad/s]
@@ -34,27 +38,38 @@ class Driven(NamedTuple):
     command: Array              # (k, n) mean torque at the shaft around every sample [N*m]
 
 
+class Geared(NamedTuple):
+    """Torques of the gear of one joint over time, (k,) each."""
+
+    through: Array              # on the link [N*m]
+    against: Array              # of that on the shaft [N*m motor]
+    driving: Array              # all on the link that is not of links, cables beside it [N*m]
+
+    def during(self, piece: slice) -> 'Geared':
+        """Return the torques in some of their samples."""
+        return Geared(self.through[piece], self.against[piece], self.driving[piece])
+
+
 def centred(command: Array) -> Array:
     """Return the command around every sample: the mean of the one before and the one after."""
     return 0.5 * (command + np.concatenate([command[:1], command[:-1]]))
 
 
 @compiled
-def deliver(arm: ArmRecord, command: Array, dt: float, delivered: Array) -> None:
-    """Fill the mean torque (k, n) at each shaft from a sample until the next."""
-    for j in range(command.shape[1]):
-        joint = arm.joints[j]
-        late = joint.command_delay.delay / dt
-        whole, lag, current = int(late), joint.current_loop_lag.time_constant, 0.0
-        for k in range(command.shape[0]):
-            new, old = command[max(k - whole, 0), j], command[max(k - whole - 1, 0), j]
-            mean = new + (late - whole) * (old - new)
-            mean = clipped(joint, mean)
-            if lag > 0.0:
-                before = current if k > 0 else mean
-                current = lagging(joint, Commanded(mean, mean, before, dt))
-                mean = mean - (current - before) * lag / dt     # the lag's mean over the sample
-            delivered[k, j] = shaft_torque(joint, mean)
+def deliver(joints: Record, j: int, command: Array, dt: float, delivered: Array) -> None:
+    """Fill the mean torque (k,) at the shaft of a joint from a sample until the next."""
+    joint = joints[j]
+    late = joint.command_delay.delay / dt
+    whole, lag, current = int(late), joint.current_loop_lag.time_constant, 0.0
+    for k in range(command.shape[0]):
+        new, old = command[max(k - whole, 0), j], command[max(k - whole - 1, 0), j]
+        mean = new + (late - whole) * (old - new)
+        mean = clipped(joint, mean)
+        if lag > 0.0:
+            before = current if k > 0 else mean
+            current = lagging(joint, Commanded(mean, mean, before, dt))
+            mean = mean - (current - before) * lag / dt     # the lag's mean over the sample
+        delivered[k] = shaft_torque(joint, mean)
 
 
 @compiled
@@ -80,25 +95,34 @@ def fill_along(arm: ArmRecord, inertia: Inertia, driven: Driven, dt: float, resi
 
 
 @compiled
-def fill_gears(arm: ArmRecord, chosen: NDArray[np.int64], driven: Driven, dt: float,
-               missed: Array, carried: Array) -> None:
-    """
-    Fill what the motors of chosen joints miss and what reaches their links, (eq:balance-parts).
+def fill_gear(joints: Record, j: int, moved: Moved, geared: Geared) -> None:
+    """Fill the torques of a joint's gear, (eq:balance-parts); they need no other joint."""
+    joint, w = joints[j], np.zeros((1, REGISTERS))
+    for k in range(geared.through.shape[0]):
+        w[0, STATE + MOTOR_ANGLE] = moved.motor.angle[k]
+        w[0, STATE + MOTOR_VELOCITY] = moved.motor.velocity[k]
+        w[0, STATE + LINK_ANGLE] = moved.link.angle[k]
+        w[0, STATE + LINK_VELOCITY] = moved.link.velocity[k]
+        geared.through[k], geared.against[k] = gear_side(joint, w, 0, STATE)
+        settle_gear(joint, w, 0)
+        geared.driving[k] = geared.through[k] + link_torque(joint, moved.link.angle[k])
 
-    These are (k, c) each, torques at the output. Nothing of links is needed for them.
-    """
-    state, acceleration, _, command = driven
-    w = np.zeros((max(AXES, state.shape[1]), REGISTERS))
-    for place in range(chosen.shape[0]):
-        j = chosen[place]
-        joint = arm.joints[j]
-        for k in range(state.shape[0]):
-            w[0, NOW] = k * dt
-            _stand(joint, state[k, j], command[k, j], w, j, dt)
-            motor_side(arm, w, j, STATE, SLOPE_1)
-            settle_gear(joint, w, j)
-            missed[k, place] = motor_missed(joint, w, j, acceleration[k, j, 0])
-            carried[k, place] = w[j, TORQUE] + link_torque(joint, w[j, STATE + LINK_ANGLE])
+
+@compiled
+def fill_missed(joints: Record, j: int, moved: Moved, geared: Geared, command: Array, dt: float,
+                missed: Array) -> None:
+    """Fill what the motor of a joint misses under the torques of its gear (k,) [N*m, output]."""
+    joint, w = joints[j], np.zeros((1, REGISTERS))
+    for k in range(missed.shape[0]):
+        w[0, NOW] = k * dt
+        w[0, COMMAND] = command[k]
+        w[0, STATE + MOTOR_ANGLE] = moved.motor.angle[k]
+        w[0, STATE + MOTOR_VELOCITY] = moved.motor.velocity[k]
+        w[0, STATE + LINK_ANGLE] = moved.link.angle[k]
+        w[0, MODE] = np.sign(moved.motor.velocity[k])
+        _bend(joint, w, 0, dt)
+        shaft_side(joint, w, 0, (geared.through[k], geared.against[k]), STATE, SLOPE_1)
+        missed[k] = motor_missed(joint, w, 0, moved.motor.acceleration[k])
 
 
 @inlined
@@ -106,15 +130,9 @@ def _stand(joint: Record, state: Array, command: float, w: Array, j: int, dt: fl
     """Put a joint into a measured state (MEASURED,), its bristles bent as far as they are then."""
     w[j, COMMAND] = command
     w[j, MODE] = np.sign(state[MOTOR_VELOCITY])
-    put_state(state, w, j)
-    _bend(joint, w, j, dt)
-
-
-@inlined
-def put_state(state: Array, w: Array, j: int) -> None:
-    """Put what was measured of a joint (MEASURED,) into its registers."""
     for i in range(MEASURED):
         w[j, STATE + i] = state[i]
+    _bend(joint, w, j, dt)
 
 
 @inlined

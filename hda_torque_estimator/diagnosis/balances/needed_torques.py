@@ -11,12 +11,11 @@ from hda_arm_sim.foundation.compiled import compiled, inlined
 from hda_arm_sim.foundation.rigid import Inertia, mass_matrix
 from hda_arm_sim.model.arm import ArmRecord
 from hda_arm_sim.model.chain_side import pose
-from hda_arm_sim.model.kernel import (AXES, LINK_ANGLE, LINK_VELOCITY, NOW, REGISTERS, STATE)
+from hda_arm_sim.model.kernel import AXES, LINK_ANGLE, LINK_VELOCITY, NOW, REGISTERS, STATE
 from hda_arm_sim.model.link_side import free_torque, Pose, tip_force
 import numpy as np
 
-from .kernel_along import put_state
-from ...measurements.motion import Motion
+from ...measurements.motion import Course
 
 
 @inlined
@@ -30,10 +29,10 @@ def _planar_needed(arm: ArmRecord, inertia: Inertia, w: Array, acceleration: Arr
     free1, free2 = free_torque(arm.body, inertia, Pose(q1, q2, dq1, dq2), force)
     if two:
         m11, m12, m22 = mass_matrix(inertia, q2)
-        needed[0] = m11 * acceleration[0, 1] + m12 * acceleration[1, 1] - free1
-        needed[1] = m12 * acceleration[0, 1] + m22 * acceleration[1, 1] - free2
+        needed[0] = m11 * acceleration[0] + m12 * acceleration[1] - free1
+        needed[1] = m12 * acceleration[0] + m22 * acceleration[1] - free2
     else:
-        needed[0] = inertia.p1 * acceleration[0, 1] - free1
+        needed[0] = inertia.p1 * acceleration[0] - free1
 
 
 @compiled
@@ -43,7 +42,7 @@ def _spatial_needed(arm: ArmRecord, inertia: Chain, w: Array, acceleration: Arra
     c = inertia.table
     pose(arm, c, w, STATE)
     for j in range(acceleration.shape[0]):
-        c[j + 1, chain.SPEEDING] = acceleration[j, 1]
+        c[j + 1, chain.SPEEDING] = acceleration[j]
     chain.place(c)
     inverse_dynamics(c)
     for j in range(acceleration.shape[0]):
@@ -54,15 +53,15 @@ _needed = of_links(_planar_needed, _spatial_needed)
 
 
 @compiled
-def fill_needed(arm: ArmRecord, inertia: Inertia, motion: Motion, dt: float,
+def fill_needed(arm: ArmRecord, inertia: Inertia, links: Course, dt: float,
                 needed: Array) -> None:
-    """Fill what the links need along a motion on a base at rest (k, n) [N*m at the output]."""
-    state, acceleration = motion
-    joints = state.shape[1]
+    """Fill what the links need for a course (k, n) on a base at rest (k, n) [N*m, output]."""
+    joints = needed.shape[1]
     w = np.zeros((max(AXES, joints), REGISTERS))
-    links = lent(inertia)
-    for k in range(state.shape[0]):
+    chain_or_pair = lent(inertia)
+    for k in range(needed.shape[0]):
         w[0, NOW] = k * dt
         for j in range(joints):
-            put_state(state[k, j], w, j)
-        _needed(arm, links, w, acceleration[k], needed[k])
+            w[j, STATE + LINK_ANGLE] = links.angle[k, j]
+            w[j, STATE + LINK_VELOCITY] = links.velocity[k, j]
+        _needed(arm, chain_or_pair, w, links.acceleration[k], needed[k])

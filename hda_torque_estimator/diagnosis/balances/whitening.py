@@ -42,11 +42,6 @@ class Whitening(NamedTuple):
         return np.stack([np.convolve(column, self.taps[:, channel], 'same')
                          for column in values.T], axis=1)
 
-    def balances(self, values: Array) -> Array:
-        """Return what balances are (m, c), all of one recording."""
-        return np.concatenate([self.of(values[:, [channel]], channel)
-                               for channel in range(values.shape[1])], axis=1)
-
     def holds(self, valid: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Return where filters see only what is valid (m, c)."""
         around = np.ones(2 * self.reach + 1)

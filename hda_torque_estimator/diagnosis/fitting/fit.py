@@ -16,7 +16,6 @@ from .nuisance import AnyTerm, nuisances
 from .solve import condense, covariance, score, solve
 from .steps import groups_at_once, places_of, stepped
 from ..balances.balance import Balance, Balancer, RATE
-from ..balances.changes import Changes
 from ...least_squares.descent import damped, improved
 from ...least_squares.sandwich import sandwich
 from ...least_squares.term import Term, with_terms
@@ -32,10 +31,10 @@ FAR = 100.0             # improvement by a step after which no derivative is as 
 
 
 class _Base(NamedTuple):
-    """Terms that were changed last, and what others change in their balances."""
+    """Terms that were changed last, and the arm with them."""
 
     terms: tuple[AnyTerm, ...]
-    changes: Changes
+    arm: Arm
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,8 +240,8 @@ class Fitter:
         Noise is the same in both, so fewer samples tell as much.
         """
         if not self._base or not _same(self._base[0].terms, terms):
-            self._base[:] = [_Base(tuple(terms), Changes(self.balancer.thinned, self.on(terms)))]
-        return self._base[0].changes.by(arm)
+            self._base[:] = [_Base(tuple(terms), self.on(terms))]
+        return self.balancer.thinned.change(arm, self._base[0].arm)
 
     def _difference(self, terms: Sequence[AnyTerm], among: Sequence[AnyTerm],
                     group: list[tuple[int, int, int]], columns: Array) -> None:

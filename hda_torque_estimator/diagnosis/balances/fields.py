@@ -1,0 +1,22 @@
+"""What a part of the balances depends on: bytes of the fields of an arm's record that it reads."""
+
+from hda_arm_sim.model.arm import ArmRecord, JOINT_RECORD
+from hda_arm_sim.model.effects import Effect
+import numpy as np
+from numpy.typing import NDArray
+
+_NUMBER = np.dtype(np.float64).itemsize         # a joint's record has nothing else
+
+
+def places_of(*fields: str | type[Effect]) -> NDArray[np.intp]:
+    """Return where the numbers of these fields, or effects, stand in the record of a joint."""
+    names = [field if isinstance(field, str) else field.name for field in fields]
+    spans = [JOINT_RECORD.fields[name][:2] for name in names]   # type: ignore[index]
+    return np.concatenate([
+        np.arange(offset, offset + kind.itemsize, _NUMBER) // _NUMBER for kind, offset in spans])
+
+
+def key_of(record: ArmRecord, joint: int, places: NDArray[np.intp]) -> bytes:
+    """Return these numbers of a joint, to compare them."""
+    numbers = record.joints.view(np.float64).reshape(len(record.joints), -1)
+    return bytes(numbers[joint, places].tobytes())

@@ -1,0 +1,126 @@
+"""
+The parts of which balances are made, for the last few arms (docs/model.md, eq:balance-parts).
+
+They are what each motor misses, what each gear gives its link, and what the links need. Each is
+known by the numbers that it depends on. So another friction costs no run of a spring, another
+gear none of the links, and another payload none of either.
+"""
+
+from collections.abc import Callable
+
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects.catalogue import effects_at
+from hda_arm_sim.model.effects.place import (BRISTLES, COMMAND, DRAG, DRY_LEVEL, FRICTION, GEAR,
+                                             LINK_TORQUE, LOADED_GEAR, PLAY, SHAFT, TRANSMISSION,
+                                             TURN)
+from hda_arm_sim.model.link_side import loaded_inertia
+import numpy as np
+
+from .fields import key_of, places_of
+from .kernel_along import centred, deliver, fill_gear, fill_missed, Geared
+from .known import Known
+from .needed_torques import fill_needed
+from .sensed_motion import Moved, SensedMotion, sensing
+from ...measurements.measurement import Measurement
+from ...measurements.motion import Course, LINK
+from ...measurements.running_clock import arm_during
+
+# Choices unless told otherwise.
+_KEPT = 4               # of each part
+# What each part reads of a joint's record.
+_DRIVES = places_of(*(effect for place in (COMMAND, SHAFT) for effect in effects_at(place)))
+_GEARS = places_of('ratio', 'torsion', *(
+    effect for place in (TRANSMISSION, LOADED_GEAR, PLAY, GEAR, LINK_TORQUE)
+    for effect in effects_at(place)))
+_MOTORS = places_of('motor_inertia', *(
+    effect for place in (COMMAND, SHAFT, TURN, DRAG, DRY_LEVEL, FRICTION, BRISTLES)
+    for effect in effects_at(place)))
+
+
+class Parts:
+    """The parts of the balances of one measurement, filtered, for one arm after another."""
+
+    def __init__(self, measurement: Measurement, filtered: Callable[[Array], Array]) -> None:
+        """Know nothing yet; columns (k, c) are `filtered` to the balances' rate (m, c)."""
+        self._measurement, self._filtered = measurement, filtered
+        self._joints = range(len(measurement.labels))
+        self.motions = SensedMotion(measurement)
+        self._commands, self._carried, self._missed = (
+            [Known[Array](_KEPT) for _ in self._joints] for _ in range(3))
+        self._gears = [Known[Geared](_KEPT) for _ in self._joints]
+        self._needed = Known[Array](_KEPT)
+
+    def missed(self, arm: Arm) -> Array:
+        """Return what the motors miss (m, n) [N*m at the output]."""
+        return np.stack([self._missed[joint].of(
+            self._motor_key(arm, joint), lambda: self._thin(self._motor(arm, joint)))
+            for joint in self._joints], axis=1)
+
+    def carried(self, arm: Arm) -> Array:
+        """Return what gears and cables give the links (m, n) [N*m]."""
+        return np.stack([self._carried[joint].of(
+            self._gear_key(arm, joint), lambda: self._thin(self._gear(arm, joint).driving))
+            for joint in self._joints], axis=1)
+
+    def needed(self, arm: Arm) -> Array:
+        """Return what the links need (m, n), on a base at rest [N*m]."""
+        return self._needed.of(
+            sensing(arm, self._joints, [LINK]) + arm.record().body.tobytes(),
+            lambda: self._filtered(self._links(arm)))
+
+    def command(self, arm: Arm, joint: int) -> Array:
+        """Return the mean torque at the shaft of a joint around every sample (k,) [N*m]."""
+        return self._commands[joint].of(key_of(arm.record(), joint, _DRIVES),
+                                        lambda: self._delivered(arm, joint))
+
+    def _thin(self, column: Array) -> Array:
+        return self._filtered(column[:, None])[:, 0]
+
+    def _gear_key(self, arm: Arm, joint: int) -> bytes:
+        return key_of(arm.record(), joint, _GEARS) + sensing(arm, [joint])
+
+    def _motor_key(self, arm: Arm, joint: int) -> bytes:
+        return self._gear_key(arm, joint) + key_of(arm.record(), joint, _MOTORS)
+
+    def _gear(self, arm: Arm, joint: int) -> Geared:
+        """Return the torques of a joint's gear, unfiltered."""
+        return self._gears[joint].of(self._gear_key(arm, joint), lambda: self._turned(arm, joint))
+
+    def _turned(self, arm: Arm, joint: int) -> Geared:
+        """Run the gear of a joint."""
+        geared = Geared(*np.empty((3, len(self._measurement.command))))
+        moved, joints = self.motions.moved(arm, joint), arm.record().joints
+        for piece in self._measurement.pieces():
+            fill_gear(joints, joint, moved.during(piece), geared.during(piece))
+        return geared
+
+    def _motor(self, arm: Arm, joint: int) -> Array:
+        """Run the motor of a joint, under the torques of its gear (k,)."""
+        missed, dt = np.empty(len(self._measurement.command)), self._measurement.dt
+        moved, joints = self.motions.moved(arm, joint), arm.record().joints
+        geared, command = self._gear(arm, joint), self.command(arm, joint)
+        for piece in self._measurement.pieces():
+            fill_missed(joints, joint, moved.during(piece), geared.during(piece), command[piece],
+                        dt, missed[piece])
+        return missed
+
+    def _links(self, arm: Arm) -> Array:
+        """Run the links (k, n)."""
+        measurement, needed = self._measurement, np.empty(self._measurement.command.shape)
+        courses = [self.motions.course(arm, joint, LINK) for joint in self._joints]
+        links = Course(*(np.stack(parts, axis=1) for parts in zip(*courses)))
+        for piece in measurement.pieces():
+            record = arm_during(arm, piece, measurement.dt).record()
+            fill_needed(record, loaded_inertia(record.body), links.during(piece), measurement.dt,
+                        needed[piece])
+        return needed
+
+    def _delivered(self, arm: Arm, joint: int) -> Array:
+        """Run the drive of a joint (k,)."""
+        command, joints = self._measurement.command, arm.record().joints
+        delivered = np.empty(len(command))
+        for piece in self._measurement.pieces():
+            deliver(joints, joint, command[piece], self._measurement.dt, delivered[piece])
+            delivered[piece] = centred(delivered[piece])
+        return delivered

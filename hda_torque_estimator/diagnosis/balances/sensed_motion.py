@@ -1,0 +1,108 @@
+"""
+The motion behind one measurement, for arms that sense it differently.
+
+Another encoder error changes the angle behind one encoder, so only that is differentiated anew.
+Angles that differ by a constant, as another zero makes them, have the same derivatives.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects import BearingCrosstalk
+from hda_arm_sim.model.effects.catalogue import effects_at
+from hda_arm_sim.model.effects.place import CLOCK, LINK_READING, MOTOR_READING
+import numpy as np
+
+from .fields import key_of, places_of
+from .known import Known
+from ...measurements.measurement import Measurement
+from ...measurements.motion import (angle_behind, Course, course_of, lateness, LINK, Motion, MOTOR,
+                                    motion_along, SHORT)
+
+# Choices unless told otherwise.
+_KEPT = 4               # courses of each encoder
+_WHOLE = 2              # motions of all joints
+_ROUNDING = 1e-15       # of an angle, to which a difference from another one is constant
+# What stands between the angle of a shaft, or of a link, and its reading.
+_BEHIND = {
+    MOTOR: places_of('motor_encoder', *effects_at(MOTOR_READING)),
+    LINK: places_of('motor_encoder', 'link_encoder', *effects_at(LINK_READING),
+                    *effects_at(CLOCK))}
+
+
+class Moved(NamedTuple):
+    """What the two sides of one joint did."""
+
+    motor: Course
+    link: Course
+
+    def during(self, piece: slice) -> 'Moved':
+        """Return what they did in some of their samples."""
+        return Moved(self.motor.during(piece), self.link.during(piece))
+
+
+class _Differentiated(NamedTuple):
+    """An angle, how late it was read, and what came of it."""
+
+    angle: Array
+    late: float
+    course: Course
+
+
+class SensedMotion:
+    """The motion behind one measurement, for one arm after another."""
+
+    def __init__(self, measurement: Measurement) -> None:
+        """Know nothing yet."""
+        self._measurement = measurement
+        sides = [(joint, side) for joint in range(len(measurement.labels))
+                 for side in (MOTOR, LINK)]
+        self._courses: dict[tuple[int, int], Known[Course]] = {
+            place: Known(_KEPT) for place in sides}
+        self._differentiated: dict[tuple[int, int], list[_Differentiated]] = {
+            place: [] for place in sides}
+        self._motions: Known[Motion] = Known(_WHOLE)
+
+    def of(self, arm: Arm) -> Motion:
+        """Return the motion of all joints."""
+        joints = range(len(arm.joints))
+        return self._motions.of(sensing(arm, joints), lambda: motion_along(Course(*(
+            np.stack(parts, axis=1) for parts in zip(*(
+                course for joint in joints for course in self.moved(arm, joint)))))))
+
+    def moved(self, arm: Arm, joint: int) -> Moved:
+        """Return what both sides of a joint did."""
+        return Moved(self.course(arm, joint, MOTOR), self.course(arm, joint, LINK))
+
+    def course(self, arm: Arm, joint: int, side: int) -> Course:
+        """Return what one side of a joint did."""
+        return self._courses[joint, side].of(sensing(arm, [joint], [side]),
+                                             lambda: self._found(arm, joint, side))
+
+    def _found(self, arm: Arm, joint: int, side: int) -> Course:
+        """Return a course that is not known, from one of the same shape if there is such."""
+        angle = angle_behind(self._measurement.reading, arm, joint, side)
+        late, before = lateness(arm, joint, side), self._differentiated[joint, side]
+        for known in before:
+            away = angle - known.angle
+            if late == known.late and np.ptp(away) <= _ROUNDING * np.abs(angle).max():
+                return known.course.shifted(float(away[0]))
+        course = self._derived(angle, late)
+        before[:] = [_Differentiated(angle, late, course), *before[:_KEPT - 1]]
+        return course
+
+    def _derived(self, angle: Array, late: float) -> Course:
+        """Return the course of an angle (k,), of every recording on its own."""
+        parts = [course_of(angle[piece, None], np.array([late]), SHORT, self._measurement.dt)
+                 for piece in self._measurement.pieces()]
+        return Course(*(np.concatenate(part)[:, 0] for part in zip(*parts)))
+
+
+def sensing(arm: Arm, joints: Sequence[int], sides: Sequence[int] = (MOTOR, LINK)) -> bytes:
+    """Return all that the courses of sides of some joints depend on."""
+    record = arm.record()
+    key = b''.join(key_of(record, joint, _BEHIND[side]) for joint in joints for side in sides)
+    tilts = LINK in sides and record.joints[BearingCrosstalk.name]['coefficient'][joints].any()
+    return key + record.body.tobytes() if tilts else key

@@ -1,0 +1,69 @@
+"""
+Whole runs of an arm along a measured motion: the residuals of all joints at once.
+
+Gears alone need none (`parts.py`). A bearing that holds its link, and a base that gives way, hand
+on what a gear does to other joints.
+"""
+
+from collections.abc import Iterator
+
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.model.arm import Arm, ArmRecord
+from hda_arm_sim.model.kernel import BASE_OFFSET, BASE_RATE, STATES
+from hda_arm_sim.model.link_side import loaded_inertia
+import numpy as np
+
+from .base_motion import base_motion
+from .kernel_along import Driven, fill_along, MEASURED
+from .parts import Parts
+from ...measurements.measurement import Measurement
+from ...measurements.motion import Motion
+from ...measurements.running_clock import arm_during
+
+
+def hands_on(arm: Arm) -> bool:
+    """Tell whether a bearing may hold its link, or a base give way: there links answer gears."""
+    record = arm.record()
+    return bool(record.joints['link_bearing_friction']['level'].any()
+                or record.body['base_vibration']['amplitude'])
+
+
+def run_whole(measurement: Measurement, parts: Parts, arm: Arm) -> tuple[Array, Array]:
+    """Return residuals (k, 2 n) and what effects remember (k, n, STATES - MEASURED)."""
+    dt, (samples, joints) = measurement.dt, measurement.command.shape
+    residual = np.empty((samples, 2 * joints))
+    memory = np.zeros((samples, joints, STATES - MEASURED))
+    for piece, driven in zip(measurement.pieces(), _driven(measurement, parts, arm)):
+        record = arm_during(arm, piece, dt).record()
+        fill_along(record, loaded_inertia(record.body), driven, dt, residual[piece], memory[piece])
+    if measurement.led:
+        residual[:, :joints] -= residual[:, joints:]
+    return residual, memory
+
+
+def remembered(measurement: Measurement, parts: Parts, arm: Arm) -> Array:
+    """Return what effects remember (k, n, STATES - MEASURED): without such ones, the base."""
+    if _remembers(arm.record()):
+        return run_whole(measurement, parts, arm)[1]
+    memory = np.zeros((*measurement.command.shape, STATES - MEASURED))
+    motion = parts.motions.of(arm)
+    for piece in measurement.pieces():
+        base = base_motion(arm, motion.during(piece), measurement.dt)
+        memory[piece, 0, BASE_OFFSET - MEASURED] = base[:, 0]
+        memory[piece, 0, BASE_RATE - MEASURED] = base[:, 1]
+    return memory
+
+
+def _remembers(record: ArmRecord) -> bool:
+    """Tell whether an effect of a joint remembers something."""
+    return bool(record.joints['torsional_hysteresis']['level'].any()
+                or record.joints['presliding_friction']['stiffness'].any())
+
+
+def _driven(measurement: Measurement, parts: Parts, arm: Arm) -> Iterator[Driven]:
+    """Yield the motion of each recording, and what the arm has of the commands there."""
+    motion = parts.motions.of(arm)
+    command = np.stack([parts.command(arm, joint) for joint in range(len(arm.joints))], axis=1)
+    for piece in measurement.pieces():
+        moved = motion.during(piece)
+        yield Driven(*moved, base_motion(arm, moved, measurement.dt), command[piece])
