@@ -69,12 +69,8 @@ def motion_of(measurement: Measurement, arm: Arm, window: float = WINDOW) -> Mot
     sides = [(joint, side) for joint in range(len(arm.joints)) for side in (MOTOR, LINK)]
     angles = np.stack([angle_behind(measurement.reading, arm, *place) for place in sides], axis=1)
     late = np.array([lateness(arm, *place) for place in sides])
-    return motion_along(course_of(angles, late, window, measurement.dt))
-
-
-def motion_along(course: Course) -> Motion:
-    """Return the motion of the angles (k, 2 n) of the joints in turn, motor and link."""
-    angle, velocity, acceleration = (part.reshape(len(part), -1, 2) for part in course)
+    angle, velocity, acceleration = (
+        part.reshape(len(part), -1, 2) for part in course_of(angles, late, window, measurement.dt))
     state = np.empty((*angle.shape[:2], 4))
     state[:, :, MOTOR_ANGLE], state[:, :, LINK_ANGLE] = angle[:, :, 0], angle[:, :, 1]
     state[:, :, MOTOR_VELOCITY], state[:, :, LINK_VELOCITY] = velocity[:, :, 0], velocity[:, :, 1]

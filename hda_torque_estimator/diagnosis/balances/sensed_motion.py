@@ -18,8 +18,8 @@ import numpy as np
 from .fields import key_of, places_of
 from .known import Known
 from ...measurements.measurement import Measurement
-from ...measurements.motion import (angle_behind, Course, course_of, lateness, LINK, Motion, MOTOR,
-                                    motion_along, SHORT)
+from ...measurements.motion import (angle_behind, Course, course_of, lateness, LINK, Motion,
+                                    motion_of, MOTOR, SHORT)
 
 # Choices unless told otherwise.
 _KEPT = 4               # courses of each encoder
@@ -67,10 +67,9 @@ class SensedMotion:
 
     def of(self, arm: Arm) -> Motion:
         """Return the motion of all joints."""
-        joints = range(len(arm.joints))
-        return self._motions.of(sensing(arm, joints), lambda: motion_along(Course(*(
-            np.stack(parts, axis=1) for parts in zip(*(
-                course for joint in joints for course in self.moved(arm, joint)))))))
+        return self._motions.of(sensing(arm, range(len(arm.joints))), lambda: Motion(*map(
+            np.concatenate, zip(*(motion_of(one, arm, SHORT)
+                                  for one in self._measurement.recordings())))))
 
     def moved(self, arm: Arm, joint: int) -> Moved:
         """Return what both sides of a joint did."""
