@@ -6,7 +6,7 @@ A class of parameters is a frozen dataclass derived from `Declared` whose fields
 """
 
 from dataclasses import dataclass, field, fields
-from functools import cache
+from functools import cache, cached_property
 import math
 from typing import Any, ClassVar
 
@@ -96,6 +96,10 @@ class Declared:
 
     def values(self) -> tuple[float, ...]:
         """Return the values in the order of the declarations."""
+        return self._values
+
+    @cached_property
+    def _values(self) -> tuple[float, ...]:         # a fit makes thousands of arms of them
         return tuple(getattr(self, rule.name) for rule in self.declarations())
 
     def is_neutral(self) -> bool:

@@ -1,5 +1,7 @@
 """The catalogue: every effect that the arm can have, each on one line."""
 
+from functools import cache
+
 from hda_msgs_json.nearest import did_you_mean
 import numpy as np
 
@@ -82,6 +84,7 @@ def effects_at(place: Place) -> tuple[type[Effect], ...]:
     return tuple(effect for effect in EFFECTS if effect.place is place)
 
 
+@cache
 def effects_of(scope: Scope) -> tuple[type[Effect], ...]:
     """Return the effects that belong to one joint, or those that belong to the whole arm."""
     return tuple(effect for effect in EFFECTS if effect.scope is scope)

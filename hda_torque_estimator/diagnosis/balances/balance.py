@@ -27,9 +27,9 @@ from hda_arm_sim.model.chain_links import ChainLinks
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
-from scipy.signal import firwin, upfirdn
 
 from .known import Known
+from .low_pass import LowPass
 from .parts import Parts
 from .sensed_motion import sensing
 from .whitening import Whitening, whitening_of
@@ -61,9 +61,9 @@ class Balancer:
 
     def __init__(self, measurement: Measurement, turning: Sequence[int] = (),
                  unknown: NDArray[np.bool_] | None = None,
-                 whitening: Whitening | None = None) -> None:
+                 whitening: Whitening | None = None, parts: Parts | None = None) -> None:
         """
-        Prepare filters; the motion is found anew only when an arm's sensing differs.
+        Prepare filters, and use what is known of `parts` of the same measurement.
 
         Joints that are `turning` are valid where they turn round without a stop. Motor balances
         are not valid where the torque of the motor is `unknown` (m, n). Balances may pass a
@@ -73,11 +73,9 @@ class Balancer:
         self.whitening = whitening
         self.every = max(1, round(1.0 / (RATE * measurement.dt)))
         self.time = measurement.time[::self.every]
-        half = 4 * max(1, round(0.25 / (BANDWIDTH * measurement.dt) / 4.0) * 4)
-        self._low_pass = firwin(2 * half + 1, BANDWIDTH, window=('kaiser', 6.0),
-                                fs=1.0 / measurement.dt)
-        self._reach = half + _MARGIN
-        self._parts = Parts(measurement, self.filtered)
+        self.filtered = LowPass(measurement, BANDWIDTH, self.every)
+        self._reach = self.filtered.reach + _MARGIN
+        self._parts = parts or Parts(measurement, self.filtered)
         self._runs, self._valid = Known[Array](_KEPT), Known[NDArray[np.bool_]](_KEPT)
 
     def like(self, measurement: Measurement) -> 'Balancer':
@@ -89,7 +87,7 @@ class Balancer:
         """Return the balances as they are, with all of their noise at all frequencies."""
         if self.whitening is None:
             return self
-        return Balancer(self.measurement, self.turning, self.unknown)
+        return Balancer(self.measurement, self.turning, self.unknown, parts=self._parts)
 
     def whitened(self, arm: Arm, white: Array) -> 'Balancer':
         """
@@ -101,7 +99,7 @@ class Balancer:
         noise = np.where(plain.valid, self.noisier(arm).residual - plain.residual, 0.0)
         whitening = whitening_of(noise, white ** 2 / BANDWIDTH, RATE, BANDWIDTH)
         return self if whitening is None else Balancer(self.measurement, self.turning,
-                                                       self.unknown, whitening)
+                                                       self.unknown, whitening, self._parts)
 
     def motion(self, arm: Arm) -> Motion:
         """Return the motion behind the measurement if the arm senses as `arm` does."""
@@ -173,10 +171,6 @@ class Balancer:
         """Return what the arm's effects remember along the motion (k, n, STATES - MEASURED)."""
         return remembered(self.measurement, self._parts, arm)
 
-    def filtered(self, raw: Array) -> Array:
-        """Return columns (k, m) low-passed without delay and thinned to the balances' rate."""
-        return np.concatenate([self._filtered(raw[piece]) for piece in self.measurement.pieces()])
-
     def _in_balances(self, values: Array) -> Array:
         """Return filtered columns (m, 2 n), one for each balance, as the balances have them."""
         if self.whitening is None:
@@ -192,15 +186,6 @@ class Balancer:
                           for piece in self.measurement.pieces()])
         return np.concatenate([self.whitening.of(part, channel)
                                for part in np.split(values, ends[:-1])])
-
-    def _filtered(self, raw: Array) -> Array:
-        """Return the filtered columns of one recording."""
-        half = len(self._low_pass) // 2
-        early = -half % self.every                  # so that an output falls on the first sample
-        padded = np.concatenate([np.zeros((early, raw.shape[1])), raw])
-        thin = upfirdn(self._low_pass, padded, down=self.every, axis=0)
-        first = (half + early) // self.every
-        return np.asarray(thin[first:first + -(-len(raw) // self.every)])
 
     def valid_if_turning(self, arm: Arm, joints: Sequence[int]) -> NDArray[np.bool_]:
         """

@@ -6,8 +6,6 @@ known by the numbers that it depends on. So another friction costs no run of a s
 gear none of the links, and another payload none of either.
 """
 
-from collections.abc import Callable
-
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects.catalogue import effects_at
@@ -20,8 +18,9 @@ import numpy as np
 from .fields import key_of, places_of
 from .kernel_along import centred, deliver, fill_gear, fill_missed, Geared
 from .known import Known
+from .low_pass import LowPass
 from .needed_torques import fill_needed
-from .sensed_motion import Moved, SensedMotion, sensing
+from .sensed_motion import SensedMotion, sensing
 from ...measurements.measurement import Measurement
 from ...measurements.motion import Course, LINK
 from ...measurements.running_clock import arm_during
@@ -41,8 +40,8 @@ _MOTORS = places_of('motor_inertia', *(
 class Parts:
     """The parts of the balances of one measurement, filtered, for one arm after another."""
 
-    def __init__(self, measurement: Measurement, filtered: Callable[[Array], Array]) -> None:
-        """Know nothing yet; columns (k, c) are `filtered` to the balances' rate (m, c)."""
+    def __init__(self, measurement: Measurement, filtered: LowPass) -> None:
+        """Know nothing yet."""
         self._measurement, self._filtered = measurement, filtered
         self._joints = range(len(measurement.labels))
         self.motions = SensedMotion(measurement)
@@ -53,15 +52,11 @@ class Parts:
 
     def missed(self, arm: Arm) -> Array:
         """Return what the motors miss (m, n) [N*m at the output]."""
-        return np.stack([self._missed[joint].of(
-            self._motor_key(arm, joint), lambda: self._thin(self._motor(arm, joint)))
-            for joint in self._joints], axis=1)
+        return np.stack([self._missed_by(arm, joint) for joint in self._joints], axis=1)
 
     def carried(self, arm: Arm) -> Array:
         """Return what gears and cables give the links (m, n) [N*m]."""
-        return np.stack([self._carried[joint].of(
-            self._gear_key(arm, joint), lambda: self._thin(self._gear(arm, joint).driving))
-            for joint in self._joints], axis=1)
+        return np.stack([self._carried_by(arm, joint) for joint in self._joints], axis=1)
 
     def needed(self, arm: Arm) -> Array:
         """Return what the links need (m, n), on a base at rest [N*m]."""
@@ -77,11 +72,17 @@ class Parts:
     def _thin(self, column: Array) -> Array:
         return self._filtered(column[:, None])[:, 0]
 
+    def _missed_by(self, arm: Arm, joint: int) -> Array:
+        return self._missed[joint].of(
+            self._gear_key(arm, joint) + key_of(arm.record(), joint, _MOTORS),
+            lambda: self._thin(self._motor(arm, joint)))
+
+    def _carried_by(self, arm: Arm, joint: int) -> Array:
+        return self._carried[joint].of(
+            self._gear_key(arm, joint), lambda: self._thin(self._gear(arm, joint).driving))
+
     def _gear_key(self, arm: Arm, joint: int) -> bytes:
         return key_of(arm.record(), joint, _GEARS) + sensing(arm, [joint])
-
-    def _motor_key(self, arm: Arm, joint: int) -> bytes:
-        return self._gear_key(arm, joint) + key_of(arm.record(), joint, _MOTORS)
 
     def _gear(self, arm: Arm, joint: int) -> Geared:
         """Return the torques of a joint's gear, unfiltered."""

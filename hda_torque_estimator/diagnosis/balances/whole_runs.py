@@ -17,7 +17,6 @@ from .base_motion import base_motion
 from .kernel_along import Driven, fill_along, MEASURED
 from .parts import Parts
 from ...measurements.measurement import Measurement
-from ...measurements.motion import Motion
 from ...measurements.running_clock import arm_during
 
 

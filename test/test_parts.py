@@ -1,0 +1,250 @@
+"""Balances that are made of known parts are those of whole runs of the kernel."""
+
+from dataclasses import replace
+
+from hda_arm_sim.model.effects import (BaseVibration, BearingCrosstalk, CoulombFriction,
+                                       effect_named, EFFECTS, ExternalContact,
+                                       LinkBearingFriction, PreslidingFriction, Scope,
+                                       TorsionalHysteresis)
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.model.typical_sizes import SIZED, typical
+from hda_arm_sim.motions import motion_of
+from hda_torque_estimator.diagnosis.balances import parts, sensed_motion
+from hda_torque_estimator.diagnosis.balances.balance import Balancer
+from hda_torque_estimator.diagnosis.balances.fields import places_of
+from hda_torque_estimator.diagnosis.balances.known import Known
+from hda_torque_estimator.measurements.measurement import Measurement
+from hda_torque_estimator.simulating.closed_loop import run
+import numpy as np
+import pytest
+
+ARMS = ('hda_arm.yaml', 'cobot7.yaml', 'one')
+OF_A_PLANE = {'inertial_coupling'}
+HANDING = {'link_bearing_friction', 'base_vibration'}
+CLOSE = 1e-9            # of the largest torque
+
+
+def recording(arm):
+    """Return 6 s of an arm's motion."""
+    made = run(arm, arm, motion_of(arm, 'rich', 6.0, 1e-3, 5), 5, estimator=None)
+    return Measurement(arm.labels, 1e-3, np.ascontiguousarray(made.reading[:, :, :2]),
+                       made.command)
+
+
+@pytest.fixture(scope='module', params=ARMS)
+def recorded(request):
+    """Return an arm and 6 s of its motion."""
+    arm = read_arm('hda_arm.yaml' if request.param == 'one' else request.param)
+    if request.param == 'one':
+        arm = replace(arm, joints=arm.joints[:1])
+    return arm, recording(arm)
+
+
+def others(arm, names=SIZED):
+    """Yield arms with one effect more of typical size, at each joint that can have it."""
+    for name in names:
+        if len(arm.joints) != 2 and name in OF_A_PLANE:
+            continue
+        joints = (None,) if effect_named(name).scope is Scope.ARM else arm.labels
+        yield from ((name, joint, arm.with_effect(typical(arm, name, joint), joint))
+                    for joint in joints)
+
+
+def whole(balancer, arm):
+    """Return what a run of a whole arm tells, by balances that know nothing yet."""
+    fresh = Balancer(balancer.measurement, balancer.turning, balancer.unknown, balancer.whitening)
+    return fresh.whole(arm)
+
+
+def agrees(balancer, arm):
+    """Tell whether balances are those of a whole run: dry friction but at a standstill."""
+    balance, expected = balancer(arm), whole(balancer, arm)
+    holds = balance.valid.copy()
+    holds[:, len(arm.joints):] = True
+    assert holds[:, :len(arm.joints)].any(axis=0).all()
+    apart = np.where(holds, balance.residual - expected, 0.0)
+    return bool(np.abs(apart).max() <= CLOSE * np.abs(expected).max())
+
+
+def between_zeros(arm, place, away):
+    """Return an arm with other zeros of the encoders of one joint."""
+    joints = list(arm.joints)
+    joint = joints[place]
+    joints[place] = replace(
+        joint, motor_encoder=replace(joint.motor_encoder, zero=joint.motor_encoder.zero - away),
+        link_encoder=replace(joint.link_encoder, zero=joint.link_encoder.zero + away))
+    return replace(arm, joints=tuple(joints))
+
+
+@pytest.mark.parametrize('led', [False, True])
+def test_every_effect_at_each_joint_shows_as_in_a_whole_run(recorded, led):
+    arm, measurement = recorded
+    balancer = Balancer(replace(measurement, led=led))
+    balancer = balancer.whitened(arm, np.zeros(2 * len(arm.joints)))
+    for name, joint, other in others(arm):
+        assert agrees(balancer, other), (name, joint)
+
+
+def test_parts_of_several_recordings_are_those_of_whole_runs(recorded):
+    arm, measurement = recorded
+    balancer = Balancer(replace(measurement, begins=(0, 2400)))
+    for name, joint, other in others(arm, ('thermal_viscosity', 'torsional_hysteresis',
+                                           'presliding_friction', 'current_loop_lag',
+                                           'command_delay', 'clock_skew', 'payload')):
+        assert agrees(balancer, other), (name, joint)
+
+
+def test_an_effect_is_not_taken_for_what_was_known_of_another_arm(recorded):
+    """Every effect on top of each other, forth and back, so that parts are kept and forgotten."""
+    arm, measurement = recorded
+    balancer, label = Balancer(measurement), arm.labels[-1]
+    names = [name for name in SIZED if name not in OF_A_PLANE | HANDING]
+    arms = [arm]
+    for name in names:
+        joint = None if effect_named(name).scope is Scope.ARM else label
+        arms.append(arms[-1].with_effect(typical(arms[-1], name, joint), joint))
+    for one in (*arms, *arms[::-1]):
+        assert agrees(balancer, one), one.effects[-1:]
+
+
+def test_other_zeros_of_encoders_are_told_by_the_derivatives_that_are_known(recorded):
+    arm, measurement = recorded
+    balancer, last = Balancer(measurement), len(arm.joints) - 1
+    for other in (arm, between_zeros(arm, last, 1e-5), between_zeros(arm, 0, -3e-4), arm):
+        assert agrees(balancer, other)
+    assert balancer.change(between_zeros(arm, last, 1e-5), arm).any()
+
+
+def test_zeros_beside_an_error_of_the_encoder_are_told(recorded):
+    """There an angle does not differ by a constant, for the error depends on it."""
+    arm, measurement = recorded
+    balancer, label = Balancer(measurement), arm.labels[0]
+    for name in ('link_encoder_eccentricity', 'motor_encoder_eccentricity', 'clock_skew'):
+        other = arm.with_effect(typical(arm, name, label), label)
+        for moved in (other, between_zeros(other, 0, 1e-3)):
+            assert agrees(balancer, moved), name
+
+
+def test_a_payload_tilts_a_bearing_that_its_encoder_feels():
+    """Where tilting shows in a reading, the motion depends on what the links carry."""
+    arm = read_arm('cobot7.yaml')
+    balancer, label = Balancer(recording(arm)), arm.labels[1]
+    tilted = arm.with_effect(BearingCrosstalk(coefficient=1e-4), label)
+    loaded = tilted.with_effect(typical(arm, 'payload', None))
+    assert balancer.motion(tilted).state[:, 1, 2] != pytest.approx(
+        balancer.motion(loaded).state[:, 1, 2], abs=1e-6)
+    for other in (tilted, loaded):
+        assert agrees(balancer, other)
+
+
+def test_a_friction_runs_no_gear_and_a_payload_neither_gear_nor_motor(recorded, monkeypatch):
+    arm, measurement = recorded
+    balancer, label, ran = Balancer(measurement), arm.labels[0], []
+    balancer(arm)
+    for name in ('fill_gear', 'fill_missed', 'fill_needed', 'deliver', 'angle_behind'):
+        module = sensed_motion if name == 'angle_behind' else parts
+        monkeypatch.setattr(module, name, _told(getattr(module, name), name, ran))
+    for other, expected in ((CoulombFriction(level=0.2), ['fill_missed']),
+                            (typical(arm, 'stiffness_error', label), ['fill_gear', 'fill_missed']),
+                            (typical(arm, 'torque_constant_error', label),
+                             ['deliver', 'fill_missed'])):
+        balancer(arm.with_effect(other, label))
+        assert sorted(ran) == sorted(expected), other
+        ran.clear()
+    balancer(arm.with_effect(typical(arm, 'payload', None)))
+    balancer(arm)
+    assert ran == ['fill_needed']
+
+
+def _told(function, name, ran):
+    """Return a function that tells when it is called."""
+    def told(*arguments):
+        ran.append(name)
+        return function(*arguments)
+    return told
+
+
+@pytest.mark.parametrize(('which', 'name'), [
+    ('_GEARS', 'structural_damping'), ('_MOTORS', 'coulomb_friction')])
+def test_a_part_that_is_known_by_too_little_is_seen(monkeypatch, which, name):
+    """So the tests above can fail: a field that is left out leaves an old part in place."""
+    arm = read_arm('hda_arm.yaml')
+    left_out = set(places_of(effect_named(name)).tolist())
+    monkeypatch.setattr(parts, which, np.array([
+        place for place in getattr(parts, which).tolist() if place not in left_out]))
+    balancer = Balancer(recording(arm))
+    balancer(arm)
+    other = arm.with_effect(typical(arm, name, 'joint1'), 'joint1')
+    assert not agrees(balancer, other)
+
+
+def test_every_effect_has_a_part_or_changes_a_number():
+    """An effect of a new place would be known by nothing, and is to be thought of here."""
+    known = {place for places in (parts._GEARS, parts._MOTORS, *sensed_motion._BEHIND.values())
+             for place in places.tolist()}
+    elsewhere = {effect.name for effect in EFFECTS if effect.scope is Scope.JOINT
+                 and not set(places_of(effect).tolist()) & known}
+    assert elsewhere == {'motor_inertia_error', 'stiffness_error', 'stiffening_error',
+                         'wave_generator_compliance', 'link_inertia_error',     # numbers
+                         'coarse_quantisation',                                 # of readings
+                         'link_bearing_friction'}                               # whole runs
+
+
+def test_what_a_gear_of_each_second_joint_changes_shows_there_only(recorded):
+    arm, measurement = recorded
+    balancer, other, count = Balancer(measurement), arm, len(arm.joints)
+    for label in arm.labels[::2]:
+        other = other.with_effect(typical(arm, 'stribeck_friction', label), label)
+    change = balancer.change(other, arm)
+    assert np.array_equal(change, balancer(other).residual - balancer(arm).residual)
+    shown = [k % 2 == 0 for k in range(count)] + [False] * count    # friction: in A alone
+    assert list(change.any(axis=0)) == shown
+
+
+def test_a_contact_is_that_of_its_own_recording(recorded):
+    arm, measurement = recorded
+    half = len(measurement.command) // 2
+    balancer = Balancer(replace(measurement, begins=(0, half)))
+    touched = replace(typical(arm, 'external_contact', None), onset=half * 1e-3 + 0.5)
+    assert isinstance(touched, ExternalContact)
+    other = arm.with_effect(touched)
+    assert agrees(balancer, other)
+    assert balancer.change(other, arm).any()
+
+
+def test_an_arm_like_another_changes_nothing(recorded):
+    arm, measurement = recorded
+    assert not Balancer(measurement).change(arm, replace(arm)).any()
+
+
+@pytest.mark.parametrize('handing', [
+    (LinkBearingFriction(level=1.0), 'joint1'), (BaseVibration(amplitude=0.01), None)])
+def test_what_hands_on_torques_of_gears_is_run_as_a_whole(handing):
+    arm = read_arm('hda_arm.yaml').with_effect(*handing)
+    balancer = Balancer(recording(arm))
+    other = arm.with_effect(CoulombFriction(level=0.5), 'joint2')
+    for one in (arm, other, arm):
+        assert np.array_equal(balancer(one).residual, whole(balancer, one))
+
+
+@pytest.mark.parametrize('effect', [TorsionalHysteresis(level=2.0, width=1e-4),
+                                    PreslidingFriction(stiffness=5.0)])
+def test_what_effects_remember_is_that_of_whole_runs(effect):
+    arm = read_arm('hda_arm.yaml')
+    balancer = Balancer(recording(arm))
+    assert not balancer.memory(arm).any()
+    assert balancer.memory(arm.with_effect(effect, 'joint1'))[:, 0].any()
+    assert not balancer.memory(arm.with_effect(effect, 'joint1'))[:, 1].any()
+    shaken = arm.with_effect(BaseVibration(amplitude=0.01))
+    memory = balancer.memory(shaken.with_effect(effect, 'joint1'))
+    assert np.array_equal(balancer.memory(shaken)[:, 0, [3, 4]], memory[:, 0, [3, 4]])
+
+
+def test_what_was_not_asked_for_the_longest_is_forgotten():
+    found, known = [], Known[str](2)
+
+    def ask(key: str) -> str:
+        return known.of(key, lambda: found.append(key) or key.upper())
+
+    assert [ask(key) for key in 'abacab'] == list('ABACAB')
+    assert ''.join(found) == 'abcb'
