@@ -98,14 +98,15 @@ def fill_along(arm: ArmRecord, inertia: Inertia, driven: Driven, dt: float, resi
 def fill_gear(joints: Record, j: int, moved: Moved, geared: Geared) -> None:
     """Fill the torques of a joint's gear, (eq:balance-parts); they need no other joint."""
     joint, w = joints[j], np.zeros((1, REGISTERS))
-    for k in range(geared.through.shape[0]):
+    through, against, driving = geared
+    for k in range(through.shape[0]):
         w[0, STATE + MOTOR_ANGLE] = moved.motor.angle[k]
         w[0, STATE + MOTOR_VELOCITY] = moved.motor.velocity[k]
         w[0, STATE + LINK_ANGLE] = moved.link.angle[k]
         w[0, STATE + LINK_VELOCITY] = moved.link.velocity[k]
-        geared.through[k], geared.against[k] = gear_side(joint, w, 0, STATE)
+        through[k], against[k] = gear_side(joint, w, 0, STATE)
         settle_gear(joint, w, 0)
-        geared.driving[k] = geared.through[k] + link_torque(joint, moved.link.angle[k])
+        driving[k] = through[k] + link_torque(joint, moved.link.angle[k])
 
 
 @compiled
