@@ -9,7 +9,7 @@ from hda_arm_sim.model.effects import (BaseVibration, BearingCrosstalk, CoulombF
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.typical_sizes import SIZED, typical
 from hda_arm_sim.motions import motion_of
-from hda_torque_estimator.diagnosis.balances import parts, sensed_motion
+from hda_torque_estimator.diagnosis.balances import gears, parts, sensed_motion
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.fields import places_of
 from hda_torque_estimator.diagnosis.balances.known import Known
@@ -141,15 +141,22 @@ def test_a_friction_runs_no_gear_and_a_payload_neither_gear_nor_motor(recorded, 
     arm, measurement = recorded
     balancer, label, ran = Balancer(measurement), arm.labels[0], []
     balancer(arm)
-    for name in ('fill_gear', 'fill_missed', 'fill_needed', 'deliver', 'angle_behind'):
-        module = sensed_motion if name == 'angle_behind' else parts
+    for module, name in (
+            (gears, '_fill_twist'), (gears, '_fill_spring'), (gears, '_fill_torques'),
+            (parts, 'fill_missed'), (parts, 'fill_needed'), (parts, 'deliver'),
+            (sensed_motion, 'angle_behind')):
         monkeypatch.setattr(module, name, _told(getattr(module, name), name, ran))
+    loaded = ['_fill_torques', 'fill_missed']
     for other, expected in ((CoulombFriction(level=0.2), ['fill_missed']),
-                            (typical(arm, 'stiffness_error', label), ['fill_gear', 'fill_missed']),
                             (typical(arm, 'torque_constant_error', label),
-                             ['deliver', 'fill_missed'])):
+                             ['deliver', 'fill_missed']),
+                            (typical(arm, 'structural_damping', label), loaded),
+                            (typical(arm, 'stiffness_error', label), ['_fill_spring', *loaded]),
+                            (typical(arm, 'kinematic_error', label),
+                             ['_fill_spring', '_fill_twist', *loaded])):
         balancer(arm.with_effect(other, label))
         assert sorted(ran) == sorted(expected), other
+        balancer(arm)
         ran.clear()
     balancer(arm.with_effect(typical(arm, 'payload', None)))
     balancer(arm)
@@ -164,14 +171,21 @@ def _told(function, name, ran):
     return told
 
 
-@pytest.mark.parametrize(('which', 'name'), [
-    ('_GEARS', 'structural_damping'), ('_MOTORS', 'coulomb_friction')])
-def test_a_part_that_is_known_by_too_little_is_seen(monkeypatch, which, name):
+@pytest.mark.parametrize(('module', 'which', 'name'), [
+    (sensed_motion, '_BEHIND', 'link_encoder_eccentricity'),
+    (gears, '_TWISTS', 'kinematic_error'), (gears, '_SPRINGS', 'backlash'),
+    (gears, '_BESIDE', 'structural_damping'), (parts, '_DRIVES', 'drive_offset'),
+    (parts, '_MOTORS', 'coulomb_friction')])
+def test_a_part_that_is_known_by_too_little_is_seen(monkeypatch, module, which, name):
     """So the tests above can fail: a field that is left out leaves an old part in place."""
-    arm = read_arm('hda_arm.yaml')
-    left_out = set(places_of(effect_named(name)).tolist())
-    monkeypatch.setattr(parts, which, np.array([
-        place for place in getattr(parts, which).tolist() if place not in left_out]))
+    arm, out = read_arm('hda_arm.yaml'), set(places_of(effect_named(name)).tolist())
+
+    def less(places):
+        return np.array([place for place in places.tolist() if place not in out])
+
+    known = getattr(module, which)
+    monkeypatch.setattr(module, which, {side: less(places) for side, places in known.items()}
+                        if isinstance(known, dict) else less(known))
     balancer = Balancer(recording(arm))
     balancer(arm)
     other = arm.with_effect(typical(arm, name, 'joint1'), 'joint1')
@@ -180,7 +194,8 @@ def test_a_part_that_is_known_by_too_little_is_seen(monkeypatch, which, name):
 
 def test_every_effect_has_a_part_or_changes_a_number():
     """An effect of a new place would be known by nothing, and is to be thought of here."""
-    known = {place for places in (parts._GEARS, parts._MOTORS, *sensed_motion._BEHIND.values())
+    known = {place for places in (gears._TWISTS, gears._SPRINGS, gears._BESIDE, parts._DRIVES,
+                                  parts._MOTORS, *sensed_motion._BEHIND.values())
              for place in places.tolist()}
     elsewhere = {effect.name for effect in EFFECTS if effect.scope is Scope.JOINT
                  and not set(places_of(effect).tolist()) & known}

@@ -31,8 +31,8 @@ __all__ = (                 # the registers are read by who reads the kernel
     'DRIVE', 'FORCE', 'FORCES', 'GUESS', 'HISTORY', 'HYSTERESIS', 'LINK_ANGLE', 'LINK_VELOCITY',
     'MODE', 'MOTOR_ANGLE', 'MOTOR_VELOCITY', 'NOW', 'REGISTERS', 'SENT', 'SLOPE_1', 'SLOPE_2',
     'SLOPE_3', 'SLOPE_4', 'STAGE', 'STATE', 'STATES', 'STRETCH', 'TIME', 'TORQUE', 'TRIAL',
-    'gear_side', 'gear_torque', 'growth', 'loop_state', 'played_torsion', 'registers', 'settle',
-    'settle_gear', 'shaft_side', 'slope', 'spring_torque', 'transmission')
+    'gear_torque', 'growth', 'loop_state', 'played_torsion', 'registers', 'settle', 'shaft_side',
+    'slide', 'slope', 'spring_torque', 'torque_against', 'transmission', 'twist')
 
 _ACCURACY = 1e-4        # of the spring's iteration: its cube, 1e-12, is left as an error
 _MOST_GROWTH = 0.9      # of the gear's least compliance, so that more torque twists it more
@@ -118,12 +118,18 @@ def settle_gear(joint: Record, w: Array, j: int) -> None:
     """Let the elements of a joint's hysteresis slide to where the state stands, (eq:sliders)."""
     if joint.torsional_hysteresis.level > 0.0:
         angle = w[j, STATE + MOTOR_ANGLE]
-        torsion = angle / joint.ratio + transmission(joint, angle)[0] - w[j, STATE + LINK_ANGLE]
-        change = torsion - w[j, STATE + HYSTERESIS]
-        for place in range(SLIDERS):
-            w[j, STATE + STRETCH + place] = slid(
-                joint.torsional_hysteresis, w[j, STATE + STRETCH + place], change, place)
-        w[j, STATE + HYSTERESIS] = torsion
+        slide(joint, w, j, angle / joint.ratio + transmission(joint, angle)[0]
+              - w[j, STATE + LINK_ANGLE])
+
+
+@inlined
+def slide(joint: Record, w: Array, j: int, torsion: float) -> None:
+    """Let the elements of a joint's hysteresis slide to a torsion, (eq:sliders)."""
+    change = torsion - w[j, STATE + HYSTERESIS]
+    for place in range(SLIDERS):
+        w[j, STATE + STRETCH + place] = slid(
+            joint.torsional_hysteresis, w[j, STATE + STRETCH + place], change, place)
+    w[j, STATE + HYSTERESIS] = torsion
 
 
 @compiled
@@ -134,19 +140,32 @@ def settle(arm: ArmRecord, w: Array) -> None:
 
 
 @inlined
+def twist(joint: Record, angle: float, velocity: float, link_angle: float,
+          link_velocity: float) -> tuple[float, float, float]:
+    """Return a joint's torsion [rad], its rate [rad/s], and the ratio in force at its shaft."""
+    error, ratio = transmission(joint, angle)
+    return angle / joint.ratio + error - link_angle, ratio * velocity - link_velocity, ratio
+
+
+@inlined
+def torque_against(ratio: float, torque: float, rising: float, spring: float) -> float:
+    """Return the torque of a gear against its shaft, (eq:motor) [N*m motor]."""
+    return ratio * torque + 0.5 * rising * spring * abs(spring)
+
+
+@inlined
 def gear_side(joint: Record, w: Array, j: int, at: int) -> tuple[float, float]:
     """Return the torques of a joint's gear: on its link [N*m], against its shaft [N*m motor]."""
     angle = w[j, at + MOTOR_ANGLE]
-    error, ratio = transmission(joint, angle)
+    torsion, rate, ratio = twist(joint, angle, w[j, at + MOTOR_VELOCITY], w[j, at + LINK_ANGLE],
+                                 w[j, at + LINK_VELOCITY])
     growing, rising = growth(joint, angle)
-    torsion = angle / joint.ratio + error - w[j, at + LINK_ANGLE]
-    rate = ratio * w[j, at + MOTOR_VELOCITY] - w[j, at + LINK_VELOCITY]
     loop = 0.0
     if joint.torsional_hysteresis.level > 0.0:
         loop = loop_state(joint, w, j, at, torsion)
     spring = spring_torque(joint, torsion, growing, w, j)
     torque = gear_torque(joint, spring, torsion, rate, loop)
-    return torque, ratio * torque + 0.5 * rising * spring * abs(spring)
+    return torque, torque_against(ratio, torque, rising, spring)
 
 
 @inlined

@@ -1,7 +1,7 @@
 """
 The kernel along a measured motion, compiled: residuals, and what the effects remember there.
 
-Gear and shaft of one joint are run alone as well (eq:balance-parts).
+The motor of one joint is run alone as well (eq:balance-parts), under what its gear does.
 """
 
 from typing import NamedTuple
@@ -13,14 +13,14 @@ from hda_arm_sim.foundation.rigid import Inertia
 from hda_arm_sim.model.arm import ArmRecord
 from hda_arm_sim.model.effects.friction import bristle_after
 from hda_arm_sim.model.effects.place import Bent, Commanded
-from hda_arm_sim.model.kernel import (AXES, BASE_OFFSET, BASE_RATE, BRISTLE, COMMAND, gear_side,
-                                      LINK_ANGLE, LINK_VELOCITY, MODE, MOTOR_ANGLE, MOTOR_VELOCITY,
-                                      NOW, REGISTERS, settle, settle_gear, shaft_side, slope,
-                                      SLOPE_1, STATE, STATES, TORQUE)
-from hda_arm_sim.model.link_side import link_torque
+from hda_arm_sim.model.kernel import (AXES, BASE_OFFSET, BASE_RATE, BRISTLE, COMMAND, LINK_ANGLE,
+                                      LINK_VELOCITY, MODE, MOTOR_ANGLE, MOTOR_VELOCITY, NOW,
+                                      REGISTERS, settle, shaft_side, slope, SLOPE_1, STATE,
+                                      STATES, TORQUE)
 from hda_arm_sim.model.motor_side import clipped, friction_budget, lagging, shaft_torque
 import numpy as np
 
+from .gears import Geared
 from .sample_residuals import missed_torques, motor_missed
 from .sensed_motion import Moved
 
@@ -36,18 +36,6 @@ class Driven(NamedTuple):
     acceleration: Array         # (k, n, 2) motor, link [rad/s^2]
     base: Array                 # (k, 2) its offset and rate
     command: Array              # (k, n) mean torque at the shaft around every sample [N*m]
-
-
-class Geared(NamedTuple):
-    """Torques of the gear of one joint over time, (k,) each."""
-
-    through: Array              # on the link [N*m]
-    against: Array              # of that on the shaft [N*m motor]
-    driving: Array              # all on the link that is not of links, cables beside it [N*m]
-
-    def during(self, piece: slice) -> 'Geared':
-        """Return the torques in some of their samples."""
-        return Geared(self.through[piece], self.against[piece], self.driving[piece])
 
 
 def centred(command: Array) -> Array:
@@ -92,21 +80,6 @@ def fill_along(arm: ArmRecord, inertia: Inertia, driven: Driven, dt: float, resi
         slope(arm, links, w, STATE, SLOPE_1)
         settle(arm, w)
         missed_torques(arm, links, w, acceleration[k], residual[k])
-
-
-@compiled
-def fill_gear(joints: Record, j: int, moved: Moved, geared: Geared) -> None:
-    """Fill the torques of a joint's gear, (eq:balance-parts); they need no other joint."""
-    joint, w = joints[j], np.zeros((1, REGISTERS))
-    through, against, driving = geared
-    for k in range(through.shape[0]):
-        w[0, STATE + MOTOR_ANGLE] = moved.motor.angle[k]
-        w[0, STATE + MOTOR_VELOCITY] = moved.motor.velocity[k]
-        w[0, STATE + LINK_ANGLE] = moved.link.angle[k]
-        w[0, STATE + LINK_VELOCITY] = moved.link.velocity[k]
-        through[k], against[k] = gear_side(joint, w, 0, STATE)
-        settle_gear(joint, w, 0)
-        driving[k] = through[k] + link_torque(joint, moved.link.angle[k])
 
 
 @compiled

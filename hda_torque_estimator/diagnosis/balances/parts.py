@@ -9,14 +9,14 @@ gear none of the links, and another payload none of either.
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects.catalogue import effects_at
-from hda_arm_sim.model.effects.place import (BRISTLES, COMMAND, DRAG, DRY_LEVEL, FRICTION, GEAR,
-                                             LINK_TORQUE, LOADED_GEAR, PLAY, SHAFT, TRANSMISSION,
+from hda_arm_sim.model.effects.place import (BRISTLES, COMMAND, DRAG, DRY_LEVEL, FRICTION, SHAFT,
                                              TURN)
 from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
 
 from .fields import key_of, places_of
-from .kernel_along import centred, deliver, fill_gear, fill_missed, Geared
+from .gears import Gears
+from .kernel_along import centred, deliver, fill_missed
 from .known import Known
 from .low_pass import LowPass
 from .needed_torques import fill_needed
@@ -29,9 +29,6 @@ from ...measurements.running_clock import arm_during
 _KEPT = 4               # of each part
 # What each part reads of a joint's record.
 _DRIVES = places_of(*(effect for place in (COMMAND, SHAFT) for effect in effects_at(place)))
-_GEARS = places_of('ratio', 'torsion', *(
-    effect for place in (TRANSMISSION, LOADED_GEAR, PLAY, GEAR, LINK_TORQUE)
-    for effect in effects_at(place)))
 _MOTORS = places_of('motor_inertia', *(
     effect for place in (COMMAND, SHAFT, TURN, DRAG, DRY_LEVEL, FRICTION, BRISTLES)
     for effect in effects_at(place)))
@@ -47,7 +44,7 @@ class Parts:
         self.motions = SensedMotion(measurement)
         self._commands, self._carried, self._missed = (
             [Known[Array](_KEPT) for _ in self._joints] for _ in range(3))
-        self._gears = [Known[Geared](_KEPT) for _ in self._joints]
+        self._gears = Gears(measurement, self.motions)
         self._needed = Known[Array](_KEPT)
 
     def missed(self, arm: Arm) -> Array:
@@ -74,33 +71,19 @@ class Parts:
 
     def _missed_by(self, arm: Arm, joint: int) -> Array:
         return self._missed[joint].of(
-            self._gear_key(arm, joint) + key_of(arm.record(), joint, _MOTORS),
+            self._gears.key(arm, joint) + key_of(arm.record(), joint, _MOTORS),
             lambda: self._thin(self._motor(arm, joint)))
 
     def _carried_by(self, arm: Arm, joint: int) -> Array:
         return self._carried[joint].of(
-            self._gear_key(arm, joint), lambda: self._thin(self._gear(arm, joint).driving))
-
-    def _gear_key(self, arm: Arm, joint: int) -> bytes:
-        return key_of(arm.record(), joint, _GEARS) + sensing(arm, [joint])
-
-    def _gear(self, arm: Arm, joint: int) -> Geared:
-        """Return the torques of a joint's gear, unfiltered."""
-        return self._gears[joint].of(self._gear_key(arm, joint), lambda: self._turned(arm, joint))
-
-    def _turned(self, arm: Arm, joint: int) -> Geared:
-        """Run the gear of a joint."""
-        geared = Geared(*np.empty((3, len(self._measurement.command))))
-        moved, joints = self.motions.moved(arm, joint), arm.record().joints
-        for piece in self._measurement.pieces():
-            fill_gear(joints, joint, moved.during(piece), geared.during(piece))
-        return geared
+            self._gears.key(arm, joint),
+            lambda: self._thin(self._gears.torques(arm, joint).driving))
 
     def _motor(self, arm: Arm, joint: int) -> Array:
         """Run the motor of a joint, under the torques of its gear (k,)."""
         missed, dt = np.empty(len(self._measurement.command)), self._measurement.dt
         moved, joints = self.motions.moved(arm, joint), arm.record().joints
-        geared, command = self._gear(arm, joint), self.command(arm, joint)
+        geared, command = self._gears.torques(arm, joint), self.command(arm, joint)
         for piece in self._measurement.pieces():
             fill_missed(joints, joint, moved.during(piece), geared.during(piece), command[piece],
                         dt, missed[piece])

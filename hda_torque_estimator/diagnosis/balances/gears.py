@@ -1,0 +1,149 @@
+"""
+What gears do along a measured motion, for the last few arms (docs/model.md, eq:balance-parts).
+
+They twist, the torsion loads their spring, and beside that act hysteresis, damping and cables.
+Each of these is known by the numbers that it depends on. So another damping costs no iteration of
+the spring, and another stiffness no wave of the transmission.
+"""
+
+from typing import NamedTuple
+
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import compiled, Record
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects.catalogue import effects_at
+from hda_arm_sim.model.effects.place import GEAR, LINK_TORQUE, LOADED_GEAR, PLAY, TRANSMISSION
+from hda_arm_sim.model.kernel import (gear_torque, growth, loop_state, REGISTERS, slide,
+                                      spring_torque, STATE, torque_against, twist)
+from hda_arm_sim.model.link_side import link_torque
+import numpy as np
+
+from .fields import key_of, places_of
+from .known import Known
+from .sensed_motion import Moved, SensedMotion, sensing
+from ...measurements.measurement import Measurement
+
+# Choices unless told otherwise.
+_KEPT = 4               # of what each gear does
+# What each of its runs reads of a joint's record.
+_TWISTS = places_of('ratio', *effects_at(TRANSMISSION))
+_SPRINGS = places_of('torsion', *effects_at(LOADED_GEAR), *effects_at(PLAY))
+_BESIDE = places_of(*effects_at(GEAR), *effects_at(LINK_TORQUE))
+
+
+class Twist(NamedTuple):
+    """How the gear of one joint is twisted over time, (k,) each."""
+
+    torsion: Array              # [rad]
+    rate: Array                 # [rad/s]
+    ratio: Array                # in force, output over shaft
+
+    def during(self, piece: slice) -> 'Twist':
+        """Return the twist in some of its samples."""
+        return Twist(self.torsion[piece], self.rate[piece], self.ratio[piece])
+
+
+class Geared(NamedTuple):
+    """Torques of the gear of one joint over time, (k,) each."""
+
+    through: Array              # on the link [N*m]
+    against: Array              # of that on the shaft [N*m motor]
+    driving: Array              # all on the link that is not of links, cables beside it [N*m]
+
+    def during(self, piece: slice) -> 'Geared':
+        """Return the torques in some of their samples."""
+        return Geared(self.through[piece], self.against[piece], self.driving[piece])
+
+
+class Gears:
+    """The gears along one measured motion, for one arm after another."""
+
+    def __init__(self, measurement: Measurement, motions: SensedMotion) -> None:
+        """Know nothing yet."""
+        self._motions, self._pieces = motions, measurement.pieces()
+        self._shape = len(measurement.command)
+        joints = range(len(measurement.labels))
+        self._twists = [Known[Twist](_KEPT) for _ in joints]
+        self._springs = [Known[Array](_KEPT) for _ in joints]
+        self._torques = [Known[Geared](_KEPT) for _ in joints]
+
+    def key(self, arm: Arm, joint: int) -> bytes:
+        """Return all that the torques of a gear depend on."""
+        return self._spring_key(arm, joint) + key_of(arm.record(), joint, _BESIDE)
+
+    def torques(self, arm: Arm, joint: int) -> Geared:
+        """Return the torques of a joint's gear."""
+        return self._torques[joint].of(self.key(arm, joint), lambda: self._geared(arm, joint))
+
+    def _twist_key(self, arm: Arm, joint: int) -> bytes:
+        return sensing(arm, [joint]) + key_of(arm.record(), joint, _TWISTS)
+
+    def _spring_key(self, arm: Arm, joint: int) -> bytes:
+        return self._twist_key(arm, joint) + key_of(arm.record(), joint, _SPRINGS)
+
+    def _twist(self, arm: Arm, joint: int) -> Twist:
+        return self._twists[joint].of(self._twist_key(arm, joint),
+                                      lambda: self._twisted(arm, joint))
+
+    def _spring(self, arm: Arm, joint: int) -> Array:
+        return self._springs[joint].of(self._spring_key(arm, joint),
+                                       lambda: self._sprung(arm, joint))
+
+    def _twisted(self, arm: Arm, joint: int) -> Twist:
+        made = Twist(*np.empty((3, self._shape)))
+        _fill_twist(arm.record().joints, joint, self._motions.moved(arm, joint), made)
+        return made
+
+    def _sprung(self, arm: Arm, joint: int) -> Array:
+        """Run the spring of a gear (k,); each recording begins without a guess of its torque."""
+        made, torsion = np.empty(self._shape), self._twist(arm, joint).torsion
+        motor = self._motions.moved(arm, joint).motor.angle
+        for piece in self._pieces:
+            _fill_spring(arm.record().joints, joint, motor[piece], torsion[piece], made[piece])
+        return made
+
+    def _geared(self, arm: Arm, joint: int) -> Geared:
+        """Run what acts beside the spring, which may remember."""
+        made, twisted = Geared(*np.empty((3, self._shape))), self._twist(arm, joint)
+        moved, spring = self._motions.moved(arm, joint), self._spring(arm, joint)
+        for piece in self._pieces:
+            _fill_torques(arm.record().joints, joint, moved.during(piece), twisted.during(piece),
+                          spring[piece], made.during(piece))
+        return made
+
+
+@compiled
+def _fill_twist(joints: Record, j: int, moved: Moved, twisted: Twist) -> None:
+    """Fill how a gear is twisted."""
+    joint = joints[j]
+    torsion, rate, ratio = twisted
+    for k in range(torsion.shape[0]):
+        torsion[k], rate[k], ratio[k] = twist(
+            joint, moved.motor.angle[k], moved.motor.velocity[k], moved.link.angle[k],
+            moved.link.velocity[k])
+
+
+@compiled
+def _fill_spring(joints: Record, j: int, angle: Array, torsion: Array, spring: Array) -> None:
+    """Fill the torque of a gear's spring (k,) at angles of its shaft [N*m]."""
+    joint, w = joints[j], np.zeros((1, REGISTERS))
+    for k in range(spring.shape[0]):
+        spring[k] = spring_torque(joint, torsion[k], growth(joint, angle[k])[0], w, 0)
+
+
+@compiled
+def _fill_torques(joints: Record, j: int, moved: Moved, twisted: Twist, spring: Array,
+                  geared: Geared) -> None:
+    """Fill the torques of a gear with those of its spring (k,)."""
+    joint, w = joints[j], np.zeros((1, REGISTERS))
+    through, against, driving = geared
+    remembers, loop = joint.torsional_hysteresis.level > 0.0, 0.0
+    for k in range(spring.shape[0]):
+        torsion = twisted.torsion[k]
+        if remembers:
+            loop = loop_state(joint, w, 0, STATE, torsion)
+            slide(joint, w, 0, torsion)
+        through[k] = gear_torque(joint, spring[k], torsion, twisted.rate[k], loop)
+        against[k] = torque_against(twisted.ratio[k], through[k],
+                                    growth(joint, moved.motor.angle[k])[1], spring[k])
+        driving[k] = through[k] + link_torque(joint, moved.link.angle[k])
