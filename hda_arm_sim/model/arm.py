@@ -17,18 +17,14 @@ from numpy.typing import NDArray
 
 from .chain_links import ChainLinks
 from .effects import (BaseTilt, BaseVibration, Effect, effect_named, effects_of, InertialCoupling,
-                      LinkInertiaError, MotorInertiaError, Scope, Site, StiffeningError,
-                      StiffnessError, WaveGeneratorCompliance)
+                      LinkInertiaError, MotorInertiaError, Scope, Site)
 from .effects.catalogue import record_fields
 from .link_numbers import differ, is_definite
 from .link_side import loaded_inertia, thrown_mass
 from .parts import Base, Encoder, Joint, Links, Tolerances
-from .torsion import chords, TorsionLaw
+from .torsion import TorsionLaw
+from .torsion_in_force import TORSION_EFFECTS, torsion_record
 from ..foundation.chain import CHAIN_RECORD, DOWN, MASS
-
-
-_STIFFNESSES = ('flexspline_stiffness', 'second_stiffness', 'third_stiffness')
-_SEGMENTS = ('knee_1', 'second_stiffness', 'knee_2', 'third_stiffness')
 
 
 class ArmError(HdaError):
@@ -168,6 +164,10 @@ class Arm:
 
         Raises ArmError for a chain, which has `moving_parts`.
         """
+        return self._moving_links
+
+    @cached_property
+    def _moving_links(self) -> Links:
         links = self.links or Links()
         if isinstance(links, ChainLinks):
             raise ArmError('this is told of two links in a plane; the arm has a chain of '
@@ -187,6 +187,10 @@ class Arm:
 
     def moving_parts(self) -> NDArray[np.float64]:
         """Return a chain (foundation.chain) with gravity and the effects on its inertia."""
+        return self._moving_parts
+
+    @cached_property
+    def _moving_parts(self) -> NDArray[np.float64]:
         if not isinstance(self.links, ChainLinks):
             raise ArmError('this is told of chains; the arm has links in a plane, or none')
         parts = self.links.parts.copy()
@@ -195,45 +199,22 @@ class Arm:
         tilt = self._in_force(BaseTilt)
         parts[0, DOWN:DOWN + 3] = (*tilt(gravity=self.base.gravity),
                                    -self.base.gravity * math.cos(tilt.tilt))
+        parts.setflags(write=False)
         return parts
-
-    def moving_torsion(self, joint: Joint) -> TorsionLaw:
-        """Return the torsion law of a joint with the effects that change it."""
-        law = self._bent_torsion(joint)
-        softer = self._in_force(WaveGeneratorCompliance, joint.label)
-        if not softer.is_neutral():
-            rest = softer(nominal=1.0 / law.wave_generator_stiffness)
-            law = replace(law, wave_generator_stiffness=1.0 / rest if rest > 0.0 else math.inf)
-        stiffer = self._in_force(StiffnessError, joint.label)
-        return replace(law, **{name: stiffer(nominal=getattr(law, name))
-                               for name in _STIFFNESSES})
-
-    def _bent_torsion(self, joint: Joint) -> TorsionLaw:
-        """Return the torsion law of a joint that stiffens as its effect says."""
-        law = joint.torsion
-        curvature, *segments = self._in_force(StiffeningError, joint.label)(
-            nominal=law.flexspline_curvature)
-        law = replace(law, flexspline_curvature=curvature)
-        named = dict(zip(_SEGMENTS, segments))
-        if named['knee_1'] <= 0.0:
-            return law
-        if named['second_stiffness'] > 0.0:
-            return replace(law, **named)
-        stiffnesses = chords(law.flexspline_stiffness, curvature, named['knee_1'],
-                             named['knee_2'])
-        return replace(law, **{**named, **dict(zip(_STIFFNESSES, stiffnesses))})
 
     def _in_force(self, kind: type[Effect], joint: str | None = None) -> Any:
         return self.effect(kind.name, joint)
 
     def _joint_record(self, joint: Joint) -> Any:
-        effects = (self.effect(kind.name, joint.label).values()
-                   for kind in effects_of(Scope.JOINT))
+        own = {name: effect.values() for (name, label), effect in self._entries.items()
+               if label == joint.label}
         inertia = self._in_force(MotorInertiaError, joint.label)(
             nominal=joint.motor_inertia)
-        return (joint.ratio, inertia, tuple(self.moving_torsion(joint).record(joint.ratio)),
-                joint.motor_encoder.values(), joint.link_encoder.values(), joint.motor_deviation,
-                self.tolerances_of(joint.label).values(), *effects)
+        torsion = torsion_record(joint.ratio, joint.torsion, *(
+            self._in_force(kind, joint.label) for kind in TORSION_EFFECTS))
+        return (joint.ratio, inertia, torsion, joint.motor_encoder.values(),
+                joint.link_encoder.values(), joint.motor_deviation,
+                self.tolerances_of(joint.label).values(), *{**joint.stated, **own}.values())
 
 
 def _check_labels(labels: list[str]) -> None:

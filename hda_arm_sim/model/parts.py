@@ -2,11 +2,12 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 import math
 from typing import ClassVar
 
-from .effects import (BaseTilt, ClockSkew, CoarseQuantisation, CoulombFriction, Effect,
-                      StructuralDamping, TorqueSaturation, ViscousFriction)
+from .effects import (BaseTilt, ClockSkew, CoarseQuantisation, CoulombFriction, Effect, effects_of,
+                      Scope, StructuralDamping, TorqueSaturation, ViscousFriction)
 from .effects.effect import neutral
 from .torsion import TorsionLaw
 from ..foundation.parameter import Declared, parameter
@@ -76,6 +77,11 @@ class Joint(Declared):
         """Return an effect as this joint has it without any entry in the arm's list."""
         make = _STATED.get(effect)
         return neutral(effect) if make is None else make(self)
+
+    @cached_property
+    def stated(self) -> dict[str, tuple[float, ...]]:
+        """Return the numbers of every effect of a joint, as this one has it without any entry."""
+        return {kind.name: self.nominal(kind).values() for kind in effects_of(Scope.JOINT)}
 
 
 _STATED: dict[type[Effect], Callable[[Joint], Effect]] = {
