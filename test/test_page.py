@@ -8,6 +8,7 @@ import re
 from xml.etree import ElementTree
 
 from hda_arm_sim.foundation.arrays import Array
+from hda_torque_estimator.diagnosis.balances.strongest_wave import strongest_wave
 from hda_torque_estimator.diagnosis.findings.origin import RecordingFacts
 from hda_torque_estimator.diagnosis.findings.report import (Alike, Candidate, Detectable,
                                                             Diagnosis, Evidence, Finding, Gain,
@@ -16,7 +17,7 @@ from hda_torque_estimator.diagnosis.findings.report import (Alike, Candidate, De
 from hda_torque_estimator.diagnosis.findings.rest import Unexplained
 from hda_torque_estimator.diagnosis.telling.dependence import against
 from hda_torque_estimator.diagnosis.telling.exhibits import Exhibits
-from hda_torque_estimator.diagnosis.telling.following import Following, strongest_wave
+from hda_torque_estimator.diagnosis.telling.following import Following
 from hda_torque_estimator.diagnosis.telling.page import page
 from hda_torque_estimator.diagnosis.telling.plots import figures
 from hda_torque_estimator.pages.drawing import inline_svg

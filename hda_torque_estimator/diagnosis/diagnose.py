@@ -32,6 +32,7 @@ from .fitting.nuisance import Zero
 from .fitting.starting_points import split_at_contact
 from .fitting.turning import turning
 from .judging.backing import Backing
+from .judging.beside_nameless import beside_nameless
 from .judging.candidates import with_sizes
 from .judging.limits import limited
 from .judging.search import Found, is_stuck, search, without_noise
@@ -84,10 +85,13 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     raw = _of_gears(raw_readings(measurement, arm, names, training), bool(unloaded))
     fitter, found, training, held_out = _searched(raw, names, training, held_out, tell)
     fitter, found, plain = _reconsidered(fitter, found, names, tell)
-    twin = _twin(fitter.balancer, fitter.on(found.last.terms), _LAST_NOISE, torque_noise_of(
-        fitter.noise, plain, fitter.balancer, arm))
-    proof = proven(fitter, found, twin, arm, held_out, tell)
-    judged, evidence, pairs = proof.judged, proof.evidence, proof.pairs
+    first = found.first
+    beside = beside_nameless(fitter, found, names, tell)
+    twin = _twin(beside.fitter.balancer, fitter.on(beside.found.last.terms), _LAST_NOISE,
+                 torque_noise_of(fitter.noise, plain, fitter.balancer, arm))
+    proof = proven(beside.fitter, beside.found, twin, arm, held_out, tell)
+    judged, pairs = proof.judged.with_rest(beside.channels), proof.pairs
+    evidence = proof.evidence.as_measured(fitter) if beside.nameless else proof.evidence
     shown = raw_findings(raw, measurement, fitter.balancer, arm, evidence.extended, held_out)
     fitted = (*shown, *proof.findings)
     held_back = [_held_back(one, judged) for one in fitted]
@@ -95,14 +99,14 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     total = raw_total(shown) if told and told == shown else _total(evidence)
     rest = unexplained(fitter, evidence.fit, is_sure=True) if judged.unexplained.any() else None
     tell('finding the smallest size of every effect that would have shown')
-    sizes = smallest_sizes(fitter, proof.found, proof.kept, raw, training, names)
+    sizes = smallest_sizes(beside.fitter, proof.found, proof.kept, raw, training, names)
     verdict, limit = _verdict(judged, told, bool(pairs), len(fitted) > len(told)), None
     if verdict == 'no_discrepancy' and cannot_tell(sizes, arm, about):
         verdict, limit = 'insufficient_excitation', _limit(evidence, names, about)
     diagnosis = Diagnosis(
         verdict, told, with_sizes(fitter, evidence.fit, pairs), rest,
         tuple(one.row() for one in sizes), total,
-        residuals(fitter, found.first, evidence.fit, inside(fitter.balancer.time, held_out)),
+        residuals(fitter, first, evidence.fit, inside(fitter.balancer.time, held_out)),
         replace(facts, training=training, held_out=held_out), origin.arm_file, origin.version, 0.0,
         (*filter(None, held_back), *proof.remarks, *aside,
          *remarks(sizes, arm, about, FAST if limit == 'rate' else None)), limited_by=limit,

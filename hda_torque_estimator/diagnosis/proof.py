@@ -38,6 +38,12 @@ class Evidence(NamedTuple):
     extended: Arm               # likewise
     held_out: Spans
 
+    def as_measured(self, fitter: Fitter) -> 'Evidence':
+        """Return the same with all that was measured, what has no name as well, as it is left."""
+        fit = self.fit
+        return self._replace(fitter=fitter, fit=fitter.at(fit.terms, len(fit.accepted),
+                                                          fit.columns))
+
 
 class Proven(NamedTuple):
     """What remains of what was found, each cause judged and proven beside all others."""
@@ -69,7 +75,8 @@ def proven(fitter: Fitter, found: Found, twin: Balancer, given: Arm, held_out: S
         left = _tried(found, judged, kept, _evidence(fitter, kept, twin, given, held_out))
         dropped = _dropped(left)
         if not dropped:
-            return left._replace(judged=judged.with_rest(fitter, nameless),
+            return left._replace(judged=judged.with_rest([
+                channel for term in nameless for channel in fitter.channels_of(term)]),
                                  remarks=tuple(map(_unproven, nameless)))
         nameless += [term for term in dropped if _is_worth_a_cause(fitter, found, term)]
         found = found.keeping(fitter, [term for term in found.last.accepted

@@ -20,6 +20,7 @@ wrong friction shows in A alone, a wrong torsion in B alone, a wrong load in bot
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
@@ -56,21 +57,30 @@ class Balance:
     valid: NDArray[np.bool_]        # (m, 2 n): away from ends, jolts, and for A standstill
 
 
+class Shape(NamedTuple):
+    """What something without a name may do in one balance."""
+
+    channel: int
+    values: Array                   # (m,) at the balances' times, before any whitening
+    held: NDArray[np.bool_]         # (m,) where the balance is valid
+
+
 class Balancer:
     """The balances of one measurement, for one arm after another."""
 
     def __init__(self, measurement: Measurement, turning: Sequence[int] = (),
                  unknown: NDArray[np.bool_] | None = None,
-                 whitening: Whitening | None = None, parts: Parts | None = None) -> None:
+                 whitening: Whitening | None = None, parts: Parts | None = None,
+                 aside: Sequence[Shape] = ()) -> None:
         """
         Prepare filters, and use what is known of `parts` of the same measurement.
 
         Joints that are `turning` are valid where they turn round without a stop. Motor balances
         are not valid where the torque of the motor is `unknown` (m, n). Balances may pass a
-        `whitening` filter.
+        `whitening` filter, and what they have along the shapes `aside` is taken out of them.
         """
         self.measurement, self.turning, self.unknown = measurement, tuple(turning), unknown
-        self.whitening = whitening
+        self.whitening, self.aside = whitening, tuple(aside)
         self.every = max(1, round(1.0 / (RATE * measurement.dt)))
         self.time = measurement.time[::self.every]
         self.filtered = LowPass(measurement, BANDWIDTH, self.every)
@@ -80,14 +90,20 @@ class Balancer:
 
     def like(self, measurement: Measurement) -> 'Balancer':
         """Return the balances of another measurement along the same motion."""
-        return Balancer(measurement, self.turning, self.unknown, self.whitening)
+        return Balancer(measurement, self.turning, self.unknown, self.whitening, None, self.aside)
+
+    def beside(self, shapes: Sequence[Shape]) -> 'Balancer':
+        """Return balances without what they have along these shapes (eq:beside)."""
+        return Balancer(self.measurement, self.turning, self.unknown, self.whitening, self._parts,
+                        shapes)
 
     @cached_property
     def unwhitened(self) -> 'Balancer':
         """Return the balances as they are, with all of their noise at all frequencies."""
         if self.whitening is None:
             return self
-        return Balancer(self.measurement, self.turning, self.unknown, parts=self._parts)
+        return Balancer(self.measurement, self.turning, self.unknown, None, self._parts,
+                        self.aside)
 
     def whitened(self, arm: Arm, white: Array) -> 'Balancer':
         """
@@ -173,13 +189,29 @@ class Balancer:
 
     def _in_balances(self, values: Array) -> Array:
         """Return filtered columns (m, 2 n), one for each balance, as the balances have them."""
-        if self.whitening is None:
+        if self.whitening is None and not self.aside:
             return values
         return np.concatenate([self.in_balance(values[:, [channel]], channel)
                                for channel in range(values.shape[1])], axis=1)
 
     def in_balance(self, values: Array, channel: int) -> Array:
         """Return columns (m, k) at the balances' times as one of the balances has them."""
+        values = self._white(values, channel)
+        basis = self._bases.get(channel)
+        return values if basis is None else values - basis @ (basis.T @ values)
+
+    @cached_property
+    def _bases(self) -> dict[int, Array]:
+        """Return an orthonormal basis (m, q) of what is taken aside, by channel."""
+        channels = {shape.channel for shape in self.aside}
+        made = {channel: [np.where(shape.held, self._white(shape.values[:, None], channel)[:, 0],
+                                   0.0) for shape in self.aside if shape.channel == channel]
+                for channel in channels}
+        return {channel: np.linalg.qr(np.stack(columns, axis=1))[0]
+                for channel, columns in made.items()}
+
+    def _white(self, values: Array, channel: int) -> Array:
+        """Return columns (m, k) as the whitening of a balance has them."""
         if self.whitening is None:
             return values
         ends = np.cumsum([-(-(piece.stop - piece.start) // self.every)

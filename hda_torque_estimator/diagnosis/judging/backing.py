@@ -33,6 +33,8 @@ Array = NDArray[np.float64]
 REST = 0.8              # rms left beside noise, in rms of noise, that asks for an explanation
 # (null: over ten seconds the noise is known to 40 %; one healthy arm in two left more)
 _ENOUGH = 40.0          # of motion; over less, the level of noise is known less well [s]
+# (choice: as much as the forms of laws of friction leave)
+_CRUDE = 0.02           # share of what has no name, below which a rest at its site is its own
 
 
 class Backing(NamedTuple):
@@ -44,13 +46,12 @@ class Backing(NamedTuple):
     margins: Mapping[Place, float]      # by which each is no stand-in for what has no name
     nothing_left: float                 # margin by which all else is noise
 
-    def with_rest(self, fitter: Fitter, nameless: Sequence[Term]) -> 'Backing':
-        """Return the judgement where what dropped causes explained has no name any more."""
-        if not nameless:
+    def with_rest(self, channels: Sequence[int]) -> 'Backing':
+        """Return the judgement where something in these channels has no name, for certain."""
+        if not channels:
             return self
         unexplained = self.unexplained.copy()
-        for term in nameless:
-            unexplained[fitter.channels_of(term)] = True
+        unexplained[list(channels)] = True
         return self._replace(unexplained=unexplained, nothing_left=min(self.nothing_left, -1.0))
 
 
@@ -78,19 +79,44 @@ def backing(fitter: Fitter, found: Found, doubted: Sequence[Term] = ()) -> Backi
         left = np.minimum(left, _left_at_all_frequencies(fitter, fit))
     rests = left / bar
     curves = _formed(fitter, other, found, counted, trained)
-    unexplained = rests > 1.0
     formed = [term for term in fit.accepted if curves.get(term.place, 0.0) > 1.0]
-    for term in [*doubted, *formed, *_shapeless(fitter, fit, lacking)]:
-        unexplained[fitter.channels_of(term)] = True
-    for label in fitter.arm.labels:                 # what is wrong at a joint may be any of it
-        own = fitter.own_channels(label)
-        unexplained[own] = unexplained[own].any()
+    wrong = [*doubted, *formed, *_shapeless(fitter, fit, lacking)]
+    unexplained = _of_joints(fitter, rests > 1.0, wrong,
+                             left <= bar + _CRUDE * _nameless_power(fitter, fit))
     backed = tuple(term for term, power in zip(found.last.accepted, powers)
                    if not (unexplained & _acts(power / noise)).any())
     over = {term.place: power / noise for term, power in zip(fit.accepted, powers)}
     return Backing(backed, unexplained, over, {
         place: margin_of_rest(max(float(rests[_acts(power)].max()), curves.get(place, 0.0)))
         for place, power in over.items()}, _margin(rests, unexplained))
+
+
+def _of_joints(fitter: Fitter, loud: NDArray[np.bool_], wrong: Sequence[Term],
+               is_nameless: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """
+    Return in which channels (c,) something is unexplained.
+
+    What is wrong at a joint may be any of it, so both of its channels are. But of what has no name
+    the site is known: what it leaves itself stays there.
+    """
+    doubtful = np.zeros_like(loud)
+    for term in wrong:
+        doubtful[fitter.channels_of(term)] = True
+    unexplained = loud | doubtful
+    for label in fitter.arm.labels:
+        own = fitter.own_channels(label)
+        unexplained[own] |= (doubtful | loud & ~is_nameless)[own].any()
+    return unexplained
+
+
+def _nameless_power(fitter: Fitter, fit: Fit) -> Array:
+    """Return the power (c,) over noise of what was taken out of the balances without a name."""
+    balancer, balance = fitter.balancer, fit.balance
+    if not balancer.aside:
+        return np.zeros_like(fitter.noise)
+    taken = balancer.beside(())(fitter.on(fit.terms)).residual - balance.residual
+    return np.asarray((taken ** 2).sum(axis=0, where=balance.valid)
+                      / np.maximum(balance.valid.sum(axis=0), 1) / fitter.noise ** 2)
 
 
 def _left_at_all_frequencies(fitter: Fitter, fit: Fit) -> Array:

@@ -101,18 +101,18 @@ def _extended(fitter: Fitter, names: Sequence[str], found: Found,
               tell: Callable[[str], None]) -> Found:
     """Return what was found with further causes, the best at every step."""
     first, evidence = found.first, found.reasons()
-    fit = _simplified(fitter, found.last, names, evidence)      # it may begin with another law
+    fit = simplified(fitter, found.last, names, evidence)      # it may begin with another law
     while open_rest(fitter, fit):
         tell(f'looking for cause {len(fit.accepted) + 1}')
-        step = _next(fitter, first, fit, names)
+        step = next_cause(fitter, first, fit, names)
         if step is None:
             break
         extended, reason = step
         evidence[_place(extended)] = reason
-        extended = _without_unneeded(fitter, first, extended)
+        extended = without_unneeded(fitter, first, extended)
         if fit.score - extended.score < SCORE_BAR:
             break
-        fit = _simplified(fitter, extended, names, evidence)
+        fit = simplified(fitter, extended, names, evidence)
     return Found(first, fit, tuple(evidence[term.place] for term in fit.accepted))
 
 
@@ -185,7 +185,7 @@ def _weighed_again(fitter: Fitter, found: Found) -> Found:
     return found
 
 
-def _next(fitter: Fitter, first: Fit, fit: Fit,
+def next_cause(fitter: Fitter, first: Fit, fit: Fit,
           names: Sequence[str]) -> tuple[Fit, Evidence] | None:
     """Return the fit with the best further cause, or None if there is no further cause."""
     taken = {term.place for term in fit.accepted}
@@ -261,7 +261,7 @@ def _exact(fitter: Fitter, trials: Iterable[Fit]) -> list[Fit]:
     return list(best.values())
 
 
-def _without_unneeded(fitter: Fitter, first: Fit, fit: Fit) -> Fit:
+def without_unneeded(fitter: Fitter, first: Fit, fit: Fit) -> Fit:
     """
     Return the fit without the causes that later ones have made superfluous.
 
@@ -272,11 +272,11 @@ def _without_unneeded(fitter: Fitter, first: Fit, fit: Fit) -> Fit:
             continue                    # the others give way as far as slopes at hand tell
         fewer = fitter.fit(fit.causes_beside(term), fit.nuisance)
         if not accepted(fitter, first, fewer, fit, term):
-            return _without_unneeded(fitter, first, fewer)
+            return without_unneeded(fitter, first, fewer)
     return fit
 
 
-def _simplified(fitter: Fitter, fit: Fit, names: Sequence[str],
+def simplified(fitter: Fitter, fit: Fit, names: Sequence[str],
                 evidence: dict[Place, Evidence]) -> Fit:
     """
     Return the fit in which causes give way to those of fewer numbers that explain as well.
@@ -293,7 +293,7 @@ def _simplified(fitter: Fitter, fit: Fit, names: Sequence[str],
                 before = evidence[term.place]
                 evidence[start.place] = before._replace(
                     improvement=before.improvement + gap, runner_up=term, runner_up_gap=gap)
-                return _simplified(fitter, trial, names, evidence)
+                return simplified(fitter, trial, names, evidence)
     return fit
 
 

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .axes import BALANCES, COORDINATES, RESIDUAL
-from .following import BINS, Following, TURN, TURN_BINS, WRAPPED
+from .following import BINS, Following, TURN_BINS, WRAPPED
+from ..balances.strongest_wave import TURN
 from .unexplained import Rest
 from ..balances.balance import BANDWIDTH
 from ..findings.rest import Unexplained

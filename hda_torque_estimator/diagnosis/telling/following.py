@@ -15,12 +15,11 @@ from typing import NamedTuple
 from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
+
+from ..balances.strongest_wave import strongest_wave, TURN, wave_share
 
 Bins = NDArray[np.int64]
 # Choices unless told otherwise.
-# (source: one turn in rad)
-TURN = 2.0 * math.pi    # one turn [rad]
 WRAPPED = 'motor_angle'             # the coordinate that counts modulo one turn
 TRAVEL = 2.0                        # least motor turns in which a period of one turn shows
 _ANGLES = ('link_angle', 'other_link_angle')
@@ -37,7 +36,6 @@ _CARRIED = 0.05                     # by which a carrier must tell more than non
 _EVERYTHING = 0.05                  # by which time, which everything follows, must tell more
 _OTHER_SIDE = 0.02                  # by which the velocity of the other side must tell more
 _ORDERS = np.arange(0.5, 13.0, 0.25)        # of a link turn: higher ones move too fast to tell
-_FINER = 4                          # points of a spectrum in the width of a line
 _WAVE = 0.7                         # least share of a curve that makes it a wave
 
 
@@ -48,13 +46,6 @@ class Following(NamedTuple):
     carrier: str                    # '', 'direction' or 'torque': what the curve multiplies
     share: float                    # of the power beyond chance, in [0, 1]
     line: float | None = None       # of a wave: over time [Hz], over an angle [1/turn]
-
-
-class Wave(NamedTuple):
-    """The strongest wave in a residual."""
-
-    frequency: float
-    share: float                    # of the power, in [0, 1]
 
 
 def follow(time: Array, values: Array, valid: NDArray[np.bool_],
@@ -104,28 +95,6 @@ def over_time(time: Array, rest: Array, valid: NDArray[np.bool_]) -> Following:
     return Following('time', '', slow)
 
 
-def strongest_wave(time: Array, rest: Array, valid: NDArray[np.bool_]) -> Wave:
-    """Return the sine over time [Hz] that tells most of a residual (m,), 0 where invalid."""
-    count = _FINER * len(time)
-    step = float(time[1] - time[0])
-    power = np.abs(np.fft.rfft(rest, count)) ** 2
-    power[:2 * _FINER] = 0.0        # a trend is no line
-    peak, width = np.argmax(power) / (count * step), 1.0 / (count * step)
-    moments, chosen = time[valid], rest[valid]
-    found = minimize_scalar(lambda place: -_wave_share(TURN * place * moments, chosen),
-                            bounds=(peak - width, peak + width), method='bounded')
-    return Wave(float(found.x), -float(found.fun))
-
-
-def _wave_share(phase: Array, rest: Array, weight: Array | float = 1.0) -> float:
-    """Return the share of a residual (k,) that a wave of this phase tells, with a level."""
-    columns = np.stack([np.ones_like(phase), np.cos(phase), np.sin(phase)], axis=1)
-    columns *= np.reshape(weight, (-1, 1))
-    against = columns.T @ rest
-    told = against @ np.linalg.lstsq(columns.T @ columns, against, rcond=1e-9)[0]
-    return float(told / max(float(rest @ rest), 1e-300))
-
-
 def _carried(name: str, along: Array, carrier: str, weight: Array, rest: Array,
              valid: NDArray[np.bool_]) -> Following:
     """Return how far a residual (m,), 0 where invalid, follows a coordinate with a carrier."""
@@ -146,7 +115,7 @@ def _line(name: str, along: Array, weight: Array, rest: Array, told: float,
         orders = _ORDERS
     else:
         return None
-    shares = [_wave_share(order * along, rest, weight) for order in orders]
+    shares = [wave_share(order * along, rest, weight) for order in orders]
     best = float(orders[int(np.argmax(shares))])
     whole = best * float(np.ptp(along)) >= TURN     # a part of a wave could be any curve
     return best if whole and max(shares) > _WAVE * told else None

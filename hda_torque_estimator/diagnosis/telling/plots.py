@@ -12,7 +12,8 @@ import numpy as np
 from .axes import BALANCES, COORDINATES, RESIDUAL
 from .dependence import against, dependence_of, spectrum, where
 from .exhibits import Exhibits
-from .following import Following, TURN
+from .following import Following
+from ..balances.strongest_wave import TURN
 from .unexplained import Rest
 from ..findings.report import Diagnosis, Finding
 from ..findings.rest import Unexplained

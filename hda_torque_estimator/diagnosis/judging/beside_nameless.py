@@ -1,0 +1,148 @@
+"""
+Look for causes beside what has no name: where names alone leave a rest, curves compete with them.
+
+What no catalogue lists makes a search take whatever stands for it a little. So a search that ends
+with a rest is done anew, with causes that have no name (`nameless_causes`). At every step one of
+them is taken if it tells more than the best of the catalogue. What it does is taken out of all
+balances (eq:beside). In the end each cause with a name must tell more than the best without a name
+would in its place, and be the best of the catalogue there.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+from .acceptance import freedom, open_rest
+from .nameless_causes import NamelessCause, NamelessCauses
+from .search import Evidence, Found, is_stuck, next_cause, simplified, without_unneeded
+from ..fitting.fit import Fit, Fitter
+from ..fitting.hypotheses import HYPOTHESES
+from ...least_squares.term import Place, Term
+from ...significance import SCORE_BAR
+
+# Choices unless told otherwise.
+# (measured: right causes left some 100 to the best curve, others 700 to 5500)
+_TOLD = 300.0           # improvement of the score by a cause without a name that is taken
+# (choice: a law and its curve tell the same, and then the law has the name)
+_AHEAD = 1.2            # of what the best of the catalogue improves, that one taken first does
+_MOST = 6               # causes without a name: more are a rest that none describes
+
+
+class Beside(NamedTuple):
+    """What was found of the catalogue, beside what has no name."""
+
+    fitter: Fitter                          # of balances without what has no name
+    found: Found
+    nameless: tuple[NamelessCause, ...]
+
+    @property
+    def channels(self) -> list[int]:
+        """Return the channels in which something has no name."""
+        return sorted({channel for cause in self.nameless for channel in cause.channels})
+
+
+def beside_nameless(fitter: Fitter, found: Found, names: Sequence[str],
+                    tell: Callable[[str], None] = lambda text: None) -> Beside:
+    """
+    Return what stays of the catalogue beside causes without a name, what was `found` without any.
+
+    The search is done anew among effects of these names where that left a rest. `tell` hears what
+    is being done.
+    """
+    if not is_stuck(fitter, found):
+        return Beside(fitter, found, ())
+    tell('looking for causes beside what has no name')
+    other = _Search(fitter, [name for name in names if name in HYPOTHESES]).run()
+    return other if other.nameless else Beside(fitter, found, ())
+
+
+@dataclass(eq=False)
+class _Search:
+    """A search on its way."""
+
+    _plain: Fitter
+    _names: Sequence[str]
+    _nameless: list[NamelessCause] = field(default_factory=list)
+    _reasons: dict[Place, Evidence] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Begin with an arm as it is known."""
+        self._all = NamelessCauses.along(self._plain)
+        self._fitter, self._fit = self._plain, self._plain.first
+
+    def run(self) -> Beside:
+        """Return what is found in the end."""
+        while open_rest(self._fitter, self._fit) and self._extended():
+            pass
+        if self._nameless:
+            while self._replaced():
+                pass
+            self._weigh()
+        evidence = tuple(self._reasons[term.place] for term in self._fit.accepted)
+        return Beside(self._fitter, Found(self._fitter.first, self._fit, evidence),
+                      tuple(self._nameless))
+
+    def _extended(self) -> bool:
+        """Take the best cause, with a name or without; tell whether there was one."""
+        fitter, fit = self._fitter, self._fit
+        step = next_cause(fitter, fitter.first, fit, self._names)
+        curve = self._all.best(fitter, fit, fitter.arm.labels)
+        if self._is_room and curve.improvement > max(_TOLD, _AHEAD * (
+                fit.score - step[0].score if step else 0.0)):
+            self._take(curve, fit.accepted)
+            return True
+        if step is None:
+            return False
+        extended, reason = step
+        self._reasons[extended.accepted[-1].place] = reason
+        extended = without_unneeded(fitter, fitter.first, extended)
+        if fit.score - extended.score < SCORE_BAR:
+            return False
+        self._fit = simplified(fitter, extended, self._names, self._reasons)
+        return True
+
+    @property
+    def _is_room(self) -> bool:
+        return len(self._nameless) < _MOST
+
+    def _take(self, cause: NamelessCause, beside: Sequence[Term]) -> None:
+        """Take out of all balances what a cause without a name does, beside some others."""
+        self._nameless.append(cause)
+        plain = self._plain
+        shapes = [shape for one in self._nameless
+                  for shape in one.shapes(plain.first.balance.valid)]
+        self._fitter = replace(plain, balancer=plain.balancer.beside(shapes),
+                               twin=plain.twin and plain.twin.beside(shapes))
+        self._fit = without_unneeded(self._fitter, self._fitter.first, self._fitter.fit(
+            beside, self._fit.nuisance))
+
+    def _replaced(self) -> bool:
+        """
+        Take a cause without a name for one with a name that tells no more, if there is one.
+
+        A law of one number is a curve, and may tell as much as that.
+        """
+        for term in self._fit.accepted if self._is_room else ():
+            without, others = self._without(term), self._fit.causes_beside(term)
+            own = without.score - self._fit.score - freedom(self._fitter, term)
+            curve = self._all.best(self._fitter, without, (
+                self._fitter.arm.labels if term.joint is None else (term.joint,)))
+            lead = SCORE_BAR if len(term.free) > 1 else -SCORE_BAR
+            if curve.improvement > max(_TOLD, own - lead):
+                self._take(curve, others)
+                return True
+        return False
+
+    def _weigh(self) -> None:
+        """Drop causes that are not the best of the catalogue beside all others; note why not."""
+        for term in self._fit.accepted:
+            step = next_cause(self._fitter, self._fitter.first, self._without(term), self._names)
+            if step is None or step[0].accepted[-1].place != term.place:
+                self._fit = self._fitter.fit(self._fit.causes_beside(term), self._fit.nuisance)
+                self._weigh()
+                return
+            self._reasons[term.place] = step[1]
+
+    def _without(self, term: Term) -> Fit:
+        """Return the fit without a cause."""
+        return self._fitter.without(self._fit, term)

@@ -1,0 +1,193 @@
+"""
+Causes without a name: what could be wrong at a site of a joint that no catalogue lists.
+
+Each is a level, a trend, a power, a sense or a wave along a coordinate. Trends and waves may also
+be carried by the sense of motion, by the torque or by its size. One more is the strongest line
+over time. All are made at the recording's rate and filtered as balances are: a wave too quick for
+these is none in them.
+"""
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.model.kernel import LINK_ANGLE, MOTOR_ANGLE, MOTOR_VELOCITY
+import numpy as np
+from numpy.typing import NDArray
+
+from ..balances.balance import Balancer, Shape
+from ..balances.coordinates import torques_of
+from ..balances.strongest_wave import strongest_wave, TURN
+from ..findings.rest import GEAR
+from ..fitting.fit import deviations, Fit, Fitter
+
+# Choices unless told otherwise.
+_SLOW = 1.0             # shaft speed over which a sense of motion sets in [rad/s]
+_SLIDING = (5.0, 20.0)  # shaft speeds over which friction may fall [rad/s]
+_POWERS = (1, 2, 3)     # of a torque and of an angle
+# The most waves per turn of each angle.
+_ORDERS = {'motor_angle': 12, 'link_angle': 12, 'other_link_angle': 6}
+_HALF_A_WAVE = np.pi    # of travel, below which a wave is any curve [rad]
+_OWN = 0.01             # of a curve's power, that is its own beside all that a fit may move
+_SAME = 1e-6            # singular value over the largest, below which columns are the same
+
+
+class NamelessCause(NamedTuple):
+    """What something without a name does at one site of a joint, of any size."""
+
+    joint: str
+    site: str
+    coordinate: str
+    form: str
+    channels: tuple[int, ...]
+    curves: Array               # (m, q) at the balances' times, each of any size in each channel
+    improvement: float          # of a score, less what its freedom costs
+
+    def shapes(self, valid: NDArray[np.bool_]) -> Iterator[Shape]:
+        """Yield what it may do in each balance, where these are valid (m, c)."""
+        for channel in self.channels:
+            for values in self.curves.T:
+                yield Shape(channel, values, valid[:, channel])
+
+
+class _Form(NamedTuple):
+    """A curve (m, 1), or both phases of a wave (m, 2), along a coordinate."""
+
+    coordinate: str
+    form: str
+    curves: Array
+
+
+@dataclass(frozen=True, eq=False)
+class NamelessCauses:
+    """All causes without a name that a motion could show."""
+
+    _forms: dict[str, list[_Form]]          # by joint
+
+    @classmethod
+    def along(cls, fitter: Fitter) -> 'NamelessCauses':
+        """Return those along the motion of a fitter's arm as it is known."""
+        return cls({label: [one._replace(curves=fitter.balancer.filtered(one.curves))
+                            for one in _forms_of(fitter, place)]
+                    for place, label in enumerate(fitter.arm.labels)})
+
+    def best(self, fitter: Fitter, fit: Fit, joints: Collection[str]) -> NamelessCause:
+        """Return the one at these joints that improves the score of a fit most."""
+        return max((cause for label in joints for cause in self._told(fitter, fit, label)),
+                   key=lambda cause: cause.improvement)
+
+    def _told(self, fitter: Fitter, fit: Fit, label: str) -> Iterator[NamelessCause]:
+        """Yield what each does at each site of a joint beside a fit."""
+        own = fitter.own_channels(label)
+        rests = {channel: _Rest.of(fitter, fit, channel) for channel in own}
+        forms = [*self._forms[label], *(rest.line(fitter.balancer.time)
+                                        for rest in rests.values() if rest.samples)]
+        sites = {GEAR: own[:1]} if fitter.led else {
+            'motor': own[:1], 'torsion': own[1:], 'link': own}
+        price = float(np.log(max(fitter.rows.sum() * fitter.effective, 2.0)))
+        for one in forms:
+            gains = {channel: rest.gain(fitter, one.curves) for channel, rest in rests.items()}
+            for site, channels in sites.items():
+                freedom = price * one.curves.shape[1] * len(channels)
+                yield NamelessCause(label, site, one.coordinate, one.form, tuple(channels),
+                                    one.curves,
+                                    sum(gains[channel] for channel in channels) - freedom)
+
+
+class _Rest(NamedTuple):
+    """
+    What a fit leaves in one channel beside all that it may move.
+
+    A number of the fit moves within its tolerance. That is one row more, below the (m,) of the
+    balance.
+    """
+
+    channel: int
+    values: Array               # (m + p,), 0 where invalid
+    moves: Array                # (m + p, r) orthonormal: what the fit may move
+    valid: NDArray[np.bool_]    # (m,)
+    samples: int
+
+    @classmethod
+    def of(cls, fitter: Fitter, fit: Fit, channel: int) -> '_Rest':
+        """Return what a fit leaves in a channel."""
+        valid = fitter.valid(fit.balance)[:, channel]
+        weight = np.sqrt(fit.variance[channel] / fitter.effective) / deviations(fit.terms)
+        columns = np.concatenate([np.where(valid[:, None], fit.columns[:, channel], 0.0),
+                                  np.diag(weight)])
+        size = np.sqrt((columns ** 2).sum(axis=0))
+        moves, singular, _ = np.linalg.svd(columns[:, size > 0.0] / size[size > 0.0],
+                                           full_matrices=False)
+        moves = moves[:, singular > _SAME * singular.max(initial=0.0)]
+        values = np.concatenate([np.where(valid, fit.balance.residual[:, channel], 0.0),
+                                 weight * fitter.away(fit.terms)])
+        return cls(channel, values - moves @ (moves.T @ values), moves, valid, int(valid.sum()))
+
+    def line(self, time: Array) -> _Form:
+        """Return the strongest line over time (m,) [s]."""
+        frequency = strongest_wave(time, self.values[:len(time)], self.valid).frequency
+        return _Form('time', f'line of {frequency:.3f} Hz', _wave(TURN * frequency * time))
+
+    def gain(self, fitter: Fitter, curves: Array) -> float:
+        """Return by how much these curves (m, q) improve the score in this channel."""
+        if not self.samples:
+            return 0.0
+        made = np.where(self.valid[:, None], fitter.balancer.in_balance(curves, self.channel), 0.0)
+        made = np.concatenate([made, np.zeros((len(self.values) - len(made), made.shape[1]))])
+        own = made - self.moves @ (self.moves.T @ made)
+        if ((own ** 2).sum(axis=0) <= _OWN * (made ** 2).sum(axis=0)).any():
+            return 0.0                      # the fit could move as much
+        against = own.T @ self.values
+        told = float(against @ np.linalg.lstsq(own.T @ own, against, rcond=1e-9)[0])
+        noise = self.samples * fitter.noise[self.channel] ** 2
+        power = float(self.values @ self.values)
+        before, after = (np.log(max(left / noise, 1.0)) for left in (power, power - told))
+        return float(fitter.effective * self.samples * (before - after))
+
+
+def _forms_of(fitter: Fitter, place: int) -> Iterator[_Form]:
+    """Yield all curves of a joint at the recording's rate (k, 1 or 2)."""
+    balancer: Balancer = fitter.balancer
+    state, time = balancer.motion(fitter.arm).state, balancer.measurement.time
+    motor, links, speed = (state[:, place, MOTOR_ANGLE], state[:, :, LINK_ANGLE],
+                           state[:, place, MOTOR_VELOCITY])
+    torque = torques_of(fitter.arm, state[:, :, MOTOR_ANGLE], links)[:, place]
+    sense = np.tanh(speed / _SLOW)
+    yield _Form('nothing', 'level', np.ones((len(time), 1)))
+    yield from _carried('time', 'trend', (time - time.mean())[:, None], sense, torque)
+    yield from _frictions(speed, sense)
+    for power in _POWERS:
+        yield _Form('joint_torque', f'power {power}', torque[:, None] ** power)
+        yield _Form('link_angle', f'power {power}', links[:, [place]] ** power)
+    yield _Form('joint_torque', 'torque by sense', (np.abs(torque) * sense)[:, None])
+    angles = [('motor_angle', motor), ('link_angle', links[:, place]), *(
+        ('other_link_angle', links[:, other]) for other in range(links.shape[1])
+        if other != place)]
+    for coordinate, angle in angles:
+        for order in range(1, _ORDERS[coordinate] + 1):
+            if order * np.ptp(angle) >= _HALF_A_WAVE:
+                yield from _carried(coordinate, f'{order} per turn', _wave(order * angle), sense,
+                                    torque)
+
+
+def _carried(coordinate: str, form: str, curves: Array, sense: Array,
+             torque: Array) -> Iterator[_Form]:
+    """Yield curves (k, q) as they are, by friction, by a spring, and by one that stiffens."""
+    yield _Form(coordinate, form, curves)
+    yield _Form(coordinate, f'{form}, by sense', curves * sense[:, None])
+    yield _Form(coordinate, f'{form}, by torque', curves * torque[:, None])
+    yield _Form(coordinate, f'{form}, by load', curves * np.abs(torque)[:, None])
+
+
+def _frictions(speed: Array, sense: Array) -> Iterator[_Form]:
+    """Yield curves of the motor's speed (k,) and of its sense."""
+    for form, values in (('sense', sense), ('speed', speed), ('square', speed * np.abs(speed)), *(
+            (f'sense below {slow:g} rad/s', sense / (1.0 + (speed / slow) ** 2))
+            for slow in _SLIDING)):
+        yield _Form('motor_velocity', form, values[:, None])
+
+
+def _wave(phase: Array) -> Array:
+    """Return a wave at two phases (k, 2), so at any phase."""
+    return np.stack([np.sin(phase), np.cos(phase)], axis=1)

@@ -1,0 +1,91 @@
+"""What is in the catalogue is told beside what no catalogue lists, and nothing stands for that."""
+
+from dataclasses import replace
+
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.motions import motion
+from hda_torque_estimator.diagnosis.balances.balance import Balancer, Shape
+from hda_torque_estimator.diagnosis.diagnose import diagnose, sought_effects
+from hda_torque_estimator.diagnosis.fitting.fit import Fitter
+from hda_torque_estimator.diagnosis.judging.nameless_causes import NamelessCauses
+from hda_torque_estimator.measurements.measurement import Measurement
+import numpy as np
+import pytest
+from truth import record, Reference
+from truth_cases import hide
+
+ARM = read_arm('hda_arm.yaml')
+SEED, DT, SECONDS = 134, 1e-3, 24.0
+LINE = hide('motor_torque_line', 'joint2', amplitude=0.01, frequency=5.3, phase=0.4)
+TOOTH = hide('tooth_torque', 'joint1', amplitude=1.2, order=6, phase=1.0)
+DRIFT = hide('encoder_drift', 'joint2', rate=-4e-6)
+THIRD = hide('third_order_kinematic_error', 'joint2', amplitude=1e-4, phase=0.5)
+SOFTER = hide('stiffness_error', 'joint1', relative_error=-0.18)
+LAG = hide('current_loop_lag', 'joint2', time_constant=0.005)
+FRICTION = hide('coulomb_friction', 'joint2', level=0.02)
+
+
+def measured(*hidden):
+    """Return a recording of an arm with hidden effects."""
+    asked = motion('rich', 2, SECONDS, DT, SEED)
+    made = record(hidden, Reference(asked.angle, asked.rate, DT), seed=SEED)
+    return Measurement(ARM.labels, DT, np.stack([made.motor_angle, made.link_angle], 2),
+                       made.command)
+
+
+def fitter_of(measurement):
+    """Return what fits all rows of a recording, with the noise that its balances have."""
+    balancer = Balancer(measurement)
+    added = balancer.noisier(ARM).residual - balancer(ARM).residual
+    return Fitter(balancer, ARM, added.std(axis=0), 0.5, np.ones(len(balancer.time), bool))
+
+
+@pytest.mark.parametrize(('known', 'nameless', 'site', 'follows'), [
+    (SOFTER, TOOTH, 'link', 'link_angle'), (LAG, DRIFT, 'torsion', 'time'),
+    (FRICTION, LINE, 'motor', 'time')], ids=lambda one: getattr(one, 'effect', ''))
+def test_a_cause_is_told_beside_what_has_no_name_at_its_joint(known, nameless, site, follows):
+    said = diagnose(measured(known, nameless), ARM).diagnosis
+    assert [(one.effect, one.joint) for one in said.findings] == [(known.effect, known.joint)]
+    assert said.verdict == 'unknown'
+    rest = said.unexplained
+    assert (rest.site, rest.joint, rest.depends_on) == (site, nameless.joint, follows)
+    assert said.findings[0].probability >= 0.95
+    assert said.findings[0].gain.removed > 0.0
+
+
+def test_nothing_stands_for_a_cause_that_the_catalogue_lacks():
+    names = [name for name in sought_effects() if name != 'clock_skew']
+    skewed = measured(hide('clock_skew', 'joint2', skew=-3e-4))
+    said = diagnose(skewed, ARM, names=names).diagnosis
+    assert (said.verdict, said.findings, said.ambiguous) == ('unknown', (), ())
+    assert said.unexplained.joint == 'joint2'
+
+
+@pytest.mark.parametrize(('hidden', 'coordinate', 'form'), [
+    (LINE, 'time', 'line of 5.300 Hz'), (TOOTH, 'link_angle', '6 per turn'),
+    (DRIFT, 'time', 'trend'),
+    (THIRD, 'motor_angle', '3 per turn'),
+    (hide('crossed_friction', 'joint1', amplitude=0.5, order=3), 'other_link_angle',
+     '3 per turn, by sense')], ids=lambda one: getattr(one, 'effect', ''))
+def test_the_best_cause_without_a_name_is_what_was_hidden(hidden, coordinate, form):
+    fitter = fitter_of(measured(hidden))
+    best = NamelessCauses.along(fitter).best(fitter, fitter.first, ARM.labels)
+    assert (best.joint, best.site, best.coordinate, best.form) == (
+        hidden.joint, hidden.site, coordinate, form)
+
+
+def test_what_is_taken_aside_is_in_no_balance_any_more():
+    balancer = Balancer(measured(TOOTH))
+    balance = balancer(ARM)
+    held = balance.valid[:, 0]
+    wave = np.sin(6.0 * np.linspace(0.0, 9.0, len(held)))
+    beside = balancer.beside([Shape(0, wave, held)])
+    column = np.where(held, wave, 0.0)
+    other = ARM.with_effect(replace(ARM.effect('coulomb_friction', 'joint1'), level=0.02),
+                            'joint1')
+    for values in (beside(ARM).residual, beside.change(other, ARM),
+                   beside.thinned.change(other, ARM)):
+        assert abs(column @ values[:, 0]) < 1e-9 * np.linalg.norm(values[:, 0])
+    assert np.array_equal(beside(ARM).residual[:, 1:], balance.residual[:, 1:])
+    kept = balance.residual[:, 0] - beside(ARM).residual[:, 0]
+    assert np.allclose(kept, column * (column @ balance.residual[:, 0]) / (column @ column))
