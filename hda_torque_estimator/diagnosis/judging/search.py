@@ -281,7 +281,7 @@ def simplified(fitter: Fitter, fit: Fit, names: Sequence[str],
     """
     Return the fit in which causes give way to those of fewer numbers that explain as well.
 
-    One that was taken early may have stood for a part of what was found since; the `evidence` of
+    One that was taken early may have stood for a part of what was found since. The `evidence` of
     one that takes its place is added.
     """
     for term in fit.accepted[:-1]:
