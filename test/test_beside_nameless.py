@@ -47,6 +47,8 @@ def test_a_cause_is_told_beside_what_has_no_name_at_its_joint(known, nameless, s
     said = diagnose(measured(known, nameless), ARM).diagnosis
     assert [(one.effect, one.joint) for one in said.findings] == [(known.effect, known.joint)]
     assert said.verdict == 'unknown'
+    assert any(f'without a name at the {site} of {nameless.joint} follows' in remark
+               for remark in said.remarks)
     rest = said.unexplained
     assert (rest.site, rest.joint, rest.depends_on) == (site, nameless.joint, follows)
     assert said.findings[0].probability >= 0.95

@@ -108,7 +108,8 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
         tuple(one.row() for one in sizes), total,
         residuals(fitter, first, evidence.fit, inside(fitter.balancer.time, held_out)),
         replace(facts, training=training, held_out=held_out), origin.arm_file, origin.version, 0.0,
-        (*filter(None, held_back), *proof.remarks, *aside,
+        (*filter(None, held_back), *proof.remarks,
+         *(cause.sentence() for cause in beside.nameless), *aside,
          *remarks(sizes, arm, about, FAST if limit == 'rate' else None)), limited_by=limit,
         probability=_probability(verdict, told, pairs, judged))
     diagnosis = replace(diagnosis, steps=next_steps(diagnosis))

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 NOTHING = 'nothing'     # what a rest follows that no coordinate tells
 GEAR = 'gear'           # site of a rest that may be of a motor or in its torsion
-_COORDINATES = {
+IN_WORDS = {
     'time': 'time', 'motor_velocity': 'the speed of the motor',
     'link_velocity': 'the speed of the link', 'motor_angle': 'the motor angle',
     'link_angle': 'the link angle', 'other_link_angle': 'the link angle of the other joint',
@@ -29,7 +29,7 @@ class Unexplained:
             return f'the rest sits in {place} and follows nothing that was measured'
         line = '' if self.line is None else f', strongest at {self.line:.4g} {self._scale()}'
         return (f'{100.0 * self.share:.0f} % of the rest sits in {place} and follows '
-                f'{_COORDINATES.get(self.depends_on, self.depends_on)}{line}')
+                f'{IN_WORDS.get(self.depends_on, self.depends_on)}{line}')
 
     def _scale(self) -> str:
         return {'time': 'Hz', 'motor_angle': 'per motor turn'}.get(self.depends_on,

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ..balances.balance import Balancer, Shape
 from ..balances.coordinates import torques_of
 from ..balances.strongest_wave import strongest_wave, TURN
-from ..findings.rest import GEAR
+from ..findings.rest import GEAR, IN_WORDS
 from ..fitting.fit import deviations, Fit, Fitter
 
 # Choices unless told otherwise.
@@ -43,6 +43,12 @@ class NamelessCause(NamedTuple):
     channels: tuple[int, ...]
     curves: Array               # (m, q) at the balances' times, each of any size in each channel
     improvement: float          # of a score, less what its freedom costs
+
+    def sentence(self) -> str:
+        """Return where it is, what it follows and in which form."""
+        follows = IN_WORDS.get(self.coordinate, 'no coordinate')
+        return (f'something without a name at the {self.site} of {self.joint} follows {follows}: '
+                f'{self.form}')
 
     def shapes(self, valid: NDArray[np.bool_]) -> Iterator[Shape]:
         """Yield what it may do in each balance, where these are valid (m, c)."""

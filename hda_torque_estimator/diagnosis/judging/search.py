@@ -186,7 +186,7 @@ def _weighed_again(fitter: Fitter, found: Found) -> Found:
 
 
 def next_cause(fitter: Fitter, first: Fit, fit: Fit,
-          names: Sequence[str]) -> tuple[Fit, Evidence] | None:
+               names: Sequence[str]) -> tuple[Fit, Evidence] | None:
     """Return the fit with the best further cause, or None if there is no further cause."""
     taken = {term.place for term in fit.accepted}
     prospects = [prospect for prospect in screen(fitter, fit, names)
@@ -277,7 +277,7 @@ def without_unneeded(fitter: Fitter, first: Fit, fit: Fit) -> Fit:
 
 
 def simplified(fitter: Fitter, fit: Fit, names: Sequence[str],
-                evidence: dict[Place, Evidence]) -> Fit:
+               evidence: dict[Place, Evidence]) -> Fit:
     """
     Return the fit in which causes give way to those of fewer numbers that explain as well.
 

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from .axes import BALANCES, COORDINATES, RESIDUAL
 from .following import BINS, Following, TURN_BINS, WRAPPED
-from ..balances.strongest_wave import TURN
 from .unexplained import Rest
 from ..balances.balance import BANDWIDTH
+from ..balances.strongest_wave import TURN
 from ..findings.rest import Unexplained
 from ...pages.plot import Line, Plot
 from ...pages.wording import spoken

@@ -13,8 +13,8 @@ from .axes import BALANCES, COORDINATES, RESIDUAL
 from .dependence import against, dependence_of, spectrum, where
 from .exhibits import Exhibits
 from .following import Following
-from ..balances.strongest_wave import TURN
 from .unexplained import Rest
+from ..balances.strongest_wave import TURN
 from ..findings.report import Diagnosis, Finding
 from ..findings.rest import Unexplained
 from ...pages.drawing import AFTER, band, BEFORE, FLOOR, INK, plain, STYLE
