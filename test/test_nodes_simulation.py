@@ -1,5 +1,7 @@
 """The simulated arm keeps its schedule, copies nothing it should not, and refuses the rest."""
 
+from dataclasses import replace
+
 from hda_arm_sim.health import Level, Refusals, Refused
 from hda_arm_sim.live import (
     FIRST_STAMP, LiveArm, LONGEST_HOLD, MOST_UNANSWERED, SimulationSettings)
@@ -120,7 +122,7 @@ def test_stamps_advance_by_whole_nanoseconds(rate, period):
 
 def test_seed_decides_the_noise():
     noisy = read_arm('voraus_yucobot.yaml').joints[0].link_encoder
-    joints = tuple(type(joint)(**{**vars(joint), 'link_encoder': noisy}) for joint in ARM.joints)
+    joints = tuple(replace(joint, link_encoder=noisy) for joint in ARM.joints)
     arm = type(ARM)(joints, ARM.links)
     one, same, other = (
         steps(LiveArm(arm, SimulationSettings(seed=seed), FIRST_STAMP), 20) for seed in (1, 1, 2))

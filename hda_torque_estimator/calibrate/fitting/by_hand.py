@@ -11,6 +11,8 @@ from ...least_squares.rows import FOLDS, rms
 from ...samples.readings import LINK_READING, MOTOR_READING
 
 Floats = NDArray[np.float64]
+# Choices unless told otherwise.
+_STANDS = 1e-9          # speed of a shaft whose sign is one of rounding [rad/s]
 
 
 def line_left_out(joint: Joint, recordings: Sequence[Measured]) -> float:
@@ -39,7 +41,8 @@ def _rows(joint: Joint, one: Measured, *, by_motor: bool) -> Floats:
     motor, link = one.readings[:, 0, (MOTOR_READING, LINK_READING)].T
     rate = one.turning().rate
     tells = one.command if by_motor else motor / joint.ratio - link
-    rows = np.stack([tells, rate, np.sign(rate), np.ones_like(rate), one.reference], axis=1)
+    sense = np.where(np.abs(rate) > _STANDS, np.sign(rate), 0.0)
+    rows = np.stack([tells, rate, sense, np.ones_like(rate), one.reference], axis=1)
     rows = one.thinned(rows)
     return rows[np.isfinite(rows).all(axis=1)]
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from .acceptance import freedom, open_rest
+from .backing import backing
 from .nameless_causes import NamelessCause, NamelessCauses
 from .search import Evidence, Found, is_stuck, next_cause, simplified, without_unneeded
 from ..fitting.fit import Fit, Fitter
@@ -46,10 +47,10 @@ def beside_nameless(fitter: Fitter, found: Found, names: Sequence[str],
     """
     Return what stays of the catalogue beside causes without a name, what was `found` without any.
 
-    The search is done anew among effects of these names where that left a rest. `tell` hears what
-    is being done.
+    The search is done anew among effects of these names where that left a rest which takes names
+    back. `tell` hears what is being done.
     """
-    if not is_stuck(fitter, found):
+    if not is_stuck(fitter, found) or not backing(fitter, found).unexplained.any():
         return Beside(fitter, found, ())
     tell('looking for causes beside what has no name')
     other = _Search(fitter, [name for name in names if name in HYPOTHESES]).run()
