@@ -41,8 +41,13 @@ _ALIKE_REST = 50.0      # of which there must be so much, over noise, that this 
 
 
 def freedom(fitter: Fitter, term: Term) -> float:
-    """Return what the freedom of a term costs: ln(samples) for each number (BIC)."""
-    return term.size * float(np.log(max(fitter.rows.sum() * fitter.effective, 2.0)))
+    """Return what the freedom of a term costs (BIC)."""
+    return term.size * cost_of_number(fitter)
+
+
+def cost_of_number(fitter: Fitter) -> float:
+    """Return what the freedom of one number costs: ln(samples)."""
+    return float(np.log(max(fitter.rows.sum() * fitter.effective, 2.0)))
 
 
 def threshold(fitter: Fitter, term: Term) -> float:

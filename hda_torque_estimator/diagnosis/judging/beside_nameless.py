@@ -15,7 +15,7 @@ from typing import NamedTuple
 from .acceptance import freedom, open_rest
 from .backing import backing
 from .nameless_causes import NamelessCause, NamelessCauses
-from .search import Evidence, Found, is_stuck, next_cause, simplified, without_unneeded
+from .search import Evidence, Found, is_stuck, next_cause, with_cause, without_unneeded
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Place, Term
@@ -92,15 +92,10 @@ class _Search:
                 fit.score - step[0].score if step else 0.0)):
             self._take(curve, fit.accepted)
             return True
-        if step is None:
-            return False
-        extended, reason = step
-        self._reasons[extended.accepted[-1].place] = reason
-        extended = without_unneeded(fitter, fitter.first, extended)
-        if fit.score - extended.score < SCORE_BAR:
-            return False
-        self._fit = simplified(fitter, extended, self._names, self._reasons)
-        return True
+        taken = None if step is None else with_cause(
+            fitter, fitter.first, fit, step, self._names, self._reasons)
+        self._fit = taken or fit
+        return taken is not None
 
     @property
     def _is_room(self) -> bool:

@@ -17,6 +17,7 @@ from weakref import WeakKeyDictionary
 from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 
+from .nameless import SLOW
 from ..balances.balance import Balance
 from ..balances.coordinates import coordinates_of
 from ..fitting.fit import deviations, Fit, Fitter
@@ -30,7 +31,6 @@ SPREAD = 0.25           # deviation of each coefficient: a share of what the cau
 FARTHEST = 0.25         # share of a cause's power beyond which a form is another law
 _APART = 0.05           # of a form, that is its own beside those before it
 _ACTS = 3.0             # deviations of its power over time within which a cause acts
-_SLOW = 1.0             # shaft speed over which a sense of motion sets in [rad/s]
 # Waves per turn by which those of a cause that is a wave are changed; by one, to its harmonic.
 _ORDERS = {'motor_angle': (1, 2, 4), 'motor_turn': (1,)}
 RATE_OF = 'rate'        # of what a cause does: laws of a drive differ by its time behaviour
@@ -202,7 +202,7 @@ def factors_along(time: Array, along: Mapping[str, Array],
         if name == 'time':
             yield from _powers(time, 2)
         elif name == 'sense':
-            yield np.tanh(along['motor_velocity'] / _SLOW)
+            yield np.tanh(along['motor_velocity'] / SLOW)
         elif name in _ORDERS:
             for order in _ORDERS[name]:
                 yield np.sin(order * along['motor_angle'])

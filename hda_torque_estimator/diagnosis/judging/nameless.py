@@ -23,13 +23,13 @@ from ..fitting.solve import Columns, condense, condense_more, Solution, solve
 
 Array = NDArray[np.float64]
 # Choices unless told otherwise.
-_SLOW = 1.0             # shaft speed over which a sense of motion sets in [rad/s]
+SLOW = 1.0             # shaft speed over which a sense of motion sets in [rad/s]
 # (source: what noise moves has no less at high frequency; motions of robots end below 7 Hz)
 _SMOOTH = 3.0           # samples of the balances over which a rate is one of the motion
 # (measured: 0.005 at most in the laboratory, 0.05 to 0.9 where noise made 200 to 1800 of score)
 _OF_NOISE = 0.02        # share of its power that noise may have in a rate that is of the motion
 _RATED = ('joint_torque', 'motor_torque', 'motor_velocity')
-_SLIDING = (5.0, 20.0)  # shaft speeds over which friction may fall [rad/s]
+SLIDING = (5.0, 20.0)  # shaft speeds over which friction may fall [rad/s]
 _LINK_ORDERS = (1, 2, 3, 4, 6)  # waves per link turn of curves without a name
 _MOTOR_ORDERS = (1, 2, 4, 6, 8, 12)  # waves per motor turn of curves without a name
 # Beside these two, what follows the torque lets a motor balance shrink with all of its noise.
@@ -116,7 +116,7 @@ def _curves(fitter: Fitter, fit: Fit, joints: Collection[str],
             _drop_noise(forms, fitter.noise[own[1]])
         columns = np.stack(list(forms.values()), 1)
         shapes = columns / np.sqrt(np.maximum(np.mean(columns ** 2, axis=0), _AT_REST))
-        for site, channels in _sites(fitter, label).items():
+        for site, channels in sites(fitter, label).items():
             more = np.zeros((len(shapes), len(fitter.noise), shapes.shape[1]))
             for channel in channels:
                 more[:, channel] = fitter.balancer.in_balance(shapes, channel)
@@ -138,7 +138,7 @@ def _drop_noise(forms: dict[str, Array], noise: float) -> None:
             del forms[name]
 
 
-def _sites(fitter: Fitter, label: str) -> dict[str, list[int]]:
+def sites(fitter: Fitter, label: str) -> dict[str, list[int]]:
     """Return the channels in which a curve at each site of a joint shows."""
     motor, torsion = fitter.own_channels(label)
     if fitter.led:
@@ -183,7 +183,7 @@ def _forms(time: Array, along: Mapping[str, Array]) -> Iterator[tuple[str, Array
     """Yield curves (m,) by what they follow."""
     speed, torque = along['motor_velocity'], along['joint_torque']
     link, motor = along['link_angle'], along['motor_angle']
-    sense, middle = np.tanh(speed / _SLOW), time - time.mean()
+    sense, middle = np.tanh(speed / SLOW), time - time.mean()
     yield 'nothing', np.ones_like(time)
     yield 'time', middle
     for carrier, values in (('sense', sense), ('motor_velocity', speed)):
@@ -191,7 +191,7 @@ def _forms(time: Array, along: Mapping[str, Array]) -> Iterator[tuple[str, Array
         yield f'{carrier} over time', values * middle
     yield 'motor_velocity, squared', speed * np.abs(speed)
     yield 'motor_velocity, cubed', speed ** 3
-    for slow in _SLIDING:
+    for slow in SLIDING:
         yield f'sense below {slow:g} rad/s', sense / (1.0 + (speed / slow) ** 2)
     for power in (1, 2, 3, 5):
         yield f'joint_torque^{power}', torque ** power

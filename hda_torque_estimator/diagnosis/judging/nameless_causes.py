@@ -16,15 +16,16 @@ from hda_arm_sim.model.kernel import LINK_ANGLE, MOTOR_ANGLE, MOTOR_VELOCITY
 import numpy as np
 from numpy.typing import NDArray
 
-from ..balances.balance import Balancer, Shape
+from .acceptance import cost_of_number
+from .nameless import sites, SLIDING, SLOW
+from ..balances.balance import Shape
 from ..balances.coordinates import torques_of
 from ..balances.strongest_wave import strongest_wave, TURN
-from ..findings.rest import GEAR, IN_WORDS
+from ..findings.rest import IN_WORDS
 from ..fitting.fit import deviations, Fit, Fitter
+from ..fitting.solve import score
 
 # Choices unless told otherwise.
-_SLOW = 1.0             # shaft speed over which a sense of motion sets in [rad/s]
-_SLIDING = (5.0, 20.0)  # shaft speeds over which friction may fall [rad/s]
 _POWERS = (1, 2, 3)     # of a torque and of an angle
 # The most waves per turn of each angle.
 _ORDERS = {'motor_angle': 12, 'link_angle': 12, 'other_link_angle': 6}
@@ -89,12 +90,10 @@ class NamelessCauses:
         rests = {channel: _Rest.of(fitter, fit, channel) for channel in own}
         forms = [*self._forms[label], *(rest.line(fitter.balancer.time)
                                         for rest in rests.values() if rest.samples)]
-        sites = {GEAR: own[:1]} if fitter.led else {
-            'motor': own[:1], 'torsion': own[1:], 'link': own}
-        price = float(np.log(max(fitter.rows.sum() * fitter.effective, 2.0)))
+        price = cost_of_number(fitter)
         for one in forms:
             gains = {channel: rest.gain(fitter, one.curves) for channel, rest in rests.items()}
-            for site, channels in sites.items():
+            for site, channels in sites(fitter, label).items():
                 freedom = price * one.curves.shape[1] * len(channels)
                 yield NamelessCause(label, site, one.coordinate, one.form, tuple(channels),
                                     one.curves,
@@ -146,20 +145,21 @@ class _Rest(NamedTuple):
             return 0.0                      # the fit could move as much
         against = own.T @ self.values
         told = float(against @ np.linalg.lstsq(own.T @ own, against, rcond=1e-9)[0])
-        noise = self.samples * fitter.noise[self.channel] ** 2
-        power = float(self.values @ self.values)
-        before, after = (np.log(max(left / noise, 1.0)) for left in (power, power - told))
-        return float(fitter.effective * self.samples * (before - after))
+        noise, power = fitter.noise[[self.channel]], float(self.values @ self.values)
+        before, after = (score(np.maximum(left / self.samples, noise ** 2),
+                               np.array([self.samples]), noise, fitter.effective)
+                         for left in (power, power - told))
+        return before - after
 
 
 def _forms_of(fitter: Fitter, place: int) -> Iterator[_Form]:
     """Yield all curves of a joint at the recording's rate (k, 1 or 2)."""
-    balancer: Balancer = fitter.balancer
+    balancer = fitter.balancer
     state, time = balancer.motion(fitter.arm).state, balancer.measurement.time
     motor, links, speed = (state[:, place, MOTOR_ANGLE], state[:, :, LINK_ANGLE],
                            state[:, place, MOTOR_VELOCITY])
     torque = torques_of(fitter.arm, state[:, :, MOTOR_ANGLE], links)[:, place]
-    sense = np.tanh(speed / _SLOW)
+    sense = np.tanh(speed / SLOW)
     yield _Form('nothing', 'level', np.ones((len(time), 1)))
     yield from _carried('time', 'trend', (time - time.mean())[:, None], sense, torque)
     yield from _frictions(speed, sense)
@@ -190,7 +190,7 @@ def _frictions(speed: Array, sense: Array) -> Iterator[_Form]:
     """Yield curves of the motor's speed (k,) and of its sense."""
     for form, values in (('sense', sense), ('speed', speed), ('square', speed * np.abs(speed)), *(
             (f'sense below {slow:g} rad/s', sense / (1.0 + (speed / slow) ** 2))
-            for slow in _SLIDING)):
+            for slow in SLIDING)):
         yield _Form('motor_velocity', form, values[:, None])
 
 

@@ -101,19 +101,31 @@ def _extended(fitter: Fitter, names: Sequence[str], found: Found,
               tell: Callable[[str], None]) -> Found:
     """Return what was found with further causes, the best at every step."""
     first, evidence = found.first, found.reasons()
-    fit = simplified(fitter, found.last, names, evidence)      # it may begin with another law
+    fit = _simplified(fitter, found.last, names, evidence)      # it may begin with another law
     while open_rest(fitter, fit):
         tell(f'looking for cause {len(fit.accepted) + 1}')
         step = next_cause(fitter, first, fit, names)
-        if step is None:
+        taken = None if step is None else with_cause(
+            fitter, first, fit, step, names, evidence)
+        if taken is None:
             break
-        extended, reason = step
-        evidence[_place(extended)] = reason
-        extended = without_unneeded(fitter, first, extended)
-        if fit.score - extended.score < SCORE_BAR:
-            break
-        fit = simplified(fitter, extended, names, evidence)
+        fit = taken
     return Found(first, fit, tuple(evidence[term.place] for term in fit.accepted))
+
+
+def with_cause(fitter: Fitter, first: Fit, fit: Fit, step: tuple[Fit, Evidence],
+               names: Sequence[str], evidence: dict[Place, Evidence]) -> Fit | None:
+    """
+    Return a fit with one cause more, simplified; None if it improves nothing in the end.
+
+    The `step` is the best one (`next_cause`). What it rests on is added to the `evidence`.
+    """
+    extended, reason = step
+    evidence[_place(extended)] = reason
+    extended = without_unneeded(fitter, first, extended)
+    if fit.score - extended.score < SCORE_BAR:
+        return None
+    return _simplified(fitter, extended, names, evidence)
 
 
 def is_stuck(fitter: Fitter, found: Found) -> bool:
@@ -276,8 +288,8 @@ def without_unneeded(fitter: Fitter, first: Fit, fit: Fit) -> Fit:
     return fit
 
 
-def simplified(fitter: Fitter, fit: Fit, names: Sequence[str],
-               evidence: dict[Place, Evidence]) -> Fit:
+def _simplified(fitter: Fitter, fit: Fit, names: Sequence[str],
+                evidence: dict[Place, Evidence]) -> Fit:
     """
     Return the fit in which causes give way to those of fewer numbers that explain as well.
 
@@ -293,7 +305,7 @@ def simplified(fitter: Fitter, fit: Fit, names: Sequence[str],
                 before = evidence[term.place]
                 evidence[start.place] = before._replace(
                     improvement=before.improvement + gap, runner_up=term, runner_up_gap=gap)
-                return simplified(fitter, trial, names, evidence)
+                return _simplified(fitter, trial, names, evidence)
     return fit
 
 
