@@ -8,7 +8,7 @@ from hda_msgs_json.samples import JointSamples
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.readings.encoder_steps import true_step
 from hda_torque_estimator.diagnosis.readings.line_alias import agrees, moves
-from hda_torque_estimator.diagnosis.readings.line_error import smallest_wave
+from hda_torque_estimator.diagnosis.readings.line_error import smallest_wave, uneven_lines
 from hda_torque_estimator.diagnosis.readings.raw_readings import raw_findings, raw_readings
 from hda_torque_estimator.measurements.even_grid import on_grid
 from hda_torque_estimator.measurements.measurement import Measurement, measurement_from
@@ -61,6 +61,22 @@ def swung(taken, stamped):
     return measurement_from(ARM.labels, JointSamples(
         np.rint(1e9 * stamped).astype(np.int64), NAMES, position,
         np.full(position.shape, np.nan), np.zeros(position.shape)))
+
+
+@pytest.mark.parametrize(('dt', 'seed'), [(1e-3, 906), (4e-3, 907), (8e-3, 908)])
+def test_a_joint_that_stands_and_shakes_by_less_than_a_line_has_no_line_error(dt, seed):
+    random, step = np.random.default_rng(seed), 3.7e-7
+    angle = step * np.rint(3e-6 * random.standard_normal(5000) / step)
+    angle[:1000] += np.linspace(-0.1, 0.0, 1000)            # it comes to rest
+    assert list(uneven_lines(of_link(angle, dt), ARM, np.ones(5000, bool))) == []
+    assert smallest_wave(angle[1000:], dt, np.ones(4000, bool), step) is None
+
+
+def of_link(angle, dt):
+    """Return a measurement in which only the second link moves."""
+    reading = np.zeros((len(angle), 2, 2))
+    reading[:, 1, 1] = angle
+    return Measurement(ARM.labels, dt, reading, np.zeros((len(angle), 2)))
 
 
 def test_readings_go_to_the_ticks_that_stamps_tell():

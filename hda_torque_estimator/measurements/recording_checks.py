@@ -68,8 +68,8 @@ def mended(samples: JointSamples, arm: Arm, mending: Mending, source: str) -> Jo
 
 def check(measurement: Measurement, arm: Arm, source: str) -> None:
     """Raise GateError for a recording that is too short or has other conventions than the arm."""
-    if measurement.duration < SHORTEST:
-        raise GateError(f'{source}: {measurement.duration:.2g} s are too short; record at least '
+    if (seconds := round(measurement.duration, 1)) < SHORTEST:
+        raise GateError(f'{source}: {seconds:g} s are too short; record at least '
                         f'{SHORTEST:g} s, better 60 s')
     for column, joint in enumerate(arm.joints):
         motor, link = measurement.reading[:, column].T

@@ -128,8 +128,8 @@ def _sweep(samples: JointSamples, joint: Joint, source: str,
         return
     since = (samples.stamps[good] - samples.stamps[good][0]) * 1e-9
     dt = float(np.median(np.diff(since))) if period is None else period
-    if since[-1] < SHORTEST:
-        raise GateError(f'{source}: {since[-1]:.2g} s are too short; record at least '
+    if (seconds := round(since[-1], 1)) < SHORTEST:
+        raise GateError(f'{source}: {seconds:g} s are too short; record at least '
                         f'{SHORTEST:g} s')
     time = dt * np.arange(int(since[-1] / dt) + 1, dtype=np.float64)
     angle, torque = (np.interp(time, since, values[good]) for values in (angle, torque))

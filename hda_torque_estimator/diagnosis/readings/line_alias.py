@@ -2,7 +2,8 @@
 What else looks like a wave over the lines of an encoder, and how it is told from one.
 
 Between two samples a wave must not pass more than half a cycle: a faster one is the alias of any
-other. Counting makes waves of its own, at any number of lines once they are sampled. Jitter of the
+other. At rest none passes, and noise alone is proportional to a wave of any number of lines.
+Counting makes waves of its own, at any number of lines once they are sampled. Jitter of the
 stamps, and what really moves, show in the motor as well as in the link. And a wave that belongs
 to the angle has one phase, in whatever direction and however often a place is passed.
 """
@@ -13,17 +14,23 @@ from hda_arm_sim.foundation.arrays import Array, Mask
 import numpy as np
 
 # Choices unless told otherwise.
+STRETCHES = 6           # in time, and in each of both directions, that must agree
 _CYCLES = 0.45          # of a wave between two samples that are told apart; at 0.5 none is
-_STRETCHES = 6          # in time, and in each of both directions, that must agree
 # Least share of what stretches gain alone that one wave gains
 # (null: aliases of counts have 0.71 to 0.82 of it, waves of encoders more than 0.99).
 _AGREED = 0.9
 _MOVING = 0.5           # of its size at the link, from which a wave at the motor is the same
 
 
-def resolved(speed: Array, lines: float, dt: float) -> Mask:
-    """Return where a speed (k,) [rad/s] is slow enough for a wave of so many lines per turn."""
-    return np.asarray(np.abs(speed) * lines * dt < 2.0 * math.pi * _CYCLES)
+def resolved(travel: Array, fewest: float, most: float, window: int) -> Mask:
+    """
+    Return where samples show waves of all numbers of lines per turn from fewest to most.
+
+    `travel` (k,) is that from sample to sample [rad]. A wave must be slow enough for them, and
+    pass whole in a window of so many samples: a polynomial there follows what passes in part.
+    """
+    lines = np.abs(travel) / (2.0 * math.pi)
+    return np.asarray((lines * most < _CYCLES) & (lines * fewest * window >= 1.0))
 
 
 def counting(step: float) -> float:
@@ -40,7 +47,7 @@ def agrees(speed: Array, columns: Array, rest: Array) -> bool:
     numbers, left = _explained(columns, rest)
     usual = left / max(len(rest) - 2, 1)        # power that noise alone gives each number
     together, alone = float(rest @ rest) - left, 0.0
-    for rows in np.array_split(np.arange(len(rest)), _STRETCHES):
+    for rows in np.array_split(np.arange(len(rest)), STRETCHES):
         for way in (speed[rows] > 0.0, speed[rows] < 0.0):
             part = rows[way]
             if len(part) > 2:

@@ -2,9 +2,8 @@
 Find the error of a link encoder that repeats with every line of its scale, and take it out.
 
 What a local polynomial leaves of the readings is folded over the angle for every number of lines
-at once. The strongest wave is then fitted by least squares through the same filter. So slow
-stretches, where the polynomial follows the wave, neither help nor mislead. Stretches in which the
-samples do not resolve a wave are left aside (`line_alias`).
+at once. The strongest wave is then fitted by least squares through the same filter. Stretches in
+which the samples do not show a whole wave are left aside (`line_alias`).
 """
 
 from collections.abc import Iterator
@@ -18,7 +17,7 @@ from hda_arm_sim.model.effects import CoarseQuantisation, Effect, EncoderInterpo
 import numpy as np
 from scipy.signal import savgol_filter
 
-from .line_alias import agrees, counting, moves, resolved
+from .line_alias import agrees, counting, moves, resolved, STRETCHES
 from .raw_cause import number, RawCause
 from ...measurements.measurement import Measurement
 from ...significance import NORMAL_90, SCORE_BAR
@@ -88,17 +87,18 @@ def _of_one_encoder(wave: Wave, motor: Array, link: Array, dt: float, step: floa
 def smallest_wave(angle: Array, dt: float, seen: Mask, step: float) -> float | None:
     """Return the smallest amplitude of a wave that readings (k,) would show [rad], or None."""
     window, good = _window(dt), _inner(seen, _window(dt))
-    rest, speed = _fast(angle, window), _speed(angle, dt)
+    rest, travel = _fast(angle, window), _speed(angle, dt) * dt
     sizes = [_smallest(rest, _fast(np.sin(lines * angle), window),
-                       good & resolved(speed, lines, dt)) for lines in _TRIED
+                       good & resolved(travel, lines, lines, window), window) for lines in _TRIED
              if lines < _most(step)]
     size = max(min(sizes, default=math.inf), counting(step))
     return size if size <= EncoderInterpolationError.declaration('amplitude').high else None
 
 
-def _smallest(rest: Array, wave: Array, rows: Mask) -> float:
+def _smallest(rest: Array, wave: Array, rows: Mask, window: int) -> float:
     """Return how many of a wave (k,) would show beside a rest (k,) in these rows."""
-    passed = float(np.mean(wave[rows] ** 2)) if rows.any() else 0.0
+    enough = int(rows.sum()) >= STRETCHES * window
+    passed = float(np.mean(wave[rows] ** 2)) if enough else 0.0
     if passed < _PASSED:
         return math.inf
     power = float(np.mean(rest[rows] ** 2))
@@ -120,12 +120,12 @@ def without_waves(measurement: Measurement, causes: list[RawCause],
 
 def wave_of(angle: Array, dt: float, seen: Mask, step: float) -> Wave | None:
     """Return the strongest wave in readings (k,) of an encoder with this step [rad]."""
-    window, speed = _window(dt), _speed(angle, dt)
+    window, travel = _window(dt), _speed(angle, dt) * dt
     rest, good = _fast(angle, window), _inner(seen, window)
-    lines, behind = _strongest(angle, rest, good, speed * dt, _most(step)), angle
+    lines, behind = _strongest(angle, rest, good, travel, window, _most(step)), angle
     if lines is None:
         return None
-    rows = good & resolved(speed, lines + _NEAR, dt)
+    rows = good & resolved(travel, lines - _NEAR, lines + _NEAR, window)
     near = range(max(lines - _NEAR, 2), lines + _NEAR + 1)
     best = min((_fitted(behind, rest, window, rows, trial) for trial in near),
                key=lambda wave: wave.after)
@@ -157,23 +157,24 @@ def _most(step: float) -> int:
     return _MOST if step <= 0.0 else min(_MOST, int(2.0 * math.pi / step / _WHOLE_STEPS))
 
 
-def _strongest(angle: Array, rest: Array, good: Mask, travel: Array, most: int) -> int | None:
+def _strongest(angle: Array, rest: Array, good: Mask, travel: Array, window: int,
+               most: int) -> int | None:
     """
     Return the lines per turn over which the rest adds up to the largest wave, if to one.
 
     All are (k,), `travel` from sample to sample [rad]. Each band of lines is folded over the rows
-    that resolve it.
+    that resolve it, where these fill a window of each stretch that must agree.
     """
     place = np.floor(angle * (_BINS / (2.0 * math.pi))).astype(np.int64) % _BINS
     best, strongest, fewest = 0.0, None, _FEWEST
     while fewest < most:
         end = min(math.ceil(_BAND * fewest), most)
-        rows = good & resolved(travel, end, 1.0)
-        power = float(rest[rows] @ rest[rows])
-        if power > 0.0:
+        rows = good & resolved(travel, fewest, end, window)
+        power, count = float(rest[rows] @ rest[rows]), int(rows.sum())
+        if power > 0.0 and count >= STRETCHES * window:
             folded = np.abs(np.fft.rfft(np.bincount(place[rows], rest[rows], _BINS))[fewest:end])
             gained = 2.0 * float(folded.max()) ** 2 / power         # share of it, times samples
-            if gained > max(_HINT * int(rows.sum()), best):
+            if gained > max(_HINT * count, best):
                 best, strongest = gained, int(np.argmax(folded)) + fewest
         fewest = end
     return strongest
