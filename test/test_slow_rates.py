@@ -1,15 +1,18 @@
 """Slow recordings: every so many samples of a faster loop, or of a loop that is as slow."""
 
+from dataclasses import replace
+
 from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.healthy import healthy_twin, noise_of
 from hda_torque_estimator.diagnosis.diagnose import diagnose
-from hda_torque_estimator.measurements.measurement import measurement_from
+from hda_torque_estimator.measurements.measurement import Measurement, measurement_from
 from hda_torque_estimator.measurements.upsampling import between, finer, is_held, parts_of
 import numpy as np
 import pytest
-from truth import draw
+from truth import draw, worlds
 from truth_samples import published
+from world_samples import arm_of, logged
 
 ARM = read_arm('hda_arm.yaml')
 SEED = 940000
@@ -77,6 +80,27 @@ def test_the_twin_is_read_as_often_and_its_noise_is_that_of_the_samples():
     healthy = [column[good].std() for column, good in zip(balance.residual.T, balance.valid.T)]
     assert (noise < healthy).all()          # which has tolerances beside the noise
     assert (noise[:2] < 0.1).all()
+
+
+@pytest.mark.parametrize('held', [False, True])
+def test_only_commands_of_a_faster_loop_have_noise_that_never_acted(held):
+    time, random = 8e-3 * np.arange(1000), np.random.default_rng(SEED)
+    link = np.stack([np.sin(2.0 * time), np.cos(time)], axis=1)
+    noise = 1e-3 * random.standard_normal((1000, 2))
+    slow = Measurement(ARM.labels, 8e-3, np.stack([100.0 * link, link], axis=2), link + noise)
+    command = np.repeat(slow.command, 8, axis=0) if held else between(slow.command, 8)
+    fine = replace(slow, dt=1e-3, parts=8, reading=between(slow.reading, 8), command=command)
+    assert fine.command_noise() == pytest.approx(0.0 if held else 1e-3, rel=0.4)
+    assert slow.command_noise() == pytest.approx(0.0)
+
+
+def test_a_slow_sine_in_a_slow_log_of_a_fast_loop_is_healthy():
+    """Its commands have more noise than what acted, most of it where an arm moves."""
+    world = worlds.draw(610287, ())
+    assert (world.motion, world.controller, world.logger.every) == ('sine', 2000, 16)
+    arm = arm_of(world)
+    said = diagnose(measurement_from(arm.labels, logged(world, arm)), arm).diagnosis
+    assert said.verdict == 'no_discrepancy'
 
 
 @pytest.mark.parametrize(('name', 'seed', 'period', 'every'), [

@@ -84,14 +84,29 @@ class Measurement:
 
         It is at least that of rounding to the smallest step that a reading ever made.
         """
-        fine = np.diff(self.reading[::self.parts], 4, axis=0) / np.sqrt(FOURTH_DIFFERENCES)
-        length = max(1, round(SEGMENT / (self.parts * self.dt)))
-        parts = fine[:len(fine) // length * length].reshape(-1, length, *fine.shape[1:])
         steps = np.abs(np.diff(self.reading[::self.parts], axis=0))
         rounding = np.where(steps > 0.0, steps, np.inf).min(axis=0) / np.sqrt(12.0)
         rounding = np.where(np.isfinite(rounding), rounding, 0.0)
-        return np.maximum(np.quantile(parts.std(axis=1), QUIET, axis=0),
-                          np.maximum(rounding, 1e-13))
+        return np.maximum(self._white_noise(self.reading), np.maximum(rounding, 1e-13))
+
+    def command_noise(self) -> Array:
+        """
+        Return the white noise by which commands (n,) differ from what acted [N*m, shaft].
+
+        Those of a loop of this rate were held, and are what acted. Of a faster loop every so many
+        commands were recorded. Each has the noise of its own time, and between them was other.
+        """
+        recorded = self.command[::self.parts]
+        if (np.repeat(recorded, self.parts, axis=0)[:len(self.command)] == self.command).all():
+            return np.zeros(recorded.shape[1])
+        return self._white_noise(self.command)
+
+    def _white_noise(self, values: Array) -> Array:
+        """Return the white noise of what was recorded (k, ...), in the quieter segments."""
+        fine = np.diff(values[::self.parts], 4, axis=0) / np.sqrt(FOURTH_DIFFERENCES)
+        length = max(1, round(SEGMENT / (self.parts * self.dt)))
+        segments = fine[:len(fine) // length * length].reshape(-1, length, *fine.shape[1:])
+        return np.asarray(np.quantile(segments.std(axis=1), QUIET, axis=0))
 
     def recordings(self) -> list['Measurement']:
         """Return each recording on its own, its time from zero."""

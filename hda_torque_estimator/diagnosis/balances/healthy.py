@@ -42,7 +42,7 @@ def healthy_twin(balancer: Balancer, arm: Arm, seed: int,
         read = made.reading[::measured.parts, :, :2]
         reading[piece], command[piece] = between(read, measured.parts), made.command
     random = np.random.default_rng(seed)
-    command += torque_noise * random.standard_normal(command.shape)
+    command += torque_noise * _white(random, measured, len(arm.joints))
     twin = Measurement(measured.labels, measured.dt, reading, command, begins=measured.begins,
                        parts=measured.parts, led=measured.led)
     lacking = np.sqrt(np.maximum(measured.reading_noise() ** 2 - twin.reading_noise() ** 2, 0.0))
@@ -81,9 +81,11 @@ def noise_of(balancer: Balancer, arm: Arm, twin: Measurement | None = None, *,
              for values in (ours.residual, added)]
     of_white = _of_white(balancer, joints, seed)
     share = _roughness(of_white / of_white.std(axis=0), np.ones(of_white.shape, bool))
-    white = (rough[0] ** 2 - rough[1] ** 2) / share ** 2
+    white = np.nan_to_num((rough[0] ** 2 - rough[1] ** 2) / share ** 2)
+    untold = balancer.measurement.command_noise() * arm.record().joints['ratio']
     noise = plain.copy()
-    noise[:joints] = np.sqrt(plain[:joints] ** 2 + np.maximum(np.nan_to_num(white), 0.0))
+    noise[:joints] = np.sqrt(plain[:joints] ** 2 + np.maximum(
+        white, (untold * of_white.std(axis=0)) ** 2))
     usual = [_roughness(values[:, joints:], ours.valid[:, joints:], 0.5)
              for values in (ours.residual, added)]
     ratio = np.divide(usual[0], usual[1], where=usual[1] > 0.0, out=np.ones(joints))
@@ -100,9 +102,14 @@ def _rms(values: Array, valid: NDArray[np.bool_]) -> Array:
 
 def _of_white(balancer: Balancer, joints: int, seed: int) -> Array:
     """Return what white noise of a deviation of 1 makes of motor balances (m, n)."""
-    noise = np.random.default_rng(seed).standard_normal((len(balancer.measurement.command), 1))
-    balance = balancer.filtered(noise)
+    balance = balancer.filtered(_white(np.random.default_rng(seed), balancer.measurement, 1))
     return np.concatenate([balancer.in_balance(balance, joint) for joint in range(joints)], axis=1)
+
+
+def _white(random: np.random.Generator, measurement: Measurement, columns: int) -> Array:
+    """Return white noise of recorded samples (k, columns), and between them what they tell."""
+    recorded = random.standard_normal((len(measurement.command[::measurement.parts]), columns))
+    return between(recorded, measurement.parts)
 
 
 def _roughness(residual: Array, valid: NDArray[np.bool_], share: float = QUIET) -> Array:
