@@ -70,8 +70,8 @@ def size_and_smallest(world: Any, hidden: Any, told: Sequence[Detectable]) -> tu
                      if (row.effect, row.joint) == (hidden.effect, hidden.joint)), None)
     if smallest is None:
         return abs(size), None, False
-    weaker = hidden.effect in WEAKER
-    return abs(size), smallest, abs(size) <= smallest if weaker else abs(size) >= smallest
+    shows = abs(size) <= smallest if hidden.effect in WEAKER else abs(size) >= smallest
+    return abs(size), smallest, bool(shows)         # a bool of numpy is none of JSON
 
 
 def powers(world: Any) -> list[float]:

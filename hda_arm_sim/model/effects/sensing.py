@@ -41,14 +41,14 @@ def link_runout_slope(own: Record, at: Read) -> Signal:
 
 @compiled
 def motor_runout(own: Record, at: Read) -> Signal:
-    """Return what a motor encoder off its axis adds to the angle, (eq:motor-disc) [rad]."""
-    return own.amplitude * np.sin(at.angle + own.phase)
+    """Return what the disc of a motor encoder adds to the angle, (eq:motor-disc) [rad]."""
+    return own.amplitude * np.sin(own.order * at.angle + own.phase)
 
 
 @compiled
 def motor_runout_slope(own: Record, at: Read) -> Signal:
     """Return how (eq:motor-disc) changes with the angle [rad/rad]."""
-    return own.amplitude * np.sin(at.angle + (own.phase + 0.5 * np.pi))
+    return own.order * own.amplitude * np.sin(own.order * at.angle + (own.phase + 0.5 * np.pi))
 
 
 @compiled
@@ -120,7 +120,7 @@ class LinkEncoderEccentricity(Effect):
 
 @dataclass(frozen=True)
 class MotorEncoderEccentricity(Effect):
-    """Disc of the motor encoder off its axis, (eq:motor-disc)."""
+    """Disc of the motor encoder off its axis, or oval, (eq:motor-disc)."""
 
     name: ClassVar[str] = 'motor_encoder_eccentricity'
     cause: ClassVar[str] = 'the disc of the motor encoder sits off its axis'
@@ -130,12 +130,13 @@ class MotorEncoderEccentricity(Effect):
     law = staticmethod(motor_runout)
     law_slope = staticmethod(motor_runout_slope)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        varies=('motor_turn',), waves={('amplitude', 'phase'): 0.002},
+        varies=('motor_waves',), waves={('amplitude', 'phase'): 0.002},
         alike=('kinematic_error',),
         experiment='constant speed off the resonance at two loads')
     typical: ClassVar[Typical | None] = Typical({'amplitude': 0.01}, {'phase': 0.5})
-    amplitude: float = parameter(0.0, 'rad', 0.0, 0.2, 'once per motor turn, at the shaft')
+    amplitude: float = parameter(0.0, 'rad', 0.0, 0.2, 'of the wave, at the shaft')
     phase: float = parameter(0.0, 'rad', -7.0, 7.0, 'its phase')
+    order: float = parameter(1.0, '1/turn', 1.0, 4.0, 'waves per motor turn: 2 of an oval disc')
 
 
 @dataclass(frozen=True)

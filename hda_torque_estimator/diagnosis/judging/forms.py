@@ -32,7 +32,7 @@ FARTHEST = 0.25         # share of a cause's power beyond which a form is anothe
 _APART = 0.05           # of a form, that is its own beside those before it
 _ACTS = 3.0             # deviations of its power over time within which a cause acts
 # Waves per turn by which those of a cause that is a wave are changed; by one, to its harmonic.
-_ORDERS = {'motor_angle': (1, 2, 4), 'motor_turn': (1,)}
+_ORDERS = {'motor_angle': (1, 2, 4)}
 RATE_OF = 'rate'        # of what a cause does: laws of a drive differ by its time behaviour
 # Of a wave along a coordinate: it may have a harmonic, where the motion has seen a whole wave.
 WAVES = {'motor_waves': 'motor_angle', 'link_waves': 'link_angle'}

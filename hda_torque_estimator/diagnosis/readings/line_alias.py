@@ -26,8 +26,8 @@ def resolved(travel: Array, fewest: float, most: float, window: int) -> Mask:
     """
     Return where samples show waves of all numbers of lines per turn from fewest to most.
 
-    `travel` (k,) is that from sample to sample [rad]. A wave must be slow enough for them, and
-    pass whole in a window of so many samples: a polynomial there follows what passes in part.
+    `travel` (k,) is that from sample to sample [rad]. A wave must be slow enough for them. And it
+    must pass whole in a window of so many samples: a polynomial follows what passes in part.
     """
     lines = np.abs(travel) / (2.0 * math.pi)
     return np.asarray((lines * most < _CYCLES) & (lines * fewest * window >= 1.0))
