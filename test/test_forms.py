@@ -8,7 +8,7 @@ from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.healthy import (
     healthy_twin, noise_of, torque_noise_of)
-from hda_torque_estimator.diagnosis.diagnose import EFFECTIVE
+from hda_torque_estimator.diagnosis.diagnose import diagnose, EFFECTIVE
 from hda_torque_estimator.diagnosis.fitting.alignment import aligned
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
@@ -101,3 +101,17 @@ def test_without_a_twin_nothing_is_chance():
     world = worlds.draw(722003, motion='rich', rate=1000, joints=1, seconds=6.0)
     fitter = replace(fitter_of(world), twin=None)
     assert by_chance(fitter, next(iter(terms_of(arm, 'current_loop_lag')))) == 0.0
+
+
+@pytest.mark.parametrize(('effect', 'form', 'seed', 'rate'), [
+    ('motor_encoder_eccentricity', 'two_orders', 610140, 1000),
+    ('torque_ripple', 'with_torque', 630053, None)])
+def test_a_cause_is_named_whose_wave_has_a_harmonic_or_grows_with_the_torque(
+        effect, form, seed, rate):
+    world = worlds.draw(seed, (effect,), motion='rich', rate=rate)
+    hidden, = world.hidden
+    assert hidden.form == form
+    arm = arm_of(world)
+    said = diagnose(measurement_from(arm.labels, logged(world, arm)), arm).diagnosis
+    assert [(one.effect, one.joint) for one in said.findings] == [(effect, hidden.joint)]
+    assert said.verdict == 'explained'

@@ -87,7 +87,7 @@ class TorqueRipple(Effect):
     acts: ClassVar[tuple[str, ...]] = ('amplitude_2', 'amplitude_4')
     law = staticmethod(ripple_torque)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        varies=('joint_torque', 'motor_angle'),
+        varies=('joint_torque', 'motor_torque', 'motor_angle'),
         waves={**wave(2, 0.005), **wave(4, 0.005)}, alike=('motor_cogging', 'kinematic_error'),
         experiment='the same slow speed at two loads')
     typical: ClassVar[Typical | None] = Typical(
