@@ -125,3 +125,12 @@ def test_what_looks_alike_at_a_quick_rate_does_so_at_a_slow_one():
     assert [one.probability for one in pair.candidates] == pytest.approx(
         2 * [0.5 * pair.probability])
     assert found.probability > 0.9
+
+
+def test_a_healthy_arm_that_stops_and_goes_has_noise_of_commands():
+    """None of its half seconds moves throughout, so those that do in parts tell the noise."""
+    world = worlds.draw(650041, ())
+    assert (world.motion, world.controller, world.logger.every) == ('trapezoid', 2000, 4)
+    arm = arm_of(world)
+    said = diagnose(measurement_from(arm.labels, logged(world, arm)), arm).diagnosis
+    assert said.verdict == 'no_discrepancy'

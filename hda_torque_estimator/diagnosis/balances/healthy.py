@@ -113,12 +113,17 @@ def _white(random: np.random.Generator, measurement: Measurement, columns: int) 
 
 
 def _roughness(residual: Array, valid: NDArray[np.bool_], share: float = QUIET) -> Array:
-    """Return the high-frequency level (c,) that this share of the segments is below [N*m]."""
+    """
+    Return the high-frequency level (c,) that this share of the segments is below [N*m].
+
+    Where a motion stops so often that no segment holds throughout, those are of rows that hold.
+    """
     fast = residual - gaussian_filter1d(residual, 1.0, axis=0)
     length = round(SEGMENT * RATE)
     levels = []
     for column, good in zip(fast.T, valid.T):
-        parts = [column[k:k + length].std() for k in range(0, len(column) - length, length)
-                 if good[k:k + length].all()]
+        whole = [k for k in range(0, len(column) - length, length) if good[k:k + length].all()]
+        parts = [column[k:k + length].std() for k in whole] or [
+            column[good][k:k + length].std() for k in range(0, good.sum() - length, length)]
         levels.append(np.quantile(parts, share) if parts else np.nan)
     return np.array(levels)
