@@ -31,8 +31,7 @@ SPREAD = 0.25           # deviation of each coefficient: a share of what the cau
 FARTHEST = 0.25         # share of a cause's power beyond which a form is another law
 _APART = 0.05           # of a form, that is its own beside those before it
 _ACTS = 3.0             # deviations of its power over time within which a cause acts
-# Waves per turn by which those of a cause that is a wave are changed; by one, to its harmonic.
-_ORDERS = {'motor_angle': (1, 2, 4)}
+_ORDERS = (1, 2, 4)     # waves per motor turn by which a cause that is a wave is changed
 RATE_OF = 'rate'        # of what a cause does: laws of a drive differ by its time behaviour
 # Of a wave along a coordinate: it may have a harmonic, where the motion has seen a whole wave.
 WAVES = {'motor_waves': 'motor_angle', 'link_waves': 'link_angle'}
@@ -203,8 +202,8 @@ def factors_along(time: Array, along: Mapping[str, Array],
             yield from _powers(time, 2)
         elif name == 'sense':
             yield np.tanh(along['motor_velocity'] / SLOW)
-        elif name in _ORDERS:
-            for order in _ORDERS[name]:
+        elif name == 'motor_angle':
+            for order in _ORDERS:
                 yield np.sin(order * along['motor_angle'])
                 yield np.cos(order * along['motor_angle'])
         elif name == 'link_angle':

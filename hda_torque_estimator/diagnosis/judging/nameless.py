@@ -23,13 +23,13 @@ from ..fitting.solve import Columns, condense, condense_more, Solution, solve
 
 Array = NDArray[np.float64]
 # Choices unless told otherwise.
-SLOW = 1.0             # shaft speed over which a sense of motion sets in [rad/s]
+SLOW = 1.0              # shaft speed over which a sense of motion sets in [rad/s]
 # (source: what noise moves has no less at high frequency; motions of robots end below 7 Hz)
 _SMOOTH = 3.0           # samples of the balances over which a rate is one of the motion
 # (measured: 0.005 at most in the laboratory, 0.05 to 0.9 where noise made 200 to 1800 of score)
 _OF_NOISE = 0.02        # share of its power that noise may have in a rate that is of the motion
 _RATED = ('joint_torque', 'motor_torque', 'motor_velocity')
-SLIDING = (5.0, 20.0)  # shaft speeds over which friction may fall [rad/s]
+SLIDING = (5.0, 20.0)   # shaft speeds over which friction may fall [rad/s]
 _LINK_ORDERS = (1, 2, 3, 4, 6)  # waves per link turn of curves without a name
 _MOTOR_ORDERS = (1, 2, 4, 6, 8, 12)  # waves per motor turn of curves without a name
 # Beside these two, what follows the torque lets a motor balance shrink with all of its noise.
