@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from .drive import delayed, issued, looped, Sent
 from .encoders import PEAKED, TWO_ORDERS
+from .handed import uncounted
 from .layout import Record
 from .links import contact, leverage
 from .plant import accelerate, drift, kick, locate, Plant, relative, State
@@ -166,13 +167,28 @@ def advance(plant: Plant, state: State, plan: Plan, k: int, steps: int, sent: Se
 @numba.njit(cache=True, error_model='numpy')
 def run(plant: Plant, state: State, plan: Plan, steps: int, log: Log) -> None:
     """Run all samples of a plan, `steps` integration steps each, and fill the log."""
-    samples = plan.angle.shape[0]
-    spare, rate, answer, last = np.zeros(5), np.zeros(2), np.zeros(2), 0
-    sent = Sent(np.zeros((samples, 2)), plan.arrival, np.zeros(2, np.int64))
+    sent = Sent(np.zeros((plan.angle.shape[0], 2)), plan.arrival, np.zeros(2, np.int64))
+    follow(plant, state, plan, steps, sent, np.zeros((3, 5)), log)
+
+
+@numba.njit(cache=True, error_model='numpy')
+def follow(plant: Plant, state: State, plan: Plan, steps: int, sent: Sent, spare: Array,
+           log: Log) -> None:
+    """Run the samples; rows of `spare` (3, 5) are for what one of them needs."""
+    c = uncounted
+    plant = Plant(c(plant.arm), c(plant.joints), c(plant.law), c(plant.body))
+    state = State(c(state.position), c(state.rate), c(state.bristle), c(state.sliders),
+                  c(state.heat), c(state.lag), c(state.memory), c(state.held), c(state.pose))
+    plan = Plan(c(plan.angle), c(plan.angle_rate), c(plan.force), c(plan.instant),
+                c(plan.arrival), c(plan.fate), c(plan.noise), c(plan.jitter))
+    sent, spare = Sent(c(sent.torque), c(sent.arrival), c(sent.active)), c(spare)
+    log = Log(c(log.motor), c(log.command), c(log.link), c(log.state), c(log.torque),
+              c(log.external))
+    rate, answer, last = spare[0], spare[1], 0
     locate(plant, state, plan.force[0, 0], plan.force[0, 1], plan.instant[0])
-    for k in range(samples):
+    for k in range(plan.angle.shape[0]):
         locate(plant, state, plan.force[k, 0], plan.force[k, 1], plan.instant[k])
-        remember(plant, state, plan, k, log, spare)
+        remember(plant, state, plan, k, log, spare[2])
         for j in range(2):
             joint = plant.joints[j]
             if plan.fate[k] != FRESH:
