@@ -9,8 +9,8 @@ simulation all run this function, so they give the same bits.
 from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
-from hda_arm_sim.foundation.chain import of_links
-from hda_arm_sim.foundation.compiled import compiled, inlined, Record
+from hda_arm_sim.foundation.chain import lent, of_links
+from hda_arm_sim.foundation.compiled import borrowed, compiled, inlined, Record
 from hda_arm_sim.foundation.rigid import Inertia
 from hda_arm_sim.model.arm import ArmRecord
 from hda_arm_sim.model.effects.transmission import SLIDERS
@@ -204,7 +204,11 @@ def step(model: Model, memory: Array, sample: Sample, result: Array, tip: Array)
 
     An arm without links (`settings.links == 0`) leaves external torques and tip NaN.
     """
-    record, settings, dt = model.record, model.settings, sample.dt
+    memory, result, tip = borrowed(memory), borrowed(result), borrowed(tip)
+    record = ArmRecord(borrowed(model.record.joints), model.record.body)
+    model = Model(record, model.settings, lent(model.inertia))
+    sample = Sample(borrowed(sample.reading), borrowed(sample.command), sample.dt)
+    settings, dt = model.settings, sample.dt
     joints = record.joints.shape[0]
     angles = np.empty(joints)
     moments = tilt_moments(record.body, model.inertia, sample.reading[:, LINK_READING])

@@ -9,7 +9,7 @@ each other beyond what can be learnt, the better one stands alone.
 from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
-from hda_arm_sim.foundation.compiled import compiled, inlined, Record
+from hda_arm_sim.foundation.compiled import borrowed, compiled, inlined, Record
 from hda_arm_sim.model.kernel import growth, played_torsion
 from hda_arm_sim.model.torsion import flexed
 import numpy as np
@@ -64,6 +64,7 @@ def joint_torque(joint: Record, settings: CompiledSettings, memory: Array, seen:
 
     `effect` (ERRORS,) holds what a sigma of each error adds to the torsion [rad]; it is used up.
     """
+    effect = borrowed(effect)
     torque = _through(joint, heard, seen)
     stiffness, random = reading_deviation(joint, torque, seen.gain)
     lawless = joint.torsion.deviation ** 2

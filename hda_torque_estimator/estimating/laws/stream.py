@@ -3,7 +3,7 @@
 from typing import Any, NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
-from hda_arm_sim.foundation.compiled import compiled, inlined
+from hda_arm_sim.foundation.compiled import borrowed, compiled, inlined
 from hda_arm_sim.model.arm import ArmRecord
 from hda_arm_sim.model.arm_arrays import inertia_of
 import numpy as np
@@ -42,6 +42,15 @@ class Stream(NamedTuple):
     seconds: Array
 
 
+class Scratch(NamedTuple):
+    """Room for what one sample is made into on its way."""
+
+    clean: Array                # (n, READINGS) without absurd velocities
+    given: Array                # (n,) without absurd motor torques
+    held: Array                 # (n, 3) what pulls at a joint, as `belief.feel_standstill` has it
+    told: Array                 # (5,) what is wrong with a sample
+
+
 @inlined
 def _settings(numbers: Array) -> CompiledSettings:
     n = numbers
@@ -58,11 +67,34 @@ def run(plain: Plain, of: Remembered, stream: Stream, result: Array, tip: Array)
     One sample and a recording take the same machine code, therefore the same bits. Where a
     compiler joins a step to two callers, it may round differently in each.
     """
+    joints = stream.reading.shape[1]
+    scratch = Scratch(np.empty(stream.reading.shape[1:]), np.empty(joints), np.empty((joints, 3)),
+                      np.zeros(5))
+    _run(plain, of, stream, scratch, result, tip)
+
+
+@inlined
+def _lent(plain: Plain, of: Remembered, stream: Stream,
+          scratch: Scratch) -> tuple[Plain, Remembered, Stream, Scratch]:
+    """Return the same arrays, of which nobody counts who holds them: that took half of a step."""
+    return (Plain(borrowed(plain.joints), borrowed(plain.body), borrowed(plain.inertia),
+                  borrowed(plain.settings)),
+            Remembered(borrowed(of.limits), borrowed(of.watch), borrowed(of.doubts),
+                       borrowed(of.memory)),
+            Stream(borrowed(stream.reading), borrowed(stream.command), borrowed(stream.seconds)),
+            Scratch(borrowed(scratch.clean), borrowed(scratch.given), borrowed(scratch.held),
+                    borrowed(scratch.told)))
+
+
+@compiled
+def _run(plain: Plain, of: Remembered, stream: Stream, scratch: Scratch, result: Array,
+         tip: Array) -> None:
+    """Estimate samples; the caller keeps all arrays alive."""
+    plain, of, stream, scratch = _lent(plain, of, stream, scratch)
+    result, tip = borrowed(result), borrowed(tip)
     model = Model(ArmRecord(plain.joints, plain.body[0]), _settings(plain.settings),
                   inertia_of(plain.inertia))
-    reading = stream.reading
-    clean, given = np.empty_like(reading[0]), np.empty_like(stream.command[0])
-    held, told = np.empty((reading.shape[1], 3)), np.zeros(5)
+    reading, (clean, given, held, told) = stream.reading, scratch
     for i in range(reading.shape[0]):
         back, two = stream.seconds[i] <= BACK, stream.seconds[i] >= TWO
         passed = AFRESH if back else stream.seconds[i] - TWO if two else stream.seconds[i]
