@@ -5,6 +5,7 @@ import json
 import os
 from pathlib import Path
 import signal
+import subprocess
 import sys
 import time
 
@@ -22,6 +23,7 @@ from hda_torque_estimator.fleet.spread import (
     machine_memory, over_machines, over_processes, SpreadError)
 from hda_torque_estimator.measurements.recording_checks import GateError
 import numpy as np
+from project_files import ROOT
 import pytest
 
 PATIENCE = 60.0         # of a process for another: nothing is measured by it [s]
@@ -169,6 +171,16 @@ def test_dask_that_is_missing_is_one_line(monkeypatch):
 def test_results_come_in_the_order_of_the_items():
     assert over_processes(abs, [-3, 1, -2], 2) == [3, 1, 2]
     assert over_processes(abs, []) == []
+
+
+def test_workers_import_nothing_from_the_folder_where_they_are_started(tmp_path):
+    (tmp_path / 'colorsys.py').write_text('open("imported", "x").close()\n')
+    done = subprocess.run(
+        [sys.executable, '-c', 'from hda_torque_estimator.fleet.spread import over_processes\n'
+         'print(over_processes(abs, [-3], 1, needed=["colorsys"]))'],
+        cwd=tmp_path, env={**os.environ, 'PYTHONPATH': str(ROOT)}, capture_output=True, text=True)
+    assert (done.stdout, done.stderr) == ('[3]\n', '')
+    assert not (tmp_path / 'imported').exists()
 
 
 def in_turn(place: Path) -> str:

@@ -10,7 +10,7 @@ from a server that has imported what the work needs: to import it for each item 
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import as_completed, Future, ThreadPoolExecutor
 from importlib import import_module
-from multiprocessing import get_context
+from multiprocessing import forkserver, get_context
 from multiprocessing.connection import Connection
 import os
 from pathlib import Path
@@ -56,7 +56,7 @@ def over_processes(work: Callable[[Item], Result], items: Sequence[Item],
     if workers is not None and workers < 1:
         raise SpreadError(f'--workers must be at least 1, got {workers}')
     share = max(machine_memory() // max(count, 1), LEAST_SHARE)
-    get_context('forkserver').set_forkserver_preload([work.__module__, *needed])
+    _start_server([work.__module__, *needed])
     pool = ThreadPoolExecutor(max(count, 1))
     try:
         futures = [pool.submit(_apart, work, failed, share, item) for item in items]
@@ -64,6 +64,23 @@ def over_processes(work: Callable[[Item], Result], items: Sequence[Item],
         return [future.result() for future in futures]
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def _start_server(needed: list[str]) -> None:
+    """
+    Start the server that processes fork from, in a folder without files of the user.
+
+    A module is looked for where the server starts, before anywhere else (until Python 3.13). So a
+    file of the user's folder could stand in for one. The processes go back to that folder.
+    """
+    get_context('forkserver').set_forkserver_preload(needed)
+    folder = os.open('.', os.O_RDONLY)
+    try:
+        os.chdir('/')
+        forkserver.ensure_running()
+    finally:
+        os.fchdir(folder)
+        os.close(folder)
 
 
 def _hand_over(done: Iterable[Future[Result]],
