@@ -35,16 +35,22 @@ def edited(tmp_path, monkeypatch):
     (package / 'user.py').write_text('from .law import law\n\nANSWER = law(1)\n')
     (package / 'stranger.py').write_text('ANSWER = 2\n')
     monkeypatch.setattr(compiled, '_PACKAGES', tmp_path)
-    compiled.source_digest.cache_clear()
+    forget_sources()
     yield package
-    compiled.source_digest.cache_clear()
+    forget_sources()
+
+
+def forget_sources():
+    """Have sources looked at anew."""
+    for remembers in (compiled.source_digest, compiled._imports, compiled._path):
+        remembers.cache_clear()
 
 
 def test_edit_of_a_law_moves_those_who_can_call_it_and_nobody_else(edited):
     names = [f'hda_arm_sim.{name}' for name in ('law', 'user', 'stranger')]
     before = [compiled.source_digest(name) for name in names]
     (edited / 'law.py').write_text('def law(x):\n    return 2 * x\n')
-    compiled.source_digest.cache_clear()
+    forget_sources()
     after = [compiled.source_digest(name) for name in names]
     assert [one != other for one, other in zip(before, after)] == [True, True, False]
 
@@ -52,7 +58,7 @@ def test_edit_of_a_law_moves_those_who_can_call_it_and_nobody_else(edited):
 def test_module_of_somebody_else_follows_every_source(edited):
     before = compiled.source_digest('strange')
     (edited / 'stranger.py').write_text('ANSWER = 3\n')
-    compiled.source_digest.cache_clear()
+    forget_sources()
     assert compiled.source_digest('strange') != before
 
 

@@ -34,6 +34,7 @@ _SOURCES = ('hda_arm_sim', 'hda_torque_estimator')
 _IMPORT = re.compile(r'^[ ]*from +(\.*)([\w.]*) +import +(\([^)]*\)|[^\n]*)', re.MULTILINE)
 
 
+@cache
 def _path(module: str) -> Path | None:
     """Return the source file of a module of ours; None if it is not ours or no module."""
     if not module.startswith(_SOURCES):
@@ -49,7 +50,13 @@ def _ours() -> list[str]:
             for package in _SOURCES for path in (_PACKAGES / package).rglob('*.py')]
 
 
-def _imports(module: str, path: Path) -> Iterator[str]:
+@cache              # others ask about the same module: unremembered it took a third of a start
+def _imports(module: str, path: Path) -> tuple[str, ...]:
+    """Return the modules of ours that a module imports from."""
+    return tuple(name for name in _named(module, path) if _path(name))
+
+
+def _named(module: str, path: Path) -> Iterator[str]:
     """Yield the names that a module imports from: modules, and what may be modules in them."""
     package = module if path.name == '__init__.py' else module.rpartition('.')[0]
     for dots, name, what in _IMPORT.findall(path.read_text()):
