@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from functools import cache
+import gc
 import os
 import signal
 import socket
@@ -30,6 +31,15 @@ def pytest_configure(config: pytest.Config) -> None:
     os.environ.update(
         MPLBACKEND='Agg', ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST', ROS_DOMAIN_ID=str(domain),
         ROS_PYTHON_CHECK_FIELDS='1')
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_collection() -> Iterator[None]:
+    """Look for no garbage among all that is imported and collected, now or later: it stays."""
+    gc.disable()
+    yield
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.hookimpl(tryfirst=True)         # before xdist reads the groups
