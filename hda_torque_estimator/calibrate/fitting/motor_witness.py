@@ -15,6 +15,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from .witness import blocks_of, Flags, per_recording
 from ..passages.joint_recording import Measured, Turning
+from ..passages.thinning import row_means
 from ...estimating.laws import route_errors
 from ...samples.readings import LINK_READING, MOTOR_READING
 
@@ -41,8 +42,8 @@ class MotorWitness:
 
     def __init__(self, recordings: Sequence[Measured]) -> None:
         """Take recordings that all have motor torques."""
-        self.recordings = recordings
-        self.dt = max(one.dt for one in recordings)
+        self.recordings, self._periods = recordings, [one.dt for one in recordings]
+        self.dt = max(self._periods)
         self._turning = [one.turning() for one in recordings]
         self._seen = [_columns(*each) for each in zip(recordings, self._turning)]
         self._used = [_slides(*each) for each in zip(recordings, self._turning, self._seen)]
@@ -88,8 +89,8 @@ class MotorWitness:
                            in zip(self.recordings, self._turning)])
 
     def _rows(self, columns: Sequence[Floats]) -> Floats:
-        return np.concatenate([one.thinned(column)[used] for one, column, used
-                               in zip(self.recordings, columns, self._used)])
+        return np.concatenate([row_means(column, dt)[used] for column, dt, used
+                               in zip(columns, self._periods, self._used)])
 
 
 def sliding(recordings: Sequence[Measured]) -> list[Measured]:
