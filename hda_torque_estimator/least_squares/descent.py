@@ -121,15 +121,16 @@ def limits(terms: Sequence[Term], more: int) -> tuple[Floats, Floats]:
     return np.concatenate([*low, -wide]), np.concatenate([*high, wide])
 
 
-def descend(problem: Problem, start: Floats, noise: float | None = None) -> Found:
+def descend(problem: Problem, start: Floats, noise: float | None = None,
+            known: Rows | None = None) -> Found:
     """
-    Return the most likely unknowns, descending from `start` (p,).
+    Return the most likely unknowns, descending from `start` (p,), about which rows may be known.
 
     The noise of a row is what each pass leaves, or `noise` [N*m] where that is given. A fit that
     is far off takes all of its error for noise, and priors then hold it where it is.
     """
-    scaled, error = start, problem.error(start)
-    rows, fresh = problem.rows(scaled, error), True
+    rows = problem.rows(start, problem.error(start)) if known is None else known
+    scaled, error, fresh = start, rows.error, True
     for _ in range(PASSES):
         weighed = noise_of(error, rows.stretch) if noise is None else noise
         trial = _step(problem, rows, weighed, scaled)

@@ -112,31 +112,47 @@ class Referenced:
         return np.asarray((self.error(scaled + step * way) - error) / step)
 
 
-def fitted(problem: Referenced, starts: Sequence[Floats] = ()) -> tuple[Referenced, Found]:
-    """Return the most likely unknowns, and the problem with the spread that its zeros have."""
-    found = likeliest(problem, starts or [beginning(problem.terms, problem.beside)])
+def fitted(problem: Referenced, starts: Sequence[Floats] = (),
+           known: Rows | None = None) -> tuple[Referenced, Found]:
+    """
+    Return the most likely unknowns, and the problem with the spread that its zeros have.
+
+    `known` are the rows about the first of the starts.
+    """
+    found = likeliest(problem, starts or [beginning(problem.terms, problem.beside)], known)
     for _ in range(ROUNDS):
-        scaled, before = found.scaled.copy(), found.noise
+        before = found.noise
         spread = _spread(problem, found) if problem.moving else problem.spread
-        scaled[len(scaled) - problem.moving:] *= problem.spread / spread
+        scaled, rows = _with_zeros(problem, found, problem.spread / spread)
         settled = abs(spread - problem.spread) <= SETTLED * problem.spread
         problem = replace(problem, spread=spread)
-        found = descend(problem, scaled)
+        found = descend(problem, scaled, known=rows)
         if settled and abs(found.noise - before) <= SETTLED * before:
             break
     return problem, found
 
 
-def likeliest(problem: Referenced, starts: Sequence[Floats]) -> Found:
-    """Return the fit that leaves least, from one of several starts."""
-    fits = [_hopeful(problem, start) for start in starts]
+def _with_zeros(problem: Referenced, found: Found, factor: float) -> tuple[Floats, Rows]:
+    """Return unknowns and rows of a fit with zeros so many times as many sigmas."""
+    scaled, slopes = found.scaled.copy(), found.rows.slopes.copy()
+    first = len(scaled) - problem.moving
+    scaled[first:] *= factor
+    slopes[:, first:] /= factor
+    return scaled, replace(found.rows, slopes=slopes)
+
+
+def likeliest(problem: Referenced, starts: Sequence[Floats], known: Rows | None = None) -> Found:
+    """Return the fit that leaves least, from one of several starts; `known` as in `fitted`."""
+    fits = [_hopeful(problem, start, None if place else known)
+            for place, start in enumerate(starts)]
     return min(fits, key=lambda found: found.noise)
 
 
-def _hopeful(problem: Referenced, start: Floats) -> Found:
+def _hopeful(problem: Referenced, start: Floats, known: Rows | None) -> Found:
     """Return a fit that is first taken for nearly right, then for as right as it is."""
     noise = FIRST_NOISE * float(problem.witness.reference(0.0).std())
-    return descend(problem, descend(problem, start, noise).scaled)
+    first = descend(problem, start, noise, known)
+    return descend(problem, first.scaled, known=first.rows)
 
 
 def _spread(problem: Referenced, found: Found) -> float:

@@ -181,7 +181,7 @@ def _worthwhile(problem: Referenced, found: Found, search: Search,
             few = len(found.rows.error) < PATIENT and search.worth == CLEARLY
             if promised * _worth(search, make) >= best and not few:
                 continue
-            fit = fitted(wider, [start.scaled, 0.0 * start.scaled])
+            fit = fitted(wider, [start.scaled, 0.0 * start.scaled], start.rows)
             if error_left_out(*fit) < _worth(search, make) * best and _may_be(*fit):
                 problem, found = fit
                 rest.remove(make)
