@@ -6,6 +6,7 @@ from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.healthy import healthy_twin, noise_of
 from hda_torque_estimator.diagnosis.diagnose import diagnose
+from hda_torque_estimator.measurements.even_grid import on_grid
 from hda_torque_estimator.measurements.measurement import Measurement, measurement_from
 from hda_torque_estimator.measurements.upsampling import between, finer, is_held, parts_of
 import numpy as np
@@ -33,6 +34,27 @@ def test_who_held_a_command_is_told_by_the_noise_that_it_answers(period, every, 
     parts = parts_of(measurement.dt)
     between_samples = finer(measurement).command[20 * parts:21 * parts]
     assert (np.ptp(between_samples, axis=0) == 0.0).all() == held
+
+
+def slow_world(seed, effects=(), *, rate, controller=None, jitter=0.0):
+    """Return the arm and half a minute of a world whose log has this rate [Hz]."""
+    world = worlds.draw(seed, effects, rate=rate, seconds=30.0)
+    controller = controller or world.controller
+    world = replace(world, controller=controller, logger=world.logger._replace(
+        every=controller // rate, jitter=jitter))
+    arm = arm_of(world)
+    return arm, measurement_from(arm.labels, logged(world, arm))
+
+
+# At constant speed most of a quick command is of the motion, which is smooth and tells itself, so
+# that only a few per cent are not told. Beside samples in which a controller answered nothing,
+# half was not told.
+@pytest.mark.parametrize(('seed', 'effects', 'rate', 'controller', 'held'), [
+    (660010, (), 125, 2000, False), (661001, ('dropped_samples',), 250, 250, True)])
+def test_clocks_that_jitter_and_lost_samples_hide_not_who_held_a_command(
+        seed, effects, rate, controller, held):
+    _, measurement = slow_world(seed, effects, rate=rate, controller=controller)
+    assert is_held(on_grid(measurement)) == held
 
 
 @pytest.mark.parametrize(('dt', 'parts'), [
@@ -104,6 +126,13 @@ def test_commands_of_a_fast_loop_in_a_slow_log_accuse_no_healthy_arm(seed, motio
     arm = arm_of(world)
     said = diagnose(measurement_from(arm.labels, logged(world, arm)), arm).diagnosis
     assert said.verdict == 'no_discrepancy'
+
+
+def test_commands_of_a_slow_loop_beside_late_stamps_accuse_no_healthy_arm():
+    """What jitter of the clock adds to commands is told by no stamp, so the motor tells."""
+    arm, measurement = slow_world(650008, rate=250, controller=250, jitter=6e-4)
+    assert not is_held(on_grid(measurement))
+    assert diagnose(measurement, arm).diagnosis.verdict == 'no_discrepancy'
 
 
 @pytest.mark.parametrize(('name', 'seed', 'period', 'every'), [

@@ -18,14 +18,22 @@ LEAST = 1e-8            # jitter beyond the nanoseconds in which stamps count [s
 
 
 def on_grid(measurement: Measurement) -> Measurement:
-    """Return the readings at the ticks if the stamps are believed, else as they are."""
+    """
+    Return the readings at the ticks if the stamps are believed, else as they are.
+
+    What stamps say of the clock stays, for controllers answered readings as they were taken. It
+    goes where stamps were made even, or would have made readings rougher than they are: then they
+    know nothing of it.
+    """
     if np.abs(measurement.past).max(initial=0.0) < LEAST:
-        return measurement
+        return replace(measurement, past=np.zeros(0))
     rate = np.gradient(measurement.reading, measurement.dt, axis=0)
-    reading = measurement.reading - measurement.past[:, None, None] * rate
-    believed = _roughness(reading).sum() < _roughness(measurement.reading).sum()
-    return replace(measurement, past=np.zeros(0),
-                   reading=reading if believed else measurement.reading)
+    moved = measurement.past[:, None, None] * rate
+    even, recorded = _roughness(measurement.reading - moved), _roughness(measurement.reading)
+    if even.sum() < recorded.sum():
+        return replace(measurement, reading=measurement.reading - moved)
+    known = (_roughness(moved) < recorded).all()
+    return measurement if known else replace(measurement, past=np.zeros(0))
 
 
 def _roughness(reading: Array) -> Array:

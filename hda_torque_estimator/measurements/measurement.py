@@ -37,7 +37,7 @@ class Measurement:
     that never came, and were put in to keep the grid, are listed in `absent`.
 
     `past` (k,) tells by how much each was taken after its tick [s], as far as its stamp
-    knows. It is empty if nothing is known.
+    knows. It is empty if nothing is known. What lies between samples has that of the one before.
 
     A measurement may hold several recordings of an arm, one after another on one running clock;
     `begins` are their first samples. Of `parts` samples the first was recorded and the others were
@@ -122,7 +122,7 @@ class Measurement:
             return self
         return Measurement(self.labels, self.parts * self.dt,
                            np.ascontiguousarray(self.reading[::self.parts]),
-                           self.command[::self.parts],
+                           self.command[::self.parts], past=self.past[::self.parts],
                            begins=tuple(begin // self.parts for begin in self.begins))
 
 

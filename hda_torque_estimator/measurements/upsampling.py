@@ -13,6 +13,8 @@ import math
 
 from hda_arm_sim.foundation.arrays import Array
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from .measurement import Measurement
@@ -21,9 +23,12 @@ from .measurement import Measurement
 # (source: bus cycles of robot drives are 1 ms and shorter)
 FINE = 1e-3             # longest period of the grid [s]
 _SAME_RATE = 0.02       # share by which clocks of one rate differ: 1.000002 ms is 1 ms
-_HELD_LEFT = 0.05       # of a command, that its loop's own readings leave untold
-# (measured: 0.13 to 0.23 with every 4th to 8th sample of a loop, 0.000 to 0.003 with all)
-_READINGS, _COMMANDS = 4, 3     # before a command, that its loop may remember [samples]
+# (measured: 3.3e-3 to 0.2 with every 2nd to 20th sample of a loop, with all at most 6e-6 of
+# healthy arms and 9e-4 of others; the bar is the geometric mean)
+_HELD_LEFT = 1.7e-3     # of a command, that its loop's own readings and clock leave untold,
+# (measured: up to 0.1 with all samples, so the motor is asked as well, `balances/commands.py`)
+_CLOCKLESS = 0.05       # and its readings alone, where nothing tells the clock
+_READINGS, _COMMANDS = 8, 3     # before a command, that its loop may remember [samples]
 _USUAL, _PASSES = 4.0, 4        # medians within which what is left is usual, and rounds to find it
 _FAST = 3               # differences that leave of a motion what its loop answers at once
 
@@ -41,7 +46,8 @@ def finer(measurement: Measurement) -> Measurement:
     command = (np.repeat(measurement.command, parts, axis=0) if is_held(measurement) else
                between(measurement.command, parts))
     return replace(measurement, dt=measurement.dt / parts, parts=parts, command=command,
-                   reading=between(measurement.reading, parts), absent=(), past=np.zeros(0))
+                   reading=between(measurement.reading, parts), absent=(),
+                   past=np.repeat(measurement.past, parts))
 
 
 def between(values: Array, parts: int) -> Array:
@@ -57,18 +63,47 @@ def is_held(measurement: Measurement) -> bool:
     Tell whether commands were held from sample to sample: those of a loop of this rate.
 
     Such a loop answers the noise of readings that were recorded, and of no others. So what it
-    recorded tells its quick commands.
+    recorded tells its quick commands. A clock that jitters moves readings, but not the speed that
+    a loop takes from them. So stamps that know the jitter are part of what was recorded. Without
+    them commands are told less well.
     """
     quick = np.diff(measurement.command, _FAST, axis=0)
-    seen = np.diff(measurement.reading, _FAST, axis=0)
+    seen = np.diff(_recorded(measurement), _FAST, axis=0)
     first = max(_READINGS, _COMMANDS)
-    if len(quick) <= 2 * (2 * (_READINGS + 1) + _COMMANDS) + first:
+    least = 2 * (seen.shape[2] * (_READINGS + 1) + _COMMANDS)
+    if len(quick) <= least + first:
         return False
-    left = [_untold(quick[first:, joint], np.concatenate([
-        *(seen[first - late:len(seen) - late, joint] for late in range(_READINGS + 1)),
-        *(quick[first - late:len(quick) - late, joint, None]
-          for late in range(1, _COMMANDS + 1))], axis=1)) for joint in range(quick.shape[1])]
-    return min(left) < _HELD_LEFT
+    free = _answered(measurement.command, first)
+    left = []
+    for joint in range(quick.shape[1]):
+        columns = np.concatenate([
+            *(seen[first - late:len(seen) - late, joint] for late in range(_READINGS + 1)),
+            *(quick[first - late:len(quick) - late, joint, None]
+              for late in range(1, _COMMANDS + 1))], axis=1)
+        rows = free[:, joint] if free[:, joint].sum() > least else slice(None)
+        left.append(_untold(quick[first:, joint][rows], columns[rows]))
+    return min(left) < (_HELD_LEFT if len(measurement.past) else _CLOCKLESS)
+
+
+def _answered(command: Array, first: int) -> NDArray[np.bool_]:
+    """
+    Return whether quick commands (k, n) and those before them answered readings.
+
+    One that is as the last answers nothing: it is at its limit, or its sample was lost.
+    """
+    repeated = np.diff(command, axis=0) == 0.0
+    near = sliding_window_view(repeated, first + _FAST, axis=0).any(axis=2)
+    return np.asarray(~near)
+
+
+def _recorded(measurement: Measurement) -> Array:
+    """Return readings (k, n, c) of each joint and, if stamps tell it, what jitter made of them."""
+    reading, past = measurement.reading, measurement.past
+    if not len(past):
+        return reading
+    speed = np.gradient(reading[:, :, 0], measurement.dt, axis=0)
+    moved = past[:, None, None] * np.stack([speed, np.gradient(speed, axis=0)], axis=2)
+    return np.concatenate([reading, moved], axis=2)
 
 
 def _untold(values: Array, columns: Array) -> float:

@@ -172,6 +172,7 @@ class Balancer:
         padded = np.concatenate([made.command, np.repeat(made.command[-1:], part, axis=0)])
         command = np.mean([padded[k:k + len(made.command):part] for k in range(part)], axis=0)
         return self.like(replace(made, dt=part * made.dt, command=command, absent=(), parts=1,
+                                 past=np.zeros(0),
                                  reading=np.ascontiguousarray(made.reading[::part]),
                                  begins=tuple(begin // part for begin in made.begins)))
 

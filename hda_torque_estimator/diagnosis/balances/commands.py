@@ -4,6 +4,9 @@ The command between the samples of a log: held there, or on its way to the next 
 A controller that was faster than its log changed the command between two samples. Of every n-th
 of its samples, the mean command is (n - 1) / 2n of the way to the next one. The motor tells how
 far: where the command changes by more than noise, its acceleration shows which torque acted.
+
+Whether commands were held, readings tell for certain if stamps know when they were taken. The
+stamps of a host do not. Then the motor tells that as well.
 """
 
 from collections.abc import Sequence
@@ -22,6 +25,8 @@ _FAST = 4.0             # samples of the balances over which what is slower is a
 _CHANGES = 5            # stretches of a second with changes of the command, at least
 _TOLD = 0.25            # share of the power there that the way to the next command must explain
 _CERTAIN = 4.0          # deviations from held, and from the other end, that tell a way
+# (source: half of the least way of a log of a faster loop, that of every second sample)
+_HELD_WAY = 0.25        # below which commands were held
 
 
 def way_between(balancer: Balancer, arm: Arm, noise: Array) -> float | None:
@@ -29,7 +34,8 @@ def way_between(balancer: Balancer, arm: Arm, noise: Array) -> float | None:
     Return how far, of the way to the next command, commands went between two samples.
 
     0 if they were held, 1 if they went all the way at an even rate; None where no change of the
-    command tells. `noise` (c,) is that of the balances [N*m].
+    command tells. `noise` (c,) is that of the balances [N*m]. Its way must explain much of what
+    motors do there that it would not, had commands been held, or gone all the way.
     """
     held, even = (Balancer(_on_way(balancer.measurement, share), balancer.turning)(arm)
                   for share in (0.0, 1.0))
@@ -45,11 +51,12 @@ def way_between(balancer: Balancer, arm: Arm, noise: Array) -> float | None:
     share = float(against.sum() / own.sum())
     unsure = float(np.sqrt(np.sum((against - share * own) ** 2)) / own.sum())
     way = min(max(share, 0.0), 1.0)
-    before = float((rest ** 2 * weight).sum())
-    after = float(((rest + way * shift) ** 2 * weight).sum())
-    if way < _CERTAIN * unsure or after > (1.0 - _TOLD) * before:
-        return None
-    return way
+    as_held, as_even, after = (float(((rest + part * shift) ** 2 * weight).sum())
+                               for part in (0.0, 1.0, way))
+    if way > _CERTAIN * unsure and after < (1.0 - _TOLD) * as_held:
+        return way
+    surely_held = share + _CERTAIN * unsure < _HELD_WAY and as_held < (1.0 - _TOLD) * as_even
+    return 0.0 if surely_held else None
 
 
 def on_its_way(balancer: Balancer, arm: Arm, noise: Array) -> Balancer:
@@ -58,10 +65,13 @@ def on_its_way(balancer: Balancer, arm: Arm, noise: Array) -> Balancer:
 
     Where a command changed so much that what is not known of its way is more than noise, the
     motor balances tell nothing. Those of commands that were held are returned as they are.
+    A delay looks as if commands had been held. So that is not asked of motors where readings tell.
     """
     way = way_between(balancer, arm, noise)
-    if way is None:
+    if way is None or way == 0.0 and len(balancer.measurement.past):
         return balancer
+    if way == 0.0:
+        return Balancer(_on_way(balancer.measurement, way), balancer.turning)
     one, other = (Balancer(_on_way(balancer.measurement, share))(arm) for share in (0.0, 1.0))
     joints = len(arm.joints)
     unknown = np.abs(other.residual - one.residual)[:, :joints] / np.sqrt(12.0) > noise[:joints]
