@@ -2,10 +2,10 @@
 
 from dataclasses import replace
 
-from hda_arm_sim.model.effects import (BaseVibration, BearingCrosstalk, CoulombFriction,
-                                       effect_named, EFFECTS, ExternalContact,
-                                       LinkBearingFriction, PreslidingFriction, Scope,
-                                       TorsionalHysteresis)
+from hda_arm_sim.model.effects import (BaseTilt, BaseVibration, BearingCrosstalk,
+                                       CoulombFriction, effect_named, EFFECTS, ExternalContact,
+                                       LinkBearingFriction, LinkInertiaError, Payload,
+                                       PreslidingFriction, Scope, TorsionalHysteresis)
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.typical_sizes import SIZED, typical
 from hda_arm_sim.motions import motion_of
@@ -161,6 +161,33 @@ def test_a_friction_runs_no_gear_and_a_payload_neither_gear_nor_motor(recorded, 
     balancer(arm.with_effect(typical(arm, 'payload', None)))
     balancer(arm)
     assert ran == ['fill_needed']
+
+
+def test_links_that_are_run_at_once_need_what_each_needs_alone(monkeypatch):
+    """A touch, a payload and a tilt stay as they are; arms that differ by more run alone."""
+    arm = read_arm('cobot7.yaml')
+    for other in (typical(arm, 'payload', None), BaseTilt(tilt=0.1, direction=0.5),
+                  ExternalContact(force=20.0, direction=0.5, onset=2.0, duration=1.0)):
+        arm = arm.with_effect(other)
+    others = [arm.with_effect(LinkInertiaError(**{number: 0.01}), joint) for joint in arm.labels
+              for number in ('error', 'mass', 'centre_x', 'centre_z')]
+    alone = [arm.with_effect(Payload(mass=2.0)),
+             others[0].with_effect(LinkInertiaError(mass=0.02), arm.labels[4]),
+             others[0].with_effect(typical(arm, 'link_encoder_eccentricity', arm.labels[2]),
+                                   arm.labels[2])]
+    made = replace(recording(arm), begins=(0, 2400))
+    together, apart, ran = Balancer(made), Balancer(made), []
+    together.run_ahead(arm, [*others, *alone])
+    for name in ('fill_needed', 'fill_needed_with'):
+        monkeypatch.setattr(parts, name, _told(getattr(parts, name), name, ran))
+    found = [together(other).residual for other in others]
+    assert not ran
+    for residual, other in zip(found, others):
+        np.testing.assert_array_equal(residual, apart(other).residual)
+    ran.clear()
+    for other in alone:
+        np.testing.assert_array_equal(together(other).residual, apart(other).residual)
+    assert set(ran) == {'fill_needed'}
 
 
 def _told(function, name, ran):

@@ -127,7 +127,7 @@ def _put_frame(c: Array, row: int, cosine: float, sine: float) -> None:
 
 
 @inlined
-def _put_inertia(c: Array, row: int) -> None:
+def put_inertia(c: Array, row: int) -> None:
     """Put moment and inertia of a link into the base frame, about its origin."""
     frame, place = rotation(c, row, FRAME), vector(c, row, PLACE)
     own = Composite(0.0, place, vector(c, row, INERTIA), vector(c, row, INERTIA + 3))
@@ -154,7 +154,7 @@ def place(c: Array) -> None:
         axis = (c[row, FRAME + 2], c[row, FRAME + 5], c[row, FRAME + 8])
         put(c, row, TURNING, axis)
         put(c, row, SLIDING, cross(vector(c, row, PLACE), axis))
-        _put_inertia(c, row)
+        put_inertia(c, row)
     _put_frame(c, last, 1.0, 0.0)
 
 
@@ -190,7 +190,7 @@ def move(c: Array) -> None:
 
 
 @inlined
-def _withstood(c: Array, row: int, end: int) -> tuple[Vector, Vector]:
+def withstood(c: Array, row: int, end: int) -> tuple[Vector, Vector]:
     """Return moment at the origin and force that withstand a WRENCH where the row `end` is."""
     pull = vector(c, row, WRENCH)
     moment = plus(vector(c, row, WRENCH + 3), cross(vector(c, end, PLACE), pull))
@@ -206,9 +206,9 @@ def inverse_dynamics(c: Array) -> None:
     """
     move(c)
     last = c.shape[0] - 1
-    moment, force = _withstood(c, last, last)
+    moment, force = withstood(c, last, last)
     for row in range(last - 1, 0, -1):
-        twisted, pushed = _withstood(c, row, row + 1)
+        twisted, pushed = withstood(c, row, row + 1)
         moment, force = plus(moment, vector(c, row, TWIST)), plus(force, vector(c, row, FORCE))
         moment, force = plus(moment, twisted), plus(force, pushed)
         put(c, row, TWIST, moment)

@@ -131,6 +131,11 @@ class Balancer:
         """Return what the residual (m, 2 n) of an arm has more than that of another [N*m]."""
         return self._in_balances(self._filtered_residual(arm) - self._filtered_residual(other))
 
+    def run_ahead(self, arm: Arm, others: Sequence[Arm]) -> None:
+        """Prepare for others that differ from an arm by a link each: they share their motion."""
+        if not hands_on(arm):
+            self._parts.run_ahead(arm, others)
+
     def whole(self, arm: Arm) -> Array:
         """Return the residual (m, 2 n) of a run of the whole arm, not of parts [N*m]."""
         return self._in_balances(self._filtered_run(arm))

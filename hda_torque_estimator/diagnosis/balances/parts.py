@@ -4,7 +4,10 @@ The parts of which balances are made, for the last few arms (docs/model.md, eq:b
 They are what each motor misses, what each gear gives its link, and what the links need. Each is
 known by the numbers that it depends on. So another friction costs no run of a spring, another
 gear none of the links, and another payload none of either.
+Chains with one other link each are run together, because the motion of their links is one.
 """
+
+from collections.abc import Sequence
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
@@ -19,7 +22,7 @@ from .gears import Gears
 from .kernel_along import centred, deliver, fill_missed
 from .known import Known
 from .low_pass import LowPass
-from .needed_torques import fill_needed
+from .needed_torques import fill_needed, fill_needed_with, other_link, Others
 from .sensed_motion import SensedMotion, sensing
 from ...measurements.measurement import Measurement
 from ...measurements.motion import Course, LINK
@@ -46,6 +49,7 @@ class Parts:
             [Known[Array](_KEPT) for _ in self._joints] for _ in range(3))
         self._gears = Gears(measurement, self.motions)
         self._needed = Known[Array](_KEPT)
+        self._ahead: dict[bytes, Array] = {}
 
     def missed(self, arm: Arm) -> Array:
         """Return what the motors miss (m, n) [N*m at the output]."""
@@ -57,9 +61,26 @@ class Parts:
 
     def needed(self, arm: Arm) -> Array:
         """Return what the links need (m, n), on a base at rest [N*m]."""
-        return self._needed.of(
-            sensing(arm, self._joints, [LINK]) + arm.record().body.tobytes(),
-            lambda: self._filtered(self._links(arm)))
+        key = self._links_key(arm)
+        return self._needed.of(key, lambda: self._ahead.pop(key) if key in self._ahead
+                               else self._filtered(self._links(arm)))
+
+    def run_ahead(self, arm: Arm, others: Sequence[Arm]) -> None:
+        """Run links of other arms, of those at once that differ from an arm by one link each."""
+        self._ahead.clear()
+        found = {self._links_key(other): link for other in others
+                 if self._sensed(other) == self._sensed(arm)
+                 and (link := other_link(arm, other)) is not None}
+        if len(found) > 1:
+            rows, bodies = zip(*found.values())
+            needed = self._links_with(arm, Others(np.array(rows), np.array(bodies)))
+            self._ahead |= {key: self._filtered(one) for key, one in zip(found, needed)}
+
+    def _links_key(self, arm: Arm) -> bytes:
+        return self._sensed(arm) + bytes(arm.record().body.tobytes())
+
+    def _sensed(self, arm: Arm) -> bytes:
+        return sensing(arm, self._joints, [LINK])
 
     def command(self, arm: Arm, joint: int) -> Array:
         """Return the mean torque at the shaft of a joint around every sample (k,) [N*m]."""
@@ -92,13 +113,27 @@ class Parts:
     def _links(self, arm: Arm) -> Array:
         """Run the links (k, n)."""
         measurement, needed = self._measurement, np.empty(self._measurement.command.shape)
-        courses = [self.motions.course(arm, joint, LINK) for joint in self._joints]
-        links = Course(*(np.stack(parts, axis=1) for parts in zip(*courses)))
+        links = self._courses(arm)
         for piece in measurement.pieces():
             record = arm_during(arm, piece, measurement.dt).record()
             fill_needed(record, loaded_inertia(record.body), links.during(piece), measurement.dt,
                         needed[piece])
         return needed
+
+    def _links_with(self, arm: Arm, others: Others) -> Array:
+        """Run the links with each of others in the place of one (v, k, n)."""
+        measurement, links = self._measurement, self._courses(arm)
+        needed = np.empty((len(others.rows), *measurement.command.shape))
+        for piece in measurement.pieces():
+            record = arm_during(arm, piece, measurement.dt).record()
+            fill_needed_with(record, loaded_inertia(record.body), others, links.during(piece),
+                             measurement.dt, needed[:, piece])
+        return needed
+
+    def _courses(self, arm: Arm) -> Course:
+        """Return what the links do, (k, n) each."""
+        courses = [self.motions.course(arm, joint, LINK) for joint in self._joints]
+        return Course(*(np.stack(parts, axis=1) for parts in zip(*courses)))
 
     def _delivered(self, arm: Arm, joint: int) -> Array:
         """Run the drive of a joint (k,)."""

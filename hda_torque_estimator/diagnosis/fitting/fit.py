@@ -1,6 +1,6 @@
 """Fit terms to the balances of one measurement: Gauss-Newton with the exact model."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from operator import is_
@@ -35,6 +35,21 @@ class _Base(NamedTuple):
 
     terms: tuple[AnyTerm, ...]
     arm: Arm
+
+
+class _Step(NamedTuple):
+    """A step of one free number, which shows in some channels of its column."""
+
+    column: int
+    channels: slice | list[int]
+    size: float
+
+
+class _Trial(NamedTuple):
+    """An arm that is some steps on, which do not meet."""
+
+    arm: Arm
+    steps: list[_Step]
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,10 +242,14 @@ class Fitter:
 
     def derivatives(self, terms: Sequence[AnyTerm], among: Sequence[AnyTerm]) -> Array:
         """Return the derivative columns (m, c, p) of terms, all of which are `among` others."""
-        shape = len(self.balancer.time), 2 * len(self.arm.joints)
-        columns = np.zeros((*shape, sum(term.size for term in terms)))
-        for group in groups_at_once(terms):
-            self._difference(terms, among, group, columns)
+        shape = 2 * len(self.arm.joints), sum(term.size for term in terms)
+        columns = np.zeros((len(self.balancer.time), *shape))
+        trials = list(self._trials(terms, among))
+        self.balancer.thinned.run_ahead(self._known(among), [trial.arm for trial in trials])
+        for trial in trials:
+            shift = self.change(among, trial.arm)
+            for step in trial.steps:
+                columns[:, step.channels, step.column] = shift[:, step.channels] / step.size
         return columns
 
     def change(self, terms: Sequence[AnyTerm], arm: Arm) -> Array:
@@ -239,25 +258,29 @@ class Fitter:
 
         Noise is the same in both, so fewer samples tell as much.
         """
+        return self.balancer.thinned.change(arm, self._known(terms))
+
+    def _known(self, terms: Sequence[AnyTerm]) -> Arm:
+        """Return the arm with terms, which is asked for many times."""
         if not self._base or not _same(self._base[0].terms, terms):
             self._base[:] = [_Base(tuple(terms), self.on(terms))]
-        return self.balancer.thinned.change(arm, self._base[0].arm)
+        return self._base[0].arm
 
-    def _difference(self, terms: Sequence[AnyTerm], among: Sequence[AnyTerm],
-                    group: list[tuple[int, int, int]], columns: Array) -> None:
-        """Fill the columns of a group, one simulation for all of its members."""
-        changed = {id(term): term for term in among}
-        for place, number, _ in group:
-            changed[id(terms[place])] = stepped(terms[place], number)
-        try:
-            shift = self.change(among, self.on(list(changed.values())))
-        except IMPOSSIBLE:
-            return                                  # no way to go: the column stays zero
-        for place, number, column in group:
-            step = (changed[id(terms[place])].vector() - terms[place].vector())[number]
-            own = slice(None) if len(group) == 1 else self.own_channels(terms[place].joint)
-            if step:
-                columns[:, own, column] = shift[:, own] / step
+    def _trials(self, terms: Sequence[AnyTerm], among: Sequence[AnyTerm]) -> Iterator[_Trial]:
+        """Yield arms that are steps on from terms, one for all that a simulation can vary."""
+        for group in groups_at_once(terms):
+            changed, steps = {id(term): term for term in among}, []
+            for place, number, column in group:
+                term = terms[place]
+                moved_on = changed[id(term)] = stepped(term, number)
+                size = float((moved_on.vector() - term.vector())[number])
+                channels = slice(None) if len(group) == 1 else self.own_channels(term.joint)
+                if size:
+                    steps.append(_Step(column, channels, size))
+            try:
+                yield _Trial(self.on(list(changed.values())), steps)
+            except IMPOSSIBLE:
+                continue                            # no way to go: the column stays zero
 
     def own_channels(self, joint: str | None) -> list[int]:
         """Return the channels of a joint: its A and its B."""
