@@ -43,7 +43,7 @@ from ...measurements.upsampling import between, is_held
 BANDWIDTH = 40.0        # of the balances [Hz]
 RATE = 125.0            # at which balances are kept [Hz]
 _ENOUGH = 500.0         # samples that tell what a change of the arm changes in them [1/s]
-_KEPT = 3               # runs of whole arms, and where balances hold
+_KEPT = 3               # runs of whole arms, where balances hold, and predictions
 _MARGIN = 12            # samples beyond the filter's reach, for the polynomials
 _STOP = 0.006           # for which a shaft that turns round is slow [s]
 _SLOW = 0.3             # shaft speed below which dry friction is not known [rad/s]
@@ -87,6 +87,7 @@ class Balancer:
         self._reach = self.filtered.reach + _MARGIN
         self._parts = parts or Parts(measurement, self.filtered)
         self._runs, self._valid = Known[Array](_KEPT), Known[NDArray[np.bool_]](_KEPT)
+        self.predictions = Known[Array](_KEPT)      # how far off those of arms end (`predict`)
 
     def like(self, measurement: Measurement) -> 'Balancer':
         """Return the balances of another measurement along the same motion."""
@@ -197,8 +198,9 @@ class Balancer:
         """Return filtered columns (m, 2 n), one for each balance, as the balances have them."""
         if self.whitening is None and not self.aside:
             return values
-        return np.concatenate([self.in_balance(values[:, [channel]], channel)
-                               for channel in range(values.shape[1])], axis=1)
+        return np.concatenate([
+            self.in_balance(column, channel) if column.any() else column
+            for channel, column in enumerate(np.split(values, values.shape[1], axis=1))], axis=1)
 
     def in_balance(self, values: Array, channel: int) -> Array:
         """Return columns (m, k) at the balances' times as one of the balances has them."""

@@ -47,8 +47,11 @@ def prediction_errors(balancer: Balancer, arm: Arm, spans: Spans,
 
     Columns are motors (over their ratio), links and torsions [rad^2 at the output].
     """
-    return np.concatenate([_errors(balancer, arm, spans, piece, horizon)
-                           for piece in balancer.measurement.pieces()])
+    record = arm.record()
+    key = record.joints.tobytes(), record.body.tobytes(), spans, horizon
+    return balancer.predictions.of(key, lambda: np.concatenate([
+        _errors(balancer, arm, spans, piece, horizon)
+        for piece in balancer.measurement.pieces()]))
 
 
 def _errors(balancer: Balancer, arm: Arm, spans: Spans, piece: slice, horizon: float) -> Array:

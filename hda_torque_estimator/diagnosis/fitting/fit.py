@@ -16,6 +16,7 @@ from .nuisance import AnyTerm, nuisances
 from .solve import condense, covariance, score, solve
 from .steps import groups_at_once, places_of, stepped
 from ..balances.balance import Balance, Balancer, RATE
+from ..balances.known import Known
 from ...least_squares.descent import damped, improved
 from ...least_squares.sandwich import sandwich
 from ...least_squares.term import Term, with_terms
@@ -24,6 +25,7 @@ IMPOSSIBLE = (ArmError, ParameterError)     # no arm can have such numbers
 # Choices unless told otherwise.
 PASSES = 4              # of a fit of all numbers, at most
 _REFINEMENTS = 6        # further passes of a fit that still gains
+_TWINS = 2              # of other rows, for which what fits them is kept
 _SHARES = (1.0, 0.4, 0.1)       # of a step that are tried, the longest first
 _BLOCK = 1.0            # within which residuals may go together [s]
 CLOSE = 0.5             # improvement of the score that is not worth another pass
@@ -91,6 +93,8 @@ class Fitter:
     effective: float            # share of samples that are independent
     rows: NDArray[np.bool_]     # (m,) those to be used
     twin: Balancer | None = None    # of a healthy arm, recorded with as much noise
+    # What fits the twin does not depend on the noise, and is handed on to a fitter with less.
+    _healthy: Known['Fitter'] = field(default_factory=lambda: Known(_TWINS), repr=False)
     _base: list['_Base'] = field(default_factory=list, init=False, repr=False)  # the last, if any
 
     @property
@@ -98,16 +102,22 @@ class Fitter:
         """Tell whether links are led: then motor balances alone tell, of motor and torsion."""
         return self.balancer.measurement.led
 
-    @cached_property
+    @property
     def healthy(self) -> 'Fitter | None':
         """Return what fits the twin, None without one: what that finds, it finds by chance."""
-        if self.twin is None:
+        twin = self.twin
+        if twin is None:
             return None
-        balance = self.twin(self.arm)
+        key = id(twin), id(self.arm), self.effective, self.rows.tobytes()
+        return self._healthy.of(key, lambda: self._fitting(twin))
+
+    def _fitting(self, twin: Balancer) -> 'Fitter':
+        """Return what fits a twin beside the noise that it has itself."""
+        balance = twin(self.arm)
         power = np.where(balance.valid, balance.residual ** 2, 0.0).sum(axis=0)
         noise = np.sqrt(power / np.maximum(balance.valid.sum(axis=0), 1))
-        return Fitter(self.twin, self.arm, np.where(noise > 0.0, noise, self.noise),
-                      self.effective, self.rows)
+        return Fitter(twin, self.arm, np.where(noise > 0.0, noise, self.noise), self.effective,
+                      self.rows)
 
     @cached_property
     def _tolerated(self) -> tuple[AnyTerm, ...]:
@@ -191,7 +201,7 @@ class Fitter:
 
     def _renewed(self, fit: Fit, terms: Sequence[AnyTerm], place: int) -> Fit:
         """Return a fit with the columns of some neighbouring terms made again."""
-        columns = fit.columns.copy()
+        columns = fit.columns.copy('K')
         fresh = self.derivatives(terms, fit.terms)
         columns[:, :, place:place + fresh.shape[2]] = fresh
         return replace(fit, columns=columns)
@@ -243,7 +253,7 @@ class Fitter:
     def derivatives(self, terms: Sequence[AnyTerm], among: Sequence[AnyTerm]) -> Array:
         """Return the derivative columns (m, c, p) of terms, all of which are `among` others."""
         shape = 2 * len(self.arm.joints), sum(term.size for term in terms)
-        columns = np.zeros((len(self.balancer.time), *shape))
+        columns = np.zeros((*shape, len(self.balancer.time))).transpose(2, 0, 1)   # each in a row
         trials = list(self._trials(terms, among))
         self.balancer.thinned.run_ahead(self._known(among), [trial.arm for trial in trials])
         for trial in trials:

@@ -38,12 +38,21 @@ class Solution(NamedTuple):
 
 
 def condense(residual: Array, columns: Array, valid: NDArray[np.bool_]) -> Columns:
-    """Condense residuals (m, c) and derivative columns (m, c, p) where they are valid (m, c)."""
-    masked = np.where(valid[:, :, None], columns, 0.0)
+    """
+    Condense residuals (m, c) and derivative columns (m, c, p) where they are valid (m, c).
+
+    Of an arm with many joints most terms show in some channels alone: nothing else is multiplied.
+    """
     rest = np.where(valid, residual, 0.0)
-    flat = masked.transpose(1, 2, 0)                                         # (c, p, m)
-    return Columns(flat @ flat.transpose(0, 2, 1), (flat @ rest.T[:, :, None])[:, :, 0],
-                   (rest ** 2).sum(axis=0), valid.sum(axis=0).astype(float))
+    channels, size = columns.shape[1:]
+    products, against = np.zeros((channels, size, size)), np.zeros((channels, size))
+    for channel in range(channels):
+        own = columns[:, channel].T                                          # (p, m)
+        shown = np.flatnonzero(own.any(axis=1))
+        flat = np.where(valid[:, channel], own[shown], 0.0)
+        products[channel, shown[:, None], shown] = flat @ flat.T
+        against[channel, shown] = flat @ rest[:, channel]
+    return Columns(products, against, (rest ** 2).sum(axis=0), valid.sum(axis=0).astype(float))
 
 
 def condense_more(known: Columns, residual: Array, columns: Array, more: Array,
