@@ -6,8 +6,9 @@ Measure how often a diagnosis of seven joints is right, and how long it takes.
 
 Every arm is off in stiffness, friction, damping, torque constant and the mass of each link by as
 much as its tolerances say. Waves, skew and offsets, which the diagnosis would tell, are exact. One
-effect of typical size is hidden at a joint drawn at random. The arm's equations are the library's
-own, so what this finds is a bound: arms of another physics are in `diagnosis.py`.
+effect of typical size is hidden at a joint drawn at random. Where it changes not one bit of the
+recording, as a limit that no command reaches, the arm is a healthy one. The arm's equations are
+the library's own, so what this finds is a bound: arms of another physics are in `diagnosis.py`.
 """
 
 from collections.abc import Iterator, Sequence
@@ -41,6 +42,7 @@ class Outcome:
     """What one record was diagnosed as."""
 
     hidden: Place | None
+    acts: bool                      # whether that changes anything of the recording
     verdict: str
     named: tuple[Place, ...]
     alike: tuple[Place, ...]        # named together with another cause
@@ -49,7 +51,7 @@ class Outcome:
     @property
     def right(self) -> bool:
         """Tell whether exactly what is hidden was told, alone or with what looks like it."""
-        if self.hidden is None:
+        if not self.acts:
             return not self.named and not self.alike
         return self.hidden in (*self.named, *self.alike) and set(self.named) <= {self.hidden}
 
@@ -94,11 +96,15 @@ def outcome(place: Place | None, seconds: float, rate: float, seed: int,
             names: Sequence[str] | None = None) -> Outcome:
     """Return what is told of one arm, all effects being looked for unless some are named."""
     true = tolerated(seed)
+    made, acts = recorded(true, seconds, rate, seed), False
     if place is not None:
-        true = true.with_effect(typical(true, *place), place[1])
-    made, began = recorded(true, seconds, rate, seed), time.process_time()
+        healthy = made
+        made = recorded(true.with_effect(typical(true, *place), place[1]), seconds, rate, seed)
+        acts = bool((made.reading != healthy.reading).any())
+    began = time.process_time()
     said: Diagnosis = diagnose(made, ARM, names=names).diagnosis
-    return Outcome(place, said.verdict, tuple((one.effect, one.joint) for one in said.findings),
+    return Outcome(place, acts, said.verdict,
+                   tuple((one.effect, one.joint) for one in said.findings),
                    tuple(each for pair in said.ambiguous for each in pair.effects),
                    time.process_time() - began)
 
@@ -120,7 +126,8 @@ def main() -> int:
     for seed, place in enumerate(places, asked.first):
         one = outcome(place, length, asked.rate, seed, names)
         found.append(one)
-        print(f'{seed} {_words(place)}: {one.verdict} '
+        hidden = _words(place) + (', which does nothing' if place and not one.acts else '')
+        print(f'{seed} {hidden}: {one.verdict} '
               f'{", ".join(map(_words, one.named)) or "nothing"}'
               + (f' (alike: {", ".join(map(_words, one.alike))})' if one.alike else '')
               + f', {one.seconds:.0f} s', flush=True)
@@ -133,8 +140,8 @@ def _words(place: Place | None) -> str:
 
 def _summed(found: list[Outcome], *, quick: bool) -> int:
     """Print how often it was right, and return the exit code."""
-    single = [one for one in found if one.hidden is not None]
-    healthy = [one for one in found if one.hidden is None]
+    single = [one for one in found if one.acts]
+    healthy = [one for one in found if not one.acts]
     told, accused = sum(one.right for one in single), sum(not one.right for one in healthy)
     spent = statistics.median(one.seconds for one in found)
     print(f'single causes told: {told} of {len(single)}; something else named: '
