@@ -58,17 +58,18 @@ def condense(residual: Array, columns: Array, valid: NDArray[np.bool_]) -> Colum
 def condense_more(known: Columns, residual: Array, columns: Array, more: Array,
                   valid: NDArray[np.bool_]) -> Columns:
     """Return `known`, the condensed `columns`, with `more` columns (m, c, q) before them."""
-    added = np.where(valid[:, :, None], more, 0.0).transpose(1, 2, 0)        # (c, q, m)
-    across = np.zeros((*added.shape[:2], columns.shape[2]))                  # (c, q, p)
-    for channel in np.flatnonzero(added.any(axis=(1, 2))):  # most show in a joint of many alone
-        across[channel] = added[channel] @ columns[:, channel]
-    own = added @ added.transpose(0, 2, 1)
-    products = np.concatenate([
-        np.concatenate([own, across], axis=2),
-        np.concatenate([across.transpose(0, 2, 1), known.products], axis=2)], axis=1)
-    against = (added @ residual.T[:, :, None])[:, :, 0]
-    return Columns(products, np.concatenate([against, known.against], axis=1), known.power,
-                   known.samples)
+    channels, first = more.shape[1:]
+    size = first + columns.shape[2]
+    products, against = np.zeros((channels, size, size)), np.zeros((channels, size))
+    products[:, first:, first:], against[:, first:] = known.products, known.against
+    shown = more.any(axis=0).any(axis=1)                    # most are of one joint of many
+    for channel in np.flatnonzero(shown):
+        added = np.where(valid[:, channel], more[:, channel].T, 0.0)        # (q, m)
+        across = added @ columns[:, channel]
+        products[channel, :first, :first] = added @ added.T
+        products[channel, :first, first:], products[channel, first:, :first] = across, across.T
+        against[channel, :first] = added @ residual[:, channel]
+    return Columns(products, against, known.power, known.samples)
 
 
 def solve(columns: Columns, noise: Array, effective: float, now: Array,
