@@ -62,7 +62,7 @@ def condense_more(known: Columns, residual: Array, columns: Array, more: Array,
     size = first + columns.shape[2]
     products, against = np.zeros((channels, size, size)), np.zeros((channels, size))
     products[:, first:, first:], against[:, first:] = known.products, known.against
-    shown = more.any(axis=0).any(axis=1)                    # most are of one joint of many
+    shown = (more != 0.0).any(axis=0).any(axis=1)                  # most are of one joint of many
     for channel in np.flatnonzero(shown):
         added = np.where(valid[:, channel], more[:, channel].T, 0.0)        # (q, m)
         across = added @ columns[:, channel]
