@@ -153,6 +153,30 @@ def test_weight_and_friction_within_tolerances_build_up_at_no_turn():
     assert not turning(Fitter(balancer, COBOT, noise, 0.5, np.ones(len(balancer.time), bool)))
 
 
+def test_weight_that_is_off_hides_no_friction_that_builds_up():
+    """By the arm as stated, what is left elsewhere is too loud to tell it."""
+    true = COBOT.with_effect(typical(COBOT, 'presliding_friction', 'joint5'), 'joint5')
+    for label, size in zip(COBOT.labels, (1.0, -1.2, 0.8, 1.3, -0.7, 1.1, -0.9)):
+        true = true.with_effect(LinkInertiaError(mass=0.01 * size), label)
+    balancer = Balancer(recorded(true, COBOT, 20.0, 900))
+    noise = noise_of(balancer, COBOT)[0]
+    assert 4 not in turning_round(balancer, COBOT, noise)
+    fitter = Fitter(balancer, COBOT, noise, 0.5, np.ones(len(balancer.time), bool))
+    assert turning(fitter) == (4,)
+
+
+def test_bristles_are_told_with_their_damping():
+    """Their stiffness alone leaves a rest where they damp, and is told too large."""
+    hidden = typical(SPACE, 'presliding_friction', 'joint1')
+    true = SPACE.with_effect(hidden, 'joint1').with_effect(LinkInertiaError(mass=0.01), 'joint2')
+    said = diagnose(recorded(true, SPACE, 20.0, 4), SPACE, names=[
+        'presliding_friction', 'stribeck_friction', 'coulomb_friction']).diagnosis
+    (found,) = said.findings
+    assert (found.effect, found.joint) == ('presliding_friction', 'joint1')
+    assert found.parameters['stiffness'].value == pytest.approx(hidden.stiffness, rel=0.25)
+    assert found.parameters['damping'].value == pytest.approx(hidden.damping, rel=0.25)
+
+
 def test_a_touch_on_the_tip_of_a_chain_is_located():
     """Where none is, none is found; one is found with its force in space and its time."""
     touch = ExternalContact(force=25.0, direction=0.7, elevation=0.9, onset=6.0, duration=1.0)

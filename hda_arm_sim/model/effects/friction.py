@@ -179,7 +179,8 @@ class PreslidingFriction(Effect):
     law = staticmethod(bristle_torque)
     law_rate = staticmethod(bristle_rate)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        free={'stiffness': 1.0}, grid={'stiffness': (3.0, 10.0)},
+        free={'stiffness': 1.0}, in_space={'damping': 0.005},     # shows behind light wrists
+        grid={'stiffness': (3.0, 10.0)},
         alike=('stribeck_friction', 'current_loop_lag'), form_share=0.08, form_error=0.02,
         experiment=SLOW)
     typical: ClassVar[Typical | None] = Typical({'stiffness': 2.0, 'damping': 0.01})

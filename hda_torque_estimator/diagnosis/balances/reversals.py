@@ -19,8 +19,9 @@ _LOUD = 800.0           # power where a shaft turns round, over that of noise
 _APART = 20.0           # ... and over the power elsewhere
 _FEWEST = 25            # rows that tell
 # (measured: a wrist that is light behind its gear stops shortly in many turns. Half of the rows
-# of healthy joints of cobot7 there had 0 to 4 times the power of noise, of typical presliding 7+)
-_BROAD = 5.0            # median power there on a chain, over that of noise and elsewhere
+# of 71 healthy joints of cobot7 there had up to 16 times the power of noise, over 20 to 60 s. Of
+# typical presliding at each of its joints, in ten records, they had 34 to 548 times)
+_BROAD = 24.0           # median power there on a chain, over that of noise and elsewhere
 
 
 def turning_round(balancer: Balancer, arm: Arm, noise: Array) -> tuple[int, ...]:
