@@ -19,8 +19,8 @@ _LOUD = 800.0           # power where a shaft turns round, over that of noise
 _APART = 20.0           # ... and over the power elsewhere
 _FEWEST = 25            # rows that tell
 # (measured: a wrist that is light behind its gear stops shortly in many turns. Half of the rows
-# of 71 healthy joints of cobot7 there had up to 16 times the power of noise, over 20 to 60 s. Of
-# typical presliding at each of its joints, in ten records, they had 34 to 548 times)
+# of 87 healthy joints of cobot7 there had up to 16 times the power of noise, over 20 to 60 s. Of
+# typical presliding they had 34 to 548 times in eleven records, in others before from 7 on)
 _BROAD = 24.0           # median power there on a chain, over that of noise and elsewhere
 
 
