@@ -80,6 +80,14 @@ def test_swinging_base_is_found_alone():
     assert found.gain.removed > 0.95
 
 
+def test_base_that_creeps_back_is_found_with_its_damping():
+    hidden = hide('base_vibration', None, **{**SWINGS, 'damping': 1.4})
+    found = diagnose(measured([hidden], 105, 30.0), ARM).diagnosis
+    assert [(cause.effect, cause.joint) for cause in found.findings] == [('base_vibration', None)]
+    told = found.findings[0].parameters['damping']
+    assert told.low <= 1.4 <= told.high < 2.0
+
+
 @pytest.mark.parametrize(('frequency', 'joint'), [
     (8.3, 'joint1'), pytest.param(9.0, 'joint2', marks=pytest.mark.study)])
 def test_line_at_the_frequency_of_a_base_is_unknown(frequency, joint):

@@ -123,7 +123,7 @@ class BaseVibration(Effect):
         {'damping': 0.04, 'amplitude': 0.025},
         {'frequency': 11.0, 'direction': 0.7})
     frequency: float = parameter(10.0, 'Hz', 0.5, 200.0, 'of the mode with the joints locked')
-    damping: float = parameter(0.02, '', 0.0, 1.0, 'damping ratio of the mode')
+    damping: float = parameter(0.02, '', 0.0, 5.0, 'damping ratio of the mode')
     amplitude: float = parameter(
         0.0, '1/kg', 0.0, 1.0, 'acceleration per force: inverse of the modal mass, 0 if rigid')
     direction: float = parameter(0.0, 'rad', -7.0, 7.0, 'of the swing, in the base frame')

@@ -3,8 +3,10 @@ Read a swinging base from what is left: it answers the links' own acceleration a
 
 Along a measured motion the push of the links on the base is known. So the torque of a mode of
 given frequency and damping is linear in its amplitude, and quadratic in the components of its
-direction.
+direction. The wider a mode is, the fewer frequencies tell it.
 """
+
+from collections.abc import Iterator
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
@@ -16,10 +18,10 @@ from .balance import Balancer, RATE
 from .base_motion import stirring
 
 # Choices unless told otherwise.
-_FREQUENCIES = np.geomspace(3.0, 30.0, 116)     # below the balances' bandwidth [Hz]
-_DAMPING = 0.04         # to start from
+_LOWEST, _HIGHEST = 3.0, 30.0   # frequencies, below the balances' bandwidth [Hz]
+_DAMPINGS = (0.04, 0.3, 1.0)    # of steel, of a base on rubber, and of one that creeps back
 _DIRECTIONS = np.linspace(0.0, np.pi, 36, endpoint=False)  # of the base that are tried [rad]
-_STANDS_OUT = 0.2       # least share of the power left in the torsion balances
+_STANDS_OUT = 0.2       # least share of what is left in the torsion balances beyond noise
 
 
 def swing_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np.bool_],
@@ -31,20 +33,24 @@ def swing_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np.bo
     push, coupling = _stirred(balancer, arm)
     scale = (np.sqrt(valid) / noise)[:, joints:]
     rest = (scale * residual[:, joints:]).ravel()
-    best, power = None, _STANDS_OUT * float(rest @ rest)
-    for frequency in _FREQUENCIES:
+    best, power = None, _STANDS_OUT * (float(rest @ rest) - np.count_nonzero(scale))
+    for frequency, damping in _modes():
         columns = np.stack([
             scale[:, [joint]] * balancer.in_balance(torques, joints + joint) for joint, torques
-            in enumerate(_torques(push, coupling, frequency).swapaxes(0, 1))], axis=1)
+            in enumerate(_torques(push, coupling, frequency, damping).swapaxes(0, 1))], axis=1)
         amplitude, direction, explained = _strongest(columns.reshape(-1, 3), rest)
-        if explained > power and amplitude < _highest():
+        if explained > power and amplitude < BaseVibration.declaration('amplitude').high:
             power = explained
-            best = BaseVibration(float(frequency), _DAMPING, amplitude, direction)
+            best = BaseVibration(frequency, damping, amplitude, direction)
     return best
 
 
-def _highest() -> float:
-    return BaseVibration.declaration('amplitude').high
+def _modes() -> Iterator[tuple[float, float]]:
+    """Yield frequencies [Hz] and dampings that are tried: two within half the width of a mode."""
+    for damping in _DAMPINGS:
+        count = round(np.log(_HIGHEST / _LOWEST) / np.log1p(0.5 * damping))
+        for frequency in np.geomspace(_LOWEST, _HIGHEST, count):
+            yield float(frequency), damping
 
 
 def _stirred(balancer: Balancer, arm: Arm) -> tuple[Array, Array]:
@@ -54,10 +60,10 @@ def _stirred(balancer: Balancer, arm: Arm) -> tuple[Array, Array]:
     return balancer.filtered(push), np.stack([side[::balancer.every] for _, side in sides], axis=2)
 
 
-def _torques(push: Array, coupling: Array, frequency: float) -> Array:
+def _torques(push: Array, coupling: Array, frequency: float, damping: float) -> Array:
     """Return the torques (m, n, 3) of a mode of 1/kg, by products of cosine and sine."""
     line = np.fft.rfftfreq(len(push), 1.0 / RATE)
-    answer = -line ** 2 / (frequency ** 2 - line ** 2 + 2j * _DAMPING * frequency * line)
+    answer = -line ** 2 / (frequency ** 2 - line ** 2 + 2j * damping * frequency * line)
     swing = np.fft.irfft(np.fft.rfft(push, axis=0) * answer[:, None], len(push), axis=0)
     x, y = swing[:, 0, None], swing[:, 1, None]
     along, across = coupling[:, :, 0], coupling[:, :, 1]

@@ -2,8 +2,8 @@
 The smallest size of every effect that a recording could have shown.
 
 Every effect is tried with the shapes in which it is looked for; the smallest size of all is told.
-Of waves it is that of the phase that shows least. What would not show within the bounds that are
-declared for an effect, this motion cannot show.
+Of waves it is that of the phase that shows least, and of a base that of the mode that does. What
+would not show within the bounds that are declared for an effect, this motion cannot show.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,7 +16,7 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import effect_named
 import numpy as np
 
-from .effect_shapes import shapes
+from .effect_shapes import AT_LEAST_SEEN, shapes
 from .visibility import Imagined, Visibility
 from ..findings.smallest import hidden, places, size_numbers, Smallest, WEAKER
 from ..fitting.fit import Fit, Fitter, IMPOSSIBLE
@@ -55,10 +55,13 @@ def _of_effect(sight: Visibility, chances: Chances, name: str) -> Iterator[Small
         if start.grown:
             points[start.joint].append(Point(start.vector()[0], sight.strength(start, seen)))
         else:
-            sizes[start.joint] += _in_steps(sight, arm, start, seen)
+            sizes[start.joint] += [*_in_steps(sight, arm, start, seen)] or [
+                hidden(name, start.joint)]
+    chosen = max if name in AT_LEAST_SEEN else min
     for place, grown in points.items():
         told = [*sizes[place], *_between(arm, name, place, grown)]
-        yield min(told, key=lambda one: one.size or 0.0, default=hidden(name, place))
+        yield chosen(told, key=lambda one: math.inf if one.size is None else one.size,
+                     default=hidden(name, place))
 
 
 def _shifts(sight: Visibility, chances: Chances, arm: Arm,

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import (ExternalContact, MotorCogging, NonlinearViscousFriction,
+from hda_arm_sim.model.effects import (BaseVibration, ExternalContact, MotorCogging, NonlinearViscousFriction,
                                        PositionDependentFriction, StiffeningError,
                                        TorqueSaturation)
 import numpy as np
@@ -19,9 +19,12 @@ _ONLY = {                                       # of many shapes one that stands
     PositionDependentFriction.name: ('order', 2.0),
     StiffeningError.name: ('knee_1', 0.0),
 }
+AT_LEAST_SEEN = (BaseVibration.name,)           # whose shapes nobody chooses: the faintest counts
 # Choices unless told otherwise.
 _CLIPPED = (0.6, 0.8, 0.92, 1.0)    # limits of torque, over the largest command: one a start
 _TOUCH = 1.0            # duration of a contact [s]
+_CREEPS = 2.0           # damping of a base that shows least: twice what keeps it from ringing
+_SWINGS = (0.0, 0.5 * np.pi)        # directions of it, along x and y [rad]
 
 
 def shapes(fitter: Fitter, arm: Arm, name: str) -> Iterator[Term]:
@@ -29,6 +32,9 @@ def shapes(fitter: Fitter, arm: Arm, name: str) -> Iterator[Term]:
     for number, term in enumerate(terms_of(arm, name)):
         if name == ExternalContact.name:
             yield looked_for(_touch(fitter), None, {}, {('force', 'direction'): 1.0}, {})
+        elif name == BaseVibration.name:
+            yield from (replace(term, effect=replace(term.effect, damping=_CREEPS, direction=along))
+                        for along in _SWINGS)
         elif name == TorqueSaturation.name:
             yield _clipped(fitter, arm, term, _CLIPPED[number % len(_CLIPPED)])
         elif _stands(term):

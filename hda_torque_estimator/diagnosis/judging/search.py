@@ -267,10 +267,21 @@ def _exact(fitter: Fitter, trials: Iterable[Fit]) -> list[Fit]:
     tried = sorted(trials, key=lambda trial: _cost(fitter, trial))
     finalists = list(dict.fromkeys(map(_place, tried)))[:_FINALISTS]
     best: dict[Place, Fit] = {}
-    for trial in sorted((fitter.refined(trial) for trial in tried if _place(trial) in finalists),
+    refined = (fitter.refined(trial) for trial in tried if _place(trial) in finalists)
+    for trial in sorted((trial for trial in refined if _can_lack_each(fitter, trial)),
                         key=lambda trial: _cost_formed(fitter, trial)):
         best.setdefault(_place(trial), trial)
     return list(best.values())
+
+
+def _can_lack_each(fitter: Fitter, fit: Fit) -> bool:
+    """Tell whether an arm can be without each cause of a fit: none only makes others possible."""
+    try:
+        for term in fit.accepted:
+            fitter.on(fit.terms_beside(term))
+    except IMPOSSIBLE:
+        return False
+    return True
 
 
 def without_unneeded(fitter: Fitter, first: Fit, fit: Fit) -> Fit:
