@@ -33,7 +33,7 @@ def swing_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np.bo
     push, coupling = _stirred(balancer, arm)
     scale = (np.sqrt(valid) / noise)[:, joints:]
     rest = (scale * residual[:, joints:]).ravel()
-    best, power = None, _STANDS_OUT * (float(rest @ rest) - np.count_nonzero(scale))
+    best, power = None, _STANDS_OUT * float(rest @ rest - np.count_nonzero(scale))
     for frequency, damping in _modes():
         columns = np.stack([
             scale[:, [joint]] * balancer.in_balance(torques, joints + joint) for joint, torques

@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import (BaseVibration, ExternalContact, MotorCogging, NonlinearViscousFriction,
-                                       PositionDependentFriction, StiffeningError,
-                                       TorqueSaturation)
+from hda_arm_sim.model.effects import (BaseVibration, ExternalContact, MotorCogging,
+                                       NonlinearViscousFriction, PositionDependentFriction,
+                                       StiffeningError, TorqueSaturation)
 import numpy as np
 
 from ..fitting.fit import Fitter
@@ -33,8 +33,8 @@ def shapes(fitter: Fitter, arm: Arm, name: str) -> Iterator[Term]:
         if name == ExternalContact.name:
             yield looked_for(_touch(fitter), None, {}, {('force', 'direction'): 1.0}, {})
         elif name == BaseVibration.name:
-            yield from (replace(term, effect=replace(term.effect, damping=_CREEPS, direction=along))
-                        for along in _SWINGS)
+            for along in _SWINGS:
+                yield replace(term, effect=replace(term.effect, damping=_CREEPS, direction=along))
         elif name == TorqueSaturation.name:
             yield _clipped(fitter, arm, term, _CLIPPED[number % len(_CLIPPED)])
         elif _stands(term):
