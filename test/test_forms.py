@@ -115,13 +115,3 @@ def test_a_cause_is_named_whose_wave_has_a_harmonic_or_grows_with_the_torque(
     said = diagnose(measurement_from(arm.labels, logged(world, arm)), arm).diagnosis
     assert [(one.effect, one.joint) for one in said.findings] == [(effect, hidden.joint)]
     assert said.verdict == 'explained'
-
-
-def test_a_payload_that_is_no_point_is_named():
-    world = worlds.draw(630172, ('payload',), motion='trapezoid', rate=1000)
-    hidden, = world.hidden
-    assert hidden.form == 'own_inertia'
-    arm = arm_of(world)
-    said = diagnose(measurement_from(arm.labels, logged(world, arm)), arm).diagnosis
-    assert [one.effect for one in said.findings] == ['payload']
-    assert said.verdict == 'explained'

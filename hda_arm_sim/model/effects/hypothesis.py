@@ -33,8 +33,7 @@ class Hypothesis:
     How one effect is looked for.
 
     `free` and `waves` name the numbers to fit with a typical size. On a chain those of `in_space`
-    are free as well, and one of `instead` may be what differs in the place of all others. Those
-    of `more` are free in a second law of the effect, which begins a step from the arm. `grid`
+    are free as well, and one of `instead` may be what differs in the place of all others. `grid`
     lists starting values of those numbers, or of several at once, that the residual does not
     depend on linearly. Its torques are for the axis of the typical sizes. `least`
     bounds by the joint below which the law does not change any more. `form_error` is the
@@ -55,7 +54,6 @@ class Hypothesis:
     free: Mapping[str, float] = field(default_factory=dict)
     in_space: Mapping[str, float] = field(default_factory=dict)
     instead: Mapping[str, float] = field(default_factory=dict)
-    more: Mapping[str, float] = field(default_factory=dict)
     waves: Mapping[tuple[str, str], float] = field(default_factory=dict)
     grid: Grid = field(default_factory=dict)
     least: Mapping[str, Callable[[Any], float]] = field(default_factory=dict)     # of a joint

@@ -82,9 +82,8 @@ class Payload(Effect):
     law_chain = staticmethod(loaded_tip)
     # (measured: a right payload left 12 to 31 of score, one that stood for an inertia 256 or more)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        free={'mass': 0.5}, more={'x': 0.05, 'y': 0.05, 'z': 0.05, 'radius': 0.1},
-        alike=('link_inertia_error',), form=2.0 * NO_OTHER_FORM, form_share=0.002,
-        experiment=SCALE)
+        free={'mass': 0.5}, alike=('link_inertia_error',), form=2.0 * NO_OTHER_FORM,
+        form_share=0.002, experiment=SCALE)
     typical: ClassVar[Typical | None] = Typical({'mass': 1.0})
     mass: float = parameter(0.0, 'kg', 0.0, 100.0, 'mass at the tip')
     x: float = parameter(0.0, 'm', -1.0, 1.0, 'of its centre, along x of the tip')

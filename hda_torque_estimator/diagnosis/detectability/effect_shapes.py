@@ -10,7 +10,7 @@ from hda_arm_sim.model.effects import (BaseVibration, ExternalContact, MotorCogg
 import numpy as np
 
 from ..fitting.fit import Fitter
-from ..fitting.hypotheses import HYPOTHESES, terms_of
+from ..fitting.hypotheses import terms_of
 from ...least_squares.term import looked_for, Term
 
 _ONLY = {                                       # of many shapes one that stands for all
@@ -43,8 +43,6 @@ def shapes(fitter: Fitter, arm: Arm, name: str) -> Iterator[Term]:
 
 def _stands(term: Term) -> bool:
     """Tell whether a shape stands for the others of its effect, or for itself."""
-    if any(number in HYPOTHESES[term.name].more for number in term.free):
-        return False                    # how large a body is says nothing of the least mass
     number, value = _ONLY.get(term.name, ('', 0.0))
     return not number or bool(getattr(term.effect, number) == value)
 

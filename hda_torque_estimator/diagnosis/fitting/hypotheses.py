@@ -43,22 +43,9 @@ def terms_of(arm: Arm, name: str) -> Iterator[Term]:
                 for number, value in _named(sought.grid, point).items()})
             yield looked_for(start, joint, free, sought.waves, _least(arm, sought, joint),
                              grown=next(iter(sought.free), '') in sought.grid)
-        if sought.more:
-            yield _richer(arm, name, joint)
         if isinstance(arm.links, ChainLinks):
             for number, step in sought.instead.items():
                 yield looked_for(present, joint, {number: step}, {}, {})
-
-
-def _richer(arm: Arm, name: str, joint: str | None) -> Term:
-    """Return the law of an effect with more free numbers, which begin a step from the arm's."""
-    kind, more = effect_named(name), HYPOTHESES[name].more
-    if not isinstance(arm.links, ChainLinks):
-        more = {number: step for number, step in more.items() if number not in kind.spatial}
-    present = arm.effect(name, joint)
-    start = replace(present, **{number: getattr(present, number) + step
-                                for number, step in more.items()})
-    return looked_for(start, joint, {**free_of(arm, name), **more}, {}, {})
 
 
 def free_of(arm: Arm, name: str) -> dict[str, float]:
@@ -74,11 +61,10 @@ def _least(arm: Arm, sought: Hypothesis, joint: str | None) -> dict[str, float]:
     return {name: least(arm.joint(joint)) for name, least in sought.least.items()}
 
 
-def variant_of(term: Term) -> tuple[float | str, ...]:
-    """Return what makes a term another law: what is free, and what its grid sets together."""
-    together = (name for names in HYPOTHESES[term.name].grid if not isinstance(names, str)
-                for name in names)
-    return *term.free, *(getattr(term.effect, name) for name in together)
+def variant_of(term: Term) -> tuple[float, ...]:
+    """Return the numbers of a term that its grid sets together: they make it another law."""
+    return tuple(getattr(term.effect, name) for names in HYPOTHESES[term.name].grid
+                 if not isinstance(names, str) for name in names)
 
 
 def _named(grid: Grid, point: tuple[Any, ...]) -> dict[str, float]:
