@@ -68,8 +68,9 @@ class Parts:
     def run_ahead(self, arm: Arm, others: Sequence[Arm]) -> None:
         """Run links of other arms, of those at once that differ from an arm by one link each."""
         self._ahead.clear()
+        sensed = self._sensed(arm)
         found = {self._links_key(other): link for other in others
-                 if self._sensed(other) == self._sensed(arm)
+                 if self._sensed(other) == sensed
                  and (link := other_link(arm, other)) is not None}
         if len(found) > 1:
             rows, bodies = zip(*found.values())

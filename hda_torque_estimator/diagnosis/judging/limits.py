@@ -4,7 +4,6 @@ Numbers that end at a bound of what was declared for them: the law is not what w
 A friction law with an exponent of nearly zero is dry friction. One that fits best there stands in
 for another cause, which must be named instead. A bound that is the neutral value of a number, like
 a mass of zero, limits nothing. Nor does one where a part of the arm is gone (`Hypothesis.ends`).
-Where no arm can have a number that is within the interval, it is at a limit as well.
 """
 
 import math
@@ -14,7 +13,7 @@ from hda_arm_sim.model.effects.hypothesis import Hypothesis
 import numpy as np
 
 from ..findings.report import Finding
-from ..fitting.fit import Fit, Fitter, IMPOSSIBLE
+from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Term
 from ...significance import NORMAL_90
@@ -36,30 +35,15 @@ def limits_of(effect: str, number: str) -> tuple[float, float]:
 
 def ends_at_limit(fitter: Fitter, fit: Fit, term: Term) -> bool:
     """Tell whether the interval of a free number of a term in a fit reaches a limit."""
-    sizes = [abs(getattr(term.effect, number)) for number in term.free]
     near = [place for place, number in enumerate(term.free)
-            if _distance(term, number) <= _NEAR * sizes[place]
-            or not _is_possible(fitter, fit, term, place, _NEAR * sizes[place])]
+            if _distance(term, number) <= _NEAR * abs(getattr(term.effect, number))]
     if not near:
         return False
     if any(_distance(term, term.free[place]) == 0.0 for place in near):
         return True
     own = np.flatnonzero(fit.own(term))
     reach = NORMAL_90 * np.sqrt(np.maximum(np.diag(fitter.covariance(fit))[own], 0.0))
-    return any(_distance(term, term.free[place]) <= reach[place]
-               or not _is_possible(fitter, fit, term, place, reach[place]) for place in near)
-
-
-def _is_possible(fitter: Fitter, fit: Fit, term: Term, place: int, reach: float) -> bool:
-    """Tell whether arms with a number of a term so much less, and more, can be."""
-    for away in (-reach, reach):
-        vector = term.vector()
-        vector[place] += away
-        try:
-            fitter.on([*fit.terms_beside(term), term.at(vector)])
-        except IMPOSSIBLE:
-            return False
-    return True
+    return any(_distance(term, term.free[place]) <= reach[place] for place in near)
 
 
 def _distance(term: Term, number: str) -> float:
