@@ -7,6 +7,7 @@ import os
 import signal
 import socket
 
+from hda_torque_estimator.cli import THREADS
 from hypothesis import settings
 import pytest
 
@@ -24,13 +25,14 @@ settings.load_profile('tests')
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Set what ROS and matplotlib read when they are imported, here and in child processes."""
+    """Set what ROS, matplotlib and numpy read when they are imported, here and in children."""
     for name in [name for name in os.environ if name.startswith(LEFT_BY_THE_USER)]:
         del os.environ[name]
     domain, config.stash[claimed] = claim_domain()
     os.environ.update(
         MPLBACKEND='Agg', ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST', ROS_DOMAIN_ID=str(domain),
         ROS_PYTHON_CHECK_FIELDS='1')
+    os.environ.update(dict.fromkeys(THREADS, '1'))      # as `hda` does: more take twice as long
 
 
 @pytest.hookimpl(hookwrapper=True)
