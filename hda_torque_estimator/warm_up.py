@@ -7,29 +7,35 @@ from types import FrameType
 from hda_arm_sim.foundation.compiled import cache_folder, say_when_compiling
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import read_arm
-from hda_arm_sim.motions import motion
+from hda_arm_sim.motions import motion_of
 from hda_arm_sim.plant import Plant
 from hda_arm_sim.ros.startup_signals import EarlyEnd
 from hda_arm_sim.simulate import Course, rest, rollout
 import numpy as np
 
 from .controlling.live_controller import LiveController
+from .diagnosis.diagnose import diagnose
 from .estimating.estimator import Estimator
 from .estimating.live_estimator import LiveEstimator
+from .measurements.measurement import Measurement
 from .simulating.closed_loop import run
 
-ARMS = ('hda_arm.yaml', 'paper_single_axis.yaml')       # two joints with links, one joint
-_DT = 1e-3              # [s]
+# Two joints with links in a plane, one joint, and a chain in space.
+ARMS = ('hda_arm.yaml', 'paper_single_axis.yaml', 'cobot7.yaml')
+_DT, _SECONDS = 1e-3, 12.0         # of a recording that can be diagnosed [s]
+# Causes of which a search runs all that is compiled.
+_TRIED = ('external_contact', 'base_vibration', 'link_inertia_error', 'stiffening_error',
+          'wave_generator_compliance', 'encoder_interpolation_error')
 _USAGE = """usage: warm_up
 
-Compile what the nodes and the commands need, once after an installation. Without it, the first
-start of each takes up to a minute longer. HDA_CACHE_DIR names the folder of the compiled code.
+Compile what the nodes and the commands need, once after an installation, for a minute or two.
+Without it the first start of each does so. HDA_CACHE_DIR names the folder of the compiled code.
 """
 
 
 def warm_up(arm: Arm) -> None:
     """Call each compiled function as the nodes and the commands call it."""
-    path = motion('push', len(arm.joints), 2.0, _DT, 0)
+    path = motion_of(arm, 'push', 2.0, _DT, 0)
     loop = run(arm, arm, path, 0)
     start = rest(arm, path.angle[0])
     for held in (True, False):
@@ -40,6 +46,13 @@ def warm_up(arm: Arm) -> None:
     plant.sample()
     plant.advance(np.zeros(len(arm.joints)), np.zeros(2))
     Estimator(arm).run(np.arange(3), loop.reading[:3], loop.command[:3])
+
+
+def warm_up_diagnosis(arm: Arm) -> None:
+    """Call each compiled function as a diagnosis calls it: with the causes that run them all."""
+    made = run(arm, arm, motion_of(arm, 'rich', _SECONDS, _DT, 0), 0, estimator=None)
+    reading = np.ascontiguousarray(made.reading[:, :, :2])
+    diagnose(Measurement(arm.labels, _DT, reading, made.command), arm, names=_TRIED)
 
 
 def main() -> int:
@@ -55,6 +68,7 @@ def main() -> int:
     with EarlyEnd(1):
         for name in ARMS:
             warm_up(read_arm(name))
+            warm_up_diagnosis(read_arm(name))
     sys.stdout.write(f'everything is compiled in {cache_folder("").parent}\n')
     return 0
 

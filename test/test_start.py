@@ -11,10 +11,15 @@ import time
 
 from hda_arm_sim.live import FIRST_STAMP, LiveArm, SimulationSettings
 from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.motions import motion_of
 from hda_torque_estimator import warm_up
 from hda_torque_estimator.controlling.live_controller import LiveController
+from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.estimating.live_estimator import LiveEstimator
+from hda_torque_estimator.measurements.measurement import Measurement
+from hda_torque_estimator.simulating.closed_loop import run
 from node_processes import PATIENCE
+import numpy as np
 import pytest
 from test_compiled import compiled_functions
 
@@ -105,6 +110,18 @@ def test_warm_up_compiles_all_that_the_nodes_call():
         live.sample()
         live.advance()
     LiveEstimator(read_arm('voraus_yucobot.yaml'))
+    assert {name: set(law.signatures) - before[name] for name, law in laws.items()
+            if set(law.signatures) - before[name]} == {}
+
+
+def test_warm_up_compiles_all_that_a_diagnosis_calls():
+    arm = read_arm('hda_arm.yaml')
+    warm_up.warm_up_diagnosis(arm)
+    laws = compiled_functions()
+    before = {name: set(law.signatures) for name, law in laws.items()}
+    made = run(arm, arm, motion_of(arm, 'rich', 12.0, 1e-3, 1), 1, estimator=None)
+    diagnose(Measurement(arm.labels, 1e-3, np.ascontiguousarray(made.reading[:, :, :2]),
+                         made.command), arm)
     assert {name: set(law.signatures) - before[name] for name, law in laws.items()
             if set(law.signatures) - before[name]} == {}
 
