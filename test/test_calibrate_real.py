@@ -150,8 +150,12 @@ def resting(one: Measured) -> Measured:
     return one._replace(readings=np.repeat(one.readings[:1], len(one.readings), axis=0))
 
 
-@pytest.mark.parametrize('spoil', [scattered, blind, spiked, patchy, in_bursts, resting])
-@pytest.mark.parametrize('all_of_them', [False, True])
+SPOILS = (scattered, blind, spiked, patchy, in_bursts, resting)
+
+
+@pytest.mark.parametrize(('spoil', 'all_of_them'), [
+    (scattered, False), *((spoil, True) for spoil in SPOILS), *(
+        pytest.param(spoil, False, marks=pytest.mark.study) for spoil in SPOILS[1:])])
 def test_no_recording_ends_a_calibration_but_by_a_sentence(spoil, all_of_them):
     parts = four()[:3]
     seen = [spoil(one) if all_of_them or place == 1 else one for place, one in enumerate(parts)]

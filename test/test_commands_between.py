@@ -22,7 +22,8 @@ def balances(seed, motion='constant', every=1, effects=(), seconds=30.0):
     return arm, balancer, noise_of(balancer, arm)[0]
 
 
-@pytest.mark.parametrize('every', [2, 4, 8])
+@pytest.mark.parametrize('every', [
+    2, *(pytest.param(every, marks=pytest.mark.study) for every in (4, 8))])
 def test_how_far_commands_went_between_samples_is_told_where_they_change_at_once(every):
     ways = []
     for seed in range(720000, 720006):

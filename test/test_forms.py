@@ -54,7 +54,8 @@ def test_a_healthy_arm_leaves_the_noise_that_its_readings_tell(seed, motion, rat
     assert (0.45 * fitter.noise < left).all() and (left < 1.7 * fitter.noise).all()
 
 
-@pytest.mark.parametrize('seed', [722005, 722006])
+@pytest.mark.parametrize('seed', [
+    722005, pytest.param(722006, marks=pytest.mark.study)])
 def test_a_law_of_another_form_leaves_noise_and_another_law_does_not(seed):
     """A Stribeck friction that is stronger one way."""
     world = worlds.draw(seed, ('stribeck_friction',), form='one_way', motion='rich', rate=1000,

@@ -66,7 +66,7 @@ def more(*values):
     (('inertial_coupling', 'stiffness_error'), 121605),     # a thousandth of what the first does
     more(('presliding_friction', 'inertial_coupling', 'stiffness_error'), 4818),
     more(('clock_skew', 'torsional_hysteresis', 'bearing_crosstalk'), 4836),    # less than forms
-    (('backlash', 'structural_damping'), 121604),           # which does not act within the play
+    more(('backlash', 'structural_damping'), 121604),       # which does not act within the play
     # What is so quick that it passes for noise.
     (('motor_cogging',), 121102),
     more(('torque_ripple', 'load_dependent_friction'), 151673),
@@ -76,7 +76,7 @@ def more(*values):
           'torque_constant_error'), 4812),
     # Near to another law of its own, or to its twin.
     (('wave_generator_compliance',), 5925),                 # near to a rigid one
-    (('stiffening_error',), 4462),                          # of which two steps like a wrong law
+    more(('stiffening_error',), 4462),                      # of which two steps like a wrong law
     more(('link_encoder_eccentricity', 'stiffening_error'), 151588),    # nearly lost to its twin
     # Whose form shows when the other is known.
     (('clock_skew', 'wave_generator_compliance'), 5951),
@@ -89,7 +89,7 @@ def more(*values):
     (('bearing_crosstalk', 'encoder_scale_error'), 4602),   # a disc stands for both
     more(('bearing_crosstalk', 'link_bearing_friction'), 4446),     # a third only helps to it
     more(('bearing_crosstalk', 'wave_generator_compliance'), 4443),     # whose form is not its own
-    (('wave_generator_compliance', 'current_loop_lag'), 211669),    # a curve helps next door
+    more(('wave_generator_compliance', 'current_loop_lag'), 211669),    # a curve helps next door
     # Which nearly cancel, or together scale a balance.
     (('link_inertia_error', 'payload', 'base_tilt'), 4802),
     more(('torsional_hysteresis', 'motor_inertia_error', 'torque_constant_error'), 191709),

@@ -19,9 +19,10 @@ ARM = read_arm('hda_arm.yaml')
 SEED, DT = 121, 1e-3
 HIDDEN = [
     ('stribeck_friction', 'joint1', {'excess': 0.03, 'speed': 8.0}),
-    ('base_tilt', None, {'tilt': 0.03, 'direction': 0.7}),
-    ('kinematic_error', 'joint2', {'amplitude_2': 8e-5, 'phase_2': 0.5}),
     ('payload', None, {'mass': 2.5}),
+    pytest.param('base_tilt', None, {'tilt': 0.03, 'direction': 0.7}, marks=pytest.mark.study),
+    pytest.param('kinematic_error', 'joint2', {'amplitude_2': 8e-5, 'phase_2': 0.5},
+                 marks=pytest.mark.study),
 ]
 
 

@@ -16,8 +16,9 @@ ARM = read_arm('hda_arm.yaml')
 
 
 @pytest.mark.parametrize(('name', 'seed'), [
-    ('presliding_friction', 4025), ('presliding_friction', 4037), ('coulomb_friction', 4027),
-    ('load_dependent_friction', 4031), (None, 4021)])
+    ('presliding_friction', 4025), ('coulomb_friction', 4027), (None, 4021),
+    pytest.param('presliding_friction', 4037, marks=pytest.mark.study),
+    pytest.param('load_dependent_friction', 4031, marks=pytest.mark.study)])
 def test_a_joint_whose_friction_builds_up_is_found(name, seed):
     hidden = [] if name is None else [draw(name, np.random.default_rng([seed, 1]))]
     balancer = Balancer(measurement_from(ARM.labels, published(ARM, hidden, seed)))
@@ -26,7 +27,8 @@ def test_a_joint_whose_friction_builds_up_is_found(name, seed):
         one.joint for one in hidden if name == 'presliding_friction']
 
 
-@pytest.mark.parametrize('seed', [26, 27, 31])
+@pytest.mark.parametrize('seed', [
+    26, *(pytest.param(seed, marks=pytest.mark.study) for seed in (27, 31))])
 def test_stops_too_short_to_be_seen_are_not_friction_that_builds_up(seed):
     made = run(ARM, ARM, motion('rich', 2, 60.0, 1e-3, seed), seed)
     reading = np.ascontiguousarray(made.reading[:, :, :2])
