@@ -1,6 +1,7 @@
 """The torsion as a witness: the estimator itself, run over recordings with trial numbers."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 from hda_arm_sim.model.arm import Arm
 import numpy as np
@@ -14,6 +15,8 @@ from ...estimating.estimator import Estimator
 from ...samples.readings import LINK_READING
 
 Floats = NDArray[np.float64]
+# Choices unless told otherwise.
+_KEPT = 256             # runs that are known: other lags and priors ask for the same again
 
 
 class TorsionWitness:
@@ -25,7 +28,8 @@ class TorsionWitness:
         """Take recordings that all have both encoders; rows that the arm refuses do not count."""
         self.recordings, self._periods = recordings, [one.dt for one in recordings]
         self.dt = max(self._periods)
-        self._used = [np.isfinite(rows) for rows in self._rows(arm, np.zeros(0))]
+        self._rows = lru_cache(_KEPT)(self._run)
+        self._used = [np.isfinite(rows) for rows in self._rows(arm, ())]
         self.blocks = blocks_of(recordings, self._used)
 
     @property
@@ -36,9 +40,9 @@ class TorsionWitness:
     def torque(self, arm: Arm, zeros: Floats) -> Floats:
         """Return the torque of the rows (m,) [N*m] with zeros of the link moved (r,) [rad]."""
         return np.concatenate([rows[used] for rows, used
-                               in zip(self._rows(arm, zeros), self._used)])
+                               in zip(self._rows(arm, tuple(zeros.tolist())), self._used)])
 
-    def _rows(self, arm: Arm, zeros: Floats) -> list[Floats]:
+    def _run(self, arm: Arm, zeros: tuple[float, ...]) -> list[Floats]:
         """Return the torque of all rows of each recording, NaN where no sample is believed."""
         estimator, found = Estimator(arm, UNFUSED), []
         for one, dt, zero in zip(self.recordings, self._periods,

@@ -61,6 +61,7 @@ def blocks_of(recordings: Sequence[Measured], used: Sequence[Flags]) -> Blocks:
     return Blocks(of, parts, fold)
 
 
-def per_recording(zeros: Floats, recordings: Sequence[Measured]) -> list[float]:
+def per_recording(zeros: Sequence[float] | Floats,
+                  recordings: Sequence[Measured]) -> list[float]:
     """Return the zero of every recording, 0 where none may move."""
-    return zeros.tolist() if len(zeros) else [0.0] * len(recordings)
+    return [float(zero) for zero in zeros] if len(zeros) else [0.0] * len(recordings)
