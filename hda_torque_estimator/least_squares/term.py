@@ -150,17 +150,23 @@ def with_terms(arm: Arm, terms: Iterable[Any]) -> Arm:
     Whole effects and numbers of joints are placed at once: every arm is checked, and a fit makes
     thousands of them.
     """
-    effects, others = {(one.effect.name, one.joint): one for one in arm.effects}, []
+    effects = {(one.effect.name, one.joint): one for one in arm.effects}
     joints = {joint.label: joint for joint in arm.joints}
+    numbers: dict[str, dict[str, float]] = {}
+    others = []
     for term in terms:
         if isinstance(term, Term) and term.is_whole:
             effects.pop(term.place, None)
             effects[term.place] = Placed(term.effect, term.joint)
+        elif isinstance(term, Term):
+            numbers.setdefault(str(term.joint), {}).update(term.numbers())
         elif isinstance(term, OfJoint):
             joints[term.joint] = term.on_joint(joints[term.joint])
         else:
             others.append(term)
     arm = replace(arm, joints=tuple(joints.values()), effects=tuple(effects.values()))
+    for label, found in numbers.items():
+        arm = entered(arm, label, found)
     for term in others:
         arm = term.on(arm)
     return arm

@@ -5,6 +5,7 @@ At rest friction takes any value up to its level, and the motor tells nothing.
 """
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled, Record
@@ -23,6 +24,7 @@ Floats = NDArray[np.float64]
 # Choices unless told otherwise.
 SLOWEST = 1.0           # shaft speed from which friction slides for certain [rad/s]
 FEWEST_ROWS = 50        # in which a motor slides
+_LAGS = 16              # references that are known: most fits have one lag
 # Columns of what a motor's torque follows from.
 COMMAND, ANGLE, RATE, LOAD, LINK, TIME = range(6)
 
@@ -49,6 +51,7 @@ class MotorWitness:
         self._used = [_slides(*each) for each in zip(recordings, self._turning, self._seen)]
         self.blocks = blocks_of(recordings, self._used)
         self.usual_zero = float(np.mean([one.varies() for one in recordings]))
+        self.reference = lru_cache(_LAGS)(self._reference)
 
     @property
     def fastest(self) -> float:
@@ -83,7 +86,7 @@ class MotorWitness:
             found.append(turned.alike(torque) - inertia * turned.acceleration + zero)
         return self._rows(found)
 
-    def reference(self, lag: float) -> Floats:
+    def _reference(self, lag: float) -> Floats:
         """Return the reference of the rows (m,) [N*m]."""
         return self._rows([turned.alike(one.later(lag)) for one, turned
                            in zip(self.recordings, self._turning)])

@@ -8,6 +8,7 @@ few recordings a zero of each may pass for a law of the gear.)
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from hda_arm_sim.model.arm import Arm
 import numpy as np
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from .witness import Witness
 from ...least_squares.descent import beginning, descend, Found, limits, placed
 from ...least_squares.rows import bounded, normal_of, rms, Rows, solved
-from ...least_squares.term import Term
+from ...least_squares.term import Term, with_terms
 
 Floats = NDArray[np.float64]
 # Choices unless told otherwise.
@@ -65,7 +66,7 @@ class Referenced:
         """Return the priors, all of which are in their own sigmas (p,)."""
         return np.ones(sum(term.size for term in self.terms) + self.beside)
 
-    @property
+    @cached_property
     def bounds(self) -> tuple[Floats, Floats]:
         """Return where the search ends (p,)."""
         low, high = limits(self.terms, self.beside)
@@ -83,10 +84,7 @@ class Referenced:
 
     def on(self, scaled: Floats) -> Arm:
         """Return the arm with these unknowns."""
-        arm = self.arm
-        for term in placed(self.terms, scaled):
-            arm = term.on(arm)
-        return arm
+        return with_terms(self.arm, placed(self.terms, scaled))
 
     def error(self, scaled: Floats) -> Floats:
         """Return the error of the rows (m,) [N*m]."""

@@ -17,6 +17,7 @@ from ...samples.readings import LINK_READING
 Floats = NDArray[np.float64]
 # Choices unless told otherwise.
 _KEPT = 256             # runs that are known: other lags and priors ask for the same again
+_LAGS = 16              # references that are: most fits have one lag
 
 
 class TorsionWitness:
@@ -29,6 +30,7 @@ class TorsionWitness:
         self.recordings, self._periods = recordings, [one.dt for one in recordings]
         self.dt = max(self._periods)
         self._rows = lru_cache(_KEPT)(self._run)
+        self.reference = lru_cache(_LAGS)(self._reference)
         self._used = [np.isfinite(rows) for rows in self._rows(arm, ())]
         self.blocks = blocks_of(recordings, self._used)
 
@@ -53,7 +55,7 @@ class TorsionWitness:
             found.append(row_means(estimator.run(one.stamps, readings).torque[:, 0], dt))
         return found
 
-    def reference(self, lag: float) -> Floats:
+    def _reference(self, lag: float) -> Floats:
         """Return the reference of the rows (m,) [N*m]."""
         return np.concatenate([row_means(one.later(lag), dt)[used] for one, dt, used
                                in zip(self.recordings, self._periods, self._used)])
