@@ -15,7 +15,7 @@ from nodes import Listener, nodes, own_domain
 from size import parser, verdict
 
 SECONDS, RATES = 60.0, (500.0, 1000.0)
-TINY = 2.0, (50.0, 100.0)           # of a tiny case, which even a busy machine can do
+TINY = 1.0, (50.0, 100.0)           # of a tiny case, which even a busy machine can do
 ACHIEVED = 0.97         # of 1 kHz
 COMPLETE = 0.999        # of 500 Hz, as far as reports once a second can tell
 CONTROL = ('torque_feedback:=0.5', 'position_gain:=0.1', 'velocity_gain:=0.008',

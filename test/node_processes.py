@@ -61,10 +61,15 @@ class Process:
         """Tell whether it runs."""
         return self._process.poll() is None
 
+    def tell(self) -> None:
+        """Tell it to end."""
+        if self.running():
+            self.send(signal.SIGCONT, signal.SIGINT)
+
     def end(self) -> None:
         """End it, however it takes it."""
         if self.running():
-            self.send(signal.SIGCONT, signal.SIGINT)
+            self.tell()
             try:
                 self._process.wait(10.0)
             except subprocess.TimeoutExpired:
@@ -145,6 +150,8 @@ def running(folder: Path, **nodes: tuple[str, ...]) -> Iterator[dict[str, Proces
             started[name] = Process(name, folder, *parameters)
         yield started
     finally:
+        for process in started.values():        # all are told first: each may take a second
+            process.tell()
         for process in started.values():
             process.end()
 
