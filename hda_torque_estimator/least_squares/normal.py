@@ -25,8 +25,10 @@ def within(normal: Floats, right: Floats, now: Floats, bounds: tuple[Floats, Flo
     """
     scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), TINY))
     normal, right = normal * np.outer(scale, scale), right * scale
+    step = np.linalg.solve(normal + ridge * np.eye(len(now)), right)
+    if _beyond(now + step * scale, *bounds).max(initial=0.0) <= _ON_BOUND:
+        return step * scale                             # as nearly always
     fixed = np.full(len(now), np.nan)
-    step = np.zeros_like(now)
     for _ in range(len(now) + 1):
         free = np.isnan(fixed)
         held = np.where(free, 0.0, fixed) / scale

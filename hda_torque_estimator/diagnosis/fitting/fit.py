@@ -19,13 +19,14 @@ from ..balances.balance import Balance, Balancer, RATE
 from ..balances.known import Known
 from ...least_squares.descent import damped, improved
 from ...least_squares.sandwich import sandwich
-from ...least_squares.term import Term, with_terms
+from ...least_squares.term import Place, Term, with_terms
 
 IMPOSSIBLE = (ArmError, ParameterError)     # no arm can have such numbers
 # Choices unless told otherwise.
 PASSES = 4              # of a fit of all numbers, at most
 _REFINEMENTS = 6        # further passes of a fit that still gains
 _TWINS = 2              # of other rows, for which what fits them is kept
+_ARMS = 4               # that were asked for last and are known
 _SHARES = (1.0, 0.4, 0.1)       # of a step that are tried, the longest first
 _BLOCK = 1.0            # within which residuals may go together [s]
 CLOSE = 0.5             # improvement of the score that is not worth another pass
@@ -65,10 +66,15 @@ class Fit:
     score: float                # smaller is better
     variance: Array             # (c,) of what is left [N^2*m^2]
 
-    @property
+    @cached_property
     def terms(self) -> tuple[AnyTerm, ...]:
         """Return all terms, the accepted ones first."""
         return self.accepted + self.nuisance
+
+    @cached_property
+    def deviations(self) -> Array:
+        """Return the tolerances of all free numbers (p,)."""
+        return deviations(self.terms)
 
     def terms_beside(self, term: AnyTerm) -> list[AnyTerm]:
         """Return all terms but one."""
@@ -96,6 +102,7 @@ class Fitter:
     # What fits the twin does not depend on the noise, and is handed on to a fitter with less.
     _healthy: Known['Fitter'] = field(default_factory=lambda: Known(_TWINS), repr=False)
     _base: list['_Base'] = field(default_factory=list, init=False, repr=False)  # the last, if any
+    _arms: list['_Base'] = field(default_factory=list, init=False, repr=False)
 
     @property
     def led(self) -> bool:
@@ -124,13 +131,22 @@ class Fitter:
         return nuisances(self.arm)
 
     @cached_property
+    def _nominal(self) -> dict[Place, Array]:
+        return {term.place: term.vector() for term in self._tolerated}
+
+    @cached_property
     def first(self) -> Fit:
         """Return the fit without any cause."""
         return self.fit(())
 
     def on(self, terms: Sequence[AnyTerm]) -> Arm:
-        """Return the arm as given with these terms."""
-        return with_terms(self.arm, terms)
+        """Return the arm as given with these terms, which may have been asked for before."""
+        for known in (*self._base, *self._arms):
+            if _same(known.terms, terms):
+                return known.arm
+        arm = with_terms(self.arm, terms)
+        self._arms[:] = [_Base(tuple(terms), arm), *self._arms[:_ARMS - 1]]
+        return arm
 
     def valid(self, balance: Balance) -> NDArray[np.bool_]:
         """Return what counts of a balance (m, c)."""
@@ -210,7 +226,7 @@ class Fitter:
         """Return the fit after one step that improves it, shortened if need be, or itself."""
         condensed = condense(fit.balance.residual, fit.columns, self.valid(fit.balance))
         step = solve(condensed, self.noise, self.effective, self.away(fit.terms),
-                     deviations(fit.terms)).step
+                     fit.deviations).step
 
         def trial(share: float) -> Fit | None:
             try:
@@ -311,9 +327,8 @@ class Fitter:
 
     def away(self, terms: Sequence[AnyTerm]) -> Array:
         """Return how far the free numbers are from nominal, 0 for those without a tolerance."""
-        nominal = {term.place: term.vector() for term in self._tolerated}
         return np.concatenate([
-            term.vector() - nominal.get(term.place, 0.0)
+            term.vector() - self._nominal.get(term.place, 0.0)
             if np.isfinite(term.deviations()).all() else np.zeros(term.size) for term in terms])
 
 

@@ -18,7 +18,7 @@ from scipy.ndimage import gaussian_filter1d
 from ..balances.balance import RATE
 from ..balances.coordinates import coordinates_of
 from ..findings.rest import GEAR
-from ..fitting.fit import deviations, Fit, Fitter
+from ..fitting.fit import Fit, Fitter
 from ..fitting.solve import Columns, condense, condense_more, Solution, solve
 
 Array = NDArray[np.float64]
@@ -101,8 +101,8 @@ def _curves(fitter: Fitter, fit: Fit, joints: Collection[str],
     coordinates = coordinates_of(fitter.balancer, fitter.on(fit.terms))
     moving = _rates_are_motion(fitter, fit, coordinates)
     known = condense(fit.balance.residual, fit.columns, fitter.valid(fit.balance))
-    plain = solve(known, fitter.noise, fitter.effective, fitter.away(fit.terms),
-                  deviations(fit.terms))
+    away = fitter.away(fit.terms)
+    plain = solve(known, fitter.noise, fitter.effective, away, fit.deviations)
     for place, label in enumerate(fitter.arm.labels):
         if label not in joints:
             continue
@@ -125,7 +125,7 @@ def _curves(fitter: Fitter, fit: Fit, joints: Collection[str],
             for number, form in enumerate(forms):
                 if form == _SCALE and site in ('motor', GEAR) and scaled:
                     continue
-                told = _solved(fitter, fit, wide, number, len(forms))
+                told = _solved(fitter, away, fit.deviations, _one_of(wide, number, len(forms)))
                 yield Curve(label, site, form, told.score,
                             min(plain.score - told.score,
                                 float((plain.scores - told.scores)[own].sum())))
@@ -146,14 +146,17 @@ def sites(fitter: Fitter, label: str) -> dict[str, list[int]]:
     return {'motor': [motor], 'torsion': [torsion], 'link': [motor, torsion]}
 
 
-def _solved(fitter: Fitter, fit: Fit, wide: Columns, number: int, count: int) -> Solution:
-    """Return the solution with one of the `count` curves that stand before a fit's columns."""
+def _one_of(wide: Columns, number: int, count: int) -> Columns:
+    """Return the columns with one of the `count` curves that stand before those of a fit."""
     keep = np.r_[number, count:wide.against.shape[1]]
-    columns = wide._replace(products=wide.products[:, keep[:, None], keep],
-                            against=wide.against[:, keep])
-    return solve(columns, fitter.noise, fitter.effective,
-                 np.concatenate([[0.0], fitter.away(fit.terms)]),
-                 np.concatenate([[np.inf], deviations(fit.terms)]))
+    return wide._replace(products=wide.products[:, keep[:, None], keep],
+                         against=wide.against[:, keep])
+
+
+def _solved(fitter: Fitter, away: Array, deviations: Array, columns: Columns) -> Solution:
+    """Return the solution with a curve before terms that are `away`, with their `deviations`."""
+    return solve(columns, fitter.noise, fitter.effective, np.concatenate([[0.0], away]),
+                 np.concatenate([[np.inf], deviations]))
 
 
 def _quick_rates(time: Array, along: Mapping[str, Array]) -> dict[str, Array]:

@@ -9,7 +9,7 @@ from hda_arm_sim.model.effects import effect_named, Site
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fitting.fit import deviations, Fit, Fitter, IMPOSSIBLE
+from ..fitting.fit import Fit, Fitter, IMPOSSIBLE
 from ..fitting.hypotheses import terms_of, variant_of
 from ..fitting.solve import Columns, condense, condense_more, Solution, solve
 from ..fitting.starting_points import LOCATED, located
@@ -128,7 +128,7 @@ def solved(fitter: Fitter, fit: Fit, known: Columns, shift: Array) -> Solution:
                                fitter.valid(fit.balance)),
                  fitter.noise, fitter.effective,
                  np.concatenate([np.zeros(extra), fitter.away(fit.terms)]),
-                 np.concatenate([np.full(extra, np.inf), deviations(fit.terms)]))
+                 np.concatenate([np.full(extra, np.inf), fit.deviations]))
 
 
 def _sized(arm: Arm, start: Term, shares: Array) -> Term:
