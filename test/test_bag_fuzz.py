@@ -73,7 +73,9 @@ def test_sound_bags_are_taken(
         assert run(command, tmp_path / 'bag.mcap') == (0, '')
 
 
-@pytest.mark.parametrize('kind', KINDS)
+@pytest.mark.parametrize('kind', [
+    'zstd', 'unchunked', *(pytest.param(kind, marks=pytest.mark.study)
+                           for kind in sorted({*KINDS} - {'zstd', 'unchunked'}))])
 @settings(suppress_health_check=list(HealthCheck))
 @given(seed=st.integers(0, 2 ** 64 - 1))
 def test_mutated_bags_give_a_result_or_one_line(

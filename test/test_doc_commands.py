@@ -63,8 +63,8 @@ RUNNING = [pytest.param(
     page, id=page.stem,
     marks=[pytest.mark.xdist_group('nodes')] if NODES.search(typed(page)) else [])
     for page in pages() if script(page)]
-STARTING = [pytest.param(line, id=f'{page.stem}: {line}')
-            for page in pages() for line in script(page, STARTED).splitlines()]
+STARTING = [pytest.param(line, id=f'{stem}: {line}') for line, stem in {
+    line: page.stem for page in pages() for line in script(page, STARTED).splitlines()}.items()]
 
 
 def clone(folder: Path) -> dict[str, str]:
