@@ -208,7 +208,7 @@ def _reconsidered(fitter: Fitter, found: Found, names: Sequence[str],
     it had hidden something.
     """
     taken = fitter.noise
-    noise, plain = noise_of(fitter.balancer, fitter.on(found.last.terms))
+    noise, plain = noise_of(fitter.balancer, fitter.as_noisy(found.last))
     fitter = replace(fitter, noise=np.minimum(taken, noise))
     if (fitter.noise < _QUIETER * taken).any():
         found = search(fitter, names, found, tell)

@@ -42,7 +42,7 @@ class Evidence(NamedTuple):
         """Return the same with all that was measured, what has no name as well, as it is left."""
         fit = self.fit
         return self._replace(fitter=fitter, fit=fitter.at(fit.terms, len(fit.accepted),
-                                                          fit.columns))
+                                                          fit.slopes))
 
 
 class Proven(NamedTuple):

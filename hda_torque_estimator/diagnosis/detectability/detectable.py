@@ -40,7 +40,7 @@ def smallest_in_balances(fitter: Fitter, found: Found, fit: Fit,
                          names: Sequence[str]) -> Iterator[Smallest]:
     """Yield the smallest size of each effect and place that shows beside what `fit` knows."""
     coarse = replace(fitter, balancer=fitter.balancer.thinned)
-    sight = Visibility(coarse, found, coarse.at(fit.terms, len(fit.accepted), fit.columns))
+    sight = Visibility(coarse, found, coarse.at(fit.terms, len(fit.accepted), fit.slopes))
     chances = Chances(fitter.healthy)
     for name in names:
         yield from _of_effect(sight, chances, name)

@@ -1,6 +1,6 @@
 """Fit terms to the balances of one measurement: Gauss-Newton with the exact model."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from operator import is_
@@ -12,7 +12,9 @@ from hda_arm_sim.model.arm import Arm, ArmError
 import numpy as np
 from numpy.typing import NDArray
 
+from .column_noise import ColumnNoise
 from .nuisance import AnyTerm, nuisances
+from .slopes import has_noise, of_noise, Slopes, without
 from .solve import condense, covariance, score, solve
 from .steps import groups_at_once, places_of, stepped
 from ..balances.balance import Balance, Balancer, RATE
@@ -27,6 +29,7 @@ PASSES = 4              # of a fit of all numbers, at most
 _REFINEMENTS = 6        # further passes of a fit that still gains
 _TWINS = 2              # of other rows, for which what fits them is kept
 _ARMS = 4               # that were asked for last and are known
+_UNMOVED = 6            # balances whose columns for the arm as given are: two fits and their noise
 _SHARES = (1.0, 0.4, 0.1)       # of a step that are tried, the longest first
 _BLOCK = 1.0            # within which residuals may go together [s]
 CLOSE = 0.5             # improvement of the score that is not worth another pass
@@ -38,6 +41,14 @@ class _Base(NamedTuple):
 
     terms: tuple[AnyTerm, ...]
     arm: Arm
+
+
+class _Unmoved(NamedTuple):
+    """Balances and their columns (m, c, p) of all tolerated numbers, for an arm as given."""
+
+    balancer: Balancer
+    arm: Arm
+    columns: Array
 
 
 class _Step(NamedTuple):
@@ -62,9 +73,14 @@ class Fit:
     accepted: tuple[Term, ...]
     nuisance: tuple[AnyTerm, ...]
     balance: Balance
-    columns: Array              # (m, c, p) derivatives of the residual, accepted terms first
+    slopes: Slopes              # derivatives of the residual, accepted terms first
     score: float                # smaller is better
     variance: Array             # (c,) of what is left [N^2*m^2]
+
+    @property
+    def columns(self) -> Array:
+        """Return the derivatives of the residual (m, c, p)."""
+        return self.slopes.columns
 
     @cached_property
     def terms(self) -> tuple[AnyTerm, ...]:
@@ -99,8 +115,11 @@ class Fitter:
     effective: float            # share of samples that are independent
     rows: NDArray[np.bool_]     # (m,) those to be used
     twin: Balancer | None = None    # of a healthy arm, recorded with as much noise
+    instruments: Balancer | None = None     # of the same motion with other noise, if not the twin
     # What fits the twin does not depend on the noise, and is handed on to a fitter with less.
     _healthy: Known['Fitter'] = field(default_factory=lambda: Known(_TWINS), repr=False)
+    _loud: Known[ColumnNoise] = field(default_factory=lambda: Known(_TWINS), repr=False)
+    _unmoved: Known['_Unmoved'] = field(default_factory=lambda: Known(_UNMOVED), repr=False)
     _base: list['_Base'] = field(default_factory=list, init=False, repr=False)  # the last, if any
     _arms: list['_Base'] = field(default_factory=list, init=False, repr=False)
 
@@ -124,7 +143,7 @@ class Fitter:
         power = np.where(balance.valid, balance.residual ** 2, 0.0).sum(axis=0)
         noise = np.sqrt(power / np.maximum(balance.valid.sum(axis=0), 1))
         return Fitter(twin, self.arm, np.where(noise > 0.0, noise, self.noise), self.effective,
-                      self.rows)
+                      self.rows, instruments=self.balancer, _unmoved=self._unmoved)
 
     @cached_property
     def _tolerated(self) -> tuple[AnyTerm, ...]:
@@ -155,8 +174,7 @@ class Fitter:
     def fit(self, accepted: Sequence[Term], start: Sequence[AnyTerm] = ()) -> Fit:
         """Fit accepted terms and all nuisances together, the latter from `start` where given."""
         terms = self._start([*accepted, *self._others(accepted, start)])
-        columns = self.derivatives(terms, terms)
-        return improved(self.at(terms, len(accepted), columns),
+        return improved(self.at(terms, len(accepted), self._slopes(terms)),
                         lambda fit: self._descend(fit, len(accepted)),
                         lambda fit, _: self._renewed(fit, fit.terms, 0), PASSES, CLOSE)
 
@@ -180,9 +198,9 @@ class Fitter:
         terms: list[AnyTerm] = [*fit.accepted, term, *kept]
         first, count = sum(other.size for other in fit.accepted), len(fit.accepted) + 1
         known = fit.columns[:, :, places_of(fit.terms, [*fit.accepted, *kept])]
-        own = self.derivatives([term], terms)
-        start = self._descend(self.at(terms, count, np.concatenate(
-            [known[:, :, :first], own, known[:, :, first:]], axis=2)), count)
+        own = without([term], self.derivatives([term], terms), fit.slopes.noise)
+        start = self._descend(self.at(terms, count, fit.slopes.with_columns(np.concatenate(
+            [known[:, :, :first], own, known[:, :, first:]], axis=2))), count)
         return self._descend(self._renewed(start, start.accepted[-1:], first), count)
 
     def refined(self, fit: Fit) -> Fit:
@@ -208,19 +226,65 @@ class Fitter:
     def lacking(self, fit: Fit, term: Term) -> Fit:
         """Return a fit as it is without one of its causes."""
         return self.at(fit.terms_beside(term), len(fit.accepted) - 1,
-                       fit.columns[:, :, ~fit.own(term)])
+                       fit.slopes.with_columns(fit.columns[:, :, ~fit.own(term)]))
 
     def settled(self, fit: Fit) -> Fit:
         """Return a fit after one step more, for a fitter of other rows."""
-        return self._descend(self.at(fit.terms, len(fit.accepted), fit.columns),
+        return self._descend(self.at(fit.terms, len(fit.accepted), fit.slopes),
                              len(fit.accepted))
 
     def _renewed(self, fit: Fit, terms: Sequence[AnyTerm], place: int) -> Fit:
         """Return a fit with the columns of some neighbouring terms made again."""
         columns = fit.columns.copy('K')
-        fresh = self.derivatives(terms, fit.terms)
+        fresh = without(terms, self.derivatives(terms, fit.terms), fit.slopes.noise)
         columns[:, :, place:place + fresh.shape[2]] = fresh
-        return replace(fit, columns=columns)
+        return replace(fit, slopes=fit.slopes.with_columns(columns))
+
+    def _slopes(self, terms: Sequence[AnyTerm]) -> Slopes:
+        """Return the derivatives of terms, those of numbers with a tolerance without noise."""
+        columns = (self._columns_as_given(self.balancer) if _same(terms, self._tolerated)
+                   else self.derivatives(terms, terms))
+        other = self.instruments or self.twin
+        if other is None:
+            return Slopes(columns, {})
+        balance = self.balancer(self.on(terms))
+        noise = self._column_noise(other).told(
+            terms, columns, balance.residual, balance.valid,
+            np.where(self.valid(balance), 1.0 / self.noise, 0.0))
+        return Slopes(without(terms, columns, noise), noise)
+
+    def _columns_as_given(self, balancer: Balancer) -> Array:
+        """Return the columns (m, c, p) of tolerated numbers in balances, which may be known."""
+        known = self._tolerated
+        return self._unmoved.of((id(balancer), id(self.arm)), lambda: _Unmoved(
+            balancer, self.arm,
+            replace(self, balancer=balancer).derivatives(known, known))).columns
+
+    def _column_noise(self, twin: Balancer) -> ColumnNoise:
+        """Return how loud the columns of tolerated numbers are, those of a `twin` beside them."""
+        own = self.balancer
+
+        def made() -> ColumnNoise:
+            balance = own(self.arm)
+            return ColumnNoise.made(
+                self._tolerated, self._columns_as_given(twin),
+                self._columns_as_given(own.noisier) - self._columns_as_given(own),
+                own.noisier(self.arm).residual - balance.residual, balance.valid,
+                (own, twin, self.arm))
+
+        return self._loud.of((id(own), id(twin), id(self.arm)), made)
+
+    def residual(self, terms: Sequence[AnyTerm], noise: Mapping[Place, Array]) -> Array:
+        """Return what terms leave (m, c), as noisy as the arm as given [N*m] (eq:noiseless)."""
+        return self.balancer(self.on(terms)).residual - sum(
+            of_noise(term, self.arm, noise) for term in terms)
+
+    def as_noisy(self, fit: Fit) -> Arm:
+        """Return an arm that leaves as much noise as a fit does."""
+        try:
+            return self.on([term for term in fit.terms if not has_noise(term, fit.slopes.noise)])
+        except IMPOSSIBLE:
+            return self.on(fit.terms)
 
     def _descend(self, fit: Fit, accepted: int) -> Fit:
         """Return the fit after one step that improves it, shortened if need be, or itself."""
@@ -230,21 +294,22 @@ class Fitter:
 
         def trial(share: float) -> Fit | None:
             try:
-                return self.at(moved(fit.terms, share * step), accepted, fit.columns)
+                return self.at(moved(fit.terms, share * step), accepted, fit.slopes)
             except IMPOSSIBLE:
                 return None
 
         return damped(trial, _SHARES, lambda found: found.score < fit.score) or fit
 
-    def at(self, terms: Sequence[AnyTerm], accepted: int, columns: Array) -> Fit:
+    def at(self, terms: Sequence[AnyTerm], accepted: int, slopes: Slopes) -> Fit:
         """Return the fit with these terms as they are, exactly evaluated."""
-        balance = self.balancer(self.on(terms))
+        balance = Balance(self.residual(terms, slopes.noise),
+                          self.balancer(self.on(terms)).valid)
         valid = self.valid(balance)
         count = np.maximum(valid.sum(axis=0), 1)
         left = np.where(valid, balance.residual ** 2, 0.0).sum(axis=0) / count
         prior = float(np.sum((self.away(terms) / deviations(terms)) ** 2))
         return Fit(tuple(terms[:accepted]), tuple(terms[accepted:]),   # type: ignore[arg-type]
-                   balance, columns, score(left, valid.sum(axis=0), self.noise, self.effective)
+                   balance, slopes, score(left, valid.sum(axis=0), self.noise, self.effective)
                    + prior, np.maximum(left, self.noise ** 2))
 
     def covariance(self, fit: Fit) -> Array:

@@ -13,6 +13,7 @@ from dataclasses import replace
 from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 
+from .column_noise import told_by
 from .fit import deviations, Fit, Fitter, IMPOSSIBLE, moved
 from .solve import condense, solve
 from ..balances.balance import Balancer
@@ -39,7 +40,8 @@ def unbiased(fitter: Fitter, fit: Fit, twin: Balancer) -> Fit:
     if (np.abs(step) > _FAR * spread)[causes].any():
         return fit
     try:
-        there = fitter.at(moved(fit.terms, step), len(fit.accepted), columns)
+        there = fitter.at(moved(fit.terms, step), len(fit.accepted),
+                          fit.slopes.with_columns(columns))
     except IMPOSSIBLE:
         return fit
     return there if there.score < fit.score + len(step) * _FAR ** 2 else fit
@@ -47,11 +49,7 @@ def unbiased(fitter: Fitter, fit: Fit, twin: Balancer) -> Fit:
 
 def _projected(own: Array, theirs: Array, weight: Array) -> Array:
     """Return columns (m, c, p) as far as the twin's tell them, weighed by (m, c)."""
-    ours, instruments = ((columns * weight[:, :, None]).reshape(-1, columns.shape[2])
-                         for columns in (own, theirs))
-    power = np.sqrt((ours ** 2).sum(axis=0) * (instruments ** 2).sum(axis=0))
-    alike = (ours * instruments).sum(axis=0) > _ALIKE * power
-    instruments = np.where(alike, instruments, ours)
-    size = np.maximum(np.sqrt((instruments ** 2).sum(axis=0)), 1e-300)
-    shares = np.linalg.lstsq(instruments / size, ours, rcond=1e-10)[0]
-    return np.where(alike, theirs, own) / size @ shares
+    ours, instruments = (columns * weight[:, :, None] for columns in (own, theirs))
+    power = np.sqrt((ours ** 2).sum(axis=(0, 1)) * (instruments ** 2).sum(axis=(0, 1)))
+    alike = (ours * instruments).sum(axis=(0, 1)) > _ALIKE * power
+    return told_by(own, np.where(alike, theirs, own), weight)

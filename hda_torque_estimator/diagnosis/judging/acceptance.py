@@ -145,8 +145,8 @@ def confirmed(fitter: Fitter, first: Fit, last: Fit) -> tuple[Term, ...]:
 
     One that passed for noise makes the noise less once it is known, and then stands out of it.
     """
-    before = fitter.at(first.terms, 0, first.columns)
-    after = fitter.at(last.terms, len(last.accepted), last.columns)
+    before = fitter.at(first.terms, 0, first.slopes)
+    after = fitter.at(last.terms, len(last.accepted), last.slopes)
     slow = power_below(fitter, before, _SLOW) - power_below(fitter, after, _SLOW)
     told = (before.variance - after.variance > _floor(fitter)) | (slow > _slow_floor(fitter))
     return tuple(term for place, term in enumerate(last.accepted)

@@ -114,7 +114,8 @@ def _nameless_power(fitter: Fitter, fit: Fit) -> Array:
     balancer, balance = fitter.balancer, fit.balance
     if not balancer.aside:
         return np.zeros_like(fitter.noise)
-    taken = balancer.beside(())(fitter.on(fit.terms)).residual - balance.residual
+    arm = fitter.on(fit.terms)
+    taken = balancer.beside(())(arm).residual - balancer(arm).residual
     return np.asarray((taken ** 2).sum(axis=0, where=balance.valid)
                       / np.maximum(balance.valid.sum(axis=0), 1) / fitter.noise ** 2)
 

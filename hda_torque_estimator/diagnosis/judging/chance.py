@@ -51,7 +51,7 @@ class Chances:
         if healthy is not None:
             first = healthy.first
             self._fitter = replace(healthy, balancer=healthy.balancer.thinned)
-            self._fit: Fit = self._fitter.at(first.terms, 0, first.columns)
+            self._fit: Fit = self._fitter.at(first.terms, 0, first.slopes)
             self._known: Columns = condense(self._fit.balance.residual, self._fit.columns,
                                             self._fitter.valid(self._fit.balance))
 

@@ -31,5 +31,6 @@ def fair_score(fitter: Fitter, fit: Fit, usual: Array) -> float:
 def noise_in(fitter: Fitter, fit: Fit) -> Array:
     """Return the power (c,) that some noise of the angles has in the residual of a fit."""
     valid = fitter.valid(fit.balance)
-    more = fitter.balancer.noisier(fitter.on(fit.terms)).residual - fit.balance.residual
+    arm = fitter.as_noisy(fit)
+    more = fitter.balancer.noisier(arm).residual - fitter.balancer(arm).residual
     return np.asarray(np.maximum((more ** 2).sum(axis=0, where=valid), 1e-300))

@@ -123,7 +123,7 @@ def _condensed(fitter: Fitter, fit: Fit) -> _Forms:
 
 def _lacking(fitter: Fitter, fit: Fit) -> list[Array]:
     """Return the residuals (m, c) without each cause of a fit in turn."""
-    return [fitter.balancer(fitter.on(fit.terms_beside(term))).residual for term in fit.accepted]
+    return [fitter.residual(fit.terms_beside(term), fit.slopes.noise) for term in fit.accepted]
 
 
 def _all_forms(fitter: Fitter, fit: Fit, lacking: Sequence[Array]) -> list[Array]:
@@ -174,10 +174,10 @@ def _otherwise(fitter: Fitter, fit: Fit, term: Term, does: Array,
 
 def _harmonics(fitter: Fitter, fit: Fit, term: Term) -> Iterator[Array]:
     """Yield what is left (m, c) with twice the waves of a cause in its place, at two phases."""
-    beside = fitter.on(fit.terms_beside(term))
+    beside = fit.terms_beside(term)
     for phase in (0.0, 0.5 * np.pi):
         twice = replace(term.effect, phase=phase, order=2.0 * term.effect.order)
-        yield fitter.balancer(beside.with_effect(twice, term.joint)).residual
+        yield fitter.residual([replace(term, effect=twice), *beside], fit.slopes.noise)
 
 
 def _clock_of(time: Array, does: Array) -> Array:

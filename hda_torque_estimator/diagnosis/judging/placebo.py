@@ -39,7 +39,7 @@ def placebo_shares(fitter: Fitter, fit: Fit, term: Term) -> Shares:
     keep = fit.own(term)
     others = fit.terms_beside(term)
     known, away, free = fit.columns[:, :, ~keep], fitter.away(others), deviations(others)
-    lacking = fitter.balancer(fitter.on(others)).residual
+    lacking = fitter.residual(others, fit.slopes.noise)
     rows = fit.balance.valid & ~fitter.rows[:, None]
 
     def left(more: Array) -> Array:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..fitting.fit import Fit, Fitter, IMPOSSIBLE
 from ..fitting.hypotheses import terms_of, variant_of
+from ..fitting.slopes import of_noise
 from ..fitting.solve import Columns, condense, condense_more, Solution, solve
 from ..fitting.starting_points import LOCATED, located
 from ..fitting.steps import acts_apart
@@ -86,7 +87,8 @@ def _shifts(fitter: Fitter, fit: Fit, starts: Sequence[Term]) -> list[Array]:
         changed = arm
         for trial in trials:
             changed = trial.on(changed)
-        changes.append(fitter.change(fit.terms, changed))
+        changes.append(fitter.change(fit.terms, changed) - sum(
+            of_noise(trial, arm, fit.slopes.noise) for trial in trials))
     together = np.stack(changes, axis=2)
     if len(starts) == 1:
         return [together]
