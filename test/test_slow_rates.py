@@ -138,7 +138,7 @@ def test_commands_of_a_slow_loop_beside_late_stamps_accuse_no_healthy_arm():
 @pytest.mark.parametrize(('name', 'seed', 'period', 'every'), [
     (None, 930001, 1e-3, 5), ('stribeck_friction', 930003, 1e-3, 5),
     pytest.param('clock_skew', 930014, 1e-3, 5, marks=pytest.mark.study),
-    pytest.param('coulomb_friction', 931002, 4e-3, 1, marks=pytest.mark.study)])
+    ('coulomb_friction', 931002, 4e-3, 1)])
 def test_a_slow_recording_is_diagnosed_as_a_quick_one(name, seed, period, every):
     hidden, measurement = recorded(name, seed, period=period, every=every)
     found = diagnose(measurement, ARM).diagnosis

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from .question import Question, Suspect
 from ..diagnosis.balances.balance import Balancer
 from ..diagnosis.diagnose import EFFECTIVE
-from ..diagnosis.fitting.fit import Fit, Fitter, IMPOSSIBLE
+from ..diagnosis.fitting.derivatives import IMPOSSIBLE
+from ..diagnosis.fitting.fit import Fit, Fitter
 from ..diagnosis.fitting.hypotheses import terms_of
 from ..diagnosis.judging.screen import screen
 from ..measurements.measurement import Measurement

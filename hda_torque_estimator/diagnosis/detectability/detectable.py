@@ -19,7 +19,8 @@ import numpy as np
 from .effect_shapes import AT_LEAST_SEEN, shapes
 from .visibility import Imagined, Visibility
 from ..findings.smallest import hidden, places, size_numbers, Smallest, WEAKER
-from ..fitting.fit import Fit, Fitter, IMPOSSIBLE
+from ..fitting.derivatives import IMPOSSIBLE
+from ..fitting.fit import Fit, Fitter
 from ..judging.chance import Chances
 from ..judging.screen import shifts
 from ..judging.search import Found

@@ -34,18 +34,16 @@ class ColumnNoise:
     power: Array                        # (b, c, q) of the noise of columns, by bands
     across: Array                       # (b, c, q) cross-spectra with that of the residual
     rest: Array                         # (b, c) power of the noise of the residual
-    of: tuple[object, ...] = ()         # what this is about, which lives as long
 
     @classmethod
     def made(cls, terms: Sequence[AnyTerm], twin: Array, columns: Array, rest: Array,
-             valid: NDArray[np.bool_], of: tuple[object, ...] = ()) -> 'ColumnNoise':
+             valid: NDArray[np.bool_]) -> 'ColumnNoise':
         """Return it from noise that was made: of `columns` (m, c, q) and of the `rest` (m, c)."""
         loud = _spectra(np.where(valid[:, :, None], columns, 0.0))
         of_rest = _spectra(np.where(valid, rest, 0.0))
         places = {term.place: own for term, own in columns_of(terms) if not isinstance(term, Zero)}
         return cls(places, twin, _in_bands(np.abs(loud) ** 2),
-                   _in_bands(loud * of_rest.conj()[:, :, None]), _in_bands(np.abs(of_rest) ** 2),
-                   of)
+                   _in_bands(loud * of_rest.conj()[:, :, None]), _in_bands(np.abs(of_rest) ** 2))
 
     def told(self, terms: Sequence[AnyTerm], columns: Array, rest: Array,
              valid: NDArray[np.bool_], weight: Array) -> dict[Place, Array]:

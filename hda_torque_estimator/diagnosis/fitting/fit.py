@@ -1,69 +1,34 @@
 """Fit terms to the balances of one measurement: Gauss-Newton with the exact model."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from operator import is_
-from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
-from hda_arm_sim.foundation.parameter import ParameterError
-from hda_arm_sim.model.arm import Arm, ArmError
+from hda_arm_sim.model.arm import Arm
 import numpy as np
 from numpy.typing import NDArray
 
-from .column_noise import ColumnNoise
-from .nuisance import AnyTerm, nuisances
+from .derivatives import channels_of_joint, Derivatives, IMPOSSIBLE, same
+from .nuisance import AnyTerm
 from .slopes import has_noise, of_noise, Slopes, without
 from .solve import condense, covariance, score, solve
-from .steps import groups_at_once, places_of, stepped
+from .steps import places_of
 from ..balances.balance import Balance, Balancer, RATE
 from ..balances.known import Known
 from ...least_squares.descent import damped, improved
 from ...least_squares.sandwich import sandwich
-from ...least_squares.term import Place, Term, with_terms
+from ...least_squares.term import Place, Term
 
-IMPOSSIBLE = (ArmError, ParameterError)     # no arm can have such numbers
 # Choices unless told otherwise.
 PASSES = 4              # of a fit of all numbers, at most
 _REFINEMENTS = 6        # further passes of a fit that still gains
 _TWINS = 2              # of other rows, for which what fits them is kept
-_ARMS = 4               # that were asked for last and are known
-_UNMOVED = 6            # balances whose columns for the arm as given are: two fits and their noise
+_BALANCES = 4           # of which derivatives are kept: of twins, and beside what has no name
 _SHARES = (1.0, 0.4, 0.1)       # of a step that are tried, the longest first
 _BLOCK = 1.0            # within which residuals may go together [s]
 CLOSE = 0.5             # improvement of the score that is not worth another pass
 FAR = 100.0             # improvement by a step after which no derivative is as it was
-
-
-class _Base(NamedTuple):
-    """Terms that were changed last, and the arm with them."""
-
-    terms: tuple[AnyTerm, ...]
-    arm: Arm
-
-
-class _Unmoved(NamedTuple):
-    """Balances and their columns (m, c, p) of all tolerated numbers, for an arm as given."""
-
-    balancer: Balancer
-    arm: Arm
-    columns: Array
-
-
-class _Step(NamedTuple):
-    """A step of one free number, which shows in some channels of its column."""
-
-    column: int
-    channels: slice | list[int]
-    size: float
-
-
-class _Trial(NamedTuple):
-    """An arm that is some steps on, which do not meet."""
-
-    arm: Arm
-    steps: list[_Step]
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,10 +83,7 @@ class Fitter:
     instruments: Balancer | None = None     # of the same motion with other noise, if not the twin
     # What fits the twin does not depend on the noise, and is handed on to a fitter with less.
     _healthy: Known['Fitter'] = field(default_factory=lambda: Known(_TWINS), repr=False)
-    _loud: Known[ColumnNoise] = field(default_factory=lambda: Known(_TWINS), repr=False)
-    _unmoved: Known['_Unmoved'] = field(default_factory=lambda: Known(_UNMOVED), repr=False)
-    _base: list['_Base'] = field(default_factory=list, init=False, repr=False)  # the last, if any
-    _arms: list['_Base'] = field(default_factory=list, init=False, repr=False)
+    _known: Known[Derivatives] = field(default_factory=lambda: Known(_BALANCES), repr=False)
 
     @property
     def led(self) -> bool:
@@ -143,11 +105,20 @@ class Fitter:
         power = np.where(balance.valid, balance.residual ** 2, 0.0).sum(axis=0)
         noise = np.sqrt(power / np.maximum(balance.valid.sum(axis=0), 1))
         return Fitter(twin, self.arm, np.where(noise > 0.0, noise, self.noise), self.effective,
-                      self.rows, instruments=self.balancer, _unmoved=self._unmoved)
+                      self.rows, instruments=self.balancer, _known=self._known)
 
     @cached_property
+    def _derivatives(self) -> Derivatives:
+        return self._derivatives_of(self.balancer)
+
+    def _derivatives_of(self, balancer: Balancer) -> Derivatives:
+        """Return the derivatives of balances, which may be known."""
+        return self._known.of((id(balancer), id(self.arm)),
+                              lambda: Derivatives(balancer, self.arm))
+
+    @property
     def _tolerated(self) -> tuple[AnyTerm, ...]:
-        return nuisances(self.arm)
+        return self._derivatives.tolerated
 
     @cached_property
     def _nominal(self) -> dict[Place, Array]:
@@ -160,12 +131,7 @@ class Fitter:
 
     def on(self, terms: Sequence[AnyTerm]) -> Arm:
         """Return the arm as given with these terms, which may have been asked for before."""
-        for known in (*self._base, *self._arms):
-            if _same(known.terms, terms):
-                return known.arm
-        arm = with_terms(self.arm, terms)
-        self._arms[:] = [_Base(tuple(terms), arm), *self._arms[:_ARMS - 1]]
-        return arm
+        return self._derivatives.on(terms)
 
     def valid(self, balance: Balance) -> NDArray[np.bool_]:
         """Return what counts of a balance (m, c)."""
@@ -242,37 +208,16 @@ class Fitter:
 
     def _slopes(self, terms: Sequence[AnyTerm]) -> Slopes:
         """Return the derivatives of terms, those of numbers with a tolerance without noise."""
-        columns = (self._columns_as_given(self.balancer) if _same(terms, self._tolerated)
-                   else self.derivatives(terms, terms))
-        other = self.instruments or self.twin
+        derivatives, other = self._derivatives, self.instruments or self.twin
+        columns = (derivatives.as_given if same(terms, self._tolerated)
+                   else derivatives.of(terms, terms))
         if other is None:
             return Slopes(columns, {})
         balance = self.balancer(self.on(terms))
-        noise = self._column_noise(other).told(
+        noise = derivatives.noise_beside(self._derivatives_of(other)).told(
             terms, columns, balance.residual, balance.valid,
             np.where(self.valid(balance), 1.0 / self.noise, 0.0))
         return Slopes(without(terms, columns, noise), noise)
-
-    def _columns_as_given(self, balancer: Balancer) -> Array:
-        """Return the columns (m, c, p) of tolerated numbers in balances, which may be known."""
-        known = self._tolerated
-        return self._unmoved.of((id(balancer), id(self.arm)), lambda: _Unmoved(
-            balancer, self.arm,
-            replace(self, balancer=balancer).derivatives(known, known))).columns
-
-    def _column_noise(self, twin: Balancer) -> ColumnNoise:
-        """Return how loud the columns of tolerated numbers are, those of a `twin` beside them."""
-        own = self.balancer
-
-        def made() -> ColumnNoise:
-            balance = own(self.arm)
-            return ColumnNoise.made(
-                self._tolerated, self._columns_as_given(twin),
-                self._columns_as_given(own.noisier) - self._columns_as_given(own),
-                own.noisier(self.arm).residual - balance.residual, balance.valid,
-                (own, twin, self.arm))
-
-        return self._loud.of((id(own), id(twin), id(self.arm)), made)
 
     def residual(self, terms: Sequence[AnyTerm], noise: Mapping[Place, Array]) -> Array:
         """Return what terms leave (m, c), as noisy as the arm as given [N*m] (eq:noiseless)."""
@@ -333,50 +278,15 @@ class Fitter:
 
     def derivatives(self, terms: Sequence[AnyTerm], among: Sequence[AnyTerm]) -> Array:
         """Return the derivative columns (m, c, p) of terms, all of which are `among` others."""
-        shape = 2 * len(self.arm.joints), sum(term.size for term in terms)
-        columns = np.zeros((*shape, len(self.balancer.time))).transpose(2, 0, 1)   # each in a row
-        trials = list(self._trials(terms, among))
-        self.balancer.thinned.run_ahead(self._known(among), [trial.arm for trial in trials])
-        for trial in trials:
-            shift = self.change(among, trial.arm)
-            for step in trial.steps:
-                columns[:, step.channels, step.column] = shift[:, step.channels] / step.size
-        return columns
+        return self._derivatives.of(terms, among)
 
     def change(self, terms: Sequence[AnyTerm], arm: Arm) -> Array:
-        """
-        Return what the residual (m, c) of an arm has more than that of the terms [N*m].
-
-        Noise is the same in both, so fewer samples tell as much.
-        """
-        return self.balancer.thinned.change(arm, self._known(terms))
-
-    def _known(self, terms: Sequence[AnyTerm]) -> Arm:
-        """Return the arm with terms, which is asked for many times."""
-        if not self._base or not _same(self._base[0].terms, terms):
-            self._base[:] = [_Base(tuple(terms), self.on(terms))]
-        return self._base[0].arm
-
-    def _trials(self, terms: Sequence[AnyTerm], among: Sequence[AnyTerm]) -> Iterator[_Trial]:
-        """Yield arms that are steps on from terms, one for all that a simulation can vary."""
-        for group in groups_at_once(terms):
-            changed, steps = {id(term): term for term in among}, []
-            for place, number, column in group:
-                term = terms[place]
-                moved_on = changed[id(term)] = stepped(term, number)
-                size = float((moved_on.vector() - term.vector())[number])
-                channels = slice(None) if len(group) == 1 else self.own_channels(term.joint)
-                if size:
-                    steps.append(_Step(column, channels, size))
-            try:
-                yield _Trial(self.on(list(changed.values())), steps)
-            except IMPOSSIBLE:
-                continue                            # no way to go: the column stays zero
+        """Return what the residual (m, c) of an arm has more than that of the terms [N*m]."""
+        return self._derivatives.change(terms, arm)
 
     def own_channels(self, joint: str | None) -> list[int]:
         """Return the channels of a joint: its A and its B."""
-        place = self.arm.labels.index(str(joint))
-        return [place, len(self.arm.labels) + place]
+        return channels_of_joint(self.arm, str(joint))
 
     def channels_of(self, term: Term) -> list[int]:
         """Return the channels in which a term may show: those of its joint, or all."""
@@ -395,11 +305,6 @@ class Fitter:
         return np.concatenate([
             term.vector() - self._nominal.get(term.place, 0.0)
             if np.isfinite(term.deviations()).all() else np.zeros(term.size) for term in terms])
-
-
-def _same(terms: Sequence[AnyTerm], others: Sequence[AnyTerm]) -> bool:
-    """Tell whether terms are the very same."""
-    return len(terms) == len(others) and all(map(is_, terms, others))
 
 
 def moved(terms: Sequence[AnyTerm], step: Array) -> list[AnyTerm]:

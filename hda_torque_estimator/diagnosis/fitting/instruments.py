@@ -14,7 +14,8 @@ from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 
 from .column_noise import told_by
-from .fit import deviations, Fit, Fitter, IMPOSSIBLE, moved
+from .derivatives import IMPOSSIBLE
+from .fit import deviations, Fit, Fitter, moved
 from .solve import condense, solve
 from ..balances.balance import Balancer
 

@@ -5,7 +5,8 @@ from dataclasses import replace
 
 from .verdict import numbers_of
 from ..findings.report import Alike, Candidate
-from ..fitting.fit import Fit, Fitter, IMPOSSIBLE
+from ..fitting.derivatives import IMPOSSIBLE
+from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES, terms_of
 from ...least_squares.term import Place, Term
 

@@ -14,7 +14,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from .screen import shifts, solved
-from ..fitting.fit import Fit, Fitter, IMPOSSIBLE
+from ..fitting.derivatives import IMPOSSIBLE
+from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import variant_of
 from ..fitting.solve import Columns, condense
 from ...least_squares.term import Term

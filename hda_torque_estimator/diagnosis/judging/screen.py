@@ -9,7 +9,8 @@ from hda_arm_sim.model.effects import effect_named, Site
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fitting.fit import Fit, Fitter, IMPOSSIBLE
+from ..fitting.derivatives import IMPOSSIBLE
+from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import terms_of, variant_of
 from ..fitting.slopes import of_noise
 from ..fitting.solve import Columns, condense, condense_more, Solution, solve

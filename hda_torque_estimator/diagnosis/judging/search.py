@@ -16,7 +16,8 @@ from .acceptance import accepted, confirmed, freedom, material, open_rest, thres
 from .forms import formed_gain, reformed
 from .rivals import leading
 from .screen import Prospect, screen
-from ..fitting.fit import Fit, Fitter, IMPOSSIBLE
+from ..fitting.derivatives import IMPOSSIBLE
+from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES, terms_of
 from ...least_squares.term import Place, Term
 from ...significance import SCORE_BAR

@@ -1,0 +1,147 @@
+"""Derivatives of the balances of one measurement, and their noise, about one arm as given."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from operator import is_
+from typing import NamedTuple
+
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.parameter import ParameterError
+from hda_arm_sim.model.arm import Arm, ArmError
+import numpy as np
+
+from .column_noise import ColumnNoise
+from .nuisance import AnyTerm, nuisances
+from .steps import groups_at_once, stepped
+from ..balances.balance import Balancer
+from ..balances.known import Known
+from ...least_squares.term import with_terms
+
+IMPOSSIBLE = (ArmError, ParameterError)     # no arm can have such numbers
+# Choices unless told otherwise.
+_ARMS = 4               # that were asked for last and are known
+_TWINS = 2              # beside which noise is known
+
+
+class _With(NamedTuple):
+    """Terms that were asked for, and the arm with them."""
+
+    terms: tuple[AnyTerm, ...]
+    arm: Arm
+
+
+class _Step(NamedTuple):
+    """A step of one free number, which shows in some channels of its column."""
+
+    column: int
+    channels: slice | list[int]
+    size: float
+
+
+class _Trial(NamedTuple):
+    """An arm that is some steps on, which do not meet."""
+
+    arm: Arm
+    steps: list[_Step]
+
+
+class _Beside(NamedTuple):
+    """What is known of noise beside a twin, which lives as long."""
+
+    twin: 'Derivatives'
+    noise: ColumnNoise
+
+
+@dataclass(frozen=True, eq=False)
+class Derivatives:
+    """Derivative columns of balances, along the numbers of terms of an arm."""
+
+    balancer: Balancer
+    arm: Arm
+    _base: list[_With] = field(default_factory=list, init=False, repr=False)  # the last, if any
+    _arms: list[_With] = field(default_factory=list, init=False, repr=False)
+    _noise: Known[_Beside] = field(default_factory=lambda: Known(_TWINS), init=False, repr=False)
+
+    def on(self, terms: Sequence[AnyTerm]) -> Arm:
+        """Return the arm as given with these terms, which may have been asked for before."""
+        for known in (*self._base, *self._arms):
+            if same(known.terms, terms):
+                return known.arm
+        arm = with_terms(self.arm, terms)
+        self._arms[:] = [_With(tuple(terms), arm), *self._arms[:_ARMS - 1]]
+        return arm
+
+    def of(self, terms: Sequence[AnyTerm], among: Sequence[AnyTerm]) -> Array:
+        """Return the derivative columns (m, c, p) of terms, all of which are `among` others."""
+        shape = 2 * len(self.arm.joints), sum(term.size for term in terms)
+        columns = np.zeros((*shape, len(self.balancer.time))).transpose(2, 0, 1)   # each in a row
+        trials = list(self._trials(terms, among))
+        self.balancer.thinned.run_ahead(self._about(among), [trial.arm for trial in trials])
+        for trial in trials:
+            shift = self.change(among, trial.arm)
+            for step in trial.steps:
+                columns[:, step.channels, step.column] = shift[:, step.channels] / step.size
+        return columns
+
+    def change(self, terms: Sequence[AnyTerm], arm: Arm) -> Array:
+        """
+        Return what the residual (m, c) of an arm has more than that of the terms [N*m].
+
+        Noise is the same in both, so fewer samples tell as much.
+        """
+        return self.balancer.thinned.change(arm, self._about(terms))
+
+    @cached_property
+    def tolerated(self) -> tuple[AnyTerm, ...]:
+        """Return what may differ from the arm as given without being wrong."""
+        return nuisances(self.arm)
+
+    @cached_property
+    def as_given(self) -> Array:
+        """Return the columns (m, c, q) of what is tolerated, for the arm as given."""
+        return self.of(self.tolerated, self.tolerated)
+
+    def noise_beside(self, twin: 'Derivatives') -> ColumnNoise:
+        """Return what is known of the noise of `as_given` beside a twin of the same motion."""
+        return self._noise.of(id(twin), lambda: _Beside(twin, self._noise_beside(twin))).noise
+
+    def _noise_beside(self, twin: 'Derivatives') -> ColumnNoise:
+        noisier, balance = Derivatives(self.balancer.noisier, self.arm), self.balancer(self.arm)
+        return ColumnNoise.made(
+            self.tolerated, twin.as_given, noisier.as_given - self.as_given,
+            noisier.balancer(self.arm).residual - balance.residual, balance.valid)
+
+    def _about(self, terms: Sequence[AnyTerm]) -> Arm:
+        """Return the arm with terms, which is asked for many times."""
+        if not self._base or not same(self._base[0].terms, terms):
+            self._base[:] = [_With(tuple(terms), self.on(terms))]
+        return self._base[0].arm
+
+    def _trials(self, terms: Sequence[AnyTerm], among: Sequence[AnyTerm]) -> Iterator[_Trial]:
+        """Yield arms that are steps on from terms, one for all that a simulation can vary."""
+        for group in groups_at_once(terms):
+            changed, steps = {id(term): term for term in among}, []
+            for place, number, column in group:
+                term = terms[place]
+                moved_on = changed[id(term)] = stepped(term, number)
+                size = float((moved_on.vector() - term.vector())[number])
+                channels = (slice(None) if len(group) == 1
+                            else channels_of_joint(self.arm, str(term.joint)))
+                if size:
+                    steps.append(_Step(column, channels, size))
+            try:
+                yield _Trial(self.on(list(changed.values())), steps)
+            except IMPOSSIBLE:
+                continue                            # no way to go: the column stays zero
+
+
+def channels_of_joint(arm: Arm, joint: str) -> list[int]:
+    """Return the channels of a joint: its A and its B."""
+    place = arm.labels.index(joint)
+    return [place, len(arm.labels) + place]
+
+
+def same(terms: Sequence[AnyTerm], others: Sequence[AnyTerm]) -> bool:
+    """Tell whether terms are the very same."""
+    return len(terms) == len(others) and all(map(is_, terms, others))
