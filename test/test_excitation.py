@@ -61,21 +61,23 @@ def smallest(effect, joint):
                 if (row.effect, row.joint) == (effect, joint))
 
 
-# Effect, joint, number of the truth, shapes, and a size that hides. Of a tilt the size is that
-# of the direction that shows least; others show at less.
+# Effect, joint, number of the truth, shapes, a size that hides and one that shows. Of a tilt the
+# size is that of the direction that shows least; others show at less. A tilt of 1.6 times that
+# size gains 5 % on held-out stretches, give or take 6 %, so the next thousandth decides.
 HIDDEN = [
-    ('clock_skew', 'joint2', 'skew', {}, BELOW),
-    pytest.param('coulomb_friction', 'joint1', 'level', {}, BELOW, marks=pytest.mark.study),
-    pytest.param('base_tilt', None, 'tilt', {'direction': 0.7}, 0.5 * BELOW,
+    ('clock_skew', 'joint2', 'skew', {}, BELOW, ABOVE),
+    pytest.param('coulomb_friction', 'joint1', 'level', {}, BELOW, ABOVE,
+                 marks=pytest.mark.study),
+    pytest.param('base_tilt', None, 'tilt', {'direction': 0.7}, 0.5 * BELOW, 1.8,
                  marks=pytest.mark.study),
 ]
 
 
-@pytest.mark.parametrize(('effect', 'joint', 'number', 'shape', 'below'), HIDDEN)
+@pytest.mark.parametrize(('effect', 'joint', 'number', 'shape', 'below', 'above'), HIDDEN)
 def test_an_effect_is_found_above_the_smallest_size_and_not_below(effect, joint, number, shape,
-                                                                  below):
+                                                                  below, above):
     size = smallest(effect, joint)
-    for share, told in ((below, []), (ABOVE, [(effect, joint)])):
+    for share, told in ((below, []), (above, [(effect, joint)])):
         hidden = hide(effect, joint, **{number: share * size}, **shape)
         found = diagnose(measured([hidden]), ARM).diagnosis
         assert [(one.effect, one.joint) for one in found.findings] == told
@@ -109,7 +111,7 @@ def test_healthy_and_rich_is_no_discrepancy():
 
 @pytest.mark.parametrize(('size', 'verdict'), [
     (0.01, 'insufficient_excitation'),
-    (0.02, 'no_discrepancy')])                  # shows 25 of 41 effects, and says so
+    (0.022, 'no_discrepancy')])                 # shows 25 of 41 effects, and says so
 def test_a_tiny_motion_abstains_or_says_what_it_could_not_show(size, verdict):
     found = diagnose(measured(size=size), ARM).diagnosis
     assert found.verdict == verdict

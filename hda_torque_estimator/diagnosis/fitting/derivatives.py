@@ -69,6 +69,7 @@ class Derivatives:
             if same(known.terms, terms):
                 return known.arm
         arm = with_terms(self.arm, terms)
+        arm.record()                                    # some numbers are impossible together
         self._arms[:] = [_With(tuple(terms), arm), *self._arms[:_ARMS - 1]]
         return arm
 
