@@ -10,6 +10,7 @@ from hda_torque_estimator.diagnosis.readings.encoder_steps import true_step
 from hda_torque_estimator.diagnosis.readings.line_alias import agrees, moves
 from hda_torque_estimator.diagnosis.readings.line_error import smallest_wave, uneven_lines
 from hda_torque_estimator.diagnosis.readings.raw_readings import raw_findings, raw_readings
+from hda_torque_estimator.diagnosis.readings.repeats import repeats_of
 from hda_torque_estimator.measurements.even_grid import on_grid
 from hda_torque_estimator.measurements.measurement import Measurement, measurement_from
 from hda_torque_estimator.simulating.closed_loop import run
@@ -325,3 +326,19 @@ def test_repeated_rows_are_counted_where_stamps_jitter(rate, step):
     told = [cause.numbers['rate'].value for cause in raw.causes]
     true = float((again != np.arange(6000)).mean())
     assert told == ([] if rate == 0.0 else [pytest.approx(true, rel=0.15)])
+
+
+def test_a_noisy_encoder_of_fine_counts_repeats_nothing():
+    """Of changes with a noise of ten counts one in thirty is none by chance."""
+    random, time = np.random.default_rng(11), np.arange(120000) / 2000.0
+    step = np.full((1, 2), 1e-7)
+    angle = 0.006 * np.sin(2.0 * time)[:, None, None] + 7e-7 * random.standard_normal(
+        (len(time), 1, 2))
+    reading = np.round(angle / step) * step
+    assert (np.diff(reading, axis=0) == 0.0).mean() > 0.002
+    healthy = repeats_of(reading, step)
+    assert not healthy.repeated.any()
+    places = np.arange(600, len(time) - 600, 997)
+    places = places[np.abs(np.cos(2.0 * time[places])) > 0.9]
+    reading[places] = reading[places - 1]
+    assert (repeats_of(reading, step).repeated[places]).mean() > 0.7

@@ -1,9 +1,10 @@
 """
 Readings that are the one before once more, while the arm moved.
 
-An encoder that counts coarsely repeats by itself when it is slow. So it is asked only where it
-moves by more than its counts from sample to sample. All that do must repeat at once, and the next
-reading must make up for it: an arm that really stops does not jump.
+An encoder that counts coarsely repeats by itself when it is slow, and a noisy one by chance. So it
+is asked only where it moves by more than its counts and its noise from sample to sample. All that
+do must repeat at once, and the next reading must make up for it: an arm that really stops does not
+jump.
 """
 
 from typing import NamedTuple
@@ -12,9 +13,12 @@ from hda_arm_sim.foundation.arrays import Array, Mask
 import numpy as np
 from scipy.signal import savgol_filter
 
+from ...significance import NORMAL_MEDIAN
+
 _WINDOW, _DEGREE = 17, 3        # of the polynomials that give the usual change [samples]
 # Choices unless told otherwise.
-_COUNTS = 2.0           # counts from sample to sample, from which none repeats by itself
+_COUNTS = 2.0           # counts from sample to sample, from which none repeats by itself,
+_CLEAR = 4.0            # and standard deviations of such a change by noise (one in 10 000 is more)
 _MADE_UP = 1.5          # usual changes that the reading after a repeated one makes, of 2
 
 
@@ -29,7 +33,9 @@ def repeats_of(reading: Array, steps: Array) -> Repeats:
     """Return the repeated samples of readings (k, n, 2) of encoders with these steps (n, 2)."""
     change = np.diff(reading, axis=0, prepend=reading[:1])
     usual = savgol_filter(reading, _WINDOW, _DEGREE, deriv=1, axis=0)
-    quick = np.abs(usual) > _COUNTS * np.maximum(steps, _smallest(change))
+    noise = np.median(np.abs(change - usual), axis=0) / NORMAL_MEDIAN
+    quick = np.abs(usual) > np.maximum(_COUNTS * np.maximum(steps, _smallest(change)),
+                                       _CLEAR * noise)
     after = np.roll(change, -1, axis=0)
     again = (change == 0.0) & (after * np.sign(usual) > _MADE_UP * np.abs(usual))
     watched = np.asarray(quick.any(axis=(1, 2)))
