@@ -98,6 +98,17 @@ def test_a_column_that_shows_nowhere_tells_nothing():
     assert np.allclose(told[:, 0], 1.0) and (told[:, 1] == 0.0).all()
 
 
+def test_a_balance_that_no_row_of_a_fit_holds_has_noise_as_well():
+    random, valid = np.random.default_rng(8), np.ones((600, 2), bool)
+    columns, twin, again = 1.0 + 0.1 * random.standard_normal((3, 600, 2, 1))
+    term, weight = nuisances(ARM)[0], np.full((600, 2), 10.0)
+    weight[:, 0], columns[:5] = 0.0, np.nan
+    valid[:5] = weight[:5] = False
+    known = ColumnNoise.made([term], twin, again - 1.0, again[:, :, 0] - 1.0, valid)
+    found, = known.told([term], columns, twin[:, :, 0] - 1.0, valid, weight).values()
+    assert np.isfinite(found).all() and found.std() > 0.01
+
+
 def test_only_numbers_with_a_tolerance_have_noise(fitter):
     fit = fitter.first
     known = {term.name for term in fit.terms if has_noise(term, fit.slopes.noise)}

@@ -91,10 +91,10 @@ class ColumnNoise:
         Motor balances have noise of the torque as well, which no column of a reading goes with.
         """
         of_readings = np.maximum(self.rest[:, channel], _LEAST)
-        if channel >= rest.shape[1] // 2:
+        most = float(weight[:, channel].max())
+        if channel >= rest.shape[1] // 2 or most == 0.0:
             return of_readings
-        deviation = 1.0 / max(float(weight[:, channel].max()), _LEAST)
-        whole = deviation ** 2 * np.count_nonzero(rest[:, channel]) * len(rest) / 2.0
+        whole = np.count_nonzero(rest[:, channel]) * len(rest) / 2.0 / most ** 2
         return np.asarray(of_readings * max(whole / float(of_readings.sum()), 1.0))
 
 
@@ -107,7 +107,9 @@ def told_by(columns: Array, twin: Array, weight: Array) -> Array:
     count = twin.shape[2]
     gram, against = np.zeros((count, count)), np.zeros((count, columns.shape[2]))
     for channel in range(columns.shape[1]):
-        theirs, ours = (some[:, channel] * weight[:, channel, None] for some in (twin, columns))
+        own = weight[:, channel, None]
+        theirs, ours = (np.where(own > 0.0, some[:, channel] * own, 0.0)    # no number elsewhere
+                        for some in (twin, columns))
         shown, told = (np.flatnonzero(some.any(axis=0)) for some in (theirs, ours))
         gram[np.ix_(shown, shown)] += theirs[:, shown].T @ theirs[:, shown]
         against[np.ix_(shown, told)] += theirs[:, shown].T @ ours[:, told]
