@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-from .witness import blocks_of, Flags, per_recording
+from .witness import blocks_of, Flags, LAGS, per_recording
 from ..passages.joint_recording import Measured, Turning
 from ..passages.thinning import row_means
 from ...estimating.laws import route_errors
@@ -24,7 +24,6 @@ Floats = NDArray[np.float64]
 # Choices unless told otherwise.
 SLOWEST = 1.0           # shaft speed from which friction slides for certain [rad/s]
 FEWEST_ROWS = 50        # in which a motor slides
-_LAGS = 16              # references that are known: most fits have one lag
 # Columns of what a motor's torque follows from.
 COMMAND, ANGLE, RATE, LOAD, LINK, TIME = range(6)
 
@@ -51,7 +50,7 @@ class MotorWitness:
         self._used = [_slides(*each) for each in zip(recordings, self._turning, self._seen)]
         self.blocks = blocks_of(recordings, self._used)
         self.usual_zero = float(np.mean([one.varies() for one in recordings]))
-        self.reference = lru_cache(_LAGS)(self._reference)
+        self.reference = lru_cache(LAGS)(self._reference)
 
     @property
     def fastest(self) -> float:

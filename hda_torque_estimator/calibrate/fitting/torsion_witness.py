@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .torsion_fits import UNFUSED
-from .witness import blocks_of, per_recording
+from .witness import blocks_of, LAGS, per_recording
 from ..passages.joint_recording import Measured
 from ..passages.thinning import row_means
 from ...estimating.estimator import Estimator
@@ -17,7 +17,6 @@ from ...samples.readings import LINK_READING
 Floats = NDArray[np.float64]
 # Choices unless told otherwise.
 _KEPT = 256             # runs that are known: other lags and priors ask for the same again
-_LAGS = 16              # references that are: most fits have one lag
 
 
 class TorsionWitness:
@@ -30,7 +29,7 @@ class TorsionWitness:
         self.recordings, self._periods = recordings, [one.dt for one in recordings]
         self.dt = max(self._periods)
         self._rows = lru_cache(_KEPT)(self._run)
-        self.reference = lru_cache(_LAGS)(self._reference)
+        self.reference = lru_cache(LAGS)(self._reference)
         self._used = [np.isfinite(rows) for rows in self._rows(arm, ())]
         self.blocks = blocks_of(recordings, self._used)
 

@@ -21,6 +21,7 @@ Flags = NDArray[np.bool_]
 # Choices unless told otherwise.
 STRETCH = 3.0           # longest block of rows whose errors follow each other [s]
 FEWEST_BLOCKS = 12      # of all recordings: a spread over fewer tells little
+LAGS = 16               # of which references are known: most fits have one
 
 
 class Blocks(NamedTuple):

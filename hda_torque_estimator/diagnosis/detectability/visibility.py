@@ -12,7 +12,7 @@ from typing import NamedTuple
 from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 
-from ..fitting.fit import deviations, Fit, Fitter
+from ..fitting.fit import Fit, Fitter
 from ..fitting.solve import Columns, condense, condense_more, score, solve
 from ..judging.acceptance import material, threshold
 from ..judging.search import Found
@@ -90,13 +90,13 @@ class Visibility:
     def _others(self, term: Term) -> tuple[Columns, Array, Array]:
         """Return what is known but for the term where it is accepted: columns, tolerances."""
         if term.place not in {own.place for own in self.fit.accepted}:
-            return self._known, self.fit.columns, deviations(self.fit.terms)
+            return self._known, self.fit.columns, self.fit.deviations
         keep = np.concatenate([np.full(other.size, other not in self.fit.accepted
                                        or other.place != term.place)
                                for other in self.fit.terms])
         known = self._known._replace(products=self._known.products[:, keep][:, :, keep],
                                      against=self._known.against[:, keep])
-        return known, self.fit.columns[:, :, keep], deviations(self.fit.terms)[keep]
+        return known, self.fit.columns[:, :, keep], self.fit.deviations[keep]
 
 
 def _imagined(weighed: Columns, along: Array, background: Array) -> Columns:

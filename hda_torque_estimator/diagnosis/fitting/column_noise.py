@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .nuisance import AnyTerm, Zero
-from .slopes import columns_of
+from .solve import RIDGE
+from .steps import columns_of
+from ...least_squares.normal import TINY
 from ...least_squares.term import Place
 
 # Choices unless told otherwise.
 _BANDS = 24             # of frequency, in each of which noise has one power
-_RIDGE = 1e-10          # of scaled columns, so that those that are alike share what they explain
-_LEAST = 1e-300         # power, where nothing moves
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,10 +75,10 @@ class ColumnNoise:
             spectrum, left = _spectra(apart[:, channel]), _spectra(rest[:, channel])
             power, across = self.power[:, channel, known], self.across[:, channel, known]
             share = np.minimum(2.0 * power / np.maximum(     # the twin has as much noise again
-                _in_bands(np.abs(spectrum) ** 2), _LEAST), 1.0)
+                _in_bands(np.abs(spectrum) ** 2), TINY), 1.0)
             along = across / self._of_rest(channel, rest, weight)[:, None]
             bound = np.abs(along) ** 2 * _in_bands(np.abs(left) ** 2)[:, None]
-            along = along * np.sqrt(np.minimum(power / np.maximum(bound, _LEAST), 1.0))
+            along = along * np.sqrt(np.minimum(power / np.maximum(bound, TINY), 1.0))
             mixed = (_by_bin(share, len(left)) * spectrum
                      + _by_bin((1.0 - share) * along, len(left)) * left[:, None])
             noise[:, channel] = np.fft.irfft(mixed, len(apart), axis=0)
@@ -90,7 +90,7 @@ class ColumnNoise:
 
         Motor balances have noise of the torque as well, which no column of a reading goes with.
         """
-        of_readings = np.maximum(self.rest[:, channel], _LEAST)
+        of_readings = np.maximum(self.rest[:, channel], TINY)
         most = float(weight[:, channel].max())
         if channel >= rest.shape[1] // 2 or most == 0.0:
             return of_readings
@@ -113,8 +113,8 @@ def told_by(columns: Array, twin: Array, weight: Array) -> Array:
         shown, told = (np.flatnonzero(some.any(axis=0)) for some in (theirs, ours))
         gram[np.ix_(shown, shown)] += theirs[:, shown].T @ theirs[:, shown]
         against[np.ix_(shown, told)] += theirs[:, shown].T @ ours[:, told]
-    size = np.sqrt(np.maximum(np.diag(gram), _LEAST))
-    scaled = gram / np.outer(size, size) + _RIDGE * np.eye(count)
+    size = np.sqrt(np.maximum(np.diag(gram), TINY))
+    scaled = gram / np.outer(size, size) + RIDGE * np.eye(count)
     shares = np.linalg.solve(scaled, against / size[:, None]) / size[:, None]
     return np.asarray(twin @ shares)
 

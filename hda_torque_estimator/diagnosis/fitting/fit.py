@@ -13,7 +13,7 @@ from .derivatives import channels_of_joint, Derivatives, IMPOSSIBLE, same
 from .nuisance import AnyTerm
 from .slopes import has_noise, of_noise, Slopes, without
 from .solve import condense, covariance, score, solve
-from .steps import places_of
+from .steps import columns_of, places_of
 from ..balances.balance import Balance, Balancer, RATE
 from ..balances.known import Known
 from ...least_squares.descent import damped, improved
@@ -219,10 +219,15 @@ class Fitter:
             np.where(self.valid(balance), 1.0 / self.noise, 0.0))
         return Slopes(without(terms, columns, noise), noise)
 
+    def balance(self, terms: Sequence[AnyTerm], noise: Mapping[Place, Array]) -> Balance:
+        """Return what terms leave, as noisy as the arm as given (eq:noiseless)."""
+        exact = self.balancer(self.on(terms))
+        return Balance(exact.residual - sum(of_noise(term, self.arm, noise) for term in terms),
+                       exact.valid)
+
     def residual(self, terms: Sequence[AnyTerm], noise: Mapping[Place, Array]) -> Array:
         """Return what terms leave (m, c), as noisy as the arm as given [N*m] (eq:noiseless)."""
-        return self.balancer(self.on(terms)).residual - sum(
-            of_noise(term, self.arm, noise) for term in terms)
+        return self.balance(terms, noise).residual
 
     def as_noisy(self, fit: Fit) -> Arm:
         """Return an arm that leaves as much noise as a fit does."""
@@ -247,8 +252,7 @@ class Fitter:
 
     def at(self, terms: Sequence[AnyTerm], accepted: int, slopes: Slopes) -> Fit:
         """Return the fit with these terms as they are, exactly evaluated."""
-        balance = Balance(self.residual(terms, slopes.noise),
-                          self.balancer(self.on(terms)).valid)
+        balance = self.balance(terms, slopes.noise)
         valid = self.valid(balance)
         count = np.maximum(valid.sum(axis=0), 1)
         left = np.where(valid, balance.residual ** 2, 0.0).sum(axis=0) / count
@@ -264,7 +268,7 @@ class Fitter:
         They are those of noise, widened where blocks of the recording pull more apart than
         noise would (Huber's sandwich, by blocks of a second).
         """
-        valid, tolerances = self.valid(fit.balance), deviations(fit.terms)
+        valid, tolerances = self.valid(fit.balance), fit.deviations
         condensed = condense(fit.balance.residual, fit.columns, valid)
         plain = covariance(condensed, fit.variance, self.effective, tolerances)
         pull = np.where(valid[:, :, None], fit.columns * (fit.balance.residual
@@ -309,10 +313,8 @@ class Fitter:
 
 def moved(terms: Sequence[AnyTerm], step: Array) -> list[AnyTerm]:
     """Return terms with their free numbers moved."""
-    ends = np.cumsum([term.size for term in terms])
-    parts = [step[end - term.size:end] for term, end in zip(terms, ends)]
-    return [term.moved(part) if isinstance(term, Term) else term.at(term.vector() + part)
-            for term, part in zip(terms, parts)]
+    return [term.moved(step[own]) if isinstance(term, Term) else term.at(term.vector() + step[own])
+            for term, own in columns_of(terms)]
 
 
 def deviations(terms: Sequence[AnyTerm]) -> Array:

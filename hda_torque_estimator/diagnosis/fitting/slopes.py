@@ -6,7 +6,7 @@ Plain least squares takes that for a better fit, and numbers run to the ends of 
 What of the columns of such numbers is noise (`column_noise`) changes no residual (eq:noiseless).
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -15,6 +15,7 @@ from hda_arm_sim.model.arm import Arm
 import numpy as np
 
 from .nuisance import AnyTerm
+from .steps import columns_of
 from ...least_squares.term import Place, Term
 
 
@@ -27,14 +28,6 @@ class Slopes(NamedTuple):
     def with_columns(self, columns: Array) -> 'Slopes':
         """Return other columns, whose noise is the same."""
         return self._replace(columns=columns)
-
-
-def columns_of(terms: Sequence[AnyTerm]) -> Iterator[tuple[AnyTerm, slice]]:
-    """Yield each term with the place of its columns among those of all."""
-    end = 0
-    for term in terms:
-        end += term.size
-        yield term, slice(end - term.size, end)
 
 
 def without(terms: Sequence[AnyTerm], columns: Array, noise: Mapping[Place, Array]) -> Array:

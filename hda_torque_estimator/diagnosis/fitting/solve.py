@@ -16,7 +16,7 @@ from ...least_squares.normal import TINY, within
 # Choices unless told otherwise.
 REACH = 3.5             # standard deviations that a nuisance may go from its nominal value
 _PASSES = 12            # of weights and bounds, at most
-_RIDGE = 1e-10          # of scaled columns, so that those that are alike share what they explain
+RIDGE = 1e-10          # of scaled columns, so that those that are alike share what they explain
 
 
 class Columns(NamedTuple):
@@ -88,7 +88,7 @@ def solve(columns: Columns, noise: Array, effective: float, now: Array,
     for _ in range(_PASSES):
         weight = effective / variance
         step = within(np.einsum('c,cpq->pq', weight, columns.products) + np.diag(prior),
-                      -weight @ columns.against - prior * now, now, (-reach, reach), _RIDGE)
+                      -weight @ columns.against - prior * now, now, (-reach, reach), RIDGE)
         left = _left(columns, step)
         renewed = np.maximum(left, noise ** 2)
         if np.allclose(renewed, variance, rtol=1e-3):

@@ -1,9 +1,8 @@
 """Numbers of terms that derivatives step along: how far, and which of them at once."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from hda_arm_sim.model.effects import effect_named, Scope, Site
-import numpy as np
 
 from .nuisance import AnyTerm, CouplingInertia, Zero
 
@@ -24,10 +23,17 @@ def stepped(term: AnyTerm, number: int) -> AnyTerm:
 
 def places_of(terms: Sequence[AnyTerm], chosen: Sequence[AnyTerm]) -> list[int]:
     """Return the columns of chosen terms among those of all terms."""
-    ends = np.cumsum([term.size for term in terms])
     picked = {id(term) for term in chosen}
-    return [column for term, end in zip(terms, ends) if id(term) in picked
-            for column in range(end - term.size, end)]
+    return [column for term, own in columns_of(terms) if id(term) in picked
+            for column in range(own.start, own.stop)]
+
+
+def columns_of(terms: Sequence[AnyTerm]) -> Iterator[tuple[AnyTerm, slice]]:
+    """Yield each term with the place of its columns among those of all."""
+    end = 0
+    for term in terms:
+        end += term.size
+        yield term, slice(end - term.size, end)
 
 
 def groups_at_once(terms: Sequence[AnyTerm]) -> list[list[tuple[int, int, int]]]:

@@ -20,7 +20,7 @@ import numpy as np
 from .nameless import SLOW
 from ..balances.balance import Balance
 from ..balances.coordinates import coordinates_of
-from ..fitting.fit import deviations, Fit, Fitter
+from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.solve import Columns, condense, Solution, solve
 from ...least_squares.term import Term
@@ -97,7 +97,7 @@ def _solved(fitter: Fitter, fit: Fit, causes: Sequence[Term]) -> tuple[Solution 
                                    against=condensed.against[:, kept])
     found = solve(condensed, fitter.noise, fitter.effective,
                   np.concatenate([np.zeros(count), fitter.away(fit.terms)]),
-                  np.concatenate([np.full(count, SPREAD), deviations(fit.terms)]))
+                  np.concatenate([np.full(count, SPREAD), fit.deviations]))
     owner = np.repeat(np.arange(len(counts)), counts)[chosen]
     if np.bincount(owner, found.step[:count] ** 2).max() > FARTHEST:
         return None, fit.score

@@ -22,7 +22,7 @@ from ..balances.balance import Shape
 from ..balances.coordinates import torques_of
 from ..balances.strongest_wave import strongest_wave, TURN
 from ..findings.rest import IN_WORDS
-from ..fitting.fit import deviations, Fit, Fitter
+from ..fitting.fit import Fit, Fitter
 from ..fitting.solve import score
 
 # Choices unless told otherwise.
@@ -118,7 +118,7 @@ class _Rest(NamedTuple):
     def of(cls, fitter: Fitter, fit: Fit, channel: int) -> '_Rest':
         """Return what a fit leaves in a channel."""
         valid = fitter.valid(fit.balance)[:, channel]
-        weight = np.sqrt(fit.variance[channel] / fitter.effective) / deviations(fit.terms)
+        weight = np.sqrt(fit.variance[channel] / fitter.effective) / fit.deviations
         columns = np.concatenate([np.where(valid[:, None], fit.columns[:, channel], 0.0),
                                   np.diag(weight)])
         size = np.sqrt((columns ** 2).sum(axis=0))
