@@ -9,6 +9,7 @@ from .effect import Effect, Site
 from .hypothesis import Hypothesis, NO_OTHER_FORM, SCALE, Typical, wave
 from .place import (COMMAND, Commanded, Delivered, NUMBER, Place, SHAFT, Signal, Stated, TURN,
                     Turned)
+from .words import CHECK_DRIVE, Words
 from ...foundation.compiled import compiled, Record
 from ...foundation.parameter import parameter
 
@@ -93,6 +94,10 @@ class TorqueRipple(Effect):
     typical: ClassVar[Typical | None] = Typical(
         {'amplitude_2': 0.008, 'amplitude_4': 0.002},
         {'phase_2': 0.5, 'phase_4': 1.0})
+    words: ClassVar[Words] = Words(
+        'has a torque ripple of {size} at its motor, twice or four times per motor turn',
+        'wave_generator', 'Check how the wave generator is centred on the motor shaft.',
+        ('amplitude_2', 'amplitude_4'))
     amplitude_2: float = parameter(0.0, 'N*m', 0.0, 1.0, 'twice per motor turn, motor side')
     phase_2: float = parameter(0.0, 'rad', -7.0, 7.0, 'its phase')
     amplitude_4: float = parameter(0.0, 'N*m', 0.0, 1.0, 'four per motor turn, motor side')
@@ -117,6 +122,9 @@ class MotorCogging(Effect):
     typical: ClassVar[Typical | None] = Typical(
         {'amplitude': 0.008},
         {'order': 14.0, 'phase': 0.5})
+    words: ClassVar[Words] = Words(
+        'has {size} of cogging at its motor, {order} times per motor turn', 'motor',
+        'Turn the motor uncoupled, or compare with a spare one.', ('amplitude',))
     amplitude: float = parameter(0.0, 'N*m', 0.0, 1.0, 'cogging torque, motor side')
     order: float = parameter(14.0, '1/turn', 1.0, 1e3, 'waves per motor turn')
     phase: float = parameter(0.0, 'rad', -7.0, 7.0, 'phase at motor angle 0')
@@ -135,6 +143,9 @@ class TorqueConstantError(Effect):
         varies=('joint_torque', 'time'),
         free={'error': 0.02}, alike=('link_inertia_error', 'stiffness_error'), experiment=SCALE)
     typical: ClassVar[Typical | None] = Typical({'error': 0.06})
+    words: ClassVar[Words] = Words(
+        'gives {size} more torque than its motor is told', 'motor', CHECK_DRIVE, ('error',),
+        less='gives {size} less torque than its motor is told')
     error: float = parameter(0.0, '', -0.9, 2.0, 'relative error of torque per command')
 
 
@@ -152,6 +163,10 @@ class DriveOffset(Effect):
         free={'offset': 0.005}, alike=('asymmetric_friction',), twin='asymmetric_friction',
         experiment='a dwell at zero command, and a return run')
     typical: ClassVar[Typical | None] = Typical({'offset': 0.007})
+    words: ClassVar[Words] = Words(
+        'has a drive that adds {size} at its motor', 'drive',
+        'Zero the current sensors of the drive at standstill.', ('offset',),
+        less='has a drive that takes {size} away at its motor')
     offset: float = parameter(0.0, 'N*m', -5.0, 5.0, 'torque at zero command, motor side')
 
 
@@ -171,6 +186,9 @@ class CurrentLoopLag(Effect):
         alike=('command_delay',), form_error=0.02, form=NO_OTHER_FORM, form_share=0.002,
         clear=4.0, below=30.0, experiment='a small multi-sine from 1 to 60 Hz')
     typical: ClassVar[Typical | None] = Typical({}, {'time_constant': 0.004})
+    words: ClassVar[Words] = Words(
+        'has a torque that lags {size} behind its command', 'drive', CHECK_DRIVE,
+        ('time_constant',))
     time_constant: float = parameter(0.0, 's', 0.0, 0.1, 'of the current loop')
 
 
@@ -190,6 +208,9 @@ class CommandDelay(Effect):
         form_error=0.02, form=NO_OTHER_FORM, form_share=0.002, clear=4.0, below=30.0,
         experiment='a small multi-sine from 1 to 60 Hz')
     typical: ClassVar[Typical | None] = Typical({'delay': 0.0033})
+    words: ClassVar[Words] = Words(
+        'has a torque that comes {size} after its command', 'drive',
+        'Check the cycle time of bus and drive.', ('delay',))
     delay: float = parameter(0.0, 's', 0.0, 0.02, 'from the command to its torque')
 
 
@@ -207,6 +228,9 @@ class TorqueSaturation(Effect):
         free={'limit': 0.02}, grid={'limit': (0.05, 0.1, 0.15, 0.2)},
         alike=('torque_constant_error',), experiment='a motion that asks for the largest torque')
     typical: ClassVar[Typical | None] = Typical({}, {'limit': 0.15})
+    words: ClassVar[Words] = Words(
+        'has a drive that gives {size} at most', 'drive',
+        'Read the current limit of the drive and its supply voltage.', ('limit',))
     limit: float = parameter(1e4, 'N*m', 1e-6, 1e4, 'largest torque delivered, motor side')
 
 
@@ -223,4 +247,8 @@ class MotorInertiaError(Effect):
         free={'error': 0.05}, alike=('torque_constant_error', 'link_inertia_error'),
         experiment='fast small motions: the motor hardly moves the link')
     typical: ClassVar[Typical | None] = Typical({'error': 0.1})
+    words: ClassVar[Words] = Words(
+        'has a rotor inertia that is {size} larger than stated', 'motor',
+        'Compare the data sheets of motor, brake and wave generator.', ('error',),
+        less='has a rotor inertia that is {size} smaller than stated')
     error: float = parameter(0.0, '', -0.9, 5.0, 'relative error of the motor inertia')

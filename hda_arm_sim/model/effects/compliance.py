@@ -8,6 +8,7 @@ import numpy as np
 from .effect import Effect, Site
 from .hypothesis import Hypothesis, KNEES, LOOP, SCALE, Typical
 from .place import NUMBER, Place, Signal, Stated
+from .words import Words
 from ...foundation.compiled import compiled, Record
 from ...foundation.parameter import parameter
 
@@ -44,6 +45,10 @@ class StiffnessError(Effect):
         free={'error': 0.05}, alike=('link_inertia_error', 'stiffening_error'), form_share=0.01,
         experiment=SCALE)
     typical: ClassVar[Typical | None] = Typical({'error': 0.1})
+    words: ClassVar[Words] = Words(
+        'has a flexspline that is {size} stiffer than stated', 'flexspline',
+        'Check the size of the gear that is built in, and the screws of the flexspline.',
+        ('error',), less='has a flexspline that is {size} softer than stated')
     error: float = parameter(0.0, '', -0.9, 5.0, 'relative error of the flexspline stiffness')
 
 
@@ -63,6 +68,10 @@ class StiffeningError(Effect):
         form_power=0.0003, form_error=0.01, experiment='slow torques up to 60 % of the peak',
         doubts={'error': (0.17, 'error')}, ends=('error',))         # no stiffening at all
     typical: ClassVar[Typical | None] = Typical({'error': 0.8})
+    words: ClassVar[Words] = Words(
+        'has a flexspline that stiffens {size} more with torque than stated', 'flexspline',
+        'Load the joint in steps with its motor held, and read the torsion.', ('error',),
+        less='has a flexspline that stiffens {size} less with torque than stated')
     error: float = parameter(0.0, '', -1.0, 10.0, 'relative error of c_f; -1 is a linear law')
     knee_1: float = parameter(
         0.0, 'N*m', 0.0, 1e4, 'torque T1 of the first knee of three segments; 0 for none')
@@ -92,5 +101,9 @@ class WaveGeneratorCompliance(Effect):
         alike=('backlash', 'stiffening_error', 'stiffness_error'), form_power=0.001,
         form_error=0.002, experiment=LOOP, doubts={'compliance': (0.25, 'compliance')})
     typical: ClassVar[Typical | None] = Typical({'compliance': 0.5})
+    words: ClassVar[Words] = Words(
+        'winds up {size} more at its wave generator near zero torque', 'wave_generator',
+        'Check the wear of the wave generator bearing.', ('compliance',),
+        less='winds up {size} less at its wave generator near zero torque')
     compliance: float = parameter(
         0.0, 'rad/(N*m)', -1e3, 1e3, 'added to 1 / K_w0, motor side; -1 / K_w0 leaves none')

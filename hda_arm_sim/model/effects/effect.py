@@ -14,6 +14,7 @@ import numpy as np
 
 from .hypothesis import Hypothesis, Typical
 from .place import Place, Signal
+from .words import Words
 from ...foundation.parameter import Declared
 
 
@@ -56,6 +57,7 @@ class Effect(Declared):
     law_chain: ClassVar[Any] = None     # how the law acts on a chain of links, where it differs
     hypothesis: ClassVar[Hypothesis | None] = None      # how balances tell it
     typical: ClassVar[Typical | None] = None            # size worth finding
+    words: ClassVar[Words]              # how a page speaks of it
 
     def record(self) -> Any:
         """Return the parameters as compiled code reads them."""

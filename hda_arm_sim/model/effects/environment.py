@@ -9,6 +9,7 @@ import numpy as np
 from .effect import Effect, Scope, Site
 from .hypothesis import Hypothesis, Typical
 from .place import BASE, Place, Signal, Swung, TIP, Touched, Weighed, WEIGHT
+from .words import Words
 from ...foundation.compiled import compiled, Record
 from ...foundation.parameter import parameter
 
@@ -70,6 +71,9 @@ class BaseTilt(Effect):
         waves={('tilt', 'direction'): 0.005}, alike=('cable_spring',),
         experiment='hold postures all round the base')
     typical: ClassVar[Typical | None] = Typical({'tilt': 0.03}, {'direction': 0.7})
+    words: ClassVar[Words] = Words(
+        'stands on a base that is tilted by {size}', 'base', 'Put a spirit level on the base.',
+        ('tilt',))
     tilt: float = parameter(0.0, 'rad', 0.0, math.pi / 2, 'angle between base and horizontal')
     direction: float = parameter(0.0, 'rad', -7.0, 7.0, 'downhill direction in the base frame')
 
@@ -98,6 +102,9 @@ class ExternalContact(Effect):
     typical: ClassVar[Typical | None] = Typical(
         {'force': 20.0},
         {'direction': 0.7, 'onset': 6.0, 'duration': 1.0})
+    words: ClassVar[Words] = Words(
+        'was touched at the tip with {size}', 'tip',
+        'Look what the arm met there; keep its space free.', ('force',))
     force: float = parameter(0.0, 'N', 0.0, 1e4, 'largest force on the tip')
     direction: float = parameter(0.0, 'rad', -7.0, 7.0, 'of the force, in the base frame')
     onset: float = parameter(0.0, 's', -1e6, 1e6, 'begin, from the start of the recording')
@@ -122,6 +129,9 @@ class BaseVibration(Effect):
     typical: ClassVar[Typical | None] = Typical(
         {'damping': 0.04, 'amplitude': 0.025},
         {'frequency': 11.0, 'direction': 0.7})
+    words: ClassVar[Words] = Words(
+        'stands on a base that swings at {frequency} Hz', 'base',
+        'Tighten the feet of the base, or stiffen its stand.')
     frequency: float = parameter(10.0, 'Hz', 0.5, 200.0, 'of the mode with the joints locked')
     damping: float = parameter(0.02, '', 0.0, 5.0, 'damping ratio of the mode')
     amplitude: float = parameter(

@@ -13,6 +13,7 @@ import numpy as np
 from .effect import Effect, Site
 from .hypothesis import Hypothesis, SLOW, Typical
 from .place import Bent, BRISTLES, DRAG, Dragged, DRY_LEVEL, FRICTION, Place, Rubbed, Signal
+from .words import CHECK_GREASE, CHECK_MESH, Words
 from ...foundation.compiled import compiled, Record
 from ...foundation.parameter import parameter
 
@@ -108,6 +109,9 @@ class CoulombFriction(Effect):
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         free={'level': 0.01}, alike=('stribeck_friction',), experiment=SLOW)
     typical: ClassVar[Typical | None] = Typical({'level': 0.012})
+    words: ClassVar[Words] = Words(
+        'has {size} of dry friction at its motor, not what its model says', 'wave_generator',
+        CHECK_GREASE, ('level',))
     level: float = parameter(0.0, 'N*m', 0.0, 5.0, 'dry friction level, motor side')
 
 
@@ -124,6 +128,9 @@ class ViscousFriction(Effect):
         free={'slope': 5e-05}, alike=('thermal_viscosity', 'nonlinear_viscous_friction'),
         experiment='at least three speeds, the same early and late')
     typical: ClassVar[Typical | None] = Typical({'slope': 0.0002})
+    words: ClassVar[Words] = Words(
+        'has {size} of viscous friction at its motor, not what its model says', 'wave_generator',
+        CHECK_GREASE, ('slope',))
     slope: float = parameter(0.0, 'N*m*s/rad', 0.0, 1.0, 'viscous friction, motor side')
 
 
@@ -143,6 +150,9 @@ class NonlinearViscousFriction(Effect):
         contains=('motor_velocity, squared', 'motor_velocity, cubed'),
         alike=('viscous_friction', 'stribeck_friction'), experiment='at least three speeds')
     typical: ClassVar[Typical | None] = Typical({'coefficient': 0.003}, {'exponent': 0.5})
+    words: ClassVar[Words] = Words(
+        'has friction of {size} at 1 rad/s that grows with speed to the power {exponent}',
+        'wave_generator', CHECK_GREASE, ('coefficient',))
     coefficient: float = parameter(0.0, 'N*m', 0.0, 5.0, 'drag at 1 rad/s, motor side')
     exponent: float = parameter(0.5, '', 0.1, 3.0, 'power of the speed')
 
@@ -163,6 +173,9 @@ class StribeckFriction(Effect):
         alike=('coulomb_friction', 'presliding_friction', 'motor_cogging'), form_error=0.02,
         experiment=SLOW)
     typical: ClassVar[Typical | None] = Typical({'excess': 0.02}, {'speed': 8.0})
+    words: ClassVar[Words] = Words(
+        'needs {size} more at its motor to break away at low speed', 'wave_generator',
+        'Check the grease: too little or too old makes surfaces touch at low speed.', ('excess',))
     excess: float = parameter(0.0, 'N*m', 0.0, 5.0, 'breakaway excess over the sliding level')
     speed: float = parameter(5.0, 'rad/s', 0.1, 50.0, 'Stribeck speed, motor side')
 
@@ -184,6 +197,10 @@ class PreslidingFriction(Effect):
         alike=('stribeck_friction', 'current_loop_lag'), form_share=0.08, form_error=0.02,
         experiment=SLOW)
     typical: ClassVar[Typical | None] = Typical({'stiffness': 2.0, 'damping': 0.01})
+    words: ClassVar[Words] = Words(
+        'builds up its friction over a displacement after each reversal ({size} at the motor)',
+        'wave_generator', 'Check the preload of the bearings and the seals of the motor shaft.',
+        ('stiffness',))
     stiffness: float = parameter(
         0.0, 'N*m/rad', 0.0, 1e3, 'of the bristles, motor side; 0 for friction that sticks')
     damping: float = parameter(0.0, 'N*m*s/rad', 0.0, 0.2, 'of the bristles, motor side')
@@ -204,6 +221,10 @@ class AsymmetricFriction(Effect):
         free={'asymmetry': 0.1}, alike=('drive_offset',), twin='drive_offset',
         experiment='a dwell at zero command, and a return run')
     typical: ClassVar[Typical | None] = Typical({'asymmetry': 0.2})
+    words: ClassVar[Words] = Words(
+        'has dry friction that is {size} larger forwards than its mean', 'wave_generator',
+        'Check seals and brake, and read the current at standstill.', ('asymmetry',),
+        less='has dry friction that is {size} larger backwards than its mean')
     asymmetry: float = parameter(
         0.0, '', -0.95, 0.95, 'share by which the dry level is larger forwards, smaller backwards')
 
@@ -223,6 +244,9 @@ class LoadDependentFriction(Effect):
         free={'coefficient': 0.1}, alike=('torque_constant_error',),
         experiment='both directions under both signs of load')
     typical: ClassVar[Typical | None] = Typical({'coefficient': 0.15})
+    words: ClassVar[Words] = Words(
+        'loses {size} of the torque through its gear to friction of the mesh', 'flexspline',
+        CHECK_MESH, ('coefficient',))
     coefficient: float = parameter(
         0.0, '', 0.0, 0.9, 'friction per torque through the gear, both on the same side')
 
@@ -243,6 +267,11 @@ class ThermalViscosity(Effect):
         alike=('viscous_friction',), form_share=0.08, form_error=0.03,
         experiment='the same motion early, in the middle and late')
     typical: ClassVar[Typical | None] = Typical({'amplitude': 0.0003}, {'time_constant': 15.0})
+    words: ClassVar[Words] = Words(
+        'has {size} more viscous friction cold, gone after some {time_constant} s',
+        'wave_generator',
+        'Warm the joint up before a measurement, or log the temperature of the gear.',
+        ('amplitude',))
     amplitude: float = parameter(
         0.0, 'N*m*s/rad', 0.0, 1.0, 'extra viscous slope at time 0, motor side')
     time_constant: float = parameter(300.0, 's', 1.0, 1e5, 'of the warming up')
@@ -263,6 +292,10 @@ class PositionDependentFriction(Effect):
         waves={('amplitude', 'phase'): 0.1}, grid={'order': (1.0, 2.0, 3.0, 4.0, 6.0)},
         alike=('asymmetric_friction',), experiment='a slow full turn of the link both ways')
     typical: ClassVar[Typical | None] = Typical({'amplitude': 0.3}, {'order': 2.0, 'phase': 0.5})
+    words: ClassVar[Words] = Words(
+        'has dry friction that varies by {size}, {order} times per link turn', 'bearing',
+        'Turn the link by hand and feel for a tight spot; check the seats of its bearing.',
+        ('amplitude',))
     amplitude: float = parameter(0.0, '', 0.0, 0.95, 'variation as a share of the dry level')
     order: float = parameter(1.0, '1/turn', 0.1, 1e3, 'waves per turn of the link')
     phase: float = parameter(0.0, 'rad', -7.0, 7.0, 'phase at link angle 0')

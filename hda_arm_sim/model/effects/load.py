@@ -8,6 +8,7 @@ import numpy as np
 from .effect import Effect, Scope, Site
 from .hypothesis import Hypothesis, NO_OTHER_FORM, SCALE, Typical
 from .place import BEARING, Carried, LINK_TORQUE, LOAD, NUMBER, Place, Pulled, Signal, Stated
+from .words import Words
 from ...foundation.arrays import Array
 from ...foundation.chain import INERTIA, MASS, MOMENT, OFFSET, ROTATION
 from ...foundation.compiled import compiled, Record
@@ -85,6 +86,9 @@ class Payload(Effect):
         free={'mass': 0.5}, alike=('link_inertia_error',), form=2.0 * NO_OTHER_FORM,
         form_share=0.002, experiment=SCALE)
     typical: ClassVar[Typical | None] = Typical({'mass': 1.0})
+    words: ClassVar[Words] = Words(
+        'carries {size} more at its tip', 'tip', 'Look what is mounted at the tip, and weigh it.',
+        ('mass',), less='carries {size} less at its tip')
     mass: float = parameter(0.0, 'kg', 0.0, 100.0, 'mass at the tip')
     x: float = parameter(0.0, 'm', -1.0, 1.0, 'of its centre, along x of the tip')
     y: float = parameter(0.0, 'm', -1.0, 1.0, 'likewise, of a chain')
@@ -111,6 +115,10 @@ class LinkInertiaError(Effect):
         free={'error': 0.05}, instead={'mass': 0.05}, alike=('payload', 'stiffness_error'),
         experiment='accelerate at several elbow angles')
     typical: ClassVar[Typical | None] = Typical({'error': 0.1})
+    words: ClassVar[Words] = Words(
+        'has a link with {size} more mass or inertia than stated', 'link',
+        'Compare the link with its drawing: tool, cover or cable that the file does not know.',
+        ('error', 'mass'), less='has a link with {size} less mass or inertia than stated')
     error: float = parameter(
         0.0, '', -0.9, 5.0,
         'relative error of p1 (first joint) or p2 (second joint); of a chain, of the own link')
@@ -137,6 +145,9 @@ class InertialCoupling(Effect):
         experiment='move one joint and hold the other, then swap',
         ends=('share',))                                    # no coupling at all
     typical: ClassVar[Typical | None] = Typical({'share': 1.0})
+    words: ClassVar[Words] = Words(
+        'has links that feel each other otherwise than the model says', 'link',
+        'None: give the arm file inertias that depend on the posture.')
     share: float = parameter(
         0.0, '', -1.0, 1.0, '1 couples links that are given decoupled, -1 the other way round')
 
@@ -156,6 +167,9 @@ class LinkBearingFriction(Effect):
         free={'level': 0.3}, alike=('cable_spring',), form_share=0.08, form_error=0.006,
         experiment='reversals at two loads', doubts={'level': (0.17, 'level')})
     typical: ClassVar[Typical | None] = Typical({'level': 0.8})
+    words: ClassVar[Words] = Words(
+        'has {size} of dry friction in its link bearing', 'bearing',
+        'Turn the link by hand with the gear free; check preload, seal and cables.', ('level',))
     level: float = parameter(0.0, 'N*m', 0.0, 50.0, 'dry friction level, output side')
 
 
@@ -174,5 +188,8 @@ class CableSpring(Effect):
         free={'stiffness': 0.3, 'rest_angle': 0.3}, grid={'rest_angle': (-1.5, 1.5)},
         alike=('base_tilt',), experiment='a slow sweep of the whole range')
     typical: ClassVar[Typical | None] = Typical({'stiffness': 0.8}, {'rest_angle': 0.5})
+    words: ClassVar[Words] = Words(
+        'is pulled by a cable or hose of {size}', 'link',
+        'Unhook cables and hoses, and record again.', ('stiffness',))
     stiffness: float = parameter(0.0, 'N*m/rad', 0.0, 1e3, 'of the cable, output side')
     rest_angle: float = parameter(0.0, 'rad', -10.0, 10.0, 'link angle without pull')

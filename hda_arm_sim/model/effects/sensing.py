@@ -8,6 +8,7 @@ import numpy as np
 from .effect import Effect, Site
 from .hypothesis import Hypothesis, Typical, wave
 from .place import Counted, COUNTS, LINK_READING, MOTOR_READING, Place, Read, Signal
+from .words import CHECK_ENCODER, Words
 from ...foundation.compiled import compiled, Record
 from ...foundation.parameter import parameter
 
@@ -91,6 +92,10 @@ class CoarseQuantisation(Effect):
     site: ClassVar[Site] = Site.SENSING
     place: ClassVar[Place] = COUNTS
     law = staticmethod(quantised_sides)
+    words: ClassVar[Words] = Words(
+        'has an encoder that counts in steps of {size}', 'link_encoder',
+        'Read resolution and bits of the encoder in the settings of the drive.',
+        ('motor_step', 'link_step'))
     motor_step: float = parameter(0.0, 'rad', 0.0, 0.1, 'step of the motor encoder, shaft')
     link_step: float = parameter(0.0, 'rad', 0.0, 0.1, 'step of the link encoder')
 
@@ -112,6 +117,9 @@ class LinkEncoderEccentricity(Effect):
     typical: ClassVar[Typical | None] = Typical(
         {'amplitude_1': 0.0002, 'amplitude_2': 6e-05},
         {'phase_1': 0.5, 'phase_2': 1.0})
+    words: ClassVar[Words] = Words(
+        'has a link encoder that is wrong by {size} along its turn', 'link_encoder', CHECK_ENCODER,
+        ('amplitude_1', 'amplitude_2'))
     amplitude_1: float = parameter(0.0, 'rad', 0.0, 0.05, 'once per link turn')
     phase_1: float = parameter(0.0, 'rad', -7.0, 7.0, 'its phase')
     amplitude_2: float = parameter(0.0, 'rad', 0.0, 0.05, 'twice per link turn')
@@ -134,6 +142,9 @@ class MotorEncoderEccentricity(Effect):
         alike=('kinematic_error',),
         experiment='constant speed off the resonance at two loads')
     typical: ClassVar[Typical | None] = Typical({'amplitude': 0.01}, {'phase': 0.5})
+    words: ClassVar[Words] = Words(
+        'has a motor encoder that is wrong by {size} along its turn', 'motor_encoder',
+        CHECK_ENCODER, ('amplitude',))
     amplitude: float = parameter(0.0, 'rad', 0.0, 0.2, 'of the wave, at the shaft')
     phase: float = parameter(0.0, 'rad', -7.0, 7.0, 'its phase')
     order: float = parameter(1.0, '1/turn', 1.0, 4.0, 'waves per motor turn: 2 of an oval disc')
@@ -154,6 +165,10 @@ class EncoderScaleError(Effect):
         varies=('time',), free={'error': 5e-05}, alike=('link_encoder_eccentricity',),
         experiment='a slow full turn of the link both ways')
     typical: ClassVar[Typical | None] = Typical({'error': 0.0003})
+    words: ClassVar[Words] = Words(
+        'has a link encoder that counts {size} too much', 'link_encoder',
+        'Check counts per turn and gear ratio in the settings of the drive.', ('error',),
+        less='has a link encoder that counts {size} too little')
     error: float = parameter(0.0, '', -0.2, 0.2, 'relative excess of the link encoder')
 
 
@@ -167,6 +182,9 @@ class EncoderInterpolationError(Effect):
     place: ClassVar[Place] = LINK_READING
     acts: ClassVar[tuple[str, ...]] = ('amplitude',)
     law = staticmethod(interpolation_wave)
+    words: ClassVar[Words] = Words(
+        'has a link encoder that is wrong by {size} at each of its lines', 'link_encoder',
+        CHECK_ENCODER, ('amplitude',))
     amplitude: float = parameter(0.0, 'rad', 0.0, 1e-3, 'error of the link angle')
     lines: float = parameter(20000.0, '1/turn', 2.0, 1e6, 'lines of the link encoder per turn')
     phase: float = parameter(0.0, 'rad', -7.0, 7.0, 'its phase')
@@ -186,5 +204,8 @@ class BearingCrosstalk(Effect):
         free={'coefficient': 1e-06}, alike=('link_encoder_eccentricity',),
         experiment='the same posture with and without a payload')
     typical: ClassVar[Typical | None] = Typical({'coefficient': 1e-05})
+    words: ClassVar[Words] = Words(
+        'shows {size} of tilting moment as torsion', 'bearing',
+        'Check preload and play of the link bearing.', ('coefficient',))
     coefficient: float = parameter(
         0.0, 'rad/(N*m)', -1e-3, 1e-3, 'torsion shown per tilting moment')

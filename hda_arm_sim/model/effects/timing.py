@@ -6,6 +6,7 @@ from typing import ClassVar
 from .effect import Effect, Scope, Site
 from .hypothesis import Hypothesis, Typical
 from .place import CLOCK, Place, SAMPLE, Sampled, Sent, Signal
+from .words import Words
 from ...foundation.compiled import compiled, Record
 from ...foundation.parameter import parameter
 
@@ -41,6 +42,10 @@ class ClockSkew(Effect):
         free={'skew': 5e-05}, alike=('torsional_hysteresis',),
         experiment='two constant speeds both ways')
     typical: ClassVar[Typical | None] = Typical({'skew': 0.00015})
+    words: ClassVar[Words] = Words(
+        'has a link encoder that is read {size} after its motor encoder', 'link_encoder',
+        'Check the time stamps of the drive: trigger both encoders from one clock.', ('skew',),
+        less='has a link encoder that is read {size} before its motor encoder')
     skew: float = parameter(0.0, 's', -0.1, 0.1, 'link sampled after the motor by this time')
 
 
@@ -55,4 +60,7 @@ class DroppedSamples(Effect):
     acts: ClassVar[tuple[str, ...]] = ('rate',)
     scope: ClassVar[Scope] = Scope.ARM
     law = staticmethod(lost)
+    words: ClassVar[Words] = Words(
+        'loses {size} of its samples', 'drive',
+        'Check bus load, cable and the queue of the recorder.', ('rate',))
     rate: float = parameter(0.0, '', 0.0, 0.5, 'share of the samples that are lost')

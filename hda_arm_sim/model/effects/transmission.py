@@ -8,6 +8,7 @@ import numpy as np
 from .effect import Effect, Site
 from .hypothesis import Hypothesis, LOOP, Typical, wave
 from .place import GEAR, LOADED_GEAR, Place, PLAY, Signal, TRANSMISSION, Turned, Twisted
+from .words import CHECK_MESH, Words
 from ...foundation.compiled import compiled, Record
 from ...foundation.parameter import parameter
 
@@ -122,6 +123,11 @@ class KinematicError(Effect):
     typical: ClassVar[Typical | None] = Typical(
         {'amplitude_2': 8e-05, 'amplitude_4': 2e-05},
         {'phase_2': 0.5, 'phase_4': 1.0})
+    words: ClassVar[Words] = Words(
+        'has a gear with a transmission error of {size}', 'wave_generator',
+        'Check how wave generator and circular spline are centred.',
+        ('amplitude_1', 'amplitude_2', 'amplitude_4', 'amplitude_a', 'amplitude_b',
+         'amplitude_c', 'amplitude_d'))
     amplitude_1: float = parameter(0.0, 'rad', 0.0, 0.05, 'once per motor turn, output side')
     phase_1: float = parameter(0.0, 'rad', -7.0, 7.0, 'its phase')
     amplitude_2: float = parameter(0.0, 'rad', 0.0, 0.05, 'twice per motor turn, output side')
@@ -157,6 +163,9 @@ class LoadedKinematicError(Effect):
         waves={('amplitude', 'phase'): 5e-07}, alike=('kinematic_error',),
         experiment='constant speed off the resonance, unloaded and at half the rated torque')
     typical: ClassVar[Typical | None] = Typical({'amplitude': 3e-06}, {'phase': 0.5})
+    words: ClassVar[Words] = Words(
+        'has a transmission error that grows by {size} of torque', 'flexspline', CHECK_MESH,
+        ('amplitude',))
     amplitude: float = parameter(
         0.0, 'rad/(N*m)', 0.0, 1e-3, 'by which the wave grows with torque, output side')
     order: float = parameter(2.0, '1/turn', 0.0, 100.0, 'of the wave, per motor turn')
@@ -179,6 +188,10 @@ class Backlash(Effect):
         alike=('wave_generator_compliance', 'torsional_hysteresis'), form_share=0.08,
         experiment=LOOP, doubts={'half_width': (0.1, 'half_width')})
     typical: ClassVar[Typical | None] = Typical({'half_width': 8e-05})
+    words: ClassVar[Words] = Words(
+        'has {size} of play', 'flange',
+        'Hold the motor, rock the link by hand, and feel or dial the play; '
+        'tighten the screws and the key of the output flange.', ('half_width',), 2.0)
     half_width: float = parameter(0.0, 'rad', 0.0, 0.01, 'half of the play, output side')
 
 
@@ -198,6 +211,10 @@ class TorsionalHysteresis(Effect):
         alike=('backlash', 'clock_skew', 'structural_damping'), form_share=0.2, form_error=0.12,
         experiment=LOOP)
     typical: ClassVar[Typical | None] = Typical({'level': 0.8}, {'width': 0.0002})
+    words: ClassVar[Words] = Words(
+        'has a torsion with a hysteresis of {size}', 'flexspline',
+        'Load the joint slowly both ways with its motor held; check the screws of the flexspline.',
+        ('level',))
     level: float = parameter(0.0, 'N*m', 0.0, 1e3, 'saturated torque of the loop, output side')
     width: float = parameter(
         1e-4, 'rad', 1e-6, 0.01, 'torsion at which half of the friction elements slide')
@@ -216,4 +233,7 @@ class StructuralDamping(Effect):
         free={'coefficient': 2.0}, alike=('torsional_hysteresis', 'clock_skew'),
         experiment='excite the resonance, 15 to 50 Hz')
     typical: ClassVar[Typical | None] = Typical({'coefficient': 15.0})
+    words: ClassVar[Words] = Words(
+        'has a gear that damps torsion by {size}, not as stated', 'flexspline', CHECK_MESH,
+        ('coefficient',))
     coefficient: float = parameter(0.0, 'N*m*s/rad', 0.0, 1e4, 'D, output side')

@@ -6,7 +6,9 @@ import math
 from string import Formatter
 from typing import Any
 
-from .effect_words import ELEMENTS, WORDS, Words
+from hda_arm_sim.model.effects.words import Words
+
+from .effect_words import ELEMENTS, WORDS
 from ..findings.report import Diagnosis, Evidence, Gain, Number, OwnGain
 from ...pages.wording import capital, figure, handy, percent, short, spoken
 
