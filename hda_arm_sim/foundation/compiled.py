@@ -189,9 +189,10 @@ def either(first: Law, second: Law, is_second: Callable[[Any], bool]) -> Law:
     def choose(*types: Any) -> Any:
         return laws[any(map(is_second, types))]
 
-    choose.__signature__ = signature(laws[0])                   # type: ignore[attr-defined]
+    choice: Any = choose
+    choice.__signature__ = signature(laws[0])
     overload(chosen, jit_options={'error_model': 'numpy', 'forceinline': True,
-                                  'nogil': True})(choose)
+                                  'nogil': True})(choice)
     made: Any = chosen
     return made
 

@@ -5,15 +5,16 @@ from hda_arm_sim.model.effects import Effect
 import numpy as np
 from numpy.typing import NDArray
 
-_NUMBER = np.dtype(np.float64).itemsize         # a joint's record has nothing else
+# Each number of a joint's record is its own place in it: the record has nothing but numbers.
+_PLACES = np.arange(JOINT_RECORD.itemsize // np.dtype(np.float64).itemsize,
+                    dtype=np.float64).view(JOINT_RECORD)
 
 
 def places_of(*fields: str | type[Effect]) -> NDArray[np.intp]:
     """Return where the numbers of these fields, or effects, stand in the record of a joint."""
     names = [field if isinstance(field, str) else field.name for field in fields]
-    spans = [JOINT_RECORD.fields[name][:2] for name in names]   # type: ignore[index]
-    return np.concatenate([
-        np.arange(offset, offset + kind.itemsize, _NUMBER) // _NUMBER for kind, offset in spans])
+    return np.concatenate([_PLACES[name].copy().view(np.float64).ravel()
+                           for name in names]).astype(np.intp)
 
 
 def key_of(record: ArmRecord, joint: int, places: NDArray[np.intp]) -> bytes:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import cast
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
@@ -257,9 +258,10 @@ class Fitter:
         count = np.maximum(valid.sum(axis=0), 1)
         left = np.where(valid, balance.residual ** 2, 0.0).sum(axis=0) / count
         prior = float(np.sum((self.away(terms) / deviations(terms)) ** 2))
-        return Fit(tuple(terms[:accepted]), tuple(terms[accepted:]),   # type: ignore[arg-type]
-                   balance, slopes, score(left, valid.sum(axis=0), self.noise, self.effective)
-                   + prior, np.maximum(left, self.noise ** 2))
+        causes = cast(Sequence[Term], terms[:accepted])     # a zero is never one
+        return Fit(tuple(causes), tuple(terms[accepted:]), balance, slopes,
+                   score(left, valid.sum(axis=0), self.noise, self.effective) + prior,
+                   np.maximum(left, self.noise ** 2))
 
     def covariance(self, fit: Fit) -> Array:
         """

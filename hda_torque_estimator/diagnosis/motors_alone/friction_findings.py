@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import CoulombFriction, effect_named
+from hda_arm_sim.model.effects import CoulombFriction, Effect, effect_named
 from hda_arm_sim.model.effects.place import DRY_LEVEL
 import numpy as np
 
@@ -119,9 +119,9 @@ def _numbers(part: Explained, found: Found, arm: Arm) -> dict[str, Number] | Non
                for name, each in chosen.items()}, **found_numbers}
 
 
-def _within(kind: type, name: str, value: float, reach: float) -> Number:
+def _within(kind: type[Effect], name: str, value: float, reach: float) -> Number:
     """Return a number with its interval, within the declared bounds."""
-    rule = kind.declaration(name)       # type: ignore[attr-defined]
+    rule = kind.declaration(name)
     inside: Array = np.clip([value, value - reach, value + reach], rule.low, rule.high)
     return Number(float(inside[0]), rule.unit, float(inside[1]), float(inside[2]))
 
