@@ -135,7 +135,7 @@ def test_a_reference_that_the_torsion_does_not_explain_changes_nothing(
     parts = []
     for part in of_joint(hidden[:recordings], 'joint1'):
         size = part.varies() if unrelated == 'noise' else 0.0
-        parts.append(part._replace(reference=2.0 + size * random.standard_normal(
+        parts.append(replace(part, reference=2.0 + size * random.standard_normal(
             len(part.reference))))
     with pytest.raises(CalibrationError, match='^nothing can be calibrated: joint1: '):
         calibrate(nominal, {'joint1': parts})
@@ -207,7 +207,7 @@ def without_link(part: Measured) -> Measured:
     """Return a recording of a joint that has no link encoder."""
     readings = part.readings.copy()
     readings[:, 0, LINK_READING] = np.nan
-    return part._replace(readings=readings)
+    return replace(part, readings=readings)
 
 
 def test_a_motor_alone_is_calibrated(nominal: Arm, seen):
@@ -227,7 +227,7 @@ def test_a_torsion_that_tells_nothing_leaves_the_lead_to_the_motor(
     for part in seen[:recordings]:
         readings = part.readings.copy()
         readings[:, 0, LINK_READING] += 1e-3 * np.sin(5.0 * part.time ** 1.5)
-        parts.append(part._replace(readings=readings))
+        parts.append(replace(part, readings=readings))
     found = calibrate(nominal, {'joint1': parts})
     names = [number.name for number in found.joints[0].numbers]
     assert 'coulomb_friction.level' in names and 'torsion.flexspline_stiffness' not in names
@@ -243,14 +243,14 @@ def test_a_zero_that_moves_is_said_and_enters_the_file(nominal: Arm, seen):
 
 
 def test_a_reference_that_lags_is_found(nominal: Arm, seen):
-    late = [part._replace(reference=part.later(-LAG)) for part in seen[:2]]
+    late = [replace(part, reference=part.later(-LAG)) for part in seen[:2]]
     found = motor_of(one_joint(nominal, 'joint1'), late)
     assert found.lag == pytest.approx(LAG, rel=0.15)
     assert motor_of(one_joint(nominal, 'joint1'), seen[:2]).lag == 0.0
 
 
 def test_a_torsion_without_a_motor_torque_is_enough(nominal: Arm, seen, monkeypatch):
-    unknown = [part._replace(command=np.full(len(part.command), np.nan)) for part in seen[:2]]
+    unknown = [replace(part, command=np.full(len(part.command), np.nan)) for part in seen[:2]]
     heard = []
     monkeypatch.setattr(referenced, 'torsion_of', lambda arm, recordings: heard.append(
         torsion_of(arm, recordings)) or heard[-1])

@@ -106,21 +106,21 @@ def scattered(one: Measured) -> Measured:
     """Return a recording whose link angle scatters by more torsion than any law has."""
     readings = one.readings.copy()
     readings[:, 0, LINK_READING] += 0.05 * np.random.default_rng(5).standard_normal(len(readings))
-    return one._replace(readings=readings)
+    return replace(one, readings=readings)
 
 
 def blind(one: Measured) -> Measured:
     """Return a recording without a link encoder."""
     readings = one.readings.copy()
     readings[:, 0, LINK_READING] = np.nan
-    return one._replace(readings=readings)
+    return replace(one, readings=readings)
 
 
 def spiked(one: Measured) -> Measured:
     """Return a recording with readings that no joint can show."""
     readings = one.readings.copy()
     readings[50::400, 0, MOTOR_READING] += 1e4
-    return one._replace(readings=readings)
+    return replace(one, readings=readings)
 
 
 def test_an_angle_that_no_shaft_reaches_is_left_out():
@@ -135,19 +135,19 @@ def patchy(one: Measured) -> Measured:
     """Return a recording whose motor torque is unknown for a third of it."""
     command = one.command.copy()
     command[:len(command) // 3] = np.nan
-    return one._replace(command=command)
+    return replace(one, command=command)
 
 
 def in_bursts(one: Measured) -> Measured:
     """Return a recording whose samples arrive eight at a time."""
     place = np.arange(len(one.stamps))
     late = one.stamps[place // 8 * 8] + 1000 * (place % 8)
-    return one._replace(stamps=late)
+    return replace(one, stamps=late)
 
 
 def resting(one: Measured) -> Measured:
     """Return a recording in which the joint stands."""
-    return one._replace(readings=np.repeat(one.readings[:1], len(one.readings), axis=0))
+    return replace(one, readings=np.repeat(one.readings[:1], len(one.readings), axis=0))
 
 
 SPOILS = (scattered, blind, spiked, patchy, in_bursts, resting)
@@ -218,8 +218,8 @@ def test_a_single_recording_says_nothing_of_how_its_zero_moves(segmented):
 @pytest.mark.parametrize(('flipped', 'said'), [
     ('command', 'they have the wrong sign'), ('angles', 'check the signs of both angles')])
 def test_a_witness_of_the_wrong_sign_is_left_aside(flipped, said):
-    seen = [one._replace(command=-one.command) if flipped == 'command'
-            else one._replace(readings=-one.readings) for one in four()[:2]]
+    seen = [replace(one, command=-one.command) if flipped == 'command'
+            else replace(one, readings=-one.readings) for one in four()[:2]]
     told = calibrate(leg(), {'knee': seen})
     assert said in told.text()
     assert (told.joints[0].after or told.joints[0].motor) < told.joints[0].reference
@@ -227,7 +227,7 @@ def test_a_witness_of_the_wrong_sign_is_left_aside(flipped, said):
 
 def test_a_reference_of_the_wrong_sign_is_said():
     with pytest.raises(CalibrationError, match='the sign of the reference is wrong'):
-        calibrate(leg(), {'knee': [one._replace(reference=-one.reference) for one in four()[:2]]})
+        calibrate(leg(), {'knee': [replace(one, reference=-one.reference) for one in four()[:2]]})
 
 
 def test_weights_leave_the_torque_to_the_better_witness():

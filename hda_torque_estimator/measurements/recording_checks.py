@@ -8,6 +8,7 @@ A recording in other units, or with a flipped sign, would be explained by wrong 
 from dataclasses import dataclass, replace
 import math
 
+from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_msgs_json.errors import HdaError
 from hda_msgs_json.samples import JointSamples
@@ -43,9 +44,7 @@ def check_names(samples: JointSamples, arm: Arm, source: str) -> None:
             raise GateError(
                 f'{source}: {", ".join(absent)} missing, it names {", ".join(samples.names)}; '
                 'name the joints in the arm file as the recording does')
-        if not np.isfinite(samples.select([motor]).effort).any():
-            raise GateError(f'{source}: no motor torque of {label}; record the commanded torque '
-                            f'as the effort of {motor}')
+        check_torque(samples.select([motor]).effort, label, source)
         for name in (label, motor):
             if not np.isfinite(samples.select([name]).position).any():
                 raise GateError(f'{source}: no angle of {name}; both encoders are needed')
@@ -66,11 +65,23 @@ def mended(samples: JointSamples, arm: Arm, mending: Mending, source: str) -> Jo
                    effort=samples.effort * signs)
 
 
+def check_duration(seconds: float, least: float, source: str) -> None:
+    """Raise GateError for a recording that lasts less than something asks for [s]."""
+    if (seconds := round(seconds, 1)) < least:
+        raise GateError(f'{source}: {seconds:g} s are too short; record at least {least:g} s, '
+                        'better 60 s')
+
+
+def check_torque(torque: Array, label: str, source: str) -> None:
+    """Raise GateError unless some torque (k,) of a joint's motor is known."""
+    if not np.isfinite(torque).any():
+        raise GateError(f'{source}: no motor torque of {label}; record the commanded torque '
+                        f'as the effort of {motor_name(label)}')
+
+
 def check(measurement: Measurement, arm: Arm, source: str) -> None:
     """Raise GateError for a recording that is too short or has other conventions than the arm."""
-    if (seconds := round(measurement.duration, 1)) < SHORTEST:
-        raise GateError(f'{source}: {seconds:g} s are too short; record at least '
-                        f'{SHORTEST:g} s, better 60 s')
+    check_duration(measurement.duration, SHORTEST, source)
     for column, joint in enumerate(arm.joints):
         motor, link = measurement.reading[:, column].T
         if wrong := wrong_convention(

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from .torsion_fits import UNFUSED
 from .witness import blocks_of, LAGS, per_recording
 from ..passages.joint_recording import Measured
-from ..passages.thinning import row_means
 from ...estimating.estimator import Estimator
 from ...samples.readings import LINK_READING
 
@@ -26,8 +25,8 @@ class TorsionWitness:
 
     def __init__(self, arm: Arm, recordings: Sequence[Measured]) -> None:
         """Take recordings that all have both encoders; rows that the arm refuses do not count."""
-        self.recordings, self._periods = recordings, [one.dt for one in recordings]
-        self.dt = max(self._periods)
+        self.recordings = recordings
+        self.dt = max(one.dt for one in recordings)
         self._rows = lru_cache(_KEPT)(self._run)
         self.reference = lru_cache(LAGS)(self._reference)
         self._used = [np.isfinite(rows) for rows in self._rows(arm, ())]
@@ -46,15 +45,14 @@ class TorsionWitness:
     def _run(self, arm: Arm, zeros: tuple[float, ...]) -> list[Floats]:
         """Return the torque of all rows of each recording, NaN where no sample is believed."""
         estimator, found = Estimator(arm, UNFUSED), []
-        for one, dt, zero in zip(self.recordings, self._periods,
-                                 per_recording(zeros, self.recordings)):
+        for one, zero in zip(self.recordings, per_recording(zeros, self.recordings)):
             readings = one.readings.copy()
             readings[:, 0, LINK_READING] -= zero
             estimator.reset()
-            found.append(row_means(estimator.run(one.stamps, readings).torque[:, 0], dt))
+            found.append(one.thinned(estimator.run(one.stamps, readings).torque[:, 0]))
         return found
 
     def _reference(self, lag: float) -> Floats:
         """Return the reference of the rows (m,) [N*m]."""
-        return np.concatenate([row_means(one.later(lag), dt)[used] for one, dt, used
-                               in zip(self.recordings, self._periods, self._used)])
+        return np.concatenate([one.thinned(one.later(lag))[used]
+                               for one, used in zip(self.recordings, self._used)])

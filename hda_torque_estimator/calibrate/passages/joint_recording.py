@@ -1,6 +1,8 @@
 """One joint in one recording with a reference torque: all that a calibration reads of it."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 from hda_msgs_json.errors import HdaError
@@ -52,7 +54,8 @@ class Turning(NamedTuple):
         return np.asarray(convolve1d(torque, weight / weight.sum(), mode='nearest'))
 
 
-class Measured(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Measured:
     """One joint in one recording, k samples."""
 
     recording: str
@@ -80,7 +83,7 @@ class Measured(NamedTuple):
         """Return the times since the first sample (k,) [s]."""
         return np.asarray((self.stamps - self.stamps[0]) * 1e-9)
 
-    @property
+    @cached_property
     def dt(self) -> float:
         """Return the usual time between samples [s]; of stamps in bursts it is no less."""
         time = self.time
@@ -96,7 +99,7 @@ class Measured(NamedTuple):
         between = np.diff(self.time)
         if float(np.median(between)) >= BURST * float(between.mean()):
             return self
-        return self._replace(stamps=evened(self.stamps))
+        return replace(self, stamps=evened(self.stamps))
 
     def without_spikes(self, velocity_limit: float) -> 'Measured':
         """
@@ -117,7 +120,7 @@ class Measured(NamedTuple):
         readings = self.readings.copy()
         for link, motor in ((LINK_READING, MOTOR_READING), (LINK_RATE, MOTOR_RATE)):
             readings[:, 0, link] = readings[:, 0, motor] / ratio
-        return self._replace(readings=readings)
+        return replace(self, readings=readings)
 
     def thinned(self, values: Floats) -> Floats:
         """Return the means of values (k, ...) over the samples of each row."""

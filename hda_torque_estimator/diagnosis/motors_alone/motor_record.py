@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import savgol_coeffs, savgol_filter
 
-from ...measurements.recording_checks import GateError
+from ...measurements.recording_checks import check_duration, check_torque
 
 # Choices unless told otherwise.
 SHORTEST = 2.0          # recording of a sweep from which friction and ripple can be told [s]
@@ -117,20 +117,15 @@ def _after(first: Sweep, second: Sweep) -> Sweep:
 def _sweep(samples: JointSamples, joint: Joint, source: str,
            period: float | None) -> Iterator[Sweep]:
     """Yield the sweep of a joint, none where it was held still or hardly moved."""
-    name = motor_name(joint.label)
-    motor = samples.select([name])
+    motor = samples.select([motor_name(joint.label)])
     angle, torque = motor.position[:, 0], motor.effort[:, 0]
     good = np.isfinite(angle) & np.isfinite(torque)
-    if not np.isfinite(torque).any():
-        raise GateError(f'{source}: no motor torque of {joint.label}; record the commanded torque '
-                        f'as the effort of {name}')
+    check_torque(torque, joint.label, source)
     if good.sum() < 100 or np.ptp(angle[good]) < _TRAVEL * joint.ratio:
         return
     since = (samples.stamps[good] - samples.stamps[good][0]) * 1e-9
     dt = float(np.median(np.diff(since))) if period is None else period
-    if (seconds := round(since[-1], 1)) < SHORTEST:
-        raise GateError(f'{source}: {seconds:g} s are too short; record at least '
-                        f'{SHORTEST:g} s')
+    check_duration(float(since[-1]), SHORTEST, source)
     time = dt * np.arange(int(since[-1] / dt) + 1, dtype=np.float64)
     angle, torque = (np.interp(time, since, values[good]) for values in (angle, torque))
     window = max(_DEGREE + 2, 2 * round(0.5 * _WINDOW / dt) + 1)
