@@ -1,4 +1,4 @@
-"""Every benchmark starts: each is run on its tiny case, whose numbers nobody judges."""
+"""Every benchmark starts: each is run on its tiny case, and keeps what holds there as well."""
 
 import os
 from pathlib import Path
@@ -30,6 +30,30 @@ CASES = [pytest.param(path, id=path.stem,
          for path in PROGRAMS]
 
 
+def no_limit_is_broken(said: str) -> None:
+    """Check that no hostile stream breaks a limit, and that every bad sample stops."""
+    assert 'violations of torque, rate, angle, NaN: 0' in said
+    assert ' 0 without a stop' in said
+
+
+def no_fault_is_silent(said: str) -> None:
+    """Check that the estimator tells every fault of its streams, and no other."""
+    rows = {line.rsplit(maxsplit=4)[0]: line.split()[-4:] for line in said.splitlines()
+            if line[-1:].isdigit()}
+    assert int(rows['all'][0]) == 20
+    assert int(rows['all'][3]) == 0
+    assert '0 false alarms' in said
+
+
+def no_message_is_lost(said: str) -> None:
+    """Check that the recorder has heard all that it was sent."""
+    assert said.startswith('recorder: 18000 messages on 6 topics in ')
+
+
+PROMISED = {'controller_faults': no_limit_is_broken, 'estimator_faults': no_fault_is_silent,
+            'recorder_slope': no_message_is_lost}
+
+
 def contents() -> dict[Path, bytes]:
     """Return what the folders hold that a study might write to."""
     return {path: path.read_bytes() for folder in (FOLDER, ROOT / 'docs', ROOT / 'config')
@@ -37,7 +61,8 @@ def contents() -> dict[Path, bytes]:
 
 
 def test_benchmarks_are_found():
-    assert {'bench_estimator_node', 'diagnosis', 'torque'} <= {path.stem for path in PROGRAMS}
+    assert {'bench_estimator_node', 'diagnosis', 'torque', *PROMISED} <= {
+        path.stem for path in PROGRAMS}
 
 
 @pytest.mark.parametrize('program', CASES)
@@ -48,6 +73,7 @@ def test_a_tiny_case_of_a_benchmark_runs_to_its_end(program, tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
     assert 'Traceback' not in done.stderr
     assert done.stdout.strip()
+    PROMISED.get(program.stem, str)(done.stdout)
     assert contents() == before
     assert list(tmp_path.iterdir()) == []
 

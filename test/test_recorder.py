@@ -2,8 +2,6 @@
 
 import resource
 import signal
-import subprocess
-import sys
 
 from hda_msgs_json.bag import open_recording
 from hda_msgs_json.bag_repair import repair
@@ -11,7 +9,6 @@ from hda_msgs_json.cdr import encode_joint_state, encode_string
 from hda_msgs_json.topics import JOINT_STATES, STRING, Topic
 from hda_torque_estimator.recording.held_messages import Held, HeldMessages
 from node_processes import running, watching
-from project_files import ROOT
 import pytest
 from std_srvs.srv import Trigger
 import yaml
@@ -142,11 +139,3 @@ def test_wrong_parameters_are_one_line(tmp_path, parameters, said):
         assert nodes['bag_recorder'].wait() == 2
         assert len(nodes['bag_recorder'].said.splitlines()) == 1
         assert said in nodes['bag_recorder'].said
-
-
-def test_the_benchmark_of_its_memory_starts(tmp_path):
-    done = subprocess.run(
-        [sys.executable, str(ROOT / 'benchmarks' / 'recorder_slope.py'), '--quick'],
-        capture_output=True, text=True)
-    assert done.stdout.startswith('recorder: 18000 messages on 6 topics in '), done.stderr
-    assert done.returncode == 0, done.stdout
