@@ -257,7 +257,7 @@ def _twin(balancer: Balancer, arm: Arm, seed: int, torque_noise: Array) -> Balan
 def _split(fitter: Fitter, arm: Arm, names: Sequence[str], training: Spans,
            held_out: Spans) -> tuple[Spans, Spans]:
     """Return the stretches for fits and the others; where a contact shows, it is in both."""
-    if 'external_contact' not in names:
+    if not any(HYPOTHESES[name].passing for name in names if name in HYPOTHESES):
         return training, held_out
     return split_at_contact(fitter.balancer, arm, fitter.noise, training, held_out)
 

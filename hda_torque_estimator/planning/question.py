@@ -88,7 +88,7 @@ def _suspect(arm: Arm, name: str, joint: str | None, usual: str) -> Suspect:
     if left_aside(arm, [name]):
         raise PlanError(f'no motion is planned for {name}: a diagnosis does not look for it on a '
                         'chain')
-    if name == 'inertial_coupling' and len(arm.joints) < 2:
-        raise PlanError('inertial_coupling acts between two joints; the arm has '
-                        f'{len(arm.joints)}, {", ".join(arm.labels)}')
+    if kind.planar and len(arm.joints) < 2:
+        raise PlanError(f'{name} acts between two joints; the arm has {len(arm.joints)}, '
+                        f'{", ".join(arm.labels)}')
     return Suspect(typical(arm, name, place), place)

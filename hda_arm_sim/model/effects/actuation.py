@@ -143,6 +143,7 @@ class TorqueConstantError(Effect):
         varies=('joint_torque', 'time'),
         free={'error': 0.02}, alike=('link_inertia_error', 'stiffness_error'), experiment=SCALE)
     typical: ClassVar[Typical | None] = Typical({'error': 0.06})
+    tolerance: ClassVar[tuple[str, str] | None] = ('error', 'torque_constant')
     words: ClassVar[Words] = Words(
         'gives {size} more torque than its motor is told', 'motor', CHECK_DRIVE, ('error',),
         less='gives {size} less torque than its motor is told')

@@ -45,6 +45,7 @@ class StiffnessError(Effect):
         free={'error': 0.05}, alike=('link_inertia_error', 'stiffening_error'), form_share=0.01,
         experiment=SCALE)
     typical: ClassVar[Typical | None] = Typical({'error': 0.1})
+    tolerance: ClassVar[tuple[str, str] | None] = ('error', 'stiffness')
     words: ClassVar[Words] = Words(
         'has a flexspline that is {size} stiffer than stated', 'flexspline',
         'Check the size of the gear that is built in, and the screws of the flexspline.',

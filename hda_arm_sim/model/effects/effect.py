@@ -41,7 +41,8 @@ class Effect(Declared):
     One effect of the catalogue; its defaults are neutral, so that it does nothing.
 
     `acts` names the numbers of which one at least must differ from zero for the law to do
-    anything; without names the law always acts. `spatial` names those that chains have alone.
+    anything; without names the law always acts. `spatial` names those that chains have alone. A
+    `planar` effect is one of two links in a plane.
     """
 
     name: ClassVar[str]
@@ -51,6 +52,7 @@ class Effect(Declared):
     acts: ClassVar[tuple[str, ...]] = ()
     spatial: ClassVar[tuple[str, ...]] = ()
     scope: ClassVar[Scope] = Scope.JOINT
+    planar: ClassVar[bool] = False
     law: ClassVar[Any]
     law_slope: ClassVar[Any] = None     # how the law changes with its angle, where a place asks
     law_rate: ClassVar[Any] = None      # how the law changes with time, where a place asks
@@ -58,6 +60,8 @@ class Effect(Declared):
     hypothesis: ClassVar[Hypothesis | None] = None      # how balances tell it
     typical: ClassVar[Typical | None] = None            # size worth finding
     words: ClassVar[Words]              # how a page speaks of it
+    # its number that an arm is given with, and which of the arm's tolerances that number has
+    tolerance: ClassVar[tuple[str, str] | None] = None
 
     def record(self) -> Any:
         """Return the parameters as compiled code reads them."""

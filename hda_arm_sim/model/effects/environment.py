@@ -95,7 +95,7 @@ class ExternalContact(Effect):
         varies=('time',),
         free={'force': 1.0, 'direction': 0.02, 'onset': 0.01, 'duration': 0.01},
         in_space={'elevation': 0.02},
-        alike=('payload',), form_share=0.08, form_error=0.03,
+        alike=('payload',), form_share=0.08, form_error=0.03, passing=True,
         doubts={'direction': (0.03, ''), 'onset': (0.045, 'duration'),
                 'duration': (0.09, 'duration')},            # edges may take up to a fifth of it
         experiment='the same motion again, with nothing near the arm')

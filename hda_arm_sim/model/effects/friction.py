@@ -109,6 +109,7 @@ class CoulombFriction(Effect):
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         free={'level': 0.01}, alike=('stribeck_friction',), experiment=SLOW)
     typical: ClassVar[Typical | None] = Typical({'level': 0.012})
+    tolerance: ClassVar[tuple[str, str] | None] = ('level', 'dry_friction')
     words: ClassVar[Words] = Words(
         'has {size} of dry friction at its motor, not what its model says', 'wave_generator',
         CHECK_GREASE, ('level',))
@@ -128,6 +129,7 @@ class ViscousFriction(Effect):
         free={'slope': 5e-05}, alike=('thermal_viscosity', 'nonlinear_viscous_friction'),
         experiment='at least three speeds, the same early and late')
     typical: ClassVar[Typical | None] = Typical({'slope': 0.0002})
+    tolerance: ClassVar[tuple[str, str] | None] = ('slope', 'viscous_friction')
     words: ClassVar[Words] = Words(
         'has {size} of viscous friction at its motor, not what its model says', 'wave_generator',
         CHECK_GREASE, ('slope',))

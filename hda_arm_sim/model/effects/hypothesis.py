@@ -48,7 +48,7 @@ class Hypothesis:
     from the first of `alike`. No other `form` than the usual one is asked of it.
     `varies` are the coordinates along which published laws of the cause differ from this one.
     `contains` are curves without a name that are this law at some of its numbers. One of them
-    tells as much as the law and is the law.
+    tells as much as the law and is the law. A `passing` effect acts for a part of a recording.
     """
 
     free: Mapping[str, float] = field(default_factory=dict)
@@ -70,6 +70,7 @@ class Hypothesis:
     # half-width of an interval, as a share of a number or absolute (choice: the law is exact)
     doubts: Mapping[str, tuple[float, str]] = field(default_factory=dict)
     ends: tuple[str, ...] = ()
+    passing: bool = False
     varies: tuple[str, ...] = ()
     contains: tuple[str, ...] = ()
     twin: str = ''

@@ -139,6 +139,7 @@ class InertialCoupling(Effect):
     site: ClassVar[Site] = Site.LINK
     place: ClassVar[Place] = NUMBER
     scope: ClassVar[Scope] = Scope.ARM
+    planar: ClassVar[bool] = True
     law = staticmethod(coupling)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         free={'share': -0.2}, grid={'share': (-0.2, 0.2)}, alike=('link_inertia_error',),

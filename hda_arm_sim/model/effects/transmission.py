@@ -233,6 +233,7 @@ class StructuralDamping(Effect):
         free={'coefficient': 2.0}, alike=('torsional_hysteresis', 'clock_skew'),
         experiment='excite the resonance, 15 to 50 Hz')
     typical: ClassVar[Typical | None] = Typical({'coefficient': 15.0})
+    tolerance: ClassVar[tuple[str, str] | None] = ('coefficient', 'damping')
     words: ClassVar[Words] = Words(
         'has a gear that damps torsion by {size}, not as stated', 'flexspline', CHECK_MESH,
         ('coefficient',))

@@ -20,12 +20,11 @@ from ...least_squares.term import looked_for, Term
 HYPOTHESES: dict[str, Hypothesis] = {effect.name: effect.hypothesis for effect in EFFECTS
                                      if effect.hypothesis is not None}
 
-_PLANAR = ('inertial_coupling',)        # one number of two links in a plane
-
 
 def left_aside(arm: Arm, names: Sequence[str]) -> tuple[str, ...]:
     """Return which effects are not looked for on an arm: of a chain, those of a plane."""
-    return tuple(name for name in names if name in _PLANAR and isinstance(arm.links, ChainLinks))
+    return tuple(name for name in names
+                 if isinstance(arm.links, ChainLinks) and effect_named(name).planar)
 
 
 def terms_of(arm: Arm, name: str) -> Iterator[Term]:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.chain_links import ChainLinks
+from hda_arm_sim.model.effects import EFFECTS, LinkInertiaError
 from hda_arm_sim.model.parts import Joint, Links
 import numpy as np
 
@@ -19,6 +20,11 @@ from ...least_squares.term import Place, Term
 # Choices unless told otherwise.
 _FLOOR = 1e-3           # of a relative tolerance: nothing is known exactly
 _ZERO_STEP = 1e-6       # of an encoder's zero, for a derivative [rad]
+# Effect, number and tolerance of all numbers that an arm is given with: errors, and sizes.
+_KNOWN = [(kind, *kind.tolerance) for kind in EFFECTS if kind.tolerance]
+_ERRORS, _SIZES = ([(kind.name, number, tolerance) for kind, number, tolerance in _KNOWN
+                    if bool(kind.declaration(number).unit) == has_unit]
+                   for has_unit in (False, True))
 
 
 @dataclass(frozen=True)
@@ -107,19 +113,15 @@ def nuisances(arm: Arm) -> tuple[AnyTerm, ...]:
     terms: list[AnyTerm] = []
     for label in arm.labels:
         known = arm.tolerances_of(label)
-        relative = {'torque_constant_error': known.torque_constant,
-                    'stiffness_error': known.stiffness}
-        scaled = {'coulomb_friction': ('level', known.dry_friction),
-                  'viscous_friction': ('slope', known.viscous_friction),
-                  'structural_damping': ('coefficient', known.damping)}
-        for name, tolerance in relative.items():
-            terms.append(_term(arm, name, label, {'error': max(tolerance, _FLOOR)}))
+        for name, number, tolerance in _ERRORS:
+            terms.append(_term(arm, name, label, {number: max(getattr(known, tolerance), _FLOOR)}))
         if link := _link(arm, label):
-            terms.append(_term(arm, 'link_inertia_error', label, link))
-        for name, (number, tolerance) in scaled.items():
+            terms.append(_term(arm, LinkInertiaError.name, label, link))
+        for name, number, tolerance in _SIZES:
             value = getattr(arm.effect(name, label), number)
             if value > 0.0:
-                terms.append(_term(arm, name, label, {number: value * max(tolerance, _FLOOR)}))
+                terms.append(_term(arm, name, label, {
+                    number: value * max(getattr(known, tolerance), _FLOOR)}))
         terms.append(Zero(label))
     if isinstance(arm.links, Links) and arm.links.p3:
         terms.append(CouplingInertia(max(arm.tolerances.link_inertia, _FLOOR)))

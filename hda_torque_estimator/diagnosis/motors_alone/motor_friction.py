@@ -100,8 +100,8 @@ def stated_friction(arm: Arm, sweep: Sweep) -> Stated:
     motion = along(sweep, _load(sweep, _rubbing(sweep, load_columns(sweep), rows)))
     label = sweep.joint.label
     known = arm.tolerances_of(label)
-    tolerances = {'coulomb_friction': known.dry_friction,
-                  'viscous_friction': known.viscous_friction}
+    tolerances = {kind.name: getattr(known, kind.tolerance[1])
+                  for kind in friction_effects() if kind.tolerance}
     effects = [effect for effect in (arm.effect(kind.name, label) for kind in friction_effects())
                if _acts(effect)]
     torques = {effect.name: motion.opposed(effect) for effect in effects}
