@@ -20,7 +20,8 @@ from .motors_alone import motor_figures
 from .out_option import add_out
 from .outcome import Outcome
 from .progress import progress
-from .whole_directory import check_directory, save_figures, whole_directory, write_json
+from .whole_directory import (
+    check_directory, elements, save_figures, whole_directory, write_json)
 from ..diagnosis.detectability.excitation import asked
 from ..diagnosis.diagnose import Conclusion, diagnose
 from ..diagnosis.findings.choice import chosen
@@ -164,6 +165,7 @@ def _write(found: AnyConclusion, drawn: dict[str, Figure], options: argparse.Nam
         notes = ''.join(f'# {note}\n' for note in found.diagnosis.notes())
         (partial / 'model.yaml').write_text(notes + arm_to_text(found.extended),
                                             encoding='utf-8')
-        inline = save_figures(drawn, partial)
+        save_figures(drawn, partial)
         (partial / PAGE).write_text(
-            page(found.diagnosis, {} if exhibits else inline, exhibits), encoding='utf-8')
+            page(found.diagnosis, {} if exhibits else elements(drawn), exhibits),
+            encoding='utf-8')

@@ -11,7 +11,7 @@ from hda_arm_sim.model.files import read_arm
 from .out_option import add_out
 from .outcome import Outcome
 from .progress import progress
-from .whole_directory import save_figures, whole_directory, write_json
+from .whole_directory import elements, save_figures, whole_directory, write_json
 from ..reproduction.catalogue import chosen, Entry, FIGURES
 from ..reproduction.page import page
 from ..reproduction.plots import draw
@@ -59,8 +59,9 @@ def _write(made: Mapping[str, Exhibit], report: dict[str, Any], out: Path) -> No
     write_json(out / 'paper.json', report)
     inline: dict[str, str] = {}
     for figure, exhibit in made.items():
-        inline |= save_figures({file_name(figure, drawing.name): draw(drawing)
-                                for drawing in exhibit.drawings}, out)
+        drawn = {file_name(figure, drawing.name): draw(drawing) for drawing in exhibit.drawings}
+        save_figures(drawn, out)
+        inline |= elements(drawn)
     (out / 'paper.html').write_text(page(made, inline, version()), encoding='utf-8')
 
 

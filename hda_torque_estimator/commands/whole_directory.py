@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from ..pages.drawing import inline_svg, STYLE
 
-__all__ = ['check_directory', 'save_figures', 'whole_directory', 'write_json']
+__all__ = ['check_directory', 'elements', 'save_figures', 'whole_directory', 'write_json']
 
 
 def write_json(path: Path, document: Mapping[str, Any]) -> None:
@@ -19,14 +19,15 @@ def write_json(path: Path, document: Mapping[str, Any]) -> None:
     path.write_text(json.dumps(document, indent=1, allow_nan=False) + '\n', encoding='utf-8')
 
 
-def save_figures(figures: Mapping[str, Figure], out: Path, *,
-                 vectors: bool = True) -> dict[str, str]:
-    """Save figures as PNG, with `vectors` as SVG too, and return them as elements for a page."""
-    inline = {}
+def save_figures(figures: Mapping[str, Figure], out: Path, *, vectors: bool = True) -> None:
+    """Save figures as PNG, with `vectors` as SVG too."""
     for name, figure in figures.items():
         figure.savefig(out / f'{name}.png', dpi=150)
         if vectors:
             with matplotlib.rc_context(STYLE):      # with its salt, names are those of last time
                 figure.savefig(out / f'{name}.svg', metadata={'Date': None})
-        inline[name] = inline_svg(figure, name)
-    return inline
+
+
+def elements(figures: Mapping[str, Figure]) -> dict[str, str]:
+    """Return figures as elements for a page, by their names."""
+    return {name: inline_svg(figure, name) for name, figure in figures.items()}
