@@ -3,7 +3,8 @@
 
 PYTHON ?= python3
 VENV ?= .venv
-WORKERS ?= 2
+# Of the tests: one more than a small machine has cores, as those of nodes wait for most of their time.
+WORKERS ?= 3
 
 BIN := $(VENV)/bin
 LOCKS := requirements/lock.txt requirements/fleet.txt
