@@ -70,6 +70,10 @@ class LiveArm:
         self.expired = 0                # times that commands stopped coming
         self.reset()
 
+    def begin(self, stamp: int) -> None:
+        """Give the next sample this stamp [ns]."""
+        self.stamp = stamp
+
     def reset(self) -> None:
         """
         Start again from rest without push; time goes on.

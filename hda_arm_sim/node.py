@@ -74,7 +74,7 @@ class ArmSim(ArmNode):
 
     def _tick(self) -> None:
         if not self._ticked and self._clock_time is None:
-            self._live.stamp = time.time_ns()           # the first of an arm in real time
+            self._live.begin(time.time_ns())            # the first of an arm in real time
         self._ticked = True
         now = time.monotonic_ns()
         for left in range(self._schedule.due(now), 0, -1):

@@ -85,13 +85,13 @@ def _look(folder: Path, found: Found, seen: set[Path], depth: int) -> None:
         return
     loose = [entry for entry in entries if entry.name.endswith(ENDINGS) and entry.is_file()]
     below = [entry for entry in entries if entry.is_dir() and not entry.name.startswith('.')]
-    found.skipped += [f'{entry}: a bag of ROS 1; convert it to rosbag2 first'
-                      for entry in entries if entry.suffix == ROS1]
+    found.skipped.extend(f'{entry}: a bag of ROS 1; convert it to rosbag2 first'
+                         for entry in entries if entry.suffix == ROS1)
     before = len(found.bags), len(found.skipped)
     if _is_bag(folder, loose, below):
         found.bags.append(folder)
         return
-    found.bags += loose
+    found.bags.extend(loose)
     for entry in below:
         if depth < DEEPEST:
             _look(entry, found, seen, depth + 1)

@@ -31,22 +31,24 @@ def progress(first: str = '', *, quiet: bool) -> Iterator[Tell]:
         try:
             yield line.tell
         finally:
-            line.closed = True
+            line.close()
 
 
 class _Line:
     """The line as it stands: what is being done, or that something is compiled for it."""
 
-    closed = False
-
     def __init__(self, show: Tell, width: int) -> None:
-        self._show, self._width = show, width
+        self._show, self._width, self._closed = show, width, False
 
     def tell(self, text: str) -> None:
         """Show what is being done, in one line."""
         said = printable(text)
-        if not self.closed:
+        if not self._closed:
             self._show(said if len(said) <= self._width else f'{said[:self._width - 4]} ...')
+
+    def close(self) -> None:
+        """Show nothing any more."""
+        self._closed = True
 
 
 def _say_when_compiling(line: _Line) -> None:

@@ -199,7 +199,7 @@ class LiveController:
     def watch_for(self, watch: WatchSettings) -> None:
         """Give up after another time from now on."""
         for each in (self.watchdog, self._usable, self._doubt):
-            each.timeout = watch.sample_timeout
+            each.wait_for(watch.sample_timeout)
 
     def _judged(self, stamp: int, angles: Array, now: float) -> str:
         """Return why to stop at a sample, nothing if it can be used; raises Refused."""

@@ -9,6 +9,10 @@ class Watchdog:
         self.timeout = timeout
         self._fed: float | None = None
 
+    def wait_for(self, timeout: float) -> None:
+        """Expire another time after the last feeding, from now on [s]."""
+        self.timeout = timeout
+
     def feed(self, now: float) -> None:
         """Note that it came."""
         self._fed = now
