@@ -1,4 +1,5 @@
 // What the page shows: pictures of the arm come thirty times a second, words change as seldom as they must.
+// A browser that draws more slowly leaves pictures out, so it never shows what was long ago.
 import {Arm} from './arm.js';
 import {Traces} from './traces.js';
 
@@ -6,7 +7,7 @@ const SILENT = 1.0;                 // seconds without a sample after which the 
 const AGAIN = 1000;                 // milliseconds until the page tries to connect again
 const element = (name) => document.getElementById(name);
 const LEVELS = ['well', 'warning', 'error'];
-let arm = null, recording = null;
+let arm = null, recording = null, latest = null;
 const traces = new Traces(element('traces'));
 
 try {
@@ -17,11 +18,24 @@ try {
 
 function connect() {
   const socket = new WebSocket(`ws://${location.host}/pictures`);
-  socket.onmessage = (event) => show(JSON.parse(event.data));
+  socket.onmessage = (event) => hear(JSON.parse(event.data));
   socket.onclose = () => {
+    latest = null;                  // what was heard before is not shown as if it were now
     say('lost', 'the view has ended or was restarted: open its new address, or wait');
     setTimeout(connect, AGAIN);
   };
+}
+
+function hear(picture) {
+  traces.add(picture);
+  if (!latest) requestAnimationFrame(draw);
+  latest = picture;
+}
+
+function draw() {
+  const picture = latest;
+  latest = null;
+  if (picture) show(picture);
 }
 
 function show(picture) {
@@ -31,7 +45,7 @@ function show(picture) {
   showFlags(picture);
   showNodes(picture.nodes);
   showRecording(picture.recording);
-  traces.add(picture);
+  traces.draw();
   arm?.show(picture);
 }
 

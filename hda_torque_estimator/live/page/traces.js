@@ -18,7 +18,6 @@ export class Traces {
     picture.names.forEach((_, at) => this.data[at + 1].push(picture.estimate?.torque[at] ?? null));
     const first = this.data[0].findIndex((time) => time >= now - SECONDS);
     if (first > 0) this.data = this.data.map((column) => column.slice(first));
-    this.draw(now);
   }
 
   fit() {
@@ -26,7 +25,8 @@ export class Traces {
     if (this.plot && width !== this.plot.width) this.plot.setSize({width, height: 190});
   }
 
-  draw(now) {
+  draw() {
+    const now = this.data[0].at(-1);
     this.plot.setData([this.data[0].map((time) => time - now), ...this.data.slice(1)]);
   }
 
