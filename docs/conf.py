@@ -20,6 +20,7 @@ html_static_path = ['_static']
 html_css_files = ['manual.css']
 html_copy_source = html_show_sourcelink = False
 html_show_sphinx = False
+html_show_search_summary = False    # a page that is opened from a file may not read others
 pygments_style, pygments_dark_style = 'friendly', 'monokai'
 copybutton_selector = 'div.highlight-sh pre, div.highlight-yaml pre'
 mathjax_path = 'tex-svg.js'         # one file, glyphs included: no network, no fonts

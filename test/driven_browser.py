@@ -44,7 +44,9 @@ class Page:
         """Keep errors that the page or its console tells."""
         told = message.get('params', {})
         if message.get('method') == 'Runtime.exceptionThrown':
-            self.complaints.append(told['exceptionDetails']['exception']['description'])
+            details = told['exceptionDetails']
+            self.complaints.append(
+                details.get('exception', {}).get('description') or details['text'])
         if message.get('method') == 'Log.entryAdded' and told['entry']['level'] == 'error':
             self.complaints.append(told['entry']['text'])
         if message.get('method') == 'Runtime.consoleAPICalled' and told['type'] == 'error':

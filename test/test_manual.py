@@ -1,10 +1,13 @@
 """The manual: its reference is that of the source, and its pages need no network."""
 
+import asyncio
 from pathlib import Path
 import re
 import subprocess
 import sys
 
+from browser import CHROMIUM
+from driven_browser import browser
 from hda_arm_sim.model.effects import EFFECTS
 from hda_torque_estimator import cli
 from project_files import files, ROOT
@@ -80,6 +83,23 @@ def test_formulas_are_set_by_what_comes_with_the_manual(built):
     assert re.search(r'src="_static/tex-svg\.js', text)
     assert '(eq:flexspline)' in text
     assert (built / '_static' / 'tex-svg.js').stat().st_size > 1_000_000
+
+
+@pytest.mark.xdist_group('manual')
+@pytest.mark.skipif(CHROMIUM is None, reason='no Chromium is installed here')
+def test_the_manual_is_searched_and_read_from_a_file(built):
+    """In a browser without a server: pages are found, formulas are set, nothing is too wide."""
+    async def read():
+        async with browser() as page:
+            await page.visit((built / 'search.html').as_uri() + '?q=flexspline')
+            await page.until("document.querySelectorAll('#search-results li a').length > 5")
+            await page.visit((built / 'model.html').as_uri(), width=360)
+            await page.until("document.querySelectorAll('mjx-container svg').length > 100")
+            bad = await page.ask("document.querySelectorAll('[data-mml-node=merror]').length")
+            over = await page.ask('document.documentElement.scrollWidth - innerWidth')
+            return bad, over, page.complaints
+
+    assert asyncio.run(read()) == (0, 0, [])
 
 
 def test_the_style_page_has_ten_pairs():
