@@ -27,6 +27,10 @@ class Answer(NamedTuple):
         """Return the option of the command line."""
         return '--' + self.name.replace('_', '-')
 
+    def with_unit(self, text: str) -> str:
+        """Return a text with the unit behind it, if there is one."""
+        return f'{text} [{self.unit}]' if self.unit else text
+
 
 ANSWERS = (
     Answer('motor_inertia', 'kg*m^2', 'inertia of the rotor and what turns with it, without that '

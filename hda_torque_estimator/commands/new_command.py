@@ -41,8 +41,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(_GEAR.option, nargs='+', metavar='GEAR',
                         help=f'{_GEAR.meaning}; one for all joints, or one for each')
     for answer in ANSWERS:
-        parser.add_argument(answer.option, nargs='+', type=_size, metavar=answer.unit.upper(),
-                            help=f'{answer.meaning} [{answer.unit}]')
+        parser.add_argument(answer.option, nargs='+', type=_size,
+                            metavar=answer.unit.upper() or answer.name.upper(),
+                            help=answer.with_unit(answer.meaning))
     parser.add_argument('--lengths', nargs='+', type=_size, metavar='M',
                         help='of one or two links; without them the arm has torsion only [m]')
     parser.add_argument('--masses', nargs='+', type=_size, metavar='KG',
@@ -126,7 +127,7 @@ def _complete(options: argparse.Namespace) -> None:
     missing = _missing(options)
     if missing and (sys.stdin is None or not sys.stdin.isatty()):
         raise NewError('an arm needs ' + ', '.join(
-            f'{answer.option} [{answer.unit}]'.removesuffix(' []') for answer in missing))
+            answer.with_unit(answer.option) for answer in missing))
     for answer in missing:
         read: Callable[[str], Any] = _gear_name if answer is _GEAR else _size
         setattr(options, answer.name, _asked(answer, read))
@@ -135,8 +136,8 @@ def _complete(options: argparse.Namespace) -> None:
 def _asked(answer: Answer, read: Callable[[str], Value]) -> list[Value]:
     """Return what somebody types, asked again until it can be read; raises NewError at the end."""
     while True:
-        unit = f' [{answer.unit}]' if answer.unit else ''
-        sys.stderr.write(f'{answer.meaning}{unit}, one for all joints or one for each: ')
+        meaning = answer.with_unit(answer.meaning)
+        sys.stderr.write(f'{meaning}, one for all joints or one for each: ')
         sys.stderr.flush()
         line = sys.stdin.readline()
         if not line:
