@@ -23,7 +23,8 @@ def short(value: float) -> str:
     """Return a number with two figures and no exponent where it is large."""
     if not math.isfinite(value):
         return 'unknown'
-    return f'{value:,.0f}' if abs(value) >= 100.0 else f'{value:.2g}'
+    whole = abs(value) >= 99.5          # two figures of 99.7 are those of 100
+    return f'{value:,.0f}' if whole else f'{value:.2g}'
 
 
 def unit(name: str) -> str:
