@@ -11,7 +11,8 @@ from types import SimpleNamespace
 
 from hda_arm_sim.model.effects import EFFECTS
 from hda_torque_estimator.calibrate.page import page as calibration_page
-from hda_torque_estimator.diagnosis.findings.report import Candidate, Detectable, Number, VERDICTS
+from hda_torque_estimator.diagnosis.findings.report import (
+    Candidate, Detectable, Number, Rival, VERDICTS)
 from hda_torque_estimator.diagnosis.telling import story
 from hda_torque_estimator.diagnosis.telling.detectability_chart import by_site
 from hda_torque_estimator.diagnosis.telling.effect_words import ELEMENTS, WORDS
@@ -165,10 +166,25 @@ def test_probabilities_and_next_steps_are_shown_where_they_are_known():
     assert story.probability(SimpleNamespace(probability=0.99999)) == 'more than 99.9 %'
 
 
+def test_the_next_best_cause_is_told_with_probability_and_size():
+    found, *_ = diagnosis().findings
+    play = {'half_width': Number(1e-4, 'rad', math.nan, math.nan)}
+
+    def rows(sure: float) -> str:
+        evidence = replace(found.evidence, runner_up='backlash', odds=250.0,
+                           rival=Rival('joint2', play, sure))
+        return Reader(page(replace(diagnosis(), findings=(
+            replace(found, evidence=evidence),)), {})).text
+    assert 'Joint 2 has 0.2 mrad (0.69 arcmin) of play' in rows(0.04)
+    assert '4.0 %' in rows(0.04) and '250 to 1' in rows(0.04)
+    assert 'less than 0.1 %' in rows(1e-9)
+
+
 @pytest.mark.parametrize(('value', 'scale', 'said'), [
     (2e-4, 'rad', '0.2 mrad (0.69 arcmin)'), (3.2e-6, 'rad', '3.2 µrad (0.011 arcmin)'),
     (0.5, 'rad', '29°'), (0.125, '', '12 %'), (0.004, 'N*m', '4 mN·m'), (12.3, 'N*m', '12 N·m'),
     (0.00088, 's', '0.88 ms'), (0.42, 'kg', '0.42 kg'), (1234.5, 'N*m/rad', '1,234 N·m/rad'),
+    (9.999e-5, 'rad', '100 µrad (0.34 arcmin)'),
     (0.0, 'rad', '0 µrad (0 arcmin)'), (math.nan, 's', 'unknown s')])
 def test_sizes_are_said_in_units_that_people_use(value, scale, said):
     assert handy(value, scale) == said

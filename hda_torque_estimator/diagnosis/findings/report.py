@@ -36,6 +36,15 @@ class Number:
 
 
 @dataclass(frozen=True)
+class Rival:
+    """The next best cause in the place of one that is named, as large as it would be there."""
+
+    joint: str | None
+    parameters: Mapping[str, Number]    # without intervals; none where nothing of it is left
+    probability: float                  # that it is this one in the place of the other
+
+
+@dataclass(frozen=True)
 class Evidence:
     """Why a cause is named: its score, the threshold, and the odds to the runner-up."""
 
@@ -43,6 +52,7 @@ class Evidence:
     threshold: float
     runner_up: str | None
     odds: float
+    rival: Rival | None = None          # the runner-up with its size, where it was fitted
 
 
 @dataclass(frozen=True)

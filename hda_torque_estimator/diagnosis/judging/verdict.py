@@ -14,7 +14,8 @@ from .search import Found
 from ..balances.balance import Balancer
 from ..findings.certainty import probability
 from ..findings.gains import gains
-from ..findings.report import Alike, Evidence, Finding, Number, OwnGain, Residual, told
+from ..findings.report import (
+    Alike, Evidence, Finding, Number, OwnGain, Residual, Rival, told)
 from ..findings.smallest import size_numbers
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
@@ -64,11 +65,23 @@ def _vanished(term: Term) -> bool:
 def _finding(fitter: Fitter, term: Term, covariance: Array, reason: Reason,
              gain: OwnGain) -> Finding:
     kind = effect_named(term.name)
-    rival = None if reason.runner_up is None else reason.runner_up.name
+    name = None if reason.runner_up is None else reason.runner_up.name
     odds = float(np.exp(min(0.5 * reason.runner_up_gap, 700.0)))
-    return Finding(term.name, term.joint, kind.site.value, kind.cause,
-                   numbers_of(fitter, term, covariance),
-                   Evidence(reason.improvement, reason.threshold, rival, odds), gain)
+    return Finding(
+        term.name, term.joint, kind.site.value, kind.cause, numbers_of(fitter, term, covariance),
+        Evidence(reason.improvement, reason.threshold, name, odds, _rival(reason)), gain)
+
+
+def _rival(reason: Reason) -> Rival | None:
+    """Return the runner-up as it was fitted in the place of a cause, None without one."""
+    term = reason.runner_up
+    if term is None:
+        return None
+    named = [*term.free, *(name for wave in term.waves for name in wave)]
+    numbers = {} if _vanished(term) else {
+        name: _number(term, name, np.nan) for name in
+        dict.fromkeys([*HYPOTHESES[term.name].chosen, *named]) if getattr(term.effect, name)}
+    return Rival(term.joint, numbers, 1.0 - probability(_lead(reason)))
 
 
 def numbers_of(fitter: Fitter, term: Term, covariance: Array) -> dict[str, Number]:
@@ -100,6 +113,7 @@ def _doubt(fitter: Fitter, term: Term, name: str) -> float:
 
 
 def _number(term: Term, name: str, reach: float) -> Number:
+    """Return a number within a reach, NaN where that is not known."""
     value, rule = getattr(term.effect, name), type(term.effect).declaration(name)
     return Number(value, rule.unit, max(value - reach, rule.low), min(value + reach, rule.high))
 

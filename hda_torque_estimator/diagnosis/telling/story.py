@@ -131,6 +131,17 @@ def probability(told: Any) -> str:
     return f'more than {100.0 * _SURE:.1f} %' if value > _SURE else percent(value)
 
 
+def rival(told: Evidence) -> list[str]:
+    """Return the next best cause: in words as large as it would be, its probability and odds."""
+    other = told.rival
+    if other is None or told.runner_up is None:
+        return []
+    small = other.probability < 1.0 - _SURE
+    return [capital(cause_sentence(told.runner_up, other.joint, other.parameters)),
+            f'less than {100.0 * (1.0 - _SURE):.1f} %' if small else percent(other.probability),
+            f'{odds(told.odds)} to 1']
+
+
 def certainty(diagnosis: Diagnosis) -> str:
     """Return how sure the verdict is: its probability or what speaks for it, and the size."""
     first = diagnosis.findings[0] if diagnosis.findings else None
