@@ -74,7 +74,7 @@ def whole_fleet() -> str:
         *(Line(f'{day}', f'{day}', 'explained', (cause,), device='arm 7', severity=9.0,
                date=f'2026-01-0{day}') for day, cause in enumerate(play, 1)),
         Line('bag2', 'bag2', None, error='no joint states in this bag ' * 4, device='b')],
-        'hda_arm.yaml', '0.1.0')
+        'hda_arm.yaml', '0.1.0', ['bags/old: no recording in it'])
 
 
 def compared() -> str:
@@ -146,6 +146,16 @@ class Tables(HTMLParser):
 def test_every_table_stands_in_a_box_that_scrolls(made):
     assert set(Tables(made()).boxes) <= {'wide'}
     assert re.search(r'\.wide \{[^}]*overflow-x: auto', asset('style.css'))
+
+
+@pytest.mark.parametrize('made', PAGES.values(), ids=PAGES)
+def test_the_list_of_contents_leads_to_every_part(made):
+    text = made()
+    names = re.findall(r'<(?:section|details)[^>]* id="([^"]+)"', text)
+    led = re.findall(r'<a href="#([^"]+)"', text)
+    assert len(set(names)) == len(names)
+    assert led == (names if len(names) > 2 else [])
+    assert text.count('<section>') == text.count('<details class="fold">') == 0
 
 
 @pytest.fixture(scope='module', params=PAGES)

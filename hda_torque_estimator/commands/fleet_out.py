@@ -79,7 +79,7 @@ class FleetOut:
         """Write the tables, and return all lines in the order of their directories."""
         self._note()
         lines = self._sorted()
-        page = fleet_page(lines, self._arm, version())
+        page = fleet_page(lines, self._arm, version(), self._skipped)
         with whole_file(self.place / PAGE, force=True) as stream:
             stream.write(page)
         return lines

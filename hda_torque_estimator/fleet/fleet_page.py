@@ -18,22 +18,33 @@ from ..pages.wording import capital
 _WIDE, _HIGH, _EDGE = 80.0, 18.0, 3.0       # of the small picture of a course (layout)
 
 
-def fleet_page(lines: Sequence[Line], arm: str, version: str) -> str:
-    """Return the page of a fleet, with links to the pages of its diagnoses."""
+def fleet_page(lines: Sequence[Line], arm: str, version: str,
+               skipped: Sequence[str] = ()) -> str:
+    """
+    Return the page of a fleet, with links to the pages of its diagnoses.
+
+    `skipped` are the folders that hold no recording, in words.
+    """
     counted, found = verdicts(lines), devices(lines)
+    wrong = _wrong(found)
     return render(
         'fleet.html', title='Diagnoses of a fleet', badge=_worst(found), lines=lines, arm=arm,
         version=version, shared=causes_of(lines), badge_of=badge_of, printable=printable,
-        devices=found, headline=_headline(found), place=_place, said=_said, said_of=_said_of,
-        drawn=drawn,
+        devices=found, headline=_headline(found, wrong), wrong=wrong, failed=counted[FAILED],
+        place=_place, said=_said, said_of=_said_of, drawn=drawn,
+        skipped=[printable(words) for words in skipped],
         counts=[(badge_of(None if name == FAILED else name), count)
                 for name, count in counted.most_common()])
 
 
-def _headline(found: Sequence[Device]) -> str:
-    """Return how many devices show something, and what the worst of them has, in a sentence."""
-    wrong = [device for device in found if device.latest.verdict not in (
+def _wrong(found: Sequence[Device]) -> list[Device]:
+    """Return the devices whose latest recording shows something wrong, in their order."""
+    return [device for device in found if device.latest.verdict not in (
         None, 'no_discrepancy', 'insufficient_excitation')]
+
+
+def _headline(found: Sequence[Device], wrong: Sequence[Device]) -> str:
+    """Return how many devices show something, and what the worst of them has, in a sentence."""
     if not wrong:
         return f'None of {_counted(len(found))} shows anything wrong.'
     first, latest = wrong[0], wrong[0].latest

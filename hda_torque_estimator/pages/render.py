@@ -8,7 +8,7 @@ from html import unescape
 from importlib.resources import files
 import json
 import re
-from typing import Any
+from typing import Any, NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -18,9 +18,17 @@ from .glossary import Term, terms_in
 from .plot import Chart
 
 ASSETS = files('hda_torque_estimator.pages') / 'assets'
+_SECTION = re.compile(r'<(?:section|details)[^>]* id="([^"]+)"[^>]*>\s*<(?:h2|summary)>([^<]+)')
 FILTERS = {name: getattr(wording, name)
            for name in ('capital', 'figure', 'handy', 'percent', 'short', 'spoken', 'unbroken',
                         'unit')}
+
+
+class Section(NamedTuple):
+    """A part of a page that its list of contents leads to."""
+
+    id: str
+    title: str
 
 
 def render(template: str, *, title: str, badge: Badge = DONE,
@@ -37,8 +45,9 @@ def render(template: str, *, title: str, badge: Badge = DONE,
     scripts = [_library(), asset('page.js')] if plots else []
     content |= {'title': title, 'badge': badge, 'charts': charts, 'plots': plots,
                 'scripts': scripts, 'policy': _policy(scripts), 'style': _style(bool(plots))}
-    bare = page.render(content, terms=())
-    text = page.render(content, terms=_terms(bare))
+    bare = page.render(content, terms=(), sections=())
+    terms = _terms(bare)
+    text = page.render(content, terms=terms, sections=_sections(bare, bool(terms)))
     return text.encode(errors='backslashreplace').decode()      # file names may be no UTF-8
 
 
@@ -81,6 +90,12 @@ def _policy(scripts: list[str]) -> str:
 
 def _digest(script: str) -> str:
     return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+
+
+def _sections(page: str, glossary: bool) -> tuple[Section, ...]:
+    """Return what a page has a name and a heading for, in order, the glossary last."""
+    found = [Section(name, unescape(title).strip()) for name, title in _SECTION.findall(page)]
+    return (*found, *([Section('glossary', 'Glossary')] if glossary else []))
 
 
 def _terms(page: str) -> tuple[Term, ...]:

@@ -172,6 +172,14 @@
     }
   }
 
+  /* What folds opens when the list of contents leads to it. */
+  function unfold() {
+    const at = location.hash && document.getElementById(location.hash.slice(1));
+    if (at instanceof HTMLDetailsElement) at.open = true;
+  }
+  addEventListener('hashchange', unfold);
+  unfold();
+
   document.querySelectorAll('.chart').forEach(figure => drawn.push(new Chart(figure)));
 
   /* Colours are asked for when drawing, so another theme, or paper, needs only another drawing. */
