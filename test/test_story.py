@@ -174,7 +174,7 @@ def test_the_next_best_cause_is_told_with_probability_and_size():
         evidence = replace(found.evidence, runner_up='backlash', odds=250.0,
                            rival=Rival('joint2', play, sure))
         return Reader(page(replace(diagnosis(), findings=(
-            replace(found, evidence=evidence),)), {})).text
+            replace(found, evidence=evidence),)), {})).text.replace('\N{NO-BREAK SPACE}', ' ')
     assert 'Joint 2 has 0.2 mrad (0.69 arcmin) of play' in rows(0.04)
     assert '4.0 %' in rows(0.04) and '250 to 1' in rows(0.04)
     assert 'less than 0.1 %' in rows(1e-9)

@@ -10,7 +10,8 @@ from hda_arm_sim.model.effects.words import Words
 
 from .effect_words import ELEMENTS, WORDS
 from ..findings.report import Diagnosis, Evidence, Gain, Number, OwnGain
-from ...pages.wording import capital, figure, handy, percent, short, spoken
+from ...pages.wording import (
+    capital, figure, handy, percent, short, spoken, unbroken)
 
 # Choices unless told otherwise.
 _CERTAIN = 1e6          # odds beyond which the number says nothing more
@@ -132,14 +133,16 @@ def probability(told: Any) -> str:
 
 
 def rival(told: Evidence) -> list[str]:
-    """Return the next best cause: in words as large as it would be, its probability and odds."""
+    """Return the next best cause, how large it would be, its probability and the odds."""
     other = told.rival
     if other is None or told.runner_up is None:
         return []
     small = other.probability < 1.0 - _SURE
-    return [capital(cause_sentence(told.runner_up, other.joint, other.parameters)),
-            f'less than {100.0 * (1.0 - _SURE):.1f} %' if small else percent(other.probability),
-            f'{odds(told.odds)} to 1']
+    return [unbroken(cell) for cell in (
+        f'{spoken(told.runner_up)} at {where(other.joint)}',
+        capital(cause_sentence(told.runner_up, other.joint, other.parameters)),
+        f'less than {100.0 * (1.0 - _SURE):.1f} %' if small else percent(other.probability),
+        f'{odds(told.odds)} to 1')]
 
 
 def certainty(diagnosis: Diagnosis) -> str:
