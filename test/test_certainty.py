@@ -93,7 +93,7 @@ def test_what_to_do_next_is_told_where_a_question_is_left():
         'record at 1 kHz',)
     planned, = next_steps(report('insufficient_excitation', limited_by='motion',
                                  hidden=('dropped_samples', 'backlash')))
-    assert '--show backlash --out motion.csv plans' in planned
+    assert planned.endswith(' --show backlash --out motion.csv')
     pair = Alike((('payload', None), ('cable_spring', 'joint1')), 'hang a known mass')
     assert next_steps(report('ambiguous', pairs=[pair])) == (
         'to decide between payload and cable_spring: hang a known mass',)

@@ -55,7 +55,7 @@ def _planned(diagnosis: Diagnosis) -> Iterator[str]:
                            and row.effect in HYPOTHESES)
     if hidden:
         listed = ' '.join(list(hidden)[:_LISTED])
-        yield (f'hda plan --arm {diagnosis.arm or "ARM"} --show {listed} --out motion.csv plans '
-               'a motion that shows them')
+        yield ('plan a motion that shows what this one cannot: '
+               f'hda plan --arm {diagnosis.arm or "ARM"} --show {listed} --out motion.csv')
     else:
         yield 'record a motion of larger and faster strokes: hda plan --show EFFECT plans one'
