@@ -27,7 +27,7 @@ FILTERS = {name: getattr(wording, name)
 class Section(NamedTuple):
     """A part of a page that its list of contents leads to."""
 
-    id: str
+    name: str
     title: str
 
 
