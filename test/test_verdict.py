@@ -1,7 +1,10 @@
 """What may be told of a cause: it gains, and no number of it ends; and what verdicts say."""
 
+import math
+from types import SimpleNamespace
+
 from hda_arm_sim.model.arm import ArmError
-from hda_arm_sim.model.effects import effect_named
+from hda_arm_sim.model.effects import Backlash, effect_named
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_arm_sim.simulate import checked
@@ -13,7 +16,10 @@ from hda_torque_estimator.diagnosis.findings.report import Evidence, Finding, Ga
 from hda_torque_estimator.diagnosis.findings.smallest import hidden
 from hda_torque_estimator.diagnosis.fitting.hypotheses import HYPOTHESES
 from hda_torque_estimator.diagnosis.judging.limits import limited, limits_of
-from hda_torque_estimator.diagnosis.judging.verdict import NO_MOTION
+from hda_torque_estimator.diagnosis.judging.search import Evidence as Reason
+from hda_torque_estimator.diagnosis.judging.verdict import NO_MOTION, rival_of
+from hda_torque_estimator.least_squares.charts import Plain
+from hda_torque_estimator.least_squares.term import Term
 from hda_torque_estimator.measurements.measurement import Measurement
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
@@ -111,3 +117,16 @@ def test_twins_by_nature_have_no_deciding_motion():
 
 def test_a_rate_at_which_the_diagnosis_is_measured_is_never_to_blame():
     assert not rate_hides(recorded(FAST, 'standstill', 5.0), ARM, sought_effects(), (), 0.5)
+
+
+def test_a_rival_is_told_as_it_was_fitted_and_what_was_found_beside_is_none():
+    play = Term(Backlash(half_width=1e-4), 'joint1', (Plain(('half_width',), 1e-6),))
+    reason, alone = Reason(400.0, 60.0, play, 20.0), SimpleNamespace(accepted=())
+    rival = rival_of(reason, alone)
+    assert rival.joint == 'joint1' and rival.parameters['half_width'].value == 1e-4
+    assert math.isnan(rival.parameters['half_width'].low)
+    assert rival.probability == pytest.approx(0.05)         # a difference of 20 ties: 19 to 1
+    assert rival_of(reason, SimpleNamespace(accepted=(play,))) is None
+    nothing = Term(Backlash(), 'joint1', play.charts)
+    assert rival_of(reason._replace(runner_up=nothing), alone).parameters == {}
+    assert rival_of(reason._replace(runner_up=None), alone) is None

@@ -50,8 +50,9 @@ def findings(fitter: Fitter, fit: Fit, reasons: Mapping[Place, Reason], nameable
         shares = placebo_shares(fitter, fit, term)
         # Zero: a draw without any window in which an event lies.
         if not gain.low < 0.0 and shares.cause > shares.placebo:
-            gaining.append(_finding(fitter, term, part, reasons[term.place],
-                                    gain.beside(shares.placebo)))
+            reason = reasons[term.place]
+            gaining.append(_finding(fitter, term, part, reason, gain.beside(shares.placebo),
+                                    rival_of(reason, fit)))
     return tuple(sorted(told(gaining), key=lambda finding: -finding.evidence.score))
 
 
@@ -63,19 +64,23 @@ def _vanished(term: Term) -> bool:
 
 
 def _finding(fitter: Fitter, term: Term, covariance: Array, reason: Reason,
-             gain: OwnGain) -> Finding:
+             gain: OwnGain, rival: Rival | None) -> Finding:
     kind = effect_named(term.name)
     name = None if reason.runner_up is None else reason.runner_up.name
     odds = float(np.exp(min(0.5 * reason.runner_up_gap, 700.0)))
     return Finding(
         term.name, term.joint, kind.site.value, kind.cause, numbers_of(fitter, term, covariance),
-        Evidence(reason.improvement, reason.threshold, name, odds, _rival(reason)), gain)
+        Evidence(reason.improvement, reason.threshold, name, odds, rival), gain)
 
 
-def _rival(reason: Reason) -> Rival | None:
-    """Return the runner-up as it was fitted in the place of a cause, None without one."""
+def rival_of(reason: Reason, fit: Fit) -> Rival | None:
+    """
+    Return the runner-up as it was fitted in the place of a cause, None without one.
+
+    One that was found beside the cause is no rival of it.
+    """
     term = reason.runner_up
-    if term is None:
+    if term is None or term.place in {beside.place for beside in fit.accepted}:
         return None
     named = [*term.free, *(name for wave in term.waves for name in wave)]
     numbers = {} if _vanished(term) else {
