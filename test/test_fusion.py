@@ -7,8 +7,9 @@ from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_torque_estimator.estimating.estimates import Estimates
 from hda_torque_estimator.estimating.estimator import Estimator, EstimatorSettings
-from hda_torque_estimator.estimating.laws import fusion, layout
-from hda_torque_estimator.estimating.laws.route_errors import DRY, ERRORS, torsion_effects, ZERO
+from hda_torque_estimator.estimating.laws import fusion, fusion_memory, layout
+from hda_torque_estimator.estimating.laws.route_errors import (
+    DRY, ERRORS, torsion_effects, TORSION_ERRORS, ZERO)
 import numpy as np
 import pytest
 from truth import record, Reference, TruthRecord
@@ -76,6 +77,47 @@ def test_a_motor_is_weighed_by_what_no_law_tells_of_it():
         told, alone = (estimates(seen, how, arm) for how in (EstimatorSettings(), ALONE))
         shares.append(float(np.abs(told.torque - alone.torque)[LEARNING:].mean()))
     assert shares[0] > shares[1] > shares[2]
+
+
+def slowed(seen: TruthRecord, every: int) -> TruthRecord:
+    """Return a recording of which every so many samples are left; a drive tells mean torques."""
+    count = len(seen.stamps) // every * every
+    means = seen.command[:count].reshape(-1, every, seen.command.shape[1]).mean(axis=1)
+    rest = {name: getattr(seen, name)[:count:every]
+            for name in ('stamps', 'motor_angle', 'link_angle', 'joint_torque')}
+    return seen._replace(command=means, **rest)
+
+
+def test_what_no_law_tells_lasts_as_long_at_every_rate():
+    """A zero is learnt in the same time at 1 kHz and at 100 Hz, not by as many windows."""
+    arm = replace(ARM, tolerances=replace(ARM.tolerances, torsion_zero=1e-4), joints=tuple(
+        replace(joint, motor_deviation=0.5) for joint in ARM.joints))
+    sure = []
+    for every in (1, 10):
+        seen, made = slowed(recorded(), every), Estimator(arm)
+        made.run(seen.stamps, reading(seen), seen.command)
+        gain = fusion_memory.gained(made.memory[0, layout.FUSION:])
+        sure.append(1.0 + float(gain[ZERO, ZERO]))
+    assert sure[1] < 1.5 * sure[0]
+
+
+def test_a_zero_that_nobody_knows_leaves_the_torque_to_the_motor():
+    seen = recorded()
+    arm = replace(ARM, tolerances=replace(ARM.tolerances, torsion_zero=6e-3))
+    seen = seen._replace(link_angle=seen.link_angle + 6e-3)
+    told = estimates(seen, arm=arm)
+    standing = slice(1, 20)                     # the zero makes 60 N*m of the torsion
+    assert np.abs(told.torque - seen.joint_torque)[standing].max() < 1.0
+    assert told.torque_deviation[standing].max() < 3.0
+
+
+def test_errors_that_both_ways_share_do_not_weigh():
+    memory, effect = np.zeros(fusion_memory.MEMORY), np.linspace(-1.0, 1.0, ERRORS)
+    whole, first = fusion_memory.errors_apart(memory, effect)
+    assert (whole, first) == pytest.approx((effect @ effect, (effect ** 2)[:TORSION_ERRORS].sum()))
+    gain = fusion_memory.gained(memory)
+    gain -= np.outer(effect, effect) / (effect @ effect)        # the difference is known
+    assert fusion_memory.errors_apart(memory, effect) == pytest.approx((0.0, 0.0), abs=1e-12)
 
 
 def test_error_falls_by_more_than_published():

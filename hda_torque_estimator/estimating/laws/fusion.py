@@ -25,7 +25,7 @@ SETTLED = 3             # halves in one sense before friction is what it is whil
 _COUNTS = 8.0           # of the motor encoder that a half must pass
 _LEAST_MOTION = 1e-3    # [rad], for encoders without counts
 _CORRELATED = 10.0      # windows that share one error of the model
-_LASTING = 100.0        # windows that share what no law of either way tells
+_LASTING = 1.0          # for which what no law of either way tells is one error [s]
 _FITTING = 5.0          # misfit up to which errors are as large as their tolerances say
 _GOES_ON = 0.5          # of the last half's speed: below a third a shaft stops inside this one
 _HOPELESS = 30.0        # deviations beyond which there is nothing to learn
@@ -150,7 +150,7 @@ def _learn(joint: Record, memory: Array, window: Window, time: float, span: floa
         return
     for i in range(ERRORS):
         gain[i, i] += _DOUBT * max(memory[MISFIT] - _FITTING, 0.0) * time
-    unshared = _CORRELATED * window.noise + _LASTING * window.lawless
+    unshared = _CORRELATED * window.noise + max(_LASTING / time, 1.0) * window.lawless
     steep = (joint.tolerances.stiffness * window.difference) ** 2
     change = renew(learnt, gain, spread, window.difference,
                    likely + steep + unshared * max(memory[MISFIT], 1.0))

@@ -4,7 +4,7 @@ from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled, inlined
 import numpy as np
 
-from .route_errors import ERRORS, ZERO
+from .route_errors import ERRORS, TORSION_ERRORS, ZERO
 
 # Memory, per joint.
 (LAST_COMMAND,                          # in force since the last sample [N*m motor]
@@ -112,6 +112,23 @@ def effect_variance(memory: Array, effect: Array, count: int) -> tuple[float, fl
             across += gain[i, k] * effect[k]
         now += effect[i] * (2.0 * across + gain[i, i] * effect[i])
     return max(before + now, 0.0), before
+
+
+@compiled
+def errors_apart(memory: Array, effect: Array) -> tuple[float, float]:
+    """
+    Return the variance by errors of the difference, and how much goes with the torsion's own.
+
+    What was learnt to be common to both ways does not tell one from the other (eq:weight).
+    """
+    gain, both, first = gained(memory), 0.0, 0.0
+    for i in range(ERRORS):
+        along = effect[i] * (effect[i] + np.dot(gain[i], effect))
+        both += along
+        if i < TORSION_ERRORS:
+            first += along
+    both = max(both, 0.0)
+    return both, min(max(first, 0.0), both)
 
 
 @inlined
