@@ -11,9 +11,9 @@ from hda_msgs_json.bag import BagWriter
 from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import JOINT_STATES, link_frame, motor_name, reference_joint_torque
 from hda_torque_estimator.calibrate.calibration import Calibration
-from hda_torque_estimator.calibrate.fitting.by_hand import line_left_out
+from hda_torque_estimator.calibrate.fitting.by_hand import line_left_out, mean_left_out
 from hda_torque_estimator.calibrate.passages.joint_recording import CalibrationError, Measured
-from hda_torque_estimator.calibrate.referenced import calibrate
+from hda_torque_estimator.calibrate.referenced import calibrate, JointCalibration
 from hda_torque_estimator.cli import main
 from hda_torque_estimator.estimating.estimator import Estimator
 from hda_torque_estimator.samples.readings import by_motor, LINK_READING, MOTOR_READING, READINGS
@@ -166,6 +166,27 @@ def test_no_recording_ends_a_calibration_but_by_a_sentence(spoil, all_of_them):
     else:
         assert 'nan' not in told.text()
         assert error(told.arm, parts[0]) < 1.2 * max(told.joints[0].by_hand, 1.0)
+
+
+def test_a_motor_that_hardly_turns_tells_no_less_than_a_line():
+    """A hand pulls at a joint that stands: its shaft moves by the torsion alone."""
+    seen = [recorded(seed, zero=zero, speed=0.0) for seed, zero in enumerate((0.0, 5e-3, -4e-3))]
+    told = calibrate(leg(), {'knee': seen}).joints[0]
+    assert told.motor > 0.0
+    assert told.together <= 1.05 * told.by_hand < 0.5 * told.constant
+
+
+def test_no_better_than_the_mean_torque_is_said():
+    told = JointCalibration('knee', ('one', 'two'), together=3.0, given=4.0, by_hand=2.0)
+    said = 'the mean torque of the others errs by no more (1.5)'
+    assert said in ' '.join(replace(told, constant=1.5).lines())
+    assert 'mean torque' not in ' '.join(replace(told, constant=3.5).lines())
+
+
+def test_the_mean_torque_of_the_others_is_left_out():
+    seen = [one._replace(reference=np.full(len(one.stamps), torque))
+            for one, torque in zip(four(), (1.0, 2.0, 3.0))]
+    assert mean_left_out(seen) == pytest.approx(np.sqrt((1.5 ** 2 + 0.0 + 1.5 ** 2) / 3.0))
 
 
 def test_a_joint_without_a_link_encoder_is_told_by_its_motor(tmp_path, capsys):

@@ -17,8 +17,9 @@ from hda_arm_sim.model.arm import Arm
 import numpy as np
 
 from .calibration import Calibration, HARDLY, one_joint, SPARSE
-from .fitting.arm_numbers import Number, number, with_numbers, with_tolerances
-from .fitting.by_hand import line_left_out
+from .fitting.arm_numbers import (
+    Number, number, of_all_friction, with_numbers, with_tolerances)
+from .fitting.by_hand import line_left_out, mean_left_out
 from .fitting.examined import as_given, Examined, examined, Witnesses
 from .fitting.witness_fit import Heard, motor_of, torsion_of
 from .passages.joint_recording import CalibrationError, Measured
@@ -45,7 +46,8 @@ class JointCalibration:
     on stretches of the only one. `before` and `after` are of the torsion, each recording with a
     zero of its own for `before`; `motor` is of the motor. Both are 0 where there is no such
     witness. `together`, `given` and `by_hand` have the common zero: what the estimator errs by,
-    what it does with the arm as given, and a straight line.
+    what it does with the arm as given, and a straight line. `constant` is the error of the others'
+    mean torque, which asks no sensor.
     """
 
     joint: str
@@ -59,6 +61,7 @@ class JointCalibration:
     together: float = 0.0
     given: float = 0.0
     by_hand: float = 0.0
+    constant: float = 0.0
     leader: str = ''            # the witness that tells the torque alone, '' for both
     zero_moves: float = 0.0     # zero of the link encoder over recordings, one sigma [rad]
     zero_torque: float = 0.0    # what that makes of the torque [N*m]
@@ -92,6 +95,8 @@ class JointCalibration:
         if self.together == 0.0:
             return []
         who = f'; the {self.leader} alone tells the torque' if self.leader else ''
+        if 0.0 < self.constant <= self.together:
+            who += f'; the mean torque of the others errs by no more ({self.constant:.3g})'
         return [f'the estimator errs by {self.together:.3g} N*m rms there, zeros included, by '
                 f'{self.given:.3g} with the arm as given, a straight line by '
                 f'{self.by_hand:.3g}{who}']
@@ -153,13 +158,16 @@ def _calibrated(arm: Arm, recordings: Sequence[Measured]) -> JointCalibration:
     said = replace(said, aside=tuple(words for words in wrong if words))
     heard = Witnesses(None if wrong.torsion else torsion_of(arm, recordings),
                       None if wrong.motor else motor_of(arm, recordings))
-    used = Witnesses(*(one if one is not None and one.error < _least(one) else None
-                       for one in heard))
-    if _is_no_gear(used):
-        used = used._replace(torsion=None)
-    if not any(used):
+    best = _trial(arm, recordings, heard)
+    line = line_left_out(arm.joints[0], recordings, best.used.lag if best else 0.0)
+    if not wrong.motor and (best is None or best.found.error > line):
+        at_rest = motor_of(arm, recordings, resting=True)
+        other = _trial(arm, recordings, heard._replace(motor=at_rest)) if at_rest else None
+        best = min((one for one in (best, other) if one is not None), default=None,
+                   key=lambda one: one.found.error)
+    if best is None:
         return replace(said, kept='; '.join((*said.aside, _why(heard, varies))))
-    return _weighed(said, arm, recordings, used)
+    return _weighed(said, arm, recordings, best, line)
 
 
 def _least(heard: Heard) -> float:
@@ -183,10 +191,19 @@ class _Trial(NamedTuple):
     found: Examined
 
 
-def _weighed(said: JointCalibration, arm: Arm, recordings: Sequence[Measured],
-             used: Witnesses) -> JointCalibration:
+def _trial(arm: Arm, recordings: Sequence[Measured], heard: Witnesses) -> _Trial | None:
+    """Return what the witnesses that tell something tell together, None if none does."""
+    used = Witnesses(*(one if one is not None and one.error < _least(one) else None
+                       for one in heard))
+    if _is_no_gear(used):
+        used = used._replace(torsion=None)
+    return _best(arm, recordings, used) if any(used) else None
+
+
+def _weighed(said: JointCalibration, arm: Arm, recordings: Sequence[Measured], best: _Trial,
+             line: float) -> JointCalibration:
     """Return what is said of a joint whose witnesses weigh what they are worth."""
-    used, numbers, known, found = _best(arm, recordings, used)
+    used, numbers, known, found = best
     told = as_given(arm, _of_both(recordings), used.lag)
     given = rms(told.error)
     if found.error > given and found.about > rms(told.about):
@@ -196,7 +213,7 @@ def _weighed(said: JointCalibration, arm: Arm, recordings: Sequence[Measured],
     return _with_torsion(_with_motor(replace(
         said, numbers=(*_as_unsure(arm, recordings, used, numbers), *found.deviations),
         known=known, together=found.error,
-        given=given, by_hand=line_left_out(arm.joints[0], recordings),
+        given=given, by_hand=line, constant=mean_left_out(recordings),
         leader=found.leader or alone, lag=used.lag,
         doubtful=tuple(name for one in used if one is not None for name in one.doubtful)),
         used.motor), used.torsion)
@@ -228,15 +245,15 @@ def _best(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> _Trial:
     if used.torsion is None or used.motor is None or knows_motor(arm, arm.joints[0]):
         return trial
     alone = _tried(arm, recordings, used._replace(motor=None))
-    earns = (trial.found.error < BESIDE * alone.found.error
-             and trial.found.about <= alone.found.about)
-    return trial if earns else alone
+    return trial if trial.found.error < BESIDE * alone.found.error else alone
 
 
 def _tried(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> _Trial:
     label, heard = arm.labels[0], [one for one in used if one is not None]
     numbers = tuple(number for one in heard for number in one.numbers)
-    known = tuple(number for one in heard for number in one.known)
+    size = rms(np.concatenate([one.reference for one in recordings]))
+    known = of_all_friction([number for one in heard for number in one.known],
+                            size / arm.joints[0].ratio)
     there = with_tolerances(entered(arm, label, {one.name: one.value for one in numbers}),
                             {label: known}, wider=True)
     return _Trial(used, numbers, known, examined(
@@ -250,18 +267,18 @@ def _of_both(recordings: Sequence[Measured]) -> Sequence[Measured]:
 
 def _deviations(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> dict[str, float]:
     """
-    Return the error of each witness that there is, as given where it tells nothing [N*m].
+    Return the deviation of each witness that there is, as given where it tells nothing [N*m].
 
     A motor that tells nothing, and that nobody knows, stays unknown: its torque is not used.
     """
     torsion, motor = used
     found = {}
     if linked := [one for one in recordings if one.has_link]:
-        found['torsion.deviation'] = (torsion.error if torsion is not None else rms(
+        found['torsion.deviation'] = (torsion.deviation if torsion is not None else rms(
             as_given(arm, linked, 0.0, fused=False).error))
     driven = [one for one in recordings if one.has_command]
     if driven and (motor is not None or knows_motor(arm, arm.joints[0])):
-        found['motor_deviation'] = motor.error if motor is not None else rms(np.concatenate([
+        found['motor_deviation'] = motor.deviation if motor is not None else rms(np.concatenate([
             np.nan_to_num(arm.joints[0].ratio * one.command) - one.reference for one in driven]))
     return found
 

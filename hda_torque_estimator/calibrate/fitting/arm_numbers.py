@@ -130,6 +130,19 @@ def with_tolerances(arm: Arm, found: Mapping[str, Sequence[Number]], *,
     return replace(arm, joints=tuple(joints), provenance=tuple(origins.items()))
 
 
+def of_all_friction(found: Sequence[Number], load: float) -> tuple[Number, ...]:
+    """
+    Return numbers of which the dry level holds all dry friction there is under a load [N*m motor].
+
+    Its interval stays. A tolerance of dry friction is a share of all that resists, and a mesh may
+    resist far more than what does not depend on the load.
+    """
+    of_load = sum(load * one.value for one in found
+                  if one.name == 'load_dependent_friction.coefficient')
+    return tuple(number(one.name, one.value + of_load, one.sigma)
+                 if one.name == 'coulomb_friction.level' else one for one in found)
+
+
 def _known(before: Tolerances, found: Sequence[Number], *, wider: bool) -> dict[str, float]:
     """Return the tolerances of one joint that its numbers change, by their names."""
     known = {}

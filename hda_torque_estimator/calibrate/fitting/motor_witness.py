@@ -1,7 +1,9 @@
 """
 The motor as a witness: its torque less friction and inertia, where the shaft slides one way.
 
-At rest friction takes any value up to its level, and the motor tells nothing.
+At rest friction takes any value up to its level, and the motor tells nothing for certain. Where
+a joint rests for most of the time, or bears one load, that may still be more than sliding tells:
+the torque is in the middle of what friction allows then.
 """
 
 from collections.abc import Sequence
@@ -18,22 +20,25 @@ from .witness import blocks_of, Flags, LAGS, per_recording
 from ..passages.joint_recording import Measured, Turning
 from ..passages.thinning import row_means
 from ...estimating.laws import route_errors
+from ...estimating.laws.motor_witness import turns
 from ...samples.readings import LINK_READING, MOTOR_READING
 
 Floats = NDArray[np.float64]
 # Choices unless told otherwise.
 SLOWEST = 1.0           # shaft speed from which friction slides for certain [rad/s]
 FEWEST_ROWS = 50        # in which a motor slides
+STANDS = 1e-9           # speed of a shaft whose sign is one of rounding [rad/s]
 # Columns of what a motor's torque follows from.
 COMMAND, ANGLE, RATE, LOAD, LINK, TIME = range(6)
 
 
 @compiled
-def motor_torques(joint: Record, seen: Array, torque: Array) -> None:
+def motor_torques(joint: Record, seen: Array, period: float, torque: Array) -> None:
     """Fill the torques (k,) that a motor without inertia tells, from its columns (k, 6)."""
     for k in range(seen.shape[0]):
-        at = route_errors.Turning(seen[k, ANGLE], seen[k, RATE], np.sign(seen[k, RATE]),
-                                  seen[k, LINK])
+        slides = abs(seen[k, RATE]) > SLOWEST or turns(joint, seen[k, RATE], period)
+        at = route_errors.Turning(seen[k, ANGLE], seen[k, RATE],
+                                  np.sign(seen[k, RATE]) if slides else 0.0, seen[k, LINK])
         torque[k] = route_errors.motor_torque(joint, seen[k, COMMAND], at, seen[k, LOAD],
                                               seen[k, TIME])
 
@@ -41,13 +46,14 @@ def motor_torques(joint: Record, seen: Array, torque: Array) -> None:
 class MotorWitness:
     """The rows of the motor's torque; its zero is a torque at the output [N*m]."""
 
-    def __init__(self, recordings: Sequence[Measured]) -> None:
-        """Take recordings that all have motor torques."""
+    def __init__(self, recordings: Sequence[Measured], *, resting: bool = False) -> None:
+        """Take recordings that all have motor torques; rows at rest count where asked for."""
         self.recordings, self._periods = recordings, [one.dt for one in recordings]
         self.dt = max(self._periods)
         self._turning = [one.turning() for one in recordings]
         self._seen = [_columns(*each) for each in zip(recordings, self._turning)]
-        self._used = [_slides(*each) for each in zip(recordings, self._turning, self._seen)]
+        self._used = [(_known if resting else _slides)(*each)
+                      for each in zip(recordings, self._turning, self._seen)]
         self.blocks = blocks_of(recordings, self._used)
         self.usual_zero = float(np.mean([one.varies() for one in recordings]))
         self.reference = lru_cache(LAGS)(self._reference)
@@ -78,10 +84,10 @@ class MotorWitness:
         joint, found = arm.joints[0], []
         error = arm.effect('motor_inertia_error', arm.labels[0]).values()[0]
         inertia = joint.ratio * joint.motor_inertia * (1.0 + error)
-        for seen, turned, zero in zip(self._seen, self._turning,
-                                      per_recording(zeros, self.recordings)):
+        for seen, period, turned, zero in zip(self._seen, self._periods, self._turning,
+                                              per_recording(zeros, self.recordings)):
             torque = np.empty(len(seen))
-            motor_torques(arm.record().joints[0], seen, torque)
+            motor_torques(arm.record().joints[0], seen, period, torque)
             found.append(turned.alike(torque) - inertia * turned.acceleration + zero)
         return self._rows(found)
 
@@ -114,8 +120,13 @@ def _columns(one: Measured, turned: Turning) -> Floats:
 def _slides(one: Measured, turned: Turning, seen: Floats) -> Flags:
     """Return the rows in which the shaft slides one way, all known, as far as derivatives see."""
     reach = 1 + 2 * turned.reach
-    known = np.isfinite(seen).all(axis=1).astype(float)
     slides = ((minimum_filter1d(turned.rate, reach, mode='constant') > SLOWEST)
               | (maximum_filter1d(turned.rate, reach, mode='constant') < -SLOWEST))
-    used = slides & (minimum_filter1d(known, reach, mode='nearest') == 1.0)
-    return one.thinned(used.astype(float)) == 1.0
+    return (one.thinned(slides.astype(float)) == 1.0) & _known(one, turned, seen)
+
+
+def _known(one: Measured, turned: Turning, seen: Floats) -> Flags:
+    """Return the rows in which all is known, as far as derivatives see."""
+    known = np.isfinite(seen).all(axis=1).astype(float)
+    known = minimum_filter1d(known, 1 + 2 * turned.reach, mode='nearest')
+    return one.thinned(known) == 1.0

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arm_numbers import doubtful, Number, number, numbers
-from .motor_witness import MotorWitness, sliding
+from .motor_witness import MotorWitness, sliding, STANDS
 from .referenced_problem import error_left_out, fitted, LAG, Referenced, step_without
 from .referenced_terms import (cogging, likely_poles, Maker, motor_always, motor_more, stiffening,
                                TORSION, TORSION_MORE)
@@ -46,6 +46,7 @@ class Heard:
     spread: float           # of its zero over recordings [unit of the witness]
     lag: float              # of the references [s]
     error: float            # where the fit has not seen, zeros free to move as they do [N*m rms]
+    deviation: float        # of that, what no number is unsure by [N*m rms]
     offset: float           # deviation of the torque by its zero, of a recording not seen [N*m]
     before: float           # as the arm was given, every recording with a zero of its own [N*m]
     varies: float           # the reference as the witness's rows see it, about its means [N*m rms]
@@ -92,12 +93,20 @@ def torsion_of(arm: Arm, recordings: Sequence[Measured]) -> Heard | None:
     return _told(problem, found, 'link_encoder.zero', witness)
 
 
-def motor_of(arm: Arm, recordings: Sequence[Measured]) -> Heard | None:
-    """Return what the motor of recordings tells; None where it has no torque, or rests."""
-    recordings = sliding([one for one in recordings if one.has_command])
+def motor_of(arm: Arm, recordings: Sequence[Measured], *, resting: bool = False) -> Heard | None:
+    """
+    Return what the motor of recordings tells; None where it has no torque, or stands.
+
+    Where it is `resting`, friction that may hold either way counts as none. Else only rows count
+    in which the shaft slides, and there is None where these are few.
+    """
+    recordings = [one for one in recordings if one.has_command]
+    recordings = recordings if resting else sliding(recordings)
     if not recordings:
         return None
-    witness, varies = MotorWitness(recordings), _varies(recordings)
+    witness, varies = MotorWitness(recordings, resting=resting), _varies(recordings)
+    if witness.fastest <= STANDS:
+        return None
     search = Search(motor_always(witness.fastest), motor_more(), SLIGHTLY)
 
     def starts(problem: Referenced) -> list[Floats]:
@@ -249,8 +258,9 @@ def _told(problem: Referenced, found: Found, zero: str,
         for share in (1.0, independent_share(problem, found)))
     before, varies = (_about_means(values, witness.blocks.recording)
                       for values in (given - reference, reference))
+    error = error_left_out(problem, found)
     return Heard(tuple(told), tuple(known), spread, problem.lag(scaled),
-                 error_left_out(problem, found), _moved(problem, found), before, varies,
+                 error, lawless(problem, found, error), _moved(problem, found), before, varies,
                  doubtful(found), tuple(witness.recordings),
                  tuple(_numbers_without(problem, found, int(fold))
                        for fold in np.unique(found.rows.fold)))
@@ -277,6 +287,16 @@ def _numbers_without(problem: Referenced, found: Found, fold: int) -> dict[str, 
             for name, value in term.numbers().items()}
 
 
+def lawless(problem: Referenced, found: Found, error: float) -> float:
+    """
+    Return what is left of an error [N*m rms] by no number that the fit is unsure of.
+
+    It is never less than what the fit leaves of what it has seen.
+    """
+    together, rows = _unsure(problem, found)[0], found.rows.error
+    return math.sqrt(max(error ** 2 - together / len(rows), float(np.mean(rows ** 2))))
+
+
 def independent_share(problem: Referenced, found: Found) -> float:
     """
     Return by which share numbers are better known where each is taken for independent.
@@ -286,11 +306,16 @@ def independent_share(problem: Referenced, found: Found) -> float:
     than the fit is. The square of the share is E[s^T C s] / E[s^T diag(C) s].
     Here s (p,) are the slopes of a row, and C (p, p) is the covariance.
     """
+    together, alone = _unsure(problem, found)
+    return math.sqrt(min(together / max(alone, TINY), 1.0))
+
+
+def _unsure(problem: Referenced, found: Found) -> tuple[float, float]:
+    """Return the variances of all rows by unsure numbers, together and each for itself."""
     last = len(found.scaled) - problem.moving
     slopes, covariance = found.rows.slopes[:, :last], found.covariance()[:last, :last]
     together = float(np.sum((slopes @ covariance) * slopes))
-    alone = float(np.sum(slopes ** 2 @ np.diag(covariance)))
-    return math.sqrt(min(max(together, 0.0) / max(alone, TINY), 1.0))
+    return max(together, 0.0), float(np.sum(slopes ** 2 @ np.diag(covariance)))
 
 
 def _about_means(values: Floats, recording: Ints) -> float:

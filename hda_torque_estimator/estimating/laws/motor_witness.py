@@ -73,6 +73,13 @@ def has_friction(joint: Record) -> bool:
     return dry_friction(joint, Turning(0.0, 0.0, 0.0, 0.0), joint.torsion.valid_torque) > 0.0
 
 
+@inlined
+def turns(joint: Record, velocity: float, time: float) -> bool:
+    """Tell whether a shaft turns for certain by what it passes in a time [s]."""
+    still = max(joint.coarse_quantisation.motor_step, _STILL)
+    return abs(velocity) * time > _STILL_COUNTS * still
+
+
 @compiled
 def hear(memory: Array, heard: Heard) -> bool:
     """Tell whether a motor tells anything at a sample; if not, begin a window anew."""
@@ -96,8 +103,7 @@ def tell(joint: Record, memory: Array, heard: Heard, window: float, effect: Arra
     """
     mean = 0.5 * (memory[LAST_COMMAND] + heard.command)
     memory[LAST_COMMAND] = heard.command
-    still = max(joint.coarse_quantisation.motor_step, _STILL)
-    moving = abs(heard.velocity) * max(heard.dt, 0.4 * window) > _STILL_COUNTS * still
+    moving = turns(joint, heard.velocity, max(heard.dt, 0.4 * window))
     span, through = max(window, FEWEST * heard.dt), joint.ratio * joint.motor_inertia
     speeding = follow_motion(memory, heard.angle, window, heard.dt)
     at = Turning(heard.angle, heard.velocity + heard.late * speeding.now,
