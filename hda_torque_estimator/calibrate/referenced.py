@@ -239,13 +239,15 @@ def _best(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> _Trial:
     """
     Return both witnesses, or the torsion alone where a motor beside it does not earn that.
 
-    It must tell the torque better, and not its changes worse: a tare takes out the rest.
+    It must tell the torque better by a tenth, and its changes not worse by as much.
     """
     trial = _tried(arm, recordings, used)
     if used.torsion is None or used.motor is None or knows_motor(arm, arm.joints[0]):
         return trial
     alone = _tried(arm, recordings, used._replace(motor=None))
-    return trial if trial.found.error < BESIDE * alone.found.error else alone
+    earns = (trial.found.error < BESIDE * alone.found.error
+             and BESIDE * trial.found.about <= alone.found.about)
+    return trial if earns else alone
 
 
 def _tried(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> _Trial:

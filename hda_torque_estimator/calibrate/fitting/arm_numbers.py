@@ -134,8 +134,8 @@ def of_all_friction(found: Sequence[Number], load: float) -> tuple[Number, ...]:
     """
     Return numbers of which the dry level holds all dry friction there is under a load [N*m motor].
 
-    Its interval stays. A tolerance of dry friction is a share of all that resists, and a mesh may
-    resist far more than what does not depend on the load.
+    Its interval stays. A tolerance of dry friction is a share of all that resists. Under a load a
+    mesh may resist far more than all else.
     """
     of_load = sum(load * one.value for one in found
                   if one.name == 'load_dependent_friction.coefficient')

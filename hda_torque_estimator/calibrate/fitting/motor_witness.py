@@ -1,9 +1,9 @@
 """
 The motor as a witness: its torque less friction and inertia, where the shaft slides one way.
 
-At rest friction takes any value up to its level, and the motor tells nothing for certain. Where
-a joint rests for most of the time, or bears one load, that may still be more than sliding tells:
-the torque is in the middle of what friction allows then.
+At rest friction takes any value up to its level, and the motor tells nothing for certain. A joint
+may rest for most of the time, or bear one load. Then that may still be more than sliding tells.
+The torque is in the middle of what friction allows.
 """
 
 from collections.abc import Sequence
