@@ -214,7 +214,8 @@ def test_something_else_is_as_sure_as_it_says_itself():
     told = replace(plain, probability=0.9, findings=(first,), unexplained=None)
     assert story.certainty(told).startswith('what is named: 97.0 % probable; with 90 % its size')
     assert story.certainty(told).endswith('That something else is wrong: 90.0 % probable')
-    assert 'something else is wrong that no effect' in story.headline(told).lower()
+    assert ('Beside what is named so far, something else is wrong that no effect'
+            in story.headline(told))
     assert not any('what the rest follows' in step for step in story.steps(told))
     assert any('what the rest follows' in step for step in story.steps(plain))
 

@@ -97,10 +97,10 @@ def _candidates(diagnosis: Diagnosis) -> list[tuple[tuple[str, str | None],
 
 def _rest_sentence(diagnosis: Diagnosis) -> str:
     rest = diagnosis.unexplained
-    also = 'else ' if diagnosis.findings else ''
+    what = 'beside what is named so far, something else' if diagnosis.findings else 'something'
     if rest is None:
-        return f'something {also}is wrong that no effect of the catalogue explains'
-    return (f'something {also}is wrong {_SAID.get(rest.site, "at")} {where(rest.joint)} '
+        return f'{what} is wrong that no effect of the catalogue explains'
+    return (f'{what} is wrong {_SAID.get(rest.site, "at")} {where(rest.joint)} '
             'that no effect of the catalogue explains')
 
 
