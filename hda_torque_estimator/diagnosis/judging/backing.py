@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from .forms import reformed
 from .nameless import best_curves, Curve
 from .search import Found
+from .steady import steady_shares
 from ..balances.balance import RATE
 from ..balances.healthy import noise_of
 from ..findings.certainty import margin_of_rest
@@ -80,15 +81,22 @@ def backing(fitter: Fitter, found: Found, doubted: Sequence[Term] = ()) -> Backi
     rests = left / bar
     curves = _formed(fitter, other, found, counted, trained)
     formed = [term for term in fit.accepted if curves.get(term.place, 0.0) > 1.0]
-    wrong = [*doubted, *formed, *_shapeless(fitter, fit, lacking)]
+    apart = [*doubted, *_shapeless(fitter, fit, lacking)]
+    wrong = [*formed, *apart]
     unexplained = _of_joints(fitter, rests > 1.0, wrong,
                              left <= bar + _CRUDE * _nameless_power(fitter, fit))
-    backed = tuple(term for term, power in zip(found.last.accepted, powers)
-                   if not (unexplained & _acts(power / noise)).any())
     over = {term.place: power / noise for term, power in zip(fit.accepted, powers)}
+    shares = {place: max(float(rests[_acts(power)].max()), curves.get(place, 0.0))
+              for place, power in over.items()}
+    blamed = {place for place, power in over.items() if (unexplained & _acts(power)).any()}
+    if blamed:
+        steady = steady_shares(fitter, fit)
+        shares |= {place: steady[place] for place in blamed & steady.keys()}
+        blamed -= steady.keys() - {term.place for term in apart}
+    backed = tuple(term for term in found.last.accepted if term.place not in blamed)
     return Backing(backed, unexplained, over, {
-        place: margin_of_rest(max(float(rests[_acts(power)].max()), curves.get(place, 0.0)))
-        for place, power in over.items()}, _margin(rests, unexplained))
+        place: margin_of_rest(share) for place, share in shares.items()},
+        _margin(rests, unexplained))
 
 
 def _of_joints(fitter: Fitter, loud: NDArray[np.bool_], wrong: Sequence[Term],

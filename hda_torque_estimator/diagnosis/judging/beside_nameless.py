@@ -16,6 +16,7 @@ from .acceptance import freedom, open_rest
 from .backing import backing
 from .nameless_causes import NamelessCause, NamelessCauses
 from .search import Evidence, Found, is_stuck, next_cause, with_cause, without_unneeded
+from .steady import only_steady
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Place, Term
@@ -52,8 +53,13 @@ def beside_nameless(fitter: Fitter, found: Found, names: Sequence[str],
     """
     if not is_stuck(fitter, found) or not backing(fitter, found).unexplained.any():
         return Beside(fitter, found, ())
+    names = [name for name in names if name in HYPOTHESES]
+    tell('looking which causes are steady beside the rest')
+    steady = only_steady(fitter, found, names)
+    if steady is not None:              # what is left are small imperfections, one after another
+        return Beside(fitter, steady, ())
     tell('looking for causes beside what has no name')
-    other = _Search(fitter, [name for name in names if name in HYPOTHESES]).run()
+    other = _Search(fitter, names).run()
     return other if other.nameless else Beside(fitter, found, ())
 
 

@@ -1,0 +1,121 @@
+"""
+Causes that are as large in every stretch of a recording, whatever else is left.
+
+An arm may have so many small imperfections that no search finds the last of them. Their rest is
+held against no cause beside it that is steady. Fitted again in each stretch alone, beside all else
+that is free, such a cause has the same size (eq:steady). One that stands in for another follows
+that more here and less there. Only where many causes are steady a rest is one imperfection more.
+Each must also be the best of those that it is confused with, beside all others.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from hda_arm_sim.foundation.arrays import Array
+import numpy as np
+
+from .search import Found, next_cause
+from ..fitting.fit import Fit, Fitter
+from ..fitting.hypotheses import HYPOTHESES
+from ..fitting.solve import RIDGE
+from ...least_squares.normal import TINY
+from ...least_squares.term import Place, Term
+
+# Choices unless told otherwise.
+_STRETCHES = 12         # parts of a recording in which sizes are compared
+# (measured: of two arms with fifteen, 11 of 14 right causes varied by less than half of it, and
+# stand-ins by more, up to 8, but for a kinematic error in place of an eccentric encoder)
+_VARIES = 0.2           # share of its size that a cause varies by, from which it is not steady
+MANY = 5                # steady causes beside which a rest is one imperfection more
+
+
+def unsteady_shares(fitter: Fitter, fit: Fit) -> dict[Place, float]:
+    """Return by how much the size of each cause of a fit varies, over what is not steady."""
+    return {term.place: _variation(fitter, fit, term) / _VARIES for term in fit.accepted}
+
+
+def steady_shares(fitter: Fitter, fit: Fit) -> Mapping[Place, float]:
+    """Return the shares of the causes of a fit that are steady, none where these are not many."""
+    if len(fit.accepted) < MANY:
+        return {}
+    steady = {place: share for place, share in unsteady_shares(fitter, fit).items()
+              if share <= 1.0}
+    return steady if len(steady) >= MANY else {}
+
+
+def only_steady(fitter: Fitter, found: Found, names: Sequence[str]) -> Found | None:
+    """
+    Return what was found without causes that are not steady; None where few are left.
+
+    Each that stays is the best, beside all others, of those effects of these `names` that it is
+    confused with.
+    """
+    kept = _steady(fitter, found)
+    if kept is None:
+        return None
+    for place in [term.place for term in kept.last.accepted]:
+        kept = _best_of_alike(fitter, kept, place, names)
+    return _steady(fitter, kept)
+
+
+def _steady(fitter: Fitter, found: Found) -> Found | None:
+    """
+    Return what was found without causes that are not steady, None where few are left.
+
+    The least steady goes first: what leant on it may stand by itself without it.
+    """
+    everywhere = replace(fitter, rows=np.ones_like(fitter.rows))    # held-out stretches as well
+    while len(found.last.accepted) >= MANY:
+        shares = unsteady_shares(everywhere, everywhere.settled(found.last))
+        worst = max(shares, key=shares.__getitem__)
+        if shares[worst] <= 1.0:
+            return found
+        found = found.keeping(fitter, [term for term in found.last.accepted
+                                       if term.place != worst])
+    return None
+
+
+def _best_of_alike(fitter: Fitter, found: Found, place: Place, names: Sequence[str]) -> Found:
+    """Return what was found with the best of what the cause at a place is confused with there."""
+    fit, reasons = found.last, found.reasons()
+    own, = (term for term in fit.accepted if term.place == place)
+    others = fit.causes_beside(own)
+    step = next_cause(fitter, found.first, fitter.without(fit, own), _alike(own.name, names))
+    if step is None:
+        return found.keeping(fitter, others)
+    best, reason = step
+    if best.accepted[-1].place == place:
+        return replace(found, evidence=tuple(
+            reason if term is own else reasons[term.place] for term in fit.accepted))
+    return Found(found.first, best, (*(reasons[term.place] for term in others), reason))
+
+
+def _alike(name: str, names: Sequence[str]) -> list[str]:
+    """Return which of these effects one is confused with, and itself."""
+    return [other for other in names if other == name or other in HYPOTHESES[name].alike
+            or name in HYPOTHESES[other].alike]
+
+
+def _variation(fitter: Fitter, fit: Fit, term: Term) -> float:
+    """Return by which share the size of a cause varies from stretch to stretch (eq:steady)."""
+    weight = np.where(fitter.valid(fit.balance), 1.0 / fit.variance, 0.0)
+    lacking = fitter.residual(fit.terms_beside(term), fit.slopes.noise)
+    own = _alone(fitter, fit, term, fit.balance.residual - lacking, weight)
+    starts = np.linspace(0, len(own), _STRETCHES, endpoint=False).astype(int)
+    power, against = (np.add.reduceat((own * weight * other).sum(axis=1), starts)
+                      for other in (own, fit.balance.residual))
+    varies = (against ** 2 / np.maximum(power, TINY)).sum() / max(power.sum(), TINY)
+    return float(np.sqrt(varies))
+
+
+def _alone(fitter: Fitter, fit: Fit, term: Term, does: Array, weight: Array) -> Array:
+    """Return what a cause `does` (m, c) that nothing else in the fit does, by `weight` (m, c)."""
+    keep = ~fit.own(term)
+    columns = fit.columns[:, :, keep]
+    flat = (columns * weight[:, :, None]).reshape(-1, columns.shape[2])
+    normal = flat.T @ columns.reshape(flat.shape) + np.diag(
+        1.0 / fit.deviations[keep] ** 2 / fitter.effective)
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), TINY))
+    share = np.linalg.pinv(normal * np.outer(scale, scale), rcond=RIDGE, hermitian=True) @ (
+        scale * (flat.T @ does.ravel()))
+    return np.asarray(does - columns @ (scale * share))

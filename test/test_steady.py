@@ -1,0 +1,94 @@
+"""A right cause is as large in every stretch of a recording, one that stands in for it is not."""
+
+from dataclasses import replace
+
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.motions import motion
+from hda_torque_estimator.diagnosis.balances.balance import Balancer
+from hda_torque_estimator.diagnosis.balances.healthy import noise_of
+from hda_torque_estimator.diagnosis.diagnose import EFFECTIVE
+from hda_torque_estimator.diagnosis.fitting.fit import Fitter
+from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
+from hda_torque_estimator.diagnosis.judging import steady
+from hda_torque_estimator.diagnosis.judging.search import Evidence, Found
+from hda_torque_estimator.diagnosis.judging.steady import (only_steady, steady_shares,
+                                                           unsteady_shares)
+from hda_torque_estimator.measurements.measurement import Measurement
+import numpy as np
+import pytest
+from truth import record, Reference
+from truth_cases import hide
+
+ARM = read_arm('hda_arm.yaml')
+SEED, DT, SECONDS = 134, 1e-3, 24.0
+HIDDEN = (hide('coulomb_friction', 'joint2', level=0.02),
+          hide('stiffness_error', 'joint1', relative_error=-0.18),
+          hide('motor_torque_line', 'joint2', amplitude=0.01, frequency=5.3, phase=0.4))
+RIGHT = ('coulomb_friction', 'stiffness_error')
+STAND_INS = ('viscous_friction', 'wave_generator_compliance')
+JOINTS = ('joint2', 'joint1')
+
+
+@pytest.fixture(scope='module')
+def fitter():
+    """Return what fits a recording with two causes and a line that no law has."""
+    asked = motion('rich', 2, SECONDS, DT, SEED)
+    made = record(HIDDEN, Reference(asked.angle, asked.rate, DT), seed=SEED)
+    balancer = Balancer(Measurement(ARM.labels, DT, np.stack(
+        [made.motor_angle, made.link_angle], 2), made.command))
+    return Fitter(balancer, ARM, noise_of(balancer, ARM)[0], EFFECTIVE,
+                  np.ones(len(balancer.time), bool))
+
+
+@pytest.fixture(scope='module')
+def fits(fitter):
+    """Return fits of the right causes, and with a stand-in for the first and for the second."""
+    return [fitted(fitter, names) for names in (
+        RIGHT, (STAND_INS[0], RIGHT[1]), (RIGHT[0], STAND_INS[1]))]
+
+
+def fitted(fitter, names):
+    """Return a fit of one cause at each joint."""
+    fit = fitter.first
+    for name, joint in zip(names, JOINTS):
+        starts = [term for term in terms_of(ARM, name) if term.joint == joint]
+        fit = min((fitter.refined(fitter.refit(fit, term)) for term in starts),
+                  key=lambda one: one.score)
+    return fit
+
+
+def test_only_stand_ins_vary_from_stretch_to_stretch(fitter, fits):
+    for fit in fits:
+        assert (fit.variance > 50.0 * fitter.noise ** 2).any()      # the line has no name
+        shares = unsteady_shares(fitter, fit)
+        assert max(share for (name, _), share in shares.items() if name in RIGHT) < 0.5
+        assert all(share > 2.0 for (name, _), share in shares.items() if name in STAND_INS)
+
+
+def test_a_size_does_not_hang_on_the_unit_of_a_channel(fitter, fits):
+    louder = replace(fits[0], variance=4.0 * fits[0].variance,
+                     nuisance=(), slopes=fits[0].slopes.with_columns(
+                         fits[0].columns[:, :, :len(RIGHT)]))
+    plain = replace(louder, variance=fits[0].variance)
+    one, other = (unsteady_shares(fitter, fit) for fit in (louder, plain))
+    assert one == pytest.approx(other)
+
+
+def test_a_rest_beside_few_causes_is_held_against_all_of_them(fitter, fits, monkeypatch):
+    found = Found(fitter.first, fits[2], (Evidence(1e3, 60.0, None, np.inf),) * 2)
+    assert steady_shares(fitter, fits[0]) == {} and only_steady(
+        fitter, found, ()) is None
+    monkeypatch.setattr(steady, 'MANY', 1)
+    assert set(steady_shares(fitter, fits[0])) == set(zip(RIGHT, JOINTS))
+    kept = only_steady(fitter, found, RIGHT)
+    assert [term.place for term in kept.last.accepted] == [(RIGHT[0], JOINTS[0])]
+    assert kept.evidence[0].improvement != 1e3      # but what it is beside all others
+
+
+def test_a_steady_cause_gives_way_to_one_that_is_better_beside_all_others(
+        fitter, fits, monkeypatch):
+    monkeypatch.setattr(steady, 'MANY', 1)
+    monkeypatch.setattr(steady, '_VARIES', 10.0)
+    found = Found(fitter.first, fits[2], (Evidence(1e3, 60.0, None, np.inf),) * 2)
+    kept = only_steady(fitter, found, (*RIGHT, *STAND_INS))
+    assert {term.place for term in kept.last.accepted} == set(zip(RIGHT, JOINTS))
