@@ -19,6 +19,7 @@ from .term import Term
 
 Floats = NDArray[np.float64]
 Step = TypeVar('Step')
+Size = TypeVar('Size')
 # Choices unless told otherwise.
 PASSES = 14             # of Gauss-Newton at most
 CLOSE = 2e-3            # relative gain of a pass that ends the descent
@@ -167,11 +168,11 @@ def _step(problem: Problem, rows: Rows, noise: float, scaled: Floats) -> _Trial 
     return damped(trial, SHARES, lambda found: found.gain > 0.0)
 
 
-def damped(trial: Callable[[float], Step | None], shares: Sequence[float],
+def damped(trial: Callable[[Size], Step | None], sizes: Sequence[Size],
            gains: Callable[[Step], bool]) -> Step | None:
-    """Return the first of a step's shares, tried in this order, that gains; None if none does."""
-    for share in shares:
-        found = trial(share)
+    """Return the first of a step's sizes, tried in this order, that gains; None if none does."""
+    for size in sizes:
+        found = trial(size)
         if found is not None and gains(found):
             return found
     return None

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from .derivatives import channels_of_joint, Derivatives, IMPOSSIBLE, same
 from .nuisance import AnyTerm
 from .slopes import has_noise, of_noise, Slopes, without
-from .solve import condense, covariance, score, solve
+from .solve import condense, covariance, ends, score
 from .steps import columns_of, places_of
 from ..balances.balance import Balance, Balancer, RATE
 from ..balances.known import Known
@@ -240,16 +240,17 @@ class Fitter:
     def _descend(self, fit: Fit, accepted: int) -> Fit:
         """Return the fit after one step that improves it, shortened if need be, or itself."""
         condensed = condense(fit.balance.residual, fit.columns, self.valid(fit.balance))
-        step = solve(condensed, self.noise, self.effective, self.away(fit.terms),
-                     fit.deviations).step
 
-        def trial(share: float) -> Fit | None:
+        def trial(step: Array) -> Fit | None:
             try:
-                return self.at(moved(fit.terms, share * step), accepted, fit.slopes)
+                return self.at(moved(fit.terms, step), accepted, fit.slopes)
             except IMPOSSIBLE:
                 return None
 
-        return damped(trial, _SHARES, lambda found: found.score < fit.score) or fit
+        steps = [share * end.step for end in ends(condensed, self.noise, self.effective,
+                                                  self.away(fit.terms), fit.deviations)
+                 for share in _SHARES]
+        return damped(trial, steps, lambda found: found.score < fit.score) or fit
 
     def at(self, terms: Sequence[AnyTerm], accepted: int, slopes: Slopes) -> Fit:
         """Return the fit with these terms as they are, exactly evaluated."""

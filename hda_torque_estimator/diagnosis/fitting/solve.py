@@ -3,6 +3,7 @@ Weigh terms against residuals: a bounded least squares with priors and one varia
 
 The variance of a channel is what is left in it, but never less than its noise. So a channel with
 an unexplained rest counts little, and a prior is worth the more the less the model fits.
+Where much is left, that alone could hold a cause at nothing: what could explain all is tried too.
 """
 
 from typing import NamedTuple
@@ -15,7 +16,9 @@ from ...least_squares.normal import TINY, within
 
 # Choices unless told otherwise.
 REACH = 3.5             # standard deviations that a nuisance may go from its nominal value
+_SAME = 1e-3            # by which variances differ at one and the same end
 _PASSES = 12            # of weights and bounds, at most
+_APART = 4.0            # times noise: with less left there is one best step (eq:two-ends)
 RIDGE = 1e-10          # of scaled columns, so that those that are alike share what they explain
 
 
@@ -81,17 +84,39 @@ def solve(columns: Columns, noise: Array, effective: float, now: Array,
     samples that are independent, `deviations` (p,) the priors. A number with a prior stays within
     REACH of them.
     """
+    return ends(columns, noise, effective, now, deviations)[0]
+
+
+def ends(columns: Columns, noise: Array, effective: float, now: Array,
+         deviations: Array) -> list[Solution]:
+    """
+    Return the best steps as `solve` does, the better one first: channels may pull apart.
+
+    Weights begin with the rest, and with the noise as well where there may be two (eq:two-ends).
+    """
+    rest = np.maximum(_left(columns, np.zeros_like(now)), noise ** 2)
+    found = _descended(columns, noise, effective, now, deviations, rest)
+    if not (rest > _APART * noise ** 2).any():
+        return [found]
+    other = _descended(columns, noise, effective, now, deviations, noise ** 2)
+    if np.allclose(other.variance, found.variance, rtol=_SAME):
+        return [found]
+    return sorted((found, other), key=lambda end: end.score)
+
+
+def _descended(columns: Columns, noise: Array, effective: float, now: Array,
+               deviations: Array, variance: Array) -> Solution:
+    """Return where steps, and the variances (c,) that they leave, lead to in turn."""
     known = np.isfinite(deviations)
     prior = np.where(known, 1.0 / np.where(known, deviations, 1.0) ** 2, 0.0)
-    step, reach = np.zeros_like(now), REACH * deviations
-    variance = np.maximum(columns.power / np.maximum(columns.samples, 1.0), noise ** 2)
+    reach = REACH * deviations
     for _ in range(_PASSES):
         weight = effective / variance
         step = within(np.einsum('c,cpq->pq', weight, columns.products) + np.diag(prior),
                       -weight @ columns.against - prior * now, now, (-reach, reach), RIDGE)
         left = _left(columns, step)
         renewed = np.maximum(left, noise ** 2)
-        if np.allclose(renewed, variance, rtol=1e-3):
+        if np.allclose(renewed, variance, rtol=_SAME):
             break
         variance = renewed
     shares = _scores(left, columns.samples, noise, effective)
@@ -108,8 +133,7 @@ def covariance(columns: Columns, variance: Array, effective: float, deviations: 
 
 
 def _left(columns: Columns, step: Array) -> Array:
-    power = (columns.power + 2.0 * columns.against @ step
-             + np.einsum('p,cpq,q->c', step, columns.products, step))
+    power = columns.power + 2.0 * columns.against @ step + (columns.products @ step) @ step
     return np.maximum(power, 0.0) / np.maximum(columns.samples, 1.0)
 
 
