@@ -4,11 +4,12 @@ Measure how often a diagnosis of seven joints is right, and how long it takes.
     diagnosis_chain.py [--records N] [--healthy N] [--first SEED] [--seconds S] [--rate HZ]
                        [--quick]
 
-Every arm is off in stiffness, friction, damping, torque constant and the mass of each link by as
-much as its tolerances say. Waves, skew and offsets, which the diagnosis would tell, are exact. One
-effect of typical size is hidden at a joint drawn at random. Where it changes not one bit of the
-recording, as a limit that no command reaches, the arm is a healthy one. The arm's equations are
-the library's own, so what this finds is a bound: arms of another physics are in `diagnosis.py`.
+Every arm is off in stiffness, friction, damping, torque constant, and of each link in mass, centre
+and inertia, by as much as its tolerances say. Waves, skew and offsets, which the diagnosis would
+tell, are exact. One effect of typical size is hidden at a joint drawn at random. Where it changes
+not one bit of the recording, as a limit that no command reaches, the arm is a healthy one. The
+arm's equations are the library's own, so what this finds is a bound: arms of another physics are
+in `diagnosis.py`.
 """
 
 from collections.abc import Iterator, Sequence

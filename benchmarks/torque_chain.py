@@ -2,13 +2,13 @@
 Measure how well an arm of seven joints tells its torques, the wrench on its tip, and how quickly.
 
 The arm is wrong in every number by as much as its tolerances say: gears, friction, drives,
-encoders, and mass, moment and inertia of each link. Its equations are the library's own, which
-agree with Pinocchio (`test/test_chain.py`). Its tip is pushed and twisted while it moves.
+encoders, and of each link mass, centre and the inertia about its joint. Its equations are the
+library's own, which agree with Pinocchio (`test/test_chain.py`). Its tip is pushed and twisted
+while it moves.
 """
 
 from collections.abc import Sequence
 from dataclasses import replace
-import re
 import time
 from typing import NamedTuple
 
@@ -17,7 +17,8 @@ from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.chain_links import ChainLinks
 from hda_arm_sim.model.effects import (ClockSkew, DriveOffset, Effect, KinematicError,
-                                       LinkEncoderEccentricity, TorqueConstantError, TorqueRipple)
+                                       LinkEncoderEccentricity, LinkInertiaError,
+                                       TorqueConstantError, TorqueRipple)
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.model.parts import Joint, Tolerances
@@ -41,7 +42,6 @@ LENGTH = 0.3                    # that makes turning the tip comparable to movin
 MOVING = 0.02                   # speed of the quickest joint from which on an arm moves [rad/s]
 BARS = {'force': 1.5, 'held': (0.85, 0.95), 'microseconds': 60.0}
 _COUNTED = 2000                 # samples of which the time is taken
-_INERTIAL = re.compile(r'(?<=mass value=")[^"]+|(?<=i[xyz][xyz]=")[^"]+')
 
 
 class Judged(NamedTuple):
@@ -81,19 +81,15 @@ def scattered(arm: Arm, seed: int) -> Arm:
 
 def numbers_off(arm: Arm, random: np.random.Generator) -> Arm:
     """Return the arm with stiffness, friction, damping, zeros and links off, without waves."""
-    known = arm.tolerances
-    return replace(arm, joints=tuple(_off(joint, known, random) for joint in arm.joints),
-                   links=heavier(arm.links, known.link_inertia, random))
-
-
-def heavier(links: object, tolerance: float, random: np.random.Generator) -> ChainLinks:
-    """Return links of which each has another mass, and inertia with it."""
+    known, links = arm.tolerances, arm.links
     assert isinstance(links, ChainLinks)
-    parts = []
-    for part in re.split(r'(?=<inertial)', links.description):
-        factor = 1.0 + tolerance * random.standard_normal()
-        parts.append(_INERTIAL.sub(lambda found, by=factor: f'{float(found[0]) * by!r}', part))
-    return replace(links, description=''.join(parts))
+    made = replace(arm, joints=tuple(_off(joint, known, random) for joint in arm.joints))
+    for label, one in zip(arm.labels, links.known(known.link_inertia)):
+        x, y, z, mass, error = (size * float(random.standard_normal())
+                                for size in (*3 * (one.centre,), one.mass, one.inertia))
+        made = made.with_effect(LinkInertiaError(
+            error=error, mass=mass, centre_x=x, centre_y=y, centre_z=z), label)
+    return made
 
 
 def _off(joint: Joint, known: Tolerances, random: np.random.Generator) -> Joint:
