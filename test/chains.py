@@ -42,6 +42,24 @@ def planar(links: Links, masses: tuple[float, float] = (10.0, 8.0)) -> str:
          joint('end', 'two', 'tip', f'{l2!r} 0 0', kind='fixed')])
 
 
+def iiwa() -> str:
+    """Return seven joints that stand as those of a KUKA iiwa 14 (0.36, 0.42, 0.4, 0.126 m)."""
+    half = np.pi / 2.0
+    steps = (
+        ('0 0 0.1575', (0.0, 0.0, 0.0)), ('0 0 0.2025', (half, 0.0, np.pi)),
+        ('0 0.2045 0', (half, 0.0, np.pi)), ('0 0 0.2155', (half, 0.0, 0.0)),
+        ('0 0.1845 0', (-half, np.pi, 0.0)), ('0 0 0.2155', (half, 0.0, 0.0)),
+        ('0 0.081 0', (-half, np.pi, 0.0)))
+    names = ['base', *(f'link{k}' for k in range(1, 8))]
+    return description(
+        ['<link name="base"/>',
+         *(body(name, 6.0 - 0.7 * k, f'0.01 {0.02 * k - 0.05:.3f} 0.06', '0.05 0.04 0.03')
+           for k, name in enumerate(names[1:])), '<link name="ee"/>'],
+        [*(joint(f'joint{k + 1}', names[k], names[k + 1], at, ' '.join(map(repr, rpy)))
+           for k, (at, rpy) in enumerate(steps)),
+         joint('end', 'link7', 'ee', '0 0 0.045', kind='fixed')])
+
+
 @st.composite
 def tables(draw: st.DrawFn) -> of.Array:
     """Return the table of a random chain that can be, in a random state under gravity."""

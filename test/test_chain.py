@@ -3,7 +3,7 @@
 from importlib.metadata import distribution
 from pathlib import Path
 
-from chains import tables
+from chains import iiwa, tables
 from hda_arm_sim.foundation import chain as of
 from hda_arm_sim.foundation.chain_doubts import own_doubts
 from hda_arm_sim.model.chain_links import chain_to, ChainLinks, kept
@@ -44,13 +44,13 @@ def robots():
     folder = Path(str(distribution('example-robot-data').locate_file(
         'cmeel.prefix/share/example-robot-data/robots')))
     for name, tip in ROBOTS.items():
-        yield pytest.param(folder / name, tip, id=Path(name).stem)
-    yield pytest.param(OWN, 'tool_tip', id='cobot7')
+        yield pytest.param((folder / name).read_text(), tip, id=Path(name).stem)
+    yield pytest.param(iiwa(), 'ee', id='iiwa')
+    yield pytest.param(OWN.read_text(), 'tool_tip', id='cobot7')
 
 
-@pytest.mark.parametrize(('path', 'tip'), robots())
-def test_equals_another_program(path, tip):
-    text = path.read_text()
+@pytest.mark.parametrize(('text', 'tip'), robots())
+def test_equals_another_program(text, tip):
     names = chain_to(text, tip)
     parts = ChainLinks(kept(text), tip, names).parts.copy()
     parts[0, of.DOWN:of.DOWN + 3] = GRAVITY
