@@ -30,6 +30,14 @@ def test_a_description_and_a_table_of_gears_make_an_arm(tmp_path):
     assert arm.links.parts.tolist() == read_arm('cobot7.yaml').links.parts.tolist()
 
 
+def test_a_ratio_beside_a_whole_name_is_that_of_the_output_at_the_circular_spline(tmp_path):
+    """As with `--gear CSG-17-100 --ratio 101`; nothing else changes."""
+    assert new(tmp_path, HEAD, [*ROWS[:-1], ROWS[-1].replace('CSG-17,100', 'CSG-17-100,101')]) == 0
+    arm = read_arm(str(tmp_path / 'arm.yaml'))
+    assert [joint.ratio for joint in arm.joints] == [100.0] * 6 + [101.0]
+    assert arm.joints[6].torsion.valid_torque == arm.joints[5].torsion.valid_torque
+
+
 @pytest.mark.parametrize(('head', 'rows', 'said'), [
     (HEAD.replace('ratio', 'ration'), ROWS, 'ration'), (HEAD, ROWS[:-1], 'joint7'),
     (HEAD, [*ROWS, ROWS[0]], 'joint1'), (HEAD, [*ROWS[:-1], 'wrist' + ROWS[-1][6:]], 'wrist'),

@@ -73,8 +73,8 @@ def _told(table: Path, row: dict[str, Any]) -> dict[str, Any]:
         raise NewError(f'{where}: the row has not as many fields as the table has columns')
     told: dict[str, Any] = {answer.name: _number(where, answer.name, row.get(answer.name, ''))
                             for answer in ANSWERS}
-    ratio = _number(where, 'ratio', row.get('ratio', ''))
-    told['gear'] = row['gear'] if ratio is None else f'{row["gear"]}-{ratio:g}'
+    whole = told['ratio'] is None or row['gear'].count('-') > 1     # as CSG-32-100
+    told['gear'] = row['gear'] if whole else f'{row["gear"]}-{told["ratio"]:g}'
     lacking = [answer.name for answer in ANSWERS if answer.required and told[answer.name] is None]
     if None not in (told['torque_constant'], told['motor_current']):
         lacking = [name for name in lacking if name != 'motor_torque']
