@@ -2,9 +2,12 @@
 
 from pathlib import Path
 
+from hda_arm_sim.foundation import chain
 from hda_arm_sim.model.chain_links import ChainLinks
 from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.model.link_side import loaded_inertia
 from hda_torque_estimator.cli import main
+import numpy as np
 import pytest
 
 URDF = Path(__file__).resolve().parents[1] / 'config' / 'cobot7.urdf'
@@ -36,6 +39,20 @@ def test_a_ratio_beside_a_whole_name_is_that_of_the_output_at_the_circular_splin
     arm = read_arm(str(tmp_path / 'arm.yaml'))
     assert [joint.ratio for joint in arm.joints] == [100.0] * 6 + [101.0]
     assert arm.joints[6].torsion.valid_torque == arm.joints[5].torsion.valid_torque
+
+
+def test_the_description_of_a_real_arm_weighs_what_its_controller_says(tmp_path):
+    """LARA8 in the first sample of its log: 52 and 55 N*m, and 36 more by the load."""
+    given = URDF.parents[1] / 'examples'
+    assert main(['new', '--urdf', str(given / 'robots' / 'lara8.urdf'), '--gears',
+                 str(given / 'gears' / 'lara8.csv'), '--out', str(tmp_path / 'six.yaml')]) == 0
+    arm = read_arm(str(tmp_path / 'six.yaml'))
+    assert [joint.ratio for joint in arm.joints] == [121.0, 121.0, 101.0, 101.0, 101.0, 101.0]
+    table = loaded_inertia(arm.record().body).table
+    table[1:-1, chain.ANGLE] = 1.1637, 0.0026, 1.5710, 0.0, 1.5709, 0.0
+    chain.place(table)
+    chain.weights(table)
+    np.testing.assert_allclose(table[1:5, chain.TORQUE], [0.0, 88.3, 91.5, 0.0], atol=1.0)
 
 
 @pytest.mark.parametrize(('head', 'rows', 'said'), [
