@@ -127,6 +127,30 @@ def test_step_is_found_where_a_fast_encoder_skips_counts(least):
     assert step is not None and step.size == pytest.approx(0.01)
 
 
+def passed(passes, scatter, seed=3):
+    """Return angles at a constant speed both ways, with a scatter, in steps of a sample's way."""
+    way = np.arange(0.0, 700.0)
+    angle = np.concatenate([way + 0.4 * number if number % 2 else way[::-1]
+                            for number in range(passes)])
+    return 1e-3 * (angle + scatter * np.random.default_rng(seed).standard_normal(len(angle)))
+
+
+@pytest.mark.parametrize('uneven', [0.1, 0.4])
+@pytest.mark.parametrize('step', [0.3e-3, 4.7e-3])      # less than a sample's way, and more
+def test_the_step_of_a_scale_that_is_not_even_is_found(uneven, step):
+    codes = np.round(passed(8, 0.3) / step)
+    angle = step * (codes + uneven * np.sin(2.0 * np.pi * codes / 32.0))
+    told = true_step(angle, np.zeros(len(angle), bool))
+    assert told is not None and told.size == pytest.approx(step, rel=0.05)
+
+
+@pytest.mark.parametrize('passes', [1, 2, 3, 8])
+@pytest.mark.parametrize('scatter', [0.03, 0.3, 3.0])
+def test_what_a_fine_encoder_passes_in_a_sample_is_no_step(passes, scatter):
+    angle = passed(passes, scatter)
+    assert true_step(angle, np.zeros(len(angle), bool)) is None
+
+
 def test_readings_without_steps_have_none():
     angle = np.sin(np.linspace(0.0, 1.0, 500) ** 2)
     assert true_step(angle, np.zeros(500, bool)) is None

@@ -2,7 +2,8 @@
 Find the steps in which the encoders really count, from the changes of their readings.
 
 All changes are whole multiples of the step. The largest angle of which they are is taken. So an
-encoder that skips counts, moves fast or has noise of its own still shows its step.
+encoder that skips counts, moves fast or has noise of its own still shows its step. Of a scale that
+is not even no step divides all changes. But no two levels that it shows are closer than a step.
 """
 
 from collections.abc import Iterator
@@ -15,6 +16,7 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import CoarseQuantisation
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import xlogy
 
 from .raw_cause import number, RawCause, SHARE
 from ...measurements.measurement import Measurement
@@ -27,6 +29,8 @@ _COARSER = 1.5          # steps, in those stated, from which an encoder is coars
 _NEAR = 0.05            # of a step, how far a change may be from a whole multiple
 _WHOLE = 0.98           # share of changes that must be whole multiples
 _PARTS = 8              # of the smallest change, one of which is the step
+_RARE = 1e-3            # share of changes and of gaps that may be of faults
+_PASS = 25              # samples within which an arm passes a place once
 
 
 class Step(NamedTuple):
@@ -73,13 +77,39 @@ def true_step(angle: Array, left_out: NDArray[np.bool_]) -> Step | None:
     changes = changes[changes > _SAME]
     if not len(changes):
         return None
-    smallest = float(np.quantile(changes, 1e-3, method='lower'))
+    smallest = float(np.quantile(changes, _RARE, method='lower'))
     for part in range(1, _PARTS + 1):
         counts = changes * part / smallest
         near = np.abs(counts - np.round(counts)) < _NEAR
         if near.mean() > _WHOLE:
             return _fitted(changes[near], np.round(counts[near]))
-    return None
+    return _between_levels(angle[~left_out])
+
+
+def _between_levels(angle: Array) -> Step | None:
+    """
+    Return the usual step between levels that readings (k,) show, None if they show none.
+
+    Of readings that count finely, gaps are the rarer the wider they are. So of those between a
+    distance and twice of it, there are no more than closer ones. And a level is seen again at
+    other times as often as its neighbours. Levels of one pass alone are as far apart as it moved.
+    """
+    levels, first = np.unique(angle, return_index=True)
+    last = len(angle) - 1 - np.unique(angle[::-1], return_index=True)[1]
+    apart = np.maximum(last[1:], last[:-1]) - np.minimum(first[1:], first[:-1]) > _PASS
+    gaps = np.diff(levels)[apart]
+    gaps = gaps[gaps > _SAME]
+    if not len(gaps):
+        return None
+    least = float(np.quantile(gaps, _RARE, method='lower'))
+    closer, seen_again = int((gaps < least).sum()), int((last - first > _PASS).sum())
+    as_far = min(int(((gaps >= least) & (gaps < 2.0 * least)).sum()), seen_again)
+    usual = max(0.5 * (closer + as_far), 0.5)
+    if as_far < usual or 2.0 * float(xlogy(closer, closer / usual)
+                                     + xlogy(as_far, as_far / usual)) < SCORE_BAR:
+        return None
+    own = gaps[(gaps >= least) & (gaps < _COARSER * least)]
+    return Step(float(own.mean()), float(own.std()), as_far)
 
 
 def _fitted(changes: Array, counts: Array) -> Step:
