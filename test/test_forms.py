@@ -13,6 +13,7 @@ from hda_torque_estimator.diagnosis.fitting.alignment import aligned
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
 from hda_torque_estimator.diagnosis.judging.chance import by_chance
+from hda_torque_estimator.diagnosis.judging.fair import fair_score, noise_in
 from hda_torque_estimator.diagnosis.judging.forms import evidence, reformed
 from hda_torque_estimator.measurements.measurement import measurement_from
 from hda_torque_estimator.measurements.upsampling import finer
@@ -68,6 +69,24 @@ def test_a_law_of_another_form_leaves_noise_and_another_law_does_not(seed):
     assert left[1] < 0.1 * left[0] and left[1] < 0.1 * left[2]
     assert evidence(fitter, right) < right.score
     assert evidence(fitter, right) < evidence(fitter, wrong)
+
+
+def test_the_noise_of_an_arm_counts_alike_for_all_causes():
+    """
+    A gear that is stiffer in all of its compliances, as no law has it.
+
+    Of the stiffness a fit takes noise out of the columns, of the stiffening it does not.
+    """
+    world = worlds.draw(960092, ('stiffness_error',), motion='fourier', rate=1000, seconds=20.0,
+                        form='whole')
+    fitter = fitter_of(world)
+    usual = noise_in(fitter, fitter.first)
+    starts = [next(one for one in terms_of(fitter.arm, name) if one.joint == 'joint2')
+              for name in ('stiffness_error', 'wave_generator_compliance')]
+    right, wrong = (fitter.refined(fitter.refit(fitter.first, start)) for start in starts)
+    assert fair_score(fitter, right, usual) < fair_score(fitter, wrong, usual)
+    plain = fitter.at(right.terms, 1, right.slopes._replace(noise={}))
+    assert fair_score(fitter, plain, usual) == pytest.approx(fair_score(fitter, right, usual))
 
 
 def test_nothing_remembers_a_fit_that_nobody_has():

@@ -4,10 +4,15 @@ The score of a fit as if every arm made as much noise.
 What is unknown of a motion, noise of readings and of torques, comes into a balance by the inertia
 and the stiffness of the arm. One that has less of them makes less of it, which is no reason to
 believe it.
+All arms are asked alike: how much the whole arm leaves, and how much of that is its noise. Of some
+numbers a fit takes the noise out of the columns (`column_noise`), of others it does not. The two
+take out different shares of it, and do not compare.
 """
 
 from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.model.arm import Arm
 import numpy as np
+from numpy.typing import NDArray
 
 from ..fitting.fit import Fit, Fitter
 from ..fitting.solve import score
@@ -21,16 +26,21 @@ def fair_score(fitter: Fitter, fit: Fit, usual: Array) -> float:
     """Return the score of a fit as if noise had its `usual` power (c,)."""
     valid = fitter.valid(fit.balance)
     count = np.maximum(valid.sum(axis=0), 1)
-    left = np.where(valid, fit.balance.residual ** 2, 0.0).sum(axis=0) / count
-    share = np.clip(noise_in(fitter, fit) / usual, *_SHARES)
-    fair = np.maximum(left + fitter.noise ** 2 * (1.0 - share), _LEAST * left)
+    arm = fitter.on(fit.terms)
+    left, exact = (np.where(valid, residual ** 2, 0.0).sum(axis=0) / count for residual in
+                   (fit.balance.residual, fitter.balancer(arm).residual))
+    share = np.clip(_noise_of(fitter, arm, valid) / usual, *_SHARES)
+    fair = np.maximum(exact + fitter.noise ** 2 * (1.0 - share), _LEAST * left)
     return (fit.score + score(fair, count, fitter.noise, fitter.effective)
             - score(left, count, fitter.noise, fitter.effective))
 
 
 def noise_in(fitter: Fitter, fit: Fit) -> Array:
     """Return the power (c,) that some noise of the angles has in the residual of a fit."""
-    valid = fitter.valid(fit.balance)
-    arm = fitter.as_noisy(fit)
+    return _noise_of(fitter, fitter.as_noisy(fit), fitter.valid(fit.balance))
+
+
+def _noise_of(fitter: Fitter, arm: Arm, valid: NDArray[np.bool_]) -> Array:
+    """Return the power (c,) that some noise of the angles has in the balances of an arm."""
     more = fitter.balancer.noisier(arm).residual - fitter.balancer(arm).residual
     return np.asarray(np.maximum((more ** 2).sum(axis=0, where=valid), 1e-300))
