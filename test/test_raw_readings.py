@@ -229,6 +229,23 @@ def test_stamps_of_a_host_that_come_late_stay_on_the_grid(period, late):
         assert made.absent == ()
 
 
+@pytest.mark.parametrize('share', [0.15, 0.2])
+def test_stamps_that_jitter_by_much_keep_their_period(share):
+    """A line through few of them tells less than the mean of all their intervals."""
+    random = np.random.default_rng(11)
+    off = []
+    for _ in range(60):
+        late = 1.0 + share * random.standard_normal(4000)
+        stamps = np.maximum.accumulate((4e6 * (np.arange(4000) + late)).astype(np.int64))
+        stamps += np.arange(4000)
+        swing = np.sin(1e-9 * stamps)
+        made = measurement_from(('joint1',), JointSamples(
+            stamps, ('joint1', 'joint1_motor'), np.column_stack([swing, 100.0 * swing]),
+            np.full((4000, 2), np.nan), np.column_stack([swing, swing])))
+        off.append(abs(len(made.command) - 4000))
+    assert max(off) <= 1                                # of the first and the last stamp
+
+
 @pytest.mark.parametrize('rate', [125.0, 300.0, 450.0])
 def test_stamps_in_whole_milliseconds_have_the_period_of_their_samples(rate):
     stamps = np.floor(1e3 * np.arange(4000) / rate).astype(np.int64) * 1_000_000

@@ -19,6 +19,7 @@ SEGMENT = 0.5           # of an estimate of noise [s]
 QUIET = 0.25            # share of segments that an effect surely leaves quiet
 FINEST = 1e-6           # period of a grid: no encoder is read more often [s]
 _SINGLE = 0.75          # share by which an interval of one period may differ from the usual one
+_TELLS = 4.0            # deviations by which a line is steeper than jitter makes it
 _FIRST = 8              # half of the intervals in the first stretch that sets the period
 EMPTIEST = 4.0          # places of a grid for each sample: beyond, most would be made up
 
@@ -243,18 +244,21 @@ def _period(since: Array) -> float:
     Return the even period of stamps that jitter about it, some of them missing [s].
 
     The mean of usual intervals would be wrong by whole samples in the end. So it counts those in a
-    stretch of twice the length each time, and lays a line through their stamps.
+    stretch of twice the length each time, and lays a line through their stamps. That of a short
+    stretch tells less than the mean: it counts where the two differ by more than jitter makes.
     """
     steps = np.diff(since)
     usual = np.median(steps)
-    period = float(np.mean(steps[np.abs(steps - usual) < _SINGLE * usual]))
-    begin, reach = 0.0, min(_FIRST, len(steps))
+    single = steps[np.abs(steps - usual) < _SINGLE * usual]
+    period, jitter = float(np.mean(single)), float(np.std(single)) / np.sqrt(2.0)
+    reach = min(_FIRST, len(steps))
     while reach < len(since) - 1:
         reach = min(2 * reach, len(since) - 1)
         stretch = since[:reach + 1]
-        counts = np.round((stretch - begin) / period)
+        phase = np.angle(np.exp(2.0j * np.pi * stretch / period).mean()) / (2.0 * np.pi)
+        counts = np.round(stretch / period - phase)
         away = counts - counts.mean()
         slope = float(away @ stretch) / max(float(away @ away), 1.0)
-        if slope > 0.0:                 # not of stamps that come in one burst
-            begin, period = float(stretch.mean() - slope * counts.mean()), slope
+        if slope > 0.0 and abs(slope - period) > _TELLS * jitter / np.sqrt(away @ away):
+            period = slope                  # not that of stamps that come in one burst
     return float(since[-1]) / max(round(float(since[-1]) / period), 1)
