@@ -184,7 +184,7 @@ def test_no_better_than_the_mean_torque_is_said():
 
 
 def test_the_mean_torque_of_the_others_is_left_out():
-    seen = [one._replace(reference=np.full(len(one.stamps), torque))
+    seen = [replace(one, reference=np.full(len(one.stamps), torque))
             for one, torque in zip(four(), (1.0, 2.0, 3.0))]
     assert mean_left_out(seen) == pytest.approx(np.sqrt((1.5 ** 2 + 0.0 + 1.5 ** 2) / 3.0))
 

@@ -31,7 +31,7 @@ from ..samples.readings import knows_motor
 
 # Choices unless told otherwise.
 USEFUL = 0.9            # of what its rows see vary, an error above which a witness tells nothing
-BESIDE = 0.9            # of the error of a torsion alone, below which a motor is written beside it
+BESIDE = 0.9            # of an error, below which a motor beside a torsion, or at rest, counts
 MOVES = 0.1             # of the torque's deviation, from which a zero that moves is told
 STIFFNESS = 'torsion.flexspline_stiffness'
 Progress = Callable[[str], None]
@@ -163,8 +163,7 @@ def _calibrated(arm: Arm, recordings: Sequence[Measured]) -> JointCalibration:
     if not wrong.motor and (best is None or best.found.error > line):
         at_rest = motor_of(arm, recordings, resting=True)
         other = _trial(arm, recordings, heard._replace(motor=at_rest)) if at_rest else None
-        best = min((one for one in (best, other) if one is not None), default=None,
-                   key=lambda one: one.found.error)
+        best = other if other and (best is None or _earns(other.found, best.found)) else best
     if best is None:
         return replace(said, kept='; '.join((*said.aside, _why(heard, varies))))
     return _weighed(said, arm, recordings, best, line)
@@ -236,18 +235,17 @@ def _as_unsure(arm: Arm, recordings: Sequence[Measured], used: Witnesses,
 
 
 def _best(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> _Trial:
-    """
-    Return both witnesses, or the torsion alone where a motor beside it does not earn that.
-
-    It must tell the torque better by a tenth, and its changes not worse by as much.
-    """
+    """Return both witnesses, or the torsion alone where a motor beside it does not earn that."""
     trial = _tried(arm, recordings, used)
     if used.torsion is None or used.motor is None or knows_motor(arm, arm.joints[0]):
         return trial
     alone = _tried(arm, recordings, used._replace(motor=None))
-    earns = (trial.found.error < BESIDE * alone.found.error
-             and BESIDE * trial.found.about <= alone.found.about)
-    return trial if earns else alone
+    return trial if _earns(trial.found, alone.found) else alone
+
+
+def _earns(found: Examined, than: Examined) -> bool:
+    """Tell whether one tells the torque better by a tenth, and its changes not worse by as much."""
+    return found.error < BESIDE * than.error and BESIDE * found.about <= than.about
 
 
 def _tried(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> _Trial:

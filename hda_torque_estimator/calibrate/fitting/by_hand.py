@@ -1,6 +1,7 @@
 """The fits of a few lines that people make by hand, beside which a calibration must stand."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from hda_arm_sim.model.parts import Joint
 import numpy as np
@@ -22,7 +23,7 @@ def line_left_out(joint: Joint, recordings: Sequence[Measured], lag: float = 0.0
     torsion. An offset is common to all recordings. References lag by so much [s]. It is 0 where
     there is neither.
     """
-    recordings = [one._replace(reference=one.later(lag)) for one in recordings]
+    recordings = [replace(one, reference=one.later(lag)) for one in recordings]
     witnesses = [[one for one in recordings if one.has_command],
                  [one for one in recordings if one.has_link]]
     used = next((some for some in witnesses if some), [])
