@@ -244,7 +244,7 @@ def _best(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> _Trial:
 
 
 def _earns(found: Examined, than: Examined) -> bool:
-    """Tell whether one tells the torque better by a tenth, and its changes not worse by as much."""
+    """Tell whether one tells the torque better by a tenth, and its changes not worse by that."""
     return found.error < BESIDE * than.error and BESIDE * found.about <= than.about
 
 
