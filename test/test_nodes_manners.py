@@ -3,6 +3,9 @@
 from collections.abc import Callable, Iterator
 import math
 import signal
+import subprocess
+import sys
+from textwrap import dedent
 
 from bag_content import some_messages, write_ours
 from diagnostic_msgs.msg import DiagnosticArray
@@ -115,6 +118,22 @@ def test_a_node_says_in_one_line_that_it_started(kind, waits, node, capfd):
     said, = (line for line in capfd.readouterr().err.splitlines() if 'started: ' in line)
     assert f'waits for {waits}' in said
     assert 'hda_arm.yaml (joint1, joint2)' in said or kind is BagPlayer
+
+
+def test_a_middleware_that_does_not_let_go_cannot_keep_a_process():
+    """Stand in for Fast DDS: it spins in compiled code that holds the interpreter."""
+    ended = subprocess.run([sys.executable, '-c', dedent("""
+        import ctypes
+        from hda_arm_sim.ros import process
+
+        class Held:
+            def destroy_node(self):
+                ctypes.PyDLL(None).sleep(60)
+
+        process.LONGEST_END = 0.2
+        process._end([Held()])
+        """)], timeout=30.0, check=False)
+    assert ended.returncode == -signal.SIGALRM
 
 
 def test_diagnostics_name_the_arm(tmp_path):

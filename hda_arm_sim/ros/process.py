@@ -138,8 +138,18 @@ def _have_arrive(nodes: Sequence[ReportingNode]) -> None:
 
 
 def _end(nodes: Sequence[ReportingNode]) -> None:
+    """
+    Leave the graph; after LONGEST_END the process ends by SIGALRM.
+
+    Fast DDS may spin for ever, and hold the interpreter, where another process leaves at the same
+    time. All has arrived and is closed by then.
+    """
     for number in _SIGNALS:
         signal.signal(number, signal.SIG_IGN)
+    handler = signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    timer = signal.setitimer(signal.ITIMER_REAL, LONGEST_END)
     for node in nodes:
         node.destroy_node()
     try_shutdown()
+    signal.setitimer(signal.ITIMER_REAL, *timer)
+    signal.signal(signal.SIGALRM, handler)
