@@ -227,11 +227,16 @@ def _as_unsure(arm: Arm, recordings: Sequence[Measured], used: Witnesses,
     """
     if used.motor is None:
         return tuple(numbers)
-    size = rms(np.concatenate([one.reference for one in recordings]))
+    size = _size(recordings)
     shares = {'coulomb_friction.level': arm.joints[0].ratio, 'torque_constant_error.error': size}
     return tuple(number(one.name, one.value, math.hypot(
         one.sigma, used.motor.error / shares[one.name])) if one.name in shares else one
         for one in numbers)
+
+
+def _size(recordings: Sequence[Measured]) -> float:
+    """Return how large the references are [N*m rms]."""
+    return rms(np.concatenate([one.reference for one in recordings]))
 
 
 def _best(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> _Trial:
@@ -251,9 +256,8 @@ def _earns(found: Examined, than: Examined) -> bool:
 def _tried(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> _Trial:
     label, heard = arm.labels[0], [one for one in used if one is not None]
     numbers = tuple(number for one in heard for number in one.numbers)
-    size = rms(np.concatenate([one.reference for one in recordings]))
     known = of_all_friction([number for one in heard for number in one.known],
-                            size / arm.joints[0].ratio)
+                            _size(recordings) / arm.joints[0].ratio)
     there = with_tolerances(entered(arm, label, {one.name: one.value for one in numbers}),
                             {label: known}, wider=True)
     return _Trial(used, numbers, known, examined(

@@ -10,7 +10,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
-import numpy as np
 
 from .balances.balance import Balancer
 from .findings.gains import gains
@@ -112,7 +111,7 @@ def _is_worth_a_cause(fitter: Fitter, found: Found, term: Term) -> bool:
 
     What chance explained on the others alone is no rest.
     """
-    everywhere = replace(fitter, rows=np.ones_like(fitter.rows))
+    everywhere = fitter.everywhere()
     fit = everywhere.settled(found.last)
     own, = (other for other in fit.accepted if other.place == term.place)
     return accepted(everywhere, found.first, everywhere.without(fit, own), fit, own)

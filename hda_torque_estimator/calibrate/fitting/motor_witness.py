@@ -48,8 +48,8 @@ class MotorWitness:
 
     def __init__(self, recordings: Sequence[Measured], *, resting: bool = False) -> None:
         """Take recordings that all have motor torques; rows at rest count where asked for."""
-        self.recordings, self._periods = recordings, [one.dt for one in recordings]
-        self.dt = max(self._periods)
+        self.recordings = recordings
+        self.dt = max(one.dt for one in recordings)
         self._turning = [one.turning() for one in recordings]
         self._seen = [_columns(*each) for each in zip(recordings, self._turning)]
         self._used = [(_known if resting else _slides)(*each)
@@ -84,10 +84,10 @@ class MotorWitness:
         joint, found = arm.joints[0], []
         error = arm.effect('motor_inertia_error', arm.labels[0]).values()[0]
         inertia = joint.ratio * joint.motor_inertia * (1.0 + error)
-        for seen, period, turned, zero in zip(self._seen, self._periods, self._turning,
-                                              per_recording(zeros, self.recordings)):
+        for one, seen, turned, zero in zip(self.recordings, self._seen, self._turning,
+                                           per_recording(zeros, self.recordings)):
             torque = np.empty(len(seen))
-            motor_torques(arm.record().joints[0], seen, period, torque)
+            motor_torques(arm.record().joints[0], seen, one.dt, torque)
             found.append(turned.alike(torque) - inertia * turned.acceleration + zero)
         return self._rows(found)
 
@@ -97,8 +97,8 @@ class MotorWitness:
                            in zip(self.recordings, self._turning)])
 
     def _rows(self, columns: Sequence[Floats]) -> Floats:
-        return np.concatenate([row_means(column, dt)[used] for column, dt, used
-                               in zip(columns, self._periods, self._used)])
+        return np.concatenate([row_means(column, one.dt)[used] for column, one, used
+                               in zip(columns, self.recordings, self._used)])
 
 
 def sliding(recordings: Sequence[Measured]) -> list[Measured]:

@@ -130,6 +130,10 @@ class Fitter:
         """Return the fit without any cause."""
         return self.fit(())
 
+    def everywhere(self) -> 'Fitter':
+        """Return the fitter that looks at all rows, at held-out stretches as well."""
+        return replace(self, rows=np.ones_like(self.rows))
+
     def on(self, terms: Sequence[AnyTerm]) -> Arm:
         """Return the arm as given with these terms, which may have been asked for before."""
         return self._derivatives.on(terms)

@@ -8,7 +8,6 @@ a rest of any size that a simple curve tells (`nameless`).
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 from hda_arm_sim.model.effects import effect_named
@@ -64,7 +63,7 @@ def backing(fitter: Fitter, found: Found, doubted: Sequence[Term] = ()) -> Backi
     may cancel each other, so each counts with no more power than was wrong at first.
     """
     trained = fitter.rows.mean()
-    fitter = replace(fitter, rows=np.ones_like(fitter.rows))        # held-out stretches as well
+    fitter = fitter.everywhere()
     noise = fitter.noise ** 2
     fit = fitter.settled(found.last)        # numbers within tolerances, as all rows tell them
     lacking = [fitter.lacking(fit, term) for term in fit.accepted]

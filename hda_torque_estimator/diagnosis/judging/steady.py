@@ -64,7 +64,7 @@ def _steady(fitter: Fitter, found: Found) -> Found | None:
 
     The least steady goes first: what leant on it may stand by itself without it.
     """
-    everywhere = replace(fitter, rows=np.ones_like(fitter.rows))    # held-out stretches as well
+    everywhere = fitter.everywhere()
     while len(found.last.accepted) >= MANY:
         shares = unsteady_shares(everywhere, everywhere.settled(found.last))
         worst = max(shares, key=shares.__getitem__)
