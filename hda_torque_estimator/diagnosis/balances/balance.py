@@ -43,7 +43,7 @@ from ...measurements.upsampling import between, is_held
 BANDWIDTH = 40.0        # of the balances [Hz]
 RATE = 125.0            # at which balances are kept [Hz]
 _ENOUGH = 500.0         # samples that tell what a change of the arm changes in them [1/s]
-_KEPT = 3               # runs of whole arms, where balances hold, and predictions
+_KEPT = 3               # runs of whole arms, where balances hold, predictions, and noises
 _MARGIN = 12            # samples beyond the filter's reach, for the polynomials
 _STOP = 0.006           # for which a shaft that turns round is slow [s]
 _SLOW = 0.3             # shaft speed below which dry friction is not known [rad/s]
@@ -88,6 +88,7 @@ class Balancer:
         self._parts = parts or Parts(measurement, self.filtered)
         self._runs, self._valid = Known[Array](_KEPT), Known[NDArray[np.bool_]](_KEPT)
         self.predictions = Known[Array](_KEPT)      # how far off those of arms end (`predict`)
+        self.noises = Known[tuple[Array, Array]](_KEPT)     # of arms (`healthy`)
 
     def like(self, measurement: Measurement) -> 'Balancer':
         """Return the balances of another measurement along the same motion."""

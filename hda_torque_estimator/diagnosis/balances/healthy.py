@@ -63,7 +63,8 @@ def noise_of(balancer: Balancer, arm: Arm, twin: Measurement | None = None, *,
     """
     Return the standard deviation (c,) of each balance that noise leaves, and readings alone.
 
-    A `twin` that was made of this arm and these readings before need not be made again.
+    A `twin` that was made of this arm and these readings before need not be made again, and of
+    the last few arms all is known.
 
     The second is what the noise of the measured readings makes of the balances: they are made
     again with as much more of it [N*m]. Rounding of slow readings is not white, and a simulated
@@ -71,9 +72,20 @@ def noise_of(balancer: Balancer, arm: Arm, twin: Measurement | None = None, *,
     balances then have more at high frequency, where effects seldom show, is white noise of the
     torque, which is added. What torsion balances have more there is of clocks that jitter.
     """
+    if twin is not None:
+        return _noise_beside(balancer, arm, twin, seed)
+    record = arm.record()
+    return balancer.noises.of(
+        (record.joints.tobytes(), record.body.tobytes(), seed),
+        lambda: _noise_beside(balancer, arm, healthy_twin(balancer, arm, seed), seed))
+
+
+def _noise_beside(balancer: Balancer, arm: Arm, twin: Measurement,
+                  seed: int) -> tuple[Array, Array]:
+    """Return what `noise_of` does, with a twin of the arm."""
     ours = balancer(arm)
     added = balancer.noisier(arm).residual - ours.residual
-    made = balancer.like(twin or healthy_twin(balancer, arm, seed))(arm)
+    made = balancer.like(twin)(arm)
     told = _rms(added, ours.valid)
     plain = np.clip(_rms(made.residual, made.valid), told, _MOST * told)
     joints = len(arm.joints)
