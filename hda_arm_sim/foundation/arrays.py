@@ -1,5 +1,6 @@
 """What the arrays of the project are called: numbers and masks, of any shape."""
 
+from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -7,3 +8,10 @@ from numpy.typing import NDArray
 
 Array: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
+
+
+def fixed(values: Sequence[float]) -> Array:
+    """Return an array (k,) of these values that is to be read only."""
+    made = np.array(values, float)
+    made.setflags(write=False)
+    return made

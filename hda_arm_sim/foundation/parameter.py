@@ -68,8 +68,9 @@ class Declared:
     def __post_init__(self) -> None:
         """Check every parameter; raises ParameterError."""
         for rule in self.declarations():
-            checked = rule.checked(self.name, getattr(self, rule.name))
-            object.__setattr__(self, rule.name, checked)
+            value = getattr(self, rule.name)
+            if type(value) is not float or not rule.low <= value <= rule.high:
+                object.__setattr__(self, rule.name, rule.checked(self.name, value))
 
     @classmethod
     @cache

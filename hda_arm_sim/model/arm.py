@@ -113,10 +113,10 @@ class Arm:
 
     def effect(self, name: str, joint: str | None = None) -> Effect:
         """Return an effect in force: its entry, else the nominal one (raises on bad names)."""
-        kind = effect_named(name)
-        self._check_place(kind, joint)
         if found := self._entries.get((name, joint)):
             return found
+        kind = effect_named(name)
+        self._check_place(kind, joint)
         return (self.base if joint is None else self.joint(joint)).nominal(kind)
 
     def with_effect(self, effect: Effect, joint: str | None = None) -> 'Arm':
@@ -155,7 +155,7 @@ class Arm:
         body['direction'] = tilt.direction
         body['weight'] = self.base.gravity * math.cos(tilt.tilt)
         for kind in effects_of(Scope.ARM):
-            body[kind.name] = self.effect(kind.name).values()
+            body[kind.name] = self._in_force(kind).values()
         return ArmRecord(joints, body)
 
     def moving_links(self) -> Links:
@@ -203,7 +203,9 @@ class Arm:
         return parts
 
     def _in_force(self, kind: type[Effect], joint: str | None = None) -> Any:
-        return self.effect(kind.name, joint)
+        """Return what `effect` does of a kind at a place that is there."""
+        return self._entries.get((kind.name, joint)) or (
+            self.base if joint is None else self.joint(joint)).nominal(kind)
 
     def _joint_record(self, joint: Joint) -> Any:
         own = {name: effect.values() for (name, label), effect in self._entries.items()

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 import math
 from typing import ClassVar
 
@@ -81,7 +81,14 @@ class Joint(Declared):
     @cached_property
     def stated(self) -> dict[str, tuple[float, ...]]:
         """Return the numbers of every effect of a joint, as this one has it without any entry."""
-        return {kind.name: self.nominal(kind).values() for kind in effects_of(Scope.JOINT)}
+        return _neutral_numbers() | {kind.name: make(self).values()
+                                     for kind, make in _STATED.items()}
+
+
+@cache
+def _neutral_numbers() -> dict[str, tuple[float, ...]]:
+    """Return the numbers of every effect of a joint that does nothing."""
+    return {kind.name: neutral(kind).values() for kind in effects_of(Scope.JOINT)}
 
 
 _STATED: dict[type[Effect], Callable[[Joint], Effect]] = {

@@ -5,8 +5,8 @@ from dataclasses import replace
 from typing import Any
 
 from hda_arm_sim.foundation.parameter import Declaration, Declared
-from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import effect_named
+from hda_arm_sim.model.arm import Arm, Placed
+from hda_arm_sim.model.effects import Effect, effect_named
 from hda_arm_sim.model.parts import Encoder, Joint
 from hda_arm_sim.model.torsion import TorsionLaw
 
@@ -38,19 +38,47 @@ def bounded(kind: type[Declared], numbers: Mapping[str, float]) -> dict[str, flo
     return found
 
 
+class Placing:
+    """An arm with other numbers in the making: it is made and checked once, when all stand."""
+
+    def __init__(self, arm: Arm) -> None:
+        """Begin with an arm."""
+        self._given = arm
+        self.joints = {joint.label: joint for joint in arm.joints}
+        self._effects = {(one.effect.name, one.joint): one for one in arm.effects}
+
+    def place(self, effect: Effect, label: str | None) -> None:
+        """Put an effect in the place of any other of its name."""
+        place = effect.name, label
+        self._effects.pop(place, None)
+        self._effects[place] = Placed(effect, label)
+
+    def enter(self, label: str, numbers: Mapping[str, float]) -> None:
+        """Put numbers such as `torsion.knee_1` in the place of those of a joint."""
+        fields: dict[str, dict[str, Any]] = {}
+        for name, value in numbers.items():
+            owner, _, field = name.rpartition('.')
+            fields.setdefault(owner, {})[field] = value
+        self._given.joint(label)                # raises ArmError where there is none
+        joint = self.joints[label]
+        own = fields.pop('', {})
+        parts = {owner: replace(getattr(joint, owner), **fields.pop(owner))
+                 for owner in PARTS if owner in fields}
+        for owner, values in fields.items():
+            placed = self._effects.get((owner, label))
+            self.place(replace(placed.effect if placed else joint.nominal(effect_named(owner)),
+                               **values), label)
+        if own or parts:
+            self.joints[label] = replace(joint, **own, **parts)
+
+    def arm(self) -> Arm:
+        """Return the arm as it stands now; raises ArmError for one that cannot be."""
+        return replace(self._given, joints=tuple(self.joints.values()),
+                       effects=tuple(self._effects.values()))
+
+
 def entered(arm: Arm, label: str, numbers: Mapping[str, float]) -> Arm:
     """Return an arm with numbers such as `torsion.knee_1` in the place of those of a joint."""
-    fields: dict[str, dict[str, Any]] = {}
-    for name, value in numbers.items():
-        owner, _, field = name.rpartition('.')
-        fields.setdefault(owner, {})[field] = value
-    joint = arm.joint(label)
-    for owner, values in fields.items():
-        if not owner:
-            joint = replace(joint, **values)
-        elif owner in PARTS:
-            joint = replace(joint, **{owner: replace(getattr(joint, owner), **values)})
-        else:
-            arm = arm.with_effect(replace(arm.effect(owner, label), **values), label)
-    joints = tuple(joint if old.label == label else old for old in arm.joints)
-    return replace(arm, joints=joints)
+    made = Placing(arm)
+    made.enter(label, numbers)
+    return made.arm()

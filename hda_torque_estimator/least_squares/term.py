@@ -9,14 +9,14 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Protocol, runtime_checkable
 
-from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.arrays import Array, fixed
 from hda_arm_sim.foundation.parameter import Declared
 from hda_arm_sim.model.arm import Arm, Placed
 from hda_arm_sim.model.effects import Effect
 from hda_arm_sim.model.parts import Joint
 import numpy as np
 
-from .bounds import bounded, entered
+from .bounds import bounded, entered, Placing
 from .charts import Chart, Plain, Wave
 
 Place = tuple[str, str | None]        # an effect and its joint, None for the whole arm
@@ -66,25 +66,30 @@ class Term:
         return tuple(chart.names for chart in self.charts if isinstance(chart, Wave))
 
     def all_steps(self) -> Array:
-        """Return the usual step of every unknown."""
-        return self._each('step')
+        """Return the usual step of every unknown, to be read only."""
+        return self._known['step']
 
     def deviations(self) -> Array:
-        """Return what is known of every unknown before: one sigma, infinite for nothing."""
-        return self._each('prior')
+        """Return one sigma of what is known of every unknown, infinite for nothing (read only)."""
+        return self._known['prior']
 
     def bounds(self) -> tuple[Array, Array]:
-        """Return where a search of every unknown ends."""
-        return self._each('low'), self._each('high')
+        """Return where a search of every unknown ends, to be read only."""
+        return self._known['low'], self._known['high']
 
-    def _each(self, what: str) -> Array:
-        return np.array([getattr(chart, what) for chart in self.charts
-                         for _ in range(chart.size)])
+    @cached_property
+    def _known(self) -> dict[str, Array]:       # a fit asks for it at every step
+        return {what: fixed([getattr(chart, what) for chart in self.charts
+                             for _ in range(chart.size)])
+                for what in ('step', 'prior', 'low', 'high')}
 
     def vector(self) -> Array:
         """Return the unknowns as they stand."""
-        return np.array([unknown for chart in self.charts
-                         for unknown in chart.unknowns(self.effect)])
+        return self._vector.copy()
+
+    @cached_property
+    def _vector(self) -> Array:
+        return fixed([unknown for chart in self.charts for unknown in chart.unknowns(self.effect)])
 
     def start(self) -> Array:
         """Return the unknowns where a search begins."""
@@ -150,23 +155,21 @@ def with_terms(arm: Arm, terms: Iterable[Any]) -> Arm:
     Whole effects and numbers of joints are placed at once: every arm is checked, and a fit makes
     thousands of them.
     """
-    effects = {(one.effect.name, one.joint): one for one in arm.effects}
-    joints = {joint.label: joint for joint in arm.joints}
+    made = Placing(arm)
     numbers: dict[str, dict[str, float]] = {}
     others = []
     for term in terms:
         if isinstance(term, Term) and term.is_whole:
-            effects.pop(term.place, None)
-            effects[term.place] = Placed(term.effect, term.joint)
+            made.place(term.effect, term.joint)
         elif isinstance(term, Term):
             numbers.setdefault(str(term.joint), {}).update(term.numbers())
         elif isinstance(term, OfJoint):
-            joints[term.joint] = term.on_joint(joints[term.joint])
+            made.joints[term.joint] = term.on_joint(made.joints[term.joint])
         else:
             others.append(term)
-    arm = replace(arm, joints=tuple(joints.values()), effects=tuple(effects.values()))
     for label, found in numbers.items():
-        arm = entered(arm, label, found)
+        made.enter(label, found)
+    arm = made.arm()
     for term in others:
         arm = term.on(arm)
     return arm
