@@ -34,7 +34,7 @@ from torque_chain import numbers_off
 
 ARM = read_arm('cobot7.yaml')
 BARS = {'told': 0.95, 'accused': 0.01, 'seconds': 60.0}
-QUICK, TINY = 'kinematic_error', 10.0       # of a tiny case: what is looked for, its length [s]
+QUICK, TINY = 'kinematic_error', 6.0        # of a tiny case: what is looked for, its length [s]
 Place = tuple[str, str | None]
 
 
