@@ -11,7 +11,7 @@ from typing import Any, Protocol, runtime_checkable
 
 from hda_arm_sim.foundation.arrays import Array, fixed
 from hda_arm_sim.foundation.parameter import Declared
-from hda_arm_sim.model.arm import Arm, Placed
+from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import Effect
 from hda_arm_sim.model.parts import Joint
 import numpy as np
