@@ -7,20 +7,23 @@ from .foundation.chain import lent
 from .foundation.compiled import borrowed, compiled, inlined, Record
 from .foundation.rigid import Inertia
 from .model.arm import ArmRecord
-from .model.effects.actuation import late_torque
-from .model.effects.place import Commanded
+from .model.effect_loops import acting_at, record_at
+from .model.effects.catalogue import sole_at
+from .model.effects.place import Commanded, WIRE
 from .model.integrate import advance, axes, set_input
 from .model.kernel import COMMANDS, FORCES, HISTORY, SENT
 
 NODES = 3               # start, middle and end of a step
 _SAME = 1e-9            # share of a sample that is no time at all
+_is_late, _wire_of, _arrived = acting_at(WIRE), record_at(WIRE), sole_at(WIRE).law_after
 
 
 @inlined
 def _late(joint: Record, dt: float) -> tuple[int, float]:
     """Return the whole samples of a joint's delay and the time that is left over [s]."""
-    samples = min(int(joint.command_delay.delay / dt + _SAME), HISTORY - 2)
-    left = joint.command_delay.delay - samples * dt
+    delay = _wire_of(joint).delay
+    samples = min(int(delay / dt + _SAME), HISTORY - 2)
+    left = delay - samples * dt
     return samples, (left if left > _SAME * dt else 0.0)
 
 
@@ -31,7 +34,7 @@ def _hold(arm: ArmRecord, w: Array, force: Array, dt: float, elapsed: float) -> 
         samples, left = _late(arm.joints[j], dt)
         torque = w[j, SENT + samples]
         if left > 0.0:
-            torque = late_torque(left, Commanded(torque, w[j, SENT + samples + 1], 0.0, elapsed))
+            torque = _arrived(left, Commanded(torque, w[j, SENT + samples + 1], 0.0, elapsed))
         for k in range(NODES):
             w[j, COMMANDS + k] = torque
     for k in range(NODES):
@@ -47,7 +50,7 @@ def send(arm: ArmRecord, w: Array, torque: Array, force: Array, dt: float) -> No
     So is what acts on the tip: a force (2,), or a wrench (6,) on a chain [N, N*m, base].
     """
     for j in range(arm.joints.shape[0]):
-        if arm.joints[j].command_delay.delay > 0.0:
+        if _is_late(arm.joints[j]):
             for k in range(HISTORY - 1, 0, -1):
                 w[j, SENT + k] = w[j, SENT + k - 1]
         w[j, SENT] = torque[j]

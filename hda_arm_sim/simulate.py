@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from .foundation.compiled import borrowed, compiled
 from .foundation.rigid import Inertia
 from .model.arm import Arm, ArmError, ArmRecord
 from .model.chain_links import ChainLinks
+from .model.effect_loops import numbers_at
+from .model.effects.catalogue import sole_at
+from .model.effects.place import WIRE
 from .model.integrate import advance, set_input
 from .model.kernel import (AXES, COMMANDS, FORCES, HISTORY, LINK_ANGLE, LINK_VELOCITY, MOTOR_ANGLE,
                            MOTOR_VELOCITY, registers, slope, SLOPE_1, STATE, STATES, TIME, TORQUE)
@@ -94,7 +97,7 @@ def rollout(arm: Arm, initial: Array, inputs: Course, dt: float, *, step: float 
     if held or samples < 4:
         _run_held(record, w, Course(torque, force), dt, count, states, extra)
     else:
-        late = [joint['command_delay']['delay'] / dt for joint in record.joints]
+        late = [delay / dt for delay in numbers_at(record.joints, WIRE)['delay']]
         nodes = Course(_nodes(torque, count, late), _nodes(force, count, [0.0] * force.shape[1]))
         _run_smooth(record, w, nodes, dt / count, count, states, extra)
     return Trajectory(start + dt * np.arange(float(samples)), states, *extra)
@@ -114,10 +117,10 @@ def checked(arm: Arm, dt: float = 1e-3) -> Arm:
                        f'give {how} under "links"')
     longest = (HISTORY - 2) * dt
     for label in arm.labels:
-        delay = arm.effect('command_delay', label).values()[0]
-        if delay > longest:
-            raise ArmError(f'command_delay of {label} must be at most {HISTORY - 2} samples, '
-                           f'{longest:g} s, got {delay:g} s')
+        wire: Any = arm.effect(sole_at(WIRE).name, label)
+        if wire.delay > longest:
+            raise ArmError(f'{wire.name} of {label} must be at most {HISTORY - 2} samples, '
+                           f'{longest:g} s, got {wire.delay:g} s')
     return arm
 
 

@@ -6,6 +6,8 @@ from types import FrameType
 
 from hda_arm_sim.foundation.compiled import cache_folder, say_when_compiling
 from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects.catalogue import effects_at
+from hda_arm_sim.model.effects.place import BASE, LINK_INERTIA, STIFFENING, TIP, WIND_UP
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion_of
 from hda_arm_sim.plant import Plant
@@ -15,6 +17,7 @@ import numpy as np
 
 from .controlling.live_controller import LiveController
 from .diagnosis.diagnose import diagnose
+from .diagnosis.readings.raw_readings import RAW_EFFECTS
 from .estimating.estimator import Estimator
 from .estimating.live_estimator import LiveEstimator
 from .measurements.measurement import Measurement
@@ -24,8 +27,8 @@ from .simulating.closed_loop import run
 ARMS = ('hda_arm.yaml', 'paper_single_axis.yaml', 'cobot7.yaml')
 _DT, _SECONDS = 1e-3, 12.0         # of a recording that can be diagnosed [s]
 # Causes of which a search runs all that is compiled.
-_TRIED = ('external_contact', 'base_vibration', 'link_inertia_error', 'stiffening_error',
-          'wave_generator_compliance', 'encoder_interpolation_error')
+_TRIED = (*(effect.name for place in (TIP, BASE, LINK_INERTIA, STIFFENING, WIND_UP)
+            for effect in effects_at(place)), *RAW_EFFECTS)
 _USAGE = """usage: warm_up
 
 Compile what the nodes and the commands need, once after an installation, for a minute or two.

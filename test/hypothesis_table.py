@@ -1,5 +1,5 @@
 """
-Write the last part of docs/constants.md: what is forgiven an effect, and from where it is told.
+Write the last parts of docs/constants.md: what is forgiven an effect, and how it scatters.
 
 A field of `Hypothesis` that judges has a comment with its origin in parentheses, as a constant
 has. An effect that declares other values tells why in a comment above its declaration.
@@ -31,6 +31,19 @@ of the declaration. An effect that is not listed has the usual ones. `test_hidde
 DEPARTURES = """
 | effect | instead of the usual value | origin |
 |---|---|---|
+"""
+
+
+UNMEASURED = """
+## Joints that nobody has measured
+
+Numbers of effects scatter from joint to joint (`Unmeasured`). A calibration begins there, and so
+do the tolerances that `hda new` writes. Each is one sigma: in its own unit, or on the logarithm
+about a usual value, or relative to what the arm file states. `test_calibrate_bounds` and
+`test_calibrate_real` rest on them.
+
+| effect | one sigma | usual value | origin |
+|---|---|---|---|
 """
 
 
@@ -73,13 +86,13 @@ def departures() -> Iterator[tuple[str, str, str]]:
             yield effect.name, '; '.join(other), origin(effect)
 
 
-def origin(effect: type[Effect]) -> str:
-    """Return what the comment above an effect's declaration tells of its thresholds."""
+def origin(effect: type[Effect], field: str = 'hypothesis') -> str:
+    """Return what the comment on a declaration of an effect tells of where it comes from."""
     text = inspect.getsource(effect)
     lines = [line.strip() for line in text.split('\n')]
     node = next(node for node in ast.walk(ast.parse(text))
-                if isinstance(node, ast.AnnAssign) and ast.unparse(node.target) == 'hypothesis')
-    return constant_of(('hypothesis',), '', comment_of(lines, node), '').origin or 'choice'
+                if isinstance(node, ast.AnnAssign) and ast.unparse(node.target) == field)
+    return constant_of((field,), '', comment_of(lines, node), '').origin or 'choice'
 
 
 def section() -> str:
@@ -87,7 +100,16 @@ def section() -> str:
     rows = [f'| `{name}` | {shown(usual(name))} | {meaning} | {whence} |\n'
             for name, meaning, whence in thresholds()]
     others = [f'| `{name}` | {other} | {whence} |\n' for name, other, whence in departures()]
-    return ''.join([HEAD, *rows, DEPARTURES, *others])
+    return ''.join([HEAD, *rows, DEPARTURES, *others, UNMEASURED, *scatters()])
+
+
+def scatters() -> Iterator[str]:
+    """Yield how each effect that a calibration looks for scatters, a row of a table each."""
+    for effect in EFFECTS:
+        if effect.unmeasured is not None:
+            sigma, usual = ('; '.join(f'`{name}` {size:g}' for name, size in sizes.items())
+                            for sizes in (effect.unmeasured.sigma, effect.unmeasured.usual))
+            yield f'| `{effect.name}` | {sigma} | {usual} | {origin(effect, "unmeasured")} |\n'
 
 
 def numeric_fields() -> set[str]:

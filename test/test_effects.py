@@ -277,8 +277,8 @@ def test_variations_of_a_budget_leave_a_budget(share, budget, sense, angle):
 @given(st.integers(0, 3), st.floats(-1.0, 1.0), st.floats(-1e-3, 1e-3))
 def test_hysteresis_gives_back_no_more_than_it_took(place, share, change):
     own = TorsionalHysteresis(width=1e-4).record()
-    reach = TorsionalHysteresis.slide(own, 0.0, 1.0, place)
-    before, after = share * reach, TorsionalHysteresis.slide(own, share * reach, change, place)
+    reach = TorsionalHysteresis.law_after(own, 0.0, 1.0, place)
+    before, after = share * reach, TorsionalHysteresis.law_after(own, share * reach, change, place)
     slides = change - (after - before)
     assert after * slides >= -1e-18                 # what slides is lost, never won
     assert abs(after) <= reach

@@ -89,3 +89,10 @@ def tool_jacobian(length1: float, length2: float,
     """
     return (length1 * np.sin(q2), 0.0 * q2,
             length1 * np.cos(q2) + length2, length2 + 0.0 * q2)
+
+
+@compiled
+def tilting_moment(first: float, second: float, gravity: float,
+                   elbow: Number) -> tuple[Number, Number]:
+    """Return the weight's moment that tilts the bearings of joints 1 and 2, (eq:tilting) [N*m]."""
+    return gravity * (first + second * np.cos(elbow)), gravity * second + 0.0 * elbow

@@ -16,14 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .chain_links import ChainLinks
-from .effects import (BaseTilt, BaseVibration, Effect, effect_named, effects_of, InertialCoupling,
-                      LinkInertiaError, MotorInertiaError, Scope, Site)
-from .effects.catalogue import record_fields
+from .effect_loops import numbers_at
+from .effects import Effect, effect_named, effects_of, Scope, Site
+from .effects.catalogue import record_fields, sole_at
+from .effects.place import BASE, COUPLING, LINK_INERTIA, MOTOR_INERTIA, Place, WEIGHT
 from .link_numbers import differ, is_definite
 from .link_side import loaded_inertia, thrown_mass
 from .parts import Base, Encoder, Joint, Links, Tolerances
 from .torsion import TorsionLaw
-from .torsion_in_force import TORSION_EFFECTS, torsion_record
+from .torsion_in_force import OF_TORSION, torsion_record
 from ..foundation.chain import CHAIN_RECORD, DOWN, MASS
 
 
@@ -144,7 +145,7 @@ class Arm:
         joints = np.array([self._joint_record(joint) for joint in self.joints], JOINT_RECORD)
         chain = isinstance(self.links, ChainLinks)
         body = np.zeros((), CHAIN_BODY_RECORD if chain else BODY_RECORD)[()]
-        tilt = self._in_force(BaseTilt)
+        tilt = self._in_force(WEIGHT)
         down_x, down_y = tilt(gravity=self.base.gravity)
         if chain:
             body['links']['joints'] = len(self.joints)
@@ -155,7 +156,7 @@ class Arm:
         body['direction'] = tilt.direction
         body['weight'] = self.base.gravity * math.cos(tilt.tilt)
         for kind in effects_of(Scope.ARM):
-            body[kind.name] = self._in_force(kind).values()
+            body[kind.name] = self._of_kind(kind, None).values()
         return ArmRecord(joints, body)
 
     def moving_links(self) -> Links:
@@ -174,8 +175,8 @@ class Arm:
                            f'{len(self.joints)} joints')
         if len(self.joints) > 2:
             return links
-        coupled = self._in_force(InertialCoupling)(nominal=links.coupled)
-        inertia = [self._in_force(LinkInertiaError, joint.label)(nominal=nominal)
+        coupled = self._in_force(COUPLING)(nominal=links.coupled)
+        inertia = [self._in_force(LINK_INERTIA, joint.label)(nominal=nominal)
                    for joint, nominal in zip(self.joints, (links.p1, links.p2))]
         p2 = inertia[1] if len(inertia) == 2 else links.p2
         return replace(links, p1=inertia[0] + coupled * (p2 - links.p2), p2=p2,
@@ -195,25 +196,27 @@ class Arm:
             raise ArmError('this is told of chains; the arm has links in a plane, or none')
         parts = self.links.parts.copy()
         for row, joint in zip(parts[1:], self.joints):
-            differ(row, self._in_force(LinkInertiaError, joint.label))
-        tilt = self._in_force(BaseTilt)
+            differ(row, self._in_force(LINK_INERTIA, joint.label))
+        tilt = self._in_force(WEIGHT)
         parts[0, DOWN:DOWN + 3] = (*tilt(gravity=self.base.gravity),
                                    -self.base.gravity * math.cos(tilt.tilt))
         parts.setflags(write=False)
         return parts
 
-    def _in_force(self, kind: type[Effect], joint: str | None = None) -> Any:
-        """Return what `effect` does of a kind at a place that is there."""
+    def _in_force(self, place: Place, joint: str | None = None) -> Any:
+        """Return what `effect` does of the only effect of a place that is there."""
+        return self._of_kind(sole_at(place), joint)
+
+    def _of_kind(self, kind: type[Effect], joint: str | None) -> Effect:
         return self._entries.get((kind.name, joint)) or (
             self.base if joint is None else self.joint(joint)).nominal(kind)
 
     def _joint_record(self, joint: Joint) -> Any:
         own = {name: effect.values() for (name, label), effect in self._entries.items()
                if label == joint.label}
-        inertia = self._in_force(MotorInertiaError, joint.label)(
-            nominal=joint.motor_inertia)
+        inertia = self._in_force(MOTOR_INERTIA, joint.label)(nominal=joint.motor_inertia)
         torsion = torsion_record(joint.ratio, joint.torsion, *(
-            self._in_force(kind, joint.label) for kind in TORSION_EFFECTS))
+            self._in_force(place, joint.label) for place in OF_TORSION))
         return (joint.ratio, inertia, torsion, joint.motor_encoder.values(),
                 joint.link_encoder.values(), joint.motor_deviation,
                 self.tolerances_of(joint.label).values(), *{**joint.stated, **own}.values())
@@ -257,12 +260,14 @@ def _check_chain(arm: Arm, links: ChainLinks) -> None:
     if len(links.names) != len(arm.joints):
         raise ArmError(f'links has a chain of {len(links.names)} joints '
                        f'({", ".join(links.names)}), got {len(arm.joints)} joints')
-    if not arm.effect(InertialCoupling.name).is_neutral():
-        raise ArmError('inertial_coupling is told of two links in a plane; the links of a chain '
+    coupling = sole_at(COUPLING).name
+    if not arm.effect(coupling).is_neutral():
+        raise ArmError(f'{coupling} is told of two links in a plane; the links of a chain '
                        'always feel each other')
     for label, row in zip(arm.labels, arm.moving_parts()[1:]):
         if not is_definite(row.tobytes()):
-            raise ArmError(f'link_inertia_error of {label} leaves an inertia that no body has')
+            raise ArmError(f'{sole_at(LINK_INERTIA).name} of {label} leaves an inertia that no '
+                           'body has')
 
 
 def _check_pair(links: Links, joints: int) -> None:
@@ -278,11 +283,11 @@ def _check_pair(links: Links, joints: int) -> None:
 
 def _check_base(arm: Arm) -> None:
     """Check that the mass of a swinging base holds at least what the links throw about."""
-    accelerance = arm.effect(BaseVibration.name).values()[2]
+    accelerance = float(numbers_at(arm.record().body, BASE)['amplitude'])
     if accelerance > 0.0:
         inertia = loaded_inertia(arm.record().body)
         mass = (float(inertia.table[1:-1, MASS].sum()) if isinstance(arm.links, ChainLinks)
                 else thrown_mass(inertia, len(arm.joints)))
         if accelerance * mass >= 1.0:
-            raise ArmError('base_vibration.amplitude must lie below one over the mass that the '
-                           f'links move, {1.0 / mass:.3g} 1/kg, got {accelerance:g} 1/kg')
+            raise ArmError(f'{sole_at(BASE).name}.amplitude must lie below one over the mass that '
+                           f'the links move, {1.0 / mass:.3g} 1/kg, got {accelerance:g} 1/kg')

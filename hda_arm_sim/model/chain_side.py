@@ -3,9 +3,8 @@
 import numpy as np
 
 from .arm import ArmRecord
-from .effects.environment import base_acceleration
-from .effects.place import Swung
-from .link_side import link_torque, tip_force_in_space
+from .link_side import (base_acceleration, bearing_level, link_torque, swing_of, swings,
+                        tip_force_in_space)
 from .registers import (AXES, BASE_OFFSET, BASE_RATE, BUDGET, DRIVE, FORCE, LINK_ANGLE,
                         LINK_VELOCITY, MODE, NOW, PUSHED, TORQUE)
 from ..foundation import chain
@@ -27,12 +26,11 @@ def accelerate(arm: ArmRecord, inertia: Chain, w: Array, at: int, to: int) -> No
         joint = arm.joints[j]
         c[j + 1, chain.TORQUE] = (
             w[j, TORQUE] + link_torque(joint, w[j, at + LINK_ANGLE]) - c[j + 1, chain.TORQUE]
-            - w[j, MODE + 1] * joint.link_bearing_friction.level)
-    swing = arm.body.base_vibration
-    if swing.amplitude == 0.0:
+            - w[j, MODE + 1] * bearing_level(joint, w[j, at + LINK_ANGLE]))
+    if not swings(arm.body):
         _solve(arm, c, w, to)
         return
-    free = _stir(swing, c, w, at)
+    free, swing = _stir(arm.body, c, w, at), swing_of(arm.body)
     _solve(arm, c, w, to)
     w[0, to + BASE_OFFSET], w[0, to + BASE_RATE] = w[0, at + BASE_RATE], free
     for j in range(joints):
@@ -62,12 +60,13 @@ def swing_direction(swing: Record) -> Vector:
 
 
 @inlined
-def _stir(swing: Record, c: Array, w: Array, at: int) -> float:
+def _stir(body: Record, c: Array, w: Array, at: int) -> float:
     """Let a base swing: couple it to matrix and torques, return its acceleration beneath rest."""
+    swing = swing_of(body)
     along = swing_direction(swing)
     weight = base_couplings(c, along)           # it sags under that: the swing is about there
     push = -dot(vector(c, 1, chain.FORCE), along) - weight
-    free = base_acceleration(swing, Swung(push, w[0, at + BASE_OFFSET], w[0, at + BASE_RATE]))
+    free = base_acceleration(body, push, w[0, at + BASE_OFFSET], w[0, at + BASE_RATE])
     for row in range(1, c.shape[0] - 1):
         c[row, chain.TORQUE] -= c[row, COUPLING] * free
     shake_less(swing, c)
@@ -84,9 +83,9 @@ def shake_less(swing: Record, c: Array) -> None:
 
 
 @inlined
-def _held(arm: ArmRecord, w: Array, j: int) -> bool:
+def _held(arm: ArmRecord, c: Array, w: Array, j: int) -> bool:
     """Tell whether a bearing holds its link."""
-    return arm.joints[j].link_bearing_friction.level > 0.0 and w[j, MODE + 1] == 0.0
+    return bearing_level(arm.joints[j], c[j + 1, chain.ANGLE]) > 0.0 and w[j, MODE + 1] == 0.0
 
 
 @inlined
@@ -94,9 +93,9 @@ def _solve(arm: ArmRecord, c: Array, w: Array, to: int) -> None:
     """Fill the links' accelerations, with bearings that hold or oppose them, (eq:bearing)."""
     joints = arm.joints.shape[0]
     for j in range(joints):
-        held = _held(arm, w, j)
+        held = _held(arm, c, w, j)
         for k in range(j + 1):
-            apart = held or _held(arm, w, k)
+            apart = held or _held(arm, c, w, k)
             c[j + 1, chain.SOLVING + k] = 0.0 if apart else c[j + 1, chain.MATRIX + k]
         if held:
             c[j + 1, chain.SOLVING + j] = 1.0
@@ -105,7 +104,7 @@ def _solve(arm: ArmRecord, c: Array, w: Array, to: int) -> None:
     for j in range(joints):
         w[j, to + LINK_VELOCITY] = c[j + 1, chain.RIGHT]
     for j in range(joints):
-        level = arm.joints[j].link_bearing_friction.level
+        level = bearing_level(arm.joints[j], c[j + 1, chain.ANGLE])
         if level > 0.0:
             load = c[j + 1, chain.TORQUE]
             for k in range(joints):

@@ -10,7 +10,8 @@ from typing import Any, TypeAlias
 
 import numba
 
-from .effects.catalogue import effects_at
+from .effects.catalogue import effects_at, sole_at
+from .effects.effect import Effect
 from .effects.place import Place
 from ..foundation.compiled import Record
 
@@ -43,6 +44,48 @@ def grown(place: Place, renewed: Compiled) -> Compiled:
 def passed(place: Place, renewed: Compiled, law: str = 'law') -> Compiled:
     """Return `f(owner, signals, value)`: the value after every law has changed it in turn."""
     return _unrolled_effects(place, law, renewed, _latter)
+
+
+def record_at(place: Place) -> Compiled:
+    """Return `f(owner)`: the numbers of the only effect of a place, which keeps a state there."""
+    return record_of(sole_at(place))
+
+
+def record_of(effect: type[Effect]) -> Compiled:
+    """Return `f(owner)`: the numbers of an effect."""
+    name = effect.name
+
+    @_unrolled
+    def found(owner: Record) -> Record:
+        return owner[name]
+    return found
+
+
+def acting_at(place: Place) -> Compiled:
+    """Return `f(owner)`: whether the only effect of a place does anything."""
+    name, acts = sole_at(place).name, _condition(sole_at(place).acts)
+
+    @_unrolled
+    def found(owner: Record) -> bool:
+        return acts(owner[name])
+    return found
+
+
+def numbers_at(owner: Any, place: Place) -> Any:
+    """Return what compiled code has of `record_at`, outside of it: of one owner or of many."""
+    return owner[sole_at(place).name]
+
+
+def any_acts(owner: Any, *places: Place) -> bool:
+    """Tell of one owner or of many whether an effect does anything at one of these places."""
+    return any(owner[effect.name][number].any() for place in places
+               for effect in effects_at(place) for number in effect.acts)
+
+
+def total_at(place: Place, law: str, owner: Any, at: Any) -> float:
+    """Return what `added` returns from zero on, of one owner and outside of compiled code."""
+    return float(sum(getattr(effect, law)(owner[effect.name], at) for effect in effects_at(place)
+                     if getattr(effect, law) is not None))
 
 
 def _unrolled_effects(place: Place, law: str, renewed: Compiled, joined: Compiled) -> Compiled:

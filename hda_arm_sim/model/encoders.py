@@ -8,21 +8,44 @@ from typing import Any
 
 from numba.core import types
 
-from .effect_loops import added
-from .effects.place import LINK_READING, MOTOR_READING, Read
-from .effects.sensing import tilting_moment
+from .effect_loops import acting_at, added, record_at
+from .effects.catalogue import sole_at
+from .effects.place import (CLOCK, Counted, COUNTS, LINK_READING, MOTOR_READING, Read,
+                            TILTED_READING, Triggered)
 from ..foundation.arrays import Array
 from ..foundation.chain import ANGLE, Chain, of_links, place, TORQUE
 from ..foundation.chain import tilting_moment as chain_tilt
 from ..foundation.compiled import compiled, either, inlined, Record
-from ..foundation.rigid import Inertia
+from ..foundation.rigid import Inertia, tilting_moment
 
 _ROUNDS = 40            # of the inverse; an error's slope below 0.1 needs 15
 _SAME = 1e-15           # change of an angle that ends the inverse [rad]
 
 
-_at_motor, _at_link = added(MOTOR_READING), added(LINK_READING)
+_at_motor, _at_link, _tilted = added(MOTOR_READING), added(LINK_READING), added(TILTED_READING)
 _motor_slope, _link_slope = added(MOTOR_READING, 'law_slope'), added(LINK_READING, 'law_slope')
+_later, _counted, counts_of = added(CLOCK), sole_at(COUNTS).law, record_at(COUNTS)
+# Whether what tilts the bearing of a joint's link shows in its link encoder.
+feels_tilt = acting_at(TILTED_READING)
+
+
+@inlined
+def shown_after(late: float, angle: float, velocity: float, acceleration: float) -> float:
+    """Return the angle that an encoder shows `late` [s] after the stamp, (eq:skew) [rad]."""
+    return angle + late * (velocity + 0.5 * late * acceleration)
+
+
+@inlined
+def link_lateness(joint: Record) -> float:
+    """Return how long after the stamp the link encoder is read, (eq:skew) [s]."""
+    late = joint.motor_encoder.sampling_time
+    return _later(joint, Triggered(late), late)
+
+
+@inlined
+def counted(joint: Record, motor: float, link: float) -> tuple[float, float]:
+    """Return both angles in the steps of their encoders, (eq:count) [rad]."""
+    return _counted(counts_of(joint), Counted(motor, link))
 
 
 @inlined
@@ -34,7 +57,8 @@ def motor_error(joint: Record, angle: float) -> float:
 @inlined
 def link_error(joint: Record, angle: float, tilt_moment: float) -> float:
     """Return what the link encoder adds to the link's angle [rad]."""
-    return _at_link(joint, Read(angle, tilt_moment), 0.0)
+    at = Read(angle, tilt_moment)
+    return _tilted(joint, at, _at_link(joint, at, 0.0))
 
 
 @compiled
@@ -57,12 +81,6 @@ def link_angle_behind(joint: Record, shown: float, tilt_moment: float) -> float:
         if abs(angle - last) <= _SAME * abs(angle):
             break
     return angle
-
-
-@inlined
-def feels_tilt(joint: Record) -> bool:
-    """Tell whether what tilts the bearing of a joint's link shows in its link encoder."""
-    return joint.bearing_crosstalk.coefficient != 0.0
 
 
 @inlined

@@ -5,9 +5,10 @@ from typing import Any
 import numpy as np
 
 from .arm import Arm, ArmRecord
-from .effects.transmission import SLIDERS
+from .effect_loops import numbers_at, total_at
+from .effects.place import BASE, Bent, BRISTLES, LINK_TORQUE, LOOP, Pulled, SLIDERS, Twisted
 from .kernel import (BASE_OFFSET, BASE_RATE, BRISTLE, growth, LINK_ANGLE, LINK_VELOCITY,
-                     MOTOR_ANGLE, MOTOR_VELOCITY, STRETCH, transmission)
+                     MOTOR_ANGLE, MOTOR_VELOCITY, played_torsion, STRETCH, transmission)
 from .link_side import base_coupling, loaded_inertia
 from .torsion import torque_of_torsion, torsion_of_torque
 from ..foundation import chain
@@ -43,12 +44,12 @@ def _elastic(record: ArmRecord, state: Array) -> float:
     for row, joint in zip(state, record.joints):
         error, _ = transmission(joint, row[MOTOR_ANGLE])
         torsion = row[MOTOR_ANGLE] / joint['ratio'] + error - row[LINK_ANGLE]
-        loop, cable = joint['torsional_hysteresis'], joint['cable_spring']
         growing, _ = growth(joint, row[MOTOR_ANGLE])
+        bristles = total_at(BRISTLES, 'law_stiffness', joint, Bent())
+        loop = total_at(LOOP, 'law_stiffness', joint, Twisted())
         total += _integral(joint, torsion, growing) + 0.5 * (
-            joint['presliding_friction']['stiffness'] * row[BRISTLE] ** 2
-            + loop['level'] / loop['width'] * np.mean(row[STRETCH:STRETCH + SLIDERS] ** 2)
-            + cable['stiffness'] * (row[LINK_ANGLE] - cable['rest_angle']) ** 2)
+            bristles * row[BRISTLE] ** 2 + loop * np.mean(row[STRETCH:STRETCH + SLIDERS] ** 2))
+        total += total_at(LINK_TORQUE, 'law_energy', joint, Pulled(row[LINK_ANGLE]))
     return total
 
 
@@ -56,7 +57,7 @@ def _integral(joint: Any, torsion: float, growing: float) -> float:
     """Return the integral of the spring's torque over its torsion, from corner to corner [J]."""
     law, ratio = joint['torsion'], float(joint['ratio'])
     growing *= float(np.sign(torsion))          # all else of the law is odd
-    reach = max(abs(torsion) - float(joint['backlash']['half_width']), 0.0)
+    reach = abs(played_torsion(joint, torsion))
     corners = [float(torsion_of_torque(law, ratio, torque)) - growing * torque
                for torque in (float(law[end]) for end in ('knee_1', 'knee_2', 'valid_torque'))]
     edges = np.unique(np.minimum([0.0, *corners, reach], reach))
@@ -71,7 +72,7 @@ def _integral(joint: Any, torsion: float, growing: float) -> float:
 
 def _base(body: Any, inertia: Inertia | Chain, state: Array) -> float:
     """Return the energy of a swinging base: its own, and what its speed adds to the links'."""
-    swing = body['base_vibration']
+    swing = numbers_at(body, BASE)
     if swing['amplitude'] == 0.0:
         return 0.0
     offset, rate = state[0, BASE_OFFSET], state[0, BASE_RATE]

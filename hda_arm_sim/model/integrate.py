@@ -16,7 +16,7 @@ from .effects.place import Commanded
 from .kernel import (AXES, BUDGET, COMMAND, COMMANDS, CURRENT, DRIVE, FORCE, FORCES, MODE,
                      MOTOR_VELOCITY, NOW, settle, slope, SLOPE_1, SLOPE_2, SLOPE_3, SLOPE_4, STAGE,
                      STATE, STATES, TIME, TRIAL)
-from .motor_side import clipped, lagging, shaft_torque
+from .motor_side import clipped, lagging, lags, shaft_torque
 from ..foundation.arrays import Array
 from ..foundation.chain import of_links
 from ..foundation.compiled import compiled, inlined, Record
@@ -59,7 +59,7 @@ axes = of_links(_two, _six)         # components of what acts on the tip
 def _current(joint: Record, w: Array, j: int, dt: float, begin: float, s: float) -> float:
     """Return what the current loop delivers at a fraction of a step, from its state at `begin`."""
     command = clipped(joint, _between(w, j, COMMANDS, s))
-    if joint.current_loop_lag.time_constant == 0.0:
+    if not lags(joint):
         return command
     if s == begin:
         return w[j, STATE + CURRENT]

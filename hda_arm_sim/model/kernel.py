@@ -10,10 +10,10 @@ import numpy as np
 
 from . import chain_side, planar_side
 from .arm import ArmRecord
-from .effect_loops import added, passed
-from .effects.friction import bristle_rate, bristle_torque
-from .effects.place import Bent, LOADED_GEAR, PLAY, TRANSMISSION, Turned, Twisted
-from .effects.transmission import damping_torque, hysteresis_torque, slid, SLIDERS
+from .effect_loops import acting_at, added, passed, record_at
+from .effects.catalogue import sole_at
+from .effects.place import (Bent, BRISTLES, GEAR, LOADED_GEAR, LOOP, PLAY, SLIDERS, TRANSMISSION,
+                            Turned, Twisted)
 from .motor_side import drag, friction_budget, ripple
 from .registers import (AXES, BASE_OFFSET, BASE_RATE, BRISTLE, BUDGET, COMMAND, COMMANDS, CURRENT,
                         DRIVE, FORCE, FORCES, GUESS, HISTORY, HYSTERESIS, LINK_ANGLE,
@@ -31,8 +31,9 @@ __all__ = (                 # the registers are read by who reads the kernel
     'DRIVE', 'FORCE', 'FORCES', 'GUESS', 'HISTORY', 'HYSTERESIS', 'LINK_ANGLE', 'LINK_VELOCITY',
     'MODE', 'MOTOR_ANGLE', 'MOTOR_VELOCITY', 'NOW', 'REGISTERS', 'SENT', 'SLOPE_1', 'SLOPE_2',
     'SLOPE_3', 'SLOPE_4', 'STAGE', 'STATE', 'STATES', 'STRETCH', 'TIME', 'TORQUE', 'TRIAL',
-    'gear_torque', 'growth', 'loop_state', 'played_torsion', 'registers', 'settle', 'shaft_side',
-    'slide', 'slope', 'spring_torque', 'torque_against', 'transmission', 'twist')
+    'bends', 'bristles_of', 'gear_torque', 'growth', 'loop_of', 'loop_state', 'loops',
+    'played_torsion', 'registers', 'settle', 'shaft_side', 'slide', 'slope', 'spring_torque',
+    'torque_against', 'transmission', 'twist')
 
 _ACCURACY = 1e-4        # of the spring's iteration: its cube, 1e-12, is left as an error
 _MOST_GROWTH = 0.9      # of the gear's least compliance, so that more torque twists it more
@@ -52,6 +53,10 @@ _accelerate = of_links(planar_side.accelerate, chain_side.accelerate)
 _turning, _leading = added(TRANSMISSION), added(TRANSMISSION, 'law_slope')
 _growing, _rising = added(LOADED_GEAR), added(LOADED_GEAR, 'law_slope')
 _played, _played_rate = passed(PLAY, _left), passed(PLAY, _rate_left, 'law_rate')
+_damped, _looped, _slid = added(GEAR), sole_at(LOOP).law, sole_at(LOOP).law_after
+loops, loop_of = acting_at(LOOP), record_at(LOOP)
+bends, bristles_of = acting_at(BRISTLES), record_at(BRISTLES)
+_bending, _bristled = sole_at(BRISTLES).law_rate, sole_at(BRISTLES).law
 
 
 @inlined
@@ -100,23 +105,22 @@ def gear_torque(joint: Record, spring: float, torsion: float, torsion_rate: floa
     """Return the gear's torque, (eq:gear-torque) [N*m at the output, drives the link]."""
     rate = _played_rate(joint, Twisted(torsion, torsion_rate, state), torsion_rate)
     at = Twisted(torsion, rate, state)
-    return (spring + hysteresis_torque(joint.torsional_hysteresis, at)
-            + damping_torque(joint.structural_damping, at))
+    return _damped(joint, at, spring + _looped(loop_of(joint), at))
 
 
 @inlined
 def loop_state(joint: Record, w: Array, j: int, at: int, torsion: float) -> float:
     """Return the hysteresis z in [-1, 1] at a torsion, from its elements, (eq:hysteresis)."""
-    own, total = joint.torsional_hysteresis, 0.0
+    own, total = loop_of(joint), 0.0
     for place in range(SLIDERS):
-        total += slid(own, w[j, at + STRETCH + place], torsion - w[j, at + HYSTERESIS], place)
+        total += _slid(own, w[j, at + STRETCH + place], torsion - w[j, at + HYSTERESIS], place)
     return total / (SLIDERS * own.width)
 
 
 @inlined
 def settle_gear(joint: Record, w: Array, j: int) -> None:
     """Let the elements of a joint's hysteresis slide to where the state stands, (eq:sliders)."""
-    if joint.torsional_hysteresis.level > 0.0:
+    if loops(joint):
         angle = w[j, STATE + MOTOR_ANGLE]
         slide(joint, w, j, angle / joint.ratio + transmission(joint, angle)[0]
               - w[j, STATE + LINK_ANGLE])
@@ -127,8 +131,8 @@ def slide(joint: Record, w: Array, j: int, torsion: float) -> None:
     """Let the elements of a joint's hysteresis slide to a torsion, (eq:sliders)."""
     change = torsion - w[j, STATE + HYSTERESIS]
     for place in range(SLIDERS):
-        w[j, STATE + STRETCH + place] = slid(
-            joint.torsional_hysteresis, w[j, STATE + STRETCH + place], change, place)
+        w[j, STATE + STRETCH + place] = _slid(
+            loop_of(joint), w[j, STATE + STRETCH + place], change, place)
     w[j, STATE + HYSTERESIS] = torsion
 
 
@@ -161,7 +165,7 @@ def gear_side(joint: Record, w: Array, j: int, at: int) -> tuple[float, float]:
                                  w[j, at + LINK_VELOCITY])
     growing, rising = growth(joint, angle)
     loop = 0.0
-    if joint.torsional_hysteresis.level > 0.0:
+    if loops(joint):
         loop = loop_state(joint, w, j, at, torsion)
     spring = spring_torque(joint, torsion, growing, w, j)
     torque = gear_torque(joint, spring, torsion, rate, loop)
@@ -177,11 +181,10 @@ def shaft_side(joint: Record, w: Array, j: int, gear: tuple[float, float], at: i
     drive = w[j, COMMAND] + ripple(joint, angle) - drag(joint, velocity, w[0, NOW]) - against
     sense = mode if mode != 0.0 else np.sign(drive)
     budget = friction_budget(joint, velocity, sense, torque, w[j, at + LINK_ANGLE])
-    bristles = joint.presliding_friction
-    if bristles.stiffness > 0.0:
-        bent = w[j, at + BRISTLE]
-        bending = bristle_rate(bristles, Bent(velocity, bent, 0.0, budget))
-        drive -= bristle_torque(bristles, Bent(velocity, bent, bending, budget))
+    if bends(joint):
+        bristles, bent = bristles_of(joint), w[j, at + BRISTLE]
+        bending = _bending(bristles, Bent(velocity, bent, 0.0, budget))
+        drive -= _bristled(bristles, Bent(velocity, bent, bending, budget))
         w[j, to + BRISTLE], budget = bending, 0.0
     net = 0.0 if mode == 0.0 and budget > 0.0 else drive - mode * budget
     w[j, to + MOTOR_ANGLE] = velocity

@@ -8,8 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .effect_loops import added, pair_added, passed, triple_added
-from .effects.place import Carried, LINK_TORQUE, LOAD, Pulled, Signal, TIP, Touched
+from .effect_loops import acting_at, added, pair_added, passed, record_at, triple_added
+from .effects.catalogue import sole_at
+from .effects.place import (BASE, BEARING, Carried, LINK_TORQUE, LOAD, Pulled, Signal, Swung, TIP,
+                            Touched)
 from ..foundation.arrays import Array
 from ..foundation.chain import Chain, chain, of_links
 from ..foundation.compiled import compiled, inlined, Number, Record
@@ -29,7 +31,9 @@ def _as_they_are(at: Array, table: Array) -> Array:
 
 _loaded, _loaded_chain = passed(LOAD, _carried), passed(LOAD, _as_they_are, 'law_chain')
 _touched, _touched_in_space = pair_added(TIP), triple_added(TIP)
-_pulled = added(LINK_TORQUE)
+_pulled, _held_by = added(LINK_TORQUE), added(BEARING)
+swings, swing_of = acting_at(BASE), record_at(BASE)    # whether a base does, and its numbers
+_stirred = sole_at(BASE).law
 
 
 class Pose(NamedTuple):
@@ -94,6 +98,18 @@ def free_torque(body: Record, inertia: Inertia, pose: Pose,
 def link_torque(joint: Record, link_angle: float) -> float:
     """Return the torque of what pulls a joint's link, as a cable does [N*m at the output]."""
     return _pulled(joint, Pulled(link_angle), 0.0)
+
+
+@inlined
+def bearing_level(joint: Record, link_angle: float) -> float:
+    """Return the most torque that a joint's link bearing opposes, (eq:bearing) [N*m output]."""
+    return _held_by(joint, Pulled(link_angle), 0.0)
+
+
+@inlined
+def base_acceleration(body: Record, push: float, offset: float, rate: float) -> float:
+    """Return the acceleration of a base beneath joints at rest, (eq:base-motion) [m/s^2]."""
+    return _stirred(swing_of(body), Swung(push, offset, rate))
 
 
 @compiled

@@ -4,11 +4,16 @@ What acts on the shaft of one joint: every effect of the motor at its place, by 
 See docs/model.md#motion.
 """
 
-from .effect_loops import added, grown, passed
-from .effects.actuation import clipped_torque, lagging_torque
-from .effects.place import (Commanded, Delivered, DRAG, Dragged, DRY_LEVEL, FRICTION, Rubbed,
-                            SHAFT, TURN, Turned)
+from .effect_loops import acting_at, added, grown, passed, record_at
+from .effects.catalogue import sole_at
+from .effects.place import (BREAKAWAY, Commanded, CURRENT_LOOP, Delivered, DRAG, Dragged,
+                            DRY_LEVEL, LIMIT, MESH, Rubbed, SHAFT, TURN, Turned)
 from ..foundation.compiled import inlined, Record
+
+
+limit_of, loop_of = record_at(LIMIT), record_at(CURRENT_LOOP)
+lags = acting_at(CURRENT_LOOP)          # whether the current loop of a joint does
+_clipped, _lagging = sole_at(LIMIT).law, sole_at(CURRENT_LOOP).law
 
 
 @inlined
@@ -23,19 +28,19 @@ def _rubbed(at: Rubbed, budget: float) -> Rubbed:
 
 _driven = passed(SHAFT, _delivered)
 _turned, _dragged = added(TURN), added(DRAG)
-_dry, _rubbing = grown(DRY_LEVEL, _rubbed), grown(FRICTION, _rubbed)
+_dry, _breaking, _meshing = (grown(place, _rubbed) for place in (DRY_LEVEL, BREAKAWAY, MESH))
 
 
 @inlined
 def clipped(joint: Record, command: float) -> float:
     """Return what the drive's limit leaves of a command [N*m motor]."""
-    return clipped_torque(joint.torque_saturation, Commanded(command, 0.0, 0.0, 0.0))
+    return _clipped(limit_of(joint), Commanded(command, 0.0, 0.0, 0.0))
 
 
 @inlined
 def lagging(joint: Record, at: Commanded) -> float:
     """Return what the current loop delivers, if it lags [N*m motor]."""
-    return lagging_torque(joint.current_loop_lag, at)
+    return _lagging(loop_of(joint), at)
 
 
 @inlined
@@ -66,4 +71,4 @@ def friction_budget(joint: Record, motor_velocity: float, sense: float, joint_to
     variation come first, then what adds to them.
     """
     at = Rubbed(0.0, sense, motor_velocity, joint_torque, joint.ratio, link_angle)
-    return _rubbing(joint, at, _dry(joint, at, 0.0))
+    return _meshing(joint, at, _breaking(joint, at, _dry(joint, at, 0.0)))

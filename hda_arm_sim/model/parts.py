@@ -1,13 +1,11 @@
 """The parts of an arm, each a group of declared parameters: joints, encoders, links, base."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property
 import math
 from typing import ClassVar
 
-from .effects import (BaseTilt, ClockSkew, CoarseQuantisation, CoulombFriction, Effect, effects_of,
-                      Scope, StructuralDamping, TorqueSaturation, ViscousFriction)
+from .effects import Effect, effects_of, Scope
 from .effects.effect import neutral
 from .torsion import TorsionLaw
 from ..foundation.parameter import Declared, parameter
@@ -73,34 +71,26 @@ class Joint(Declared):
         0.0, 'N*m', 0.0, 1e3,
         'of true torques from all that is known of the motor, one sigma, output side')
 
+    @property
+    def skew(self) -> float:
+        """Return how much later the link encoder is read than that of the motor [s]."""
+        return self.link_encoder.sampling_time - self.motor_encoder.sampling_time
+
     def nominal(self, effect: type[Effect]) -> Effect:
         """Return an effect as this joint has it without any entry in the arm's list."""
-        make = _STATED.get(effect)
-        return neutral(effect) if make is None else make(self)
+        return effect.as_stated(self) if effect.stated else neutral(effect)
 
     @cached_property
     def stated(self) -> dict[str, tuple[float, ...]]:
         """Return the numbers of every effect of a joint, as this one has it without any entry."""
-        return _neutral_numbers() | {kind.name: make(self).values()
-                                     for kind, make in _STATED.items()}
+        return _neutral_numbers() | {kind.name: self.nominal(kind).values()
+                                     for kind in effects_of(Scope.JOINT) if kind.stated}
 
 
 @cache
 def _neutral_numbers() -> dict[str, tuple[float, ...]]:
     """Return the numbers of every effect of a joint that does nothing."""
     return {kind.name: neutral(kind).values() for kind in effects_of(Scope.JOINT)}
-
-
-_STATED: dict[type[Effect], Callable[[Joint], Effect]] = {
-    CoulombFriction: lambda joint: CoulombFriction(level=joint.dry_friction),
-    ViscousFriction: lambda joint: ViscousFriction(slope=joint.viscous_friction),
-    StructuralDamping: lambda joint: StructuralDamping(coefficient=joint.torsion.damping),
-    ClockSkew: lambda joint: ClockSkew(
-        skew=joint.link_encoder.sampling_time - joint.motor_encoder.sampling_time),
-    CoarseQuantisation: lambda joint: CoarseQuantisation(
-        motor_step=joint.motor_encoder.step, link_step=joint.link_encoder.step),
-    TorqueSaturation: lambda joint: TorqueSaturation(limit=joint.torque_limit),
-}
 
 
 @dataclass(frozen=True)
@@ -129,6 +119,4 @@ class Base(Declared):
 
     def nominal(self, effect: type[Effect]) -> Effect:
         """Return an effect as the base has it without any entry in the arm's list."""
-        if effect is BaseTilt:
-            return BaseTilt(tilt=self.tilt, direction=self.direction)
-        return neutral(effect)
+        return effect.as_stated(self) if effect.stated else neutral(effect)

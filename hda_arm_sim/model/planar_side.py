@@ -1,9 +1,8 @@
 """How links in a plane move under what drives them, (docs/model.md, eq:links)."""
 
 from .arm import ArmRecord
-from .effects.environment import base_acceleration
-from .effects.place import Swung
-from .link_side import base_coupling, base_push, free_torque, link_torque, Pose, tip_force
+from .link_side import (base_acceleration, base_coupling, base_push, bearing_level, free_torque,
+                        link_torque, Pose, swing_of, swings, tip_force)
 from .registers import (BASE_OFFSET, BASE_RATE, BUDGET, DRIVE, FORCE, LINK_ANGLE, LINK_VELOCITY,
                         MODE, NOW, TORQUE)
 from ..foundation.arrays import Array
@@ -25,15 +24,16 @@ def accelerate(arm: ArmRecord, inertia: Inertia, w: Array, at: int, to: int) -> 
     if two:
         net2 += w[1, TORQUE] + link_torque(arm.joints[1], q2)
         m11, m12, m22 = mass_matrix(inertia, q2)
-    swing = arm.body.base_vibration
-    if swing.amplitude == 0.0:
-        _solve(arm, w, (m11, m12, m22), (net1, net2), to)
+    held = (bearing_level(arm.joints[0], q1), bearing_level(arm.joints[1], q2) if two else 0.0)
+    if not swings(arm.body):
+        _solve(w, two, held, (m11, m12, m22), (net1, net2), to)
         return
+    swing = swing_of(arm.body)
     c1, c2 = base_coupling(inertia, swing.direction, q1, q2)
     push = base_push(inertia, swing.direction, pose, force)
-    free = base_acceleration(swing, Swung(push, w[0, at + BASE_OFFSET], w[0, at + BASE_RATE]))
+    free = base_acceleration(arm.body, push, w[0, at + BASE_OFFSET], w[0, at + BASE_RATE])
     share1, share2 = swing.amplitude * c1, swing.amplitude * c2
-    _solve(arm, w, (m11 - share1 * c1, m12 - share1 * c2, m22 - share2 * c2),
+    _solve(w, two, held, (m11 - share1 * c1, m12 - share1 * c2, m22 - share2 * c2),
            (net1 - c1 * free, net2 - c2 * free), to)
     w[0, to + BASE_OFFSET] = w[0, at + BASE_RATE]
     w[0, to + BASE_RATE] = free - share1 * w[0, to + LINK_VELOCITY]
@@ -42,12 +42,10 @@ def accelerate(arm: ArmRecord, inertia: Inertia, w: Array, at: int, to: int) -> 
 
 
 @inlined
-def _solve(arm: ArmRecord, w: Array, matrix: tuple[float, float, float],
+def _solve(w: Array, two: bool, levels: tuple[float, float], matrix: tuple[float, float, float],
            net: tuple[float, float], to: int) -> None:
     """Fill the links' accelerations, with bearings that hold or oppose them, (eq:bearing)."""
-    two, (m11, m12, m22), (net1, net2) = arm.joints.shape[0] == 2, matrix, net
-    level1 = arm.joints[0].link_bearing_friction.level
-    level2 = arm.joints[1].link_bearing_friction.level if two else 0.0
+    (level1, level2), (m11, m12, m22), (net1, net2) = levels, matrix, net
     held1, held2 = level1 > 0.0 and w[0, MODE + 1] == 0.0, level2 > 0.0 and w[1, MODE + 1] == 0.0
     net1, net2 = net1 - w[0, MODE + 1] * level1, net2 - w[1, MODE + 1] * level2
     determinant = m11 * m22 - m12 * m12

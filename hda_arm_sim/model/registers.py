@@ -8,7 +8,7 @@ physics itself.
 
 import numpy as np
 
-from .effects.transmission import SLIDERS
+from .effects.place import SLIDERS
 from ..foundation.arrays import Array
 
 # The state of one joint: shaft [rad, rad/s], link [rad, rad/s]; then what effects remember:

@@ -5,6 +5,8 @@ from typing import Any
 import numpy as np
 
 from .arm import Arm
+from .effect_loops import total_at
+from .effects.place import Bent, BRISTLES, GEAR, LOOP, Twisted
 from .link_side import loaded_inertia
 from .parts import Joint
 from .torsion import torsion_of_torque
@@ -23,11 +25,11 @@ def fastest_rate(arm: Arm) -> float:
     """
     joints = arm.record().joints
     reflected = joints['ratio'] ** 2 * joints['motor_inertia']
-    loop, bristles = joints['torsional_hysteresis'], joints['presliding_friction']['stiffness']
     stiff = np.array([_stiffness(joint, record['torsion'])
                       for joint, record in zip(arm.joints, joints)])
-    stiff += loop['level'] / loop['width']
-    damping = joints['structural_damping']['coefficient']
+    stiff += [total_at(LOOP, 'law_stiffness', record, Twisted()) for record in joints]
+    bristles = np.array([total_at(BRISTLES, 'law_stiffness', record, Bent()) for record in joints])
+    damping = np.array([total_at(GEAR, 'law_damping', record, Twisted()) for record in joints])
     rates = [_rate(matrix, reflected, stiff, damping) for matrix in masses(arm, _POSTURES)]
     return float(max([*rates, *np.sqrt(bristles / joints['motor_inertia'])]))
 

@@ -8,10 +8,11 @@ from dataclasses import replace
 from functools import lru_cache
 import math
 
-from .effects import StiffeningError, StiffnessError, WaveGeneratorCompliance
+from .effects import Effect
+from .effects.place import STIFFENING, STIFFNESS, WIND_UP
 from .torsion import chords, TorsionLaw
 
-TORSION_EFFECTS = (StiffeningError, WaveGeneratorCompliance, StiffnessError)
+OF_TORSION = (STIFFENING, WIND_UP, STIFFNESS)       # places in the order of `torsion_record`
 _STIFFNESSES = ('flexspline_stiffness', 'second_stiffness', 'third_stiffness')
 _SEGMENTS = ('knee_1', 'second_stiffness', 'knee_2', 'third_stiffness')
 # Choices unless told otherwise.
@@ -19,9 +20,9 @@ _KEPT = 64              # records
 
 
 @lru_cache(_KEPT)
-def torsion_record(ratio: float, law: TorsionLaw, stiffening: StiffeningError,
-                   softer: WaveGeneratorCompliance, stiffer: StiffnessError) -> tuple[float, ...]:
-    """Return a torsion law with these effects, for a gear of this ratio."""
+def torsion_record(ratio: float, law: TorsionLaw, stiffening: Effect, softer: Effect,
+                   stiffer: Effect) -> tuple[float, ...]:
+    """Return a torsion law with the effects of these places, for a gear of this ratio."""
     law = _bent(law, stiffening)
     if not softer.is_neutral():
         rest = softer(nominal=1.0 / law.wave_generator_stiffness)
@@ -30,7 +31,7 @@ def torsion_record(ratio: float, law: TorsionLaw, stiffening: StiffeningError,
     return tuple(law.record(ratio))
 
 
-def _bent(law: TorsionLaw, stiffening: StiffeningError) -> TorsionLaw:
+def _bent(law: TorsionLaw, stiffening: Effect) -> TorsionLaw:
     """Return a torsion law that stiffens as its effect says."""
     curvature, *segments = stiffening(nominal=law.flexspline_curvature)
     law = replace(law, flexspline_curvature=curvature)

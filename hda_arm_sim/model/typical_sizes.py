@@ -3,10 +3,10 @@
 from .arm import Arm
 from .effects import Effect, effect_named, EFFECTS
 from .effects.hypothesis import Typical
-from .effects.place import BEARING, GEAR, LINK_TORQUE
+from .effects.place import BEARING, GEAR, LINK_TORQUE, LOOP
 
 _LIMIT, _RATIO = 0.3, 100.0     # motor torque [N*m] and gear ratio of the axis that sizes are for
-_BEHIND_GEAR = (GEAR, BEARING, LINK_TORQUE)
+_BEHIND_GEAR = (LOOP, GEAR, BEARING, LINK_TORQUE)
 SIZED = tuple(effect.name for effect in EFFECTS if effect.typical is not None)
 
 

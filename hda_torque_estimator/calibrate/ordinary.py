@@ -97,7 +97,7 @@ def calibrate_ordinary(arm: Arm, passages: Mapping[str, Sequence[Passage]],
 def _joint(arm: Arm, passages: Sequence[Passage], scale: str) -> JointFinding:
     """Return what passages say about the only joint of an arm."""
     label, fits = arm.labels[0], TorsionFits(arm, passages)
-    plain = _bare(arm)
+    plain = laws.without_waves(arm)
     found, nominal = _decided(TorsionFits(plain, passages), plain)
     _check_pieces(label, fits, found)
     error = TorsionProblem(fits, ()).error(np.zeros(BESIDE))
@@ -110,14 +110,6 @@ def _joint(arm: Arm, passages: Sequence[Passage], scale: str) -> JointFinding:
         float((error - error.mean()).std()),
         after, held_out_error(plain, passages),
         tuple(polynomial_method(plain, passages).kinematic.convert().coef.tolist()))
-
-
-def _bare(arm: Arm) -> Arm:
-    """Return the arm without the effects that are looked for, but for their starting values."""
-    label = arm.labels[0]
-    for name in ('kinematic_error', 'link_encoder_eccentricity'):
-        arm = arm.without(name, label)
-    return arm
 
 
 def law_terms(arm: Arm) -> list[Term]:

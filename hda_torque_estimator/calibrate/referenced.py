@@ -18,7 +18,7 @@ import numpy as np
 
 from .calibration import Calibration, HARDLY, one_joint, SPARSE
 from .fitting.arm_numbers import (
-    Number, number, of_all_friction, with_numbers, with_tolerances)
+    GAIN, LEVEL, Number, number, of_all_friction, with_numbers, with_tolerances)
 from .fitting.by_hand import line_left_out, mean_left_out
 from .fitting.examined import as_given, Examined, examined, Witnesses
 from .fitting.witness_fit import Heard, motor_of, torsion_of
@@ -228,7 +228,7 @@ def _as_unsure(arm: Arm, recordings: Sequence[Measured], used: Witnesses,
     if used.motor is None:
         return tuple(numbers)
     size = _size(recordings)
-    shares = {'coulomb_friction.level': arm.joints[0].ratio, 'torque_constant_error.error': size}
+    shares = {LEVEL: arm.joints[0].ratio, GAIN: size}
     return tuple(number(one.name, one.value, math.hypot(
         one.sigma, used.motor.error / shares[one.name])) if one.name in shares else one
         for one in numbers)

@@ -5,6 +5,9 @@ import json
 import math
 from textwrap import wrap
 
+from hda_arm_sim.model.effects.catalogue import known_as, unmeasured_at, usual_at
+from hda_arm_sim.model.effects.place import (CLOCK, GEAR, LINK_READING, LOOP, STIFFNESS,
+                                             TRANSMISSION)
 from hda_arm_sim.model.gear_catalogue import (ARC_MINUTE, HYSTERESIS_SOURCE, RATING_SOURCE,
                                               STIFFNESS_SOURCE)
 from hda_arm_sim.model.gear_defaults import CLASS_DEFAULT
@@ -15,19 +18,22 @@ from .gear_table import UrdfLinks
 
 DAMPING_TIME = 8e-4     # class default of damping over stiffness, as in hda_arm.yaml [s]
 _WIDTH = 90
+_LOOP, _DAMPING = unmeasured_at(LOOP).name, unmeasured_at(GEAR).name
+_DRY, _VISCOUS = known_as('dry_friction').name, known_as('viscous_friction').name
 
 # One sigma of what is known before a calibration (docs/new_arm.md).
 _TOLERANCES = (
-    ('stiffness', 0.25, 'catalogues state an average'),
+    ('stiffness', usual_at(STIFFNESS).sigma['error'], 'catalogues state an average'),
     ('link_inertia', 0.2, 'uniform rods'),
     ('torque_constant', 0.1, 'data sheets of motors'),
     ('dry_friction', 0.5, 'differs with grease, load and age'),
     ('viscous_friction', 0.5, 'differs with temperature'),
     ('damping', 1.0, 'not stated by anybody'),
     ('torsion_zero', 1e-3, 'not taken yet [rad]'),
-    ('kinematic_error', 3e-4, 'about 1 arcmin [rad]'),
-    ('eccentricity', 3e-4, 'of an encoder nobody has measured [rad]'),
-    ('clock_skew', 5e-4, 'of encoders nobody has measured [s]'))
+    ('kinematic_error', usual_at(TRANSMISSION).sigma['amplitude'], 'about 1 arcmin [rad]'),
+    ('eccentricity', usual_at(LINK_READING).sigma['amplitude'],
+     'of an encoder nobody has measured [rad]'),
+    ('clock_skew', usual_at(CLOCK).sigma['skew'], 'of encoders nobody has measured [s]'))
 _DRAWN = 'masses of a drawing; links.tolerances tells each link apart'
 _OF_MOTOR = 0.02        # one sigma of ripple and offset, as a share of the largest torque
 
@@ -151,7 +157,7 @@ def _effect_lines(joints: Sequence[JointAnswers]) -> Iterator[str]:
     for joint in joints:
         if loss := _loss(joint):
             source = 'at most [2]' if joint.hysteresis_loss is None else 'as stated'
-            yield _beside('  - effect: torsional_hysteresis',
+            yield _beside(f'  - effect: {_LOOP}',
                           f'loss {loss / ARC_MINUTE:g} arcmin, {source}')
             yield f'    joint: {_word(joint.label)}'
             yield '    parameters:'
@@ -174,13 +180,13 @@ def _provenance_lines(joints: Sequence[JointAnswers]) -> Iterator[str]:
     for joint in joints:
         origins = {
             'torsion': f'{joint.gear.name}, catalogue',
-            'structural_damping.coefficient': f'{CLASS_DEFAULT}, {DAMPING_TIME:g} s times K1'}
-        for name, value in (('coulomb_friction.level', joint.starting_torque),
-                            ('viscous_friction.slope', joint.viscous_friction)):
+            f'{_DAMPING}.coefficient': f'{CLASS_DEFAULT}, {DAMPING_TIME:g} s times K1'}
+        for name, value in ((f'{_DRY}.level', joint.starting_torque),
+                            (f'{_VISCOUS}.slope', joint.viscous_friction)):
             if value is None:
                 origins[name] = f'{CLASS_DEFAULT}, 0, unknown'
         if _loss(joint):
-            origins['torsional_hysteresis.width'] = f'{CLASS_DEFAULT}, half of the loss'
+            origins[f'{_LOOP}.width'] = f'{CLASS_DEFAULT}, half of the loss'
         for name, origin in origins.items():
             yield f"  {_word(f'{joint.label}.{name}')}: {_word(origin)}"
 

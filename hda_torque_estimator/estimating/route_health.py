@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.model.effects import EFFECTS
 from hda_arm_sim.model.parts import Joint, Tolerances
 import numpy as np
 
@@ -26,6 +27,7 @@ WELL, UNTAUGHT = 'well', 'nothing learnt yet'
 # (null: misfits of healthy arms wander up to 6 over one second, and these are over five)
 MISFITTING = 8.0        # squared differences over those that tolerances allow
 
+# Errors by the tolerances of the arm file in which they are told.
 _WAVES = ((SHAFT_1, 'kinematic_error', 'order 1 of the motor'),
           (SHAFT_2, 'kinematic_error', 'order 2 of the motor'),
           (SHAFT_4, 'kinematic_error', 'order 4 of the motor'),
@@ -33,18 +35,14 @@ _WAVES = ((SHAFT_1, 'kinematic_error', 'order 1 of the motor'),
           (RIPPLE_4, 'torque_ripple', 'order 4 of the motor'),
           (LINK_1, 'eccentricity', 'order 1 of the link'),
           (LINK_2, 'eccentricity', 'order 2 of the link'))
-_WAVE_WORDS = {
-    'kinematic_error': 'the kinematic map is out of date: {size:.1e} rad of {order} more',
-    'torque_ripple': 'the motor ripples: {size:.1e} N*m of {order} more than known',
-    'eccentricity': 'the disc of the link encoder moved: {size:.1e} rad of {order} more'}
-_NUMBERS = (
-    (ZERO, 'torsion_zero', 'an encoder slipped: the zero of the torsion moved by {size:.1e} rad'),
-    (SKEW, 'clock_skew', 'the encoders are read {size:.1e} s further apart'),
-    (STIFFNESS, 'stiffness', 'the stiffness changed by {percent:+.0f} %'),
-    (DRY, 'dry_friction', 'dry friction changed by {percent:+.0f} %'),
-    (VISCOUS, 'viscous_friction', 'viscous friction changed by {percent:+.0f} %'),
-    (GAIN, 'torque_constant', 'the motor gives {percent:+.0f} % of its torque more'),
-    (OFFSET, 'drive_offset', 'the drive is off by {size:.1e} N*m'))
+_NUMBERS = ((ZERO, 'torsion_zero'), (SKEW, 'clock_skew'), (STIFFNESS, 'stiffness'),
+            (DRY, 'dry_friction'), (VISCOUS, 'viscous_friction'), (GAIN, 'torque_constant'),
+            (OFFSET, 'drive_offset'))
+# What is said of them: an effect brings its words, parts of a joint have none.
+_WORDS = {effect.known_by.tolerance: effect.known_by.beyond for effect in EFFECTS
+          if effect.known_by} | {
+    'torsion_zero': 'an encoder slipped: the zero of the torsion moved by {size:.1e} rad',
+    'stiffness': 'the stiffness changed by {percent:+.0f} %'}
 
 
 class Remark(NamedTuple):
@@ -86,16 +84,17 @@ def _waves(known: Tolerances, memory: Array) -> Iterator[Remark]:
     for place, name, order in _WAVES:
         size = float(np.hypot(*learnt[place:place + 2]))
         if _beyond(size, float(deviations[place:place + 2].max()), REMARKABLE_WAVE):
-            yield Remark(_WAVE_WORDS[name].format(size=size * getattr(known, name), order=order),
+            yield Remark(_WORDS[name].format(size=size * getattr(known, name), order=order),
                          size)
 
 
 def _numbers(known: Tolerances, memory: Array) -> Iterator[Remark]:
     learnt, deviations = memory[fusion.LEARNT:fusion.LEARNT + ERRORS], _deviations(memory)
-    for place, name, words in _NUMBERS:
+    for place, name in _NUMBERS:
         if _beyond(abs(learnt[place]), float(deviations[place])):
             size = float(learnt[place]) * getattr(known, name)
-            yield Remark(words.format(size=size, percent=100.0 * size), abs(float(learnt[place])))
+            words = _WORDS[name].format(size=size, percent=100.0 * size)
+            yield Remark(words, abs(float(learnt[place])))
 
 
 def _unexplained(memory: Array) -> Iterator[Remark]:

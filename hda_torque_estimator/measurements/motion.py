@@ -13,6 +13,8 @@ from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled, Record
 from hda_arm_sim.foundation.rigid import Inertia
 from hda_arm_sim.model.arm import Arm, ArmRecord
+from hda_arm_sim.model.effect_loops import numbers_at
+from hda_arm_sim.model.effects.place import CLOCK
 from hda_arm_sim.model.encoders import (feels_tilt, link_angle_behind, motor_angle_behind,
                                         tilt_moments, tilt_of)
 from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY, MOTOR_ANGLE, MOTOR_VELOCITY
@@ -93,7 +95,7 @@ def lateness(arm: Arm, joint: int, side: int) -> float:
     """Return how long after its stamp an encoder is read [s]."""
     record = arm.record().joints[joint]
     late = record['motor_encoder']['sampling_time']
-    return float(late + record['clock_skew']['skew'] if side == LINK else late)
+    return float(late + numbers_at(record, CLOCK)['skew'] if side == LINK else late)
 
 
 def angle_behind(reading: Array, arm: Arm, joint: int, side: int) -> Array:

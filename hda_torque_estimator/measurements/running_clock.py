@@ -6,9 +6,10 @@ contact counts on the running clock.
 """
 
 from dataclasses import replace
+from typing import Any
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import ExternalContact
+from hda_arm_sim.model.effects import EFFECTS
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,17 +20,22 @@ Spans = tuple[tuple[float, float], ...]
 _BLOCK = 2.0            # stretches that are trained on, and held out in turn [s]
 _HELD = 3               # of so many stretches one is held out
 _ENOUGH = 3             # recordings of which the last is held out whole
+# What touches the arm in one recording.
+_PASSING = tuple(kind.name for kind in EFFECTS if kind.hypothesis and kind.hypothesis.passing)
 
 
 def arm_during(arm: Arm, piece: slice, dt: float) -> Arm:
     """Return the arm as the recording of these samples has it, its time from zero [s]."""
-    contact = arm.effect(ExternalContact.name)
     begin, end = piece.start * dt, piece.stop * dt
-    if not isinstance(contact, ExternalContact) or contact.is_neutral():
-        return arm
-    if not (begin <= contact.onset or begin == 0.0) or contact.onset >= end:
-        return arm.without(ExternalContact.name)
-    return arm.with_effect(replace(contact, onset=contact.onset - begin))
+    for name in _PASSING:
+        passing: Any = arm.effect(name)
+        if passing.is_neutral():
+            continue
+        if not (begin <= passing.onset or begin == 0.0) or passing.onset >= end:
+            arm = arm.without(name)
+        else:
+            arm = arm.with_effect(replace(passing, onset=passing.onset - begin))
+    return arm
 
 
 def inside(time: NDArray[np.float64], spans: Spans) -> NDArray[np.bool_]:

@@ -8,6 +8,9 @@ import math
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled, inlined, Record
+from hda_arm_sim.model.effect_loops import record_of
+from hda_arm_sim.model.effects.catalogue import known_as
+from hda_arm_sim.model.encoders import counts_of
 import numpy as np
 
 # Kinds of a coupling, negative with one sign flipped.
@@ -34,6 +37,7 @@ STRETCH = 0.3
 (BEGUN, FIRST_MOTOR, FIRST_LINK, COUNT, SUM_MOTOR, SUM_LINK, SUM_LINK_2, SUM_BOTH,
  LOW_MOTOR, HIGH_MOTOR, LOW_LINK, HIGH_LINK, TOLD) = range(13)
 MEMORY = 13  # (layout)
+_disc_of = record_of(known_as('eccentricity'))
 
 
 @compiled
@@ -51,9 +55,9 @@ def bend_over(twist: float, span: float) -> float:
 @compiled
 def disc_of(joint: Record) -> float:
     """Return the slope that a disc makes: by what is known of it, and by what coarse ones may."""
-    own = joint.link_encoder_eccentricity
+    own = _disc_of(joint)
     return (own.amplitude_1 + 2.0 * own.amplitude_2
-            + COARSE * joint.coarse_quantisation.link_step)
+            + COARSE * counts_of(joint).link_step)
 
 
 @compiled

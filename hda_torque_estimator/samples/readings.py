@@ -11,7 +11,7 @@ from typing import Any
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import CoulombFriction
+from hda_arm_sim.model.effects.catalogue import known_as
 from hda_arm_sim.model.parts import Joint
 from hda_msgs_json.cdr import JointState
 from hda_msgs_json.columns import ColumnFinder, columns_of
@@ -75,7 +75,7 @@ def by_motor(arm: Arm, labels: Sequence[str]) -> Arm:
 
 def knows_motor(arm: Arm, joint: Joint) -> bool:
     """Tell whether anything is known of what a motor's torque becomes at the gear."""
-    known: Any = arm.effect(CoulombFriction.name, joint.label)
+    known: Any = arm.effect(known_as('dry_friction').name, joint.label)
     return joint.motor_deviation > 0.0 or known.level > 0.0
 
 

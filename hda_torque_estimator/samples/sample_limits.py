@@ -10,6 +10,8 @@ from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.rigid import mass_matrix
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.chain_links import ChainLinks
+from hda_arm_sim.model.effect_loops import numbers_at
+from hda_arm_sim.model.effects.place import CLOCK, COUNTS, PLAY
 from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.model.stiffness_rate import masses
 import numpy as np
@@ -46,7 +48,7 @@ def watch_limits(arm: Arm, *, apart: float = math.inf) -> Array:
         strongest = (joint.torque_limit + joint.dry_friction
                      + joint.torsion.valid_torque / joint.ratio)
         noise = NOISE * np.array([joint.motor_encoder.noise, joint.link_encoder.noise])
-        counts = [numbers['coarse_quantisation'][f'{side}_step'] for side in ('motor', 'link')]
+        counts = [numbers_at(numbers, COUNTS)[f'{side}_step'] for side in ('motor', 'link')]
         row[LARGEST] = joint.angle_limit + WIDER
         row[SPEED] = FASTER * joint.velocity_limit
         row[ACCELERATION] = STRONGER * strongest / numbers['motor_inertia']
@@ -54,9 +56,9 @@ def watch_limits(arm: Arm, *, apart: float = math.inf) -> Array:
         row[ZERO:ZERO + 2] = joint.motor_encoder.zero, joint.link_encoder.zero
         row[STEP:STEP + 2] = counts + noise
         wound = SOFTER * numbers['torsion']['valid_torsion']
-        row[WOUND] = 2.0 * (min(wound, WIDEST) + numbers['backlash']['half_width'])
+        row[WOUND] = 2.0 * (min(wound, WIDEST) + numbers_at(numbers, PLAY)['half_width'])
         row[ALLOWED_APART] = apart
-        row[LATE] = LATENESS + abs(numbers['clock_skew']['skew'])
+        row[LATE] = LATENESS + abs(numbers_at(numbers, CLOCK)['skew'])
     made[:, EASE] = _ease(arm)
     return made
 

@@ -8,6 +8,8 @@ from hda_arm_sim.drive import act
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled
 from hda_arm_sim.model.arm import Arm, ArmRecord
+from hda_arm_sim.model.effect_loops import any_acts
+from hda_arm_sim.model.effects.place import SAMPLE
 from hda_arm_sim.model.kernel import registers, STATE, STATES
 from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.motions import Motion, pushed_link
@@ -105,7 +107,7 @@ def _refined(motion: Motion, every: int) -> Motion:
 def _lost(arm: Arm, samples: int, seed: int) -> NDArray[np.bool_]:
     """Return which samples (k,) of a run were lost on their way."""
     record = arm.record()
-    if record.body['dropped_samples']['rate'] == 0.0:
+    if not any_acts(record.body, SAMPLE):
         return np.zeros(samples, np.bool_)
     lost = [sample_lost(record, each) for each in _noise(samples, len(arm.joints), seed)]
     return np.array([False, *lost[1:]])

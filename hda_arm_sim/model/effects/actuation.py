@@ -1,14 +1,15 @@
 """Between the commanded motor torque and the one that turns the shaft (docs/model.md#effects)."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from .effect import Effect, Site
-from .hypothesis import Hypothesis, NO_OTHER_FORM, SCALE, Typical, wave
-from .place import (COMMAND, Commanded, Delivered, NUMBER, Place, SHAFT, Signal, Stated, TURN,
-                    Turned)
+from .effect import Effect, KnownBy, Site
+from .hypothesis import Hypothesis, NO_OTHER_FORM, SCALE, Typical, Unmeasured, wave
+from .place import (Commanded, CURRENT_LOOP, Delivered, LIMIT, MOTOR_INERTIA, Place, SHAFT, Signal,
+                    Stated, TURN, Turned, WIRE)
 from .words import CHECK_DRIVE, Words
 from ...foundation.compiled import compiled, Record
 from ...foundation.parameter import parameter
@@ -94,6 +95,9 @@ class TorqueRipple(Effect):
     typical: ClassVar[Typical | None] = Typical(
         {'amplitude_2': 0.008, 'amplitude_4': 0.002},
         {'phase_2': 0.5, 'phase_4': 1.0})
+    known_by: ClassVar[KnownBy | None] = KnownBy(
+        'torque_ripple', ('amplitude_2', 'amplitude_4'),
+        'the motor ripples: {size:.1e} N*m of {order} more than known')
     words: ClassVar[Words] = Words(
         'has a torque ripple of {size} at its motor, twice or four times per motor turn',
         'wave_generator', 'Check how the wave generator is centred on the motor shaft.',
@@ -118,6 +122,7 @@ class MotorCogging(Effect):
         varies=('motor_angle', 'motor_waves'),
         waves={('amplitude', 'phase'): 0.005},
         grid={'order': (1.0, 6.0, 7.0, 8.0, 12.0, 14.0, 21.0, 24.0, 28.0, 42.0)},
+        stands={'order': 14.0},
         alike=('torque_ripple',), experiment='one motor turn at 2 rad/s')
     typical: ClassVar[Typical | None] = Typical(
         {'amplitude': 0.008},
@@ -141,9 +146,14 @@ class TorqueConstantError(Effect):
     law = staticmethod(scaled_torque)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         varies=('joint_torque', 'time'),
-        free={'error': 0.02}, alike=('link_inertia_error', 'stiffness_error'), experiment=SCALE)
+        free={'error': 0.02}, alike=('link_inertia_error', 'stiffness_error'), scales=True,
+        experiment=SCALE)
     typical: ClassVar[Typical | None] = Typical({'error': 0.06})
+    unmeasured: ClassVar[Unmeasured | None] = Unmeasured({'error': 0.3})    # that nobody states
     tolerance: ClassVar[tuple[str, str] | None] = ('error', 'torque_constant')
+    known_by: ClassVar[KnownBy | None] = KnownBy(
+        'torque_constant', ('error',),
+        'the motor gives {percent:+.0f} % of its torque more')
     words: ClassVar[Words] = Words(
         'gives {size} more torque than its motor is told', 'motor', CHECK_DRIVE, ('error',),
         less='gives {size} less torque than its motor is told')
@@ -164,6 +174,9 @@ class DriveOffset(Effect):
         free={'offset': 0.005}, alike=('asymmetric_friction',), twin='asymmetric_friction',
         experiment='a dwell at zero command, and a return run')
     typical: ClassVar[Typical | None] = Typical({'offset': 0.007})
+    known_by: ClassVar[KnownBy | None] = KnownBy(
+        'drive_offset', ('offset',),
+        'the drive is off by {size:.1e} N*m')
     words: ClassVar[Words] = Words(
         'has a drive that adds {size} at its motor', 'drive',
         'Zero the current sensors of the drive at standstill.', ('offset',),
@@ -178,7 +191,7 @@ class CurrentLoopLag(Effect):
     name: ClassVar[str] = 'current_loop_lag'
     cause: ClassVar[str] = 'the current loop lags behind the commanded torque'
     site: ClassVar[Site] = Site.MOTOR
-    place: ClassVar[Place] = COMMAND
+    place: ClassVar[Place] = CURRENT_LOOP
     acts: ClassVar[tuple[str, ...]] = ('time_constant',)
     law = staticmethod(lagging_torque)
     # (measured: above 30 Hz the noise that the command repeats spoke for a delay in any case)
@@ -200,9 +213,10 @@ class CommandDelay(Effect):
     name: ClassVar[str] = 'command_delay'
     cause: ClassVar[str] = 'a dead time passes before a commanded torque acts'
     site: ClassVar[Site] = Site.MOTOR
-    place: ClassVar[Place] = COMMAND
+    place: ClassVar[Place] = WIRE
     acts: ClassVar[tuple[str, ...]] = ('delay',)
     law = staticmethod(delayed_torque)
+    law_after = staticmethod(late_torque)
     # (measured: above 30 Hz the noise that the command repeats spoke for a delay in any case)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         free={'delay': 0.001}, grid={'delay': (0.001, 0.004)}, alike=('current_loop_lag',),
@@ -222,11 +236,12 @@ class TorqueSaturation(Effect):
     name: ClassVar[str] = 'torque_saturation'
     cause: ClassVar[str] = 'the drive clips the torque below the commanded one'
     site: ClassVar[Site] = Site.MOTOR
-    place: ClassVar[Place] = COMMAND
+    place: ClassVar[Place] = LIMIT
+    stated: ClassVar[Mapping[str, str]] = {'limit': 'torque_limit'}
     law = staticmethod(clipped_torque)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         varies=('motor_velocity',),
-        free={'limit': 0.02}, grid={'limit': (0.05, 0.1, 0.15, 0.2)},
+        free={'limit': 0.02}, grid={'limit': (0.05, 0.1, 0.15, 0.2)}, weaker=True,
         alike=('torque_constant_error',), experiment='a motion that asks for the largest torque')
     typical: ClassVar[Typical | None] = Typical({}, {'limit': 0.15})
     words: ClassVar[Words] = Words(
@@ -242,12 +257,13 @@ class MotorInertiaError(Effect):
     name: ClassVar[str] = 'motor_inertia_error'
     cause: ClassVar[str] = 'the inertia of rotor and wave generator differs'
     site: ClassVar[Site] = Site.MOTOR
-    place: ClassVar[Place] = NUMBER
+    place: ClassVar[Place] = MOTOR_INERTIA
     law = staticmethod(heavier_rotor)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        free={'error': 0.05}, alike=('torque_constant_error', 'link_inertia_error'),
+        free={'error': 0.05}, alike=('torque_constant_error', 'link_inertia_error'), scales=True,
         experiment='fast small motions: the motor hardly moves the link')
     typical: ClassVar[Typical | None] = Typical({'error': 0.1})
+    unmeasured: ClassVar[Unmeasured | None] = Unmeasured({'error': 0.5})
     words: ClassVar[Words] = Words(
         'has a rotor inertia that is {size} larger than stated', 'motor',
         'Compare the data sheets of motor, brake and wave generator.', ('error',),

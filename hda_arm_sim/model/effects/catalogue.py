@@ -13,6 +13,7 @@ from .environment import BaseTilt, BaseVibration, ExternalContact
 from .friction import (AsymmetricFriction, CoulombFriction, LoadDependentFriction,
                        NonlinearViscousFriction, PositionDependentFriction, PreslidingFriction,
                        StribeckFriction, ThermalViscosity, ViscousFriction)
+from .hypothesis import Unmeasured
 from .load import CableSpring, InertialCoupling, LinkBearingFriction, LinkInertiaError, Payload
 from .place import Place
 from .sensing import (BearingCrosstalk, CoarseQuantisation, EncoderInterpolationError,
@@ -79,9 +80,60 @@ def effect_named(name: str) -> type[Effect]:
     raise ParameterError(f'no effect is named {name!r}{near or ";"} valid names: {valid}')
 
 
+@cache
 def effects_at(place: Place) -> tuple[type[Effect], ...]:
     """Return the effects that act at one place, in the order in which they do."""
     return tuple(effect for effect in EFFECTS if effect.place is place)
+
+
+@cache
+def sole_at(place: Place) -> type[Effect]:
+    """
+    Return the only effect of a place that has room for one, as where it keeps a state.
+
+    Raises ParameterError where the catalogue has another number of effects there.
+    """
+    found = effects_at(place)
+    if len(found) != 1:
+        raise ParameterError(f'{place.name} is a place for one effect, got '
+                             f'{", ".join(effect.name for effect in found) or "none"}')
+    return found[0]
+
+
+def unmeasured_at(place: Place) -> type[Effect]:
+    """
+    Return the effect of a place that a calibration looks for.
+
+    Raises ParameterError where not just one tells how it scatters from joint to joint.
+    """
+    found = [effect for effect in effects_at(place) if effect.unmeasured is not None]
+    if len(found) != 1:
+        raise ParameterError(f'a calibration looks for one effect at {place.name}, got '
+                             f'{", ".join(effect.name for effect in found) or "none"}')
+    return found[0]
+
+
+def usual_at(place: Place) -> Unmeasured:
+    """Return how what a calibration looks for at a place scatters from joint to joint."""
+    usual = unmeasured_at(place).unmeasured
+    assert usual is not None
+    return usual
+
+
+def orders_at(place: Place) -> type[Effect]:
+    """Return the effect of a place that is one wave of an order still to be found."""
+    found, = (effect for effect in effects_at(place)
+              if effect.hypothesis is not None and 'order' in effect.hypothesis.grid)
+    return found
+
+
+@cache
+def known_as(tolerance: str) -> type[Effect]:
+    """Return the effect whose numbers are known by this tolerance of the arm file."""
+    for effect in EFFECTS:
+        if effect.known_by is not None and effect.known_by.tolerance == tolerance:
+            return effect
+    raise ParameterError(f'no effect is known by the tolerance {tolerance!r}')
 
 
 @cache

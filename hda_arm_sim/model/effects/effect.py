@@ -6,13 +6,16 @@ consumers call it and none rewrites it. The kernel calls it with the true state,
 the measured signals of one sample, the diagnosis with a whole recording at once.
 """
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, ClassVar
+from functools import cache
+from operator import attrgetter
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from .hypothesis import Hypothesis, Typical
+from .hypothesis import Hypothesis, Typical, Unmeasured
 from .place import Place, Signal
 from .words import Words
 from ...foundation.parameter import Declared
@@ -35,6 +38,18 @@ class Scope(Enum):
     ARM = 'arm'
 
 
+class KnownBy(NamedTuple):
+    """
+    The arm's tolerance by which numbers of an effect are known, and what is said beyond it.
+
+    Words take the `size` that was learnt, or `percent` of it; of a wave its `order` as well.
+    """
+
+    tolerance: str
+    numbers: tuple[str, ...]
+    beyond: str
+
+
 @dataclass(frozen=True)
 class Effect(Declared):
     """
@@ -42,7 +57,11 @@ class Effect(Declared):
 
     `acts` names the numbers of which one at least must differ from zero for the law to do
     anything; without names the law always acts. `spatial` names those that chains have alone. A
-    `planar` effect is one of two links in a plane.
+    `planar` effect is one of two links in a plane. `stated` are numbers that joint or base have,
+    by where these stand there.
+
+    What the place asks for beside the law is declared here too. A law with a state, as bristles
+    have, tells where that stands after a while (`law_after`).
     """
 
     name: ClassVar[str]
@@ -53,15 +72,32 @@ class Effect(Declared):
     spatial: ClassVar[tuple[str, ...]] = ()
     scope: ClassVar[Scope] = Scope.JOINT
     planar: ClassVar[bool] = False
+    stated: ClassVar[Mapping[str, str]] = {}
     law: ClassVar[Any]
     law_slope: ClassVar[Any] = None     # how the law changes with its angle, where a place asks
     law_rate: ClassVar[Any] = None      # how the law changes with time, where a place asks
     law_chain: ClassVar[Any] = None     # how the law acts on a chain of links, where it differs
+    law_after: ClassVar[Any] = None     # where the state of the law stands later
+    law_stiffness: ClassVar[Any] = None     # torque per deflection of that state
+    law_damping: ClassVar[Any] = None   # torque per rate, where the law has one
+    law_energy: ClassVar[Any] = None    # of which the law is the slope [J]
     hypothesis: ClassVar[Hypothesis | None] = None      # how balances tell it
     typical: ClassVar[Typical | None] = None            # size worth finding
+    unmeasured: ClassVar[Unmeasured | None] = None      # scatter, where calibrations look for it
     words: ClassVar[Words]              # how a page speaks of it
     # its number that an arm is given with, and which of the arm's tolerances that number has
     tolerance: ClassVar[tuple[str, str] | None] = None
+    known_by: ClassVar[KnownBy | None] = None   # which tolerance its numbers may tell anew
+
+    @classmethod
+    def as_stated(cls, part: Any) -> 'Effect':
+        """Return the effect with the numbers that a joint or a base has of it."""
+        return cls(**{number: reads(part) for number, reads in cls._readers()})
+
+    @classmethod
+    @cache
+    def _readers(cls) -> tuple[tuple[str, Callable[[Any], float]], ...]:
+        return tuple((number, attrgetter(where)) for number, where in cls.stated.items())
 
     def record(self) -> Any:
         """Return the parameters as compiled code reads them."""

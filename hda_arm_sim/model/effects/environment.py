@@ -1,5 +1,6 @@
 """What acts on the arm from outside (docs/model.md#effects)."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 import math
 from typing import ClassVar
@@ -7,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from .effect import Effect, Scope, Site
-from .hypothesis import Hypothesis, Typical
+from .hypothesis import Hypothesis, SearchStart, Typical
 from .place import BASE, Place, Signal, Swung, TIP, Touched, Weighed, WEIGHT
 from .words import Words
 from ...foundation.compiled import compiled, Record
@@ -65,6 +66,7 @@ class BaseTilt(Effect):
     site: ClassVar[Site] = Site.LINK
     place: ClassVar[Place] = WEIGHT
     scope: ClassVar[Scope] = Scope.ARM
+    stated: ClassVar[Mapping[str, str]] = {'tilt': 'tilt', 'direction': 'direction'}
     law = staticmethod(downhill_pull)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         varies=('time',),
@@ -96,6 +98,7 @@ class ExternalContact(Effect):
         free={'force': 1.0, 'direction': 0.02, 'onset': 0.01, 'duration': 0.01},
         in_space={'elevation': 0.02},
         alike=('payload',), form_share=0.08, form_error=0.03, passing=True,
+        start=SearchStart.TOUCH,
         doubts={'direction': (0.03, ''), 'onset': (0.045, 'duration'),
                 'duration': (0.09, 'duration')},            # edges may take up to a fifth of it
         experiment='the same motion again, with nothing near the arm')
@@ -125,7 +128,8 @@ class BaseVibration(Effect):
     law = staticmethod(base_acceleration)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         free={'amplitude': 0.002, 'frequency': 0.05, 'damping': 0.005, 'direction': 0.05},
-        alike=('kinematic_error',), experiment='sudden stops at several postures')
+        alike=('kinematic_error',), start=SearchStart.SWING,
+        experiment='sudden stops at several postures')
     typical: ClassVar[Typical | None] = Typical(
         {'damping': 0.04, 'amplitude': 0.025},
         {'frequency': 11.0, 'direction': 0.7})

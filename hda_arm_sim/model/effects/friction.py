@@ -5,14 +5,16 @@ Dry friction is a budget: the most torque that it can oppose. Who applies it res
 sticking. Drag is a torque along the velocity.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from .effect import Effect, Site
-from .hypothesis import Hypothesis, SLOW, Typical
-from .place import Bent, BRISTLES, DRAG, Dragged, DRY_LEVEL, FRICTION, Place, Rubbed, Signal
+from .effect import Effect, KnownBy, Site
+from .hypothesis import Hypothesis, SLOW, Typical, Unmeasured
+from .place import (Bent, BREAKAWAY, BRISTLES, DRAG, Dragged, DRY_LEVEL, MESH, Place, Rubbed,
+                    Signal)
 from .words import CHECK_GREASE, CHECK_MESH, Words
 from ...foundation.compiled import compiled, Record
 from ...foundation.parameter import parameter
@@ -74,6 +76,12 @@ def bristle_torque(own: Record, at: Bent) -> Signal:
 
 
 @compiled
+def bristle_stiffness(own: Record, at: Bent) -> Signal:
+    """Return the stiffness of bristles that bend, (eq:bristle-torque) [N*m/rad motor]."""
+    return own.stiffness
+
+
+@compiled
 def asymmetric_budget(own: Record, at: Rubbed) -> Signal:
     """Return the extra budget of one sense of motion (+1, 0, -1), (eq:asymmetry) [N*m motor]."""
     return at.budget * own.asymmetry * at.sense
@@ -105,11 +113,15 @@ class CoulombFriction(Effect):
     cause: ClassVar[str] = 'dry friction level of motor and wave generator differs'
     site: ClassVar[Site] = Site.MOTOR
     place: ClassVar[Place] = DRY_LEVEL
+    stated: ClassVar[Mapping[str, str]] = {'level': 'dry_friction'}
     law = staticmethod(dry_budget)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         free={'level': 0.01}, alike=('stribeck_friction',), experiment=SLOW)
     typical: ClassVar[Typical | None] = Typical({'level': 0.012})
     tolerance: ClassVar[tuple[str, str] | None] = ('level', 'dry_friction')
+    known_by: ClassVar[KnownBy | None] = KnownBy(
+        'dry_friction', ('level',),
+        'dry friction changed by {percent:+.0f} %')
     words: ClassVar[Words] = Words(
         'has {size} of dry friction at its motor, not what its model says', 'wave_generator',
         CHECK_GREASE, ('level',))
@@ -124,12 +136,16 @@ class ViscousFriction(Effect):
     cause: ClassVar[str] = 'viscous friction of motor and grease differs'
     site: ClassVar[Site] = Site.MOTOR
     place: ClassVar[Place] = DRAG
+    stated: ClassVar[Mapping[str, str]] = {'slope': 'viscous_friction'}
     law = staticmethod(viscous_drag)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         free={'slope': 5e-05}, alike=('thermal_viscosity', 'nonlinear_viscous_friction'),
         experiment='at least three speeds, the same early and late')
     typical: ClassVar[Typical | None] = Typical({'slope': 0.0002})
     tolerance: ClassVar[tuple[str, str] | None] = ('slope', 'viscous_friction')
+    known_by: ClassVar[KnownBy | None] = KnownBy(
+        'viscous_friction', ('slope',),
+        'viscous friction changed by {percent:+.0f} %')
     words: ClassVar[Words] = Words(
         'has {size} of viscous friction at its motor, not what its model says', 'wave_generator',
         CHECK_GREASE, ('slope',))
@@ -149,6 +165,7 @@ class NonlinearViscousFriction(Effect):
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         varies=('motor_velocity',),
         free={'coefficient': 0.001, 'exponent': 0.1}, grid={'exponent': (0.5, 1.7)},
+        stands={'exponent': 0.5},
         contains=('motor_velocity, squared', 'motor_velocity, cubed'),
         alike=('viscous_friction', 'stribeck_friction'), experiment='at least three speeds')
     typical: ClassVar[Typical | None] = Typical({'coefficient': 0.003}, {'exponent': 0.5})
@@ -166,7 +183,7 @@ class StribeckFriction(Effect):
     name: ClassVar[str] = 'stribeck_friction'
     cause: ClassVar[str] = 'breakaway friction at low speed (boundary lubrication)'
     site: ClassVar[Site] = Site.MOTOR
-    place: ClassVar[Place] = FRICTION
+    place: ClassVar[Place] = BREAKAWAY
     acts: ClassVar[tuple[str, ...]] = ('excess',)
     law = staticmethod(stribeck_budget)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
@@ -175,6 +192,7 @@ class StribeckFriction(Effect):
         alike=('coulomb_friction', 'presliding_friction', 'motor_cogging'), form_error=0.02,
         experiment=SLOW)
     typical: ClassVar[Typical | None] = Typical({'excess': 0.02}, {'speed': 8.0})
+    unmeasured: ClassVar[Unmeasured | None] = Unmeasured({'speed': 1.0}, {'speed': 5.0})
     words: ClassVar[Words] = Words(
         'needs {size} more at its motor to break away at low speed', 'wave_generator',
         'Check the grease: too little or too old makes surfaces touch at low speed.', ('excess',))
@@ -193,9 +211,11 @@ class PreslidingFriction(Effect):
     acts: ClassVar[tuple[str, ...]] = ('stiffness',)
     law = staticmethod(bristle_torque)
     law_rate = staticmethod(bristle_rate)
+    law_after = staticmethod(bristle_after)
+    law_stiffness = staticmethod(bristle_stiffness)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         free={'stiffness': 1.0}, in_space={'damping': 0.005},     # shows behind light wrists
-        grid={'stiffness': (3.0, 10.0)},
+        grid={'stiffness': (3.0, 10.0)}, weaker=True,
         alike=('stribeck_friction', 'current_loop_lag'), form_share=0.08, form_error=0.02,
         experiment=SLOW)
     typical: ClassVar[Typical | None] = Typical({'stiffness': 2.0, 'damping': 0.01})
@@ -223,6 +243,7 @@ class AsymmetricFriction(Effect):
         free={'asymmetry': 0.1}, alike=('drive_offset',), twin='drive_offset',
         experiment='a dwell at zero command, and a return run')
     typical: ClassVar[Typical | None] = Typical({'asymmetry': 0.2})
+    unmeasured: ClassVar[Unmeasured | None] = Unmeasured({'asymmetry': 0.3})
     words: ClassVar[Words] = Words(
         'has dry friction that is {size} larger forwards than its mean', 'wave_generator',
         'Check seals and brake, and read the current at standstill.', ('asymmetry',),
@@ -238,7 +259,7 @@ class LoadDependentFriction(Effect):
     name: ClassVar[str] = 'load_dependent_friction'
     cause: ClassVar[str] = 'mesh friction grows with the torque through the gear'
     site: ClassVar[Site] = Site.MOTOR
-    place: ClassVar[Place] = FRICTION
+    place: ClassVar[Place] = MESH
     acts: ClassVar[tuple[str, ...]] = ('coefficient',)
     law = staticmethod(load_budget)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
@@ -246,6 +267,7 @@ class LoadDependentFriction(Effect):
         free={'coefficient': 0.1}, alike=('torque_constant_error',),
         experiment='both directions under both signs of load')
     typical: ClassVar[Typical | None] = Typical({'coefficient': 0.15})
+    unmeasured: ClassVar[Unmeasured | None] = Unmeasured({'coefficient': 0.2})
     words: ClassVar[Words] = Words(
         'loses {size} of the torque through its gear to friction of the mesh', 'flexspline',
         CHECK_MESH, ('coefficient',))
@@ -292,6 +314,7 @@ class PositionDependentFriction(Effect):
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         varies=('link_waves',),
         waves={('amplitude', 'phase'): 0.1}, grid={'order': (1.0, 2.0, 3.0, 4.0, 6.0)},
+        stands={'order': 2.0},
         alike=('asymmetric_friction',), experiment='a slow full turn of the link both ways')
     typical: ClassVar[Typical | None] = Typical({'amplitude': 0.3}, {'order': 2.0, 'phase': 0.5})
     words: ClassVar[Words] = Words(

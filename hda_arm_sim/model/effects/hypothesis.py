@@ -7,6 +7,7 @@ lists effects of its own.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from enum import Enum
 import math
 from typing import Any, TypeAlias
 
@@ -14,8 +15,8 @@ Grid: TypeAlias = Mapping[
     str | tuple[str, ...], tuple[float, ...] | tuple[tuple[float, ...], ...]]
 
 # Experiments that decide between several effects.
-LOOP = ('slow torque loops about zero at two amplitudes and two rates with the motor clamped; '
-        'constant speed both ways for skew')
+TORQUE_LOOPS = ('slow torque loops about zero at two amplitudes and two rates with the motor '
+                'clamped; constant speed both ways for skew')
 SCALE = 'hang a known mass on the tip of a tilted arm, or push it with a force sensor'
 SLOW = 'constant slow speeds over two motor turns, and reversals of different length'
 
@@ -25,6 +26,14 @@ NO_OTHER_FORM = 75.0
 
 # Of no segments, and of the data sheets of sizes 14, 17, 20 and 25 [N*m].
 KNEES = ((0.0, 0.0), (2.0, 6.9), (3.9, 12.0), (7.0, 25.0), (14.0, 48.0))
+
+
+class SearchStart(Enum):
+    """Where a search starts: at points of a grid, or where something stands out of the rest."""
+
+    GRID = 'grid'
+    TOUCH = 'a force on the tip for some time'
+    SWING = 'answers of a base to the links'
 
 
 @dataclass(frozen=True)
@@ -48,7 +57,11 @@ class Hypothesis:
     from the first of `alike`. No other `form` than the usual one is asked of it.
     `varies` are the coordinates along which published laws of the cause differ from this one.
     `contains` are curves without a name that are this law at some of its numbers. One of them
-    tells as much as the law and is the law. A `passing` effect acts for a part of a recording.
+    tells as much as the law and is the law. A `passing` effect acts for a part of a recording,
+    from its `onset` on. A search begins as `start` tells. Of many shapes one `stands` for all,
+    where the smallest size that shows is asked for. A `weaker` effect does less the larger its
+    number is. One that `scales` a torque lets a balance shrink beside another such. A wave of one
+    that `bends` must be seen to do so: a straight part of it may be any error.
     """
 
     free: Mapping[str, float] = field(default_factory=dict)
@@ -71,6 +84,11 @@ class Hypothesis:
     doubts: Mapping[str, tuple[float, str]] = field(default_factory=dict)
     ends: tuple[str, ...] = ()
     passing: bool = False
+    start: SearchStart = SearchStart.GRID
+    stands: Mapping[str, float] = field(default_factory=dict)
+    weaker: bool = False
+    scales: bool = False
+    bends: bool = False
     varies: tuple[str, ...] = ()
     contains: tuple[str, ...] = ()
     twin: str = ''
@@ -98,6 +116,20 @@ class Typical:
 
     more: Mapping[str, float]
     shape: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Unmeasured:
+    """
+    What is known of an effect at a joint that nobody has measured: a calibration begins there.
+
+    `sigma` is how numbers scatter from joint to joint. It is in their own unit, and on the
+    logarithm of those that have a `usual` value, or are relative to what a law has. Of waves with
+    several amplitudes it is that of each `amplitude`.
+    """
+
+    sigma: Mapping[str, float]
+    usual: Mapping[str, float] = field(default_factory=dict)
 
 
 def wave(order: int, size: float) -> dict[tuple[str, str], float]:

@@ -7,7 +7,8 @@ import numpy as np
 
 from .effect import Effect, Scope, Site
 from .hypothesis import Hypothesis, NO_OTHER_FORM, SCALE, Typical
-from .place import BEARING, Carried, LINK_TORQUE, LOAD, NUMBER, Place, Pulled, Signal, Stated
+from .place import (BEARING, Carried, COUPLING, LINK_INERTIA, LINK_TORQUE, LOAD, Place, Pulled,
+                    Signal, Stated)
 from .words import Words
 from ...foundation.arrays import Array
 from ...foundation.chain import INERTIA, MASS, MOMENT, OFFSET, ROTATION
@@ -68,6 +69,12 @@ def cable_torque(own: Record, at: Pulled) -> Signal:
     return own.stiffness * (own.rest_angle - at.link_angle)
 
 
+@compiled
+def cable_energy(own: Record, at: Pulled) -> Signal:
+    """Return the energy in a cable, whose torque is its slope, (eq:cable) [J]."""
+    return 0.5 * own.stiffness * (at.link_angle - own.rest_angle) ** 2
+
+
 @dataclass(frozen=True)
 class Payload(Effect):
     """An unmodelled mass at the tip, a point or a body with a centre of its own, (eq:payload)."""
@@ -108,7 +115,7 @@ class LinkInertiaError(Effect):
     name: ClassVar[str] = 'link_inertia_error'
     cause: ClassVar[str] = 'the inertia of the link about its joint differs'
     site: ClassVar[Site] = Site.LINK
-    place: ClassVar[Place] = NUMBER
+    place: ClassVar[Place] = LINK_INERTIA
     spatial: ClassVar[tuple[str, ...]] = ('mass', 'centre_x', 'centre_y', 'centre_z')
     law = staticmethod(heavier)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
@@ -137,7 +144,7 @@ class InertialCoupling(Effect):
     name: ClassVar[str] = 'inertial_coupling'
     cause: ClassVar[str] = 'the links feel each other: M(q) and C(q, dq) instead of constants'
     site: ClassVar[Site] = Site.LINK
-    place: ClassVar[Place] = NUMBER
+    place: ClassVar[Place] = COUPLING
     scope: ClassVar[Scope] = Scope.ARM
     planar: ClassVar[bool] = True
     law = staticmethod(coupling)
@@ -161,6 +168,7 @@ class LinkBearingFriction(Effect):
     cause: ClassVar[str] = 'dry friction of the link bearing'
     site: ClassVar[Site] = Site.LINK
     place: ClassVar[Place] = BEARING
+    acts: ClassVar[tuple[str, ...]] = ('level',)
     law = staticmethod(bearing_budget)
     # (measured: fitted alone, it left 0.3 % of its power)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
@@ -184,6 +192,7 @@ class CableSpring(Effect):
     place: ClassVar[Place] = LINK_TORQUE
     acts: ClassVar[tuple[str, ...]] = ('stiffness',)
     law = staticmethod(cable_torque)
+    law_energy = staticmethod(cable_energy)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         varies=('link_angle',),
         free={'stiffness': 0.3, 'rest_angle': 0.3}, grid={'rest_angle': (-1.5, 1.5)},

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
 Signal: TypeAlias = float | Any             # a number, or an array over time
+SLIDERS = 4             # friction elements of a loop, each with a state of its own
 
 
 class Commanded(NamedTuple):
@@ -82,12 +83,10 @@ class Counted(NamedTuple):
     link_angle: Signal = 0.0            # of the joint [rad]
 
 
-class Sampled(NamedTuple):
-    """A side of the joint at the stamp of a sample."""
+class Triggered(NamedTuple):
+    """Both encoders when a sample is taken."""
 
-    angle: Signal = 0.0                 # [rad]
-    velocity: Signal = 0.0              # [rad/s]
-    acceleration: Signal = 0.0          # [rad/s^2]
+    motor_late: Signal = 0.0            # reading of the motor encoder after the stamp [s]
 
 
 class Sent(NamedTuple):
@@ -145,24 +144,35 @@ class Place:
     returns: str                        # with its unit and side
 
 
-COMMAND = Place('command', Commanded, 'torque behind the law [N*m motor]')
+WIRE = Place('wire', Commanded, 'command in force at the drive [N*m motor]')
+LIMIT = Place('limit of the drive', Commanded, 'torque asked of the motor [N*m motor]')
+CURRENT_LOOP = Place('current loop', Commanded, 'torque that the loop delivers [N*m motor]')
 SHAFT = Place('shaft', Delivered, 'torque at the shaft behind the law [N*m motor]')
 TURN = Place('turn of the motor', Turned, 'torque that drives the shaft [N*m motor]')
 DRAG = Place('drag', Dragged, 'torque against the motion [N*m motor]')
 DRY_LEVEL = Place('dry level', Rubbed, 'what is added to the budget so far [N*m motor]')
-FRICTION = Place('friction', Rubbed, 'what is added to the budget so far [N*m motor]')
+BREAKAWAY = Place('breakaway', Rubbed, 'what is added to the budget near rest [N*m motor]')
+MESH = Place('mesh', Rubbed, 'what a load adds to the budget [N*m motor]')
 BRISTLES = Place('bristles', Bent, 'torque against the motion [N*m motor]')
 PLAY = Place('play', Twisted, 'torsion and its rate left to the spring [rad, rad/s]')
+LOOP = Place('loop', Twisted, 'torque of friction beside the spring [N*m output]')
 GEAR = Place('gear', Twisted, 'torque beside the spring, drives the link [N*m output]')
 TRANSMISSION = Place('transmission', Turned, 'what is added to the torsion [rad at the output]')
 LOADED_GEAR = Place(
     'loaded gear', Turned, 'what each N*m of either sign adds to the torsion [rad/(N*m) output]')
 MOTOR_READING = Place('motor reading', Read, 'what is added to the shaft angle shown [rad]')
 LINK_READING = Place('link reading', Read, 'what is added to the link angle shown [rad]')
+TILTED_READING = Place(
+    'tilted link reading', Read, 'what a tilting moment adds to the link angle shown [rad]')
 COUNTS = Place('counts', Counted, 'both angles as they are counted [rad]')
-CLOCK = Place('clock', Sampled, 'the angle that is shown [rad]')
+CLOCK = Place('clock', Triggered, 'reading of the link encoder after the motor encoder [s]')
 SAMPLE = Place('sample', Sent, 'whether the sample is lost')
-NUMBER = Place('nominal number', Stated, 'the number in force, in its own unit')
+MOTOR_INERTIA = Place('motor inertia', Stated, 'the inertia in force [kg*m^2 motor]')
+STIFFNESS = Place('stiffness', Stated, 'the stiffness in force [N*m/rad output]')
+STIFFENING = Place('stiffening', Stated, 'curvature, knees and stiffnesses in force')
+WIND_UP = Place('wind-up', Stated, 'the compliance in force [rad/(N*m) motor]')
+LINK_INERTIA = Place('link inertia', Stated, 'the inertia in force [kg*m^2]')
+COUPLING = Place('coupling', Stated, 'how far links feel each other, 0 to 1')
 LOAD = Place('load', Carried, 'the inertia of the loaded links, rigid.Inertia')
 LINK_TORQUE = Place('link torque', Pulled, 'torque on the link [N*m output]')
 BEARING = Place('bearing', Pulled, 'most torque that the bearing can oppose [N*m output]')

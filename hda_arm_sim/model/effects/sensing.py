@@ -1,13 +1,15 @@
 """What the encoders show that is not so, and in which steps (docs/model.md#effects)."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from .effect import Effect, Site
-from .hypothesis import Hypothesis, Typical, wave
-from .place import Counted, COUNTS, LINK_READING, MOTOR_READING, Place, Read, Signal
+from .effect import Effect, KnownBy, Site
+from .hypothesis import Hypothesis, Typical, Unmeasured, wave
+from .place import (Counted, COUNTS, LINK_READING, MOTOR_READING, Place, Read, Signal,
+                    TILTED_READING)
 from .words import CHECK_ENCODER, Words
 from ...foundation.compiled import compiled, Record
 from ...foundation.parameter import parameter
@@ -71,13 +73,6 @@ def interpolation_wave(own: Record, at: Read) -> Signal:
 
 
 @compiled
-def tilting_moment(first: float, second: float, gravity: float,
-                   elbow: Signal) -> tuple[Signal, Signal]:
-    """Return the weight's moment that tilts the bearings of joints 1 and 2, (eq:tilting) [N*m]."""
-    return gravity * (first + second * np.cos(elbow)), gravity * second + 0.0 * elbow
-
-
-@compiled
 def tilted_reading(own: Record, at: Read) -> Signal:
     """Return what a tilting moment takes from the link angle shown, (eq:crosstalk) [rad]."""
     return -(own.coefficient * at.tilt_moment)
@@ -91,6 +86,8 @@ class CoarseQuantisation(Effect):
     cause: ClassVar[str] = 'an encoder counts in larger steps than stated'
     site: ClassVar[Site] = Site.SENSING
     place: ClassVar[Place] = COUNTS
+    stated: ClassVar[Mapping[str, str]] = {
+        'motor_step': 'motor_encoder.step', 'link_step': 'link_encoder.step'}
     law = staticmethod(quantised_sides)
     words: ClassVar[Words] = Words(
         'has an encoder that counts in steps of {size}', 'link_encoder',
@@ -112,11 +109,15 @@ class LinkEncoderEccentricity(Effect):
     law = staticmethod(link_runout)
     law_slope = staticmethod(link_runout_slope)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        waves={**wave(1, 5e-05), **wave(2, 5e-05)}, alike=('encoder_scale_error',),
+        waves={**wave(1, 5e-05), **wave(2, 5e-05)}, alike=('encoder_scale_error',), bends=True,
         experiment='a slow full turn of the link both ways')
     typical: ClassVar[Typical | None] = Typical(
         {'amplitude_1': 0.0002, 'amplitude_2': 6e-05},
         {'phase_1': 0.5, 'phase_2': 1.0})
+    unmeasured: ClassVar[Unmeasured | None] = Unmeasured({'amplitude': 3e-4})   # 4 um of 25 mm
+    known_by: ClassVar[KnownBy | None] = KnownBy(
+        'eccentricity', ('amplitude_1', 'amplitude_2'),
+        'the disc of the link encoder moved: {size:.1e} rad of {order} more')
     words: ClassVar[Words] = Words(
         'has a link encoder that is wrong by {size} along its turn', 'link_encoder', CHECK_ENCODER,
         ('amplitude_1', 'amplitude_2'))
@@ -197,7 +198,7 @@ class BearingCrosstalk(Effect):
     name: ClassVar[str] = 'bearing_crosstalk'
     cause: ClassVar[str] = 'tilting of the bearing under the weight is read as torsion'
     site: ClassVar[Site] = Site.TORSION
-    place: ClassVar[Place] = LINK_READING
+    place: ClassVar[Place] = TILTED_READING
     acts: ClassVar[tuple[str, ...]] = ('coefficient',)
     law = staticmethod(tilted_reading)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(

@@ -1,26 +1,21 @@
 """When the encoders are read, and what of it arrives (docs/model.md, eq:skew, dropped)."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from .effect import Effect, Scope, Site
-from .hypothesis import Hypothesis, Typical
-from .place import CLOCK, Place, SAMPLE, Sampled, Sent, Signal
+from .effect import Effect, KnownBy, Scope, Site
+from .hypothesis import Hypothesis, Typical, Unmeasured
+from .place import CLOCK, Place, SAMPLE, Sent, Signal, Triggered
 from .words import Words
 from ...foundation.compiled import compiled, Record
 from ...foundation.parameter import parameter
 
 
 @compiled
-def sampled_late(late: float, at: Sampled) -> Signal:
-    """Return the angle that an encoder shows `late` [s] after the stamp, (eq:skew) [rad]."""
-    return at.angle + late * (at.velocity + 0.5 * late * at.acceleration)
-
-
-@compiled
-def skewed(own: Record, at: Sampled) -> Signal:
-    """Return the link angle read a skew later than that of the motor, (eq:skew) [rad]."""
-    return sampled_late(own.skew, at)
+def skewed(own: Record, at: Triggered) -> Signal:
+    """Return how much later than the motor encoder that of the link is read, (eq:skew) [s]."""
+    return own.skew
 
 
 @compiled
@@ -37,11 +32,16 @@ class ClockSkew(Effect):
     cause: ClassVar[str] = 'link and motor encoders are sampled at different times'
     site: ClassVar[Site] = Site.TIMING
     place: ClassVar[Place] = CLOCK
+    stated: ClassVar[Mapping[str, str]] = {'skew': 'skew'}
     law = staticmethod(skewed)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         free={'skew': 5e-05}, alike=('torsional_hysteresis',),
         experiment='two constant speeds both ways')
     typical: ClassVar[Typical | None] = Typical({'skew': 0.00015})
+    unmeasured: ClassVar[Unmeasured | None] = Unmeasured({'skew': 5e-4})    # half a bus cycle
+    known_by: ClassVar[KnownBy | None] = KnownBy(
+        'clock_skew', ('skew',),
+        'the encoders are read {size:.1e} s further apart')
     words: ClassVar[Words] = Words(
         'has a link encoder that is read {size} after its motor encoder', 'link_encoder',
         'Check the time stamps of the drive: trigger both encoders from one clock.', ('skew',),

@@ -1,18 +1,18 @@
 """Effects between motor and link: what the torsion is not (docs/model.md#effects)."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from .effect import Effect, Site
-from .hypothesis import Hypothesis, LOOP, Typical, wave
-from .place import GEAR, LOADED_GEAR, Place, PLAY, Signal, TRANSMISSION, Turned, Twisted
+from .effect import Effect, KnownBy, Site
+from .hypothesis import Hypothesis, TORQUE_LOOPS, Typical, Unmeasured, wave
+from .place import (GEAR, LOADED_GEAR, LOOP, Place, PLAY, Signal, SLIDERS, TRANSMISSION, Turned,
+                    Twisted)
 from .words import CHECK_MESH, Words
 from ...foundation.compiled import compiled, Record
 from ...foundation.parameter import parameter
-
-SLIDERS = 4             # friction elements of a hysteresis
 
 
 @compiled
@@ -92,9 +92,21 @@ def hysteresis_torque(own: Record, at: Twisted) -> Signal:
 
 
 @compiled
+def sticking_stiffness(own: Record, at: Twisted) -> Signal:
+    """Return the stiffness of all elements while none slides, (eq:hysteresis) [N*m/rad]."""
+    return own.level / own.width
+
+
+@compiled
 def damping_torque(own: Record, at: Twisted) -> Signal:
     """Return the torque of the torsion's damping, (eq:damping) [N*m at the output]."""
     return own.coefficient * at.torsion_rate
+
+
+@compiled
+def damping_of(own: Record, at: Twisted) -> Signal:
+    """Return the torque per rate of the torsion, (eq:damping) [N*m*s/rad]."""
+    return own.coefficient
 
 
 @dataclass(frozen=True)
@@ -123,6 +135,11 @@ class KinematicError(Effect):
     typical: ClassVar[Typical | None] = Typical(
         {'amplitude_2': 8e-05, 'amplitude_4': 2e-05},
         {'phase_2': 0.5, 'phase_4': 1.0})
+    # a quarter of the worst gears (source: Tuttle and Seering 1996, and Ghorbel et al. 2001)
+    unmeasured: ClassVar[Unmeasured | None] = Unmeasured({'amplitude': 3e-4})
+    known_by: ClassVar[KnownBy | None] = KnownBy(
+        'kinematic_error', ('amplitude_1', 'amplitude_2', 'amplitude_4'),
+        'the kinematic map is out of date: {size:.1e} rad of {order} more')
     words: ClassVar[Words] = Words(
         'has a gear with a transmission error of {size}', 'wave_generator',
         'Check how wave generator and circular spline are centred.',
@@ -186,7 +203,7 @@ class Backlash(Effect):
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         free={'half_width': 2e-05}, grid={'half_width': (5e-05, 0.00015)},
         alike=('wave_generator_compliance', 'torsional_hysteresis'), form_share=0.08,
-        experiment=LOOP, doubts={'half_width': (0.1, 'half_width')})
+        experiment=TORQUE_LOOPS, doubts={'half_width': (0.1, 'half_width')})
     typical: ClassVar[Typical | None] = Typical({'half_width': 8e-05})
     words: ClassVar[Words] = Words(
         'has {size} of play', 'flange',
@@ -202,15 +219,20 @@ class TorsionalHysteresis(Effect):
     name: ClassVar[str] = 'torsional_hysteresis'
     cause: ClassVar[str] = 'rate-independent hysteresis of the flexspline'
     site: ClassVar[Site] = Site.TORSION
-    place: ClassVar[Place] = GEAR
+    place: ClassVar[Place] = LOOP
+    acts: ClassVar[tuple[str, ...]] = ('level',)
     law = staticmethod(hysteresis_torque)
-    slide = staticmethod(slid)
+    law_after = staticmethod(slid)
+    law_stiffness = staticmethod(sticking_stiffness)
     # (measured: a curve told up to 0.15 of the gain of a loop that was named rightly)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         free={'level': 0.3, 'width': 2e-05}, grid={'width': (3e-05, 0.0001, 0.0003)},
         alike=('backlash', 'clock_skew', 'structural_damping'), form_share=0.2, form_error=0.12,
-        experiment=LOOP)
+        experiment=TORQUE_LOOPS)
     typical: ClassVar[Typical | None] = Typical({'level': 0.8}, {'width': 0.0002})
+    # a loop of half an arcmin, of a joint of the usual torque
+    unmeasured: ClassVar[Unmeasured | None] = Unmeasured(
+        {'level': 1.5, 'width': 0.7}, {'width': 1.5e-4})
     words: ClassVar[Words] = Words(
         'has a torsion with a hysteresis of {size}', 'flexspline',
         'Load the joint slowly both ways with its motor held; check the screws of the flexspline.',
@@ -228,11 +250,15 @@ class StructuralDamping(Effect):
     cause: ClassVar[str] = 'damping of the torsion differs'
     site: ClassVar[Site] = Site.TORSION
     place: ClassVar[Place] = GEAR
+    stated: ClassVar[Mapping[str, str]] = {'coefficient': 'torsion.damping'}
     law = staticmethod(damping_torque)
+    law_damping = staticmethod(damping_of)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         free={'coefficient': 2.0}, alike=('torsional_hysteresis', 'clock_skew'),
         experiment='excite the resonance, 15 to 50 Hz')
     typical: ClassVar[Typical | None] = Typical({'coefficient': 15.0})
+    unmeasured: ClassVar[Unmeasured | None] = Unmeasured(
+        {'coefficient': 0.5}, {'coefficient': 4.0})
     tolerance: ClassVar[tuple[str, str] | None] = ('coefficient', 'damping')
     words: ClassVar[Words] = Words(
         'has a gear that damps torsion by {size}, not as stated', 'flexspline', CHECK_MESH,

@@ -5,6 +5,9 @@ from dataclasses import dataclass, replace
 import math
 
 from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects import EFFECTS
+from hda_arm_sim.model.effects.catalogue import unmeasured_at
+from hda_arm_sim.model.effects.place import MESH
 from hda_arm_sim.model.parts import Tolerances
 import numpy as np
 from numpy.typing import NDArray
@@ -22,17 +25,14 @@ STEP = 1e-3                     # of a sigma, for the slopes of numbers over unk
 NOTHING = 1e-12             # of a number, to have a share of
 LEAST = 0.2                     # of a tolerance, that a calibration leaves: arms change
 
+# Numbers of a joint by the tolerance that they tell anew.
 _KNOWN_BY = {
     'stiffness': ('torsion.flexspline_stiffness',), 'torsion_zero': ('link_encoder.zero',),
-    'clock_skew': ('clock_skew.skew',),
-    'kinematic_error': tuple(f'kinematic_error.amplitude_{n}' for n in (1, 2, 4)),
-    'eccentricity': tuple(f'link_encoder_eccentricity.amplitude_{n}' for n in (1, 2)),
-    'dry_friction': ('coulomb_friction.level',),
-    'viscous_friction': ('viscous_friction.slope',),
-    'torque_constant': ('torque_constant_error.error',),
-    'drive_offset': ('drive_offset.offset',),
-    'torque_ripple': tuple(f'torque_ripple.amplitude_{n}' for n in (2, 4))}
-_RELATIVE = ('stiffness', 'dry_friction', 'viscous_friction')
+    **{known.tolerance: tuple(f'{effect.name}.{number}' for number in known.numbers)
+       for effect in EFFECTS if (known := effect.known_by)}}
+_OF_LOAD = f'{unmeasured_at(MESH).name}.coefficient'
+(LEVEL,), (SLOPE,), (GAIN,), (OFFSET,) = (_KNOWN_BY[tolerance] for tolerance in (
+    'dry_friction', 'viscous_friction', 'torque_constant', 'drive_offset'))
 
 
 @dataclass(frozen=True)
@@ -137,10 +137,9 @@ def of_all_friction(found: Sequence[Number], load: float) -> tuple[Number, ...]:
     Its interval stays. A tolerance of dry friction is a share of all that resists. Under a load a
     mesh may resist far more than all else.
     """
-    of_load = sum(load * one.value for one in found
-                  if one.name == 'load_dependent_friction.coefficient')
+    of_load = sum(load * one.value for one in found if one.name == _OF_LOAD)
     return tuple(number(one.name, one.value + of_load, one.sigma)
-                 if one.name == 'coulomb_friction.level' else one for one in found)
+                 if one.name == LEVEL else one for one in found)
 
 
 def _known(before: Tolerances, found: Sequence[Number], *, wider: bool) -> dict[str, float]:
@@ -158,7 +157,8 @@ def _known(before: Tolerances, found: Sequence[Number], *, wider: bool) -> dict[
 
 def _sigma(number: Number, tolerance: str) -> float:
     """Return the deviation of a number, relative where its tolerance is."""
-    whole = abs(number.value) if tolerance in _RELATIVE else 1.0
+    relative = number.unit != Tolerances.declaration(tolerance).unit
+    whole = abs(number.value) if relative else 1.0
     return number.sigma / max(whole, NOTHING)
 
 

@@ -10,14 +10,16 @@ import math
 from typing import Any, NamedTuple
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import Effect, LoadDependentFriction, StribeckFriction
+from hda_arm_sim.model.effects import Effect
+from hda_arm_sim.model.effects.catalogue import unmeasured_at
+from hda_arm_sim.model.effects.place import BREAKAWAY, DRY_LEVEL, MESH
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.optimize import least_squares
 from scipy.stats import t as student
 
-from .arm_numbers import Number, number
+from .arm_numbers import LEVEL, Number, number, SLOPE
 from .torsion_fits import STRETCH
 from ..passages.passage import Passage
 from ...least_squares.bounds import declaration
@@ -35,7 +37,9 @@ MOMENT = 1.0            # time that is left out to see what the numbers rest on 
 LEAST = 1e-9            # dry friction of which a share can be told [N*m]
 FEWEST_BESIDE = 3       # samples that derivatives see on either side at low rates
 LARGE = 3e-3            # error that counts less, for it passes for another cause [N*m motor]
-ASYMMETRY = 'asymmetric_friction.asymmetry'     # fitted in N*m, told as a share of the dry level
+_OF_LOAD, _NEAR_REST = unmeasured_at(MESH), unmeasured_at(BREAKAWAY)
+# Fitted in N*m, told as a share of the dry level.
+ASYMMETRY = f'{unmeasured_at(DRY_LEVEL).name}.asymmetry'
 
 
 class Sliding(NamedTuple):
@@ -62,11 +66,11 @@ def _asymmetric(seen: Sliding, values: Floats, ratio: float) -> Floats:
 
 
 def _of_load(seen: Sliding, values: Floats, ratio: float) -> Floats:
-    return _budget(LoadDependentFriction, values, joint_torque=seen.load, ratio=ratio)
+    return _budget(_OF_LOAD, values, joint_torque=seen.load, ratio=ratio)
 
 
 def _near_rest(seen: Sliding, values: Floats, ratio: float) -> Floats:
-    return _budget(StribeckFriction, values, motor_velocity=seen.velocity)
+    return _budget(_NEAR_REST, values, motor_velocity=seen.velocity)
 
 
 def _budget(kind: type[Effect], values: Floats, **signals: Floats | float) -> Floats:
@@ -75,11 +79,11 @@ def _budget(kind: type[Effect], values: Floats, **signals: Floats | float) -> Fl
     return np.asarray(kind.law(own, kind.place.reads(**signals)))
 
 
-DRY = Part(('coulomb_friction.level', 'viscous_friction.slope'), (0.03, 1e-4),
+DRY = Part((LEVEL, SLOPE), (0.03, 1e-4),
            lambda seen, values, ratio: values[0] + values[1] * np.abs(seen.velocity))
 MORE = (
-    Part(('load_dependent_friction.coefficient',), (0.05,), _of_load),
-    Part(('stribeck_friction.excess', 'stribeck_friction.speed'), (0.01, 6.0), _near_rest),
+    Part((f'{_OF_LOAD.name}.coefficient',), (0.05,), _of_load),
+    Part((f'{_NEAR_REST.name}.excess', f'{_NEAR_REST.name}.speed'), (0.01, 6.0), _near_rest),
     Part((ASYMMETRY,), (0.0,), _asymmetric))
 
 
@@ -110,8 +114,8 @@ def _is_certain(seen: Sliding, parts: Sequence[Part], ratio: float) -> bool:
 
 def sliding(arm: Arm, passages: Sequence[Passage]) -> Sliding:
     """Return the rows of passages in which the joint slides and its command is known."""
-    joint, label = arm.joints[0], arm.labels[0]
-    inertia = joint.motor_inertia * (1.0 + arm.effect('motor_inertia_error', label).values()[0])
+    joint = arm.joints[0]
+    inertia = float(arm.record().joints['motor_inertia'][0])
     parts, stretches, moments = [], 0, 0
     for passage in passages:
         part = _sliding(passage, inertia, joint.ratio, arm.tolerances.torque_constant)
@@ -159,7 +163,7 @@ def _fit(seen: Sliding, parts: Sequence[Part], ratio: float) -> tuple[Floats, Fl
     """Return the values of the parts, and the slopes of their errors (m, p)."""
     start = np.array([value for part in parts for value in part.start])
     names = [name for part in parts for name in part.names]
-    rules = [declaration('coulomb_friction.level' if name == ASYMMETRY else name)
+    rules = [declaration(LEVEL if name == ASYMMETRY else name)
              for name in names]
     low = [-rule.high if name == ASYMMETRY else rule.low for name, rule in zip(names, rules)]
 

@@ -1,17 +1,19 @@
 """
 What ordinary recordings can find about a joint, as terms: torsion law, loop, skew and waves.
 
-A calibration looks for these because the arm file is not trusted. What is known before is the
-scatter of such gears, or the arm's tolerance where that is larger.
+A calibration looks for these because the arm file is not trusted. What is known before is what
+each effect declares of joints that nobody has measured, or the arm's tolerance where that is
+larger.
 """
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, cast
+from typing import Any
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import (ClockSkew, KinematicError, LinkEncoderEccentricity,
-                                       StructuralDamping, TorsionalHysteresis)
+from hda_arm_sim.model.effects.catalogue import known_as, unmeasured_at, usual_at
+from hda_arm_sim.model.effects.place import (CLOCK, GEAR, LOOP, Place, STIFFENING, STIFFNESS,
+                                             TRANSMISSION, WIND_UP)
 from hda_arm_sim.model.torsion import TorsionLaw
 import numpy as np
 from numpy.typing import NDArray
@@ -23,29 +25,23 @@ from ...least_squares.term import Term
 
 Floats = NDArray[np.float64]
 # Choices unless told otherwise.
-STIFFNESS = 0.25        # scatter of a stiffness, on its logarithm
-CURVATURE = 0.5         # scatter of the stiffening, of its nominal value
-KNEE, CHORD = 0.3, 0.3  # scatter of knees and of the stiffness beyond, on their logarithms
-SOFTNESS = 0.5          # scatter of the soft wind-up, on its logarithm
-LEVEL = 1.5             # scatter of a loop's torque on a joint of the usual torque [N*m]
 # (source: valid torque of the shipped arm, docs/model.md)
-USUAL_TORQUE = 37.0     # valid torque of the law for which that is stated [N*m]
-WIDTH = 0.7             # scatter of a loop's width, on its logarithm
-USUAL_WIDTH = 1.5e-4    # width of a loop, about half an arcmin [rad]
-SKEW = 5e-4             # scatter of the time between both encoders [s]
-DAMPING = 0.5           # scatter of the damping, of its nominal value
-LEAST_DAMPING = 4.0     # scatter of the damping at least [N*m*s/rad]
-WAVE = 3e-4             # [rad], half a micrometre of disc and a quarter of the worst gear error
+USUAL_TORQUE = 37.0     # valid torque of the law for which a loop's level is stated [N*m]
 NAMED = (1.0, 2.0, 4.0)         # orders per motor turn that have a name of their own
 FURTHER = ('a', 'b', 'c', 'd')
 WIDEST = 4.0            # of any scatter, either way
 SAME = 1e-6             # of an order
 SEGMENTS = ('flexspline_stiffness', 'second_stiffness', 'third_stiffness')
+BENT = ('knee_1', 'second_stiffness', 'knee_2', 'third_stiffness')
+
+WAVE = usual_at(TRANSMISSION).sigma['amplitude']
+_GEAR, _DISC, _SKEW = unmeasured_at(TRANSMISSION), known_as('eccentricity'), unmeasured_at(CLOCK)
 
 
 def stiffness(arm: Arm) -> Term:
     """Return the stiffness of the flexspline at zero torque, of segments all stiffnesses."""
-    law, spread = arm.joints[0].torsion, max(STIFFNESS, arm.tolerances.stiffness)
+    law = arm.joints[0].torsion
+    spread = max(usual_at(STIFFNESS).sigma['error'], arm.tolerances.stiffness)
     if law.knee_1 > 0.0:
         return _of_law(arm, chords_of(law, spread, WIDEST * spread))
     return _of_law(arm, _size(law, 'flexspline_stiffness', spread))
@@ -61,7 +57,7 @@ def chords_of(law: TorsionLaw, spread: float, reach: float) -> Chords:
 def curvature(arm: Arm) -> Term:
     """Return how the flexspline stiffens with torque; zero stays zero."""
     nominal = arm.joints[0].torsion.flexspline_curvature
-    spread = CURVATURE * nominal
+    spread = usual_at(STIFFENING).sigma['error'] * nominal
     return _of_law(arm, Plain(('flexspline_curvature',), spread, spread, 0.0,
                               nominal + WIDEST * spread))
 
@@ -79,14 +75,15 @@ def segments(arm: Arm, largest: float) -> Term:
     start = replace(law, **bounded(TorsionLaw, {
         'knee_1': knees[0], 'second_stiffness': chords[0],
         'knee_2': knees[1], 'third_stiffness': chords[1]}))
-    scatter = {'knee_1': KNEE, 'second_stiffness': CHORD, 'knee_2': KNEE, 'third_stiffness': CHORD}
+    usual = usual_at(STIFFENING).sigma
     return _of_law(replace(arm, joints=(replace(arm.joints[0], torsion=start),)),
-                   *(_size(start, name, spread) for name, spread in scatter.items()))
+                   *(_size(start, name, usual[name]) for name in BENT))
 
 
 def soft_wind_up(arm: Arm) -> Term:
     """Return the stiffness of the wave generator near zero torque."""
-    return _of_law(arm, _size(arm.joints[0].torsion, 'wave_generator_stiffness', SOFTNESS))
+    return _of_law(arm, _size(arm.joints[0].torsion, 'wave_generator_stiffness',
+                              usual_at(WIND_UP).sigma['compliance']))
 
 
 def _size(owner: Any, name: str, spread: float, low: float = WIDEST,
@@ -104,28 +101,34 @@ def _of_law(arm: Arm, *charts: Chart) -> Term:
 
 def damping(arm: Arm) -> Term:
     """Return the damping of the torsion."""
-    known = cast(StructuralDamping, arm.effect(StructuralDamping.name, arm.labels[0]))
-    spread = DAMPING * max(known.coefficient, LEAST_DAMPING)
+    known, usual = _present(arm, GEAR), usual_at(GEAR)
+    spread = usual.sigma['coefficient'] * max(known.coefficient, usual.usual['coefficient'])
     return Term(known, arm.labels[0], (Plain(('coefficient',), spread, spread, 0.0,
                                              known.coefficient + WIDEST * spread),))
 
 
 def loop(arm: Arm) -> Term:
     """Return the hysteresis: torque of the saturated loop, and its width in torsion."""
-    known = cast(TorsionalHysteresis, arm.effect(TorsionalHysteresis.name, arm.labels[0]))
+    known, usual = _present(arm, LOOP), usual_at(LOOP)
     if known.level == 0.0:
-        known = replace(known, width=USUAL_WIDTH)
-    spread = LEVEL * max(arm.joints[0].torsion.valid_torque / USUAL_TORQUE, 1.0)
+        known = replace(known, width=usual.usual['width'])
+    spread = usual.sigma['level'] * max(arm.joints[0].torsion.valid_torque / USUAL_TORQUE, 1.0)
     level = Plain(('level',), spread, spread, 0.0, known.level + WIDEST * spread,
                   max(known.level, 0.2 * spread))
-    return Term(known, arm.labels[0], (level, _size(known, 'width', WIDTH, 2.0, 3.0)))
+    width = _size(known, 'width', usual.sigma['width'], 2.0, 3.0)
+    return Term(known, arm.labels[0], (level, width))
 
 
 def skew(arm: Arm) -> Term:
     """Return the time between the readings of both encoders."""
-    known = cast(ClockSkew, arm.effect(ClockSkew.name, arm.labels[0]))
-    return Term(known, arm.labels[0], (Plain(('skew',), SKEW, SKEW, known.skew - 20 * SKEW,
-                                             known.skew + 20 * SKEW),))
+    known, spread = _present(arm, CLOCK), usual_at(CLOCK).sigma['skew']
+    return Term(known, arm.labels[0], (Plain(('skew',), spread, spread, known.skew - 20 * spread,
+                                             known.skew + 20 * spread),))
+
+
+def _present(arm: Arm, place: Place) -> Any:
+    """Return what the only joint of an arm has of the effect that is looked for at a place."""
+    return arm.effect(unmeasured_at(place).name, arm.labels[0])
 
 
 def waves(arm: Arm, orders: Sequence[float]) -> list[Term]:
@@ -149,14 +152,19 @@ def _wave(arm: Arm, place: str, order: float) -> Term:
     return Term(effect, arm.labels[0], (chart,), own=own)
 
 
+def without_waves(arm: Arm) -> Arm:
+    """Return the arm without the waves that are looked for from nothing on."""
+    return arm.without(_GEAR.name, arm.labels[0]).without(_DISC.name, arm.labels[0])
+
+
 def turns(term: Term) -> bool:
     """Tell whether a term only adds to the torsion, which saves a fit most of its work."""
-    return term.name in (ClockSkew.name, KinematicError.name, LinkEncoderEccentricity.name)
+    return term.name in (_SKEW.name, _GEAR.name, _DISC.name)
 
 
 def turning(term: Term, passage: Passage, ratio: float) -> Floats:
     """Return the torsion (k, p) for one of each unknown of a term that adds to it."""
-    if term.name == ClockSkew.name:
+    if term.name == _SKEW.name:
         return passage.link_rate[:, None]
     return wave_columns(passage, [_order(term, names[0].removeprefix('amplitude_'), ratio)
                                   for names in term.waves])
@@ -164,7 +172,7 @@ def turning(term: Term, passage: Passage, ratio: float) -> Floats:
 
 def _order(term: Term, name: str, ratio: float) -> float:
     """Return the order of a wave, per motor turn."""
-    if term.name == LinkEncoderEccentricity.name:
+    if term.name == _DISC.name:
         return float(name) / ratio
     return float(getattr(term.effect, f'order_{name}')) if name in FURTHER else float(name)
 
@@ -179,9 +187,9 @@ def wave_columns(passage: Passage, orders: Sequence[float]) -> Floats:
 def _places(orders: Sequence[float], ratio: float) -> list[str]:
     """Return where the amplitude and phase of each order stand: effect.suffix."""
     free = iter(FURTHER)
-    return [f'{LinkEncoderEccentricity.name}.{round(order * ratio)}'
+    return [f'{_DISC.name}.{round(order * ratio)}'
             if is_of_disc(order, ratio) else
-            f'{KinematicError.name}.{round(order) if is_named(order) else next(free)}'
+            f'{_GEAR.name}.{round(order) if is_named(order) else next(free)}'
             for order in orders]
 
 

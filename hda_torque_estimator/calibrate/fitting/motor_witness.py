@@ -82,8 +82,7 @@ class MotorWitness:
     def torque(self, arm: Arm, zeros: Floats) -> Floats:
         """Return the torque of the rows (m,) [N*m], by (r,) more than the motor tells."""
         joint, found = arm.joints[0], []
-        error = arm.effect('motor_inertia_error', arm.labels[0]).values()[0]
-        inertia = joint.ratio * joint.motor_inertia * (1.0 + error)
+        inertia = joint.ratio * float(arm.record().joints['motor_inertia'][0])
         for one, seen, turned, zero in zip(self.recordings, self._seen, self._turning,
                                            per_recording(zeros, self.recordings)):
             torque = np.empty(len(seen))

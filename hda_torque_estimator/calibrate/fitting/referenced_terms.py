@@ -11,10 +11,10 @@ import math
 from typing import Any
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import (
-    AsymmetricFriction, ClockSkew, CoulombFriction, DriveOffset, Effect, KinematicError,
-    LinkEncoderEccentricity, LoadDependentFriction, MotorCogging, MotorInertiaError,
-    StribeckFriction, TorqueConstantError, TorqueRipple, TorsionalHysteresis, ViscousFriction)
+from hda_arm_sim.model.effects import Effect
+from hda_arm_sim.model.effects.catalogue import (known_as, orders_at, unmeasured_at, usual_at)
+from hda_arm_sim.model.effects.place import (BREAKAWAY, CLOCK, DRY_LEVEL, LOOP, MESH,
+                                             MOTOR_INERTIA, TRANSMISSION, TURN)
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,20 +23,15 @@ from ...least_squares.charts import Chart, Factor, Logarithm, Plain, Wave
 from ...least_squares.term import Term
 
 # Choices unless told otherwise.
-# One sigma of what is known of a strain-wave gear before it is measured.
-# (source: Tuttle and Seering 1996, Ghorbel, Gandhi and Alpeter 2001)
-WAVE = 1e-4                   # [rad], 0.3 to 1.5 arcmin from peak to peak
-SKEW = 3e-4                     # [s], a bus cycle between the readings of two encoders
-WIDTH = 1.5e-4                  # [rad], a loop of half an arcmin
+# References alone leave more to a fit, so what effects declare of joints that nobody has measured
+# counts in part. (measured: with all of it a real joint was off by 0.22 N*m with offset, not 0.10)
+WAVES = 1.0 / 3.0               # share of the waves of a gear
+SKEW = 0.6                      # share of the skew of two encoders
+# One sigma of what no effect declares.
 # (measured: 7e-3 rad on a joint of two real arms each, with all that bends as a disc does)
 DISC = 3e-3                     # [rad], a disc of 25 mm that sits 75 um off its axis
 ZERO = 0.01                     # [rad], half a degree
-GAIN = 0.3                      # of a torque constant that nobody states, on its logarithm
-LOADED = 0.2                    # friction per torque through the gear, of its whole range
-INERTIA = 0.5                   # of the inertia of rotor and wave generator, on its logarithm
-ASYMMETRY = 0.3                 # of the dry level
 RIPPLE = 0.05                   # of the usual motor torque
-STRIBECK = 5.0                  # speed at which friction has fallen [rad/s motor]
 WIDEST_LOOP = 3.0               # times the deviation of the reference torque
 WIDEST_FACTOR = math.log(50.0)   # of a stiffness over its nominal value, either way
 # (measured: a joint of a real arm has a quarter of its gear's stiffness, another a tenth)
@@ -70,25 +65,25 @@ def stiffness(arm: Arm, varies: float) -> Term:
 
 def hysteresis(arm: Arm, varies: float) -> Term:
     """Return the loop of torque over torsion: its level and its width."""
-    known: Any = arm.effect(TorsionalHysteresis.name, arm.labels[0])
+    kind, width = unmeasured_at(LOOP), usual_at(LOOP).usual['width']
+    known: Any = arm.effect(kind.name, arm.labels[0])
     spread = WIDEST_LOOP * varies
-    return _effect(arm, TorsionalHysteresis,
-                   Plain(('level',), spread, spread, 0.0, spread, 0.4 * spread),
-                   Plain(('width',), WIDTH, WIDTH, 0.13 * WIDTH, 6.0 * WIDTH),
-                   level=min(known.level, spread), width=WIDTH)
+    return _effect(arm, kind, Plain(('level',), spread, spread, 0.0, spread, 0.4 * spread),
+                   Plain(('width',), width, width, 0.13 * width, 6.0 * width),
+                   level=min(known.level, spread), width=width)
 
 
 def waves_of_motor(arm: Arm, varies: float) -> Term:
     """Return the kinematic error once and twice per motor turn."""
-    return _effect(arm, KinematicError, *(_wave(arm, KinematicError, order, WAVE, 40 * WAVE)
-                                          for order in ('1', '2')))
+    return _of_gear(arm, '1', '2')
 
 
 def skew(arm: Arm, varies: float) -> Term:
     """Return the time between the readings of both encoders."""
-    known: Any = arm.effect(ClockSkew.name, arm.labels[0])
-    return _effect(arm, ClockSkew, Plain(('skew',), SKEW, SKEW, known.skew - 5 * SKEW,
-                                         known.skew + 5 * SKEW))
+    kind, spread = unmeasured_at(CLOCK), SKEW * usual_at(CLOCK).sigma['skew']
+    known: Any = arm.effect(kind.name, arm.labels[0])
+    return _effect(arm, kind, Plain(('skew',), spread, spread, known.skew - 5 * spread,
+                                    known.skew + 5 * spread))
 
 
 def zero(arm: Arm, varies: float) -> Term:
@@ -99,13 +94,19 @@ def zero(arm: Arm, varies: float) -> Term:
 
 def disc(arm: Arm, varies: float) -> Term:
     """Return the disc of the link encoder off its axis, once per turn."""
-    return _effect(arm, LinkEncoderEccentricity,
-                   _wave(arm, LinkEncoderEccentricity, '1', DISC, 10 * DISC))
+    return _effect(arm, known_as('eccentricity'), _wave('1', DISC, 10 * DISC))
 
 
 def fourth_wave(arm: Arm, varies: float) -> Term:
     """Return the kinematic error four times per motor turn."""
-    return _effect(arm, KinematicError, _wave(arm, KinematicError, '4', WAVE, 40 * WAVE))
+    return _of_gear(arm, '4')
+
+
+def _of_gear(arm: Arm, *orders: str) -> Term:
+    """Return waves of the kinematic error, by their orders per motor turn."""
+    size = WAVES * usual_at(TRANSMISSION).sigma['amplitude']
+    return _effect(arm, unmeasured_at(TRANSMISSION), *(
+        _wave(order, size, 40 * size) for order in orders))
 
 
 def stiffening(arm: Arm, varies: float) -> Term:
@@ -116,26 +117,28 @@ def stiffening(arm: Arm, varies: float) -> Term:
     return Term(law, arm.labels[0], (chart,), 'torsion', chart.names)
 
 
-def _wave(arm: Arm, kind: type[Effect], name: str, sigma: float, reach: float) -> Wave:
+def _wave(name: str, sigma: float, reach: float) -> Wave:
     """Return a wave of an effect, which may go so far from nothing."""
     return Wave((f'amplitude_{name}', f'phase_{name}'), sigma, sigma, -reach, reach)
 
 
 def constant(arm: Arm, varies: float) -> Term:
     """Return the error of the motor's torque constant."""
-    spread = max(GAIN, arm.tolerances.torque_constant)
-    return _effect(arm, TorqueConstantError, Factor(('error',), spread, spread, -2.0, 1.0))
+    kind = known_as('torque_constant')
+    assert kind.unmeasured is not None
+    spread = max(kind.unmeasured.sigma['error'], arm.tolerances.torque_constant)
+    return _effect(arm, kind, Factor(('error',), spread, spread, -2.0, 1.0))
 
 
 def dry(arm: Arm, varies: float) -> Term:
     """Return the level of dry friction."""
-    return _effect(arm, CoulombFriction, _friction(arm, 'level', varies))
+    return _effect(arm, known_as('dry_friction'), _friction(arm, 'level', varies))
 
 
 def offset(arm: Arm, varies: float) -> Term:
     """Return the torque that the drive gives at zero command."""
     spread = varies / arm.joints[0].ratio
-    return _effect(arm, DriveOffset, Plain(('offset',), spread, spread))
+    return _effect(arm, known_as('drive_offset'), Plain(('offset',), spread, spread))
 
 
 def _friction(arm: Arm, name: str, varies: float, per: float = 1.0) -> Plain:
@@ -146,43 +149,48 @@ def _friction(arm: Arm, name: str, varies: float, per: float = 1.0) -> Plain:
 
 def viscous(fastest: float) -> Maker:
     """Return how viscous friction is looked for where the shaft turns so fast [rad/s]."""
-    return lambda arm, varies: _effect(arm, ViscousFriction,
+    return lambda arm, varies: _effect(arm, known_as('viscous_friction'),
                                        _friction(arm, 'slope', varies, fastest))
 
 
 def of_load(arm: Arm, varies: float) -> Term:
     """Return the loss of the mesh."""
-    return _effect(arm, LoadDependentFriction, Plain(('coefficient',), LOADED, LOADED, 0.0))
+    spread = usual_at(MESH).sigma['coefficient']
+    return _effect(arm, unmeasured_at(MESH), Plain(('coefficient',), spread, spread, 0.0))
 
 
 def near_rest(arm: Arm, varies: float) -> Term:
     """Return the friction that falls with speed."""
-    return _effect(arm, StribeckFriction, replace(_friction(arm, 'excess', varies), start=(
-        0.2 * varies / arm.joints[0].ratio)),
-        Logarithm(('speed',), 1.0, 1.0, -3.0, 2.0, about=STRIBECK), speed=STRIBECK)
+    spread, speed = usual_at(BREAKAWAY).sigma['speed'], usual_at(BREAKAWAY).usual['speed']
+    return _effect(arm, unmeasured_at(BREAKAWAY), replace(
+        _friction(arm, 'excess', varies), start=0.2 * varies / arm.joints[0].ratio),
+        Logarithm(('speed',), spread, spread, -3.0, 2.0, about=speed), speed=speed)
 
 
 def one_sided(arm: Arm, varies: float) -> Term:
     """Return the share by which friction is larger one way."""
-    return _effect(arm, AsymmetricFriction, Plain(('asymmetry',), ASYMMETRY, ASYMMETRY))
+    spread = usual_at(DRY_LEVEL).sigma['asymmetry']
+    return _effect(arm, unmeasured_at(DRY_LEVEL), Plain(('asymmetry',), spread, spread))
 
 
 def inertia(arm: Arm, varies: float) -> Term:
     """Return the error of the motor's inertia."""
-    return _effect(arm, MotorInertiaError, Factor(('error',), INERTIA, INERTIA, -2.0, 1.7))
+    spread = usual_at(MOTOR_INERTIA).sigma['error']
+    return _effect(arm, unmeasured_at(MOTOR_INERTIA),
+                   Factor(('error',), spread, spread, -2.0, 1.7))
 
 
 def ripple(name: str) -> Maker:
     """Return how a ripple of order 2 or 4 is looked for."""
-    return lambda arm, varies: _effect(arm, TorqueRipple, _wave(
-        arm, TorqueRipple, name, _rippling(arm, varies), 40.0 * _rippling(arm, varies)))
+    return lambda arm, varies: _effect(arm, known_as('torque_ripple'), _wave(
+        name, _rippling(arm, varies), 40.0 * _rippling(arm, varies)))
 
 
 def cogging(order: float) -> Maker:
     """Return how a cogging of an order per motor turn is looked for."""
     return lambda arm, varies: _effect(
-        arm, MotorCogging, Wave(('amplitude', 'phase'), _rippling(arm, varies),
-                                _rippling(arm, varies)), order=order)
+        arm, orders_at(TURN), Wave(('amplitude', 'phase'), _rippling(arm, varies),
+                                   _rippling(arm, varies)), order=order)
 
 
 def _rippling(arm: Arm, varies: float) -> float:

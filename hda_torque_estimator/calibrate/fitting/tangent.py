@@ -2,10 +2,13 @@
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled, Record
-from hda_arm_sim.model.effects.transmission import slid, SLIDERS
-from hda_arm_sim.model.kernel import played_torsion
+from hda_arm_sim.model.effects.catalogue import sole_at
+from hda_arm_sim.model.effects.place import LOOP, SLIDERS
+from hda_arm_sim.model.kernel import loop_of, played_torsion
 from hda_arm_sim.model.torsion import stiffness_at, torque_of_torsion
 import numpy as np
+
+_slid = sole_at(LOOP).law_after
 
 
 @compiled
@@ -16,7 +19,7 @@ def tangents(joint: Record, elastic: Array, change: Array, slope: Array) -> None
     The spring answers by its stiffness, a friction element only while it does not slide. Damping
     is left out: it is small, and a descent needs slopes that are nearly right.
     """
-    loop, law = joint.torsional_hysteresis, joint.torsion
+    loop, law = loop_of(joint), joint.torsion
     stretch, moved = np.zeros(SLIDERS), np.zeros((SLIDERS, change.shape[1]))
     share = loop.level / (SLIDERS * loop.width)
     last = elastic[0]
@@ -30,7 +33,7 @@ def tangents(joint: Record, elastic: Array, change: Array, slope: Array) -> None
             continue
         for place in range(SLIDERS):
             free = stretch[place] + elastic[k] - last
-            stretch[place] = slid(loop, stretch[place], elastic[k] - last, place)
+            stretch[place] = _slid(loop, stretch[place], elastic[k] - last, place)
             for column in range(change.shape[1]):
                 before = change[k - 1, column] if k > 0 else 0.0
                 moved[place, column] += change[k, column] - before

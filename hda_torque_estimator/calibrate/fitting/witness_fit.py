@@ -9,7 +9,7 @@ from hda_arm_sim.model.arm import Arm
 import numpy as np
 from numpy.typing import NDArray
 
-from .arm_numbers import doubtful, Number, number, numbers
+from .arm_numbers import doubtful, Number, number, numbers, OFFSET
 from .motor_witness import MotorWitness, sliding, STANDS
 from .referenced_problem import error_left_out, fitted, LAG, Referenced, step_without
 from .referenced_terms import (cogging, likely_poles, Maker, motor_always, motor_more, stiffening,
@@ -119,7 +119,7 @@ def motor_of(arm: Arm, recordings: Sequence[Measured], *, resting: bool = False)
         return _worthwhile(problem, found, search._replace(more=(cogging(order),)), varies)
 
     problem, found = _zeroed([found_with(stays) for stays in _may_stay(recordings)])
-    return _told(problem, found, 'drive_offset.offset', witness)
+    return _told(problem, found, OFFSET, witness)
 
 
 def _may_stay(recordings: Sequence[Measured]) -> tuple[bool, ...]:
@@ -249,7 +249,7 @@ def _told(problem: Referenced, found: Found, zero: str,
     """Return what a fit tells; `zero` is the number that moves between recordings."""
     scaled, reference = found.scaled, witness.reference(0.0)
     given = witness.torque(problem.arm, np.zeros(0))    # as the arm was given
-    ratio = problem.arm.joints[0].ratio if zero == 'drive_offset.offset' else 1.0
+    ratio = problem.arm.joints[0].ratio if zero == OFFSET else 1.0
     spread = problem.spread / ratio if problem.moving else 0.0
     unsure = spread if len(witness.recordings) > 1 else _zero_known(problem.arm, zero)
     fitted_numbers = numbers(found, found.covariance())
@@ -269,7 +269,7 @@ def _told(problem: Referenced, found: Found, zero: str,
 def _zero_known(arm: Arm, zero: str) -> float:
     """Return how well a zero is known before: one recording does not tell how far it moves."""
     known = arm.tolerances
-    return known.drive_offset if zero == 'drive_offset.offset' else known.torsion_zero
+    return known.drive_offset if zero == OFFSET else known.torsion_zero
 
 
 def _numbers_without(problem: Referenced, found: Found, fold: int) -> dict[str, float]:

@@ -4,10 +4,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 import math
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import Payload
+from hda_arm_sim.model.effects.catalogue import sole_at
+from hda_arm_sim.model.effects.place import LOAD
 
 from .joint_recording import CalibrationError
 
@@ -27,7 +28,8 @@ class Stated(NamedTuple):
         if self.tilt is not None:
             arm = replace(arm, base=replace(arm.base, tilt=self.tilt[0], direction=self.tilt[1]))
         if self.payload is not None:
-            arm = arm.with_effect(Payload(mass=self.payload))
+            carried: Any = arm.effect(sole_at(LOAD).name)
+            arm = arm.with_effect(type(carried)(mass=self.payload))
         return arm
 
     def sentence(self) -> str:

@@ -11,7 +11,8 @@ from hda_arm_sim.foundation.chain import (ANGLE, base_couplings, Chain, COUPLING
 from hda_arm_sim.foundation.compiled import compiled
 from hda_arm_sim.foundation.vectors import dot, Vector, vector
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import BaseVibration
+from hda_arm_sim.model.effect_loops import any_acts, numbers_at
+from hda_arm_sim.model.effects.place import BASE
 from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY
 from hda_arm_sim.model.link_side import base_coupling, base_push, loaded_inertia, Pose
 import numpy as np
@@ -22,15 +23,17 @@ from ...measurements.motion import Motion
 
 def base_motion(arm: Arm, motion: Motion, dt: float) -> Array:
     """Return offset [m] and rate [m/s] of the base (k, 2) from rest, zero where it is rigid."""
-    swing = arm.effect(BaseVibration.name, None)
-    if not isinstance(swing, BaseVibration) or swing.amplitude == 0.0:
+    body = arm.record().body
+    if not any_acts(body, BASE):
         return np.zeros((len(motion.state), 2))
-    pace, answer = 2.0 * np.pi * swing.frequency, np.empty((len(motion.state), 2))
-    mode = np.array([[0.0, 1.0], [-pace ** 2, -2.0 * swing.damping * pace]])
-    step = cont2discrete((mode, np.array([[0.0], [swing.amplitude]]), np.eye(2),
+    amplitude, damping, direction, frequency = (float(numbers_at(body, BASE)[name]) for name in (
+        'amplitude', 'damping', 'direction', 'frequency'))
+    pace, answer = 2.0 * np.pi * frequency, np.empty((len(motion.state), 2))
+    mode = np.array([[0.0, 1.0], [-pace ** 2, -2.0 * damping * pace]])
+    step = cont2discrete((mode, np.array([[0.0], [amplitude]]), np.eye(2),
                           np.zeros((2, 1))), dt, 'foh')     # a push straight between samples
     past, push, told, now = (np.ascontiguousarray(part) for part in step[:4])
-    _march(past, push, told, now, stirring(arm, motion, swing.direction)[0], answer)
+    _march(past, push, told, now, stirring(arm, motion, direction)[0], answer)
     return answer
 
 

@@ -12,8 +12,9 @@ from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled, Record
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects.catalogue import effects_at
-from hda_arm_sim.model.effects.place import GEAR, LINK_TORQUE, LOADED_GEAR, PLAY, TRANSMISSION
-from hda_arm_sim.model.kernel import (gear_torque, growth, loop_state, REGISTERS, slide,
+from hda_arm_sim.model.effects.place import (GEAR, LINK_TORQUE, LOADED_GEAR, LOOP, PLAY,
+                                             TRANSMISSION)
+from hda_arm_sim.model.kernel import (gear_torque, growth, loop_state, loops, REGISTERS, slide,
                                       spring_torque, STATE, torque_against, twist)
 from hda_arm_sim.model.link_side import link_torque
 import numpy as np
@@ -28,7 +29,8 @@ _KEPT = 4               # of what each gear does
 # What each of its runs reads of a joint's record.
 _TWISTS = places_of('ratio', *effects_at(TRANSMISSION))
 _SPRINGS = places_of('torsion', *effects_at(LOADED_GEAR), *effects_at(PLAY))
-_BESIDE = places_of(*effects_at(GEAR), *effects_at(LINK_TORQUE))
+_BESIDE = places_of(*(effect for place in (LOOP, GEAR, LINK_TORQUE)
+                      for effect in effects_at(place)))
 
 
 class Twist(NamedTuple):
@@ -137,7 +139,7 @@ def _fill_torques(joints: Record, j: int, moved: Moved, twisted: Twist, spring: 
     """Fill the torques of a gear with those of its spring (k,)."""
     joint, w = joints[j], np.zeros((1, REGISTERS))
     through, against, driving = geared
-    remembers, loop = joint.torsional_hysteresis.level > 0.0, 0.0
+    remembers, loop = loops(joint), 0.0
     for k in range(spring.shape[0]):
         torsion = twisted.torsion[k]
         if remembers:

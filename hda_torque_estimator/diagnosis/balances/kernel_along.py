@@ -11,13 +11,15 @@ from hda_arm_sim.foundation.chain import lent
 from hda_arm_sim.foundation.compiled import compiled, inlined, Record
 from hda_arm_sim.foundation.rigid import Inertia
 from hda_arm_sim.model.arm import ArmRecord
-from hda_arm_sim.model.effects.friction import bristle_after
-from hda_arm_sim.model.effects.place import Bent, Commanded
-from hda_arm_sim.model.kernel import (AXES, BASE_OFFSET, BASE_RATE, BRISTLE, COMMAND, LINK_ANGLE,
-                                      LINK_VELOCITY, MODE, MOTOR_ANGLE, MOTOR_VELOCITY, NOW,
-                                      REGISTERS, settle, shaft_side, slope, SLOPE_1, STATE,
-                                      STATES, TORQUE)
-from hda_arm_sim.model.motor_side import clipped, friction_budget, lagging, shaft_torque
+from hda_arm_sim.model.effect_loops import record_at
+from hda_arm_sim.model.effects.catalogue import sole_at
+from hda_arm_sim.model.effects.place import Bent, BRISTLES, Commanded, WIRE
+from hda_arm_sim.model.kernel import (AXES, BASE_OFFSET, BASE_RATE, bends, BRISTLE, bristles_of,
+                                      COMMAND, LINK_ANGLE, LINK_VELOCITY, MODE, MOTOR_ANGLE,
+                                      MOTOR_VELOCITY, NOW, REGISTERS, settle, shaft_side, slope,
+                                      SLOPE_1, STATE, STATES, TORQUE)
+from hda_arm_sim.model.motor_side import (clipped, friction_budget, lagging, lags, loop_of,
+                                          shaft_torque)
 import numpy as np
 
 from .gears import Geared
@@ -27,6 +29,7 @@ from .sensed_motion import Moved
 # Choices unless told otherwise.
 _REST = 2e-3            # link speed at which a bearing may stick [rad/s]
 MEASURED = 4           # states that a motion gives; the kernel's others are its memory (layout)
+_wire_of, _bent_after = record_at(WIRE), sole_at(BRISTLES).law_after
 
 
 class Driven(NamedTuple):
@@ -47,13 +50,13 @@ def centred(command: Array) -> Array:
 def deliver(joints: Record, j: int, command: Array, dt: float, delivered: Array) -> None:
     """Fill the mean torque (k,) at the shaft of a joint from a sample until the next."""
     joint = joints[j]
-    late = joint.command_delay.delay / dt
-    whole, lag, current = int(late), joint.current_loop_lag.time_constant, 0.0
+    late = _wire_of(joint).delay / dt
+    whole, lag, current = int(late), loop_of(joint).time_constant, 0.0
     for k in range(command.shape[0]):
         new, old = command[max(k - whole, 0), j], command[max(k - whole - 1, 0), j]
         mean = new + (late - whole) * (old - new)
         mean = clipped(joint, mean)
-        if lag > 0.0:
+        if lags(joint):
             before = current if k > 0 else mean
             current = lagging(joint, Commanded(mean, mean, before, dt))
             mean = mean - (current - before) * lag / dt     # the lag's mean over the sample
@@ -112,8 +115,8 @@ def _stand(joint: Record, state: Array, command: float, w: Array, j: int, dt: fl
 @inlined
 def _bend(joint: Record, w: Array, j: int, dt: float) -> None:
     """Bend the bristles for a sample, under the torque of the one before."""
-    if joint.presliding_friction.stiffness > 0.0:
+    if bends(joint):
         rate, angle = w[j, STATE + MOTOR_VELOCITY], w[j, STATE + LINK_ANGLE]
         budget = friction_budget(joint, rate, np.sign(rate), w[j, TORQUE], angle)
         at = Bent(rate, w[j, STATE + BRISTLE], 0.0, budget)
-        w[j, STATE + BRISTLE] = bristle_after(joint.presliding_friction, at, dt)
+        w[j, STATE + BRISTLE] = _bent_after(bristles_of(joint), at, dt)

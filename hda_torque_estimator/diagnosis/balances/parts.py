@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects.catalogue import effects_at
-from hda_arm_sim.model.effects.place import (BRISTLES, COMMAND, DRAG, DRY_LEVEL, FRICTION, SHAFT,
-                                             TURN)
+from hda_arm_sim.model.effects.place import (BREAKAWAY, BRISTLES, CURRENT_LOOP, DRAG, DRY_LEVEL,
+                                             LIMIT, MESH, SHAFT, TURN, WIRE)
 from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
 
@@ -31,9 +31,10 @@ from ...measurements.running_clock import arm_during
 # Choices unless told otherwise.
 _KEPT = 4               # of each part
 # What each part reads of a joint's record.
-_DRIVES = places_of(*(effect for place in (COMMAND, SHAFT) for effect in effects_at(place)))
+_DRIVE = (WIRE, LIMIT, CURRENT_LOOP, SHAFT)
+_DRIVES = places_of(*(effect for place in _DRIVE for effect in effects_at(place)))
 _MOTORS = places_of('motor_inertia', *(
-    effect for place in (COMMAND, SHAFT, TURN, DRAG, DRY_LEVEL, FRICTION, BRISTLES)
+    effect for place in (*_DRIVE, TURN, DRAG, DRY_LEVEL, BREAKAWAY, MESH, BRISTLES)
     for effect in effects_at(place)))
 
 

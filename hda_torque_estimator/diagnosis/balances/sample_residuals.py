@@ -10,7 +10,7 @@ from hda_arm_sim.foundation.compiled import compiled, inlined, Record
 from hda_arm_sim.foundation.rigid import Inertia, mass_matrix
 from hda_arm_sim.model.arm import ArmRecord
 from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY, MOTOR_VELOCITY, SLOPE_1, STATE
-from hda_arm_sim.model.link_side import base_coupling
+from hda_arm_sim.model.link_side import base_coupling, swing_of, swings
 
 
 @inlined
@@ -25,8 +25,8 @@ def _planar_missed(arm: ArmRecord, inertia: Inertia, w: Array, acceleration: Arr
         m11, m12, m22 = mass_matrix(inertia, w[1, STATE + LINK_ANGLE])
         residual[2] = m11 * miss1 + m12 * miss2
         residual[3] = m12 * miss1 + m22 * miss2
-    swing = arm.body.base_vibration
-    if swing.amplitude > 0.0:                   # what is missed would shake the base less
+    if swings(arm.body):                        # what is missed would shake the base less
+        swing = swing_of(arm.body)
         sides = base_coupling(inertia, swing.direction, w[0, STATE + LINK_ANGLE],
                               w[1, STATE + LINK_ANGLE])
         shaken = swing.amplitude * (sides[0] * miss1 + sides[1] * miss2)

@@ -10,9 +10,10 @@ from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import BearingCrosstalk
+from hda_arm_sim.model.effect_loops import any_acts
 from hda_arm_sim.model.effects.catalogue import effects_at
-from hda_arm_sim.model.effects.place import CLOCK, LINK_READING, MOTOR_READING
+from hda_arm_sim.model.effects.place import (CLOCK, LINK_READING, MOTOR_READING, Place,
+                                             TILTED_READING)
 import numpy as np
 
 from .fields import key_of, places_of
@@ -26,10 +27,12 @@ _KEPT = 4               # courses of each encoder
 _WHOLE = 2              # motions of all joints
 _ROUNDING = 1e-15       # of an angle, to which a difference from another one is constant
 # What stands between the angle of a shaft, or of a link, and its reading.
+_SHOWN: dict[int, tuple[Place, ...]] = {
+    MOTOR: (MOTOR_READING,), LINK: (LINK_READING, TILTED_READING, CLOCK)}
+_ENCODERS = {MOTOR: ('motor_encoder',), LINK: ('motor_encoder', 'link_encoder')}
 _BEHIND = {
-    MOTOR: places_of('motor_encoder', *effects_at(MOTOR_READING)),
-    LINK: places_of('motor_encoder', 'link_encoder', *effects_at(LINK_READING),
-                    *effects_at(CLOCK))}
+    side: places_of(*_ENCODERS[side], *(effect for place in _SHOWN[side]
+                                        for effect in effects_at(place))) for side in _SHOWN}
 
 
 class Moved(NamedTuple):
@@ -103,5 +106,5 @@ def sensing(arm: Arm, joints: Sequence[int], sides: Sequence[int] = (MOTOR, LINK
     """Return all that the courses of sides of some joints depend on."""
     record = arm.record()
     key = b''.join(key_of(record, joint, _BEHIND[side]) for joint in joints for side in sides)
-    tilts = LINK in sides and record.joints[BearingCrosstalk.name]['coefficient'][joints].any()
+    tilts = LINK in sides and any_acts(record.joints[joints], TILTED_READING)
     return key + record.body.tobytes() if tilts else key

@@ -7,10 +7,12 @@ direction. The wider a mode is, the fewer frequencies tell it.
 """
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import BaseVibration
+from hda_arm_sim.model.effects.catalogue import sole_at
+from hda_arm_sim.model.effects.place import BASE
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,13 +26,23 @@ _DIRECTIONS = np.linspace(0.0, np.pi, 36, endpoint=False)  # of the base that ar
 _STANDS_OUT = 0.2       # least share of what is left in the torsion balances beyond noise
 
 
+class Mode(NamedTuple):
+    """One mode of a base, by the names of its effect's numbers."""
+
+    frequency: float            # [Hz]
+    damping: float
+    amplitude: float            # [1/kg]
+    direction: float            # [rad]
+
+
 def swing_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np.bool_],
-             noise: Array) -> BaseVibration | None:
+             noise: Array) -> Mode | None:
     """Return the mode that explains most of a residual (m, 2 n), None if it explains little."""
     joints = len(arm.labels)
     if arm.links is None or joints < 2:
         return None
     push, coupling = _stirred(balancer, arm)
+    most = sole_at(BASE).declaration('amplitude').high
     scale = (np.sqrt(valid) / noise)[:, joints:]
     rest = (scale * residual[:, joints:]).ravel()
     best, power = None, _STANDS_OUT * float(rest @ rest - np.count_nonzero(scale))
@@ -39,9 +51,9 @@ def swing_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np.bo
             scale[:, [joint]] * balancer.in_balance(torques, joints + joint) for joint, torques
             in enumerate(_torques(push, coupling, frequency, damping).swapaxes(0, 1))], axis=1)
         amplitude, direction, explained = _strongest(columns.reshape(-1, 3), rest)
-        if explained > power and amplitude < BaseVibration.declaration('amplitude').high:
+        if explained > power and amplitude < most:
             power = explained
-            best = BaseVibration(frequency, damping, amplitude, direction)
+            best = Mode(frequency, damping, amplitude, direction)
     return best
 
 

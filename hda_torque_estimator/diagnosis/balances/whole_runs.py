@@ -8,7 +8,9 @@ on what a gear does to other joints.
 from collections.abc import Iterator
 
 from hda_arm_sim.foundation.arrays import Array
-from hda_arm_sim.model.arm import Arm, ArmRecord
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effect_loops import any_acts
+from hda_arm_sim.model.effects.place import BASE, BEARING, BRISTLES, LOOP
 from hda_arm_sim.model.kernel import BASE_OFFSET, BASE_RATE, STATES
 from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
@@ -23,8 +25,7 @@ from ...measurements.running_clock import arm_during
 def hands_on(arm: Arm) -> bool:
     """Tell whether a bearing may hold its link, or a base give way: there links answer gears."""
     record = arm.record()
-    return bool(record.joints['link_bearing_friction']['level'].any()
-                or record.body['base_vibration']['amplitude'])
+    return any_acts(record.joints, BEARING) or any_acts(record.body, BASE)
 
 
 def run_whole(measurement: Measurement, parts: Parts, arm: Arm) -> tuple[Array, Array]:
@@ -42,7 +43,7 @@ def run_whole(measurement: Measurement, parts: Parts, arm: Arm) -> tuple[Array, 
 
 def remembered(measurement: Measurement, parts: Parts, arm: Arm) -> Array:
     """Return what effects remember (k, n, STATES - MEASURED): without such ones, the base."""
-    if _remembers(arm.record()):
+    if any_acts(arm.record().joints, LOOP, BRISTLES):
         return run_whole(measurement, parts, arm)[1]
     memory = np.zeros((*measurement.command.shape, STATES - MEASURED))
     motion = parts.motions.of(arm)
@@ -51,12 +52,6 @@ def remembered(measurement: Measurement, parts: Parts, arm: Arm) -> Array:
         memory[piece, 0, BASE_OFFSET - MEASURED] = base[:, 0]
         memory[piece, 0, BASE_RATE - MEASURED] = base[:, 1]
     return memory
-
-
-def _remembers(record: ArmRecord) -> bool:
-    """Tell whether an effect of a joint remembers something."""
-    return bool(record.joints['torsional_hysteresis']['level'].any()
-                or record.joints['presliding_friction']['stiffness'].any())
 
 
 def _driven(measurement: Measurement, parts: Parts, arm: Arm) -> Iterator[Driven]:

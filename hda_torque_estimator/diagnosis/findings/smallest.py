@@ -8,14 +8,14 @@ that raw readings alone show no size is typical: any size will do.
 from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import (Effect, effect_named, PreslidingFriction, Scope,
-                                       TorqueSaturation)
+from hda_arm_sim.model.effects import Effect, effect_named, Scope
 from hda_arm_sim.model.typical_sizes import SIZED, typical
 
 from .report import Detectable
 from ..fitting.hypotheses import HYPOTHESES
 
-WEAKER = (PreslidingFriction.name, TorqueSaturation.name)   # the larger their number is
+# The larger their number is.
+WEAKER = tuple(name for name, sought in HYPOTHESES.items() if sought.weaker)
 
 
 class Smallest(NamedTuple):

@@ -10,7 +10,9 @@ from dataclasses import dataclass, replace
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.chain_links import ChainLinks
-from hda_arm_sim.model.effects import EFFECTS, LinkInertiaError
+from hda_arm_sim.model.effects import EFFECTS
+from hda_arm_sim.model.effects.catalogue import sole_at
+from hda_arm_sim.model.effects.place import LINK_INERTIA
 from hda_arm_sim.model.parts import Joint, Links
 import numpy as np
 
@@ -116,7 +118,7 @@ def nuisances(arm: Arm) -> tuple[AnyTerm, ...]:
         for name, number, tolerance in _ERRORS:
             terms.append(_term(arm, name, label, {number: max(getattr(known, tolerance), _FLOOR)}))
         if link := _link(arm, label):
-            terms.append(_term(arm, LinkInertiaError.name, label, link))
+            terms.append(_term(arm, sole_at(LINK_INERTIA).name, label, link))
         for name, number, tolerance in _SIZES:
             value = getattr(arm.effect(name, label), number)
             if value > 0.0:

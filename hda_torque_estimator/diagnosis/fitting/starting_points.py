@@ -6,7 +6,7 @@ joints for a while. A base that swings answers the links' own acceleration at on
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.chain import ANGLE, place, tip_velocity
@@ -14,7 +14,10 @@ from hda_arm_sim.foundation.compiled import compiled
 from hda_arm_sim.foundation.rigid import tip_torque
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.chain_links import ChainLinks
-from hda_arm_sim.model.effects import BaseVibration, Effect, ExternalContact
+from hda_arm_sim.model.effects import Effect, effect_named
+from hda_arm_sim.model.effects.catalogue import sole_at
+from hda_arm_sim.model.effects.hypothesis import SearchStart
+from hda_arm_sim.model.effects.place import TIP
 from hda_arm_sim.model.kernel import LINK_ANGLE
 from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
@@ -22,7 +25,7 @@ from numpy.typing import NDArray
 from scipy.signal import fftconvolve
 
 from .fit import Fit, Fitter
-from .hypotheses import free_of
+from .hypotheses import free_of, HYPOTHESES
 from ..balances.balance import Balancer, RATE
 from ..balances.swinging import swing_in
 from ...least_squares.term import looked_for, Term
@@ -34,6 +37,8 @@ _STANDS_OUT = 5.0       # least power of a contact, over the best one at any oth
 _FITS = 0.7             # least share of the power around a contact that one force explains
 _NEAR = 0.3             # before and after a contact, where fits see all [s]
 _AGREES = 0.35          # largest difference of motor and torsion balance, of the force
+
+Numbers: TypeAlias = dict[str, float]           # of an effect, by their names
 
 
 class Contact(NamedTuple):
@@ -47,7 +52,8 @@ class Contact(NamedTuple):
 
 def located(fitter: Fitter, fit: Fit, name: str) -> list[Term]:
     """Return the starts that the rest of a fit gives an effect, none where nothing stands out."""
-    return _LOCATED[name](fitter, fit)
+    numbers = _READ[HYPOTHESES[name].start](fitter, fit)
+    return [] if numbers is None else [_term(fitter.arm, effect_named(name)(**numbers))]
 
 
 def contact_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np.bool_],
@@ -143,7 +149,8 @@ def _sums(leverage: Array, residual: Array, weight: Array) -> Array:
 def _profile(duration: float) -> Array:
     """Return the course of a contact of 1 N, from its begin on at the balances' rate."""
     time = np.arange(round(duration * RATE) + 1) / RATE
-    return np.asarray(ExternalContact(force=1.0, duration=duration)(time=time)[0])
+    contact: Any = sole_at(TIP)
+    return np.asarray(contact(force=1.0, duration=duration)(time=time)[0])
 
 
 def _forces(sums: Array, profile: Array) -> tuple[Array, Array]:
@@ -184,24 +191,24 @@ def _around(time: Array, contact: Contact) -> NDArray[np.bool_]:
                       & (time < contact.onset + contact.duration + margin))
 
 
-def _contacts(fitter: Fitter, fit: Fit) -> list[Term]:
+def _touch(fitter: Fitter, fit: Fit) -> Numbers | None:
     """Return the contact that stands out of the rest of a fit."""
     found = contact_in(fitter.balancer, fitter.on(fit.terms), fit.balance.residual,
                        fitter.valid(fit.balance), fitter.noise)
     if found is None:
-        return []
+        return None
     x, y, z = (*found.force, 0.0)[:3]
     level = float(np.hypot(x, y))
-    return [_term(fitter.arm, ExternalContact(
-        float(np.hypot(level, z)), float(np.arctan2(y, x)), found.onset, found.duration,
-        float(np.arctan2(z, level))))]
+    return {'force': float(np.hypot(level, z)), 'direction': float(np.arctan2(y, x)),
+            'onset': found.onset, 'duration': found.duration,
+            'elevation': float(np.arctan2(z, level))}
 
 
-def _swings(fitter: Fitter, fit: Fit) -> list[Term]:
+def _swing(fitter: Fitter, fit: Fit) -> Numbers | None:
     """Return the mode of the base that stands out of the rest of a fit."""
     found = swing_in(fitter.balancer, fitter.on(fit.terms), fit.balance.residual,
                      fitter.valid(fit.balance), fitter.noise)
-    return [] if found is None else [_term(fitter.arm, found)]
+    return None if found is None else found._asdict()
 
 
 def _term(arm: Arm, start: Effect) -> Term:
@@ -209,8 +216,6 @@ def _term(arm: Arm, start: Effect) -> Term:
     return looked_for(start, None, free_of(arm, start.name), {}, {}, grown=True)
 
 
-_LOCATED: dict[str, Callable[[Fitter, Fit], list[Term]]] = {
-    ExternalContact.name: _contacts,
-    BaseVibration.name: _swings,
-}
-LOCATED = tuple(_LOCATED)
+_READ: dict[SearchStart, Callable[[Fitter, Fit], Numbers | None]] = {
+    SearchStart.TOUCH: _touch, SearchStart.SWING: _swing}
+LOCATED = tuple(name for name, sought in HYPOTHESES.items() if sought.start in _READ)

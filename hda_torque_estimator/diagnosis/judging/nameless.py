@@ -19,6 +19,7 @@ from ..balances.balance import RATE
 from ..balances.coordinates import coordinates_of
 from ..findings.rest import GEAR
 from ..fitting.fit import Fit, Fitter
+from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.solve import Columns, condense, condense_more, Solution, solve
 
 Array = NDArray[np.float64]
@@ -33,7 +34,8 @@ SLIDING = (5.0, 20.0)   # shaft speeds over which friction may fall [rad/s]
 _LINK_ORDERS = (1, 2, 3, 4, 6)  # waves per link turn of curves without a name
 _MOTOR_ORDERS = (1, 2, 4, 6, 8, 12)  # waves per motor turn of curves without a name
 # Beside these two, what follows the torque lets a motor balance shrink with all of its noise.
-_SCALED, _SCALE = {'torque_constant_error', 'motor_inertia_error'}, 'joint_torque^1'
+_SCALED = {name for name, sought in HYPOTHESES.items() if sought.scales}
+_SCALE = 'joint_torque^1'
 _RATE, _SECOND_RATE = 'rate of joint_torque', 'second rate of joint_torque'
 # (measured: of the last joint of cobot7, 0.05 N*m at most, the second rate was noise alone. It
 # improved the score of healthy arms by 1087 to 1322)

@@ -7,13 +7,14 @@ tells a disc is what it reads beside the best straight line and the best law of 
 must show in the balances.
 """
 
-from hda_arm_sim.model.effects import LinkEncoderEccentricity
+from hda_arm_sim.model.effects import Effect
 from hda_arm_sim.model.kernel import LINK_ANGLE
 import numpy as np
 from numpy.typing import NDArray
 
 from ..balances.coordinates import coordinates_of
 from ..fitting.fit import Fit, Fitter
+from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.nuisance import Zero
 from ...least_squares.term import Term
 
@@ -25,11 +26,11 @@ _BEND = 1000.0          # score of the bend alone, from which a disc is one
 
 def straight(fitter: Fitter, fit: Fit) -> tuple[Term, ...]:
     """Return the accepted discs of link encoders that were not seen to bend."""
-    return tuple(term for term in fit.accepted if isinstance(term.effect, LinkEncoderEccentricity)
+    return tuple(term for term in fit.accepted if HYPOTHESES[term.name].bends
                  and _bend(fitter, fit, term, term.effect) < _BEND)
 
 
-def _bend(fitter: Fitter, fit: Fit, term: Term, disc: LinkEncoderEccentricity) -> float:
+def _bend(fitter: Fitter, fit: Fit, term: Term, disc: Effect) -> float:
     """Return the score of what a disc reads beside the link's angle and laws of the torque."""
     place, torsion = fitter.own_channels(term.joint)
     shows = place if fitter.led else torsion

@@ -15,7 +15,7 @@ from typing import NamedTuple
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.effects import Effect
 from hda_arm_sim.model.effects.catalogue import effects_at
-from hda_arm_sim.model.effects.place import DRAG, DRY_LEVEL, FRICTION
+from hda_arm_sim.model.effects.place import BREAKAWAY, DRAG, DRY_LEVEL, MESH
 import numpy as np
 from numpy.typing import NDArray
 
@@ -83,7 +83,7 @@ def along(sweep: Sweep, joint_torque: Array) -> Along:
 
 def friction_effects() -> list[type[Effect]]:
     """Return the effects that oppose a sliding shaft, but for twins of what is always free."""
-    return [kind for place in (DRY_LEVEL, FRICTION, DRAG) for kind in effects_at(place)
+    return [kind for place in (DRY_LEVEL, BREAKAWAY, MESH, DRAG) for kind in effects_at(place)
             if kind.hypothesis is not None and not kind.hypothesis.twin]
 
 

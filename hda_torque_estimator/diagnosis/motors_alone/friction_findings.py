@@ -2,11 +2,12 @@
 
 from collections.abc import Iterator
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import CoulombFriction, Effect, effect_named
+from hda_arm_sim.model.effects import Effect, effect_named
+from hda_arm_sim.model.effects.catalogue import known_as
 from hda_arm_sim.model.effects.place import DRY_LEVEL
 import numpy as np
 
@@ -129,8 +130,7 @@ def _within(kind: type[Effect], name: str, value: float, reach: float) -> Number
 def _dry_level(part: Explained, arm: Arm) -> float:
     """Return the dry friction of a motor: as the arm's file states it, and what was found."""
     assert part.friction is not None
-    dry = arm.effect('coulomb_friction', part.sweep.joint.label)
-    assert isinstance(dry, CoulombFriction)
+    dry: Any = arm.effect(known_as('dry_friction').name, part.sweep.joint.label)
     found = [float(cause.numbers[0]) * cause.law.unit for cause in part.friction.causes
              if cause.name == dry.name]
-    return dry.level + sum(found)
+    return float(dry.level) + sum(found)

@@ -10,11 +10,12 @@ that sits in it, in the timing or in the link encoder can be seen.
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import (
-    CoulombFriction, DriveOffset, Effect, EFFECTS, MotorCogging, Scope, Site)
+from hda_arm_sim.model.effects import Effect, EFFECTS, Scope, Site
+from hda_arm_sim.model.effects.catalogue import known_as, orders_at
+from hda_arm_sim.model.effects.place import TURN
 import numpy as np
 
 from .friction_findings import friction_findings, friction_pairs, is_sure
@@ -37,6 +38,7 @@ METRIC = ('mean squared error of the motor torque that the measured motion calls
 _UNSEEN = (Site.TORSION, Site.TIMING, Site.SENSING)
 _SIDE = ('One encoder for each joint: torsion, timing and sensing cannot be seen; '
          'sizes of fast waves are what the drive answered them with.')
+_LINE: Any = orders_at(TURN)        # a wave over the motor angle, of any order
 
 
 class MotorConclusion(NamedTuple):
@@ -100,11 +102,11 @@ def _pairs(part: Explained, arm: Arm) -> Iterator[Alike]:
         yield from friction_pairs(part, arm)
 
 
-def _wave(part: Explained, number: int) -> MotorCogging:
+def _wave(part: Explained, number: int) -> Any:
     """Return a line as cogging, which the commanded torque has to make up for."""
     along, across = -part.numbers[part.wave(number)]
-    return MotorCogging(math.hypot(along, across), part.lines[number].order,
-                        math.atan2(across, along))
+    return _LINE(amplitude=math.hypot(along, across), order=part.lines[number].order,
+                 phase=math.atan2(across, along))
 
 
 def _finding(part: Explained, effect: Effect, label: str, places: Sequence[int],
@@ -121,7 +123,8 @@ def _one_way(part: Explained) -> Alike:
     """Return what a sweep in one direction cannot tell apart, each as if it alone resisted."""
     label, (resists, reach) = part.sweep.joint.label, _resistance(part)
     way = float(np.sign(np.median(part.sweep.speed[part.sweep.moving])))
-    sizes = (CoulombFriction, 'level', resists), (DriveOffset, 'offset', -way * resists)
+    sizes = ((known_as('dry_friction'), 'level', resists),
+             (known_as('drive_offset'), 'offset', -way * resists))
     return Alike(tuple((kind.name, label) for kind, _, _ in sizes), 'the same sweep back', tuple(
         Candidate(kind.name, label, {name: Number(size, kind.declaration(name).unit,
                                                   size - reach, size + reach)}, False)
@@ -197,7 +200,7 @@ def _extended(arm: Arm, findings: Sequence[Finding]) -> Arm:
     strongest: dict[str | None, float] = {}
     for found in findings:
         numbers = {name: number.value for name, number in found.parameters.items()}
-        if found.effect == MotorCogging.name:
+        if found.effect == _LINE.name:
             if numbers['amplitude'] < strongest.get(found.joint, 0.0):
                 continue
             strongest[found.joint] = numbers['amplitude']

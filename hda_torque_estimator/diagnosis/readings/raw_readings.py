@@ -4,7 +4,7 @@ What only raw readings show: causes that a filter would hide, found before any b
 The balances then work with an arm that senses as the recorded one does. What a cause explains is
 how much the readings scatter from sample to sample. These are their second differences in
 stretches that were held out. Simulated recordings with the cause and without it are held against
-the measured ones.
+the measured ones. Each detector is made for one effect, so effects have names here.
 """
 
 from collections.abc import Sequence

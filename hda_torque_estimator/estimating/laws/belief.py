@@ -11,6 +11,7 @@ from typing import Any
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled, inlined
 from hda_arm_sim.model.arm import ArmRecord
+from hda_arm_sim.model.motor_side import limit_of
 import numpy as np
 from numpy.typing import NDArray
 
@@ -167,7 +168,7 @@ def sane(limits: Array, joints: NDArray[Any], reading: Array, command: Array, cl
             scale = 1.0 if side == 0 else 1.0 / limits[j, RATIO]
             if not abs(reading[j, 2 + side]) <= ABSURD * limits[j, SPEED] * scale:
                 clean[j, 2 + side] = np.nan
-        most = OVERLOAD * joints[j].torque_saturation.limit
+        most = OVERLOAD * limit_of(joints[j]).limit
         given[j] = command[j] if abs(command[j]) <= most else np.nan
 
 

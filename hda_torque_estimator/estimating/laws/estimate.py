@@ -13,9 +13,9 @@ from hda_arm_sim.foundation.chain import lent, of_links
 from hda_arm_sim.foundation.compiled import borrowed, compiled, inlined, Record
 from hda_arm_sim.foundation.rigid import Inertia
 from hda_arm_sim.model.arm import ArmRecord
-from hda_arm_sim.model.effects.transmission import SLIDERS
+from hda_arm_sim.model.effects.place import SLIDERS
 from hda_arm_sim.model.encoders import tilt_moments, tilt_of
-from hda_arm_sim.model.kernel import growth
+from hda_arm_sim.model.kernel import growth, loops
 from hda_arm_sim.model.link_side import link_torque
 from hda_arm_sim.model.torsion import torsion_of_torque
 from hda_arm_sim.model.weight import weights
@@ -115,7 +115,7 @@ def _joint(model: Model, tilt_moment: float, memory: Array, sample: Sample, j: i
 @inlined
 def _loop(joint: Record, memory: Array, elastic: float, dt: float) -> float:
     """Return the hysteresis z in [-1, 1] at a torsion [rad], and let it follow."""
-    if joint.torsional_hysteresis.level == 0.0:
+    if not loops(joint):
         return 0.0
     if dt == 0.0:
         memory[TURNED_TORSION] = elastic        # where in its loop it begins nobody knows

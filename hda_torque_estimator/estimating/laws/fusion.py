@@ -9,6 +9,7 @@ has to be differentiated. Equations: docs/estimation.md.
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled, inlined, Record
+from hda_arm_sim.model.encoders import counts_of
 import numpy as np
 
 from .agreement import expected, hold_against, Window
@@ -87,7 +88,7 @@ def close_half(joint: Record, memory: Array, motor_angle: float, settings: Compi
 
 @inlined
 def _sense(joint: Record, moved: float) -> float:
-    least = max(_COUNTS * joint.coarse_quantisation.motor_step, _LEAST_MOTION)
+    least = max(_COUNTS * counts_of(joint).motor_step, _LEAST_MOTION)
     return 0.0 if abs(moved) < least else np.sign(moved)
 
 
@@ -117,8 +118,8 @@ def _hat(memory: Array, place: int, time: float) -> float:
 @inlined
 def _noise(joint: Record, stiffness: float, time: float, samples: float) -> float:
     """Return the variance of a window's difference from counts and noise alone, (eq:misfit)."""
-    motor = joint.coarse_quantisation.motor_step ** 2 / 12.0 + joint.motor_encoder.noise ** 2
-    link = joint.coarse_quantisation.link_step ** 2 / 12.0 + joint.link_encoder.noise ** 2
+    motor = counts_of(joint).motor_step ** 2 / 12.0 + joint.motor_encoder.noise ** 2
+    link = counts_of(joint).link_step ** 2 / 12.0 + joint.link_encoder.noise ** 2
     turned = 6.0 * (joint.ratio * joint.motor_inertia / time ** 2) ** 2 * motor
     return turned + stiffness ** 2 * (motor / joint.ratio ** 2 + link) / samples
 

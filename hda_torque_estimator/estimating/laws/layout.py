@@ -1,6 +1,6 @@
 """Where the compiled estimator keeps what: memory and results of joints, results of the tip."""
 
-from hda_arm_sim.model.effects.transmission import SLIDERS
+from hda_arm_sim.model.effects.place import SLIDERS
 
 from . import contact, fusion_memory, payload
 

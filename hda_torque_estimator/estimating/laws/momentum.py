@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from hda_arm_sim.foundation.compiled import compiled, Record
 from hda_arm_sim.foundation.rigid import gravity_torque, Inertia, mass_matrix, momentum_drift
-from hda_arm_sim.model.link_side import link_torque
+from hda_arm_sim.model.link_side import bearing_level, link_torque
 import numpy as np
 
 # Choices unless told otherwise.
@@ -36,7 +36,7 @@ def hold(joint: Record, angle: float, velocity: float) -> tuple[float, float]:
 
     A bearing at rest holds any torque up to its level, which nobody can tell from outside.
     """
-    level = joint.link_bearing_friction.level
+    level = bearing_level(joint, angle)
     if abs(velocity) < _AT_REST:
         return link_torque(joint, angle), level
     return link_torque(joint, angle) - level * np.sign(velocity), 0.0

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled, inlined, Record
+from hda_arm_sim.model.encoders import counts_of
 import numpy as np
 
 from .fusion import FEWEST, restart, SETTLED
@@ -76,7 +77,7 @@ def has_friction(joint: Record) -> bool:
 @inlined
 def turns(joint: Record, velocity: float, time: float) -> bool:
     """Tell whether a shaft turns for certain by what it passes in a time [s]."""
-    still = max(joint.coarse_quantisation.motor_step, _STILL)
+    still = max(counts_of(joint).motor_step, _STILL)
     return abs(velocity) * time > _STILL_COUNTS * still
 
 

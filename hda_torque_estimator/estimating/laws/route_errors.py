@@ -10,6 +10,8 @@ from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled, inlined, Record
+from hda_arm_sim.model.effect_loops import record_of
+from hda_arm_sim.model.effects.catalogue import known_as
 from hda_arm_sim.model.motor_side import drag, friction_budget, ripple, shaft_torque
 import numpy as np
 
@@ -19,6 +21,7 @@ ZERO, SHAFT_1, SHAFT_2, SHAFT_4, LINK_1, LINK_2, SKEW, STIFFNESS = 0, 1, 3, 5, 7
 TORSION_ERRORS = 13
 DRY, VISCOUS, GAIN, OFFSET, RIPPLE_2, RIPPLE_4 = 13, 14, 15, 16, 17, 19
 ERRORS = 21
+_viscous_of = record_of(known_as('viscous_friction'))
 
 
 class Turning(NamedTuple):
@@ -69,7 +72,7 @@ def motor_effects(joint: Record, known: Record, command: float, at: Turning, fri
     """
     ratio, wavy = joint.ratio, joint.ratio * known.torque_ripple
     effect[DRY] = -known.dry_friction * friction * at.sense
-    effect[VISCOUS] = -ratio * known.viscous_friction * joint.viscous_friction.slope * at.velocity
+    effect[VISCOUS] = -ratio * known.viscous_friction * _viscous_of(joint).slope * at.velocity
     effect[GAIN] = ratio * known.torque_constant * command
     effect[OFFSET] = ratio * known.drive_offset
     _wave(wavy, 2.0 * at.angle, effect, RIPPLE_2)

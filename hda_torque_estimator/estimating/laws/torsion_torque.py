@@ -7,14 +7,16 @@ torsion, through the inverse of the torsion law. Hysteresis and damping come on 
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled, Record
-from hda_arm_sim.model.effects.place import Sampled
-from hda_arm_sim.model.effects.timing import sampled_late
-from hda_arm_sim.model.effects.transmission import slid, SLIDERS
-from hda_arm_sim.model.encoders import (link_angle_behind, link_gain, motor_angle_behind,
-                                        motor_gain)
-from hda_arm_sim.model.kernel import gear_torque, growth, played_torsion, transmission
+from hda_arm_sim.model.effect_loops import added
+from hda_arm_sim.model.effects.catalogue import sole_at
+from hda_arm_sim.model.effects.place import GEAR, LOOP, SLIDERS, Twisted
+from hda_arm_sim.model.encoders import (counts_of, link_angle_behind, link_gain, link_lateness,
+                                        motor_angle_behind, motor_gain, shown_after)
+from hda_arm_sim.model.kernel import gear_torque, growth, loop_of, played_torsion, transmission
 from hda_arm_sim.model.torsion import stiffer_torque, stiffness_at, torque_of_torsion
 import numpy as np
+
+_slid, _damping = sole_at(LOOP).law_after, added(GEAR, 'law_damping')
 
 
 @compiled
@@ -22,8 +24,7 @@ def shaft(joint: Record, reading: float, rate: float) -> tuple[float, float]:
     """Return angle and velocity of the shaft at the stamp, from what its encoder shows."""
     angle = motor_angle_behind(joint, reading - joint.motor_encoder.zero)
     velocity = rate / motor_gain(joint, angle)
-    at = Sampled(angle, velocity, 0.0)
-    return sampled_late(-joint.motor_encoder.sampling_time, at), velocity
+    return shown_after(-joint.motor_encoder.sampling_time, angle, velocity, 0.0), velocity
 
 
 @compiled
@@ -31,8 +32,7 @@ def link(joint: Record, tilt_moment: float, reading: float, rate: float) -> tupl
     """Return angle and velocity of the link at the stamp, from what its encoder shows."""
     angle = link_angle_behind(joint, reading - joint.link_encoder.zero, tilt_moment)
     velocity = rate / link_gain(joint, angle)
-    late = joint.motor_encoder.sampling_time + joint.clock_skew.skew
-    return sampled_late(-late, Sampled(angle, velocity, 0.0)), velocity
+    return shown_after(-link_lateness(joint), angle, velocity, 0.0), velocity
 
 
 @compiled
@@ -51,9 +51,9 @@ def slide(joint: Record, change: float, stretch: Array) -> float:
 
     Returns the hysteresis z in [-1, 1].
     """
-    own, total = joint.torsional_hysteresis, 0.0
+    own, total = loop_of(joint), 0.0
     for place in range(SLIDERS):
-        stretch[place] = slid(own, stretch[place], change, place)
+        stretch[place] = _slid(own, stretch[place], change, place)
         total += stretch[place]
     return total / (SLIDERS * own.width)
 
@@ -75,8 +75,8 @@ def torque_through_gear(joint: Record, motor_angle: float, torsion: float, torsi
 @compiled
 def torsion_deviation(joint: Record) -> float:
     """Return what counts and noise of both encoders make of a torsion, one sigma [rad]."""
-    motor = (joint.coarse_quantisation.motor_step ** 2 / 12.0 + joint.motor_encoder.noise ** 2)
-    link = (joint.coarse_quantisation.link_step ** 2 / 12.0 + joint.link_encoder.noise ** 2)
+    motor = counts_of(joint).motor_step ** 2 / 12.0 + joint.motor_encoder.noise ** 2
+    link = counts_of(joint).link_step ** 2 / 12.0 + joint.link_encoder.noise ** 2
     return np.sqrt(motor / joint.ratio ** 2 + link)
 
 
@@ -90,7 +90,7 @@ def reading_deviation(joint: Record, torque: float, rate_gain: float,
     torsion and by `rate_gain` [1/s] in its rate. Their variance is at least `scatter` [rad^2].
     """
     stiffness = stiffness_at(joint.torsion, joint.ratio, torque)
-    noise = stiffness + joint.structural_damping.coefficient * rate_gain
+    noise = stiffness + _damping(joint, Twisted(0.0, 0.0, 0.0), 0.0) * rate_gain
     return stiffness, noise * max(torsion_deviation(joint), np.sqrt(scatter))
 
 

@@ -13,7 +13,7 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import (ClockSkew, KinematicError, LinkEncoderEccentricity,
                                        StiffeningError, StiffnessError, TorsionalHysteresis,
                                        WaveGeneratorCompliance)
-from hda_arm_sim.model.effects.transmission import SLIDERS
+from hda_arm_sim.model.effects.place import SLIDERS
 from hda_arm_sim.model.parts import Joint
 import numpy as np
 
