@@ -10,19 +10,20 @@ import math
 from typing import Any, NamedTuple
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import Effect
-from hda_arm_sim.model.effects.catalogue import unmeasured_at
+from hda_arm_sim.model.effects import Effect, effect_named
+from hda_arm_sim.model.effects.catalogue import known_as, unmeasured_at
 from hda_arm_sim.model.effects.place import BREAKAWAY, DRY_LEVEL, MESH
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
-from scipy.optimize import least_squares
 from scipy.stats import t as student
 
 from .arm_numbers import LEVEL, Number, number, SLOPE
 from .torsion_fits import STRETCH
 from ..passages.passage import Passage
 from ...least_squares.bounds import declaration
+from ...least_squares.descent import damped, improved, SHARES
+from ...least_squares.normal import RIDGE, within
 from ...least_squares.rows import FOLDS, rms
 from ...measurements.motion import WINDOW
 from ...significance import NORMAL_90
@@ -37,6 +38,10 @@ MOMENT = 1.0            # time that is left out to see what the numbers rest on 
 LEAST = 1e-9            # dry friction of which a share can be told [N*m]
 FEWEST_BESIDE = 3       # samples that derivatives see on either side at low rates
 LARGE = 3e-3            # error that counts less, for it passes for another cause [N*m motor]
+PASSES = 40             # of a fit at most
+SMALLEST = 1e-9         # gain of the score of a fit that ends it
+SLIGHT = 1e-6           # of a number, or of its usual size, for a slope
+_LEVEL, _DRAG = known_as('dry_friction'), known_as('viscous_friction')
 _OF_LOAD, _NEAR_REST = unmeasured_at(MESH), unmeasured_at(BREAKAWAY)
 # Fitted in N*m, told as a share of the dry level.
 ASYMMETRY = f'{unmeasured_at(DRY_LEVEL).name}.asymmetry'
@@ -79,12 +84,26 @@ def _budget(kind: type[Effect], values: Floats, **signals: Floats | float) -> Fl
     return np.asarray(kind.law(own, kind.place.reads(**signals)))
 
 
-DRY = Part((LEVEL, SLOPE), (0.03, 1e-4),
-           lambda seen, values, ratio: values[0] + values[1] * np.abs(seen.velocity))
-MORE = (
-    Part((f'{_OF_LOAD.name}.coefficient',), (0.05,), _of_load),
-    Part((f'{_NEAR_REST.name}.excess', f'{_NEAR_REST.name}.speed'), (0.01, 6.0), _near_rest),
-    Part((ASYMMETRY,), (0.0,), _asymmetric))
+def _part(torque: Callable[[Sliding, Floats, float], Floats], *names: str) -> Part:
+    """Return a part of friction that begins at the typical sizes of its numbers."""
+    return Part(names, tuple(_typical(*name.split('.')) for name in names), torque)
+
+
+def _typical(effect: str, number: str) -> float:
+    usual = effect_named(effect).typical
+    assert usual is not None
+    return {**usual.more, **usual.shape}[number]
+
+
+def _dry(seen: Sliding, values: Floats, ratio: float) -> Floats:
+    return _budget(_LEVEL, values[:1]) + _budget(_DRAG, values[1:],
+                                                 motor_velocity=np.abs(seen.velocity))
+
+
+DRY = _part(_dry, LEVEL, SLOPE)
+MORE = (_part(_of_load, f'{_OF_LOAD.name}.coefficient'),
+        _part(_near_rest, f'{_NEAR_REST.name}.excess', f'{_NEAR_REST.name}.speed'),
+        Part((ASYMMETRY,), (0.0,), _asymmetric))
 
 
 def friction(arm: Arm, passages: Sequence[Passage]) -> list[Number]:
@@ -159,20 +178,51 @@ def _law(seen: Sliding, parts: Sequence[Part], values: Floats, ratio: float) -> 
     return total
 
 
+class _Fit(NamedTuple):
+    """Values of the parts (p,) with their errors (m,); smaller scores are better."""
+
+    values: Floats
+    error: Floats
+    score: float
+
+    @property
+    def soft(self) -> Floats:
+        """Return by what large errors count less (m,): their square roots count (soft l1)."""
+        return 1.0 + (self.error / LARGE) ** 2
+
+
 def _fit(seen: Sliding, parts: Sequence[Part], ratio: float) -> tuple[Floats, Floats]:
-    """Return the values of the parts, and the slopes of their errors (m, p)."""
+    """Return the values of the parts, and the slopes of their errors (m, p), as they count."""
     start = np.array([value for part in parts for value in part.start])
+    usual, bounds = np.maximum(start, 0.01), _bounds(parts)
+
+    def at(values: Floats) -> _Fit:
+        error = _law(seen, parts, values, ratio) - seen.friction
+        return _Fit(values, error, float(2.0 * (np.sqrt(1.0 + (error / LARGE) ** 2) - 1.0).sum()))
+
+    def slopes(fit: _Fit) -> Floats:
+        steps = np.where(fit.values + SLIGHT * usual <= bounds[1], SLIGHT, -SLIGHT) * usual
+        columns = [(at(fit.values + row).error - fit.error) / step
+                   for row, step in zip(np.diag(steps), steps)]
+        return np.stack(columns, axis=1)
+
+    def step(fit: _Fit) -> _Fit:
+        own = slopes(fit)
+        weighed = own.T * fit.soft ** -0.5      # no step by these passes what it aims at
+        move = within(weighed @ own, -weighed @ fit.error, fit.values, bounds, RIDGE)
+        return damped(lambda share: at(np.clip(fit.values + share * move, *bounds)), SHARES,
+                      lambda trial: trial.score < fit.score) or fit
+
+    found = improved(at(start), step, lambda fit, _: fit, PASSES, SMALLEST)
+    return found.values, slopes(found) * (found.soft ** -0.75)[:, None]
+
+
+def _bounds(parts: Sequence[Part]) -> tuple[Floats, Floats]:
+    """Return where the search of each value ends (p,); one is no number of the arm file."""
     names = [name for part in parts for name in part.names]
-    rules = [declaration(LEVEL if name == ASYMMETRY else name)
-             for name in names]
+    rules = [declaration(LEVEL if name == ASYMMETRY else name) for name in names]
     low = [-rule.high if name == ASYMMETRY else rule.low for name, rule in zip(names, rules)]
-
-    def error(values: Floats) -> Floats:
-        return _law(seen, parts, values, ratio) - seen.friction
-
-    found = least_squares(error, start, bounds=(low, [rule.high for rule in rules]),
-                          x_scale=np.maximum(start, 0.01), loss='soft_l1', f_scale=LARGE)
-    return found.x, np.asarray(found.jac)
+    return np.array(low), np.array([rule.high for rule in rules])
 
 
 def _held_out(seen: Sliding, parts: Sequence[Part], ratio: float) -> float:
@@ -217,7 +267,7 @@ def _spread(seen: Sliding, slopes: Floats, error: Floats) -> Floats:
     constant may be off by comes on top.
     """
     normal = slopes.T @ slopes
-    weighed = error * (1.0 + (error / LARGE) ** 2) ** 0.25      # of soft_l1, as the slopes are
+    weighed = error * (1.0 + (error / LARGE) ** 2) ** 0.25      # as the slopes count
     left_out = []
     for moment in np.unique(seen.moment):
         own = slopes[seen.moment == moment]

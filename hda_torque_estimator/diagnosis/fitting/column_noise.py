@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .nuisance import AnyTerm, Zero
-from .solve import RIDGE
 from .steps import columns_of
-from ...least_squares.normal import TINY
+from ...least_squares.normal import RIDGE, TINY
 from ...least_squares.term import Place
 
 # Choices unless told otherwise.

@@ -12,14 +12,13 @@ from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 from numpy.typing import NDArray
 
-from ...least_squares.normal import TINY, within
+from ...least_squares.normal import RIDGE, TINY, within
 
 # Choices unless told otherwise.
 REACH = 3.5             # standard deviations that a nuisance may go from its nominal value
 _SAME = 1e-3            # by which variances differ at one and the same end
 _PASSES = 12            # of weights and bounds, at most
 _APART = 4.0            # times noise: with less left there is one best step (eq:two-ends)
-RIDGE = 1e-10          # of scaled columns, so that those that are alike share what they explain
 
 
 class Columns(NamedTuple):
@@ -107,13 +106,9 @@ def ends(columns: Columns, noise: Array, effective: float, now: Array,
 def _descended(columns: Columns, noise: Array, effective: float, now: Array,
                deviations: Array, variance: Array) -> Solution:
     """Return where steps, and the variances (c,) that they leave, lead to in turn."""
-    known = np.isfinite(deviations)
-    prior = np.where(known, 1.0 / np.where(known, deviations, 1.0) ** 2, 0.0)
-    reach = REACH * deviations
+    prior = prior_weights(deviations)
     for _ in range(_PASSES):
-        weight = effective / variance
-        step = within(np.einsum('c,cpq->pq', weight, columns.products) + np.diag(prior),
-                      -weight @ columns.against - prior * now, now, (-reach, reach), RIDGE)
+        step = step_of(columns, effective / variance, prior, now, REACH * deviations)
         left = _left(columns, step)
         renewed = np.maximum(left, noise ** 2)
         if np.allclose(renewed, variance, rtol=_SAME):
@@ -121,6 +116,22 @@ def _descended(columns: Columns, noise: Array, effective: float, now: Array,
         variance = renewed
     shares = _scores(left, columns.samples, noise, effective)
     return Solution(step, float(shares.sum() + prior @ (now + step) ** 2), shares, variance)
+
+
+def prior_weights(deviations: Array) -> Array:
+    """Return one over the squares of priors (p,), nothing where there is none."""
+    known = np.isfinite(deviations)
+    return np.where(known, 1.0 / np.where(known, deviations, 1.0) ** 2, 0.0)
+
+
+def step_of(columns: Columns, weight: Array, prior: Array, now: Array, reach: Array) -> Array:
+    """
+    Return the best step (p,) for known weights (c,) of the channels, and (p,) of the priors.
+
+    A number stays within its `reach` (p,), infinite for any.
+    """
+    return within(np.einsum('c,cpq->pq', weight, columns.products) + np.diag(prior),
+                  -weight @ columns.against - prior * now, now, (-reach, reach), RIDGE)
 
 
 def covariance(columns: Columns, variance: Array, effective: float, deviations: Array) -> Array:

@@ -89,7 +89,7 @@ def backing(fitter: Fitter, found: Found, doubted: Sequence[Term] = ()) -> Backi
               for place, power in over.items()}
     blamed = {place for place, power in over.items() if (unexplained & _acts(power)).any()}
     if blamed:
-        steady = steady_shares(fitter, fit)
+        steady = steady_shares(fitter, fit, found.steady)
         shares |= {place: steady[place] for place in blamed & steady.keys()}
         blamed -= steady.keys() - {term.place for term in apart}
     backed = tuple(term for term in found.last.accepted if term.place not in blamed)

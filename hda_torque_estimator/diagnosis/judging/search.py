@@ -6,7 +6,7 @@ step ends with a rest, it weighs the laws of each cause again beside all others.
 to where another cause was nearly as good.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -42,11 +42,16 @@ class Evidence(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """The outcome of a search: the first and the last fit, and the evidence of every cause."""
+    """
+    The outcome of a search: the first and the last fit, and the evidence of every cause.
+
+    Where it was asked, it tells by how much the size of each varies (`unsteady_shares`).
+    """
 
     first: Fit
     last: Fit
     evidence: tuple[Evidence, ...]      # one for each accepted term
+    steady: Mapping[Place, float] | None = None
 
     def with_only(self, fitter: Fitter, kept: Sequence[Term]) -> Fit:
         """

@@ -17,7 +17,7 @@ import numpy as np
 from .search import Found, next_cause
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
-from ..fitting.solve import RIDGE
+from ..fitting.solve import condense, prior_weights, step_of
 from ...least_squares.normal import TINY
 from ...least_squares.term import Place, Term
 
@@ -34,12 +34,17 @@ def unsteady_shares(fitter: Fitter, fit: Fit) -> dict[Place, float]:
     return {term.place: _variation(fitter, fit, term) / _VARIES for term in fit.accepted}
 
 
-def steady_shares(fitter: Fitter, fit: Fit) -> Mapping[Place, float]:
-    """Return the shares of the causes of a fit that are steady, none where these are not many."""
+def steady_shares(fitter: Fitter, fit: Fit,
+                  known: Mapping[Place, float] | None = None) -> Mapping[Place, float]:
+    """
+    Return the shares of the causes of a fit that are steady, none where these are not many.
+
+    What is `known` of all causes by `only_steady` is not asked again.
+    """
     if len(fit.accepted) < MANY:
         return {}
-    steady = {place: share for place, share in unsteady_shares(fitter, fit).items()
-              if share <= 1.0}
+    shares = unsteady_shares(fitter, fit) if known is None else known
+    steady = {place: share for place, share in shares.items() if share <= 1.0}
     return steady if len(steady) >= MANY else {}
 
 
@@ -69,7 +74,7 @@ def _steady(fitter: Fitter, found: Found) -> Found | None:
         shares = unsteady_shares(everywhere, everywhere.settled(found.last))
         worst = max(shares, key=shares.__getitem__)
         if shares[worst] <= 1.0:
-            return found
+            return replace(found, steady=shares)
         found = found.keeping(fitter, [term for term in found.last.accepted
                                        if term.place != worst])
     return None
@@ -100,7 +105,7 @@ def _variation(fitter: Fitter, fit: Fit, term: Term) -> float:
     """Return by which share the size of a cause varies from stretch to stretch (eq:steady)."""
     weight = np.where(fitter.valid(fit.balance), 1.0 / fit.variance, 0.0)
     lacking = fitter.residual(fit.terms_beside(term), fit.slopes.noise)
-    own = _alone(fitter, fit, term, fit.balance.residual - lacking, weight)
+    own = _alone(fitter, fit, term, fit.balance.residual - lacking)
     starts = np.linspace(0, len(own), _STRETCHES, endpoint=False).astype(int)
     power, against = (np.add.reduceat((own * weight * other).sum(axis=1), starts)
                       for other in (own, fit.balance.residual))
@@ -108,14 +113,12 @@ def _variation(fitter: Fitter, fit: Fit, term: Term) -> float:
     return float(np.sqrt(varies))
 
 
-def _alone(fitter: Fitter, fit: Fit, term: Term, does: Array, weight: Array) -> Array:
-    """Return what a cause `does` (m, c) that nothing else in the fit does, by `weight` (m, c)."""
+def _alone(fitter: Fitter, fit: Fit, term: Term, does: Array) -> Array:
+    """Return what a cause `does` (m, c) that nothing else in the fit does."""
     keep = ~fit.own(term)
     columns = fit.columns[:, :, keep]
-    flat = (columns * weight[:, :, None]).reshape(-1, columns.shape[2])
-    normal = flat.T @ columns.reshape(flat.shape) + np.diag(
-        1.0 / fit.deviations[keep] ** 2 / fitter.effective)
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), TINY))
-    share = np.linalg.pinv(normal * np.outer(scale, scale), rcond=RIDGE, hermitian=True) @ (
-        scale * (flat.T @ does.ravel()))
-    return np.asarray(does - columns @ (scale * share))
+    free = np.full(columns.shape[2], np.inf)
+    step = step_of(condense(does, columns, fitter.valid(fit.balance)),
+                   fitter.effective / fit.variance, prior_weights(fit.deviations[keep]),
+                   np.zeros_like(free), free)
+    return np.asarray(does + columns @ step)
