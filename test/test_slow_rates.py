@@ -34,6 +34,8 @@ def test_who_held_a_command_is_told_by_the_noise_that_it_answers(period, every, 
     parts = parts_of(measurement.dt)
     between_samples = finer(measurement).command[20 * parts:21 * parts]
     assert (np.ptp(between_samples, axis=0) == 0.0).all() == held
+    asked = finer(measurement).as_recorded()
+    assert asked.held == is_held(replace(asked, command=-asked.command)) == held    # once
 
 
 def slow_world(seed, effects=(), *, rate, controller=None, jitter=0.0):

@@ -45,6 +45,7 @@ class Measurement:
     put between (`finer`).
 
     Links that are `led` move under forces that nobody knows: a hand, or loads without a model.
+    Whether commands were `held` is asked of readings once (`upsampling.is_held`), None until then.
     """
 
     labels: tuple[str, ...]
@@ -56,6 +57,7 @@ class Measurement:
     past: Array = field(default_factory=lambda: np.zeros(0))
     parts: int = 1
     led: bool = False
+    held: bool | None = None
 
     @property
     def time(self) -> Array:
@@ -94,13 +96,17 @@ class Measurement:
         """
         Return the white noise by which commands (n,) differ from what acted [N*m, shaft].
 
-        Those of a loop of this rate were held, and are what acted. Of a faster loop every so many
+        Those that stand still between samples are what acted. Of a faster loop every so many
         commands were recorded. Each has the noise of its own time, and between them was other.
         """
-        recorded = self.command[::self.parts]
-        if (np.repeat(recorded, self.parts, axis=0)[:len(self.command)] == self.command).all():
-            return np.zeros(recorded.shape[1])
-        return self._white_noise(self.command)
+        joints = self.command.shape[1]
+        return self._white_noise(self.command) if self._moves_between else np.zeros(joints)
+
+    @property
+    def _moves_between(self) -> bool:
+        """Tell whether commands change between samples that were recorded."""
+        still = np.repeat(self.command[::self.parts], self.parts, axis=0)[:len(self.command)]
+        return bool((still != self.command).any())
 
     def _white_noise(self, values: Array) -> Array:
         """Return the white noise of what was recorded (k, ...), in the quieter segments."""
@@ -114,7 +120,7 @@ class Measurement:
         return [Measurement(self.labels, self.dt, self.reading[piece], self.command[piece],
                             tuple(place - piece.start for place in self.absent
                                   if piece.start <= place < piece.stop), past=self.past[piece],
-                            parts=self.parts)
+                            parts=self.parts, held=self.held)
                 for piece in self.pieces()]
 
     def as_recorded(self) -> 'Measurement':
@@ -124,7 +130,8 @@ class Measurement:
         return Measurement(self.labels, self.parts * self.dt,
                            np.ascontiguousarray(self.reading[::self.parts]),
                            self.command[::self.parts], past=self.past[::self.parts],
-                           begins=tuple(begin // self.parts for begin in self.begins))
+                           begins=tuple(begin // self.parts for begin in self.begins),
+                           held=self.held)
 
 
 def joined(recordings: Sequence[Measurement], grain: int = 1) -> Measurement:
@@ -143,7 +150,13 @@ def joined(recordings: Sequence[Measurement], grain: int = 1) -> Measurement:
         np.concatenate([one.command[:length] for one, length in zip(recordings, lengths)]),
         tuple(begin + place for one, length, begin in zip(recordings, lengths, begins)
               for place in one.absent if place < length), tuple(begins),
-        _past(recordings, lengths), recordings[0].parts)
+        _past(recordings, lengths), recordings[0].parts, held=_held(recordings))
+
+
+def _held(recordings: Sequence[Measurement]) -> bool | None:
+    """Return what is known of the commands of all, None where they differ."""
+    told = {one.held for one in recordings}
+    return told.pop() if len(told) == 1 else None
 
 
 def _past(recordings: Sequence[Measurement], lengths: Sequence[int]) -> Array:

@@ -43,11 +43,12 @@ def finer(measurement: Measurement) -> Measurement:
     parts = parts_of(measurement.dt)
     if parts == 1:
         return measurement
-    command = (np.repeat(measurement.command, parts, axis=0) if is_held(measurement) else
+    held = is_held(measurement)
+    command = (np.repeat(measurement.command, parts, axis=0) if held else
                between(measurement.command, parts))
     return replace(measurement, dt=measurement.dt / parts, parts=parts, command=command,
                    reading=between(measurement.reading, parts), absent=(),
-                   past=np.repeat(measurement.past, parts))
+                   past=np.repeat(measurement.past, parts), held=held)
 
 
 def between(values: Array, parts: int) -> Array:
@@ -65,8 +66,10 @@ def is_held(measurement: Measurement) -> bool:
     Such a loop answers the noise of readings that were recorded, and of no others. So what it
     recorded tells its quick commands. A clock that jitters moves readings, but not the speed that
     a loop takes from them. So stamps that know the jitter are part of what was recorded. Without
-    them commands are told less well.
+    them commands are told less well. What was asked before is known.
     """
+    if measurement.held is not None:
+        return measurement.held
     quick = np.diff(measurement.command, _FAST, axis=0)
     seen = np.diff(_recorded(measurement), _FAST, axis=0)
     first = max(_READINGS, _COMMANDS)
