@@ -7,7 +7,7 @@ from hda_torque_estimator.diagnosis.findings.report import OwnGain
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
 from hda_torque_estimator.diagnosis.judging import verdict
 from hda_torque_estimator.diagnosis.judging.placebo import moved_away, placebo_shares, Shares
-from hda_torque_estimator.diagnosis.judging.search import Evidence, Found
+from hda_torque_estimator.diagnosis.judging.search import Found, Reason
 from hda_torque_estimator.diagnosis.proof import proven
 from hda_torque_estimator.measurements.measurement import Measurement
 import numpy as np
@@ -79,7 +79,7 @@ def test_what_chance_explained_is_no_rest():
     wrong = next(term for term in terms_of(fitter.arm, 'kinematic_error')
                  if term.joint == 'joint2')
     fit = fitter.refit(known, wrong)
-    found = Found(known, fit, (Evidence(100.0, 68.0, None, 100.0),))
+    found = Found(known, fit, (Reason(100.0, 68.0, None, 100.0),))
     left = proven(fitter, found, evidence.twin, fitter.arm, evidence.held_out, lambda _: None)
     assert (left.findings, left.remarks, left.judged.unexplained.any()) == ((), (), False)
 

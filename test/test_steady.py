@@ -10,7 +10,7 @@ from hda_torque_estimator.diagnosis.diagnose import EFFECTIVE
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
 from hda_torque_estimator.diagnosis.judging import steady
-from hda_torque_estimator.diagnosis.judging.search import Evidence, Found
+from hda_torque_estimator.diagnosis.judging.search import Found, Reason
 from hda_torque_estimator.diagnosis.judging.steady import (only_steady, steady_shares,
                                                            unsteady_shares)
 from hda_torque_estimator.measurements.measurement import Measurement
@@ -75,7 +75,7 @@ def test_a_size_does_not_hang_on_the_unit_of_a_channel(fitter, fits):
 
 
 def test_a_rest_beside_few_causes_is_held_against_all_of_them(fitter, fits, monkeypatch):
-    found = Found(fitter.first, fits[2], (Evidence(1e3, 60.0, None, np.inf),) * 2)
+    found = Found(fitter.first, fits[2], (Reason(1e3, 60.0, None, np.inf),) * 2)
     assert steady_shares(fitter, fits[0]) == {} and only_steady(
         fitter, found, ()) is None
     monkeypatch.setattr(steady, 'MANY', 1)
@@ -89,6 +89,8 @@ def test_a_steady_cause_gives_way_to_one_that_is_better_beside_all_others(
         fitter, fits, monkeypatch):
     monkeypatch.setattr(steady, 'MANY', 1)
     monkeypatch.setattr(steady, '_VARIES', 10.0)
-    found = Found(fitter.first, fits[2], (Evidence(1e3, 60.0, None, np.inf),) * 2)
+    found = Found(fitter.first, fits[2], (Reason(1e3, 60.0, None, np.inf),) * 2)
     kept = only_steady(fitter, found, (*RIGHT, *STAND_INS))
     assert {term.place for term in kept.last.accepted} == set(zip(RIGHT, JOINTS))
+    monkeypatch.setattr(steady, 'unsteady_shares', None)        # what is known is not asked again
+    assert steady_shares(fitter, kept.last, kept.steady) == kept.steady

@@ -16,7 +16,7 @@ from hda_torque_estimator.diagnosis.findings.report import Evidence, Finding, Ga
 from hda_torque_estimator.diagnosis.findings.smallest import hidden
 from hda_torque_estimator.diagnosis.fitting.hypotheses import HYPOTHESES
 from hda_torque_estimator.diagnosis.judging.limits import limited, limits_of
-from hda_torque_estimator.diagnosis.judging.search import Evidence as Reason
+from hda_torque_estimator.diagnosis.judging.search import Reason
 from hda_torque_estimator.diagnosis.judging.verdict import NO_MOTION, rival_of
 from hda_torque_estimator.least_squares.charts import Plain
 from hda_torque_estimator.least_squares.term import Term

@@ -14,7 +14,7 @@ _BAND = 0.1                         # of the rate: what is faster is left out
 _SLOWER = 4.0                       # times the shortest period: slower signals tell little
 _MOVES = 5.0                        # times the fast rest that a signal must move
 _MOST = 16                          # signals: more tell no more
-_LEAST = 40                         # even samples
+_FEWEST = 40                         # even samples
 
 
 class Tracks(NamedTuple):
@@ -49,9 +49,9 @@ def _smooth(bag: Bag, signal: Signal, rate: float) -> tuple[Array, float]:
     """Return a signal at even times, and how much it moves against its fast rest."""
     end = max(float(other.time[-1]) for other in bag.signals.values())
     dense = max(1, round(1.0 / (signal.period * rate)))
-    if end * rate < _LEAST:
+    if end * rate < _FEWEST:
         raise CompareError(f'{bag.source} cannot be aligned: it lasts {end:.3g} s, at least '
-                           f'{_LEAST / rate:.3g} s are needed; use --align none')
+                           f'{_FEWEST / rate:.3g} s are needed; use --align none')
     time = np.arange(int(end * rate) * dense + 1) / (rate * dense)
     even = np.interp(time, signal.time, signal.values)
     slow = sosfiltfilt(butter(4, _BAND / dense * 2.0, output='sos'), even)

@@ -37,7 +37,7 @@ from .judging.candidates import with_sizes
 from .judging.limits import limited
 from .judging.search import Found, is_stuck, search, without_noise
 from .judging.verdict import residuals
-from .proof import Evidence, proven
+from .proof import Grounds, proven
 from .readings.raw_readings import (extended_by, RAW_EFFECTS, raw_findings, raw_readings,
                                     raw_total, RawReadings)
 from .telling.next_steps import next_steps
@@ -61,7 +61,7 @@ class Conclusion(NamedTuple):
 
     diagnosis: Diagnosis
     extended: Arm
-    evidence: Evidence | None       # None where nothing moved
+    evidence: Grounds | None       # None where nothing moved
 
 
 def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None = None,
@@ -117,13 +117,13 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     return Conclusion(diagnosis, model, evidence)
 
 
-def _total(evidence: Evidence) -> TotalGain:
+def _total(evidence: Grounds) -> TotalGain:
     """Return what all causes gain together on held-out stretches."""
     return gains(evidence.fitter.balancer, evidence.twin, evidence.before, evidence.extended,
                  evidence.held_out).total()
 
 
-def _limit(evidence: Evidence, names: Sequence[str], about: Sequence[Place]) -> str:
+def _limit(evidence: Grounds, names: Sequence[str], about: Sequence[Place]) -> str:
     """Return what kept a recording from showing what was asked for."""
     hidden = rate_hides(evidence.fitter.balancer, evidence.extended, names, about, EFFECTIVE)
     return 'rate' if hidden else 'motion'
@@ -153,7 +153,7 @@ def _held_back(finding: Finding, judged: Backing) -> str | None:
     return limited(finding) or (unsure(finding) if judged.unexplained.any() else None)
 
 
-def _model(evidence: Evidence, raw: RawReadings, told: Sequence[Finding],
+def _model(evidence: Grounds, raw: RawReadings, told: Sequence[Finding],
            pairs: Sequence[Alike]) -> Arm:
     """Return the arm with what is told, the first of what looks alike, and all tolerances."""
     named = {(one.effect, one.joint) for one in told}

@@ -27,7 +27,7 @@ from ..least_squares.term import Term, with_terms
 from ..measurements.running_clock import Spans
 
 
-class Evidence(NamedTuple):
+class Grounds(NamedTuple):
     """What a conclusion rests on, for those who show it."""
 
     fitter: Fitter
@@ -37,7 +37,7 @@ class Evidence(NamedTuple):
     extended: Arm               # likewise
     held_out: Spans
 
-    def as_measured(self, fitter: Fitter) -> 'Evidence':
+    def as_measured(self, fitter: Fitter) -> 'Grounds':
         """Return the same with all that was measured, what has no name as well, as it is left."""
         fit = self.fit
         return self._replace(fitter=fitter, fit=fitter.at(fit.terms, len(fit.accepted),
@@ -50,7 +50,7 @@ class Proven(NamedTuple):
     found: Found                    # without the causes that were dropped
     judged: Backing
     kept: Fit                       # of the backed causes, before the last step of their numbers
-    evidence: Evidence
+    evidence: Grounds
     pairs: tuple[Alike, ...]        # of which one gains
     findings: tuple[Finding, ...]
     remarks: tuple[str, ...] = ()   # on dropped causes that explained what has no name now
@@ -83,15 +83,15 @@ def proven(fitter: Fitter, found: Found, twin: Balancer, given: Arm, held_out: S
 
 
 def _evidence(fitter: Fitter, kept: Fit, twin: Balancer, given: Arm,
-              held_out: Spans) -> Evidence:
+              held_out: Spans) -> Grounds:
     """Return what a conclusion from a fit rests on, with numbers that no noise has moved."""
     stands = unbiased(fitter, kept, twin)
     zeros = [term for term in stands.nuisance if isinstance(term, Zero)]    # no property of an arm
-    return Evidence(fitter, stands, twin, with_terms(given, zeros), fitter.on(stands.terms),
-                    held_out)
+    return Grounds(fitter, stands, twin, with_terms(given, zeros), fitter.on(stands.terms),
+                   held_out)
 
 
-def _tried(found: Found, judged: Backing, kept: Fit, evidence: Evidence) -> Proven:
+def _tried(found: Found, judged: Backing, kept: Fit, evidence: Grounds) -> Proven:
     """Return what was found with the gains of its backed causes on held-out stretches."""
     pairs = tuple(pair for pair in alike(found, judged) if _gains(evidence, pair))
     return Proven(found, judged, kept, evidence, pairs,
@@ -122,7 +122,7 @@ def _unproven(term: Term) -> str:
             'stretches that no fit has seen, so what it explained has no name')
 
 
-def _findings(evidence: Evidence, found: Found, pairs: Sequence[Alike],
+def _findings(evidence: Grounds, found: Found, pairs: Sequence[Alike],
               judged: Backing) -> tuple[Finding, ...]:
     """Return the backed causes that no rival ties with, as findings."""
     tied = {place for pair in pairs for place in pair.effects}
@@ -135,7 +135,7 @@ def _findings(evidence: Evidence, found: Found, pairs: Sequence[Alike],
                             evidence.held_out))
 
 
-def _gains(evidence: Evidence, pair: Alike) -> bool:
+def _gains(evidence: Grounds, pair: Alike) -> bool:
     """Tell whether one of two causes gains on held-out data: that of them which a fit holds."""
     fitter, fit = evidence.fitter, evidence.fit
     return any(gains(fitter.balancer, evidence.twin, fitter.on(fit.terms_beside(term)),

@@ -8,14 +8,14 @@ from .balances.balance import Balancer
 from .balances.coordinates import coordinates_of
 from .balances.predict import prediction_errors
 from .findings.report import Prediction
-from .proof import Evidence
+from .proof import Grounds
 from .telling.exhibits import Exhibits
 
 # Choices unless told otherwise.
 HORIZONS = (0.01, 0.02, 0.05, 0.1, 0.2)     # over which predictions are shown [s]
 
 
-def exhibits_of(evidence: Evidence) -> Exhibits:
+def exhibits_of(evidence: Grounds) -> Exhibits:
     """Return the exhibits of a conclusion."""
     fitter, fit = evidence.fitter, evidence.fit
     balancer = fitter.balancer
@@ -40,7 +40,7 @@ def predictions(exhibits: Exhibits) -> tuple[Prediction, ...]:
                      exhibits.predicted_floor))
 
 
-def _predicted(balancer: Balancer, arm: Arm, evidence: Evidence) -> Array:
+def _predicted(balancer: Balancer, arm: Arm, evidence: Grounds) -> Array:
     """Return the rms errors of motors and links together, by horizon [rad at the output]."""
     angles = 2 * len(arm.joints)
     return np.array([np.sqrt(prediction_errors(balancer, arm, evidence.held_out, horizon)

@@ -6,12 +6,12 @@ import math
 from statistics import fmean, pvariance
 
 from .lines import Cause, Line
+from ..significance import NORMAL_90
 
 Place = tuple[str, str | None]
 
 FIRST, NEW, GROWING, SHRINKING, STEADY, GONE, UNSEEN = (
     'first seen', 'new', 'growing', 'shrinking', 'steady', 'gone', 'not seen')
-_HALF_90 = 1.645        # deviations in half a 90 % interval (source: normal distribution)
 _CERTAIN = 2.576        # deviations of a change that chance makes once in a hundred (choice)
 _FOR_SCATTER = 3        # recordings that tell how a number differs between any two (choice)
 _TELLING = ('no_discrepancy', 'explained')      # verdicts by which what is not named is not there
@@ -29,7 +29,7 @@ class Point:
 
     def deviation(self) -> float:
         """Return one standard deviation of the value."""
-        return abs(self.high - self.low) / 2.0 / _HALF_90
+        return abs(self.high - self.low) / 2.0 / NORMAL_90
 
 
 @dataclass(frozen=True)

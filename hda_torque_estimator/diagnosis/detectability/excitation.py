@@ -25,7 +25,7 @@ from ...measurements.measurement import Measurement
 from ...measurements.running_clock import inside, Spans
 
 # Choices unless told otherwise.
-_LEAST = 0.6            # share of the effects that must have been seen for silence to mean health
+_SEEN = 0.6            # share of the effects that must have been seen for silence to mean health
 _PLAN = 'hda plan finds motions that separate two of them'
 _LISTED = 6             # effects that a sentence names
 
@@ -48,7 +48,7 @@ def cannot_tell(sizes: Sequence[Smallest], arm: Arm, about: Sequence[Place]) -> 
     """Tell whether silence says nothing about the effects asked about, or else about too many."""
     if about:
         return bool(_missed(sizes, arm, about))
-    return len(_unseen(sizes, arm)) > (1.0 - _LEAST) * len({one.effect for one in sizes})
+    return len(_unseen(sizes, arm)) > (1.0 - _SEEN) * len({one.effect for one in sizes})
 
 
 def remarks(sizes: Sequence[Smallest], arm: Arm, about: Sequence[Place],

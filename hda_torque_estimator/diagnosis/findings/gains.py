@@ -14,7 +14,7 @@ from ...measurements.running_clock import Spans
 
 # Choices unless told otherwise.
 _RESAMPLES = 400        # of windows, for the interval of a gain
-_LEAST = 1e-30          # mean squared error of a prediction that counts as none [rad^2]
+_EXACT = 1e-30          # mean squared error of a prediction that counts as none [rad^2]
 METRIC = (f'mean squared error of motor angles, link angles and torsions predicted over '
           f'{HORIZON:g} s from measured states on held-out stretches, each over its noise floor')
 
@@ -64,5 +64,5 @@ def gains(balancer: Balancer, twin: Balancer, before: Arm, after: Arm, spans: Sp
     """Return how well both arms predict the held-out stretches; `twin` shows the floor."""
     parts = [prediction_errors(source, arm, spans) for source, arm in
              ((balancer, before), (balancer, after), (twin, after))]
-    floor = np.maximum(parts[2].mean(axis=0), _LEAST)       # ideal encoders show no noise
+    floor = np.maximum(parts[2].mean(axis=0), _EXACT)       # ideal encoders show no noise
     return Gains(*((part / floor).mean(axis=1) for part in parts))

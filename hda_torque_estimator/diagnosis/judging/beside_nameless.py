@@ -15,7 +15,7 @@ from typing import NamedTuple
 from .acceptance import freedom, open_rest
 from .backing import backing
 from .nameless_causes import NamelessCause, NamelessCauses
-from .search import Evidence, Found, is_stuck, next_cause, with_cause, without_unneeded
+from .search import Found, is_stuck, next_cause, Reason, with_cause, without_unneeded
 from .steady import only_steady
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
@@ -70,7 +70,7 @@ class _Search:
     _plain: Fitter
     _names: Sequence[str]
     _nameless: list[NamelessCause] = field(default_factory=list)
-    _reasons: dict[Place, Evidence] = field(default_factory=dict)
+    _reasons: dict[Place, Reason] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Begin with an arm as it is known."""

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 # Choices unless told otherwise.
 _NEAREST = 0.25         # of the recording, that a placebo is away from the cause at least
 _PLACEBOS = 4           # of each cause
-_LEAST = 0.01           # of the power of noise, beyond which there is something to remove
+_REMOVABLE = 0.01           # of the power of noise, beyond which there is something to remove
 
 
 class Shares(NamedTuple):
@@ -54,7 +54,7 @@ def placebo_shares(fitter: Fitter, fit: Fit, term: Term) -> Shares:
     without = left(own[:, :, :0])
     # A channel that is quieter than its noise takes nothing from the others.
     excess = max(float(np.maximum(without - rows.sum(axis=0), 0.0).sum()),
-                 _LEAST * float(rows.sum()))
+                 _REMOVABLE * float(rows.sum()))
     gone = float((without - _powers(fitter, fit.balance.residual, rows)).sum())
     best = max(float((without - left(moved)).sum()) for moved in moved_away(own))
     return Shares(gone / excess, best / excess)

@@ -31,7 +31,7 @@ _BRANCHING = 5          # where no more causes than these were found: a way more
 _CLOSE = 0.05           # likewise, to be weighed again when all causes are known
 
 
-class Evidence(NamedTuple):
+class Reason(NamedTuple):
     """Why a cause was accepted."""
 
     improvement: float          # of the score
@@ -50,7 +50,7 @@ class Found:
 
     first: Fit
     last: Fit
-    evidence: tuple[Evidence, ...]      # one for each accepted term
+    evidence: tuple[Reason, ...]      # one for each accepted term
     steady: Mapping[Place, float] | None = None
 
     def with_only(self, fitter: Fitter, kept: Sequence[Term]) -> Fit:
@@ -69,7 +69,7 @@ class Found:
         return Found(self.first, self.with_only(fitter, kept),
                      tuple(reasons[term.place] for term in kept))
 
-    def reasons(self) -> dict[Place, Evidence]:
+    def reasons(self) -> dict[Place, Reason]:
         """Return the evidence by the places of the accepted terms."""
         return {term.place: reason for term, reason in zip(self.last.accepted, self.evidence)}
 
@@ -119,8 +119,8 @@ def _extended(fitter: Fitter, names: Sequence[str], found: Found,
     return Found(first, fit, tuple(evidence[term.place] for term in fit.accepted))
 
 
-def with_cause(fitter: Fitter, first: Fit, fit: Fit, step: tuple[Fit, Evidence],
-               names: Sequence[str], evidence: dict[Place, Evidence]) -> Fit | None:
+def with_cause(fitter: Fitter, first: Fit, fit: Fit, step: tuple[Fit, Reason],
+               names: Sequence[str], evidence: dict[Place, Reason]) -> Fit | None:
     """
     Return a fit with one cause more, simplified; None if it improves nothing in the end.
 
@@ -165,8 +165,8 @@ def _turns(fitter: Fitter, found: Found) -> Iterator[Found]:
         before = fitter.fit(terms[:place], found.first.nuisance) if place else found.first
         fit = fitter.fit([*terms[:place], reason.runner_up], before.nuisance)
         if accepted(fitter, found.first, before, fit, fit.accepted[-1]):
-            taken = Evidence(before.score - fit.score, threshold(fitter, reason.runner_up),
-                             terms[place], SCORE_BAR)         # by which it must win
+            taken = Reason(before.score - fit.score, threshold(fitter, reason.runner_up),
+                           terms[place], SCORE_BAR)           # by which it must win
             yield Found(found.first, fit, (*found.evidence[:place], taken))
 
 
@@ -204,7 +204,7 @@ def _weighed_again(fitter: Fitter, found: Found) -> Found:
 
 
 def next_cause(fitter: Fitter, first: Fit, fit: Fit,
-               names: Sequence[str]) -> tuple[Fit, Evidence] | None:
+               names: Sequence[str]) -> tuple[Fit, Reason] | None:
     """Return the fit with the best further cause, or None if there is no further cause."""
     taken = {term.place for term in fit.accepted}
     prospects = [prospect for prospect in screen(fitter, fit, names)
@@ -219,8 +219,8 @@ def next_cause(fitter: Fitter, first: Fit, fit: Fit,
     best, other, gap = leading(fitter, fit, exact, [
         prospect for prospect in prospects if prospect.term.place not in refused])
     settled = fitter.fit(best.accepted, best.nuisance)
-    return settled, Evidence(fit.score - best.score, threshold(fitter, best.accepted[-1]), other,
-                             gap)
+    return settled, Reason(fit.score - best.score, threshold(fitter, best.accepted[-1]), other,
+                           gap)
 
 
 def _first_places(prospects: list[Prospect]) -> list[Prospect]:
@@ -306,7 +306,7 @@ def without_unneeded(fitter: Fitter, first: Fit, fit: Fit) -> Fit:
 
 
 def _simplified(fitter: Fitter, fit: Fit, names: Sequence[str],
-                evidence: dict[Place, Evidence]) -> Fit:
+                evidence: dict[Place, Reason]) -> Fit:
     """
     Return the fit in which causes give way to those of fewer numbers that explain as well.
 

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from .backing import Backing
 from .placebo import placebo_shares
-from .search import Evidence as Reason
-from .search import Found
+from .search import Found, Reason
 from ..balances.balance import Balancer
 from ..findings.certainty import probability
 from ..findings.gains import gains

@@ -35,7 +35,7 @@ _WIDEST = 81.0          # and from its first to its last number
 _KNOTS, _TIMES = 8, 3   # of a curve along a coordinate, and of what drifts over a recording
 _ORDERS = (1.0, 2.0, 3.0, 4.0, 6.0)     # waves per link turn of such a curve
 _APART = 0.05           # of a form, that is its own beside the law and those before it
-_LEAST = 1e-3           # of its usual torque, below which a law does nothing along a motion
+_IDLE = 1e-3           # of its usual torque, below which a law does nothing along a motion
 _AT_REST = 1e-300       # rms of a column along which nothing moved
 
 
@@ -109,7 +109,7 @@ def _shows(law: FrictionLaw, motion: Along, rows: Rows, several: Sequence[Fricti
     """Tell whether a law does anything in some rows, and one of several what no plain one does."""
     own = law.columns(motion)[rows]
     size = float(np.linalg.norm(own))
-    if float(np.abs(own).max()) <= _LEAST * law.unit:
+    if float(np.abs(own).max()) <= _IDLE * law.unit:
         return False
     apart = own if len(several) == 1 else own - basis @ (basis.T @ own)
     return float(np.linalg.norm(apart)) > _APART * size

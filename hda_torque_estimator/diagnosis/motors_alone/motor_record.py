@@ -21,7 +21,7 @@ _TRAVEL = 0.02          # link travel below which a joint was held still [rad]
 _SLOW = 0.3             # shaft speed below which dry friction is not known [rad/s]
 _BLOCKS = 12            # stretches of the motion of a sweep,
 HELD = 3               # of so many of which one is held out
-_LEAST = 2              # windows of the polynomials in a stretch that tells something
+_WINDOWS = 2              # windows of the polynomials in a stretch that tells something
 _CERTAIN = 4.0          # deviations of a speed, by the encoder's steps, that tell its sense
 
 
@@ -134,7 +134,7 @@ def _sweep(samples: JointSamples, joint: Joint, source: str,
     unsure = _CERTAIN * _speed_noise(motor.position[good, 0], window, dt)
     moving = np.abs(speed) > max(_SLOW, unsure)
     moving[:window], moving[-window:] = False, False
-    if moving.sum() >= _BLOCKS * _LEAST * window:
+    if moving.sum() >= _BLOCKS * _WINDOWS * window:
         yield Sweep(joint, dt, time, angle, speed, acceleration, torque, moving, time)
 
 

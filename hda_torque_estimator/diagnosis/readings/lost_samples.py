@@ -26,7 +26,7 @@ from ...significance import NORMAL_MEDIAN, SCORE_BAR
 
 # Choices unless told otherwise.
 TOLERABLE = 1e-4        # share of slipped samples that nobody would call wrong
-_LEAST = 0.2            # slip that counts [samples]
+_SLIP = 0.2            # slip that counts [samples]
 _SURE = 8.0             # standard deviations of the slip that it must be away from zero
 _COMMON = 0.8           # least share of a sample's deviation that one slip must explain
 _REACH = 4              # neighbours on each side through which a curve is laid
@@ -105,9 +105,9 @@ def _slipping(reading: Array, curve: Array, scatter: Array) -> tuple[Mask, Mask]
     slip = (away * speed).sum(axis=(1, 2)) / power
     spread = _usual(slip * np.sqrt(power)) / np.sqrt(power)
     common = slip ** 2 * power > _COMMON * (away ** 2).sum(axis=(1, 2))
-    clear = (np.abs(slip) > np.maximum(_LEAST, _SURE * spread)) & common
+    clear = (np.abs(slip) > np.maximum(_SLIP, _SURE * spread)) & common
     highest = np.abs(slip) >= maximum_filter1d(np.abs(slip), 2 * _REACH + 1)
-    return clear & highest, _SURE * spread < _LEAST
+    return clear & highest, _SURE * spread < _SLIP
 
 
 def _usual(slip: Array) -> Array:
