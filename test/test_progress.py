@@ -2,12 +2,17 @@
 
 from contextlib import contextmanager, suppress
 import os
+import re
 import sys
 from threading import Thread
+import time
 
 from hda_torque_estimator.cli import main
+from hda_torque_estimator.commands import fleet
 from hda_torque_estimator.commands.progress import progress
+from hda_torque_estimator.fleet.lines import Line
 import pytest
+from test_fleet import asked
 
 
 def read_on(end, heard):
@@ -72,3 +77,43 @@ def test_a_diagnosis_says_what_it_does_on_a_terminal_alone(bag, tmp_path, monkey
     assert places == sorted(places)
     assert pair is os.openpty or shown == ''
     assert '\x1b' not in capsys.readouterr().out
+
+
+MOTOR = '--gear CSG-17-100 --motor-inertia 5e-6 --motor-torque 0.3'
+COMMANDS = {
+    'simulating 60 s': 'simulate --arm hda_arm.yaml --motion sine --duration 60 --out {}',
+    'estimating': 'estimate {bag} --arm hda_arm.yaml --out {}',
+    'comparing': 'compare {bag} {bag} --out {}',
+    'reading bag': 'info {bag}',
+    'exporting bag': 'export {bag} --out {}.csv',
+    'drawing fig7': 'reproduce fig7 --out {}',
+    'reading ': f'new --from {{bag}} {MOTOR} --out {{}}'}
+
+
+@pytest.mark.parametrize('said', COMMANDS)
+def test_a_command_that_may_take_a_while_says_what_it_does(said, bag, tmp_path, monkeypatch,
+                                                           capsys):
+    with stderr_of(monkeypatch, os.openpty()) as heard:
+        assert main(COMMANDS[said].format(tmp_path / 'made', bag=bag).split()) == 0
+    assert said in ''.join(heard)
+
+
+def test_a_fleet_tells_the_time_that_is_left(tmp_path, monkeypatch):
+    for name in 'abc':
+        (tmp_path / 'bags' / name).mkdir(parents=True)
+        (tmp_path / 'bags' / name / 'metadata.yaml').touch()
+
+    def slow(work, jobs, workers, *, failed, heard, needed):
+        for job in jobs:
+            time.sleep(0.3)         # longer than the terminal is drawn anew
+            heard(Line(job.bag.path.name, job.bag.directory, 'no_discrepancy', severity=1.0))
+        return []
+
+    monkeypatch.setattr(fleet, 'over_processes', slow)
+    with stderr_of(monkeypatch, os.openpty()) as heard:
+        fleet.execute(lambda options: None, asked(
+            tmp_path / 'bags', tmp_path / 'out', json=False))
+    shown = ''.join(heard)
+    places = [shown.index(f'diagnosing {done} of 3') for done in range(3)]
+    assert places == sorted(places)
+    assert re.search(r'1 of 3, \d+ s left', shown)

@@ -82,7 +82,22 @@ def test_a_negative_size_is_said_the_other_way_round():
     error = {'error': Number(-0.12, '', -0.13, -0.11)}
     assert story.cause_sentence('stiffness_error', 'joint2', error) == (
         'joint 2 has a flexspline that is 12 % softer than stated')
-    assert story.within('stiffness_error', error) == '; with 90 % its size is within 11 % and 13 %'
+    assert story.within('stiffness_error', error) == '11 % and 13 %'
+
+
+def test_every_size_of_the_headline_has_its_interval_and_every_named_gear_is_drawn():
+    play = replace(diagnosis().findings[0], effect='backlash',
+                   parameters=numbers(half_width=1e-4))
+    told = replace(diagnosis(), ambiguous=(), probability=0.9,
+                   findings=tuple(replace(play, joint=f'joint{n}') for n in (2, 1, 3)))
+    said = story.certainty(told)
+    assert said.startswith('90.0 % probable; each with 90 % the backlash of joint 2 is within ')
+    assert ', the backlash of joint 1 is within ' in said and 'joint 3' not in said
+    shown = Reader(page(told, {})).text
+    for expected in ('gear of joint 2, in section', 'gear of joint 1, in section',
+                     'Hatched: flange of joint 2 (backlash), flange of joint 1 (backlash).',
+                     'Not drawn: flange of joint 3 (backlash).'):
+        assert expected in ' '.join(shown.split())
 
 
 def test_an_ambiguous_sentence_gives_every_size():
@@ -160,7 +175,8 @@ def test_probabilities_and_next_steps_are_shown_where_they_are_known():
     plain = diagnosis('ambiguous')
     assert 'probable' not in Reader(page(plain, {})).text
     told = replace(plain, probability=0.87, steps=('hang 2 kg on it.',))
-    assert story.certainty(told).startswith('87.0 % probable; with 90 % its size is within')
+    assert story.certainty(told).startswith(
+        '87.0 % probable; with 90 % the kinematic error of joint 1 is within 0.12 mrad')
     assert story.steps(told)[0] == 'hang 2 kg on it.'
     assert not any('decides' in step for step in story.steps(told))
     assert story.probability(SimpleNamespace(probability=0.99999)) == 'more than 99.9 %'

@@ -18,6 +18,7 @@ from .gear_table import COLUMNS, described, gears_of, UrdfLinks
 from .new_arm_text import arm_text
 from .out_option import add_out
 from .outcome import Outcome
+from .progress import progress
 from .recorded_answers import add_answers, origin_words, told_by
 
 _GEAR = Answer('gear', '', 'catalogue name like CSG-17-100: series CSG or CSF, size 14 to 40, '
@@ -62,7 +63,8 @@ def execute(options: argparse.Namespace) -> Outcome:
     check_file(options.out, force=options.force)
     origins = {}
     if options.source is not None:
-        told = told_by(opener(options)(options.source))
+        with progress(f'reading {options.source.name}', quiet=options.json):
+            told = told_by(opener(options)(options.source))
         origins = add_answers(options, told, options.source.name)
     joints, rods = _of_description(options) or _of_answers(options, origins)
     text = arm_text(joints, rods)

@@ -36,11 +36,11 @@ def execute(options: argparse.Namespace) -> Outcome:
     """Make the figures and write them; raises the project's errors."""
     begin = time.monotonic()
     entries = chosen(options.figures)
-    with whole_directory(options.out, force=options.force) as partial:
-        with progress(quiet=options.json) as tell:
-            made = _made(entries, tell)
+    with whole_directory(options.out, force=options.force) as partial, \
+            progress(quiet=options.json) as tell:
+        made = _made(entries, tell)
         report = document(made, version(), time.monotonic() - begin)
-        _write(made, report, partial)
+        _write(made, report, partial, tell)
     return Outcome(_told(options.out, made), report)
 
 
@@ -54,11 +54,13 @@ def _made(entries: Mapping[str, Entry], tell: Callable[[str], None]) -> dict[str
     return made
 
 
-def _write(made: Mapping[str, Exhibit], report: dict[str, Any], out: Path) -> None:
-    """Write the numbers, every figure twice, and the page."""
+def _write(made: Mapping[str, Exhibit], report: dict[str, Any], out: Path,
+           tell: Callable[[str], None]) -> None:
+    """Write the numbers, every figure twice, and the page; `tell` hears what is drawn."""
     write_json(out / 'paper.json', report)
     inline: dict[str, str] = {}
     for figure, exhibit in made.items():
+        tell(f'drawing {figure}')
         drawn = {file_name(figure, drawing.name): draw(drawing) for drawing in exhibit.drawings}
         save_figures(drawn, out)
         inline |= elements(drawn)

@@ -148,7 +148,7 @@ def rival(told: Evidence) -> list[str]:
 def certainty(diagnosis: Diagnosis) -> str:
     """Return how sure the verdict is: its probability or what speaks for it, and the size."""
     first = diagnosis.findings[0] if diagnosis.findings else None
-    between = '' if first is None else within(first.effect, first.parameters)
+    between = _sizes(diagnosis)
     known = probability(diagnosis)
     if known and first is not None and diagnosis.verdict == 'unknown':
         own = probability(first) or 'well backed'
@@ -169,6 +169,16 @@ _UNSURE = {
     'insufficient_excitation': 'silence of this recording says nothing'}
 
 
+def _sizes(diagnosis: Diagnosis) -> str:
+    """Return the intervals of the sizes that the headline names, '' where it has none."""
+    spans = [(one, within(one.effect, one.parameters)) for one in diagnosis.findings[:_NAMED]]
+    if len(diagnosis.findings) == 1:
+        return ''.join(f'; with 90 % its size is within {span}' for _, span in spans if span)
+    told = [f'the {spoken(one.effect)} of {where(one.joint)} is within {span}'
+            for one, span in spans if span]
+    return '; ' + 'each ' * (len(told) > 1) + 'with 90 % ' + ', '.join(told) if told else ''
+
+
 def within(effect: str, parameters: Mapping[str, Number]) -> str:
     """Return the 90 % interval of the size that a sentence names, '' where it has none."""
     words, largest = _largest(effect, parameters)
@@ -179,7 +189,7 @@ def within(effect: str, parameters: Mapping[str, Number]) -> str:
         ends = (abs(largest.low), abs(largest.high)) if largest.value > 0.0 else (
             abs(largest.high), abs(largest.low))
     low, high = (handy(words.scale * end, largest.unit) for end in ends)
-    return f'; with 90 % its size is within {low} and {high}'
+    return f'{low} and {high}'
 
 
 def evidence(told: Evidence) -> str:
