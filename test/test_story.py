@@ -83,6 +83,8 @@ def test_a_negative_size_is_said_the_other_way_round():
     assert story.cause_sentence('stiffness_error', 'joint2', error) == (
         'joint 2 has a flexspline that is 12 % softer than stated')
     assert story.within('stiffness_error', error) == '11 % and 13 %'
+    sharp = {'amplitude': Number(3.01e-3, 'N*m', 2.99e-3, 3.03e-3)}
+    assert story.within('motor_cogging', sharp) == '2.99 and 3.03 mN\N{MIDDLE DOT}m'
 
 
 def test_every_size_of_the_headline_has_its_interval_and_every_named_gear_is_drawn():

@@ -11,7 +11,7 @@ from hda_arm_sim.model.effects.words import Words
 from .effect_words import ELEMENTS, WORDS
 from ..findings.report import Diagnosis, Evidence, Gain, Number, OwnGain
 from ...pages.wording import (
-    capital, figure, handy, percent, short, spoken, unbroken)
+    capital, figure, handy, in_unit, percent, short, spoken, unbroken)
 
 # Choices unless told otherwise.
 _CERTAIN = 1e6          # odds beyond which the number says nothing more
@@ -189,6 +189,9 @@ def within(effect: str, parameters: Mapping[str, Number]) -> str:
         ends = (abs(largest.low), abs(largest.high)) if largest.value > 0.0 else (
             abs(largest.high), abs(largest.low))
     low, high = (handy(words.scale * end, largest.unit) for end in ends)
+    if low == high:                     # two figures do not tell them apart
+        (low, high), scale = in_unit([words.scale * end for end in ends], largest.unit)
+        high = f'{high} {scale}'.rstrip()
     return f'{low} and {high}'
 
 
