@@ -13,6 +13,8 @@ from hypothesis import given, strategies as st
 import numpy as np
 from scipy.optimize import lsq_linear
 
+RIDGE = 1e-10          # of scaled equations, as a fit has it
+
 
 def drawn(seed, size):
     """Return columns of sizes that differ by ten thousands, and what they shall tell."""
@@ -50,7 +52,7 @@ def test_with_a_ridge_a_column_of_zeros_does_not_move_and_does_no_harm():
     told = columns @ (1.0, 1.0, 1.0)
     free = np.full(3, np.inf)
     step = within(columns.T @ columns, columns.T @ told, np.zeros(3), (-free, free),
-                  1e-10)
+                  RIDGE)
     assert step[1] == 0.0
     np.testing.assert_allclose(columns @ step, told, atol=1e-6 * np.abs(told).max())
 
@@ -87,3 +89,38 @@ def test_terms_that_are_placed_at_once_make_the_arm_that_they_make_one_by_one():
         wanted = term.on(wanted)
     assert with_terms(arm, terms) == wanted
     assert with_terms(arm, ()) == arm
+
+
+def held_in_turn(normal, right, now, low, high):
+    """Return the step that holds what passes its bound by most, solving anew for each."""
+    scale = 1.0 / np.sqrt(np.diag(normal))
+    scaled, right = normal * np.outer(scale, scale) + RIDGE * np.eye(len(now)), right * scale
+    fixed, half = {}, 0.5 * (high - low)
+    while True:
+        free = [number for number in range(len(now)) if number not in fixed]
+        step = np.zeros(len(now))
+        step[list(fixed)] = [value / scale[number] for number, value in fixed.items()]
+        step[free] = np.linalg.solve(scaled[np.ix_(free, free)], (right - scaled @ step)[free])
+        at = now + step * scale
+        over = np.maximum(low - at, at - high) / half
+        worst = max(free, key=lambda number: over[number], default=0)
+        if not free or over[worst] <= 1e-9:
+            return step * scale
+        fixed[worst] = np.clip(at, low, high)[worst] - now[worst]
+
+
+@given(st.integers(0, 2 ** 32 - 1), st.integers(2, 40), st.booleans())
+def test_many_that_stop_are_found_as_if_each_were_solved_anew(seed, size, alike):
+    random = np.random.default_rng(seed)
+    columns = random.normal(size=(3 * size, size)) * 10.0 ** random.uniform(-4.0, 4.0, size)
+    if alike:
+        columns[:, 0] = 2.0 * columns[:, -1]
+    normal = columns.T @ columns
+    deviations = 10.0 ** random.uniform(-2.0, 1.0, size) / np.sqrt(np.diag(normal))
+    now = deviations * random.uniform(-3.0, 3.0, size)
+    normal += np.diag(1.0 / deviations ** 2)
+    right = columns.T @ random.normal(0.0, 10.0, 3 * size) - now / deviations ** 2
+    bounds = -3.5 * deviations, 3.5 * deviations
+    step = within(normal, right, now, bounds, RIDGE)
+    expected = held_in_turn(normal, right, now, *bounds)
+    np.testing.assert_allclose(step / deviations, expected / deviations, atol=1e-6)
