@@ -38,6 +38,13 @@ def differ(row: Array, error: Any) -> None:
 
     Its mass grows with moment and inertia, its centre moves, the inertia about the joint grows.
     """
+    row[:] = _differing(row.tobytes(), error)
+
+
+@lru_cache(_LINKS_KEPT)
+def _differing(constants: bytes, error: Any) -> Array:
+    """Return a link of a chain with an error, from the bytes of its row."""
+    row = np.frombuffer(constants).copy()
     row[MASS:CONSTANTS] *= 1.0 + error.mass
     moved = np.array([error.centre_x, error.centre_y, error.centre_z])
     if moved.any():
@@ -48,6 +55,8 @@ def differ(row: Array, error: Any) -> None:
         more = np.trace(far) * np.eye(3) - far
         row[INERTIA:INERTIA + 6] += more[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
     row[_AXIS_INERTIA] = error(nominal=row[_AXIS_INERTIA])
+    row.setflags(write=False)
+    return row
 
 
 @lru_cache(_LINKS_KEPT)
