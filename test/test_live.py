@@ -251,9 +251,14 @@ async def visit(url, nodes, push, folder: Path) -> None:
         for width in (1280, 1920, 360):
             await page.resize(width, 800)
             assert await page.ask('document.documentElement.scrollWidth') <= width
+            assert await page.ask('document.querySelector("table").getBoundingClientRect().right '
+                                  '- document.getElementById("tip").getBoundingClientRect().right'
+                                  ) < 1.0               # the table keeps the margin of all else
             await page.picture(folder / f'live_{width}.png')
         await page.ask(press('tare'))
         await page.until(answered('becomes zero'))
+        await page.ask(press('reset'))
+        await page.until(answered('are forgotten'))
         await page.ask(press('record'))
         await page.until('document.getElementById("record").dataset.do === "stop"')
         await until_recorded(folder / 'bags')

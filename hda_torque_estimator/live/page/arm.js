@@ -3,7 +3,7 @@ import * as THREE from 'three';
 import {OrbitControls} from './vendor/OrbitControls.js';
 
 const NEWTONS_A_METRE = 100;        // length of the arrow of a push: a choice
-const PUSH = 0xd95f02, TORQUE = 0x1b9e77, LINK = 0x7d8aa0, JOINT = 0x3b4252;
+const PUSH = 0xd95f02, TORQUE = 0x1b9e77, LINK = 0x7d8aa0, JOINT = 0x5b6579;
 const UP = new THREE.Vector3(0, 0, 1), ALONG = new THREE.Vector3(0, 1, 0);
 
 export class Arm {
@@ -15,7 +15,10 @@ export class Arm {
     this.camera = new THREE.PerspectiveCamera(40, 1, 0.01, 100);
     this.camera.up.copy(UP);
     this.controls = new OrbitControls(this.camera, canvas);
-    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x888899, 2.5));
+    const sky = new THREE.HemisphereLight(0xffffff, 0x888899, 1.5), lamp = new THREE.DirectionalLight(0xffffff, 2);
+    sky.position.copy(UP);
+    this.camera.add(lamp);              // beside who looks: nothing is dark from where one stands
+    this.scene.add(sky, this.camera);
     this.pieces = [];
     this.rings = [];
     this.push = arrow();
@@ -47,8 +50,16 @@ export class Arm {
     grid.material.opacity = 0.25;
     grid.rotation.x = Math.PI / 2;
     this.scene.add(grid);
-    this.camera.position.set(reach * 0.4, -reach * 1.5, reach * 1.9);
-    this.controls.target.set(reach * 0.2, reach * 0.1, 0);
+    this.look(pieces.flat(), reach);
+  }
+
+  look(points, reach) {
+    const box = new THREE.Box3().setFromPoints(points.map((point) => new THREE.Vector3(...point)));
+    const spatial = box.max.z - box.min.z > reach / 20;
+    const [x, y, z] = spatial ? [0.7, -1.2, 0.5] : [0.2, -1.6, 1.9];     // from the side, or from above a plane
+    if (spatial) box.getCenter(this.controls.target);
+    else this.controls.target.set(reach * 0.2, reach * 0.1, 0);
+    this.camera.position.set(x, y, z).multiplyScalar(reach).add(this.controls.target);
   }
 
   place(group, from, to) {

@@ -34,7 +34,7 @@ export class Traces {
     this.names = names;
     this.data = [[], ...names.map(() => [])];
     this.element.replaceChildren();
-    const ink = getComputedStyle(document.body).getPropertyValue('--soft');
+    const ink = () => getComputedStyle(document.body).getPropertyValue('--soft');   // light or dark, as of now
     const axis = {stroke: ink, grid: {stroke: '#88888833', width: 1}, ticks: {show: false}};
     this.plot = new uPlot({
       width: Math.max(this.element.clientWidth, 50), height: 190,
