@@ -10,15 +10,15 @@ import pytest
 
 COBOT = read_arm('cobot7.yaml')
 SIMULATE = 'simulate --arm cobot7.yaml --motion rich --duration 12 --seed 1'
-PLAY = '- {effect: backlash, joint: joint4, parameters: {half_width: 3.0e-4}}\n'
+WORN = '- {effect: kinematic_error, joint: joint4}\n'
 
 
 @pytest.fixture(scope='module')
 def bags(tmp_path_factory):
-    """Return a folder of two devices: one is as its file says, one has play at its elbow."""
+    """Return a folder of two devices: one is as its file says, one has a worn elbow."""
     folder = tmp_path_factory.mktemp('bags')
-    (folder / 'play.yaml').write_text(PLAY)
-    for words in ('--out {}/sound/one', '--effects {}/play.yaml --out {}/worn/one'):
+    (folder / 'worn.yaml').write_text(WORN)
+    for words in ('--out {}/sound/one', '--effects {}/worn.yaml --out {}/worn/one'):
         assert main(f'{SIMULATE} {words.format(folder, folder)}'.split()) == 0
     (folder / 'notes').mkdir()
     (folder / 'notes' / 'tuesday.bag').touch()
@@ -51,7 +51,7 @@ def test_a_run_compared_with_itself_differs_nowhere(bags, tmp_path, capsys):
     assert not any(signal['start'] for signal in told['signals'])
 
 
-def test_a_play_at_the_elbow_makes_two_runs_of_one_motion_differ(bags, tmp_path, capsys):
+def test_a_worn_elbow_makes_two_runs_of_one_motion_differ(bags, tmp_path, capsys):
     told = report_of(capsys, f'compare {bags}/sound/one {bags}/worn/one --align none '
                              f'--out {tmp_path}/differ')
     differing = {signal['name'] for signal in told['signals'] if signal['start'] is not None}
@@ -64,8 +64,8 @@ def test_a_fleet_of_chains_is_diagnosed_by_processes(bags, tmp_path, capsys):
     found = {line['directory']: line for line in told['bags']}
     assert set(found) == {'sound/one', 'worn/one'}
     assert found['sound/one']['verdict'] == 'no_discrepancy'
-    assert {(cause['effect'], cause['joint']) for cause in found['worn/one']['causes']} == {
-        ('backlash', 'joint4')}
+    assert {(cause['effect'], cause['joint']) for cause in found['worn/one']['findings']} == {
+        ('kinematic_error', 'joint4')}
     assert told['devices'][0]['device'] == 'worn'
     assert any('notes' in said for said in told['skipped'])
     assert 'joint 4' in (tmp_path / 'fleet' / 'fleet.html').read_text().replace('\u00a0', ' ')
