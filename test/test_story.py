@@ -180,6 +180,7 @@ def test_probabilities_and_next_steps_are_shown_where_they_are_known():
     assert story.certainty(told).startswith(
         '87.0 % probable; with 90 % the kinematic error of joint 1 is within 0.12 mrad')
     assert story.steps(told)[0] == 'hang 2 kg on it.'
+    assert story.steps(replace(told, steps=('record at 1 kHz',)))[0] == 'record at 1 kHz.'
     assert not any('decides' in step for step in story.steps(told))
     assert story.probability(SimpleNamespace(probability=0.99999)) == 'more than 99.9 %'
 

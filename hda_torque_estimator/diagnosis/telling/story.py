@@ -246,7 +246,7 @@ def placebo(gain: Gain) -> str:
 
 def steps(diagnosis: Diagnosis) -> list[str]:
     """Return what to do next: what the diagnosis itself asks for, then checks and files."""
-    told = list(diagnosis.steps)
+    told = [step if step.endswith('.') else f'{step}.' for step in diagnosis.steps]
     checks = _checks((one.effect, one.joint) for one in diagnosis.findings)
     checks += [f'What decides: {alike.experiment}.' for alike in diagnosis.ambiguous if not told]
     checks += _checks(place for alike in diagnosis.ambiguous for place in alike.effects)
