@@ -5,7 +5,7 @@ from dataclasses import replace
 from chains import planar
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.chain_links import ChainLinks, kept
-from hda_arm_sim.model.effects import (BaseTilt, BaseVibration, CoulombFriction, Effect,
+from hda_arm_sim.model.effects import (Backlash, BaseTilt, BaseVibration, CoulombFriction, Effect,
                                        ExternalContact, LinkInertiaError, Payload)
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.link_numbers import LinkTolerance
@@ -138,6 +138,13 @@ def test_what_is_wrong_with_seven_joints_is_told_with_its_joint(effect, joint):
         [] if effect is None else [(effect, joint)])
     assert any('inertial_coupling' in remark for remark in said.remarks)
     assert said.verdict == ('no_discrepancy' if effect is None else 'explained')
+
+
+def test_what_an_elbow_with_play_makes_the_shoulder_leave_is_no_rest():
+    true = COBOT.with_effect(Backlash(half_width=3e-4), 'joint4')
+    said = diagnose(recorded(true, COBOT, 30.0, 5), COBOT, names=['backlash']).diagnosis
+    assert [(one.effect, one.joint) for one in said.findings] == [('backlash', 'joint4')]
+    assert said.verdict == 'explained'
 
 
 def test_weight_and_friction_within_tolerances_build_up_at_no_turn():

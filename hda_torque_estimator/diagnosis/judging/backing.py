@@ -4,7 +4,8 @@ Whether the causes that were found are backed: nothing is named on a rest that n
 A wrong cause takes the place of the right one and leaves a part of what it cannot describe. So a
 joint takes back every cause that rests on it where much more is left than noise. It must also be
 more than the accepted laws may leave as one form of several (`Hypothesis.form_error`). And so does
-a rest of any size that a simple curve tells (`nameless`).
+a rest of any size that a simple curve tells (`nameless`). What a simulated arm with the same
+causes leaves as well, where none of them acts, is no rest.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,7 +21,7 @@ from .nameless import best_curves, Curve
 from .search import Found
 from .steady import steady_shares
 from ..balances.balance import RATE
-from ..balances.healthy import noise_of
+from ..balances.healthy import healthy_twin, noise_of
 from ..findings.certainty import margin_of_rest
 from ..findings.rest import GEAR
 from ..fitting.fit import Fit, Fitter
@@ -35,6 +36,7 @@ REST = 0.8              # rms left beside noise, in rms of noise, that asks for 
 _ENOUGH = 40.0          # of motion; over less, the level of noise is known less well [s]
 # (choice: as much as the forms of laws of friction leave)
 _CRUDE = 0.02           # share of what has no name, below which a rest at its site is its own
+_NOISE = 2              # seed of the noise of an arm that is simulated here; any other will do
 
 
 class Backing(NamedTuple):
@@ -77,6 +79,8 @@ def backing(fitter: Fitter, found: Found, doubted: Sequence[Term] = ()) -> Backi
     bar = REST ** 2 * _unsure(fit) + allowed
     if (left > bar).any():
         left = np.minimum(left, _left_at_all_frequencies(fitter, fit))
+    if (others := _where_none_acts(fitter, fit) & (left > bar)).any():
+        left = left - np.where(others, _of_itself(fitter, fit), 0.0)
     rests = left / bar
     curves = _formed(fitter, other, found, counted, trained)
     formed = [term for term in fit.accepted if curves.get(term.place, 0.0) > 1.0]
@@ -142,6 +146,28 @@ def _left_at_all_frequencies(fitter: Fitter, fit: Fit) -> Array:
     count = np.maximum(balance.valid.sum(axis=0), 1)
     power = np.where(balance.valid, balance.residual ** 2, 0.0).sum(axis=0) / count
     return np.asarray(power / np.maximum(noise, 1e-300) ** 2 - 1.0)
+
+
+def _where_none_acts(fitter: Fitter, fit: Fit) -> NDArray[np.bool_]:
+    """Tell the channels (c,) in which none of the accepted causes acts, none without a cause."""
+    none = np.full(len(fitter.noise), bool(fit.accepted))
+    for term in fit.accepted:
+        none[fitter.channels_of(term)] = False
+    return none
+
+
+def _of_itself(fitter: Fitter, fit: Fit) -> Array:
+    """
+    Return the power (c,) over noise that an arm leaves which has what was fitted, and no more.
+
+    Its recording is simulated. A play or a stop makes its joint jump, and other joints feel that
+    faster than samples and filters follow. This is left of the method, whatever arm was measured.
+    """
+    arm, balancer = fitter.on(fit.terms), fitter.balancer
+    made = balancer.like(healthy_twin(balancer, arm, _NOISE))(arm)
+    power = (made.residual ** 2).sum(axis=0, where=made.valid) / np.maximum(
+        made.valid.sum(axis=0), 1)
+    return np.asarray(np.maximum(power / fitter.noise ** 2 - 1.0, 0.0))
 
 
 def _margin(rests: Array, unexplained: NDArray[np.bool_]) -> float:
