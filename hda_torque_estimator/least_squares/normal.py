@@ -32,8 +32,8 @@ def within(normal: Floats, right: Floats, now: Floats, bounds: tuple[Floats, Flo
     step = np.linalg.solve(normal + ridge * np.eye(len(now)), right)
     if _beyond(now + step * scale, *bounds).max(initial=0.0) <= _ON_BOUND:
         return step * scale                             # as nearly always
-    fixed = _stopped(np.linalg.inv(normal + ridge * np.eye(len(now))), step.copy(), now, *bounds,
-                     scale, _half(*bounds))
+    spread: Floats = np.asarray(np.linalg.inv(normal + ridge * np.eye(len(now))), np.float64)
+    fixed = _stopped(spread, step.copy(), now, *bounds, scale, _half(*bounds))
     for _ in range(len(now) + 1):
         free = np.isnan(fixed)
         held = np.where(free, 0.0, fixed) / scale
