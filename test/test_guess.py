@@ -53,6 +53,9 @@ def imported(columns: Table) -> Imported:
     ('joint_1.velocity[rad/s]', 'velocity', 'rad/s', 1, {'joint', 'velocity'}),
     ('motorSpeedRPM3', 'velocity', 'rpm', 3, {'motor', 'speed'}),
     ('enc1_counts', 'position', 'count', 1, {'enc'}), ('Time [us]', 'time', 'us', None, {'time'}),
+    ('timestamps', 'time', None, None, {'timestamp'}), ('joints_2', 'position', None, 2, {'joint'}),
+    ('motor_efforts_1', 'torque', None, 1, {'motor', 'effort'}),
+    ('status_velocities_1 (rads)', 'velocity', 'rad/s', 1, {'status', 'velocity'}),
     ('motor_2_deg', 'position', 'deg', 2, {'motor'}), ('a', None, None, None, {'a'}),
     ('category', None, None, None, {'category'})])
 def test_a_name_tells_quantity_unit_and_joint(name, kind, unit, number, words):
@@ -156,6 +159,26 @@ def test_without_a_time_the_rate_is_to_be_filled_in():
     columns = {'time': np.zeros(1000), 'q': ANGLES[1]}
     assert filled(columns, FILL_IN)['time'] == {'rate': FILL_IN}
     np.testing.assert_array_equal(imported(columns).joint_states.stamps, 10 ** 7 * np.arange(1000))
+
+
+@pytest.mark.parametrize('late', [0.0, 0.3])
+def test_a_column_that_grows_in_even_steps_is_a_time_whatever_its_name(late):
+    jitter = late / RATE * np.random.default_rng(3).random(1000)
+    columns = {'row': np.arange(1000), 'volume': np.full(1000, 3.0), 'Zeit': 5.0 + TIME + jitter,
+               'q': ANGLES[1]}
+    found = guess(columns).time
+    assert found.column == 'Zeit' and 'grows in even steps' in found.reason
+    assert guess({**columns, 'clock_t': TIME}).time.column == 'clock_t'
+    assert guess({'row': np.arange(1000), 'q': ANGLES[1]}).time.column is None
+
+
+@pytest.mark.parametrize('parts', [('sec', 'nanosec'), ('secs', 'nsecs')])
+def test_the_stamps_of_messages_are_whole(parts):
+    whole, rest = (f'header.stamp.{part}' for part in parts)
+    stamps = 1_700_000_000_990_000_000 + np.rint(1e9 * TIME).astype(np.int64)
+    columns = {whole: stamps // 10 ** 9, rest: stamps % 10 ** 9, 'q': ANGLES[1]}
+    found = imported(columns).joint_states
+    np.testing.assert_allclose(found.stamps, stamps - stamps[0], atol=500)
 
 
 def test_a_time_that_starts_again_is_split():

@@ -72,6 +72,16 @@ def test_a_column_of_zeros_is_no_encoder():
     assert 'joint2' not in states.names and 'joint2_motor' in states.names
 
 
+def test_a_joint_of_zeros_is_nothing_that_was_measured():
+    dead = {name: np.zeros(1000) for name in ('motor_pos_2', 'link_pos_2', 'motor_vel_2',
+                                              'tau_cmd_2', 'torque_sensor_2')}
+    found = guess({**table(), **dead})
+    assert not {*dead} - {*found.unused} and found.joints == (1, 3)
+    assert 'reference' not in found.entries
+    standing = guess({**table(), 'tau_cmd_2': np.zeros(1000)})      # a brake holds it, perhaps
+    assert standing.entries['motor.effort'].patterns[0].columns.keys() == {1, 2, 3}
+
+
 @pytest.mark.parametrize('names', [('enc_a_{}', 'enc_b_{}'), ('theta_{}', 'q_{}'),
                                    ('link_pos_{}', 'motor_pos_{}')])
 def test_the_motor_is_what_moves_more(names):

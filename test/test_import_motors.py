@@ -42,6 +42,7 @@ def test_a_voltage_less_the_back_emf_is_a_torque(entry, column, quantities, erro
 @pytest.mark.parametrize(('entry', 'quantities', 'says'), [
     ({'unit': 'V', 'kt': KT}, ['velocity'], 'needs resistance'),
     ({'unit': 'pwm', **MOTOR, 'supply': 12.0}, ['velocity'], 'needs full_scale'),
+    ({'unit': 'pwm', 'kt': KT}, ['velocity'], 'resistance.* and supply.* and full_scale'),
     ({'unit': 'V', **MOTOR, 'supply': 12.0}, ['velocity'], 'supply has no use'),
     ({'unit': 'V', **MOTOR, 'torque_constant': KT}, ['velocity'], 'both kt and torque_constant'),
     ({'unit': 'V', **MOTOR}, [], 'needed for its back EMF'),

@@ -64,6 +64,14 @@ def test_two_topics_are_paired_by_stamp(ours, theirs):
         found.names[2:]).effort[rows])
 
 
+def test_the_name_with_most_letters_of_its_own_counts():
+    names = 'q*=joint*', 'q*_drive=joint*_motor', 'q1=elbow'
+    seen = JointSamples(np.zeros(0, np.int64), ('q1', 'q2', 'q1_drive', 'other'),
+                        *[np.zeros((0, 4))] * 3)
+    for order in (names, names[::-1]):
+        assert naming(*order).named(seen).names == ('elbow', 'joint2', 'joint1_motor', 'other')
+
+
 @pytest.mark.parametrize('command', ['estimate', 'diagnose', 'calibrate', 'info', 'compare'])
 def test_every_command_reads_them(command, theirs, tmp_path, capsys):
     words = {'compare': [str(theirs), str(theirs)], 'info': [str(theirs)]}.get(

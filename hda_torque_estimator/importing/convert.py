@@ -99,7 +99,7 @@ def _stamps(column_map: ColumnMap, rows: NDArray[np.intp], columns: Columns) -> 
     time = column_map.time
     if isinstance(time, float):
         return np.rint(np.arange(len(rows)) * (NANOSECONDS / time)).astype(np.int64)
-    raw = _numbers(time, time.names[0], rows, columns)
+    raw = _raw(time, rows, columns)
     zero = raw[0] if time.zero == 'first' else time.zero
     elapsed = raw - zero if zero else raw
     _check_range(time, elapsed * time.factor, rows)
@@ -191,10 +191,16 @@ def _values(column: Column | None, rows: NDArray[np.intp], columns: Columns) -> 
     """Return the quantity in the unit and at the side of the bag (n,), NaN where it is absent."""
     if column is None:
         return np.nan
-    each = {name: _numbers(column, name, rows, columns) for name in column.names}
-    raw = (np.mean([*each.values()], axis=0) if column.formula is None else
-           column.formula({name: values.astype(np.float64) for name, values in each.items()}))
+    raw = _raw(column, rows, columns)
     return column.factor * (raw - _zero(column, raw))
+
+
+def _raw(column: Column, rows: NDArray[np.intp], columns: Columns) -> NDArray[Any]:
+    """Return the mean or the formula of columns (n,), in the unit of the table."""
+    each = {name: _numbers(column, name, rows, columns) for name in column.names}
+    if column.formula is None:
+        return each[column.names[0]] if len(each) == 1 else np.mean([*each.values()], axis=0)
+    return column.formula({name: values.astype(np.float64) for name, values in each.items()})
 
 
 def _zero(column: Column, raw: Floats) -> float:

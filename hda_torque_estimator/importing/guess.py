@@ -9,10 +9,13 @@ import numpy as np
 from .column_map import ColumnMapError
 from .guess_by_numbers import Settling
 from .headings import Heading, read_heading
-from .number_clues import Columns, Floats, is_dead, numbers, splits, time_step, time_unit
+from .number_clues import (
+    Columns, Floats, is_dead, is_even, is_whole, numbers, splits, time_step, time_unit)
 from .places import entries_by_name, Entry, patterns_of
 from .units import TIME
 
+NANO = 1e-9
+LONGEST_NAMES = 200             # letters of two columns that a formula has room for
 SPLITTERS = ('run', 'sample', 'trial', 'episode', 'experiment', 'recording', 'segment', 'seq',
              'test', 'id', 'index')
 """Words of columns that tell recordings apart, the likeliest first."""
@@ -27,12 +30,14 @@ class TimeEntry:
     reason: str = 'no column grows like a time'
     from_first: bool = False
     split: str | None = None
+    parts: str | None = None        # column of nanoseconds, beside one of whole seconds
 
     def seconds(self, columns: Columns) -> Floats:
         """Return the time of every row [s], nothing where no column tells it."""
         if self.column is None:
             return np.empty(0)
-        return numbers(columns, self.column) * TIME.units[self.unit].factor
+        seconds = numbers(columns, self.column) * TIME.units[self.unit].factor
+        return seconds if self.parts is None else seconds + NANO * numbers(columns, self.parts)
 
 
 @dataclass(frozen=True)
@@ -68,7 +73,7 @@ def guess(columns: Columns) -> Guess:
     time = _time(headings, columns)
     settling = Settling(columns, time.seconds(columns), entries)
     ratios = settling.settle()
-    used = {time.column, time.split} | {
+    used = {time.column, time.parts, time.split} | {
         column for entry in settling.entries.values() for pattern in entry.patterns
         for column in pattern.columns.values()}
     return Guess(time, settling.entries, ratios,
@@ -88,28 +93,60 @@ def _headings(columns: Columns) -> list[Heading]:
 
 def _alive(headings: Sequence[Heading], columns: Columns) -> list[Heading]:
     """
-    Return the headings but for those of columns that hold zeros alone.
+    Return the headings but for those of columns that hold zeros alone: nobody measured them.
 
-    A speed or a torque may be zero where a joint stands, if it is not at every joint.
+    A speed or a torque may be zero where a joint stands at an angle, if it is not at every joint.
     """
-    alive = {heading.pattern for heading in headings if not is_dead(columns[heading.column])}
-    return [heading for heading in headings if heading.pattern in alive
-            and not (heading.kind == 'position' and is_dead(columns[heading.column]))]
+    dead = {heading.column for heading in headings if is_dead(columns[heading.column])}
+    alive = [heading for heading in headings if heading.column not in dead]
+    patterns = {heading.pattern for heading in alive}
+    standing = {heading.number for heading in alive if heading.kind == 'position'}
+    return [heading for heading in headings if heading.column not in dead or (
+        heading.kind != 'position' and heading.pattern in patterns
+        and heading.number in standing)]
 
 
-def _time(headings: Iterable[Heading], columns: Columns) -> TimeEntry:
-    """Return the column that grows like a time, by its name."""
+def _time(headings: Sequence[Heading], columns: Columns) -> TimeEntry:
+    """Return the column that grows like a time, by its name, else by its even steps."""
+    if (stamp := _of_messages(headings, columns)) is not None:
+        return stamp
     for heading in headings:
         values = numbers(columns, heading.column)
         if heading.kind != 'time' or heading.number is not None or (
                 step := time_step(values)) is None:
             continue
-        unit = heading.unit or time_unit(step)
-        rate = 1.0 / (step * TIME.units[unit].factor)
-        how = 'unit by its name' if heading.unit else 'unit by its steps'
-        return TimeEntry(heading.column, unit, f'{rate:.4g} Hz, {how}', bool(values.min() < 0.0),
-                         _split(values, columns))
+        return _entry(heading, step, values, columns)
+    for heading in headings:
+        values = numbers(columns, heading.column)
+        if heading.kind is None and is_even(values):
+            return _entry(heading, float(np.median(np.diff(values))), values, columns)
     return TimeEntry()
+
+
+def _of_messages(headings: Sequence[Heading], columns: Columns) -> TimeEntry | None:
+    """Return the stamp of ROS messages: whole seconds in one column, nanoseconds in another."""
+    told = {unit: [heading.column for heading in headings if heading.kind == 'time'
+                   and heading.unit == unit] for unit in ('s', 'ns')}
+    for whole, parts in zip(told['s'], told['ns']):
+        if len(whole + parts) > LONGEST_NAMES or '`' in whole + parts:
+            continue
+        entry = TimeEntry(whole, from_first=True, parts=parts)
+        if is_whole(numbers(columns, whole)) and (
+                step := time_step(entry.seconds(columns))) is not None:
+            return replace(entry, reason=f'{1.0 / step:.4g} Hz, seconds and nanoseconds',
+                           split=_split(entry.seconds(columns), columns))
+    return None
+
+
+def _entry(heading: Heading, step: float, values: Floats, columns: Columns) -> TimeEntry:
+    """Return the time of a column with its usual step."""
+    unit = heading.unit if heading.kind == 'time' else None
+    how = ('unit by its name' if unit else
+           'unit by its steps' if heading.kind == 'time' else 'it grows in even steps')
+    unit = unit or time_unit(step)
+    rate = 1.0 / (step * TIME.units[unit].factor)
+    return TimeEntry(heading.column, unit, f'{rate:.4g} Hz, {how}', bool(values.min() < 0.0),
+                     _split(values, columns))
 
 
 def _split(times: Floats, columns: Columns) -> str | None:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 import json
 from pathlib import Path
 
-from .guess import Guess, TimeEntry
+from .guess import Guess, NANO, TimeEntry
 from .places import Entry
 from .units import ANGLE, SPEED, TORQUE
 
@@ -30,7 +30,9 @@ def _time(time: TimeEntry) -> Iterator[str]:
         yield _line(f'time: {{rate: {FILL_IN}}}', f'rows per second: {time.reason}')
         return
     zero = ', zero: first' * time.from_first
-    yield _line(f'time: {{column: {_name(time.column)}, unit: {time.unit}{zero}}}', time.reason)
+    what = f'column: {_name(time.column)}' if time.parts is None else (
+        'formula: ' + _name(f'`{time.column}` + {NANO} * `{time.parts}`'))
+    yield _line(f'time: {{{what}, unit: {time.unit}{zero}}}', time.reason)
     if time.split is not None:
         yield _line(f'split: {_name(time.split)}', 'the time starts again where it changes')
 

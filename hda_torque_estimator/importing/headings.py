@@ -1,6 +1,6 @@
 """Read the names of columns: which quantity of which joint they state, where, and in what unit."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 import re
 from typing import Literal
@@ -13,16 +13,15 @@ BRACKETED = re.compile(r'^(.*?)\s*[\[(]\s*([^\])]+?)\s*[\])]\s*$')
 SIDED = re.compile(r'(motor|mot|rotor|shaft|link|load|joint)(.+)')
 SIDES_ALONE = frozenset({'motor', 'mot', 'rotor', 'link', 'load', 'joint'})
 """Words that, with a number alone, name an angle, as in 'mot_3'; a 'load' may be a torque."""
+SHORTEST = 4                    # letters of a plural that is no short name, such as 'pos'
 COUNTED = ('inc', 'incs', 'count', 'counts', 'cnt', 'tick', 'ticks')
 
 KINDS: dict[str, Kind] = {
-    **dict.fromkeys(('torque', 'tau', 'trq', 'effort', 'moment', 'torques'), 'torque'),
-    **dict.fromkeys(('current', 'cur', 'curr', 'iq', 'amps', 'i', 'currents'),
-                    'current'),
+    **dict.fromkeys(('torque', 'tau', 'trq', 'effort', 'moment'), 'torque'),
+    **dict.fromkeys(('current', 'cur', 'curr', 'iq', 'amps', 'i'), 'current'),
     **dict.fromkeys(('velocity', 'vel', 'speed', 'omega', 'rate', 'dq', 'qd', 'qdot', 'dtheta',
-                     'thetad', 'thetadot', 'velocities', 'speeds'), 'velocity'),
-    **dict.fromkeys(('position', 'pos', 'angle', 'ang', 'theta', 'phi', 'q', 'enc', 'encoder',
-                     'angles', 'positions', 'encoders'),
+                     'thetad', 'thetadot'), 'velocity'),
+    **dict.fromkeys(('position', 'pos', 'angle', 'ang', 'theta', 'phi', 'q', 'enc', 'encoder'),
                     'position'),
     **dict.fromkeys(('time', 't', 'timestamp', 'stamp', 'clock'), 'time')}
 """What a word says of its column; of several words the first kind in this order counts."""
@@ -38,7 +37,7 @@ UNITS: dict[Kind, dict[str, tuple[str, ...]]] = {
     'torque': {'mN*m': ('m nm', 'mnm', 'm n m'), 'N*m': ('nm', 'n m')},
     'current': {'mA': ('m a', 'ma', 'milliamps'), 'A': ('a', 'amp', 'amps', 'ampere')},
     'time': {'ms': ('ms', 'msec', 'milliseconds'), 'us': ('us', 'usec', 'microseconds'),
-             'ns': ('ns', 'nsec', 'nanoseconds'), 's': ('s', 'sec', 'secs', 'seconds')}}
+             'ns': ('ns', 'nsec', 'nsecs', 'nanosec', 'nanoseconds'), 's': ('s', 'sec', 'secs', 'seconds')}}
 """How each unit of a column map is spelled at the end of a name, in words."""
 
 
@@ -62,15 +61,16 @@ def read_heading(column: str) -> Heading:
     """Return what the name of a column says."""
     found = BRACKETED.match(column)
     name, bracketed = (found[1], found[2]) if found else (column, '')
-    words = [part for word in WORD.findall(name) if not word.isdigit()
-             for part in _parted(word.lower())]
-    ending = [word.lower() for word in WORD.findall(bracketed)] or words
-    kind = _kind(words)
+    spelled = [word.lower() for word in WORD.findall(name) if not word.isdigit()]
+    parts = [part for word in spelled for part in _parted(word)]
+    ending = [word.lower() for word in WORD.findall(bracketed)] or parts
+    kind = _kind({*parts, *map(_singular, parts)})
     unit, length = _unit(ending, kind)
     if unit and kind is None:
         kind = next(kind for kind, units in UNITS.items() if unit in units)
-    if ending is words:
-        words = words[:len(words) - length]
+    if ending is parts:
+        parts = parts[:len(parts) - length]
+    words = [_singular(part) for part in parts]
     number, pattern = _numbered(column, name)
     if kind is None and number is not None and words and SIDES_ALONE.issuperset(words):
         kind = 'position'
@@ -83,7 +83,14 @@ def _parted(word: str) -> tuple[str, ...]:
     return (found[1], found[2]) if found and found[2] in {*KINDS, *COUNTED} else (word,)
 
 
-def _kind(words: Sequence[str]) -> Kind | None:
+def _singular(word: str) -> str:
+    """Return the singular of a word that looks like a plural."""
+    if len(word) < SHORTEST or word.endswith(('ss', 'us', 'is')):
+        return word
+    return f'{word[:-3]}y' if word.endswith('ies') else word.removesuffix('s')
+
+
+def _kind(words: Collection[str]) -> Kind | None:
     return next((kind for word, kind in KINDS.items() if word in words), None)
 
 

@@ -8,13 +8,13 @@ Read a column map from its document, as YAML gives it; docs/importing.md describ
     joints: [joint1, joint2]          or    joints: {joint1: {...}, joint2: {...}}
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import cast, NamedTuple
 
 from hda_arm_sim.foundation.parameter import Declaration
 
 from .column_map import Column, ColumnMap, ColumnMapError, JointColumns, Side, Winding, Zero
-from .formula import read_formula
+from .formula import Formula, read_formula
 from .units import (
     ANGLE, CONSTANTS, OF_VOLTAGE, Quantity, SHORT, SPEED, TIME, TORQUE, Unit, VOLTAGES)
 
@@ -65,9 +65,11 @@ def _time(entry: object) -> Column | float:
     if isinstance(entry, Mapping) and 'rate' in entry:
         _mapping('time', entry, ('rate',))
         return RATE.checked('time', entry['rate'])
-    given = _shorthand('time', entry, (*SHAPING, EVEN))
-    column = Column('time', (_name('time', given.get('column')),),
-                    _unit('time', given, TIME).factor, _zero('time', given))
+    given = _shorthand('time', entry, (*SHAPING, 'formula', EVEN))
+    formula = _formula('time', given, str)
+    names = [_name('time', given.get('column'))] if formula is None else formula.names.values()
+    column = Column('time', tuple(names), _unit('time', given, TIME).factor,
+                    _zero('time', given), formula)
     if column.zero == 'mean':
         raise ColumnMapError("time.zero must be a number or 'first', got 'mean'")
     return column
@@ -136,11 +138,7 @@ def _column(joint: _Joint, place: str, given: object, quantity: Quantity, side: 
     """Return the column at a place, brought to the given side of the gear."""
     entry = f'{joint.entry}.{place}'
     keys = _spelled_out(entry, _shorthand(entry, given, COLUMN_KEYS))
-    if 'formula' in keys and 'column' in keys:
-        raise ColumnMapError(f'{entry} has both a column and a formula; give one of them')
-    given_formula = keys.get('formula')
-    formula = None if given_formula is None else read_formula(
-        entry, joint.in_table(given_formula) if isinstance(given_formula, str) else given_formula)
+    formula = _formula(entry, keys, joint.in_table)
     named = keys.get('column') if formula is None else list(formula.names.values())
     names = named if isinstance(named, list) and named else [named]
     unit = _unit(entry, keys, quantity)
@@ -153,6 +151,16 @@ def _column(joint: _Joint, place: str, given: object, quantity: Quantity, side: 
         _winding(entry, keys) if unit.is_voltage else None)
 
 
+def _formula(entry: str, keys: Document, in_table: Callable[[str], str]) -> Formula | None:
+    """Return the formula of an entry with the names of the table, None where it has a column."""
+    if 'formula' not in keys:
+        return None
+    if 'column' in keys:
+        raise ColumnMapError(f'{entry} has both a column and a formula; give one of them')
+    given = keys['formula']
+    return read_formula(entry, in_table(given) if isinstance(given, str) else given)
+
+
 def _unit(entry: str, keys: Document, quantity: Quantity) -> Unit:
     units = {**quantity.units, **(VOLTAGES if entry.endswith('.motor.effort') else {})}
     name = keys.get('unit', next(iter(units)))
@@ -163,12 +171,13 @@ def _unit(entry: str, keys: Document, quantity: Quantity) -> Unit:
 
 
 def _constants(entry: str, keys: Document, unit: Unit) -> float:
+    needed = [constant for constant in CONSTANTS
+              if constant in (unit.times, unit.over, *OF_VOLTAGE * unit.is_voltage)]
+    if missing := [constant for constant in needed if constant.name not in keys]:
+        raise ColumnMapError(f'{entry} has the unit {keys["unit"]!r}, so it needs ' + ' and '.join(
+            f'{constant.name} [{constant.unit}] ({constant.meaning})' for constant in missing))
     for constant in CONSTANTS:
-        needed = constant in (unit.times, unit.over, *OF_VOLTAGE * unit.is_voltage)
-        if needed and constant.name not in keys:
-            raise ColumnMapError(f'{entry} has the unit {keys["unit"]!r}, so it needs '
-                                 f'{constant.name} [{constant.unit}] ({constant.meaning})')
-        if not needed and constant.name in keys:
+        if constant not in needed and constant.name in keys:
             raise ColumnMapError(f'{entry}.{constant.name} has no use: the unit of this entry is '
                                  f'{keys.get("unit", "the default")!r}')
     times = unit.times.checked(entry, keys[unit.times.name]) if unit.times else 1.0

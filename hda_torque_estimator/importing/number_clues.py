@@ -18,6 +18,8 @@ MANY_COUNTS = 1000
 LIKELY_RATE = 1000.0            # [Hz]
 RETURNS = 0.5                   # of its way that a joint is away from its start at the end
 DRIVES = 0.2                    # cosine of torque and speed from which work is no accident
+UNEVEN = 0.5                    # of the usual step, by which steps of a time differ
+MOST = 0.9                      # of the steps of a time
 SAME = 0.1                      # relative difference of two slopes that mean the same
 
 
@@ -112,6 +114,15 @@ def time_step(values: Floats) -> float | None:
     step = float(np.median(steps))
     # It may start again a few times, where several recordings share a table.
     return step if step > 0.0 and np.mean(steps <= 0.0) < 0.1 else None
+
+
+def is_even(values: Floats) -> bool:
+    """Tell whether a column grows in even steps, as a time does, and does not count rows."""
+    steps = np.diff(values)
+    if len(steps) < FEWEST or not (steps > 0.0).all() or (steps == 1.0).all():
+        return False
+    step = float(np.median(steps))
+    return bool((np.abs(steps - step) < UNEVEN * step).mean() > MOST)
 
 
 def time_unit(step: float) -> str:

@@ -53,7 +53,8 @@ class Naming:
         return replace(samples, names=names)
 
     def _ours(self, name: str) -> str:
-        for theirs, ours in self.names:
+        """Return our name by the pattern that fits with most letters of its own."""
+        for theirs, ours in sorted(self.names, key=lambda pair: -len(pair[0].replace('*', ''))):
             if fnmatchcase(name, re.sub(r'([\[?])', r'[\1]', theirs)):
                 head, _, tail = theirs.partition('*')
                 middle = name[len(head):len(name) - len(tail)] if '*' in theirs else ''
