@@ -36,9 +36,21 @@ def test_a_gear_that_is_not_stated_is_said_once_for_each_joint(said, tmp_path):
     for _ in range(2):
         read_arm(path)
     line, = said.messages
-    assert line == (f"{path}: elbow does not state what its gear is; those of the paper's gear "
-                    'stand for ratio (100), motor_inertia (0.0001289 kg*m^2), torsion (a '
-                    'flexspline of 9743.94 N*m/rad)')
+    assert line == (f'{path}: elbow does not state what its gear is; class defaults stand for '
+                    'ratio (100), motor_inertia (0.0001289 kg*m^2), torsion (a flexspline of '
+                    '9743.94 N*m/rad, known to 100 %)')
+
+
+@pytest.mark.parametrize(('torsion', 'stiffness', 'damping'), [
+    ('', 1.0, 1.0), (', torsion: {damping: 2.0}', 1.0, 0.1), (', torsion: {flexspline_stiffness: '
+     '2.0e+4}', 0.01, 1.0), (', tolerances: {stiffness: 0.4}', 0.4, 1.0)])
+def test_class_defaults_have_wide_tolerances(torsion, stiffness, damping):
+    other = 'torsion: {flexspline_stiffness: 2.0e+4, damping: 0.0}'
+    arm = arm_from_text(f'joints: [{{name: a, ratio: 50{torsion}}}, {{name: b, ratio: 50, {other}'
+                        '}]\nlinks: none\n', 'arm')
+    assert (arm.tolerances_of('a').stiffness, arm.tolerances_of('a').damping) == (
+        stiffness, damping)
+    assert arm.tolerances_of('b') == arm.tolerances
 
 
 def test_parts_of_a_law_that_are_missing_are_named(said, tmp_path):

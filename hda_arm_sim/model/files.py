@@ -17,7 +17,7 @@ from .chain_files import CHAIN_KEYS, chain_links
 from .chain_links import ChainLinks
 from .documents import group, mapping, number, part, sequence
 from .effects import Effect, effect_named
-from .gear_defaults import defaults_sentence, sentence, unstated
+from .gear_defaults import as_known, defaults_sentence, sentence, unstated
 from .parts import Base, Encoder, Joint, Links, Tolerances
 from .torsion import TorsionLaw
 from .typical_sizes import SIZED, typical
@@ -164,6 +164,8 @@ def _joint(item: Any, index: int, tolerances: Tolerances) -> Joint:
         stated = part(Tolerances, values['tolerances'], f'{label}.tolerances')
         values['tolerances'] = replace(tolerances, **{
             name: getattr(stated, name) for name in values['tolerances']})
+    if (known := as_known(item, values.get('tolerances', tolerances))) is not None:
+        values['tolerances'] = known
     try:
         return Joint(label=label, **values)
     except ParameterError as error:
