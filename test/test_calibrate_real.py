@@ -17,6 +17,7 @@ from hda_torque_estimator.calibrate.referenced import calibrate, JointCalibratio
 from hda_torque_estimator.cli import main
 from hda_torque_estimator.estimating.estimator import Estimator
 from hda_torque_estimator.samples.readings import by_motor, LINK_READING, MOTOR_READING, READINGS
+from hda_torque_estimator.significance import NORMAL_90
 from hda_torque_estimator.simulating.recorded import about_z
 import numpy as np
 import pytest
@@ -100,6 +101,18 @@ def test_what_each_witness_is_worth_is_in_the_file(found):
     assert found.arm.tolerances_of('knee').torsion_zero > 2e-3
     assert 'a straight line by' in found.text()
     assert json.loads(json.dumps(found.report(), allow_nan=False))['joints'][0]['together'] > 0.0
+
+
+def test_nine_in_ten_torques_of_other_recordings_are_within_their_intervals(found):
+    """A zero of its own in each, and no recording was seen by the fit."""
+    held = []
+    for seed, zero in ((9, -6e-3), (10, 3e-3), (11, 6e-3)):
+        seen = recorded(seed, zero=zero, constant=0.7)
+        told = Estimator(found.arm).run(seen.stamps, seen.readings, seen.command[:, np.newaxis])
+        held.append(np.abs(told.torque[:, 0] - seen.reference)
+                    < NORMAL_90 * told.torque_deviation[:, 0])
+    assert 0.8 < np.concatenate(held).mean() < 0.97
+    assert min(one.mean() for one in held) > 0.8
 
 
 def scattered(one: Measured) -> Measured:

@@ -66,6 +66,19 @@ def test_what_no_law_tells_is_in_every_interval_and_teaches_little():
     assert 0.0 < little < 0.7 * much
 
 
+@pytest.mark.parametrize('settings', [ALONE, EstimatorSettings()])
+def test_a_factor_of_all_deviations_changes_no_torque(settings):
+    seen = recorded()
+    known = replace(ARM, tolerances=replace(ARM.tolerances, torsion_zero=0.0))
+    surer = replace(known, joints=tuple(replace(joint, deviation_factor=0.5)
+                                        for joint in ARM.joints))
+    plain, sure = (estimates(seen, settings, arm) for arm in (known, surer))
+    assert (sure.torque == plain.torque).all()
+    share = sure.torque_deviation / plain.torque_deviation
+    assert (share > 0.5 - 1e-9).all()           # what both ways contradict has no share in it
+    assert np.median(share) < 0.6 and (share < 1.0 + 1e-9).all()
+
+
 def test_a_motor_is_weighed_by_what_no_law_tells_of_it():
     seen = recorded()
     coarse = replace(ARM, joints=tuple(replace(

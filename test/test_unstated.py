@@ -42,8 +42,9 @@ def test_a_gear_that_is_not_stated_is_said_once_for_each_joint(said, tmp_path):
 
 
 @pytest.mark.parametrize(('torsion', 'stiffness', 'damping'), [
-    ('', 1.0, 1.0), (', torsion: {damping: 2.0}', 1.0, 0.1), (', torsion: {flexspline_stiffness: '
-     '2.0e+4}', 0.01, 1.0), (', tolerances: {stiffness: 0.4}', 0.4, 1.0)])
+    ('', 1.0, 1.0), (', torsion: {damping: 2.0}', 1.0, 0.1),
+    (', torsion: {flexspline_stiffness: 2.0e+4}', 0.01, 1.0),
+    (', tolerances: {stiffness: 0.4}', 0.4, 1.0)])
 def test_class_defaults_have_wide_tolerances(torsion, stiffness, damping):
     other = 'torsion: {flexspline_stiffness: 2.0e+4, damping: 0.0}'
     arm = arm_from_text(f'joints: [{{name: a, ratio: 50{torsion}}}, {{name: b, ratio: 50, {other}'

@@ -12,7 +12,8 @@ _OF_TORSION = ('flexspline_stiffness', 'flexspline_curvature', 'wave_generator_s
                'wave_generator_curvature', 'damping', 'valid_torque')
 _INFINITE = float('inf')
 # Choices unless told otherwise.
-_UNKNOWN = 1.0          # one sigma of a stiffness that nobody stated: sizes 14 to 40 differ 28-fold
+# (source: K1 of the catalogue's sizes 14 to 40, from 4.7 to 130 kN*m/rad at ratios from 80 on)
+_UNKNOWN = 1.0          # one sigma of a stiffness and a damping that nobody stated, relative
 _STIFFNESS = 'flexspline_stiffness'
 _SURE = f'known to {100.0 * _UNKNOWN:g} %'
 CLASS_DEFAULT = 'class default'

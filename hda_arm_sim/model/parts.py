@@ -70,6 +70,8 @@ class Joint(Declared):
     motor_deviation: float = parameter(
         0.0, 'N*m', 0.0, 1e3,
         'of true torques from all that is known of the motor, one sigma, output side')
+    deviation_factor: float = parameter(
+        1.0, '', 0.1, 10.0, 'deviations of true torques over those that all the others make')
 
     @property
     def skew(self) -> float:

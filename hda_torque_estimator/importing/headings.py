@@ -37,7 +37,8 @@ UNITS: dict[Kind, dict[str, tuple[str, ...]]] = {
     'torque': {'mN*m': ('m nm', 'mnm', 'm n m'), 'N*m': ('nm', 'n m')},
     'current': {'mA': ('m a', 'ma', 'milliamps'), 'A': ('a', 'amp', 'amps', 'ampere')},
     'time': {'ms': ('ms', 'msec', 'milliseconds'), 'us': ('us', 'usec', 'microseconds'),
-             'ns': ('ns', 'nsec', 'nsecs', 'nanosec', 'nanoseconds'), 's': ('s', 'sec', 'secs', 'seconds')}}
+             'ns': ('ns', 'nsec', 'nsecs', 'nanosec', 'nanoseconds'),
+             's': ('s', 'sec', 'secs', 'seconds')}}
 """How each unit of a column map is spelled at the end of a name, in words."""
 
 

@@ -12,8 +12,10 @@ from typing import NamedTuple
 from hda_arm_sim.model.arm import Arm
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import t
 
 from .arm_numbers import Number, rest
+from .witness import FEWEST_BLOCKS
 from .witness_fit import Heard
 from ..passages.joint_recording import Measured
 from ...estimating.estimator import Estimator, EstimatorSettings
@@ -23,6 +25,7 @@ from ...samples.readings import by_motor
 from ...significance import NORMAL_90
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 # Choices unless told otherwise.
 # Factors of the deviations of torsion and motor that are tried.
 WEIGHTS = ((1.0, 1.0), (3.0, 1.0), (1.0, 3.0), (30.0, 1.0), (1.0, 30.0))
@@ -30,10 +33,12 @@ BETTER = 0.97           # of the error with the deviations as they are, below wh
 # (asked: both ways together err by 1.05 times the better one at most)
 ALONE = 1.0 / 1.05      # the same where one way alone would tell the torque
 LEADS = 10.0            # factor from which one way alone tells the torque
-WIDER = 3.0             # factor by which deviations may be too small, or too large
+WIDER = 3.0             # factor by which all deviations may be too small, or too large
 FARTHEST = 1e3          # deviation that an arm file takes, and no torque needs more [N*m]
 LEAST = 1e-9            # deviation that anything may be over [N*m]
-NAMES = ('torsion.deviation', 'motor_deviation')
+NAMES, FACTOR = ('torsion.deviation', 'motor_deviation'), 'deviation_factor'
+FEWEST = 2.0            # degrees of freedom of a size, of which a piece has stretches
+ROUNDS = 2              # in which a factor is found
 
 
 class Witnesses(NamedTuple):
@@ -76,12 +81,7 @@ class Told(NamedTuple):
     error: Floats                   # [N*m]
     deviation: Floats               # [N*m]
     about: Floats                   # the error about the mean of its recording [N*m]
-
-    @property
-    def too_sure(self) -> float:
-        """Return by which factor deviations are too small for nine in ten to hold."""
-        size = np.abs(self.error) / np.maximum(self.deviation, LEAST)
-        return float(np.clip(np.quantile(size, 0.9) / NORMAL_90, 1.0 / WIDER, WIDER))
+    piece: Ints                     # which samples no fit has seen together
 
 
 def examined(arm: Arm, witnesses: Witnesses, recordings: Sequence[Measured],
@@ -90,22 +90,41 @@ def examined(arm: Arm, witnesses: Witnesses, recordings: Sequence[Measured],
     Return the weights with which the estimator errs least on what no fit has seen.
 
     `arm` is one joint with the numbers of all recordings. `deviations` [N*m] are those of
-    `torsion.deviation` and `motor_deviation`, as far as there are such witnesses. In the end both
-    are as large as nine in ten torques ask for, but never less where that makes torques worse.
+    `torsion.deviation` and `motor_deviation`, as far as there are such witnesses. In the end all
+    deviations of the torque have the factor that nine in ten torques ask for.
     """
-    def told(weights: tuple[float, float]) -> Told:
-        return left_out(_weighed(arm, deviations, weights), witnesses, recordings)
+    def told(weights: tuple[float, float], factor: float = 1.0) -> Told:
+        there = entered(arm, arm.labels[0], {FACTOR: factor})
+        return left_out(_weighed(there, deviations, weights), witnesses, recordings)
 
     tried = WEIGHTS if len(deviations) > 1 else WEIGHTS[:1]
     found = {weights: told(weights) for weights in tried}
     best = min(found, key=lambda weights: rms(found[weights].error) / _asked(*weights))
-    sure = (best[0] * found[best].too_sure, best[1] * found[best].too_sure)
-    last = told(sure)
-    if found[best].too_sure < 1.0 and rms(last.error) > rms(found[best].error):
-        sure, last = best, found[best]      # friction that may hold stays as unsure as it is
-    numbers = tuple(rest(min(factor * deviations[name], FARTHEST), len(recordings), name)
-                    for name, factor in zip(NAMES, sure) if name in deviations)
-    return Examined(rms(last.error), rms(last.about), numbers, _leader(*best))
+    factor, last = 1.0, found[best]
+    for _ in range(ROUNDS):             # what the witnesses contradict has no share in it
+        factor = float(np.clip(factor * too_sure(last, len(recordings)), 1.0 / WIDER, WIDER))
+        last = told(best, factor)
+    numbers = tuple(rest(min(each * deviations[name], FARTHEST), len(recordings), name)
+                    for name, each in zip(NAMES, best) if name in deviations)
+    return Examined(rms(last.error), rms(last.about),
+                    (*numbers, rest(factor, len(recordings), FACTOR)), _leader(*best))
+
+
+def too_sure(told: Told, recordings: int) -> float:
+    """
+    Return by which factor deviations are too small for nine in ten to hold.
+
+    Pieces err by sizes of their own. The more these differ, the less do few of them tell of
+    others. Satterthwaite gives their squares degrees of freedom, and these Student's t. Fifths of
+    one recording do not show how others differ. There each of its fewest stretches counts once.
+    """
+    size = np.abs(told.error) / np.maximum(told.deviation, LEAST)
+    squares = np.array([np.mean(size[told.piece == one] ** 2) for one in np.unique(told.piece)])
+    freedom = FEWEST_BLOCKS - 1.0
+    if len(squares) > 1 and recordings > 1:
+        varies = np.var(squares, ddof=1) / max(float(np.mean(squares)) ** 2, LEAST)
+        freedom = max(2.0 * len(squares) / max(varies, LEAST), FEWEST)
+    return float(np.quantile(size, 0.9) / NORMAL_90 * t.ppf(0.95, freedom) / NORMAL_90)
 
 
 def _weighed(arm: Arm, deviations: Mapping[str, float], weights: tuple[float, float]) -> Arm:
@@ -144,7 +163,9 @@ def as_given(arm: Arm, recordings: Sequence[Measured], lag: float, *,
 
 
 def _joined(parts: Sequence[Told]) -> Told:
-    return Told(*map(np.concatenate, zip(*parts)))
+    whole = Told(*map(np.concatenate, zip(*parts)))
+    return whole._replace(piece=np.repeat(np.arange(len(parts)),
+                                          [len(part.error) for part in parts]))
 
 
 def _told(arm: Arm, recording: Measured, rows: slice, lag: float,
@@ -161,4 +182,5 @@ def _told(arm: Arm, recording: Measured, rows: slice, lag: float,
         known &= np.isfinite(recording.command[rows])
     error = error[known]
     mean = float(error.mean()) if len(error) else 0.0
-    return Told(error, told.torque_deviation[rows, 0][known], error - mean)
+    return Told(error, told.torque_deviation[rows, 0][known], error - mean,
+                np.zeros(len(error), np.int64))

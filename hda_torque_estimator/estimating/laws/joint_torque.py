@@ -17,10 +17,10 @@ import numpy as np
 from .compiled_settings import CompiledSettings
 from .fusion import close_half, gather
 from .fusion_memory import (effect_variance, errors_apart, EXCESS, falls_back, follow_apart,
-                            MOTOR_ALONE, SLOW_APART, SLOW_TIME, UNEXPLAINED)
+                            gained, MOTOR_ALONE, SLOW_APART, SLOW_TIME, UNEXPLAINED)
 from .motor_witness import (bound, first_bound, follow_scatter, has_friction, hear, Heard, Motor,
                             Own, own_variance, Seen, tell)
-from .route_errors import ERRORS, torque_effects, TORSION_ERRORS
+from .route_errors import ERRORS, torque_effects, TORSION_ERRORS, ZERO
 from .torsion_scatter import follow_twist
 from .torsion_torque import reading_deviation, torque_aside, torque_through_gear
 from .witnesses import beyond, Bound, FAINT, is_near, share_of_second, Spring, tangent, within
@@ -83,7 +83,8 @@ def joint_torque(joint: Record, settings: CompiledSettings, memory: Array, seen:
             far = beyond(first, held) ** 2 + (_held(joint, torque) - held) ** 2
             if single + now > (first.slack + first.doubt) ** 2:     # the motor knows more
                 held = first.middle
-        return Told(held, np.sqrt(single + now + far), _share(single + now, single + before))
+        sure = _as_found(joint, memory, effect, single + now)
+        return Told(held, np.sqrt(sure + far), _share(single + now, single + before))
     motor = tell(joint, memory, heard, settings.window, effect)
     scatter = follow_twist(memory, seen.elastic + seen.learnt, motor.moving, heard.dt)
     random = reading_deviation(joint, torque, seen.gain, scatter)[1]
@@ -180,12 +181,25 @@ def _weighed(joint: Record, memory: Array, effect: Array, motor: Motor, allowed:
     before = _squares(effect, 0, TORSION_ERRORS) + _whole(seen.own)
     effect[:TORSION_ERRORS] *= 1.0 - weight
     effect[TORSION_ERRORS:] *= -weight
-    now = (effect_variance(memory, effect, ERRORS if weight > 0.0 else TORSION_ERRORS)[0]
-           + _varies(seen.own, 1.0 - weight, 1.0 - quick, left)
-           + _varies(seen.other, weight, quick, 1.0)
+    usual = (effect_variance(memory, effect, ERRORS if weight > 0.0 else TORSION_ERRORS)[0]
+             + _varies(seen.own, 1.0 - weight, 1.0 - quick, left)
+             + _varies(seen.other, weight, quick, 1.0))
+    now = (_as_found(joint, memory, effect, usual)
            + max(weight, 1.0 - weight) ** 2 * memory[UNEXPLAINED]
            + (_held(joint, torque) - held) ** 2 + beyond(allowed, held) ** 2)
-    return Told(held, np.sqrt(now), _share(now, before))
+    return Told(held, np.sqrt(now), _share(now, joint.deviation_factor ** 2 * before))
+
+
+@inlined
+def _as_found(joint: Record, memory: Array, effect: Array, usual: float) -> float:
+    """
+    Return a variance with the factor that left-out recordings asked for, (eq:sigma-torque).
+
+    Of what a zero adds nothing is taken: how far it moves, few recordings tell.
+    """
+    found = joint.deviation_factor ** 2
+    zero = effect[ZERO] ** 2 * max(1.0 + gained(memory)[ZERO, ZERO], 0.0)
+    return found * usual + max(1.0 - found, 0.0) * min(zero, usual)
 
 
 @inlined
