@@ -1,5 +1,6 @@
 """Files as other people's programs write them give the columns that they mean."""
 
+import gzip
 import json
 from pathlib import Path
 
@@ -55,6 +56,22 @@ def test_a_line_of_units_joins_the_names(name, tmp_path):
 @pytest.mark.parametrize('name', ['log.csv', 'log.txt'])
 def test_columns_without_names_are_numbered(name, tmp_path):
     same(saved(tmp_path / name, '0,10\n0.5,20\n'), column_1=[0, 0.5], column_2=[10, 20])
+
+
+@pytest.mark.parametrize('name', ['log.csv', 'log.csv.gz', 'log.txt'])
+def test_a_last_row_that_is_cut_off_is_left_out(name, tmp_path):
+    text = b't,a,b\n0,1.5,3\n1,2.5,4\n2,3.'
+    (tmp_path / name).write_bytes(gzip.compress(text) if name.endswith('.gz') else text)
+    same(read_table(tmp_path / name), t=[0, 1], a=[1.5, 2.5], b=[3, 4])
+
+
+@pytest.mark.parametrize(('text', 'said'), [
+    ('t,a\n0,1\n1\n2,3\n', 'line 3 has 1 columns, not 2'),
+    ('t,a\n0,1\n1,2,3', 'line 3 has 3 columns, not 2'),
+    ('t,a\n0,1\n1\n2,3\n4', 'Expected 2 columns, got 1')])
+def test_a_row_of_another_length_is_no_cut(text, said, tmp_path):
+    with pytest.raises(TableError, match=said):
+        saved(tmp_path / 'log.csv', text)
 
 
 def test_a_text_among_numbers_does_not_move_the_names(tmp_path):

@@ -76,7 +76,11 @@ def _read_csv(path: Path) -> Columns:
     with opened(path, 'rt', encoding='utf-8-sig', newline='') as stream:
         head = list(islice(iter(lambda: stream.readline(LONGEST_LINE), ''), HEAD))
     _check_lengths(head)
-    return _arrow_table(path, form_of(head))
+    form = form_of(head)
+    try:
+        return _arrow_table(path, form)
+    except pa.ArrowInvalid:             # perhaps a logger was killed while it wrote
+        return _arrow_table(path, form, last_cut_off=True)
 
 
 def _read_text(path: Path) -> Columns:
@@ -97,17 +101,30 @@ def _check_lengths(lines: Sequence[str]) -> None:
             raise TableError(f'its line {number} has {LONGEST_LINE} characters or more')
 
 
-def _arrow_table(source: Path | pa.BufferReader, form: Form) -> Columns:
-    """Return the columns below the names that were found in a text."""
+def _arrow_table(source: Path | pa.BufferReader, form: Form, *,
+                 last_cut_off: bool = False) -> Columns:
+    """Return the columns below the names that were found in a text, or all but a last row."""
     names = _bounded(form.names)
     if twice := sorted(name for name, count in Counter(names).items() if count > 1):
         raise TableError(f'more than one column has the name {twice[0]!r}')
     if not names:
         raise TableError('it has no columns')
-    return _arrow_columns(pyarrow.csv.read_csv(
-        source, pyarrow.csv.ReadOptions(column_names=names, skip_rows=form.skipped),
-        pyarrow.csv.ParseOptions(delimiter=form.mark),
-        pyarrow.csv.ConvertOptions(decimal_point=form.decimal_point)))
+    short: list[pyarrow.csv.InvalidRow] = []
+
+    def left_out(row: pyarrow.csv.InvalidRow) -> str:
+        short.append(row)
+        return 'skip' if last_cut_off and len(short) == 1 else 'error'
+
+    table = pyarrow.csv.read_csv(
+        source, pyarrow.csv.ReadOptions(column_names=names, skip_rows=form.skipped,
+                                        use_threads=not last_cut_off),   # threads know no numbers
+        pyarrow.csv.ParseOptions(delimiter=form.mark, invalid_row_handler=left_out),
+        pyarrow.csv.ConvertOptions(decimal_point=form.decimal_point))
+    if short and (short[0].number != form.skipped + table.num_rows + 1
+                  or short[0].actual_columns > len(names)):
+        raise TableError(f'its line {short[0].number} has {short[0].actual_columns} columns, not '
+                         f'{len(names)}')
+    return _arrow_columns(table)
 
 
 def _read_json_lines(path: Path) -> Columns:
