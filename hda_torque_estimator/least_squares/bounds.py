@@ -1,6 +1,6 @@
 """What numbers an arm file takes: their declarations by name, and numbers put into an arm."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -44,7 +44,7 @@ class Placing:
     def __init__(self, arm: Arm) -> None:
         """Begin with an arm."""
         self._given = arm
-        self.joints = {joint.label: joint for joint in arm.joints}
+        self._joints = {joint.label: joint for joint in arm.joints}
         self._effects = {(one.effect.name, one.joint): one for one in arm.effects}
 
     def place(self, effect: Effect, label: str | None) -> None:
@@ -53,6 +53,10 @@ class Placing:
         self._effects.pop(place, None)
         self._effects[place] = Placed(effect, label)
 
+    def alter(self, label: str, change: Callable[[Joint], Joint]) -> None:
+        """Put what becomes of a joint in its place."""
+        self._joints[label] = change(self._joints[label])
+
     def enter(self, label: str, numbers: Mapping[str, float]) -> None:
         """Put numbers such as `torsion.knee_1` in the place of those of a joint."""
         fields: dict[str, dict[str, Any]] = {}
@@ -60,7 +64,7 @@ class Placing:
             owner, _, field = name.rpartition('.')
             fields.setdefault(owner, {})[field] = value
         self._given.joint(label)                # raises ArmError where there is none
-        joint = self.joints[label]
+        joint = self._joints[label]
         own = fields.pop('', {})
         parts = {owner: replace(getattr(joint, owner), **fields.pop(owner))
                  for owner in PARTS if owner in fields}
@@ -69,11 +73,11 @@ class Placing:
             self.place(replace(placed.effect if placed else joint.nominal(effect_named(owner)),
                                **values), label)
         if own or parts:
-            self.joints[label] = replace(joint, **own, **parts)
+            self._joints[label] = replace(joint, **own, **parts)
 
     def arm(self) -> Arm:
         """Return the arm as it stands now; raises ArmError for one that cannot be."""
-        return replace(self._given, joints=tuple(self.joints.values()),
+        return replace(self._given, joints=tuple(self._joints.values()),
                        effects=tuple(self._effects.values()))
 
 

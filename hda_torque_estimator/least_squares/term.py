@@ -164,7 +164,7 @@ def with_terms(arm: Arm, terms: Iterable[Any]) -> Arm:
         elif isinstance(term, Term):
             numbers.setdefault(str(term.joint), {}).update(term.numbers())
         elif isinstance(term, OfJoint):
-            made.joints[term.joint] = term.on_joint(made.joints[term.joint])
+            made.alter(term.joint, term.on_joint)
         else:
             others.append(term)
     for label, found in numbers.items():

@@ -63,8 +63,8 @@ def noise_of(balancer: Balancer, arm: Arm, twin: Measurement | None = None, *,
     """
     Return the standard deviation (c,) of each balance that noise leaves, and readings alone.
 
-    A `twin` that was made of this arm and these readings before need not be made again, and of
-    the last few arms all is known.
+    A `twin` that was made of this arm and these readings before need not be made again. Of the
+    last few arms all is known.
 
     The second is what the noise of the measured readings makes of the balances: they are made
     again with as much more of it [N*m]. Rounding of slow readings is not white, and a simulated
