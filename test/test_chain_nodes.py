@@ -37,7 +37,7 @@ def test_three_nodes_move_seven_joints_and_stop_without_samples(tmp_path):
         torques, heard = watcher.hear(JOINT_TORQUES), watcher.hear(DIAGNOSTICS)
         described = watcher.hear(ROBOT_DESCRIPTION)
         target = watcher.send(JOINT_REFERENCE, 1)
-        watcher.until(lambda: states and described, 'states and the description')
+        watcher.until(lambda: states and described and torques, 'what the nodes say')
         watcher.until(lambda: watcher.call(SetBool, 'jtf_controller/enable', data=True).success,
                       'samples and torques')
         wanted = np.array(home_of(COBOT)) + 0.1
