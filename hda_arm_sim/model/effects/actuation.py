@@ -88,8 +88,9 @@ class TorqueRipple(Effect):
     place: ClassVar[Place] = TURN
     acts: ClassVar[tuple[str, ...]] = ('amplitude_2', 'amplitude_4')
     law = staticmethod(ripple_torque)
+    # (source: ripples that grow with the torque, or of several orders)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        varies=('joint_torque', 'motor_torque', 'motor_angle'),
+        varies=('joint_torque', 'load_sense', 'motor_torque', 'motor_angle'), reach=0.3,
         waves={**wave(2, 0.005), **wave(4, 0.005)}, alike=('motor_cogging', 'kinematic_error'),
         experiment='the same slow speed at two loads')
     typical: ClassVar[Typical | None] = Typical(
@@ -118,8 +119,9 @@ class MotorCogging(Effect):
     place: ClassVar[Place] = TURN
     acts: ClassVar[tuple[str, ...]] = ('amplitude',)
     law = staticmethod(cogging_torque)
+    # (source: a second order of half of the first)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        varies=('motor_angle', 'motor_waves'),
+        varies=('motor_angle', 'motor_waves'), reach=0.3,
         waves={('amplitude', 'phase'): 0.005},
         grid={'order': (1.0, 6.0, 7.0, 8.0, 12.0, 14.0, 21.0, 24.0, 28.0, 42.0)},
         stands={'order': 14.0},
@@ -145,7 +147,7 @@ class TorqueConstantError(Effect):
     place: ClassVar[Place] = SHAFT
     law = staticmethod(scaled_torque)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        varies=('joint_torque', 'time'),
+        varies=('joint_torque', 'load_sense', 'time'),
         free={'error': 0.02}, alike=('link_inertia_error', 'stiffness_error'), scales=True,
         experiment=SCALE)
     typical: ClassVar[Typical | None] = Typical({'error': 0.06})
@@ -194,9 +196,11 @@ class CurrentLoopLag(Effect):
     place: ClassVar[Place] = CURRENT_LOOP
     acts: ClassVar[tuple[str, ...]] = ('time_constant',)
     law = staticmethod(lagging_torque)
-    # (measured: above 30 Hz the noise that the command repeats spoke for a delay in any case)
+    # (measured: above 30 Hz the noise that the command repeats spoke for a delay in any case;
+    # source of its reach: lags of second order)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        varies=('rate',), free={'time_constant': 0.001}, grid={'time_constant': (0.001, 0.004)},
+        varies=('rate',), reach=0.3, free={'time_constant': 0.001},
+        grid={'time_constant': (0.001, 0.004)},
         alike=('command_delay',), form_error=0.02, form=NO_OTHER_FORM, form_share=0.002,
         clear=4.0, below=30.0, experiment='a small multi-sine from 1 to 60 Hz')
     typical: ClassVar[Typical | None] = Typical({}, {'time_constant': 0.004})

@@ -93,8 +93,9 @@ class ExternalContact(Effect):
     scope: ClassVar[Scope] = Scope.ARM
     law = staticmethod(contact_force)
     law_chain = staticmethod(contact_in_space)
+    # (source: pushes have any course, and may be several)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        varies=('time',),
+        varies=('time',), reach=0.3,
         free={'force': 1.0, 'direction': 0.02, 'onset': 0.01, 'duration': 0.01},
         in_space={'elevation': 0.02},
         alike=('payload',), form_share=0.08, form_error=0.03, passing=True,

@@ -186,8 +186,9 @@ class StribeckFriction(Effect):
     place: ClassVar[Place] = BREAKAWAY
     acts: ClassVar[tuple[str, ...]] = ('excess',)
     law = staticmethod(stribeck_budget)
+    # (source: half as strong again one way)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        varies=('motor_velocity', 'sense', 'joint_torque'),
+        varies=('motor_velocity', 'sense', 'joint_torque', 'load_sense'), reach=0.3,
         free={'excess': 0.01, 'speed': 1.0}, grid={'speed': (3.0, 10.0, 25.0)},
         alike=('coulomb_friction', 'presliding_friction', 'motor_cogging'), form_error=0.02,
         experiment=SLOW)
@@ -238,8 +239,9 @@ class AsymmetricFriction(Effect):
     place: ClassVar[Place] = DRY_LEVEL
     acts: ClassVar[tuple[str, ...]] = ('asymmetry',)
     law = staticmethod(asymmetric_budget)
+    # (source: drags that differ with the direction as well)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        varies=('motor_velocity', 'time'),
+        varies=('motor_velocity', 'time'), reach=0.3,
         free={'asymmetry': 0.1}, alike=('drive_offset',), twin='drive_offset',
         experiment='a dwell at zero command, and a return run')
     typical: ClassVar[Typical | None] = Typical({'asymmetry': 0.2})
@@ -262,8 +264,9 @@ class LoadDependentFriction(Effect):
     place: ClassVar[Place] = MESH
     acts: ClassVar[tuple[str, ...]] = ('coefficient',)
     law = staticmethod(load_budget)
+    # (source: a square of the load instead of its size)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        varies=('joint_torque',),
+        varies=('joint_torque', 'load_sense'), reach=0.3,
         free={'coefficient': 0.1}, alike=('torque_constant_error',),
         experiment='both directions under both signs of load')
     typical: ClassVar[Typical | None] = Typical({'coefficient': 0.15})
@@ -311,8 +314,9 @@ class PositionDependentFriction(Effect):
     place: ClassVar[Place] = DRY_LEVEL
     acts: ClassVar[tuple[str, ...]] = ('amplitude',)
     law = staticmethod(position_budget)
+    # (source: a second order of up to 0.6 of the first)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        varies=('link_waves',),
+        varies=('link_waves',), reach=0.3,
         waves={('amplitude', 'phase'): 0.1}, grid={'order': (1.0, 2.0, 3.0, 4.0, 6.0)},
         stands={'order': 2.0},
         alike=('asymmetric_friction',), experiment='a slow full turn of the link both ways')

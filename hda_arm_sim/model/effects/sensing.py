@@ -138,8 +138,9 @@ class MotorEncoderEccentricity(Effect):
     acts: ClassVar[tuple[str, ...]] = ('amplitude',)
     law = staticmethod(motor_runout)
     law_slope = staticmethod(motor_runout_slope)
+    # (source: a second order of half of the first)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        varies=('motor_waves',), waves={('amplitude', 'phase'): 0.002},
+        varies=('motor_waves',), reach=0.3, waves={('amplitude', 'phase'): 0.002},
         alike=('kinematic_error',),
         experiment='constant speed off the resonance at two loads')
     typical: ClassVar[Typical | None] = Typical({'amplitude': 0.01}, {'phase': 0.5})

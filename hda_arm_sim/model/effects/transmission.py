@@ -127,8 +127,9 @@ class KinematicError(Effect):
         'amplitude_d')
     law = staticmethod(transmission_error)
     law_slope = staticmethod(transmission_slope)
+    # (source: further orders of half of the first)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        varies=('motor_angle',),
+        varies=('motor_angle',), reach=0.3,
         waves={**wave(1, 2e-05), **wave(2, 2e-05), **wave(4, 2e-05)},
         alike=('motor_encoder_eccentricity', 'torque_ripple'),
         experiment='constant speed off the resonance at two loads')

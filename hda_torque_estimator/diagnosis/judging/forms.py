@@ -4,17 +4,18 @@ Other forms of a law: what a cause does, changed smoothly along the coordinates 
 Books write one cause by several laws. Dry friction sets in at once or over some speed, is stronger
 one way, or falls with time. Each is the law of the catalogue times a factor near one. The factor
 is a smooth curve of what published laws differ in (eq:forms), declared beside the law
-(`Hypothesis.varies`). A wave may have a harmonic as well. Coefficients have a prior; a form that
-is far from the law is another law. Laws of the torsion have none: each is a curve of the torque,
-and would be all of the others.
+(`Hypothesis.varies`). It is as fine as the cause has power along that coordinate (eq:curves), so
+no coordinate needs a scale. A wave may have a harmonic as well. Coefficients have a prior; a form
+that is farther from the law than published ones (`Hypothesis.reach`) is another law.
 """
 
-from collections.abc import Iterator, Mapping, MutableMapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.model.effects.effect import Effect
 import numpy as np
 
 from .nameless import SLOW
@@ -26,23 +27,26 @@ from ..fitting.solve import Columns, condense, Solution, solve
 from ...least_squares.term import Term
 
 # Choices unless told otherwise.
-# (source: the laws of forms.py of the hidden truth are within 0.6 of those of the catalogue)
-SPREAD = 0.25           # deviation of each coefficient: a share of what the cause does
-FARTHEST = 0.25         # share of a cause's power beyond which a form is another law
 _APART = 0.05           # of a form, that is its own beside those before it
-_ACTS = 3.0             # deviations of its power over time within which a cause acts
 _ORDERS = (1, 2, 4)     # waves per motor turn by which a cause that is a wave is changed
 RATE_OF = 'rate'        # of what a cause does: laws of a drive differ by its time behaviour
-# Of a wave along a coordinate: it may have a harmonic, where the motion has seen a whole wave.
+# Of a wave along a coordinate: it may have a harmonic where the motion has seen a whole wave,
+# and else any course.
 WAVES = {'motor_waves': 'motor_angle', 'link_waves': 'link_angle'}
+_SIGNED = ('time', 'link_angle')     # coordinates that laws follow with their sign
+_PHASES = (0.0, 0.5 * np.pi)    # of a wave, that make one of any phase [rad]
+_SLOW = 0.1             # waves per turn that are none, of a law of waves
+_CURVES = 3             # smooth curves along a coordinate (choice)
+_DIFFERENCES = (0.75, -0.15, 1.0 / 60.0)    # of neighbours by 1, 2, 3 samples: a rate
+_NEARER, _SHORTER = 0.6, 20     # of a spread, and how often, until a form is within its reach
 _AT_REST = 1e-300       # rms of a coordinate along which nothing moved
 
 
 class _Forms(NamedTuple):
     """What all causes of a fit do, and their other forms, condensed with its columns."""
 
+    made: tuple[Array, ...]     # (m, c, p) of each cause
     columns: Columns            # those of the forms first
-    counts: tuple[int, ...]     # of the forms of each cause
     powers: Array               # (causes, c) of what each does [N^2*m^2]
 
 
@@ -50,12 +54,13 @@ class _Forms(NamedTuple):
 _KNOWN: MutableMapping[Fitter, MutableMapping[Fit, _Forms]] = WeakKeyDictionary()
 
 
-def reformed(fitter: Fitter, fit: Fit) -> Fit:
-    """Return a fit whose causes have the form that fits best, itself where that is another law."""
-    found, cost = _solved(fitter, fit, fit.accepted)
+def reformed(fitter: Fitter, fit: Fit, causes: Sequence[Term] | None = None) -> Fit:
+    """Return a fit whose `causes`, or all, have the forms that fit best; itself if none pays."""
+    chosen = fit.accepted if causes is None else causes
+    found, cost = _solved(fitter, fit, chosen)
     if found is None or cost > fit.score:
         return fit
-    own = _all_forms(fitter, fit, _lacking(fitter, fit))
+    own = [made for term, made in zip(fit.accepted, _known(fitter, fit).made) if term in chosen]
     columns = np.concatenate([*own, fit.columns], axis=2)
     return replace(fit, balance=Balance(fit.balance.residual + columns @ found.step,
                                         fit.balance.valid),
@@ -87,7 +92,8 @@ def _known(fitter: Fitter, fit: Fit) -> _Forms:
 
 def _solved(fitter: Fitter, fit: Fit, causes: Sequence[Term]) -> tuple[Solution | None, float]:
     """Return a fit with some causes in the forms that fit best, and its score with their cost."""
-    condensed, counts, _ = _known(fitter, fit)
+    made, condensed, _ = _known(fitter, fit)
+    counts = [part.shape[2] for part in made]
     chosen = np.repeat([term in causes for term in fit.accepted], counts)
     count = int(chosen.sum())
     if not count:
@@ -95,40 +101,56 @@ def _solved(fitter: Fitter, fit: Fit, causes: Sequence[Term]) -> tuple[Solution 
     kept = np.flatnonzero(np.concatenate([chosen, np.ones(fit.columns.shape[2], bool)]))
     condensed = condensed._replace(products=condensed.products[:, kept[:, None], kept],
                                    against=condensed.against[:, kept])
-    found = solve(condensed, fitter.noise, fitter.effective,
-                  np.concatenate([np.zeros(count), fitter.away(fit.terms)]),
-                  np.concatenate([np.full(count, SPREAD), fit.deviations]))
-    owner = np.repeat(np.arange(len(counts)), counts)[chosen]
-    if np.bincount(owner, found.step[:count] ** 2).max() > FARTHEST:
-        return None, fit.score
+    found, spread = _within_reach(fitter, fit, condensed,
+                                  np.repeat(np.arange(len(counts)), counts)[chosen])
     gram = np.einsum('c,cpq->pq', fitter.effective / found.variance,
                      condensed.products[:, :count, :count])
-    freedom = float(np.linalg.slogdet(np.eye(count) + SPREAD ** 2 * gram)[1])
+    freedom = float(np.linalg.slogdet(
+        np.eye(count) + spread[:, None] * gram * spread)[1])
     return found, found.score + freedom
+
+
+def _within_reach(fitter: Fitter, fit: Fit, condensed: Columns,
+                  owner: Array) -> tuple[Solution, Array]:
+    """
+    Return the best forms of causes, none of them another law, and the spread (p,) they have.
+
+    `owner` (p,) tells whose each form is. A law that would go farther has less spread.
+    """
+    reach = np.array([HYPOTHESES[term.name].reach for term in fit.accepted])
+    spread = spread_of(reach)[owner]
+    away = np.concatenate([np.zeros(len(owner)), fitter.away(fit.terms)])
+    for _ in range(_SHORTER):
+        found = solve(condensed, fitter.noise, fitter.effective, away,
+                      np.concatenate([spread, fit.deviations]))
+        far = np.bincount(owner, found.step[:len(owner)] ** 2) / reach[:owner.max() + 1]
+        if far.max() <= 1.0:
+            break
+        spread = np.where(far[owner] > 1.0, _NEARER * spread, spread)
+    return found, spread
+
+
+def spread_of(reach: Array) -> Array:
+    """Return the deviation of each coefficient where curves together go as far as a `reach`."""
+    return np.asarray(np.sqrt(reach / _CURVES))
 
 
 def _condensed(fitter: Fitter, fit: Fit) -> _Forms:
     """Return the forms of all causes of a fit, condensed with its columns."""
     valid = fitter.valid(fit.balance)
     lacking = _lacking(fitter, fit)
-    own = _all_forms(fitter, fit, lacking)
+    own = tuple(_forms_of(fitter, fit, *each) for each in zip(fit.accepted, lacking))
     columns = np.concatenate([*own, fit.columns], axis=2)
     count = np.maximum(valid.sum(axis=0), 1)
     does = [((fit.balance.residual - other) ** 2).sum(axis=0, where=valid) / count
             for other in lacking]
-    return _Forms(condense(fit.balance.residual, columns, valid),
-                  tuple(part.shape[2] for part in own),
+    return _Forms(own, condense(fit.balance.residual, columns, valid),
                   np.reshape(does, (len(does), len(fitter.noise))))
 
 
 def _lacking(fitter: Fitter, fit: Fit) -> list[Array]:
     """Return the residuals (m, c) without each cause of a fit in turn."""
     return [fitter.residual(fit.terms_beside(term), fit.slopes.noise) for term in fit.accepted]
-
-
-def _all_forms(fitter: Fitter, fit: Fit, lacking: Sequence[Array]) -> list[Array]:
-    """Return what each cause of a fit does in other forms (m, c, p); `lacking` are without it."""
-    return [_forms_of(fitter, fit, *each) for each in zip(fit.accepted, lacking)]
 
 
 def _forms_of(fitter: Fitter, fit: Fit, term: Term, lacking: Array) -> Array:
@@ -138,11 +160,17 @@ def _forms_of(fitter: Fitter, fit: Fit, term: Term, lacking: Array) -> Array:
     They are orthogonal to the cause and to each other, in units of noise. Residuals `lacking`
     (m, c) are those without it.
     """
-    does = np.where(fitter.valid(fit.balance), fit.balance.residual - lacking, 0.0) / fitter.noise
-    size = float(np.sqrt((does ** 2).sum()))
+    does = (fit.balance.residual - lacking) / fitter.noise
+    valid = fitter.valid(fit.balance)
+    size = float(np.sqrt((does ** 2).sum(where=valid)))
     if size == 0.0 or not HYPOTHESES[term.name].varies:
         return np.zeros((*does.shape, 0))
-    flat = np.stack([shape.ravel() for shape in (
+    level = _level(fitter, fit, term, lacking)
+    if level is not None:       # what is level in a piece of a wave is none of a wave
+        both = float((does * level).sum(where=valid)) ** 2
+        size *= float(np.sqrt(max(1.0 - both / max(
+            size ** 2 * float((level ** 2).sum(where=valid)), _AT_REST), 0.0)))
+    flat = np.stack([np.where(valid, shape, 0.0).ravel() for shape in (
         does, *_otherwise(fitter, fit, term, does, lacking))], axis=1)
     basis, upper = np.linalg.qr(flat / np.maximum(np.sqrt((flat ** 2).sum(axis=0)), _AT_REST))
     apart = np.abs(np.diag(upper))[1:] > _APART
@@ -155,67 +183,88 @@ def _otherwise(fitter: Fitter, fit: Fit, term: Term, does: Array,
     """Yield what other forms of a cause do (m, c), in units of noise; `lacking` is without it."""
     varies = HYPOTHESES[term.name].varies
     if RATE_OF in varies:
-        rate = np.gradient(does, axis=0)
+        rate = _rate(does)
         yield rate
-        yield np.gradient(rate, axis=0)
+        yield _rate(rate)
     coordinates = coordinates_of(fitter.balancer, fitter.on(fit.terms))
     for name in WAVES.keys() & set(varies):
         angle = coordinates[WAVES[name]][:, fitter.arm.labels.index(str(term.joint))]
-        if np.ptp(angle) * term.effect.order >= 2.0 * np.pi:
-            for made in _harmonics(fitter, fit, term):
-                yield (made - lacking) / fitter.noise
-    clock = _clock_of(fitter.balancer.time, does)
-    factors = [list(factors_along(clock, {
-        name: values[:, place] for name, values in coordinates.items()}, varies))
-        for place in range(len(fitter.arm.labels))]
+        level = _level(fitter, fit, term, lacking)
+        if level is None:
+            waves = [replace(term.effect, phase=phase, order=2.0 * term.effect.order)
+                     for phase in _PHASES]
+            yield from _instead(fitter, fit, term, waves, lacking)
+        else:
+            yield from (level * curve[:, None]
+                        for curve in _curves(angle, (level ** 2).sum(axis=1)))
+    power = np.where(fitter.valid(fit.balance), does, 0.0) ** 2
+    count = len(fitter.arm.labels)
+    factors = [list(factors_along(
+        power[:, place] + power[:, count + place],
+        {'time': fitter.balancer.time,
+         **{name: values[:, place] for name, values in coordinates.items()}}, varies))
+        for place in range(count)]
     for each in zip(*factors):
         yield does * np.tile(np.stack(each, axis=1), 2)
 
 
-def _harmonics(fitter: Fitter, fit: Fit, term: Term) -> Iterator[Array]:
-    """Yield what is left (m, c) with twice the waves of a cause in its place, at two phases."""
+def _level(fitter: Fitter, fit: Fit, term: Term, lacking: Array) -> Array | None:
+    """Return what a wave would do as a level (m, c), None where the motion saw a whole wave."""
+    for name in WAVES.keys() & set(HYPOTHESES[term.name].varies):
+        angle = coordinates_of(fitter.balancer, fitter.on(fit.terms))[WAVES[name]][
+            :, fitter.arm.labels.index(str(term.joint))]
+        if np.ptp(angle) * term.effect.order < 2.0 * np.pi:
+            slow = replace(term.effect, phase=_PHASES[1], order=_SLOW)
+            return next(_instead(fitter, fit, term, [slow], lacking))
+    return None
+
+
+def _rate(values: Array) -> Array:
+    """Return by how much columns (m, c) grow in a sample, exact up to half of what they hold."""
+    return np.asarray(sum(share * (np.roll(values, -lag, axis=0) - np.roll(values, lag, axis=0))
+                          for lag, share in enumerate(_DIFFERENCES, 1)))
+
+
+def _instead(fitter: Fitter, fit: Fit, term: Term, effects: Iterable[Effect],
+             lacking: Array) -> Iterator[Array]:
+    """Yield what other numbers of a cause do (m, c), in units of noise."""
     beside = fit.terms_beside(term)
-    for phase in (0.0, 0.5 * np.pi):
-        twice = replace(term.effect, phase=phase, order=2.0 * term.effect.order)
-        yield fitter.residual([replace(term, effect=twice), *beside], fit.slopes.noise)
+    for effect in effects:
+        made = fitter.residual([replace(term, effect=effect), *beside], fit.slopes.noise)
+        yield (made - lacking) / fitter.noise
 
 
-def _clock_of(time: Array, does: Array) -> Array:
-    """Return the time (m,) about the middle of what a cause does (m, c), held where it ends."""
-    power = (does ** 2).sum(axis=1)
-    middle = float(power @ time / power.sum())
-    reach = _ACTS * float(np.sqrt(power @ (time - middle) ** 2 / power.sum()))
-    return np.clip(time - middle, -reach, reach)
-
-
-def factors_along(time: Array, along: Mapping[str, Array],
+def factors_along(power: Array, along: Mapping[str, Array],
                   varies: Sequence[str]) -> Iterator[Array]:
     """
     Yield factors (m,) along the coordinates of a joint on which laws of a cause differ.
 
-    `time` (m,) counts from the middle of what the cause does [s].
+    They vary where the cause has its `power` (m,).
     """
     for name in varies:
         if name == RATE_OF or name in WAVES:
             continue
-        if name == 'time':
-            yield from _powers(time, 2)
-        elif name == 'sense':
+        if name == 'sense':
             yield np.tanh(along['motor_velocity'] / SLOW)
+        elif name == 'load_sense':
+            yield np.tanh(along['joint_torque'] / max(float(np.std(along['joint_torque'])),
+                                                      _AT_REST))
         elif name == 'motor_angle':
             for order in _ORDERS:
                 yield np.sin(order * along['motor_angle'])
                 yield np.cos(order * along['motor_angle'])
-        elif name == 'link_angle':
-            yield from _powers(along[name] - along[name].mean(), 2)
         else:
-            yield from _powers(np.abs(along[name]), 3)
-            if name == 'joint_torque':
-                yield np.tanh(along[name] / max(float(np.std(along[name])), _AT_REST))
+            yield from _curves(along[name] if name in _SIGNED else np.abs(along[name]), power)
 
 
-def _powers(values: Array, most: int) -> Iterator[Array]:
-    """Yield the powers of values (m,) over the largest of them."""
-    scaled = values / max(float(np.abs(values).max()), _AT_REST)
-    for power in range(1, most + 1):
-        yield scaled ** power
+def _curves(values: Array, power: Array) -> Iterator[Array]:
+    """
+    Yield smooth curves (m,) of values, as fine as there is power (m,) along them.
+
+    They are Chebyshev polynomials of the share of the power that smaller values have.
+    """
+    order = np.argsort(values)
+    share = np.empty_like(values)
+    share[order] = np.cumsum(power[order])
+    angle = np.arccos(np.clip(2.0 * share / max(float(power.sum()), _AT_REST) - 1.0, -1.0, 1.0))
+    yield from (np.cos(count * angle) for count in range(1, _CURVES + 1))

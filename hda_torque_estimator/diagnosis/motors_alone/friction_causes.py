@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from .motor_record import Sweep
 from .posterior import Cause, Law
 from ..fitting.hypotheses import HYPOTHESES
-from ..judging.forms import factors_along, SPREAD
+from ..judging.forms import factors_along, spread_of
 
 # Choices unless told otherwise.
 _USUAL = 0.3            # share of a motor's torque that a cause usually has, rms
@@ -189,13 +189,16 @@ def _law(law: FrictionLaw, motion: Along, rows: Rows, torque: float,
     unit = own[:, 0] / size[0]
     known = [unit, *(column[:, 0] / max(float(np.sqrt(np.mean(column ** 2))), _AT_REST)
                      for column in plain)]
-    varies = HYPOTHESES[law.effect.name].varies
+    sought = HYPOTHESES[law.effect.name]
+    power = np.zeros_like(motion.time)
+    power[rows] = unit ** 2
     shapes = [*known, *(unit * factor[rows] for factor in
-                        factors_along(motion.time - motion.time.mean(), motion._asdict(), varies))]
+                        factors_along(power, motion._asdict(), sought.varies))]
     basis, upper = np.linalg.qr(np.stack(shapes, axis=1))
     apart = np.abs(np.diag(upper))[len(known):] > _APART * np.sqrt(len(rows))
     forms = basis[:, len(known):][:, apart] * np.sqrt(len(rows)) * size[0]
-    return Law(own, _USUAL * torque / size, forms, SPREAD)
+    return Law(own, _USUAL * torque / size, forms,
+               float(spread_of(np.asarray(sought.reach))))
 
 
 def nameless(motion: Along, rows: Rows) -> dict[str, Array]:
