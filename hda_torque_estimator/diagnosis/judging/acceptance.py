@@ -11,12 +11,13 @@ must stand out of what is noise then.
 
 from collections.abc import Sequence
 
+from hda_arm_sim.model.effects.hypothesis import Hypothesis
 import numpy as np
 from numpy.typing import NDArray
 
 from .chance import by_chance
 from .fair import fair_score, noise_in
-from .forms import evidence, powers
+from .forms import evidence, powers, reformed
 from .limits import ends_at_limit
 from .nameless import is_worth_a_look
 from .slow import gain_below, power_below
@@ -68,13 +69,17 @@ def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term
     if (np.isfinite(HYPOTHESES[term.name].below) and not fitter.balancer.is_commanded
             and gain_below(fitter, without, extended, _SLOW) < threshold(fitter, term)):
         return False                        # what is quick is of commands that nobody recorded
-    if beside and (evidence(fitter, without) - evidence(fitter, extended, beside)
-                   < threshold(fitter, term)):
-        return False                        # other forms of what is known explain as much
+    form = _form_power(fitter, first, without)
+    if beside:                              # other forms of what is known may explain as much
+        formed = evidence(fitter, without) - evidence(fitter, extended, beside)
+        if formed < threshold(fitter, term):
+            return False
+        improvement = min(improvement, formed)
+        without, extended = reformed(fitter, without), reformed(fitter, extended, beside)
     if improvement > CERTAIN and alone(fitter, term, beside):
         return True
     gain, rest = without.variance - extended.variance, without.variance - fitter.noise ** 2
-    if is_material(fitter, first, without, extended):
+    if _is_material(fitter, form, without, extended):
         return True
     alike = any(term.name in HYPOTHESES[other.name].alike for other in beside
                 if other.joint == term.joint)
@@ -89,13 +94,13 @@ def alone(fitter: Fitter, term: Term, beside: Sequence[Term]) -> bool:
     return not any(own.intersection(fitter.channels_of(other)) for other in beside)
 
 
-def is_material(fitter: Fitter, first: Fit, without: Fit, extended: Fit) -> bool:
+def _is_material(fitter: Fitter, form: Array, without: Fit, extended: Fit) -> bool:
     """
     Tell whether an extended fit explains what is worth a cause beside others in some channel.
 
-    It does at all frequencies, or where arms move: there noise is less, and effects are not.
+    It does at all frequencies, or where arms move: there noise is less, and effects are not. The
+    others may leave the power `form` (c,) as one form of several [N^2*m^2].
     """
-    form = _form_power(fitter, first, without)
     gain = without.variance - extended.variance
     slow = power_below(fitter, without, _SLOW) - power_below(fitter, extended, _SLOW)
     return bool(((gain > np.maximum(_floor(fitter), form))
@@ -104,18 +109,21 @@ def is_material(fitter: Fitter, first: Fit, without: Fit, extended: Fit) -> bool
 
 def material(fitter: Fitter, first: Fit, fit: Fit) -> Array:
     """Return the power (c,) [N^2*m^2] of a slow effect that is worth a cause beside a fit's."""
-    return np.maximum(_slow_floor(fitter), _form_power(fitter, first, fit))
+    return np.maximum(_slow_floor(fitter), _form_power(fitter, first, fit, Hypothesis.form_error))
 
 
-def _form_power(fitter: Fitter, first: Fit, fit: Fit) -> Array:
+def _form_power(fitter: Fitter, first: Fit, fit: Fit, usual: float = 0.0) -> Array:
     """
     Return the power (c,) that causes of a fit may leave as one form of several [N^2*m^2].
 
     It is a share of what each does, and of no more than was wrong at `first`: some may cancel.
+    Those that have other forms leave nothing beside the best of them. Nor do those that leave no
+    more than is `usual`.
     """
     excess = np.maximum(first.variance - fitter.noise ** 2, 0.0)
     left = [HYPOTHESES[term.name].form_error * np.minimum(power, excess)
-            for term, power in zip(fit.accepted, powers(fitter, fit))]
+            for term, power in zip(fit.accepted, powers(fitter, fit))
+            if not HYPOTHESES[term.name].varies and HYPOTHESES[term.name].form_error > usual]
     return np.max([np.zeros_like(excess), *left], axis=0)
 
 
@@ -131,7 +139,8 @@ def _slow_floor(fitter: Fitter) -> Array:
 
 def open_rest(fitter: Fitter, fit: Fit) -> bool:
     """Tell whether more is left than noise, or less that a simple curve tells for certain."""
-    if (fit.variance - fitter.noise ** 2 > _floor(fitter)).any():
+    left = reformed(fitter, fit).variance
+    if (left - fitter.noise ** 2 > _floor(fitter)).any():
         return True
     taken = {channel for term in fit.accepted for channel in fitter.channels_of(term)}
     quiet = [label for label in fitter.arm.labels

@@ -107,7 +107,8 @@ def _extended(fitter: Fitter, names: Sequence[str], found: Found,
               tell: Callable[[str], None]) -> Found:
     """Return what was found with further causes, the best at every step."""
     first, evidence = found.first, found.reasons()
-    fit = _simplified(fitter, found.last, names, evidence)      # it may begin with another law
+    fit = _simplified(fitter, without_unneeded(fitter, first, found.last), names,
+                      evidence)                                 # it may begin with another law
     while open_rest(fitter, fit):
         tell(f'looking for cause {len(fit.accepted) + 1}')
         step = next_cause(fitter, first, fit, names)
