@@ -16,7 +16,7 @@ from hda_arm_sim.model.effects.hypothesis import Hypothesis
 import numpy as np
 from numpy.typing import NDArray
 
-from .forms import reformed
+from .forms import evidence, reformed
 from .nameless import best_curves, Curve
 from .search import Found
 from .steady import steady_shares
@@ -229,13 +229,18 @@ def _least(curve: Curve, term: Term, power: float) -> float:
 
 
 def _shapeless(fitter: Fitter, fit: Fit, lacking: Sequence[Fit]) -> list[Term]:
-    """Return the causes of several numbers without which one curve tells as much."""
+    """
+    Return the causes of several numbers without which one curve tells as much.
+
+    They have their best forms. A curve along an angle tells what a wave along it is.
+    """
     shapeless = []
     for term, without in zip(fit.accepted, lacking):
-        if len(term.free) > 1 and term.joint is not None:
+        if term.size > 1 and term.joint is not None:
             curve = best_curves(fitter, without, (term.joint,))[term.joint]
-            of_law = curve.form in HYPOTHESES[term.name].contains and curve.site in (
-                GEAR, effect_named(term.name).site.value)
-            if curve.score - fit.score < SCORE_BAR and not of_law:
+            is_law = (curve.form in HYPOTHESES[term.name].contains
+                      or bool(term.waves) and 'angle' in curve.form)
+            of_law = is_law and curve.site in (GEAR, effect_named(term.name).site.value)
+            if curve.score - evidence(fitter, fit, [term]) < SCORE_BAR and not of_law:
                 shapeless.append(term)
     return shapeless
