@@ -109,7 +109,7 @@ class WaveGeneratorCompliance(Effect):
     # (measured: fitted rightly it left 0.0003 of its power; ten records were 9 to 20 % off. Of a
     # hyperbolic tangent it left up to 0.012, of a stiffness 0.03 at least)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        varies=('joint_torque',), reach=0.02,
+        varies=('joint_torque',), reach=0.012,
         free={'compliance': 0.1}, least={'compliance': rigid},
         alike=('backlash', 'stiffening_error', 'stiffness_error'), form_power=0.001,
         form_error=0.002, experiment=TORQUE_LOOPS,

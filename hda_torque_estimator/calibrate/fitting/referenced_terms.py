@@ -24,7 +24,8 @@ from ...least_squares.term import Term
 
 # Choices unless told otherwise.
 # References alone leave more to a fit, so what effects declare of joints that nobody has measured
-# counts in part. (measured: with all of it a real joint was off by 0.22 N*m with offset, not 0.10)
+# counts in part. (measured: with all of it, and other orders of cogging beside it, a real joint
+# was off by 0.22 N*m with offset, not 0.10)
 WAVES = 1.0 / 3.0               # share of the waves of a gear
 SKEW = 0.6                      # share of the skew of two encoders
 # One sigma of what no effect declares.
