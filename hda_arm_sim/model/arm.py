@@ -115,10 +115,10 @@ class Arm:
 
     def effect(self, name: str, joint: str | None = None) -> Effect:
         """Return an effect in force: its entry, else the nominal one (raises on bad names)."""
-        if found := self._entries.get((name, joint)):
-            return found
         kind = effect_named(name)
         self._check_place(kind, joint)
+        if found := self._entries.get((name, joint)):
+            return found
         return (self.base if joint is None else self.joint(joint)).nominal(kind)
 
     def with_effect(self, effect: Effect, joint: str | None = None) -> 'Arm':

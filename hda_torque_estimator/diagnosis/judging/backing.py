@@ -232,7 +232,8 @@ def _shapeless(fitter: Fitter, fit: Fit, lacking: Sequence[Fit]) -> list[Term]:
     """
     Return the causes of several numbers without which one curve tells as much.
 
-    They have their best forms. A curve along an angle tells what a wave along it is.
+    They have their best forms. A curve along an angle tells what a wave along it is, and one that
+    tells nothing for certain is no rival of what chance explains.
     """
     shapeless = []
     for term, without in zip(fit.accepted, lacking):
@@ -241,6 +242,7 @@ def _shapeless(fitter: Fitter, fit: Fit, lacking: Sequence[Fit]) -> list[Term]:
             is_law = (curve.form in HYPOTHESES[term.name].contains
                       or bool(term.waves) and 'angle' in curve.form)
             of_law = is_law and curve.site in (GEAR, effect_named(term.name).site.value)
-            if curve.score - evidence(fitter, fit, [term]) < SCORE_BAR and not of_law:
+            tells = curve.improvement > SCORE_BAR and not of_law
+            if tells and curve.score - evidence(fitter, fit, [term]) < SCORE_BAR:
                 shapeless.append(term)
     return shapeless
