@@ -8,8 +8,16 @@ import subprocess
 import sys
 import time
 
+from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.ros.topics import publisher, subscribe
+from hda_msgs_json.bag import open_recording
+from hda_msgs_json.cdr_arrays import encode_joint_rows, encode_wrench_rows
+from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import Topic
+from hda_torque_estimator.estimating.estimate_messages import estimate_samples
+from hda_torque_estimator.estimating.estimator import Estimator
+from hda_torque_estimator.estimating.state_messages import state_samples
+from hda_torque_estimator.samples.readings import motor_commands, readings
 import rclpy
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
@@ -160,3 +168,16 @@ def diagnostics(heard: list[bytes], kind: type) -> dict[str, object]:
     """Return the last status of every node that was heard on /diagnostics."""
     return {status.name: status for message in heard
             for status in deserialize_message(message, kind).status}
+
+
+def holds_the_live_run(bag: Path, arm: Arm, sent: list[bytes]) -> None:
+    """Check that a bag has all that was sent, and that estimates of it are those it recorded."""
+    recording = open_recording(bag)
+    assert recording.raw('/joint_states')[1] == sent
+    samples = recording.joint_states()
+    estimates = Estimator(arm).run(samples.stamps, readings(arm.labels, samples),
+                                   motor_commands(arm.labels, samples))
+    for topic, part in estimate_samples(arm, estimates).items():
+        encode = encode_joint_rows if isinstance(part, JointSamples) else encode_wrench_rows
+        assert recording.raw(topic.name)[1] == [row.tobytes() for row in encode(part)]
+    assert recording.texts('/estimator_state').texts == state_samples(arm, estimates).texts

@@ -5,19 +5,14 @@ import signal
 from diagnostic_msgs.msg import DiagnosticArray
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import home_of, motion_of
-from hda_msgs_json.bag import open_recording
 from hda_msgs_json.cdr import decode_joint_state
-from hda_msgs_json.cdr_arrays import encode_joint_rows, encode_wrench_rows
-from hda_msgs_json.samples import JointSamples
+from hda_msgs_json.cdr_arrays import encode_joint_rows
 from hda_msgs_json.topics import (DIAGNOSTICS, ESTIMATOR_STATE, JOINT_REFERENCE, JOINT_STATES,
                                   JOINT_TORQUES, MOTOR_COMMAND, ROBOT_DESCRIPTION)
-from hda_torque_estimator.estimating.estimate_messages import estimate_samples, estimate_topics
-from hda_torque_estimator.estimating.estimator import Estimator
-from hda_torque_estimator.estimating.state_messages import state_samples
-from hda_torque_estimator.samples.readings import motor_commands, readings
+from hda_torque_estimator.estimating.estimate_messages import estimate_topics
 from hda_torque_estimator.simulating.closed_loop import run
 from hda_torque_estimator.simulating.recorded import joint_samples
-from node_processes import diagnostics, running, watching
+from node_processes import diagnostics, holds_the_live_run, running, watching
 import numpy as np
 import pytest
 from rclpy.serialization import serialize_message
@@ -75,12 +70,4 @@ def test_a_recording_of_seven_joints_gives_the_bits_of_the_live_run(tmp_path):
         for name in ('torque_estimator', 'bag_recorder'):
             nodes[name].send(signal.SIGINT)
             assert nodes[name].wait() == 0
-    recording = open_recording(bag)
-    assert recording.raw('/joint_states')[1] == sent
-    heard = recording.joint_states()
-    estimates = Estimator(COBOT).run(heard.stamps, readings(COBOT.labels, heard),
-                                     motor_commands(COBOT.labels, heard))
-    for topic, part in estimate_samples(COBOT, estimates).items():
-        encode = encode_joint_rows if isinstance(part, JointSamples) else encode_wrench_rows
-        assert recording.raw(topic.name)[1] == [row.tobytes() for row in encode(part)]
-    assert recording.texts('/estimator_state').texts == state_samples(COBOT, estimates).texts
+    holds_the_live_run(bag, COBOT, sent)

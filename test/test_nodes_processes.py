@@ -11,18 +11,14 @@ from diagnostic_msgs.msg import DiagnosticArray
 from hda_arm_sim.model.files import arm_from_text, read_arm
 from hda_msgs_json.bag import open_recording
 from hda_msgs_json.cdr import decode_joint_state, encode_joint_state
-from hda_msgs_json.cdr_arrays import encode_joint_rows, encode_wrench_rows
 from hda_msgs_json.mcap_records import BagError
-from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import (
     DIAGNOSTICS, ESTIMATOR_STATE, JOINT_REFERENCE, JOINT_STATES, JOINT_TORQUES, MOTOR_COMMAND,
     Topic)
-from hda_torque_estimator.estimating.estimate_messages import estimate_samples, estimate_topics
-from hda_torque_estimator.estimating.estimator import Estimator
-from hda_torque_estimator.estimating.state_messages import state_samples
-from hda_torque_estimator.samples.readings import motor_commands, readings
+from hda_torque_estimator.estimating.estimate_messages import estimate_topics
 from moving_arm import moving
-from node_processes import diagnostics, MODULES, running, SETTLE, watching
+from node_processes import (diagnostics, holds_the_live_run, MODULES, running, SETTLE,
+                            watching)
 import numpy as np
 import pytest
 from rclpy.serialization import serialize_message
@@ -86,15 +82,7 @@ def test_estimates_of_a_recording_are_those_of_the_live_run(sent, tmp_path):
         for name in ('torque_estimator', 'bag_recorder'):
             nodes[name].send(signal.SIGINT)
             assert nodes[name].wait() == 0
-    recording = open_recording(bag)
-    assert recording.raw('/joint_states')[1] == sent
-    samples = recording.joint_states()
-    estimates = Estimator(ARM).run(samples.stamps, readings(ARM.labels, samples),
-                                   motor_commands(ARM.labels, samples))
-    for topic, part in estimate_samples(ARM, estimates).items():
-        encode = encode_joint_rows if isinstance(part, JointSamples) else encode_wrench_rows
-        assert recording.raw(topic.name)[1] == [row.tobytes() for row in encode(part)]
-    assert recording.texts('/estimator_state').texts == state_samples(ARM, estimates).texts
+    holds_the_live_run(bag, ARM, sent)
 
 
 def test_what_a_node_sent_arrives_though_it_ends(sent, tmp_path):

@@ -127,8 +127,7 @@ def _nameless_power(fitter: Fitter, fit: Fit) -> Array:
         return np.zeros_like(fitter.noise)
     arm = fitter.on(fit.terms)
     taken = balancer.beside(())(arm).residual - balancer(arm).residual
-    return np.asarray((taken ** 2).sum(axis=0, where=balance.valid)
-                      / np.maximum(balance.valid.sum(axis=0), 1) / fitter.noise ** 2)
+    return np.asarray(_power(taken, balance.valid) / fitter.noise ** 2)
 
 
 def _left_at_all_frequencies(fitter: Fitter, fit: Fit) -> Array:
@@ -143,8 +142,7 @@ def _left_at_all_frequencies(fitter: Fitter, fit: Fit) -> Array:
         return np.full_like(fitter.noise, np.inf)
     balance = balancer(arm)
     noise = np.minimum(*(noise_of(balancer, each)[0] for each in (fitter.arm, arm)))
-    count = np.maximum(balance.valid.sum(axis=0), 1)
-    power = np.where(balance.valid, balance.residual ** 2, 0.0).sum(axis=0) / count
+    power = _power(balance.residual, balance.valid)
     return np.asarray(power / np.maximum(noise, 1e-300) ** 2 - 1.0)
 
 
@@ -165,9 +163,12 @@ def _of_itself(fitter: Fitter, fit: Fit) -> Array:
     """
     arm, balancer = fitter.on(fit.terms), fitter.balancer
     made = balancer.like(healthy_twin(balancer, arm, _NOISE))(arm)
-    power = (made.residual ** 2).sum(axis=0, where=made.valid) / np.maximum(
-        made.valid.sum(axis=0), 1)
-    return np.asarray(np.maximum(power / fitter.noise ** 2 - 1.0, 0.0))
+    return np.asarray(np.maximum(_power(made.residual, made.valid) / fitter.noise ** 2 - 1.0, 0.0))
+
+
+def _power(values: Array, valid: NDArray[np.bool_]) -> Array:
+    """Return the mean square (c,) of columns (m, c) where they are valid."""
+    return np.asarray((values ** 2).sum(axis=0, where=valid) / np.maximum(valid.sum(axis=0), 1))
 
 
 def _margin(rests: Array, unexplained: NDArray[np.bool_]) -> float:

@@ -171,16 +171,20 @@ def _forms_of(fitter: Fitter, fit: Fit, term: Term, lacking: Array) -> Array:
         size *= float(np.sqrt(max(1.0 - both / max(
             size ** 2 * float((level ** 2).sum(where=valid)), _AT_REST), 0.0)))
     flat = np.stack([np.where(valid, shape, 0.0).ravel() for shape in (
-        does, *_otherwise(fitter, fit, term, does, lacking))], axis=1)
+        does, *_otherwise(fitter, fit, term, does, lacking, level))], axis=1)
     basis, upper = np.linalg.qr(flat / np.maximum(np.sqrt((flat ** 2).sum(axis=0)), _AT_REST))
     apart = np.abs(np.diag(upper))[1:] > _APART
     made = size * basis[:, 1:][:, apart]
     return made.reshape(*does.shape, -1) * fitter.noise[:, None]
 
 
-def _otherwise(fitter: Fitter, fit: Fit, term: Term, does: Array,
-               lacking: Array) -> Iterator[Array]:
-    """Yield what other forms of a cause do (m, c), in units of noise; `lacking` is without it."""
+def _otherwise(fitter: Fitter, fit: Fit, term: Term, does: Array, lacking: Array,
+               level: Array | None) -> Iterator[Array]:
+    """
+    Yield what other forms of a cause do (m, c), in units of noise; `lacking` is without it.
+
+    A wave of which the motion saw only a piece has a `level`.
+    """
     varies = HYPOTHESES[term.name].varies
     if RATE_OF in varies:
         rate = _rate(does)
@@ -188,13 +192,12 @@ def _otherwise(fitter: Fitter, fit: Fit, term: Term, does: Array,
         yield _rate(rate)
     coordinates = coordinates_of(fitter.balancer, fitter.on(fit.terms))
     for name in WAVES.keys() & set(varies):
-        angle = coordinates[WAVES[name]][:, fitter.arm.labels.index(str(term.joint))]
-        level = _level(fitter, fit, term, lacking)
         if level is None:
             waves = [replace(term.effect, phase=phase, order=2.0 * term.effect.order)
                      for phase in _PHASES]
             yield from _instead(fitter, fit, term, waves, lacking)
         else:
+            angle = coordinates[WAVES[name]][:, fitter.arm.labels.index(str(term.joint))]
             yield from (level * curve[:, None]
                         for curve in _curves(angle, (level ** 2).sum(axis=1)))
     power = np.where(fitter.valid(fit.balance), does, 0.0) ** 2

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 # Choices unless told otherwise.
 _NEAREST = 0.25         # of the recording, that a placebo is away from the cause at least
 _PLACEBOS = 4           # of each cause
-_REMOVABLE = 0.01           # of the power of noise, beyond which there is something to remove
+_REMOVABLE = 0.01       # of the power of noise, beyond which there is something to remove
 
 
 class Shares(NamedTuple):

@@ -50,7 +50,7 @@ class Found:
 
     first: Fit
     last: Fit
-    evidence: tuple[Reason, ...]      # one for each accepted term
+    evidence: tuple[Reason, ...]        # one for each accepted term
     steady: Mapping[Place, float] | None = None
 
     def with_only(self, fitter: Fitter, kept: Sequence[Term]) -> Fit:
