@@ -135,11 +135,11 @@ def main() -> int:
         ours, samples = timed(lambda: open_recording(bag).joint_states(), repeats)
         print(f'{length:g} s of four names at {RATE} Hz, zstd, to arrays')
         print(f'{"this project":24}{ours:>8.3f} s')
-        told = [faster(bag, name, ours, samples.position) for name in PEERS]
+        reported = [faster(bag, name, ours, samples.position) for name in PEERS]
         memory = peak_of_arrays(bag)
         print(f'{"memory":24}{memory:>8.2f} times the arrays')
         seconds = estimated(Path(directory), length, repeats)
-    kept = all(told) and memory <= MEMORY and length / seconds >= REAL_TIME
+    kept = all(reported) and memory <= MEMORY and length / seconds >= REAL_TIME
     return verdict(f'at least {FASTER:g} times faster than either, {MEMORY:g} times the arrays at '
                    f'most, {REAL_TIME:g} times real time', kept, quick=quick)
 

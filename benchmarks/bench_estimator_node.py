@@ -22,7 +22,7 @@ from hda_msgs_json.cdr import encode_joint_state, JointStateEncoder
 from hda_msgs_json.topics import ESTIMATOR_STATE, JOINT_STATES
 from hda_torque_estimator.estimating.estimate_messages import estimate_topics
 from hda_torque_estimator.estimating.estimator_node import TorqueEstimator
-from hda_torque_estimator.estimating.live_estimator import Answer, LiveEstimator
+from hda_torque_estimator.estimating.live_estimator import LiveEstimator, SampleAnswer
 from hda_torque_estimator.samples.readings import reading_names
 from nodes import Listener, own_domain, process
 import numpy as np
@@ -45,7 +45,7 @@ class Timed(LiveEstimator):
         super().__init__(ARM)
         self.times: list[float] = []
 
-    def __call__(self, message: bytes) -> Answer:
+    def __call__(self, message: bytes) -> SampleAnswer:
         """Answer one sample."""
         began = time.perf_counter()
         answer = super().__call__(message)
@@ -61,7 +61,7 @@ class Echo(Timed):
         super().__init__()
         self._always = super().__call__(encode_joint_state(1, '', NAMES, ANGLES))
 
-    def __call__(self, message: bytes) -> Answer:
+    def __call__(self, message: bytes) -> SampleAnswer:
         """Give the answer."""
         self.times.append(0.0)
         return self._always._replace(state=None)
@@ -143,12 +143,12 @@ def main() -> int:
     size = TINY if quick else (SECONDS, SKIPPED)
     with own_domain():
         echo, estimator = measure('echo', *size), measure('estimator', *size)
-    tell(echo, estimator)
+    report(echo, estimator)
     return verdict(f'{estimator["samples"]} samples; own work {estimator["work"][0]:.1f} us, at '
                    f'most {LIMIT:g} us', estimator['work'][0] <= LIMIT, quick=quick)
 
 
-def tell(echo: Mapping[str, Any], estimator: Mapping[str, Any]) -> None:
+def report(echo: Mapping[str, Any], estimator: Mapping[str, Any]) -> None:
     """Print a table of both."""
     print(f'{"us per sample":24}{"bare echo":>22}{"estimator":>22}{"ratio":>8}')
     for name, key in (('own work', 'work'), ('whole callback', 'callback')):

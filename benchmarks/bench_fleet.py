@@ -54,10 +54,10 @@ def write(bag: Path, number: int) -> None:
 def memory(process: int) -> int:
     """Return the memory of a process [bytes], 0 where it has ended."""
     try:
-        told = Path(f'/proc/{process}/smaps_rollup').read_text(encoding='utf-8')
+        reported = Path(f'/proc/{process}/smaps_rollup').read_text(encoding='utf-8')
     except OSError:
         return 0
-    return int(told.partition('Pss:')[2].split()[0]) * KIB
+    return int(reported.partition('Pss:')[2].split()[0]) * KIB
 
 
 def family(process: int) -> Iterator[int]:
@@ -85,9 +85,9 @@ def watched(folder: Path) -> tuple[list[Look], float]:
             looks.append(Look(len(list(out.glob('*/*/report.json'))), sizes[0], sum(sizes)))
     if command.returncode:
         raise SystemExit(f'hda diagnose --each ended with {command.returncode}')
-    told = json.loads((out / 'fleet.json').read_text(encoding='utf-8'))
-    print(f'{len(told["bags"])} recordings of {len(told["devices"])} devices: {told["verdicts"]}; '
-          f'fleet.html {(out / "fleet.html").stat().st_size / 1e6:.2f} MB, '
+    report = json.loads((out / 'fleet.json').read_text(encoding='utf-8'))
+    print(f'{len(report["bags"])} recordings of {len(report["devices"])} devices: '
+          f'{report["verdicts"]}; fleet.html {(out / "fleet.html").stat().st_size / 1e6:.2f} MB, '
           f'fleet.json {(out / "fleet.json").stat().st_size / 1e6:.2f} MB')
     return [look for look in looks if look.own], time.monotonic() - began
 

@@ -101,7 +101,7 @@ class Page(NamedTuple):
     complaints: int
 
     def is_good(self) -> bool:
-        """Tell whether a page keeps all bars."""
+        """Return whether a page keeps all bars."""
         return (self.size <= LARGEST and self.over <= 0 and self.contrast >= LEAST_CONTRAST
                 and not self.unnamed and not self.complaints)
 

@@ -18,7 +18,7 @@ import time
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import home_of, motion_of
-from hda_arm_sim.simulate import Course, rollout, STEP
+from hda_arm_sim.simulate import InputHistory, rollout, STEP
 from hda_arm_sim.start import start_of
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
@@ -44,7 +44,7 @@ def free(arm: Arm, length: float) -> None:
     """Simulate an arm that is pushed around, without any control."""
     moments, start = np.arange(0.0, length, 1e-3), start_of(arm, home_of(arm))
     torque = start.command + 0.1 * np.sin(np.outer(moments, 1.0 + np.arange(len(arm.joints))))
-    rollout(arm, start.state, Course(torque, np.zeros((len(moments), 2))), 1e-3)
+    rollout(arm, start.state, InputHistory(torque, np.zeros((len(moments), 2))), 1e-3)
 
 
 def started(repeats: int, *words: str) -> float:

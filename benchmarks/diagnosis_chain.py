@@ -51,14 +51,14 @@ class Outcome:
 
     @property
     def right(self) -> bool:
-        """Tell whether exactly what is hidden was told, alone or with what looks like it."""
+        """Return whether exactly what is hidden was told, alone or with what looks like it."""
         if not self.acts:
             return not self.named and not self.alike
         return self.hidden in (*self.named, *self.alike) and set(self.named) <= {self.hidden}
 
     @property
     def wrong(self) -> bool:
-        """Tell whether something was named that is not there."""
+        """Return whether something was named that is not there."""
         return bool(set(self.named) - {self.hidden})
 
 
@@ -143,12 +143,12 @@ def _summed(found: list[Outcome], *, quick: bool) -> int:
     """Print how often it was right, and return the exit code."""
     single = [one for one in found if one.acts]
     healthy = [one for one in found if not one.acts]
-    told, accused = sum(one.right for one in single), sum(not one.right for one in healthy)
+    reported, accused = sum(one.right for one in single), sum(not one.right for one in healthy)
     spent = statistics.median(one.seconds for one in found)
-    print(f'single causes told: {told} of {len(single)}; something else named: '
+    print(f'single causes told: {reported} of {len(single)}; something else named: '
           f'{sum(one.wrong for one in single)}; healthy accused: {accused} of {len(healthy)}; '
           f'processor time, median: {spent:.0f} s')
-    kept = (told >= BARS['told'] * len(single) and accused <= BARS['accused'] * len(healthy)
+    kept = (reported >= BARS['told'] * len(single) and accused <= BARS['accused'] * len(healthy)
             and spent <= BARS['seconds'])
     return verdict('95 % told, at most 1 % of healthy arms accused, 60 s', kept, quick=quick)
 

@@ -38,17 +38,17 @@ def pairs_of(items: Iterable[Sequence[Any]]) -> list[Place]:
 
 
 def exact(result: Outcome) -> bool:
-    """Tell whether what is hidden is named with its joint, and nothing else."""
+    """Return whether what is hidden is named with its joint, and nothing else."""
     return pairs_of(result['hidden']) == pairs_of(result['said'])
 
 
 def all_named(result: Outcome) -> bool:
-    """Tell whether everything hidden is named."""
+    """Return whether everything hidden is named."""
     return set(pairs_of(result['hidden'])) <= set(pairs_of(result['said']))
 
 
-def all_told(result: Outcome) -> bool:
-    """Tell whether everything hidden is named, or told together with what is one equation."""
+def all_identified(result: Outcome) -> bool:
+    """Return whether everything hidden is named, or told together with what is one equation."""
     together = {tuple(place) for pair in result['alike'] for place in pair
                 if {name for name, _ in pair} == set(ONE_EQUATION)}
     return set(pairs_of(result['hidden'])) <= set(pairs_of(result['said'])) | together
@@ -59,8 +59,8 @@ def extras(result: Outcome) -> int:
     return len(set(pairs_of(result['said'])) - set(pairs_of(result['hidden'])))
 
 
-def told_together(result: Outcome) -> bool:
-    """Tell whether two causes that are one equation are told together, and nothing else."""
+def named_together(result: Outcome) -> bool:
+    """Return whether two causes that are one equation are told together, and nothing else."""
     joint = result['hidden'][0][1]
     return (result['verdict'] == 'ambiguous' and not result['said'] and all(
         sorted(map(tuple, pair)) == [(name, joint) for name in sorted(ONE_EQUATION)]
@@ -68,7 +68,7 @@ def told_together(result: Outcome) -> bool:
 
 
 def located(result: Outcome) -> bool:
-    """Tell whether an effect outside the catalogue is unknown, where it is and what it follows."""
+    """Return whether an effect outside the catalogue is unknown, its place and what it follows."""
     site, follows = result['hidden'][0][3:5]
     rest = result['rest']
     return (result['verdict'] == 'unknown' and not result['said'] and rest is not None
@@ -106,17 +106,18 @@ def _bars(by_group: dict[str, list[Outcome]], sized: list[Sized]) -> list[str]:
         ('one effect: named with its joint, nothing else', '97 %', percent(one, exact)),
         ('the same without asymmetric friction and drive offset', '-', percent(apart, exact)),
         ('those two, one equation while turning: told together', '-',
-         percent([result for result in one if result not in apart], told_together)),
+         percent([result for result in one if result not in apart], named_together)),
         ('one effect: another cause named', '-', percent(one, lambda r: extras(r) > 0)),
         ('healthy, doubled noise: `no_discrepancy`', '99.7 %',
          percent(by_group['healthy'], lambda r: r['verdict'] == 'no_discrepancy')),
         ('two effects: both named', '93 %', percent(two, all_named)),
-        ('the same with the two that are one equation told together', '-', percent(two, all_told)),
+        ('the same with the two that are one equation told together', '-',
+         percent(two, all_identified)),
         ('two effects: extras per record', 'at most 0.05',
          f'{extra / len(two):.2f}' if two else '-'),
         ('three effects: all named', '80 %', percent(by_group['three'], all_named)),
         ('the same with the two that are one equation told together', '-',
-         percent(by_group['three'], all_told)),
+         percent(by_group['three'], all_identified)),
         ('outside the catalogue: `unknown`, site and coordinate', '95 %',
          percent(by_group['outside'], located)),
         ('outside the catalogue: `unknown`', '-',

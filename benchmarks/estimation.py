@@ -90,7 +90,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     free = [alarms(estimates(tolerated(ARM.tolerances, path, chosen.first + 200 + k, minute)))
             for k, path in enumerate(paths[:chosen.minutes])]
     print(f'{len(rows)} recordings of {seconds:g} s, moving and pushed')
-    tell(rows)
+    report(rows)
     print(f'  {PUSH:g} N felt                      {sum(np.isfinite(felt))} of {len(felt)}, '
           f'{sum(np.array(felt) <= SOON)} within {SOON:g} ms, after {np.median(felt):.0f} ms, '
           f'at the latest {max(felt):.0f} ms')
@@ -99,7 +99,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
           'deviations')
 
 
-def tell(rows: Sequence[Row]) -> None:
+def report(rows: Sequence[Row]) -> None:
     """Print what recordings with soft pushes say together."""
     mean = Row(*np.mean(rows, axis=0))
     print(f'  torque, mean absolute error   torsion alone {mean.alone:.4f} N*m, both ways '

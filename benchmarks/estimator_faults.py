@@ -21,12 +21,12 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.parts import Joint, Links
 from hda_arm_sim.motions import motion
-from hda_torque_estimator.estimating.belief_words import believed, doubts_told
+from hda_torque_estimator.estimating.belief_words import believed, doubts_in_words
 from hda_torque_estimator.estimating.estimates import Estimates
 from hda_torque_estimator.estimating.estimator import Estimator
 from hda_torque_estimator.estimating.laws import layout
-from hda_torque_estimator.estimating.route_health import told, UNTAUGHT, WELL
-from hda_torque_estimator.simulating.closed_loop import Run, run
+from hda_torque_estimator.estimating.route_health import health_in_words, UNTAUGHT, WELL
+from hda_torque_estimator.simulating.closed_loop import ClosedLoopRun, run
 import numpy as np
 from numpy.typing import NDArray
 
@@ -88,7 +88,7 @@ def tolerated(arm: Arm, random: np.random.Generator) -> Arm:
     return replace(arm, joints=tuple(joints))
 
 
-def stream(made: Run) -> Stream:
+def stream(made: ClosedLoopRun) -> Stream:
     """Return a run as a stream that may be spoilt."""
     stamps = 1_000_000_000 + np.round(made.time * 1e9).astype(np.int64)
     return Stream(stamps, made.reading.copy(), made.command.copy(), made.joint_torque)
@@ -159,8 +159,8 @@ def valid(found: Estimates) -> NDArray[np.bool_]:
     """Return which estimates are told to be right (k, n)."""
     doubts = found.joints[:, :, layout.DOUBT]
     values, places = np.unique(doubts, return_inverse=True)
-    told_right = np.array([believed(value) for value in values.tolist()])[places]
-    return told_right.reshape(doubts.shape) & ~(found.joints[:, :, layout.BEYOND_RANGE] > 0.0)
+    is_right = np.array([believed(value) for value in values.tolist()])[places]
+    return is_right.reshape(doubts.shape) & ~(found.joints[:, :, layout.BEYOND_RANGE] > 0.0)
 
 
 def outcome(arm: Arm, seen: Stream, spoil: Spoil, size: float) -> str:
@@ -208,8 +208,8 @@ def alarms(arm: Arm, seen: Stream) -> list[str]:
         rows = slice(begin, begin + second)
         part = made.run(seen.stamps[rows], seen.reading[rows], seen.command[rows])
         for row in np.unique(part.joints[:, :, layout.DOUBT], axis=0).tolist():
-            found += doubts_told(arm.labels, row)
-        words = [told(joint, arm.tolerances_of(joint.label), memory[layout.FUSION:])
+            found += doubts_in_words(arm.labels, row)
+        words = [health_in_words(joint, arm.tolerances_of(joint.label), memory[layout.FUSION:])
                  for joint, memory in zip(arm.joints, made.memory)]
         found += [word for word in words if word not in (WELL, UNTAUGHT)]
     return list(dict.fromkeys(found))
@@ -218,11 +218,11 @@ def alarms(arm: Arm, seen: Stream) -> list[str]:
 def healthy(cases: Iterator[tuple[float, str, float]], minutes: int, seconds: float,
             first: int) -> None:
     """Print what is told of healthy arms."""
-    told_of = [(case, words) for k, case in enumerate(islice(cases, minutes))
-               for words in alarms(*moving(*case, seconds, first + k))]
+    remarked = [(case, words) for k, case in enumerate(islice(cases, minutes))
+                for words in alarms(*moving(*case, seconds, first + k))]
     hours = minutes * seconds / 3600.0
-    print(f'healthy arms: {len(told_of)} false alarms in {hours:.3g} h')
-    for case, words in told_of:
+    print(f'healthy arms: {len(remarked)} false alarms in {hours:.3g} h')
+    for case, words in remarked:
         print('  ', *case, words)
 
 

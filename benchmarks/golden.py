@@ -106,7 +106,7 @@ def differences(before: Any, after: Any, place: str) -> Iterator[str]:
 
 
 def same(before: Any, after: Any) -> bool:
-    """Tell whether two single values are equal, numbers to CLOSE."""
+    """Return whether two single values are equal, numbers to CLOSE."""
     if type(before) in (int, float) and type(after) in (int, float):
         return math.isclose(before, after, rel_tol=CLOSE, abs_tol=0.0)
     return bool(before == after)

@@ -171,13 +171,13 @@ def readings(seen: Seen) -> Array:
 
 def judged(seen: Seen, arm: Arm, fitted: tuple[Array, float, int, float]) -> Found:
     """Return the errors over a recording."""
-    told = Estimator(arm).run(seen.stamps, readings(seen), seen.command[:, None])
+    estimated = Estimator(arm).run(seen.stamps, readings(seen), seen.command[:, None])
     joint = arm.joints[0]
     other = by_hand(seen, fitted, joint.ratio, joint.motor_inertia)
-    used = np.delete(np.arange(len(seen.stamps)), told.refused)
+    used = np.delete(np.arange(len(seen.stamps)), estimated.refused)
     true = seen.torque[used]
-    error = (told.torque[:, 0] - true)[BEGUN:]
-    deviation = told.torque_deviation[BEGUN:, 0]
+    error = (estimated.torque[:, 0] - true)[BEGUN:]
+    deviation = estimated.torque_deviation[BEGUN:, 0]
     return Found(_rms(error), _rms((other[used] - true)[BEGUN:]), float(np.std(true)),
                  float((np.abs(error) < WITHIN * deviation).mean()))
 

@@ -25,16 +25,16 @@ def sudden(samples: int, random: np.random.Generator) -> tuple[NDArray[np.int64]
     return begins, force
 
 
-def force_error(told: Estimates, seen: TruthRecord, force: Array) -> float:
+def force_error(estimated: Estimates, seen: TruthRecord, force: Array) -> float:
     """Return the rms error of a component of the tip force where both can be told [N]."""
     reached = np.abs(np.sin(seen.states[:, 1, 2])) > REACHED
     reached[:BEGUN] = False
-    return float(np.sqrt(((told.base_force - force)[reached] ** 2).mean()))
+    return float(np.sqrt(((estimated.base_force - force)[reached] ** 2).mean()))
 
 
-def delays(told: Estimates, seen: TruthRecord, begins: NDArray[np.int64]) -> list[float]:
+def delays(estimated: Estimates, seen: TruthRecord, begins: NDArray[np.int64]) -> list[float]:
     """Return when each sudden push was felt [ms], inf where it was not."""
-    felt = told.tip[:, layout.CONTACT_LEVEL] > contact.FREE
+    felt = estimated.tip[:, layout.CONTACT_LEVEL] > contact.FREE
     found = []
     for begin in begins[np.abs(np.sin(seen.states[begins, 1, 2])) > REACHED]:
         when = np.flatnonzero(felt[begin:begin + LASTS])
@@ -42,7 +42,7 @@ def delays(told: Estimates, seen: TruthRecord, begins: NDArray[np.int64]) -> lis
     return found
 
 
-def alarms(told: Estimates) -> tuple[int, float]:
+def alarms(estimated: Estimates) -> tuple[int, float]:
     """Return how often free motion was taken for a contact, and the largest deviations."""
-    raised = np.diff(told.tip[:, layout.CONTACT_LEVEL] > contact.FREE, prepend=False)
-    return int(raised.sum() + 1) // 2, float(told.tip[:, layout.CONTACT_DEVIATIONS].max())
+    raised = np.diff(estimated.tip[:, layout.CONTACT_LEVEL] > contact.FREE, prepend=False)
+    return int(raised.sum() + 1) // 2, float(estimated.tip[:, layout.CONTACT_DEVIATIONS].max())

@@ -10,7 +10,8 @@ from hda_torque_estimator.commands.whole_directory import save_figures
 from hda_torque_estimator.diagnosis.motors_alone.motor_fit import Explained, gain_without, LOAD
 from hda_torque_estimator.diagnosis.motors_alone.motor_record import sweeps_together
 from hda_torque_estimator.diagnosis.motors_alone.motor_side import diagnose_motors
-from hda_torque_estimator.diagnosis.motors_alone.ripple import spectrum, STANDS_OUT, told
+from hda_torque_estimator.diagnosis.motors_alone.ripple import (explained_power, spectrum,
+                                                                STANDS_OUT)
 from hda_torque_estimator.least_squares.rows import rms
 from hda_torque_estimator.measurements.recording_checks import mended, Mending
 import numpy as np
@@ -85,7 +86,8 @@ def _own_order(part: Explained, number: int) -> float:
     angle, rest = (values[sweep.moving] for values in (
         sweep.angle, part.without(part.wave(number))))
     width = 2.0 * np.pi / float(np.ptp(angle))
-    found = minimize_scalar(lambda one: -told(angle, rest, float(one)), method='bounded',
+    found = minimize_scalar(lambda one: -explained_power(angle, rest, float(one)),
+                            method='bounded',
                             bounds=(order - 0.5 * width, order + 0.5 * width))
     return float(found.x)
 

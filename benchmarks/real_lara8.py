@@ -134,12 +134,13 @@ def _left_out(arm: Arm, parts: Sequence[Measured]) -> Numbers:
         ways = {'estimator': Way(found.arm), 'motor': Way(by_motor(found.arm, [JOINT])),
                 'torsion': Way(found.arm, EstimatorSettings(fusion=0.0))}
         for name, way in ways.items():
-            told = Estimator(*way).run(part.stamps, part.readings, part.command[:, np.newaxis])
-            error = told.torque[:, 0] - part.reference
+            estimated = Estimator(*way).run(part.stamps, part.readings,
+                                            part.command[:, np.newaxis])
+            error = estimated.torque[:, 0] - part.reference
             known = np.isfinite(error)
             errors[name].append(error[known])
             if name == 'estimator':
-                held.append(np.abs(error) <= NORMAL_90 * told.torque_deviation[:, 0])
+                held.append(np.abs(error) <= NORMAL_90 * estimated.torque_deviation[:, 0])
     return {**{name: {'rms': rms(np.concatenate(each)), 'fifths': [rms(one) for one in each]}
                for name, each in errors.items()},
             'held': float(np.mean(np.concatenate(held))), 'stiffness': stiffness,

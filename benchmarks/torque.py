@@ -159,11 +159,11 @@ def _pushed(estimator: Estimator,
     for force, begins, (soft, hard, free) in seen:
         off.append(force_error(_estimates(estimator, soft), soft, force))
         felt += delays(_estimates(estimator, hard), hard, begins)
-        told = _estimates(estimator, free)
-        raised += alarms(told)[0]
+        estimated = _estimates(estimator, free)
+        raised += alarms(estimated)[0]
         free_time += DT * len(free.stamps)
-        error = np.abs(told.torque - free.joint_torque)[BEGUN:]
-        held.append((error < WITHIN * told.torque_deviation[BEGUN:]).mean())
+        error = np.abs(estimated.torque - free.joint_torque)[BEGUN:]
+        held.append((error < WITHIN * estimated.torque_deviation[BEGUN:]).mean())
         wrong.append(error.mean())
     return Pushed(float(np.mean(off)), felt, raised, free_time / 60.0,
                   float(np.mean(held)), float(np.mean(wrong)))

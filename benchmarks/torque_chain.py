@@ -29,7 +29,7 @@ from hda_torque_estimator.estimating.estimator import Estimator
 from hda_torque_estimator.estimating.laws import contact, layout
 from hda_torque_estimator.estimating.live_estimator import LiveEstimator
 from hda_torque_estimator.samples.readings import reading_names
-from hda_torque_estimator.simulating.closed_loop import Run, run
+from hda_torque_estimator.simulating.closed_loop import ClosedLoopRun, run
 import numpy as np
 from pushes import BEGUN, WITHIN
 
@@ -143,17 +143,17 @@ def judged(seed: int, name: str, seconds: float) -> Judged:
     wrench = pushes(len(path.time), np.random.default_rng([seed, 78]))
     pushed = run(true, given, path._replace(force=wrench), seed, estimator=None)
     free = run(true, given, path, seed + 1, estimator=None)
-    told, calm = (estimated(given, made) for made in (pushed, free))
+    found, calm = (estimated(given, made) for made in (pushed, free))
     rows = np.flatnonzero(
         (conditioning(given, pushed.reading[:, :, 1]) > CONDITIONED)
         & (np.abs(pushed.reading[:, :, 3]).max(axis=1) > MOVING)
-        & np.isfinite(told.base_wrench).all(axis=1) & (np.arange(len(wrench)) >= BEGUN))
-    off = (told.base_wrench - wrench)[rows]
+        & np.isfinite(found.base_wrench).all(axis=1) & (np.arange(len(wrench)) >= BEGUN))
+    off = (found.base_wrench - wrench)[rows]
     level = calm.tip[:, layout.CONTACT_LEVEL] > contact.FREE
     return Judged(
-        float(np.abs(told.torque - pushed.joint_torque)[BEGUN:].mean()),
+        float(np.abs(found.torque - pushed.joint_torque)[BEGUN:].mean()),
         _rms(off[:, :3]), _rms(off[:, 3:]), len(rows) / max(len(wrench) - BEGUN, 1),
-        _held(told, pushed, calm, off, rows), int(np.diff(level, prepend=False).sum() + 1) // 2)
+        _held(found, pushed, calm, off, rows), int(np.diff(level, prepend=False).sum() + 1) // 2)
 
 
 def conditioning(arm: Arm, angles: Array) -> Array:
@@ -170,16 +170,16 @@ def conditioning(arm: Arm, angles: Array) -> Array:
     return found
 
 
-def _held(told: Estimates, pushed: Run, calm: Estimates, off: Array,
+def _held(found: Estimates, pushed: ClosedLoopRun, calm: Estimates, off: Array,
           rows: Array) -> dict[str, float]:
     """Return which share of torques, free external torques and wrenches is as sure as told."""
     from scipy.stats import chi2
-    torque = np.abs(told.torque - pushed.joint_torque) < WITHIN * told.torque_deviation
+    torque = np.abs(found.torque - pushed.joint_torque) < WITHIN * found.torque_deviation
     external = np.abs(calm.joints[:, :, layout.EXTERNAL_TORQUE]) < WITHIN * (
         calm.joints[:, :, layout.EXTERNAL_DEVIATION])
-    spread = told.tip[rows, layout.WRENCH_COVARIANCE:].reshape(-1, 6, 6)[:, :3, :3]
+    spread = found.tip[rows, layout.WRENCH_COVARIANCE:].reshape(-1, 6, 6)[:, :3, :3]
     far = np.einsum('ki,kij,kj->k', off[:, :3], np.linalg.inv(spread), off[:, :3])
-    alone = np.abs(off) < WITHIN * np.sqrt(told.tip[rows, layout.WRENCH_COVARIANCE::7])
+    alone = np.abs(off) < WITHIN * np.sqrt(found.tip[rows, layout.WRENCH_COVARIANCE::7])
     return {'torque': float(torque[BEGUN:].mean()), 'external': float(external[BEGUN:].mean()),
             'force': float((far < chi2.ppf(0.9, 3)).mean()),
             'each component': float(alone.mean())}
@@ -189,7 +189,7 @@ def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values ** 2))) if values.size else float('nan')
 
 
-def estimated(arm: Arm, made: Run) -> Estimates:
+def estimated(arm: Arm, made: ClosedLoopRun) -> Estimates:
     """Return what an estimator tells of a run, from angles and commands."""
     stamps = np.round(made.time * 1e9).astype(np.int64) + 1
     return Estimator(arm).run(stamps, made.reading, made.command)

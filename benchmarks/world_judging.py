@@ -28,7 +28,7 @@ def groups(result: Outcome) -> list[set[Place]]:
     return [{(name, joint) for name, joint in pair} for pair in result['alike']]
 
 
-def told(result: Outcome) -> set[Place]:
+def identified(result: Outcome) -> set[Place]:
     """Return what is hidden and named, or told together with its twin."""
     named = set(pairs_of(result['said'])) | set().union(*groups(result))
     return {place for place in hidden_places(result)
@@ -36,7 +36,7 @@ def told(result: Outcome) -> set[Place]:
 
 
 def _twin_named(result: Outcome, place: Place, named: set[Place]) -> bool:
-    """Tell whether a law that names such a form as well is named at its joint."""
+    """Return whether a law that names such a form as well is named at its joint."""
     forms = [one for one in result['tolerated'] if one not in ('clock_jitter', 'external_contact')]
     return len(result['hidden']) == 1 and any(
         (name, joint) in named for name in forms for joint in (place[1], None))
@@ -49,38 +49,38 @@ def wrong(result: Outcome) -> set[Place]:
     return named | {sorted(group, key=str)[0] for group in groups(result) if not group & fair}
 
 
-def all_told(result: Outcome) -> bool:
-    """Tell whether everything hidden is told, and nothing wrong."""
-    return told(result) == hidden_places(result) and not wrong(result)
+def all_identified(result: Outcome) -> bool:
+    """Return whether everything hidden is told, and nothing wrong."""
+    return identified(result) == hidden_places(result) and not wrong(result)
 
 
 def accused(result: Outcome) -> bool:
-    """Tell whether a healthy arm is accused: of a cause, or of one without a name."""
+    """Return whether a healthy arm is accused: of a cause, or of one without a name."""
     return bool(wrong(result)) or result['verdict'] == 'unknown'
 
 
 def visible(result: Outcome) -> bool:
-    """Tell whether all that is hidden is above the smallest size that the report states."""
+    """Return whether all that is hidden is above the smallest size that the report states."""
     return all(above for *_, above in result['sizes'])
 
 
 def unknown_at_joint(result: Outcome) -> bool:
-    """Tell whether what no catalogue has is unknown, at its site and joint."""
+    """Return whether what no catalogue has is unknown, at its site and joint."""
     rest, (_, joint, _, site, *_) = result['rest'], result['hidden'][0]
     return (result['verdict'] == 'unknown' and not wrong(result) and rest is not None
             and rest[0] == site and rest[1] in (joint, None))
 
 
 def follows(result: Outcome) -> bool:
-    """Tell whether the rest follows the right coordinate."""
+    """Return whether the rest follows the right coordinate."""
     return unknown_at_joint(result) and result['rest'][2] == result['hidden'][0][4]
 
 
-def largest_told(result: Outcome, most: int = 5) -> float:
+def largest_identified(result: Outcome, most: int = 5) -> float:
     """Return which share of the largest causes by what they do is told."""
     places = [(one[0], one[1]) for one in result['hidden']]
     order = sorted(range(len(places)), key=lambda place: -result['powers'][place])[:most]
-    return sum(places[place] in told(result) for place in order) / len(order)
+    return sum(places[place] in identified(result) for place in order) / len(order)
 
 
 def intervals(result: Outcome) -> Iterator[bool]:
@@ -102,11 +102,11 @@ def probabilities(result: Outcome) -> Iterator[tuple[float, bool]]:
 
 
 def simple_is_right(result: Outcome) -> bool:
-    """Tell whether the best correlation names the one cause that is hidden."""
+    """Return whether the best correlation names the one cause that is hidden."""
     best = result['baseline']
     return best is not None and (best[0], best[1]) in allowed(result)
 
 
 def simple_is_wrong(result: Outcome) -> bool:
-    """Tell whether the best correlation names a cause that is not hidden."""
+    """Return whether the best correlation names a cause that is not hidden."""
     return result['baseline'] is not None and not simple_is_right(result)

@@ -61,12 +61,12 @@ def scattered(world: Any) -> Mapping[str, list[float]]:
         float(arm[name][0] / given.arm[name][0]) for name in ('p1', 'p2')]}
 
 
-def size_and_smallest(world: Any, hidden: Any, told: Sequence[Detectable]) -> tuple[
+def size_and_smallest(world: Any, hidden: Any, reported: Sequence[Detectable]) -> tuple[
         float, float | None, bool]:
     """Return how large an effect is, the stated smallest size, and whether it is above that."""
     first = next(one for one in EFFECTS[hidden.effect].parameters if one.is_size)
     _, size = converted(world, hidden, first.name, hidden.parameters[first.name])
-    smallest = next((row.smallest_detectable for row in told
+    smallest = next((row.smallest_detectable for row in reported
                      if (row.effect, row.joint) == (hidden.effect, hidden.joint)), None)
     if smallest is None:
         return abs(size), None, False

@@ -7,9 +7,9 @@ from typing import Any
 
 from diagnosis_tables import pairs_of, percent
 import numpy as np
-from world_judging import (
-    accused, all_told, follows, intervals, largest_told, probabilities, simple_is_right,
-    simple_is_wrong, unknown_at_joint, visible, wrong)
+from world_judging import (accused, all_identified, follows, intervals, largest_identified,
+                           probabilities, simple_is_right, simple_is_wrong, unknown_at_joint,
+                           visible, wrong)
 
 Outcome = dict[str, Any]
 Row = tuple[str, str, str, str]
@@ -57,7 +57,7 @@ def _rows(good: Sequence[Outcome]) -> Iterator[Row]:
     for group, asked in zip(SINGLE, ('98 %', '95 %', '95 %', '-')):
         seen = list(filter(visible, by[group]))
         yield (f'one cause told, {group}, above the stated smallest', asked,
-               percent(seen, all_told), percent(seen, simple_is_right))
+               percent(seen, all_identified), percent(seen, simple_is_right))
     hiding = [result for result in good if result['group'] not in ('healthy', 'left out')]
     yield ('a wrong cause named, anywhere', 'at most 1 %', percent(hiding, wrong),
            percent([r for group in SINGLE for r in by[group]], simple_is_wrong))
@@ -66,7 +66,7 @@ def _rows(good: Sequence[Outcome]) -> Iterator[Row]:
     yield ('healthy: a cause named', '-', percent(by['healthy'], wrong), '-')
     for group, asked in (('two', '95 %'), ('three', '88 %')):
         yield (f'{group} told, 1 kHz', asked,
-               percent(list(filter(visible, by[group])), all_told), '-')
+               percent(list(filter(visible, by[group])), all_identified), '-')
     yield from _fifteen(by['fifteen'])
     yield ('outside the catalogue: `unknown`, with site and joint', '97 %',
            percent(by['outside'], unknown_at_joint), '-')
@@ -74,7 +74,7 @@ def _rows(good: Sequence[Outcome]) -> Iterator[Row]:
     yield ('true effect taken out: wrong name', 'at most 2 %', percent(by['left out'], wrong),
            percent(by['left out'], simple_is_wrong))
     yield 'same arm, other duration or bags: another cause', '0', *_durations(by['duration'])
-    single = [r for group in SINGLE for r in by[group] if all_told(r) and r['said']]
+    single = [r for group in SINGLE for r in by[group] if all_identified(r) and r['said']]
     removed = [r['removed'] for r in single if np.isfinite(r['removed'])]
     yield ('excess removed on held-out data, median', '98 %',
            f'{100.0 * np.median(removed):.2f} %' if removed else '-', '-')
@@ -86,9 +86,9 @@ def _rows(good: Sequence[Outcome]) -> Iterator[Row]:
 def _fifteen(many: Sequence[Outcome]) -> Iterator[Row]:
     """Yield the rows of arms with fifteen small imperfections."""
     if many:
-        yield ('fifteen at once: of the five largest, told', '80 %',
-               f'{100.0 * np.mean([largest_told(r) for r in many]):.0f} % ({len(many)} records)',
-               '-')
+        share = 100.0 * np.mean([largest_identified(r) for r in many])
+        yield ('fifteen at once: of the five largest, identified', '80 %',
+               f'{share:.0f} % ({len(many)} records)', '-')
         yield ('fifteen at once: wrong names per record', 'at most 0.1',
                f'{np.mean([len(wrong(r)) for r in many]):.2f}', '-')
 
@@ -130,12 +130,12 @@ def _strata(good: Sequence[Outcome]) -> Iterator[Sequence[str]]:
         for value in sorted({result[key] for result in single}):
             chosen = [result for result in single if result[key] == value]
             shown = value if isinstance(value, str) else f'{value:g}'
-            yield (f'{shown}{what}', percent(chosen, all_told), percent(chosen, wrong),
+            yield (f'{shown}{what}', percent(chosen, all_identified), percent(chosen, wrong),
                    str(len(chosen)))
     plain = [result for result in single if not result['hidden'][0][5]]
     for name, chosen in (("forms as in the truth's table", plain),
                          ('other forms', [one for one in single if one not in plain])):
-        yield name, percent(chosen, all_told), percent(chosen, wrong), str(len(chosen))
+        yield name, percent(chosen, all_identified), percent(chosen, wrong), str(len(chosen))
 
 
 def _effects(good: Sequence[Outcome]) -> Iterator[Sequence[str]]:
@@ -146,8 +146,8 @@ def _effects(good: Sequence[Outcome]) -> Iterator[Sequence[str]]:
             name, form = result['hidden'][0][0], result['hidden'][0][5]
             by[f'`{name}`' + (f', {form}' if form else '')].append(result)
     for what, results in sorted(by.items()):
-        other = Counter(_said(result) for result in results if not all_told(result))
-        yield what, f'{sum(map(all_told, results))} of {len(results)}', ', '.join(
+        other = Counter(_said(result) for result in results if not all_identified(result))
+        yield what, f'{sum(map(all_identified, results))} of {len(results)}', ', '.join(
             f'{said} {count}' for said, count in other.items())
 
 

@@ -44,15 +44,15 @@ class Refusals:
         """Let `pause` seconds go by between two lines about the same reason."""
         self.counts: Counter[str] = Counter()
         self._pause = pause
-        self._told: dict[str, float] = {}
+        self._last: dict[str, float] = {}
         self._reported = 0
 
     def add(self, reason: str, now: float) -> bool:
         """Count one; returns whether a line about it is due at `now` [s]."""
         self.counts[reason] += 1
-        due = now - self._told.get(reason, -self._pause) >= self._pause
+        due = now - self._last.get(reason, -self._pause) >= self._pause
         if due:
-            self._told[reason] = now
+            self._last[reason] = now
         return due
 
     def take_new(self) -> int:

@@ -48,7 +48,7 @@ class SimulationSettings(Declared):
         return max(1, round(self.rate / self.truth_rate))
 
 
-class Sample(NamedTuple):
+class DriverSample(NamedTuple):
     """One sample of the arm: what its driver shows, and what is true."""
 
     stamp: int                  # [ns]
@@ -105,7 +105,7 @@ class LiveArm:
 
     @property
     def ahead(self) -> bool:
-        """Tell whether commands come, and the last one answers a sample of long ago."""
+        """Return whether commands come, and the last one answers a sample of long ago."""
         return (self._commanded is not None
                 and self.stamp - self._commanded > MOST_UNANSWERED * self.settings.period)
 
@@ -121,13 +121,14 @@ class LiveArm:
             raise Refused('force not finite', f'the force must be finite, got {force.tolist()}')
         self._force = on_tip(self.arm, force[np.newaxis])[0]
 
-    def sample(self) -> Sample:
+    def sample(self) -> DriverSample:
         """Return the sample of `stamp`; its reading and its truth are the same arrays always."""
         if self._commanded is not None and self.stamp - self._commanded > LONGEST_HOLD:
             self._command, self._commanded = np.zeros_like(self._limits), None
             self.expired += 1
         reading = self._plant.sample()
-        return Sample(self.stamp, reading, self._command, self._plant.joint_torque, self._force)
+        return DriverSample(self.stamp, reading, self._command, self._plant.joint_torque,
+                            self._force)
 
     def advance(self) -> None:
         """Move the arm on to the next stamp."""

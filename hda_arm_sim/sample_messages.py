@@ -5,7 +5,7 @@ from hda_msgs_json.topics import (
     BASE_FRAME, link_frame, motor_name, Topic, truth_joint_torque, TRUTH_TIP_WRENCH)
 import numpy as np
 
-from .live import Sample
+from .live import DriverSample
 from .model.arm import Arm
 from .sensors import LINK, MOTOR, SIDES
 
@@ -28,7 +28,7 @@ class SampleEncoder:
         self._torques = [WrenchEncoder(link_frame(label)) for label in arm.labels]
         self._tip = WrenchEncoder(BASE_FRAME)
 
-    def joint_states(self, sample: Sample) -> bytes:
+    def joint_states(self, sample: DriverSample) -> bytes:
         """Return the JointState of both sides of every joint."""
         reading = sample.reading.T.tolist()
         return self._joint_states(
@@ -36,7 +36,7 @@ class SampleEncoder:
             reading[SIDES + LINK] + reading[SIDES + MOTOR],
             self._no_effort + sample.motor_torque.tolist())
 
-    def truth(self, sample: Sample) -> list[bytes]:
+    def truth(self, sample: DriverSample) -> list[bytes]:
         """Return the messages of `truth_topics` in their order."""
         messages = [encode(sample.stamp, UNKNOWN, (np.nan, np.nan, torque))
                     for encode, torque in zip(self._torques, sample.joint_torque.tolist())]

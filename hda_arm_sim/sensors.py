@@ -53,7 +53,7 @@ def read_encoders(arm: ArmRecord, inertia: Inertia, w: Array, noise: Array,
 
 @compiled
 def sample_lost(arm: ArmRecord, noise: Array) -> bool:
-    """Tell whether a sample with this noise (n, DRAWS) is lost on its way."""
+    """Return whether a sample with this noise (n, DRAWS) is lost on its way."""
     if not _may_be_lost(arm.body):
         return False
     chance = 0.5 * math.erfc(-noise[0, CHANCE] / math.sqrt(2.0))

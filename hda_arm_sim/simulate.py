@@ -25,7 +25,7 @@ STEP = 1e-3 / 3         # default integration step [s]
 STABLE = 2.0            # step times fastest rate; beyond 2.78 Runge-Kutta 4 grows without end
 
 
-class Course(NamedTuple):
+class InputHistory(NamedTuple):
     """Inputs over time: torques of the motors, and what acts on the tip."""
 
     torque: Array               # (k, n) at the shafts [N*m]
@@ -71,7 +71,7 @@ def rest(arm: Arm, link_angle: Array | tuple[float, ...]) -> Array:
     return state
 
 
-def rollout(arm: Arm, initial: Array, inputs: Course, dt: float, *, step: float = STEP,
+def rollout(arm: Arm, initial: Array, inputs: InputHistory, dt: float, *, step: float = STEP,
             held: bool = True, start: float = 0.0) -> Trajectory:
     """
     Simulate an arm under given inputs, sampled every dt [s].
@@ -95,10 +95,11 @@ def rollout(arm: Arm, initial: Array, inputs: Course, dt: float, *, step: float 
     w = registers(np.asarray(initial, float))
     w[0, TIME] = start
     if held or samples < 4:
-        _run_held(record, w, Course(torque, force), dt, count, states, extra)
+        _run_held(record, w, InputHistory(torque, force), dt, count, states, extra)
     else:
         late = [delay / dt for delay in numbers_at(record.joints, WIRE)['delay']]
-        nodes = Course(_nodes(torque, count, late), _nodes(force, count, [0.0] * force.shape[1]))
+        nodes = InputHistory(_nodes(torque, count, late),
+                             _nodes(force, count, [0.0] * force.shape[1]))
         _run_smooth(record, w, nodes, dt / count, count, states, extra)
     return Trajectory(start + dt * np.arange(float(samples)), states, *extra)
 
@@ -164,7 +165,7 @@ def observe(arm: ArmRecord, inertia: Inertia, w: Array, torque: Array,
 
 
 @compiled
-def _run_held(arm: ArmRecord, w: Array, course: Course, dt: float, count: int,
+def _run_held(arm: ArmRecord, w: Array, course: InputHistory, dt: float, count: int,
               states: Array, extra: Array) -> None:
     """Fill the states (k, n, STATES) and torques and accelerations under held inputs."""
     inertia, (torque, force) = loaded_inertia(arm.body), course
@@ -179,7 +180,7 @@ def _run_held(arm: ArmRecord, w: Array, course: Course, dt: float, count: int,
 
 
 @compiled
-def _run_smooth(arm: ArmRecord, w: Array, course: Course, dt: float, count: int,
+def _run_smooth(arm: ArmRecord, w: Array, course: InputHistory, dt: float, count: int,
                 states: Array, extra: Array) -> None:
     """Fill the same under inputs at the start, middle and end of every step of dt [s]."""
     inertia, (torque, force) = loaded_inertia(arm.body), course

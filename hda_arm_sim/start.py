@@ -18,7 +18,7 @@ from .model.kernel import DRIVE, MOTOR_ANGLE, registers, slope, SLOPE_1, STATE, 
 from .model.link_side import loaded_inertia
 from .simulate import rest
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _REACH = 0.5            # torsion that no gear bears, its play included [rad]
 _HALVINGS = 60          # of twice that: below what a shaft's angle can say
 

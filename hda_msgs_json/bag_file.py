@@ -31,7 +31,7 @@ class BagFile:
             raise
 
     def holds(self, topic: Topic) -> bool:
-        """Tell whether the file has a channel for a topic."""
+        """Return whether the file has a channel for a topic."""
         return topic in self._channels
 
     def channel(self, topic: Topic) -> int:

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from threading import Lock
 from typing import cast, Generic, TypeVar
 
-from hda_msgs_json.cdr_arrays import (
-    decode_joint_batch, decode_wrench_batch, fill, Form, joint_form, wrench_form)
+from hda_msgs_json.cdr_arrays import (ArrayLayout, decode_joint_batch, decode_wrench_batch, fill,
+                                      joint_form, wrench_form)
 from hda_msgs_json.cdr_batch import Batch
 from hda_msgs_json.cdr_fields import CdrError
 from hda_msgs_json.mcap_records import Messages
@@ -33,7 +33,7 @@ class Kind(Generic[Samples]):
     message_type: str
     decode: Callable[[Batch, int], Samples]
     join: Callable[[list[Samples]], Samples]
-    learn: Callable[[bytes], Form[Samples]]
+    learn: Callable[[bytes], ArrayLayout[Samples]]
 
 
 JOINT_MESSAGES = Kind(JOINT_STATE, decode_joint_batch, join_joint_samples, joint_form)
@@ -49,7 +49,7 @@ class Gathering(Generic[Samples]):
         self._count = count
         self._most = ROOMIEST * stored
         self._lock = Lock()
-        self._form: Form[Samples] | None = None
+        self._form: ArrayLayout[Samples] | None = None
         self._room: Samples | None = None
         self._found: list[Samples | slice] = []
         self._total = 0

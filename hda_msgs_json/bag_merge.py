@@ -9,8 +9,7 @@ from hda_msgs_json.mcap_pack import ChannelCount
 from hda_msgs_json.mcap_records import BagError, INDEX_ENTRY, MESSAGE_HEAD
 from hda_msgs_json.mcap_walk import RECORD_HEAD
 from hda_msgs_json.mcap_writer import CHUNK_SIZE
-from hda_msgs_json.samples import (
-    JointSamples, NumberSamples, Stamps, TextSamples, WrenchSamples)
+from hda_msgs_json.samples import JointSamples, NumberSamples, Stamps, TextSamples, WrenchSamples
 from hda_msgs_json.strided import Bytes, Indices, place
 from mcap.opcode import Opcode
 import numpy as np
@@ -20,7 +19,7 @@ HEAD = MESSAGE_HEAD.itemsize
 
 
 @dataclass(frozen=True, eq=False)
-class Column:
+class PendingMessages:
     """
     Hold the messages of a channel that wait to be written: log times [ns] and sizes [bytes] (n,).
 
@@ -34,31 +33,31 @@ class Column:
     encode: Callable[[slice], Bytes]
 
 
-def joint_column(channel: int, samples: JointSamples) -> Column:
+def joint_column(channel: int, samples: JointSamples) -> PendingMessages:
     """Return JointStates that wait to be written."""
     size = encode_joint_rows(samples.rows(slice(0, 0))).shape[1]
-    return Column(
+    return PendingMessages(
         channel, _log_times(samples.stamps), np.full(len(samples), size),
         lambda rows: encode_joint_rows(samples.rows(rows), HEAD))
 
 
-def wrench_column(channel: int, samples: WrenchSamples) -> Column:
+def wrench_column(channel: int, samples: WrenchSamples) -> PendingMessages:
     """Return WrenchStampeds that wait to be written."""
     size = encode_wrench_rows(samples.rows(slice(0, 0))).shape[1]
-    return Column(
+    return PendingMessages(
         channel, _log_times(samples.stamps), np.full(len(samples), size),
         lambda rows: encode_wrench_rows(samples.rows(rows), HEAD))
 
 
-def text_column(channel: int, samples: TextSamples) -> Column:
+def text_column(channel: int, samples: TextSamples) -> PendingMessages:
     """Return Strings that wait to be written."""
     messages = [encode_string(text) for text in samples.texts]
-    return Column(
+    return PendingMessages(
         channel, _log_times(samples.stamps), np.array([len(m) for m in messages], np.int64),
         lambda rows: np.frombuffer(b''.join(messages[rows]), np.uint8))
 
 
-def number_column(channel: int, samples: NumberSamples) -> Column:
+def number_column(channel: int, samples: NumberSamples) -> PendingMessages:
     """Return Float64s that wait to be written."""
     head = encode_number(0.0)[:-samples.values.itemsize]
 
@@ -68,8 +67,8 @@ def number_column(channel: int, samples: NumberSamples) -> Column:
         body = values.reshape(-1, samples.values.itemsize)
         return np.hstack([np.tile(begin, (len(body), 1)), body])
 
-    return Column(channel, _log_times(samples.stamps),
-                  np.full(len(samples), len(encode_number(0.0))), encode)
+    return PendingMessages(channel, _log_times(samples.stamps),
+                           np.full(len(samples), len(encode_number(0.0))), encode)
 
 
 class Chunk:
@@ -80,7 +79,7 @@ class Chunk:
         self.content = np.empty(size, np.uint8)
         self.indexes: dict[int, NDArray[np.void]] = {}
 
-    def add(self, column: Column, rows: slice, starts: Indices, number: int) -> None:
+    def add(self, column: PendingMessages, rows: slice, starts: Indices, number: int) -> None:
         """Place messages of a column at these offsets, and number them from a number on."""
         messages = column.encode(rows)
         sizes, times = column.sizes[rows], column.log_times[rows]
@@ -106,7 +105,8 @@ class Chunk:
         self.indexes[channel] = entries
 
 
-def merged(columns: Sequence[Column], counts: Mapping[int, ChannelCount]) -> Iterator[Chunk]:
+def merged(columns: Sequence[PendingMessages],
+           counts: Mapping[int, ChannelCount]) -> Iterator[Chunk]:
     """
     Yield chunks of message records in log time order, with their indexes by channel.
 
@@ -132,7 +132,7 @@ def merged(columns: Sequence[Column], counts: Mapping[int, ChannelCount]) -> Ite
         first, filled = last, int(ends[last - 1])
 
 
-def _in_order(columns: Sequence[Column]) -> tuple[Indices, Indices, Indices]:
+def _in_order(columns: Sequence[PendingMessages]) -> tuple[Indices, Indices, Indices]:
     """Return log times, record sizes and owning columns of all messages in log time order."""
     nothing = np.empty(0, np.int64)
     times = np.concatenate([nothing, *(column.log_times for column in columns)])

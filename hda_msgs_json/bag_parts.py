@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-from hda_msgs_json.mcap_file import (
-    Content, NO_HINTS, read_stretch, scan, Stretch, summarise, Times)
+from hda_msgs_json.mcap_file import (Content, FileStretch, NO_HINTS, read_stretch, scan, summarise,
+                                     Times)
 from hda_msgs_json.mcap_records import BagError, Records
 from hda_msgs_json.printable import printable
 from hda_msgs_json.schemas import SchemaError, short_name
@@ -31,11 +31,11 @@ class Channel(NamedTuple):
     quality: str = ''
 
 
-class Part(NamedTuple):
+class BagPart(NamedTuple):
     """Name a part of a file, and what its channels have in it."""
 
     path: Path
-    stretch: Stretch
+    stretch: FileStretch
     times: dict[int, Times]
 
 
@@ -44,7 +44,7 @@ class ScannedFile:
     """Collect channels and parts of one file, and what was found; channels are its own numbers."""
 
     channels: dict[int, Channel] = field(default_factory=dict)
-    parts: list[Part] = field(default_factory=list)
+    parts: list[BagPart] = field(default_factory=list)
     metadata: dict[str, str] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
 
@@ -56,14 +56,14 @@ def scan_file(path: Path) -> ScannedFile:
     schemas: dict[int, str] = {}
     for stretch in contents.stretches:
         times = {number: index.times for number, index in stretch.indexes.items()}
-        part = Part(path, stretch, times)
+        part = BagPart(path, stretch, times)
         if not times or not times.keys() <= file.channels.keys():
             part = part._replace(times=_look_into(part, schemas, file))
         file.parts.append(part)
     return file
 
 
-def _look_into(part: Part, schemas: dict[int, str], file: ScannedFile) -> dict[int, Times]:
+def _look_into(part: BagPart, schemas: dict[int, str], file: ScannedFile) -> dict[int, Times]:
     """Add what the records of a part define, and return what its channels have in it."""
     content, warning = content_of(part)
     if warning and warning not in file.warnings:
@@ -83,7 +83,7 @@ def _look_into(part: Part, schemas: dict[int, str], file: ScannedFile) -> dict[i
             if number in file.channels}
 
 
-def content_of(part: Part) -> tuple[Content, str]:
+def content_of(part: BagPart) -> tuple[Content, str]:
     """Return the content of a part of a file; if it is damaged, none and a warning."""
     try:
         return read_stretch(part.path, part.stretch), ''

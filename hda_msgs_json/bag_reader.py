@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeVar
 from hda_msgs_json.bag_files import BagFiles, find_files
 from hda_msgs_json.bag_gather import Gathering, JOINT_MESSAGES, Kind, WRENCH_MESSAGES
 from hda_msgs_json.bag_order import in_order, Message, part_messages, Source
-from hda_msgs_json.bag_parts import content_of, Part, scan_file, ScannedFile, summaries
+from hda_msgs_json.bag_parts import BagPart, content_of, scan_file, ScannedFile, summaries
 from hda_msgs_json.cdr import CdrError, decode_number, decode_string
 from hda_msgs_json.mcap_chunk import expanded
 from hda_msgs_json.mcap_file import Content
@@ -30,7 +30,7 @@ MOST_LISTED = 20
 class _Slot(NamedTuple):
     """Name channels of a part, and which of all messages of the topic they have."""
 
-    part: Part
+    part: BagPart
     channels: list[int]
     rows: slice
 
@@ -130,7 +130,7 @@ class Recording:
                  if channel.topic == topic and channel.quality]
         return list(dict.fromkeys(found))
 
-    def _part_messages(self, number: int, part: Part, topics: dict[int, str],
+    def _part_messages(self, number: int, part: BagPart, topics: dict[int, str],
                        start: int) -> Iterator[Message]:
         return part_messages(number, Records(*self._read(part)), topics, start)
 
@@ -199,7 +199,7 @@ class Recording:
                 first = last
             yield slots
 
-    def _read(self, part: Part) -> Content:
+    def _read(self, part: BagPart) -> Content:
         """Return the content of a part of a file; if it is damaged, none and a warning."""
         content, warning = content_of(part)
         self._warn(warning)

@@ -31,7 +31,7 @@ COMPRESSION = 'lz4'     # quick: the copy lives as long as the recording is look
 
 
 def is_sqlite(path: Path) -> bool:
-    """Tell whether a file is an SQLite data base; raises OSError."""
+    """Return whether a file is an SQLite data base; raises OSError."""
     with path.open('rb') as stream:
         return stream.read(len(MAGIC)) == MAGIC
 

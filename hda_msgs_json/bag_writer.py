@@ -9,8 +9,8 @@ from types import TracebackType
 from typing import NamedTuple
 
 from hda_msgs_json.bag_file import BagFile
-from hda_msgs_json.bag_merge import (
-    Chunk, Column, joint_column, merged, number_column, text_column, wrench_column)
+from hda_msgs_json.bag_merge import (Chunk, joint_column, merged, number_column, PendingMessages,
+                                     text_column, wrench_column)
 from hda_msgs_json.bag_metadata import METADATA_FILE, rosbag2_metadata, to_yaml, total
 from hda_msgs_json.bag_place import cannot_write, growing_directory, whole_directory
 from hda_msgs_json.mcap_chunk import COMPRESSIONS
@@ -61,7 +61,7 @@ class BagWriter:
         self._share_directories = share_directories
         self._metadata = dict(metadata)
         self._schemas: dict[str, Schema] = {}
-        self._columns: list[Column] = []
+        self._columns: list[PendingMessages] = []
         self._written: dict[str, ChannelCount] = {}         # files that are finished
         self._totals: dict[Topic, ChannelCount] = {}        # and what is in them
         self._described: ChannelCount | None = None
@@ -182,7 +182,7 @@ class BagWriter:
         return BagFile(self._directory / name, self._metadata, self._compression)
 
     def _is_full(self, log_time: int) -> bool:
-        """Tell whether the next message goes to another file."""
+        """Return whether the next message goes to another file."""
         _, size, time = self._files
         if not (size or time) or (first := self._file.mcap.first) is None:
             return False

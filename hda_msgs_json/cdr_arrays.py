@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Generic, TypeVar
 
-from hda_msgs_json.cdr_batch import Batch, batch_of, Block, by_layout, stamps_of
+from hda_msgs_json.cdr_batch import Batch, batch_of, by_layout, MessageBlock, stamps_of
 from hda_msgs_json.cdr_fields import CdrError, NANOSECONDS
 from hda_msgs_json.cdr_layout import (
     encode_joint_state, encode_wrench, JointState, Layout, read_joint_state, read_wrench, Wrench)
@@ -26,7 +26,7 @@ Samples = TypeVar('Samples', JointSamples, WrenchSamples)
 
 
 @dataclass(frozen=True)
-class Form(Generic[Samples]):
+class ArrayLayout(Generic[Samples]):
     """Know the layout of messages, and how to make arrays for many of them."""
 
     layout: Layout
@@ -81,7 +81,7 @@ def decode_wrench_batch(batch: Batch, number: int = 0) -> WrenchSamples:
     return WrenchSamples(stamps, frame_id or '', force, torque)
 
 
-def joint_form(message: bytes) -> Form[JointSamples]:
+def joint_form(message: bytes) -> ArrayLayout[JointSamples]:
     """Return what a JointState tells of others like it; raise CdrError if it is not sound."""
     state, layout = read_joint_state(message)
     _check_joint_state(state)
@@ -91,10 +91,10 @@ def joint_form(message: bytes) -> Form[JointSamples]:
         return JointSamples(np.empty(count, np.int64), state.names, position, velocity, effort,
                             state.frame_id)
 
-    return Form(layout, 8 + 24 * len(state.names), room)
+    return ArrayLayout(layout, 8 + 24 * len(state.names), room)
 
 
-def wrench_form(message: bytes) -> Form[WrenchSamples]:
+def wrench_form(message: bytes) -> ArrayLayout[WrenchSamples]:
     """Return what a WrenchStamped tells of others like it; raise CdrError if it is none."""
     wrench, layout = read_wrench(message)
 
@@ -102,7 +102,7 @@ def wrench_form(message: bytes) -> Form[WrenchSamples]:
         force, torque = np.empty((2, count, 3))
         return WrenchSamples(np.empty(count, np.int64), wrench.frame_id, force, torque)
 
-    return Form(layout, 56, room)
+    return ArrayLayout(layout, 56, room)
 
 
 def fill(layout: Layout, batch: Batch, samples: JointSamples | WrenchSamples) -> bool:
@@ -148,7 +148,7 @@ def _wrench_template(frame_id: str) -> tuple[bytes, Layout]:
     return message, read_wrench(message)[1]
 
 
-def _joint_samples(block: Block[JointState]) -> JointSamples:
+def _joint_samples(block: MessageBlock[JointState]) -> JointSamples:
     """Return the messages of one layout as arrays; what they lack is NaN."""
     names = block.first.names
     position, velocity, effort = (

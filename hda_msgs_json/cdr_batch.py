@@ -35,7 +35,7 @@ class Batch(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Block(Generic[Message]):
+class MessageBlock(Generic[Message]):
     """Hold messages of one layout: where they stood, the first of them, stamps and numbers."""
 
     chosen: Indices
@@ -53,7 +53,7 @@ def batch_of(messages: Sequence[bytes | memoryview]) -> Batch:
 
 def by_layout(
         batch: Batch, number: int, read: Callable[[bytes], tuple[Message, Layout]],
-        check: Callable[[Message], None]) -> Iterator[Block[Message]]:
+        check: Callable[[Message], None]) -> Iterator[MessageBlock[Message]]:
     """Yield the messages layout by layout, and what is left after `MOST_LAYOUTS` one by one."""
     left = np.arange(len(batch.starts))
     layouts = 0
@@ -73,7 +73,7 @@ def by_layout(
 
 def _same_layout(
         batch: Batch, left: Indices, first: Message, layout: Layout,
-) -> tuple[Block[Message], Indices]:
+) -> tuple[MessageBlock[Message], Indices]:
     """Return the messages of one layout as a block, and which ones are left."""
     same = batch.sizes[left] == layout.size
     records = batch.records(left[same], layout)
@@ -82,13 +82,13 @@ def _same_layout(
         records = records[fits]
         same[same] = fits
     numbers = tuple(records[f'numbers{index}'] for index in range(len(layout.doubles)))
-    return Block(left[same], first, stamps_of(records), numbers), left[~same]
+    return MessageBlock(left[same], first, stamps_of(records), numbers), left[~same]
 
 
-def _single(first: Message, chosen: Indices) -> Block[Message]:
+def _single(first: Message, chosen: Indices) -> MessageBlock[Message]:
     """Return one message as a block."""
     numbers = tuple(values[np.newaxis] for values in first.numbers)
-    return Block(chosen, first, np.array([first.stamp_ns]), numbers)
+    return MessageBlock(chosen, first, np.array([first.stamp_ns]), numbers)
 
 
 def stamps_of(records: NDArray[np.void]) -> Stamps:

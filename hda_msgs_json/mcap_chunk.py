@@ -117,7 +117,7 @@ def _decompress(stored: bytes, compression: str, size: int) -> bytes:
 
 
 def _checks_itself(stored: bytes, compression: str) -> bool:
-    """Tell whether data carry a checksum that was verified as they were decompressed."""
+    """Return whether data carry a checksum that was verified as they were decompressed."""
     return compression == 'zstd' and zstandard.get_frame_parameters(stored).has_checksum
 
 

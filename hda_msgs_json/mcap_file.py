@@ -41,7 +41,7 @@ class Index:
 
 
 @dataclass(frozen=True)
-class Stretch:
+class FileStretch:
     """
     Name a part of a file that holds messages: a chunk, or records outside of any chunk.
 
@@ -62,7 +62,7 @@ class Stretch:
 class Contents:
     """Collect what a pass over the top level of a file finds."""
 
-    stretches: list[Stretch] = field(default_factory=list)
+    stretches: list[FileStretch] = field(default_factory=list)
     metadata: dict[str, str] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
 
@@ -88,7 +88,7 @@ class Content(NamedTuple):
     hints: Indices
 
 
-def read_stretch(path: Path, stretch: Stretch) -> Content:
+def read_stretch(path: Path, stretch: FileStretch) -> Content:
     """Return the content of a part of a file; raise BagError if it is damaged."""
     try:
         with path.open('rb') as stream:
@@ -198,7 +198,7 @@ class _Scanner:
         if left < 0 or (stored > left and not cut):
             self._warn(f'the chunk at byte {start - RECORD_HEAD.size} is damaged and left out')
             return
-        self._found.stretches.append(Stretch(
+        self._found.stretches.append(FileStretch(
             offset, min(stored, left), size, name.decode('ascii', 'replace'), crc, cut))
 
     def _index(self, start: int, length: int) -> None:
@@ -229,7 +229,7 @@ class _Scanner:
         opcodes = np.frombuffer(content, np.uint8)[starts]
         foreign = np.flatnonzero(~np.isin(opcodes, LOOSE))
         stop = int(starts[foreign[0]]) if len(foreign) else end
-        self._found.stretches.append(Stretch(at, stop, stop))
+        self._found.stretches.append(FileStretch(at, stop, stop))
         return at + stop
 
     def _read(self, at: int, size: int) -> bytes:

@@ -78,7 +78,7 @@ def whole_directory(path: Path, *, force: bool = False) -> Iterator[Path]:
 
     Raises OutputError where the place is taken or the disk refuses.
     """
-    with _told(path):
+    with _errors_named(path):
         directory = WholeDirectory(path, force=force)
         try:
             yield directory.partial
@@ -98,7 +98,7 @@ def whole_file(path: Path, *, force: bool = False) -> Iterator[TextIO]:
     check_file(path, force=force)
     target = _place(path)
     partial = _beside(target)
-    with _told(path):
+    with _errors_named(path):
         try:
             with partial.open('x', encoding='utf-8', newline='') as stream:
                 yield stream
@@ -159,7 +159,7 @@ def _is_empty(directory: Path) -> bool:
 
 
 def _is_own(directory: Path) -> bool:
-    """Tell whether a directory holds a file that says so, and none of another kind."""
+    """Return whether a directory holds a file that says so, and none of another kind."""
     found = [Path(place, name) for place, below, names in os.walk(directory)
              for name in (*names, *(link for link in below if Path(place, link).is_symlink()))]
     if any(file.is_symlink() or file.suffix not in SUFFIXES or not file.is_file()
@@ -201,7 +201,7 @@ def _remove(place: Path) -> None:
 
 
 @contextmanager
-def _told(path: Path) -> Iterator[None]:
+def _errors_named(path: Path) -> Iterator[None]:
     """Turn what the disk refuses into OutputError."""
     try:
         yield

@@ -16,7 +16,7 @@ from .commands.outcome import without_nan
 from .commands.parsing import MISUSED, Parser
 from .commands.remarks import Remarks
 from .commands.terminal import show
-from .error_sentences import DEBUG, ToldErrors
+from .error_sentences import DEBUG, OneLineErrors
 from .version import version
 
 # A command's module is imported only when it is asked for, so that `hda` starts at once.
@@ -64,16 +64,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if words[:1] == [HELP]:
         words = [*words[1:], '--help']
     command = next((word for word in words if not word.startswith('-')), None)
-    told = ToldErrors()
+    errors = OneLineErrors()
     try:
-        with told, warnings.catch_warnings(), Remarks() as remarks:
+        with errors, warnings.catch_warnings(), Remarks() as remarks:
             if not os.environ.get(DEBUG):
                 warnings.simplefilter('ignore')         # of libraries: they name no mistake
             return _run(command, words, remarks)
     except KeyboardInterrupt:
         print('hda: interrupted', file=sys.stderr)
         return INTERRUPTED
-    print(one_line(f'hda {command}: {told.sentence}'), file=sys.stderr)
+    print(one_line(f'hda {command}: {errors.sentence}'), file=sys.stderr)
     return MISUSED
 
 
@@ -87,7 +87,7 @@ def _run(command: str | None, words: Sequence[str], remarks: Remarks) -> int:
         parser.print_help()
         return MISUSED
     outcome = _module(options.command).execute(options)
-    remarks.tell()
+    remarks.show()
     try:
         if options.json:
             print(json.dumps(without_nan(outcome.report), allow_nan=False))

@@ -12,7 +12,7 @@ DEBUG = 'HDA_DEBUG'
 """What is set in the environment to see the traceback of every error as well."""
 
 
-class ToldErrors(AbstractContextManager['ToldErrors']):
+class OneLineErrors(AbstractContextManager['OneLineErrors']):
     """
     End a `with` statement at an error, and keep the sentence that tells it in `sentence`.
 

@@ -12,7 +12,7 @@ from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion_of
 from hda_arm_sim.plant import Plant
 from hda_arm_sim.ros.startup_signals import EarlyEnd
-from hda_arm_sim.simulate import Course, rest, rollout
+from hda_arm_sim.simulate import InputHistory, rest, rollout
 import numpy as np
 
 from .controlling.live_controller import LiveController
@@ -42,7 +42,7 @@ def warm_up(arm: Arm) -> None:
     loop = run(arm, arm, path, 0)
     start = rest(arm, path.angle[0])
     for held in (True, False):
-        rollout(arm, start, Course(loop.command[:5], loop.force[:5]), _DT, held=held)
+        rollout(arm, start, InputHistory(loop.command[:5], loop.force[:5]), _DT, held=held)
     LiveEstimator(arm)
     LiveController(arm)
     plant = Plant(arm, start, _DT, 0)

@@ -79,6 +79,6 @@ def shown(text: str, folder: Path, widths: Iterable[int]) -> Shown:
         [str(CHROMIUM), *FLAGS, f'--user-data-dir={folder / "profile"}',
          '--window-size=2000,1200', '--dump-dom', frames.as_uri()],
         capture_output=True, text=True, timeout=300, check=False)
-    told = json.loads(unescape(re.search(r'<title>(.*?)</title>', done.stdout, re.DOTALL)[1]))
-    return Shown({int(width): found for width, found in told.items()},
+    report = json.loads(unescape(re.search(r'<title>(.*?)</title>', done.stdout, re.DOTALL)[1]))
+    return Shown({int(width): found for width, found in report.items()},
                  [line for line in done.stderr.splitlines() if 'CONSOLE' in line])

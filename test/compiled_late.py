@@ -8,7 +8,7 @@ from hda_arm_sim.model.files import read_arm
 from hda_msgs_json.cdr import decode_joint_state, encode_joint_state
 from hda_msgs_json.topics import JOINT_TORQUES, motor_name
 from hda_torque_estimator.controlling.controller import ControllerSettings
-from hda_torque_estimator.controlling.live_controller import LiveController, Trajectory
+from hda_torque_estimator.controlling.live_controller import LiveController, TargetPoints
 from hda_torque_estimator.estimating.estimate_messages import estimate_topics
 from hda_torque_estimator.estimating.estimator_report import estimator_report
 from hda_torque_estimator.estimating.live_estimator import LiveEstimator
@@ -48,7 +48,7 @@ def move(live: LiveArm, estimator: LiveEstimator, controller: LiveController) ->
         live.advance()
         if k == TARGET:
             here = controller.present()[:, 0]
-            controller.follow(Trajectory(ARM.labels, [1.0, 2.0], [here + 0.2, here], []))
+            controller.follow(TargetPoints(ARM.labels, [1.0, 2.0], [here + 0.2, here], []))
             estimator.estimator.tare()
         if k % REPORT == REPORT - 1:
             estimator_report(estimator, PACE, Refusals())

@@ -53,7 +53,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def shares(item: pytest.Item) -> bool:
-    """Tell whether a test uses a fixture of its module, or its module remembers results."""
+    """Return whether a test uses a fixture of its module, or its module remembers results."""
     known = getattr(item, '_fixtureinfo', None)
     fixtures = known.name2fixturedefs if known else {}
     laws = vars(getattr(item, 'module', item)).values()

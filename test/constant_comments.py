@@ -4,7 +4,7 @@ import ast
 import re
 from typing import NamedTuple
 
-GROUP = '# Choices unless told otherwise'
+GROUP = '# Choices unless stated otherwise'
 ORIGIN = re.compile(r' ?\((choice|layout|(?:choice|null|measured|source): [^()]+)\)')
 UNIT = re.compile(r' ?\[([^\]]+)\]')
 

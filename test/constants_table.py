@@ -4,7 +4,7 @@ Write docs/constants.md: every constant of judgement with its meaning, origin an
 The table is read from the source. A constant is a number in capitals at the top level of a module
 that judges. Its comment tells its meaning, its unit in brackets, and in parentheses where the
 number comes from: `(choice)`, or `(null: ...)`, `(measured: ...)`, `(source: ...)` with words. A
-comment `Choices unless told otherwise` speaks for all constants down to the next blank line.
+comment `Choices unless stated otherwise` speaks for all constants down to the next blank line.
 Positions in an array are marked `(layout)` and are no judgement.
 """
 
@@ -67,7 +67,7 @@ def constants(text: str) -> Iterator[Constant]:
 
 
 def _is_judgement(names: tuple[str, ...], value: ast.expr) -> bool:
-    """Tell whether a value is one number or several; whole ones for several names are places."""
+    """Return whether a value is one number or several; whole ones for several names are places."""
     if len(names) > 1:
         parts = getattr(value, 'elts', [])
         return any(type(getattr(part, 'value', None)) is float for part in parts)
@@ -75,7 +75,7 @@ def _is_judgement(names: tuple[str, ...], value: ast.expr) -> bool:
 
 
 def _is_number(value: ast.expr) -> bool:
-    """Tell whether an expression is a number, a few of them, or worked out of numbers alone."""
+    """Return whether an expression is a number, a few of them, or worked out of numbers alone."""
     match value:
         case ast.Constant(value=number):
             return type(number) in (int, float)

@@ -42,15 +42,15 @@ class Page:
 
     def _note(self, message: dict[str, Any]) -> None:
         """Keep errors that the page or its console tells."""
-        told = message.get('params', {})
+        reported = message.get('params', {})
         if message.get('method') == 'Runtime.exceptionThrown':
-            details = told['exceptionDetails']
+            details = reported['exceptionDetails']
             self.complaints.append(
                 details.get('exception', {}).get('description') or details['text'])
-        if message.get('method') == 'Log.entryAdded' and told['entry']['level'] == 'error':
-            self.complaints.append(told['entry']['text'])
-        if message.get('method') == 'Runtime.consoleAPICalled' and told['type'] == 'error':
-            self.complaints.append(str(told['args']))
+        if message.get('method') == 'Log.entryAdded' and reported['entry']['level'] == 'error':
+            self.complaints.append(reported['entry']['text'])
+        if message.get('method') == 'Runtime.consoleAPICalled' and reported['type'] == 'error':
+            self.complaints.append(str(reported['args']))
 
     async def visit(self, url: str, width: int = 1280, height: int = 800) -> None:
         """Open an address on a screen of this size [px]."""
@@ -112,6 +112,6 @@ def _address(process: 'subprocess.Popen[str]') -> str:
     """Return where the browser listens."""
     assert process.stderr
     for line in process.stderr:
-        if told := re.search(r'DevTools listening on ws://([^/]+)/', line):
-            return told[1]
+        if reported := re.search(r'DevTools listening on ws://([^/]+)/', line):
+            return reported[1]
     raise AssertionError('the browser ended before it listened')

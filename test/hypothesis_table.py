@@ -23,7 +23,7 @@ HEAD = """
 
 Each effect declares how it is looked for (`hda_arm_sim/model/effects`). These thresholds are part
 of the declaration. An effect that is not listed has the usual ones. `test_hidden_effects` and
-`test_backing` rest on them.
+`test_goodness_of_fit` rest on them.
 
 | threshold | usual value | meaning | origin |
 |---|---|---|---|
@@ -56,10 +56,11 @@ def thresholds() -> Iterator[tuple[str, str, str]]:
     for node in body:
         if isinstance(node, ast.AnnAssign):
             name = ast.unparse(node.target)
-            told = constant_of((name,), '', comment_of(lines, node), '')
-            if told.origin:
-                yield name, f'{told.meaning} [{told.unit}]' if told.unit else told.meaning, \
-                    told.origin
+            reported = constant_of((name,), '', comment_of(lines, node), '')
+            if reported.origin:
+                meaning = reported.meaning
+                yield name, f'{meaning} [{reported.unit}]' if reported.unit else meaning, \
+                    reported.origin
 
 
 def usual(name: str) -> object:

@@ -66,10 +66,10 @@ class Process:
         return self._process.wait(PATIENCE)
 
     def running(self) -> bool:
-        """Tell whether it runs."""
+        """Return whether it runs."""
         return self._process.poll() is None
 
-    def tell(self) -> None:
+    def interrupt(self) -> None:
         """Tell it to end."""
         if self.running():
             self.send(signal.SIGCONT, signal.SIGINT)
@@ -77,7 +77,7 @@ class Process:
     def end(self) -> None:
         """End it, however it takes it."""
         if self.running():
-            self.tell()
+            self.interrupt()
             try:
                 self._process.wait(10.0)
             except subprocess.TimeoutExpired:
@@ -159,7 +159,7 @@ def running(folder: Path, **nodes: tuple[str, ...]) -> Iterator[dict[str, Proces
         yield started
     finally:
         for process in started.values():        # all are told first: each may take a second
-            process.tell()
+            process.interrupt()
         for process in started.values():
             process.end()
 

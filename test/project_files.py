@@ -33,5 +33,5 @@ def copy_project(to: Path) -> Path:
 
 
 def made_by_tools(name: str) -> bool:
-    """Tell whether a file or directory of this name was made by a tool."""
+    """Return whether a file or directory of this name was made by a tool."""
     return any(fnmatch(name, pattern) for pattern in MADE_BY_TOOLS)

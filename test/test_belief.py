@@ -6,13 +6,13 @@ from functools import cache
 
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
-from hda_torque_estimator.estimating.belief_words import believed, doubts_told
+from hda_torque_estimator.estimating.belief_words import believed, doubts_in_words
 from hda_torque_estimator.estimating.estimates import Estimates
 from hda_torque_estimator.estimating.estimator import Estimator, EstimatorSettings
 from hda_torque_estimator.estimating.laws import layout
 from hda_torque_estimator.estimating.laws.fusion_memory import stiffness_factor
 from hda_torque_estimator.measurements.conventions import wrong_convention
-from hda_torque_estimator.simulating.closed_loop import Run, run
+from hda_torque_estimator.simulating.closed_loop import ClosedLoopRun, run
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ Spoil = Callable[[np.ndarray, np.ndarray], None]
 
 
 @cache
-def moving(path: str = 'rich', seed: int = 4) -> Run:
+def moving(path: str = 'rich', seed: int = 4) -> ClosedLoopRun:
     """Return five seconds of a healthy arm."""
     return run(ARM, ARM, motion(path, 2, 5.0, 1e-3, seed), seed)
 
@@ -81,7 +81,7 @@ FAULTS: dict[str, Spoil] = {
 
 
 @pytest.mark.parametrize('name', FAULTS)
-def test_a_fault_is_harmless_or_told_within_50_ms(name):
+def test_a_fault_is_harmless_or_reported_within_50_ms(name):
     found, truth = spoilt(FAULTS[name])
     off = np.abs(found.torque - truth)
     wrong = ~(off < np.maximum(0.5, 3.3 * found.torque_deviation)).all(axis=1)
@@ -90,7 +90,7 @@ def test_a_fault_is_harmless_or_told_within_50_ms(name):
         assert not valid(found)[first:first + SOON].all()
 
 
-def turning(made: Run, joint: int) -> int:
+def turning(made: ClosedLoopRun, joint: int) -> int:
     """Return where a link turns back with the largest torque, a second from either end."""
     rate = np.gradient(made.reading[:, joint, 1])
     back = np.flatnonzero(np.diff(np.sign(np.convolve(rate, np.full(21, 1 / 21), 'same'))) != 0.0)
@@ -124,9 +124,9 @@ AT_REST: dict[str, tuple[Callable[[np.ndarray, int], None], str]] = {
 @pytest.mark.parametrize('every', [1, 2])
 @pytest.mark.parametrize('joint', [0, 1])
 @pytest.mark.parametrize('name', AT_REST)
-def test_a_fault_while_a_joint_turns_back_is_told_within_50_ms(name, joint, every):
+def test_a_fault_while_a_joint_turns_back_is_reported_within_50_ms(name, joint, every):
     """There the motor sticks, and its torque says nothing of the torsion."""
-    made, (spoil, told) = moving('sine'), AT_REST[name]
+    made, (spoil, reported) = moving('sine'), AT_REST[name]
     reading, at = made.reading[::every].copy(), turning(made, joint) // every
     spoil(reading[:, joint], at)
     stamps = np.arange(1, len(reading) + 1) * 1_000_000 * every
@@ -136,7 +136,7 @@ def test_a_fault_while_a_joint_turns_back_is_told_within_50_ms(name, joint, ever
     assert wrong[at:].any()
     first = at + int(np.argmax(wrong[at:]))
     rows = found.joints[first:first + SOON // every, :, layout.DOUBT].tolist()
-    assert any(told in words for row in rows for words in doubts_told(ARM.labels, row))
+    assert any(reported in words for row in rows for words in doubts_in_words(ARM.labels, row))
 
 
 @pytest.mark.parametrize('taught', [True, False])
@@ -208,14 +208,14 @@ def test_absurd_velocities_and_torques_are_as_none(value):
 
 
 @pytest.mark.parametrize('sign', [0, 1])
-def test_a_reversed_encoder_is_told_within_a_second(sign):
+def test_a_reversed_encoder_is_reported_within_a_second(sign):
     made = moving()
     reading = made.reading.copy()
     reading[:, 0, sign::2] *= -1.0
     found = estimates(reading, made.command)
     travelled = np.abs(np.diff(made.reading[:, 0, 1])).cumsum()
     at = int(np.argmax(travelled > 0.1))
-    words = doubts_told(ARM.labels, found.joints[at, :, layout.DOUBT].tolist())
+    words = doubts_in_words(ARM.labels, found.joints[at, :, layout.DOUBT].tolist())
     assert 'joint1: one encoder has the other sign' in words
     assert wrong_convention(ARM.joints[0], *reading[:, 0, :2].T, made.command[:, 0]) is not None
 
@@ -233,7 +233,7 @@ def test_a_loop_begins_anew_by_itself():
     np.testing.assert_array_equal(found.torque[count:], again.torque)
 
 
-def test_two_publishers_are_told():
+def test_two_publishers_are_reported():
     made = moving()
     stamps = np.repeat(np.arange(1, 2001) * 1_000_000, 2)
     stamps[1::2] += 300_000
@@ -241,13 +241,14 @@ def test_two_publishers_are_told():
     reading[1::2] = made.reading[4000]
     found = Estimator(ARM).run(stamps, reading)
     assert not valid(found)[100:].any()
-    words = [doubts_told(ARM.labels, row)[0] for row in found.joints[:, :, layout.DOUBT].tolist()
+    words = [doubts_in_words(ARM.labels, row)[0] for row in found.joints[:, :,
+                                                                         layout.DOUBT].tolist()
              if row[0]]
     assert any('two publishers' in each for each in words)
     assert np.isfinite(found.torque[::2]).all()
 
 
-def test_two_publishers_with_clocks_apart_are_told():
+def test_two_publishers_with_clocks_apart_are_reported():
     made = moving()
     stamps = np.repeat(np.arange(1, 2001) * 1_000_000 + 10**12, 2)
     stamps[1::2] -= 10**11
@@ -270,13 +271,13 @@ def test_no_torque_runs_away_from_what_the_motor_gives(zero, softer, constant, s
     found = Estimator(other).run(np.arange(1, len(reading) + 1) * 1_000_000, reading, command)
     joint = other.joints[0]
     speed = np.gradient(reading[:, 0, 0], 1e-3)
-    told = joint.ratio * (np.roll(command[:, 0], 1)
-                          - joint.motor_inertia * np.gradient(speed, 1e-3))
+    reported = joint.ratio * (np.roll(command[:, 0], 1)
+                              - joint.motor_inertia * np.gradient(speed, 1e-3))
     torque, deviation = found.torque[:, 0], found.torque_deviation[:, 0]
     assert np.isfinite(torque).all()
     friction = joint.ratio * (3.0 * joint.dry_friction + joint.viscous_friction * np.abs(speed))
     mean = [np.convolve(each, np.full(50, 0.02), 'valid')[200:]
-            for each in (torque - told, friction, deviation)]
+            for each in (torque - reported, friction, deviation)]
     assert (np.abs(mean[0]) <= mean[1] + 3.0 * mean[2] + 2.0).mean() > 0.97
 
 

@@ -14,12 +14,12 @@ PATIENCE = 300.0        # until a tiny case has ended: nothing is measured by it
 
 
 def is_program(path: Path) -> bool:
-    """Tell whether a file of the folder is started by itself."""
+    """Return whether a file of the folder is started by itself."""
     return "if __name__ == '__main__'" in path.read_text(encoding='utf-8')
 
 
 def has_nodes(path: Path) -> bool:
-    """Tell whether a benchmark starts nodes, which go in one group with all other nodes."""
+    """Return whether a benchmark starts nodes, which go in one group with all other nodes."""
     text = path.read_text(encoding='utf-8')
     return 'from nodes import' in text or 'rclpy' in text
 
@@ -94,7 +94,7 @@ def make_bench(tmp_path: Path, *words: str) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.skipif(shutil.which('make') is None, reason='there is no make')
-def test_make_bench_goes_on_and_tells_which_failed(tmp_path):
+def test_make_bench_goes_on_and_reports_which_failed(tmp_path):
     done = make_bench(tmp_path)
     assert 'good []' in done.stdout
     assert done.returncode != 0

@@ -6,12 +6,12 @@ from functools import cache
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
-from hda_torque_estimator.estimating.belief_words import doubts_told
+from hda_torque_estimator.estimating.belief_words import doubts_in_words
 from hda_torque_estimator.estimating.estimates import Estimates
 from hda_torque_estimator.estimating.estimator import Estimator, EstimatorSettings
 from hda_torque_estimator.estimating.laws import layout
 from hda_torque_estimator.estimating.laws.agreement import cut_off
-from hda_torque_estimator.simulating.closed_loop import Run, run
+from hda_torque_estimator.simulating.closed_loop import ClosedLoopRun, run
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ Array = np.ndarray
 
 
 @cache
-def moving(path: str) -> Run:
+def moving(path: str) -> ClosedLoopRun:
     """Return five seconds of a healthy arm."""
     return run(ARM, ARM, motion(path, 2, 5.0, 1e-3, 4), 4)
 
@@ -34,7 +34,7 @@ def wrong(softer: float) -> Arm:
         torsion, flexspline_stiffness=torsion.flexspline_stiffness * softer)), ARM.joints[1]))
 
 
-def told(arm: Arm, zero: float, command: Array, path: str, **chosen: float) -> Estimates:
+def estimated(arm: Arm, zero: float, command: Array, path: str, **chosen: float) -> Estimates:
     """Return the estimates with a link encoder whose zero is another [rad]."""
     reading = moving(path).reading.copy()
     reading[:, 0, 1] += zero
@@ -66,7 +66,7 @@ def test_no_torque_is_further_from_what_a_motor_allows_than_three_deviations(
         zero, softer, constant, sign, path):
     """Every single torque, from the first sample on, believed or not."""
     command = sign * constant * moving(path).command
-    found = told(wrong(softer), zero, command, path)
+    found = estimated(wrong(softer), zero, command, path)
     least, most = allowed(command, path)
     torque, doubt = found.torque[:, 0], 3.0 * found.torque_deviation[:, 0]
     assert np.isfinite(torque).all() and np.isfinite(doubt).all()
@@ -76,7 +76,7 @@ def test_no_torque_is_further_from_what_a_motor_allows_than_three_deviations(
 
 @pytest.mark.parametrize('zero', [-0.02, 0.0044, 0.02])
 def test_a_zero_is_learnt_within_half_a_second_of_motion(zero):
-    found = told(ARM, zero, moving('sine').command, 'sine')
+    found = estimated(ARM, zero, moving('sine').command, 'sine')
     off = np.abs(found.torque - moving('sine').joint_torque)[:, 0]
     assert off[1000:].max() < 4.0
     assert off[3000:].mean() < 0.25
@@ -86,22 +86,22 @@ def test_a_zero_is_learnt_within_half_a_second_of_motion(zero):
 
 def test_a_zero_is_confined_at_rest():
     """Standing still the motor tells no more than its dry friction leaves open."""
-    found = told(ARM, 0.0044, moving('standstill').command, 'standstill')
+    found = estimated(ARM, 0.0044, moving('standstill').command, 'standstill')
     off = np.abs(found.torque - moving('standstill').joint_torque)[:, 0]
     friction = ARM.joints[0].ratio * ARM.joints[0].dry_friction
     assert off[500:].max() < 3.0 * friction
     assert (off < 3.0 * found.torque_deviation[:, 0])[500:].all()
 
 
-def test_two_witnesses_that_no_zero_reconciles_are_told():
-    found = told(ARM, 0.0, -moving('rich').command, 'rich')
+def test_two_witnesses_that_no_zero_reconciles_are_reported():
+    found = estimated(ARM, 0.0, -moving('rich').command, 'rich')
     said = {words for row in np.unique(found.joints[:, :, layout.DOUBT], axis=0).tolist()
-            for words in doubts_told(ARM.labels, row)}
+            for words in doubts_in_words(ARM.labels, row)}
     assert any(words.startswith('joint1: ') and 'motor' in words for words in said)
 
 
 def test_a_zero_follows_the_motor_only_if_asked():
-    stay, follow = (told(ARM, 0.0, moving('rich').command, 'rich', fusion_zero_follows=each)
+    stay, follow = (estimated(ARM, 0.0, moving('rich').command, 'rich', fusion_zero_follows=each)
                     for each in (0.0, 0.1))
     assert stay.torque_deviation[-1, 0] < follow.torque_deviation[-1, 0]
 

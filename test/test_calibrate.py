@@ -162,8 +162,8 @@ def test_the_arm_file_says_where_its_numbers_came_from(nominal, hidden, tmp_path
         f'joint1.{number.name}' for number in found.joints[0].numbers}
     assert '(90 %), from reference torques of bag' in origins['joint1.clock_skew.skew']
     left = [joint.torsion.deviation for joint in arm.joints]
-    told = {number.name: number.value for number in found.joints[0].numbers}
-    assert left == [pytest.approx(told['torsion.deviation']), 0.0]
+    reported = {number.name: number.value for number in found.joints[0].numbers}
+    assert left == [pytest.approx(reported['torsion.deviation']), 0.0]
     assert json.loads(json.dumps(found.report(), allow_nan=False))['joints'][1]['kept']
 
 
@@ -221,7 +221,7 @@ def test_a_motor_alone_is_calibrated(nominal: Arm, seen):
 
 
 @pytest.mark.parametrize('recordings', SOME)
-def test_a_torsion_that_tells_nothing_leaves_the_lead_to_the_motor(
+def test_a_torsion_that_determines_nothing_leaves_the_lead_to_the_motor(
         recordings, nominal: Arm, seen):
     parts = []
     for part in seen[:recordings]:

@@ -11,10 +11,10 @@ from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import Motion, motion
 from hda_msgs_json.topics import BASE_FRAME, EXTERNAL_WRENCH
 from hda_torque_estimator.calibrate.calibration import one_joint
-from hda_torque_estimator.calibrate.fitting.arm_numbers import Number
+from hda_torque_estimator.calibrate.fitting.arm_numbers import ArmNumber
 from hda_torque_estimator.calibrate.fitting.friction import friction
 from hda_torque_estimator.calibrate.passages.calibration_recording import heard
-from hda_torque_estimator.calibrate.passages.stated_conditions import Stated
+from hda_torque_estimator.calibrate.passages.stated_conditions import StatedConditions
 from hda_torque_estimator.simulating.closed_loop import run
 from hda_torque_estimator.simulating.recorded import joint_samples, on_tip
 import numpy as np
@@ -49,7 +49,7 @@ def drawn(arm: Arm, seed: int) -> Arm:
     return arm
 
 
-def found(true: Arm, nominal: Arm, seed: int, period: float) -> list[Number]:
+def found(true: Arm, nominal: Arm, seed: int, period: float) -> list[ArmNumber]:
     """Return the friction of both joints, found on one recording in which the tip is pulled."""
     asked = motion('rich', 2, SECONDS, period, seed)
     turning = 2.0 * np.pi * asked.time / SECONDS
@@ -58,7 +58,7 @@ def found(true: Arm, nominal: Arm, seed: int, period: float) -> list[Number]:
     stamps = 10 ** 9 + np.round(made.time * 1e9).astype(np.int64)
     states = joint_samples(nominal, stamps, made.reading, made.command)
     pulled = {EXTERNAL_WRENCH.name: on_tip(stamps, BASE_FRAME, made.force)}
-    passages = heard(states, pulled, f'recording {seed}', nominal, Stated()).passages
+    passages = heard(states, pulled, f'recording {seed}', nominal, StatedConditions()).passages
     return [number for label, passage in passages.items()
             for number in friction(one_joint(nominal, label), [passage])]
 
@@ -83,10 +83,10 @@ def test_intervals_of_friction_hold_the_truth(more, period, truth, nominal):
     for label in nominal.labels:
         for effect in more:
             true = true.with_effect(effect, label)
-    told = shares(true, nominal, period, truth)
-    assert set(told) == set(truth)
+    reported = shares(true, nominal, period, truth)
+    assert set(reported) == set(truth)
     least = EXPECTED - BY_CHANCE * np.sqrt(EXPECTED * (1.0 - EXPECTED) / (2 * RECORDINGS))
-    for name, (share, bias) in told.items():
+    for name, (share, bias) in reported.items():
         assert share >= least, (name, share)
         assert abs(bias) < 0.5, (name, bias)
 

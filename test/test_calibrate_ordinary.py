@@ -13,7 +13,7 @@ from hda_msgs_json.bag import BagWriter
 from hda_msgs_json.topics import BASE_FRAME, JOINT_STATES, REFERENCE_TIP_WRENCH
 from hda_torque_estimator.cli import main
 from hda_torque_estimator.estimating.estimator import Estimator, EstimatorSettings
-from hda_torque_estimator.simulating.closed_loop import Run, run
+from hda_torque_estimator.simulating.closed_loop import ClosedLoopRun, run
 from hda_torque_estimator.simulating.recorded import joint_samples, on_tip
 import numpy as np
 import pytest
@@ -48,7 +48,7 @@ def true(nominal: Arm) -> Arm:
     return arm
 
 
-def moved(true: Arm, nominal: Arm, seed: int, pull: float) -> Run:
+def moved(true: Arm, nominal: Arm, seed: int, pull: float) -> ClosedLoopRun:
     """Return a run in which the tip is pulled slowly to and fro [N], or not."""
     asked = motion('rich', 2, SECONDS, 1e-3, seed)
     turning = 2.0 * np.pi * asked.time / SECONDS
@@ -56,12 +56,12 @@ def moved(true: Arm, nominal: Arm, seed: int, pull: float) -> Run:
     return run(true, nominal, Motion(asked.time, asked.angle, asked.rate, force), seed)
 
 
-def stamps_of(made: Run) -> np.ndarray:
+def stamps_of(made: ClosedLoopRun) -> np.ndarray:
     """Return the stamps of a run [ns]."""
     return np.round(made.time * 1e9).astype(np.int64) + 1
 
 
-def bag_of(path: Path, arm: Arm, made: Run, *, sensor: bool) -> str:
+def bag_of(path: Path, arm: Arm, made: ClosedLoopRun, *, sensor: bool) -> str:
     """Write a run as a driver records it, with a force sensor or without."""
     stamps = stamps_of(made)
     with BagWriter(path, {}) as bag:
@@ -72,7 +72,7 @@ def bag_of(path: Path, arm: Arm, made: Run, *, sensor: bool) -> str:
     return str(path)
 
 
-def off(arm: Arm, made: Run) -> np.ndarray:
+def off(arm: Arm, made: ClosedLoopRun) -> np.ndarray:
     """Return the mean absolute error of the torques by torsion alone (n,) [N*m]."""
     found = Estimator(arm, TORSION_ALONE).run(stamps_of(made), made.reading)
     return np.abs(found.torque - made.joint_torque)[BEGUN:].mean(axis=0)
@@ -109,7 +109,7 @@ def test_ordinary_recordings_calibrate_an_arm(true, nominal, tmp_path, capsys):
         found = arm.effect('coulomb_friction', joint.label).level
         assert abs(found - joint.dry_friction) < 3.0 * known
     assert arm.tolerances.link_inertia == nominal.tolerances.link_inertia
-    told = Estimator(arm).run(stamps_of(other), other.reading, other.command)
-    wrong = np.abs(told.torque - other.joint_torque)[BEGUN:]
-    assert 0.8 < (wrong < 1.645 * told.torque_deviation[BEGUN:]).mean() <= 1.0
+    estimated = Estimator(arm).run(stamps_of(other), other.reading, other.command)
+    wrong = np.abs(estimated.torque - other.joint_torque)[BEGUN:]
+    assert 0.8 < (wrong < 1.645 * estimated.torque_deviation[BEGUN:]).mean() <= 1.0
     assert any(name.startswith('joint1') for name, _ in arm.provenance)

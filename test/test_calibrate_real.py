@@ -72,9 +72,9 @@ def four(**wrong: float) -> list[Measured]:
 
 def error(arm: Arm, seen: Measured, *, believed: bool = False) -> float:
     """Return the rms error of the estimator on a recording, or where it believes it [N*m]."""
-    told = Estimator(arm).run(seen.stamps, seen.readings, seen.command[:, np.newaxis])
+    estimated = Estimator(arm).run(seen.stamps, seen.readings, seen.command[:, np.newaxis])
     mean = np.nanmean if believed else np.mean
-    return float(np.sqrt(mean((told.torque[:, 0] - seen.reference) ** 2)))
+    return float(np.sqrt(mean((estimated.torque[:, 0] - seen.reference) ** 2)))
 
 
 @pytest.fixture(scope='module')
@@ -95,9 +95,9 @@ def test_a_coarse_leg_is_no_worse_than_a_line_by_hand(found):
 
 
 def test_what_each_witness_is_worth_is_in_the_file(found):
-    joint, told = found.arm.joints[0], found.joints[0]
+    joint, reported = found.arm.joints[0], found.joints[0]
     assert 0.0 < joint.motor_deviation < joint.torsion.deviation
-    assert joint.motor_deviation < told.reference / 4.0
+    assert joint.motor_deviation < reported.reference / 4.0
     assert found.arm.tolerances_of('knee').torsion_zero > 2e-3
     assert 'a straight line by' in found.text()
     assert json.loads(json.dumps(found.report(), allow_nan=False))['joints'][0]['together'] > 0.0
@@ -108,9 +108,10 @@ def test_nine_in_ten_torques_of_other_recordings_are_within_their_intervals(foun
     held = []
     for seed, zero in ((9, -6e-3), (10, 3e-3), (11, 6e-3)):
         seen = recorded(seed, zero=zero, constant=0.7)
-        told = Estimator(found.arm).run(seen.stamps, seen.readings, seen.command[:, np.newaxis])
-        held.append(np.abs(told.torque[:, 0] - seen.reference)
-                    < NORMAL_90 * told.torque_deviation[:, 0])
+        estimated = Estimator(found.arm).run(seen.stamps, seen.readings,
+                                             seen.command[:, np.newaxis])
+        held.append(np.abs(estimated.torque[:, 0] - seen.reference)
+                    < NORMAL_90 * estimated.torque_deviation[:, 0])
     assert 0.8 < np.concatenate(held).mean() < 0.97
     assert min(one.mean() for one in held) > 0.8
 
@@ -173,27 +174,27 @@ def test_no_recording_ends_a_calibration_but_by_a_sentence(spoil, all_of_them):
     parts = four()[:3]
     seen = [spoil(one) if all_of_them or place == 1 else one for place, one in enumerate(parts)]
     try:
-        told = calibrate(leg(), {'knee': seen})
+        calibrated = calibrate(leg(), {'knee': seen})
     except CalibrationError as refused:
         assert all_of_them and '\n' not in str(refused) and 'nan' not in str(refused)
     else:
-        assert 'nan' not in told.text()
-        assert error(told.arm, parts[0]) < 1.2 * max(told.joints[0].by_hand, 1.0)
+        assert 'nan' not in calibrated.text()
+        assert error(calibrated.arm, parts[0]) < 1.2 * max(calibrated.joints[0].by_hand, 1.0)
 
 
-def test_a_motor_that_hardly_turns_tells_no_less_than_a_line():
+def test_a_motor_that_hardly_turns_is_no_worse_than_a_line():
     """A hand pulls at a joint that stands: its shaft moves by the torsion alone."""
     seen = [recorded(seed, zero=zero, speed=0.0) for seed, zero in enumerate((0.0, 5e-3, -4e-3))]
-    told = calibrate(leg(), {'knee': seen}).joints[0]
-    assert told.motor > 0.0
-    assert told.together <= 1.05 * told.by_hand < 0.5 * told.constant
+    calibrated = calibrate(leg(), {'knee': seen}).joints[0]
+    assert calibrated.motor > 0.0
+    assert calibrated.together <= 1.05 * calibrated.by_hand < 0.5 * calibrated.constant
 
 
 def test_no_better_than_the_mean_torque_is_said():
-    told = JointCalibration('knee', ('one', 'two'), together=3.0, given=4.0, by_hand=2.0)
+    calibrated = JointCalibration('knee', ('one', 'two'), together=3.0, given=4.0, by_hand=2.0)
     said = 'the mean torque of the others errs by no more (1.5)'
-    assert said in ' '.join(replace(told, constant=1.5).lines())
-    assert 'mean torque' not in ' '.join(replace(told, constant=3.5).lines())
+    assert said in ' '.join(replace(calibrated, constant=1.5).lines())
+    assert 'mean torque' not in ' '.join(replace(calibrated, constant=3.5).lines())
 
 
 def test_the_mean_torque_of_the_others_is_left_out():
@@ -202,13 +203,13 @@ def test_the_mean_torque_of_the_others_is_left_out():
     assert mean_left_out(seen) == pytest.approx(np.sqrt((1.5 ** 2 + 0.0 + 1.5 ** 2) / 3.0))
 
 
-def test_a_joint_without_a_link_encoder_is_told_by_its_motor(tmp_path, capsys):
+def test_a_joint_without_a_link_encoder_is_estimated_by_its_motor(tmp_path, capsys):
     """From the calibration to the estimate of a bag that has no link angle."""
     seen = [blind(one) for one in four(constant=0.7)]
-    told = calibrate(leg(), {'knee': seen[:3]})
-    assert not any(one.name.startswith('torsion') for one in told.joints[0].numbers)
-    assert 0.0 < told.joints[0].together <= 1.2 * told.joints[0].by_hand
-    write_arm(told.arm, tmp_path / 'arm.yaml')
+    calibrated = calibrate(leg(), {'knee': seen[:3]})
+    assert not any(one.name.startswith('torsion') for one in calibrated.joints[0].numbers)
+    assert 0.0 < calibrated.joints[0].together <= 1.2 * calibrated.joints[0].by_hand
+    write_arm(calibrated.arm, tmp_path / 'arm.yaml')
     with BagWriter(tmp_path / 'bag', {}) as bag:
         column = [seen[3].readings[:, 0, MOTOR_READING]]
         bag.write_joint_states(JOINT_STATES, JointSamples(
@@ -220,7 +221,7 @@ def test_a_joint_without_a_link_encoder_is_told_by_its_motor(tmp_path, capsys):
                  '--out', str(tmp_path / 'out')]) == 0
     report = json.loads(capsys.readouterr().out)
     assert report['by_motor'] == ['knee']
-    assert report['errors']['reference/knee/torque']['rms'] < 1.3 * told.joints[0].by_hand
+    assert report['errors']['reference/knee/torque']['rms'] < 1.3 * calibrated.joints[0].by_hand
 
 
 def test_an_estimate_of_a_wrong_sign_is_refused(tmp_path, capsys):
@@ -244,9 +245,9 @@ def test_a_single_recording_says_nothing_of_how_its_zero_moves(segmented):
     law = leg().joints[0].torsion
     if segmented:
         law = replace(law, knee_1=5.0, second_stiffness=1.4e4, knee_2=20.0, third_stiffness=1.6e4)
-    told = calibrate(leg(torsion=law), {'knee': four()[:1]})
-    assert told.arm.tolerances_of('knee').torsion_zero >= 1e-3
-    assert told.joints[0].together < 0.3 * told.joints[0].reference
+    calibrated = calibrate(leg(torsion=law), {'knee': four()[:1]})
+    assert calibrated.arm.tolerances_of('knee').torsion_zero >= 1e-3
+    assert calibrated.joints[0].together < 0.3 * calibrated.joints[0].reference
 
 
 @pytest.mark.parametrize(('flipped', 'said'), [
@@ -254,9 +255,10 @@ def test_a_single_recording_says_nothing_of_how_its_zero_moves(segmented):
 def test_a_witness_of_the_wrong_sign_is_left_aside(flipped, said):
     seen = [replace(one, command=-one.command) if flipped == 'command'
             else replace(one, readings=-one.readings) for one in four()[:2]]
-    told = calibrate(leg(), {'knee': seen})
-    assert said in told.text()
-    assert (told.joints[0].after or told.joints[0].motor) < told.joints[0].reference
+    calibrated = calibrate(leg(), {'knee': seen})
+    assert said in calibrated.text()
+    assert (calibrated.joints[0].after
+            or calibrated.joints[0].motor) < calibrated.joints[0].reference
 
 
 def test_a_reference_of_the_wrong_sign_is_said():
@@ -268,8 +270,8 @@ def test_weights_leave_the_torque_to_the_better_witness():
     """A torsion that is nonsense where nobody has seen it must not spoil a good motor."""
     seen = [scattered(one) for one in four(constant=0.7)]
     found = calibrate(leg(), {'knee': seen})
-    told, other = found.joints[0], scattered(recorded(9, zero=-6e-3, constant=0.7))
+    reported, other = found.joints[0], scattered(recorded(9, zero=-6e-3, constant=0.7))
     alone = by_motor(found.arm, ['knee'])
     assert error(found.arm, other, believed=True) <= 1.05 * error(alone, other, believed=True)
-    assert told.together <= 1.05 * told.by_hand
-    assert line_left_out(leg().joints[0], seen) == pytest.approx(told.by_hand)
+    assert reported.together <= 1.05 * reported.by_hand
+    assert line_left_out(leg().joints[0], seen) == pytest.approx(reported.by_hand)

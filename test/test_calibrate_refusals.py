@@ -10,10 +10,10 @@ from hda_torque_estimator.calibrate.calibration import one_joint
 from hda_torque_estimator.calibrate.fitting.laws import stiffness, waves
 from hda_torque_estimator.calibrate.fitting.orders import candidates
 from hda_torque_estimator.calibrate.fitting.torsion_fits import TorsionFits
-from hda_torque_estimator.calibrate.passages.calibration_recording import Heard
+from hda_torque_estimator.calibrate.passages.calibration_recording import CalibrationRecording
 from hda_torque_estimator.calibrate.passages.joint_recording import CalibrationError
 from hda_torque_estimator.calibrate.passages.passage import Passage
-from hda_torque_estimator.calibrate.passages.stated_conditions import Stated, stated
+from hda_torque_estimator.calibrate.passages.stated_conditions import stated, StatedConditions
 from hda_torque_estimator.calibrate.passages.suitability import (check, check_alike,
                                                                  check_of_one_piece)
 from hda_torque_estimator.calibrate.run import scale_of
@@ -114,20 +114,20 @@ def test_a_sensor_that_contradicts_known_loads_is_refused():
 
 
 def test_the_scale_of_the_torque_is_named():
-    alone = Heard('bag', {}, Stated(), frozenset(), False, False)
+    alone = CalibrationRecording('bag', {}, StatedConditions(), frozenset(), False, False)
     assert scale_of([alone], 'joint1').startswith('no independent torque: the inertia of the ')
     assert scale_of([alone, alone._replace(pushed=True)], 'joint1') == (
         'the known force on the tip in bag')
     assert scale_of([alone._replace(sensed=frozenset({'joint1'}))], 'joint1') == (
         'the reference sensor of joint1')
-    heavy = alone._replace(stated=Stated((0.5, 0.0), 2.0))
+    heavy = alone._replace(stated=StatedConditions((0.5, 0.0), 2.0))
     assert scale_of([heavy], 'joint2') == 'a tilt of 28.6479 degrees and a payload of 2 kg of bag'
 
 
 def test_statements_go_to_the_bag_that_they_name(arm):
     bags = [Path('a/one'), Path('a/two')]
     found = stated(bags, [('two', '30', '90')], [('a/one', '2.5')])
-    assert found[0] == Stated(payload=2.5)
+    assert found[0] == StatedConditions(payload=2.5)
     assert found[1].tilt == pytest.approx((math.radians(30.0), math.radians(90.0)))
     assert found[1].on(arm).base.tilt == pytest.approx(math.radians(30.0))
 

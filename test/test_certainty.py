@@ -9,14 +9,14 @@ from hda_torque_estimator.diagnosis.findings.certainty import (
 from hda_torque_estimator.diagnosis.findings.choice import ChoiceError, chosen
 from hda_torque_estimator.diagnosis.findings.origin import RecordingFacts
 from hda_torque_estimator.diagnosis.findings.report import (Alike, Candidate, Detectable,
-                                                            Diagnosis, Evidence, Finding, Gain,
-                                                            Number, TotalGain)
+                                                            Diagnosis, Evidence, Finding,
+                                                            FittedNumber, Gain, TotalGain)
 from hda_torque_estimator.diagnosis.findings.rest import Unexplained
-from hda_torque_estimator.diagnosis.telling.next_steps import next_steps
+from hda_torque_estimator.diagnosis.reporting.next_steps import next_steps
 import pytest
 
 GAIN = Gain(2.0, 1.0, 1.0, 0.99, 0.98, 1.0)
-SIZE = {'level': Number(0.05, 'N*m', 0.04, 0.06)}
+SIZE = {'level': FittedNumber(0.05, 'N*m', 0.04, 0.06)}
 
 
 def cause(sure):
@@ -35,7 +35,7 @@ def report(verdict, rate=1000.0, rest=None, pairs=(), limited_by=None, hidden=()
         limited_by=limited_by, probability=0.9)
 
 
-def test_a_cause_that_is_not_sure_says_why_it_is_not_told_beside_a_rest():
+def test_a_cause_that_is_not_sure_says_why_it_is_not_named_beside_a_rest():
     assert unsure(cause(0.96)) is None and unsure(cause(math.nan)) is None
     assert unsure(cause(0.63)) == (
         'coulomb_friction at joint1 is not told: it is 63 % sure, and beside a rest without a '
@@ -56,14 +56,14 @@ def test_a_rest_is_even_at_its_bar_and_never_surer_than_two_bars():
 
 
 def test_a_verdict_is_as_sure_as_all_of_it():
-    told = [cause(0.9), cause(0.8)]
-    assert verdict_probability('explained', told, (), 0.5) == pytest.approx(0.36)
+    reported = [cause(0.9), cause(0.8)]
+    assert verdict_probability('explained', reported, (), 0.5) == pytest.approx(0.36)
     assert verdict_probability('ambiguous', (), (0.9,), 1.0) == pytest.approx(0.9)
     assert verdict_probability('no_discrepancy', (), (), 0.97) == 0.97
-    assert verdict_probability('unknown', told, (), 0.03) == 0.97
+    assert verdict_probability('unknown', reported, (), 0.03) == 0.97
 
 
-def test_what_looks_alike_shares_its_probability_and_tells_its_sizes():
+def test_what_looks_alike_shares_its_probability_and_states_its_sizes():
     places = ('coulomb_friction', 'joint1'), ('drive_offset', 'joint1')
     pair = Alike(places, 'a dwell', probability=0.9, lead=0.75)
     assert [pair.share(place) for place in places] == pytest.approx([0.675, 0.225])
@@ -77,13 +77,13 @@ def test_what_looks_alike_shares_its_probability_and_tells_its_sizes():
     assert written['effects'] == [list(place) for place in places]      # as schema 1 has them
 
 
-def test_what_to_do_is_told_under_next():
+def test_what_to_do_is_stated_under_next():
     asked = replace(report('unknown'), steps=('record at 1 kHz',))
     assert asked.document()['next'] == ['record at 1 kHz']
     assert asked.sentences()[-1] == '  next: record at 1 kHz'
 
 
-def test_what_to_do_next_is_told_where_a_question_is_left():
+def test_what_to_do_next_is_stated_where_a_question_is_left():
     assert next_steps(report('no_discrepancy')) == ()
     rest = Unexplained('motor', 'joint1', 'motor_velocity', None, 0.9)
     unknown = next_steps(report('unknown', rate=250.0, rest=rest))
@@ -102,17 +102,17 @@ def test_what_to_do_next_is_told_where_a_question_is_left():
 def test_another_candidate_takes_the_place_of_the_one_that_the_arm_holds():
     arm = read_arm('hda_arm.yaml')
     places = ('coulomb_friction', 'joint1'), ('drive_offset', 'joint1')
-    offset = {'offset': Number(0.01, 'N*m', 0.009, 0.011)}
+    offset = {'offset': FittedNumber(0.01, 'N*m', 0.009, 0.011)}
     pair = Alike(places, 'a dwell', (Candidate(*places[0], SIZE, True),
                                      Candidate(*places[1], offset, False)), 0.9)
     coulomb = replace(arm.effect(*places[0]), level=0.05)
-    held, told = arm.with_effect(coulomb, 'joint1'), report('ambiguous', pairs=[pair])
-    same, other = chosen(told, held, arm, 1), chosen(told, held, arm, 2)
-    assert same == (told, held)
+    held, reported = arm.with_effect(coulomb, 'joint1'), report('ambiguous', pairs=[pair])
+    same, other = chosen(reported, held, arm, 1), chosen(reported, held, arm, 2)
+    assert same == (reported, held)
     assert other[1].effect(*places[0]) == arm.effect(*places[0])
     assert other[1].effect(*places[1]).offset == 0.01
     assert other[0].notes()[0].startswith('holds drive_offset at joint1: offset = 0.01')
     assert chosen(report('explained'), held, arm, 2)[1] == held     # nothing to choose from
     for number in (0, 3):
         with pytest.raises(ChoiceError, match=f'--candidate {number} is none of the 2 causes'):
-            chosen(told, held, arm, number)
+            chosen(reported, held, arm, number)

@@ -23,7 +23,7 @@ from hda_arm_sim.model.typical_sizes import SIZED, typical
 from hda_arm_sim.motions import home_of, motion_of
 from hda_arm_sim.plant import Plant
 from hda_arm_sim.sensors import LINK
-from hda_arm_sim.simulate import Course, longest_step, rest, rollout, STEP
+from hda_arm_sim.simulate import InputHistory, longest_step, rest, rollout, STEP
 from hda_torque_estimator.controlling.controller import ControllerSettings
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
@@ -58,7 +58,7 @@ def pair_with(arm: Arm, effects: tuple[Effect, ...]) -> Arm:
 @pytest.mark.parametrize('name', ON_BOTH)
 def test_a_chain_in_a_plane_is_two_links(name):
     torque, force = inputs(2)
-    flat, space = (rollout(arm, rest(arm, (0.3, 0.8)), Course(torque, force), DT)
+    flat, space = (rollout(arm, rest(arm, (0.3, 0.8)), InputHistory(torque, force), DT)
                    for arm in (pair_with(FLAT, ON_BOTH[name]), pair_with(SPACE, ON_BOTH[name])))
     np.testing.assert_allclose(space.state, flat.state, atol=1e-9)
     np.testing.assert_allclose(space.joint_torque, flat.joint_torque, atol=1e-6)
@@ -70,7 +70,7 @@ def test_bearings_of_a_chain_stick_as_those_of_two_links():
     for arm in (FLAT, SPACE):
         held = arm.with_effect(LinkBearingFriction(level=6.0), 'joint1').with_effect(
             LinkBearingFriction(level=1.0), 'joint2')
-        made.append(rollout(held, rest(held, (0.3, 0.8)), Course(torque, force), DT))
+        made.append(rollout(held, rest(held, (0.3, 0.8)), InputHistory(torque, force), DT))
     assert (made[0].link_velocity[:, 0] == 0.0).mean() > 0.1
     np.testing.assert_allclose(made[1].state, made[0].state, atol=1e-8)
 
@@ -97,7 +97,8 @@ def frictionless() -> Arm:
 def test_seven_joints_that_fall_keep_their_energy(effects):
     arm = pair_with(frictionless(), effects)
     idle = np.zeros((800, 7)), np.zeros((800, 2))
-    states = rollout(arm, rest(arm, home_of(arm)), Course(*idle), DT, step=DT / 16).state[::100]
+    states = rollout(arm, rest(arm, home_of(arm)), InputHistory(*idle), DT,
+                     step=DT / 16).state[::100]
     found = [energy(arm, state) for state in states]
     moved = 0.5 * np.abs(states[-1, :, LINK_VELOCITY]).max()
     assert moved > 0.5
@@ -106,7 +107,7 @@ def test_seven_joints_that_fall_keep_their_energy(effects):
 
 def test_friction_of_seven_joints_only_takes_energy():
     idle = np.zeros((800, 7)), np.zeros((800, 2))
-    states = rollout(COBOT, rest(COBOT, home_of(COBOT)), Course(*idle), DT).state[::10]
+    states = rollout(COBOT, rest(COBOT, home_of(COBOT)), InputHistory(*idle), DT).state[::10]
     found = np.array([energy(COBOT, state) for state in states])
     assert np.diff(found).max() < 1e-6
     assert found[-1] < found[0] - 0.1
@@ -117,10 +118,10 @@ def test_a_wrench_on_the_tip_has_moments_too():
     turned = idle.copy()
     turned[:, 5] = 3.0
     start = rest(COBOT, home_of(COBOT))
-    free, pushed = (rollout(COBOT, start, Course(torque, force), DT).link_angle
+    free, pushed = (rollout(COBOT, start, InputHistory(torque, force), DT).link_angle
                     for force in (idle, turned))
     assert np.abs(pushed - free).max() > 1e-5
-    flat = rollout(COBOT, start, Course(torque, idle[:, :2]), DT).link_angle
+    flat = rollout(COBOT, start, InputHistory(torque, idle[:, :2]), DT).link_angle
     np.testing.assert_array_equal(flat, free)
 
 
@@ -141,7 +142,8 @@ def test_every_effect_acts_on_seven_joints(kind):
 def test_a_swinging_base_moves_with_seven_joints():
     arm = COBOT.with_effect(BaseVibration(amplitude=0.02, frequency=9.0))
     idle = np.zeros((300, 7)), np.zeros((300, 2))
-    offset = rollout(arm, rest(arm, home_of(arm)), Course(*idle), DT).state[:, 0, BASE_OFFSET]
+    offset = rollout(arm, rest(arm, home_of(arm)), InputHistory(*idle), DT).state[:, 0,
+                                                                                  BASE_OFFSET]
     assert 1e-5 < np.abs(offset).max() < 0.1
 
 
@@ -168,15 +170,16 @@ def test_light_links_behind_stiff_gears_take_shorter_steps():
         for joint in COBOT.joints))
     assert longest_step(stiff) < 0.3 * STEP
     idle = np.zeros((100, 7)), np.zeros((100, 2))
-    assert np.isfinite(rollout(stiff, rest(stiff, home_of(stiff)), Course(*idle), DT).state).all()
+    assert np.isfinite(rollout(stiff, rest(stiff, home_of(stiff)), InputHistory(*idle),
+                               DT).state).all()
 
 
-@pytest.mark.parametrize(('effect', 'label', 'told'), [
+@pytest.mark.parametrize(('effect', 'label', 'reported'), [
     (InertialCoupling(share=-1.0), None, 'two links in a plane'),
     (LinkInertiaError(error=-0.9), 'joint2', 'no body has'),
     (BaseVibration(amplitude=0.5), None, 'one over the mass')])
-def test_what_a_chain_cannot_be_is_refused(effect, label, told):
-    with pytest.raises(ArmError, match=told):
+def test_what_a_chain_cannot_be_is_refused(effect, label, reported):
+    with pytest.raises(ArmError, match=reported):
         COBOT.with_effect(effect, label)
 
 
@@ -192,7 +195,7 @@ def test_numbers_of_chains_are_refused_by_links_in_a_plane(effect, label):
 def test_a_body_beyond_the_tip_is_one_of_two_links_in_a_plane():
     torque, force = inputs(2)
     held = Payload(mass=1.5, x=0.1, radius=0.05)
-    flat, space = (rollout(arm, rest(arm, (0.3, 0.8)), Course(torque, force), DT)
+    flat, space = (rollout(arm, rest(arm, (0.3, 0.8)), InputHistory(torque, force), DT)
                    for arm in (FLAT.with_effect(held), SPACE.with_effect(held)))
     np.testing.assert_allclose(space.state, flat.state, atol=1e-9)
 
@@ -208,10 +211,11 @@ def test_a_heavier_link_is_one_of_a_heavier_description():
     np.testing.assert_allclose(made[1:], other[1:], rtol=1e-12, atol=1e-15)
 
 
-def test_more_than_two_joints_are_told_how_to_give_links():
+def test_more_than_two_joints_get_advice_how_to_give_links():
     arm = replace(COBOT, links=None)
     with pytest.raises(ArmError, match='urdf: FILE'):
-        rollout(arm, rest(arm, home_of(COBOT)), Course(np.zeros((2, 7)), np.zeros((2, 2))), DT)
+        rollout(arm, rest(arm, home_of(COBOT)), InputHistory(np.zeros((2, 7)), np.zeros((2, 2))),
+                DT)
     with pytest.raises(ArmError, match='urdf: FILE'):
         replace(COBOT, links=PAIR)
     with pytest.raises(ArmError, match='chain of 7 joints'):

@@ -15,7 +15,7 @@ from hda_torque_estimator.cli import main
 from hda_torque_estimator.estimating.estimator import Estimator, EstimatorSettings
 from hda_torque_estimator.measurements.measurement import Measurement
 from hda_torque_estimator.measurements.motion import motion_of as motion_behind
-from hda_torque_estimator.simulating.closed_loop import Run, run
+from hda_torque_estimator.simulating.closed_loop import ClosedLoopRun, run
 from hda_torque_estimator.simulating.recorded import write_run
 import numpy as np
 import pytest
@@ -26,12 +26,12 @@ PAIR = Links(length1=0.3, length2=0.2, p1=2.0, p2=0.35, p3=0.3, first=4.0, secon
 JOINTS = tuple(Joint(label=f'joint{j}', dry_friction=0.03) for j in (1, 2))
 
 
-def moved(true: Arm, known: Arm, seed: int, seconds: float = 20.0) -> Run:
+def moved(true: Arm, known: Arm, seed: int, seconds: float = 20.0) -> ClosedLoopRun:
     """Return a run of an arm that is moved by who knows another."""
     return run(true, known, motion_of(known, 'rich', seconds, 1e-3, seed), seed, estimator=None)
 
 
-def behind(made: Run, arm: Arm) -> Measurement:
+def behind(made: ClosedLoopRun, arm: Arm) -> Measurement:
     """Return a run as a recording."""
     return Measurement(arm.labels, 1e-3, np.ascontiguousarray(made.reading[:, :, :2]),
                        made.command)

@@ -33,49 +33,49 @@ def report_of(capsys: pytest.CaptureFixture[str], words: str) -> dict[str, Any]:
     return report
 
 
-def test_info_tells_of_every_joint_and_of_the_wrench_on_the_tip(bags, capsys):
-    told = report_of(capsys, f'info {bags}/sound/one')
-    names = [fact['name'] for fact in told['joint_states']['names']]
+def test_info_lists_every_joint_and_the_wrench_on_the_tip(bags, capsys):
+    report = report_of(capsys, f'info {bags}/sound/one')
+    names = [fact['name'] for fact in report['joint_states']['names']]
     assert names == [*COBOT.labels, *(f'{label}_motor' for label in COBOT.labels)]
-    steps = {fact['name']: fact['step'] for fact in told['joint_states']['names']}
+    steps = {fact['name']: fact['step'] for fact in report['joint_states']['names']}
     for joint in COBOT.joints:
         assert steps[f'{joint.label}_motor'] == pytest.approx(
             2.0 * np.pi / joint.motor_encoder.counts, rel=1e-3)
-    assert not any('stands still' in said for said in told['joint_states']['cannot_show'])
-    assert {'/truth/joint7/torque', '/truth/tip/wrench'} <= set(told['topics'])
+    assert not any('stands still' in said for said in report['joint_states']['cannot_show'])
+    assert {'/truth/joint7/torque', '/truth/tip/wrench'} <= set(report['topics'])
 
 
 def test_a_run_compared_with_itself_differs_nowhere(bags, tmp_path, capsys):
-    told = report_of(capsys, f'compare {bags}/sound/one {bags}/sound/one --out {tmp_path}/same')
-    assert len(told['signals']) >= 3 * 2 * len(COBOT.joints)
-    assert not any(signal['start'] for signal in told['signals'])
+    report = report_of(capsys, f'compare {bags}/sound/one {bags}/sound/one --out {tmp_path}/same')
+    assert len(report['signals']) >= 3 * 2 * len(COBOT.joints)
+    assert not any(signal['start'] for signal in report['signals'])
 
 
 def test_a_worn_elbow_makes_two_runs_of_one_motion_differ(bags, tmp_path, capsys):
-    told = report_of(capsys, f'compare {bags}/sound/one {bags}/worn/one --align none '
+    report = report_of(capsys, f'compare {bags}/sound/one {bags}/worn/one --align none '
                              f'--out {tmp_path}/differ')
-    differing = {signal['name'] for signal in told['signals'] if signal['start'] is not None}
+    differing = {signal['name'] for signal in report['signals'] if signal['start'] is not None}
     assert any('joint4' in name for name in differing)
     assert (tmp_path / 'differ' / 'compare.html').stat().st_size > 1000
 
 
 def test_a_fleet_of_chains_is_diagnosed_by_processes(bags, tmp_path, capsys):
-    told = report_of(capsys, f'diagnose --each {bags} --arm cobot7.yaml --out {tmp_path}/fleet')
-    found = {line['directory']: line for line in told['bags']}
+    report = report_of(capsys, f'diagnose --each {bags} --arm cobot7.yaml --out {tmp_path}/fleet')
+    found = {line['directory']: line for line in report['bags']}
     assert set(found) == {'sound/one', 'worn/one'}
     assert found['sound/one']['verdict'] == 'no_discrepancy'
     assert {(cause['effect'], cause['joint']) for cause in found['worn/one']['findings']} == {
         ('kinematic_error', 'joint4')}
-    assert told['devices'][0]['device'] == 'worn'
-    assert any('notes' in said for said in told['skipped'])
+    assert report['devices'][0]['device'] == 'worn'
+    assert any('notes' in said for said in report['skipped'])
     assert 'joint 4' in (tmp_path / 'fleet' / 'fleet.html').read_text().replace('\u00a0', ' ')
 
 
 def test_a_planned_motion_of_seven_joints_is_simulated(tmp_path, capsys):
     motion = tmp_path / 'motion.csv'
-    told = report_of(capsys, 'plan --arm cobot7.yaml --show backlash@joint4 --duration 10 '
+    report = report_of(capsys, 'plan --arm cobot7.yaml --show backlash@joint4 --duration 10 '
                              f'--out {motion}')
-    assert told
+    assert report
     table = np.genfromtxt(motion, delimiter=',', names=True)
     assert len(table.dtype.names) == 1 + 2 * len(COBOT.joints)      # angle and rate of each
     assert main(['simulate', '--arm', 'cobot7.yaml', '--motion', str(motion), '--out',

@@ -9,7 +9,7 @@ from hda_arm_sim.model.effects import (Backlash, BaseVibration, Effect, Kinemati
 from hda_arm_sim.model.energy import energy
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import home_of, motion_of
-from hda_arm_sim.simulate import Course, rest, rollout
+from hda_arm_sim.simulate import InputHistory, rest, rollout
 from hda_arm_sim.start import start_of
 from hda_torque_estimator.controlling.controller import Controller, ControllerSettings
 from hda_torque_estimator.estimating.estimator import Estimator
@@ -50,16 +50,17 @@ def weight(angles: np.ndarray) -> np.ndarray:
 def test_a_chain_starts_where_it_stays(name):
     arm, idle = with_all(LOADED[name]), np.zeros((400, 6))
     start = start_of(arm, HOME)
-    made = rollout(arm, start.state, Course(np.tile(start.command, (400, 1)), idle), DT)
+    made = rollout(arm, start.state, InputHistory(np.tile(start.command, (400, 1)), idle), DT)
     np.testing.assert_allclose(made.link_angle, np.tile(HOME, (400, 1)), atol=1e-9)
     assert np.abs(made.joint_torque - made.joint_torque[0]).max() < 1e-4
-    dropped = rollout(arm, rest(arm, HOME), Course(np.tile(start.command, (400, 1)), idle), DT)
+    dropped = rollout(arm, rest(arm, HOME), InputHistory(np.tile(start.command, (400, 1)), idle),
+                      DT)
     assert np.abs(dropped.joint_torque - made.joint_torque[0]).max() > 10.0
 
 
 def test_gears_are_wound_up_by_the_weight_alone():
     start = start_of(COBOT, HOME)
-    held = Course(np.tile(start.command, (2, 1)), np.zeros((2, 6)))
+    held = InputHistory(np.tile(start.command, (2, 1)), np.zeros((2, 6)))
     made = rollout(COBOT, start.state, held, DT)
     np.testing.assert_allclose(made.joint_torque[0], -weight(HOME), atol=1e-5)
     np.testing.assert_allclose(start.command, -weight(HOME) / 100.0, atol=1e-6)

@@ -13,7 +13,7 @@ from hda_arm_sim.model.parts import Encoder, Joint, Links
 from hda_arm_sim.model.typical_sizes import typical
 from hda_arm_sim.motions import motion, motion_of
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
-from hda_torque_estimator.diagnosis.balances.healthy import noise_of
+from hda_torque_estimator.diagnosis.balances.healthy_twin import noise_of
 from hda_torque_estimator.diagnosis.balances.predict import prediction_errors
 from hda_torque_estimator.diagnosis.balances.reversals import turning_round
 from hda_torque_estimator.diagnosis.diagnose import diagnose
@@ -86,8 +86,8 @@ def test_what_is_not_known_of_links_is_no_cause():
     found = {term.place: term for term in nuisances(replace(COBOT, links=links))
              if term.name == 'link_inertia_error'}
     assert [place[1] for place in found] == list(COBOT.labels)
-    told = found['link_inertia_error', 'joint2']
-    assert dict(zip(told.free, told.deviations())) == {
+    reported = found['link_inertia_error', 'joint2']
+    assert dict(zip(reported.free, reported.deviations())) == {
         'error': 0.1, 'mass': 0.05, 'centre_x': 0.004, 'centre_y': 0.004, 'centre_z': 0.004}
     usual = COBOT.links.known(0.01)[2].centre
     assert 0.0003 < usual < 0.003               # a hundredth of 3 to 30 cm
@@ -113,9 +113,9 @@ def test_links_within_their_tolerance_leave_no_rest():
     good = before.valid[:, joint] & after.valid[:, joint]
     left, found = (float((each.residual[good, joint] ** 2).mean()) for each in (after, before))
     assert found > 25.0 * left
-    told = {term.joint: term.effect.mass for term in fit.nuisance
-            if term.name == 'link_inertia_error'}
-    assert told['joint4'] == pytest.approx(0.013, abs=0.008)
+    reported = {term.joint: term.effect.mass for term in fit.nuisance
+                if term.name == 'link_inertia_error'}
+    assert reported['joint4'] == pytest.approx(0.013, abs=0.008)
 
 
 def test_short_stops_of_light_wrists_are_not_friction_that_builds_up():
@@ -131,7 +131,7 @@ def test_short_stops_of_light_wrists_are_not_friction_that_builds_up():
 @pytest.mark.parametrize(('effect', 'joint'), [
     (None, None), ('kinematic_error', 'joint5'),
     pytest.param('payload', None, marks=pytest.mark.study)])
-def test_what_is_wrong_with_seven_joints_is_told_with_its_joint(effect, joint):
+def test_what_is_wrong_with_seven_joints_is_reported_with_its_joint(effect, joint):
     true = COBOT if effect is None else COBOT.with_effect(typical(COBOT, effect, joint), joint)
     said = diagnose(recorded(true, COBOT, 30.0, 102), COBOT).diagnosis
     assert [(one.effect, one.joint) for one in said.findings] == (
@@ -172,7 +172,7 @@ def test_weight_that_is_off_hides_no_friction_that_builds_up():
     assert turning(fitter) == (3,)
 
 
-def test_bristles_are_told_with_their_damping():
+def test_bristles_are_named_with_their_damping():
     """Their stiffness alone leaves a rest where they damp, and is told too large."""
     hidden = typical(SPACE, 'presliding_friction', 'joint1')
     true = SPACE.with_effect(hidden, 'joint1').with_effect(LinkInertiaError(mass=0.01), 'joint2')

@@ -18,7 +18,7 @@ from hda_torque_estimator.estimating.laws import layout
 from hda_torque_estimator.estimating.laws.contact import contact_level
 from hda_torque_estimator.estimating.laws.tip_wrench import tip_wrench
 from hda_torque_estimator.estimating.state_messages import state_samples
-from hda_torque_estimator.simulating.closed_loop import Run, run
+from hda_torque_estimator.simulating.closed_loop import ClosedLoopRun, run
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -30,7 +30,7 @@ PUSH = np.array([10.0, -6.0, 8.0, 0.5, -0.3, 0.4])      # on the tip, base frame
 ANGLES = st.lists(st.floats(-2.0, 2.0), min_size=7, max_size=7)
 
 
-def moved(push: np.ndarray, seconds: float = 4.0) -> Run:
+def moved(push: np.ndarray, seconds: float = 4.0) -> ClosedLoopRun:
     """Return a run in which a wrench acts on the tip in its second half."""
     path = motion_of(COBOT, 'sine', seconds, DT, 3)
     force = np.zeros((len(path.time), 6))
@@ -38,20 +38,20 @@ def moved(push: np.ndarray, seconds: float = 4.0) -> Run:
     return run(COBOT, COBOT, path._replace(force=force), 3, estimator=None)
 
 
-def estimated(made: Run, arm: Arm = COBOT) -> Estimates:
+def estimated(made: ClosedLoopRun, arm: Arm = COBOT) -> Estimates:
     """Return the estimates of a run."""
     stamps = np.round(made.time * 1e9).astype(np.int64) + 1
     return Estimator(arm).run(stamps, made.reading, made.command)
 
 
 @pytest.fixture(scope='module')
-def pushed() -> Run:
+def pushed() -> ClosedLoopRun:
     """Return a run with a push and a twist."""
     return moved(PUSH)
 
 
 @pytest.fixture(scope='module')
-def found(pushed: Run) -> Estimates:
+def found(pushed: ClosedLoopRun) -> Estimates:
     """Return what is estimated of it."""
     return estimated(pushed)
 
@@ -84,9 +84,9 @@ def test_a_tool_sees_the_same_wrench_turned(found):
 def test_node_and_command_write_the_same_wrenches(found):
     row = len(found.stamps) - 1
     topics = estimate_samples(COBOT, found)
-    told = {topic.name: samples for topic, samples in topics.items()}['tip/wrench']
+    weighed = {topic.name: samples for topic, samples in topics.items()}['tip/wrench']
     np.testing.assert_array_equal(
-        np.column_stack([told.force, told.torque])[row], found.base_wrench[row])
+        np.column_stack([weighed.force, weighed.torque])[row], found.base_wrench[row])
     assert len(EstimateEncoder(COBOT)(1, found.joints[row], found.tip[row])) == len(topics)
 
 
@@ -108,17 +108,17 @@ def placed(angles: np.ndarray) -> Chain:
 
 @settings(deadline=None, max_examples=30)
 @given(ANGLES, st.lists(st.floats(-30.0, 30.0), min_size=6, max_size=6))
-def test_torques_of_a_wrench_tell_the_wrench(angles, wrench):
+def test_torques_of_a_wrench_determine_the_wrench(angles, wrench):
     """Virtual work: tau = J^T F; what the pose hides is told as unknown, never wrongly."""
     links, jacobian = placed(np.array(angles)), np.empty((6, 7))
     chain.tip_jacobian(links.table, jacobian)
     tip = np.empty(layout.CHAIN_TIP_RESULTS)
     tip_wrench(links.table, jacobian.T @ wrench, np.eye(7) / 0.05 ** 2, tip)
-    told = tip[layout.BASE_WRENCH:layout.BASE_WRENCH + 6]
-    known = np.isfinite(told)
+    weighed = tip[layout.BASE_WRENCH:layout.BASE_WRENCH + 6]
+    known = np.isfinite(weighed)
     assert known.all() == (tip[layout.SINGULAR] == 0.0)
     deviation = np.sqrt(tip[layout.WRENCH_COVARIANCE::7])
-    assert (np.abs(told - wrench)[known] < 0.1 * deviation[known] + 1e-6).all()
+    assert (np.abs(weighed - wrench)[known] < 0.1 * deviation[known] + 1e-6).all()
 
 
 def test_a_stretched_arm_hides_a_part_of_the_wrench():
@@ -167,8 +167,8 @@ def test_a_mass_at_the_tip_is_weighed(mass, motion):
     """Held still as in motion, and as surely as it is told."""
     true = COBOT.with_effect(Payload(mass=mass))
     made = run(true, COBOT, motion_of(COBOT, motion, 6.0, DT, 3), 3, estimator=None)
-    told, deviation = estimated(made).tip[4000:, [layout.MASS, layout.MASS_DEVIATION]].T
-    assert (np.abs(told - mass) < 3.0 * deviation).all()
+    weighed, deviation = estimated(made).tip[4000:, [layout.MASS, layout.MASS_DEVIATION]].T
+    assert (np.abs(weighed - mass) < 3.0 * deviation).all()
     assert (deviation > 0.01).all() and (deviation < 0.4).all()
 
 

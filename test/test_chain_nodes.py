@@ -44,7 +44,7 @@ def test_three_nodes_move_seven_joints_and_stop_without_samples(tmp_path):
                                           atol=0.02), 'the target')
         assert list(decode_joint_state(torques[-1]).names) == list(COBOT.labels)
         assert np.isfinite(decode_joint_state(torques[-1]).effort).all()
-        nodes['arm_sim'].tell()
+        nodes['arm_sim'].interrupt()
         watcher.until(lambda: 'stopped, zero torque' in nodes['jtf_controller'].said, 'the stop')
         watcher.until(lambda: not np.any(decode_joint_state(commands[-1]).effort), 'zero torque')
         watcher.until(lambda: 'stopped' in diagnostics(heard, DiagnosticArray)[

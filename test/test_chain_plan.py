@@ -4,7 +4,7 @@ from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.kernel import LINK_ANGLE, MOTOR_VELOCITY
 from hda_arm_sim.motions import home_of
 from hda_torque_estimator.cli import main
-from hda_torque_estimator.diagnosis.judging.acceptance import CERTAIN
+from hda_torque_estimator.diagnosis.judging.selection_criteria import CERTAIN
 from hda_torque_estimator.planning.paths import candidates, Path
 from hda_torque_estimator.planning.plan import planned_motion
 from hda_torque_estimator.planning.question import question, shown
@@ -52,7 +52,7 @@ def test_a_motion_shows_a_play_of_an_elbow_or_does_not():
     assert seen['far'] > CERTAIN > 0.2 * CERTAIN > seen['nearly at rest']
 
 
-def test_a_motion_tells_two_joints_apart():
+def test_a_motion_distinguishes_two_joints():
     asked = question(COBOT, 'backlash@joint2', 'backlash@joint4')
     path = planned_motion(asked, Path('full turn', (1.8,) * 7), 10.0, 2e-3)
     healthy = run(COBOT, COBOT, path, 7, estimator=None)

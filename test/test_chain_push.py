@@ -18,7 +18,7 @@ from hda_torque_estimator.estimating.estimates import Estimates
 from hda_torque_estimator.estimating.estimator import Estimator
 from hda_torque_estimator.estimating.laws.contact import contact_level
 from hda_torque_estimator.estimating.state_messages import touched_beyond
-from hda_torque_estimator.simulating.closed_loop import Run, run
+from hda_torque_estimator.simulating.closed_loop import ClosedLoopRun, run
 from hda_torque_estimator.simulating.recorded import write_run
 from hypothesis import given, strategies as st
 import numpy as np
@@ -31,7 +31,7 @@ STEP = 1e-6
 FELT_BY = {2: 2, 3: 3, 4: 4, 5: 4, 6: 6, 7: 6}
 
 
-def pushed_at(link: int, seed: int = 0) -> tuple[Run, Estimates]:
+def pushed_at(link: int, seed: int = 0) -> tuple[ClosedLoopRun, Estimates]:
     """Return a run with two pushes at the end of a link, 0 for the tip, and its estimates."""
     path = motion_of(COBOT, 'push', 8.0, 1e-3, seed)._replace(pushed=link)
     made = run(COBOT, COBOT, path, seed, estimator=None)
@@ -95,12 +95,12 @@ def test_a_push_gives_an_arm_the_energy_of_its_work(link):
 
 
 @pytest.mark.parametrize('link', FELT_BY)
-def test_the_joint_beyond_which_a_link_is_pushed_is_told(link):
+def test_the_joint_beyond_which_a_link_is_pushed_is_identified(link):
     made, found = pushed_at(link, 2)
-    told = np.array(touched_beyond(COBOT.labels, found.joints, found.tip))
+    estimated = np.array(touched_beyond(COBOT.labels, found.joints, found.tip))
     hard = np.abs(made.force).max(axis=1) > 10.0
-    assert (told[hard] == f'joint{FELT_BY[link]}').mean() > 0.6
-    assert set(told[hard]) <= {'', *COBOT.labels[:link]}            # never further out
+    assert (estimated[hard] == f'joint{FELT_BY[link]}').mean() > 0.6
+    assert set(estimated[hard]) <= {'', *COBOT.labels[:link]}            # never further out
     first, second = contacts(COBOT, found, LEVEL)
     assert {first.beyond, second.beyond} <= set(COBOT.labels[:link])
     assert f'joint{FELT_BY[link]}' in (first.beyond, second.beyond)
@@ -117,7 +117,7 @@ def test_many_contacts_are_counted():
     assert contact_lines([one] * 7)[5:] == ['and 2 contacts more']
 
 
-def test_a_bag_tells_where_the_push_was(tmp_path):
+def test_a_bag_shows_where_the_push_was(tmp_path):
     made, _ = pushed_at(3)
     for name, each in (('elbow', made), ('tip', replace(made, pushed=0))):
         with BagWriter(tmp_path / name, {}) as bag:
@@ -129,15 +129,16 @@ def test_a_bag_tells_where_the_push_was(tmp_path):
     assert tip.wrenches('truth/tip/wrench').force.any()
 
 
-@pytest.mark.parametrize(('arm', 'motion', 'place', 'told'), [
+@pytest.mark.parametrize(('arm', 'motion', 'place', 'reported'), [
     ('cobot7.yaml', 'sine', 'joint3', 'needs a motion that pushes'),
     ('cobot7.yaml', 'push', 'elbow', "no joint 'elbow'"),
     ('hda_arm.yaml', 'push', 'joint1', 'pushed at its tip')])
-def test_a_push_that_cannot_be_is_refused_in_one_line(arm, motion, place, told, tmp_path, capsys):
+def test_a_push_that_cannot_be_is_refused_in_one_line(arm, motion, place, reported, tmp_path,
+                                                      capsys):
     code = main(['simulate', '--arm', arm, '--motion', motion, '--duration', '4', '--push-at',
                  place, '--out', str(tmp_path / 'bag')])
     said = capsys.readouterr().err
-    assert code != 0 and told in said and said.count('\n') == 1
+    assert code != 0 and reported in said and said.count('\n') == 1
     assert not (tmp_path / 'bag').exists()
 
 

@@ -45,7 +45,7 @@ def test_bag_carries_arm_seed_and_parameters(bag):
     assert json.loads(about['parameters'])['motion'] == 'push'
 
 
-def test_info_tells_rate_resolution_and_what_is_missing(bag, capsys):
+def test_info_states_rate_resolution_and_what_is_missing(bag, capsys):
     report = report_of(capsys, 'info', str(bag))
     joints = report['joint_states']
     assert joints['rate'] == pytest.approx(1000.0)

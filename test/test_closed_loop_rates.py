@@ -70,7 +70,7 @@ def test_a_slow_recording_is_that_of_a_faster_loop():
     np.testing.assert_array_equal(slow.time, asked.time)
 
 
-def test_lost_samples_of_a_slow_recording_repeat_the_last_told():
+def test_lost_samples_of_a_slow_recording_repeat_the_last_one_sent():
     arm = SHIPPED.with_effect(DroppedSamples(rate=0.2))
     slow = run(arm, SHIPPED, motion('sine', 2, 4.0, 1e-2, 0), 0).reading[100:300]
     repeats = (np.diff(slow[:, 0, 1]) == 0.0).mean()

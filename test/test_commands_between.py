@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.commands import on_its_way, way_between
-from hda_torque_estimator.diagnosis.balances.healthy import noise_of
+from hda_torque_estimator.diagnosis.balances.healthy_twin import noise_of
 from hda_torque_estimator.measurements.measurement import measurement_from
 from hda_torque_estimator.measurements.upsampling import finer
 import numpy as np
@@ -24,14 +24,14 @@ def balances(seed, motion='constant', every=1, effects=(), seconds=30.0):
 
 @pytest.mark.parametrize('every', [
     2, *(pytest.param(every, marks=pytest.mark.study) for every in (4, 8))])
-def test_how_far_commands_went_between_samples_is_told_where_they_change_at_once(every):
+def test_how_far_commands_went_between_samples_is_estimated_where_they_change_at_once(every):
     ways = []
     for seed in range(720000, 720006):
         arm, balancer, noise = balances(seed, every=every)
         ways.append(way_between(balancer, arm, noise))
-    told = [way for way in ways if way is not None]
-    assert len(told) >= 2
-    assert told == pytest.approx([(every - 1) / every] * len(told), abs=0.15)
+    reported = [way for way in ways if way is not None]
+    assert len(reported) >= 2
+    assert reported == pytest.approx([(every - 1) / every] * len(reported), abs=0.15)
 
 
 def test_commands_that_were_held_are_left_as_they_are():
@@ -45,7 +45,7 @@ def test_a_delay_of_commands_is_no_way_to_the_next_one():
     assert on_its_way(balancer, arm, noise) is balancer
 
 
-def test_motor_balances_tell_nothing_where_what_a_command_did_is_unknown():
+def test_motor_balances_hold_nothing_where_what_a_command_did_is_unknown():
     arm, balancer, noise = balances(720000, every=8)
     known = on_its_way(balancer, arm, noise)
     assert known is not balancer

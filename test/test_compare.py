@@ -14,7 +14,7 @@ from hda_torque_estimator.comparison.compare import compare, Comparison, Differe
 from hda_torque_estimator.comparison.page import page
 from hda_torque_estimator.comparison.plots import figures
 from hda_torque_estimator.comparison.report import sentences
-from hda_torque_estimator.comparison.signals import Bag, bag_of, CompareError
+from hda_torque_estimator.comparison.signals import bag_of, BagSignals, CompareError
 import numpy as np
 import pytest
 
@@ -40,7 +40,7 @@ def motion(seed: int, time: Array) -> Array:
 
 
 def bag(seed: int, *, noise_seed: int = 0, offset: float = 0.0, drift: float = 0.0,
-        rate: float = RATE, noise: float = NOISE, added: Array | None = None) -> Bag:
+        rate: float = RATE, noise: float = NOISE, added: Array | None = None) -> BagSignals:
     """Return a recording of a motion that began `offset` before it, by a clock that drifts."""
     random = np.random.default_rng((seed, noise_seed))
     time = np.arange(round(DURATION * rate)) / rate
@@ -54,7 +54,7 @@ def bag(seed: int, *, noise_seed: int = 0, offset: float = 0.0, drift: float = 0
         stamps, ('joint1', 'joint2'), position, velocity, np.full_like(position, np.nan))})
 
 
-def aligned(first: Bag, second: Bag, mode: str = 'drift') -> Alignment:
+def aligned(first: BagSignals, second: BagSignals, mode: str = 'drift') -> Alignment:
     """Return the alignment by all common signals."""
     return align(first, second, sorted(first.signals.keys() & second.signals.keys()), mode)
 
@@ -103,7 +103,7 @@ def test_times_go_to_the_other_bag_and_back():
     assert found.to_first(np.zeros(1))[0] == pytest.approx(found.offset)
 
 
-def still_but_once(seed: int) -> Bag:
+def still_but_once(seed: int) -> BagSignals:
     """Return a recording of a single short move, 6 s after its start or 7 s."""
     move = 0.5 * np.tanh((TIME - 6.0 - seed) / 0.1)
     move += 1e-4 * np.random.default_rng(seed).normal(size=len(TIME))
@@ -112,7 +112,7 @@ def still_but_once(seed: int) -> Bag:
         stamps, ('joint1',), move[:, None], *np.full((2, len(TIME), 1), np.nan))})
 
 
-def test_a_single_move_tells_an_offset():
+def test_a_single_move_determines_an_offset():
     found = aligned(still_but_once(0), still_but_once(1), 'offset')
     assert found.offset == pytest.approx(-1.0, abs=1e-4)
 
@@ -128,7 +128,7 @@ def test_a_periodic_motion_is_laid_with_the_most_overlap_and_says_so():
     assert {round(rival) for rival in found.rivals} >= {-4, -2, 2, 4}
 
 
-def test_stamps_are_believed_when_told_so():
+def test_stamps_are_believed_when_asked():
     found = aligned(bag(1), bag(2), 'none')
     assert (found.offset, found.drift) == (0.0, 0.0)
 
@@ -173,10 +173,10 @@ def position_of(found: Comparison) -> Difference:
 
 
 @pytest.mark.parametrize('seed', SEEDS)
-def test_nothing_is_told_between_two_noisy_copies(seed):
+def test_nothing_is_reported_between_two_noisy_copies(seed):
     found = compared(seed)
     assert len(found.differences) == 4
-    assert [each.name for each in found.differences if each.is_told] == []
+    assert [each.name for each in found.differences if each.is_significant] == []
     assert position_of(found).rms == pytest.approx(np.sqrt(2.0) * NOISE, rel=0.1)
 
 
@@ -203,7 +203,7 @@ def test_what_comes_and_goes_within_noise_has_no_start():
     assert found.largest > 90.0 * NOISE
 
 
-def test_another_start_is_told_from_the_first_common_moment():
+def test_another_start_is_found_from_the_first_common_moment():
     found = position_of(compared(4, np.full(len(TIME), 0.5), 'offset'))
     assert found.start == pytest.approx(OFFSET, abs=2.0 / RATE)
     assert found.mean == pytest.approx(0.5, rel=1e-3)
@@ -264,7 +264,7 @@ def test_bags_without_a_common_signal_or_time_are_refused():
         EPOCH + np.arange(100) * 10_000_000, 'base', *np.zeros((2, 100, 3)))})
     with pytest.raises(CompareError, match='no signal in common: .* and 1 more.*tip/force.x'):
         compare(one, two, 'none')
-    late = Bag('late', EPOCH + 10**12, one.signals, one.sampling)
+    late = BagSignals('late', EPOCH + 10**12, one.signals, one.sampling)
     with pytest.raises(CompareError, match='do not overlap in time.* 1000.000 s'):
         compare(one, late, 'none')
     with pytest.raises(CompareError, match='empty has no signal to compare'):

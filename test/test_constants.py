@@ -34,10 +34,10 @@ def test_folders_and_modules_that_judge_are_found():
 
 
 def test_a_comment_is_read():
-    told = list(constants_table.constants(
-        '\n# Choices unless told otherwise.\nFAR = 2.0  # distance, at which one waves [m]\n'
+    reported = list(constants_table.constants(
+        '\n# Choices unless stated otherwise.\nFAR = 2.0  # distance, at which one waves [m]\n'
         '# (null: 1 of 100 is further)\nFARTHER = 3.0  # likewise [m]\n\nWIDE = 1.0  # gap\n'
         'MEMORY = 4  # (layout)\nLEFT, RIGHT = 0, 1\nLAST = MEMORY + 1\n'))
-    assert told == [(('FAR',), '2.0', 'm', 'distance, at which one waves', 'choice'),
-                    (('FARTHER',), '3.0', 'm', 'likewise', 'null: 1 of 100 is further'),
-                    (('WIDE',), '1.0', '', 'gap', '')]
+    assert reported == [(('FAR',), '2.0', 'm', 'distance, at which one waves', 'choice'),
+                        (('FARTHER',), '3.0', 'm', 'likewise', 'null: 1 of 100 is further'),
+                        (('WIDE',), '1.0', '', 'gap', '')]

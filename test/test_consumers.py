@@ -63,7 +63,7 @@ def prose(tree: ast.AST) -> set[int]:
 
 
 def of_the_arm(node: ast.Attribute, inner: set[int]) -> bool:
-    """Tell whether an attribute is a number of the arm, of which nothing is asked further."""
+    """Return whether an attribute is a number of the arm, of which nothing is asked further."""
     return node.attr in OF_THE_ARM and id(node) not in inner
 
 

@@ -133,8 +133,8 @@ def test_impossible_torque_stops(torque):
         live.sample(message, k * 1e-3)
         if k == 1:
             live.enable(k * 1e-3)
-        told = [2.0, torque if k == 2 else 2.0]
-        made = live.torque(encode_joint_state(stamp, '', ARM.labels, [], [], told), k * 1e-3)
+        reported = [2.0, torque if k == 2 else 2.0]
+        made = live.torque(encode_joint_state(stamp, '', ARM.labels, [], [], reported), k * 1e-3)
     assert decode_joint_state(made).effort.tolist() == [0.0, 0.0]
     assert 'the torque of joint2 must lie within' in live.stopped
 

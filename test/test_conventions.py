@@ -118,7 +118,7 @@ def test_an_absurd_reading_or_a_slip_is_no_other_convention(spoil):
     assert wrong_convention(joint_of(), motor, link, torque) is None
 
 
-def test_what_cannot_tell_is_accepted():
+def test_what_cannot_decide_is_accepted():
     motor, link, torque = moved(100.0, 0.005)
     for shown in (motor, -motor, 0.0 * motor):
         assert wrong_convention(joint_of(), shown, link, np.full_like(torque, np.nan)) is None
@@ -140,12 +140,12 @@ def test_the_sentence_names_the_recording():
 
 
 @pytest.mark.parametrize(('sign', 'kind'), [(1.0, coupling.RIGHT), (-1.0, coupling.FLIPPED)])
-def test_running_sums_tell_the_same_sample_by_sample(sign, kind):
+def test_running_sums_give_the_same_sample_by_sample(sign, kind):
     motor, link, _ = moved(100.0, 0.5)
     memory = np.zeros(coupling.MEMORY)
-    told = [coupling.add(memory, *each, 100.0, 0.005) for each in zip(sign * motor, link)]
-    assert told[-1] == kind
-    assert sign > 0.0 and not any(told) or told.index(kind) < 100
+    reported = [coupling.add(memory, *each, 100.0, 0.005) for each in zip(sign * motor, link)]
+    assert reported[-1] == kind
+    assert sign > 0.0 and not any(reported) or reported.index(kind) < 100
 
 
 @settings(max_examples=60, deadline=None)
@@ -156,9 +156,9 @@ def test_a_joint_that_sets_off_is_no_other(still, rate, twist, waves, phase):
     link = np.r_[np.zeros(still), np.arange(0.0, 1.0, rate * 1e-3)]
     torsion = twist * np.sign(np.sin(waves * link + phase))
     memory = np.zeros(coupling.MEMORY)
-    told = [coupling.add(memory, *each, 100.0, twist) for each in zip(
+    reported = [coupling.add(memory, *each, 100.0, twist) for each in zip(
         100.0 * (link + torsion), link)]
-    assert set(told) == {coupling.RIGHT}
+    assert set(reported) == {coupling.RIGHT}
 
 
 @pytest.mark.parametrize('friction', [0.0, 0.05])

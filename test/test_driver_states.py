@@ -33,7 +33,7 @@ def usual() -> list[bytes]:
     return moving(ARM)[:200]
 
 
-def told(driver: Driver, messages: list[bytes]) -> Sent:
+def as_sent(driver: Driver, messages: list[bytes]) -> Sent:
     """Return what a driver would publish of the same samples, others than its joints among it."""
     return [each for message in messages for each in _sides(driver, message)]
 
@@ -56,7 +56,7 @@ def _sides(driver: Driver, message: bytes) -> Iterator[tuple[str, bytes]]:
 @pytest.mark.parametrize('driver', [NAMED, APART])
 def test_the_estimates_are_those_of_the_usual_names(driver, usual):
     states = DriverStates(ARM.labels, driver)
-    samples = [states(topic, message) for topic, message in told(driver, usual)]
+    samples = [states(topic, message) for topic, message in as_sent(driver, usual)]
     paired = [sample for sample in samples if sample is not None]
     assert len(paired) == len(usual)
     live, plain = LiveEstimator(ARM), LiveEstimator(ARM)
@@ -71,7 +71,7 @@ def test_the_usual_names_stay_as_they_are(usual):
 
 
 def test_sides_come_in_any_order_and_pair_by_stamp(usual):
-    states, sent = DriverStates(ARM.labels, APART), told(APART, usual[:20])
+    states, sent = DriverStates(ARM.labels, APART), as_sent(APART, usual[:20])
     links = [each for each in sent if each[0] == 'links']
     motors = [each for each in sent if each[0] == 'motors']
     assert [states(*each) for each in links[:10]] == [None] * 10
@@ -109,7 +109,7 @@ def test_what_cannot_be_read_is_refused(message):
     (Driver(link_topic='links'), 'must be given together'),
     (Driver(link_topic='x', motor_topic='x'), "must differ, got 'x' twice"),
     (Driver(link=('a', 'b'), motor=('b', 'c')), 'must have different names on one topic, got b')])
-def test_names_that_do_not_fit_are_told(driver, said):
+def test_names_that_do_not_fit_are_reported(driver, said):
     with pytest.raises(DriverError, match=said):
         DriverStates(ARM.labels, driver)
 
@@ -119,7 +119,7 @@ def test_the_command_gives_the_bits_of_the_node(driver, usual, tmp_path, capsys)
     """The recording tells which names the node was given."""
     given = json.dumps({'torque_estimator': {**driver._asdict(), 'unobserved': 'zero'}})
     with BagWriter(tmp_path / 'bag', {'parameters': given}) as bag:
-        for number, (topic, message) in enumerate(told(driver, usual)):
+        for number, (topic, message) in enumerate(as_sent(driver, usual)):
             bag.write(Topic(topic, JOINT_STATES.message_type, 10), number, message)
     assert cli.main(['estimate', str(tmp_path / 'bag'), '--arm', 'hda_arm.yaml', '--out',
                      str(tmp_path / 'out')]) == 0
@@ -140,8 +140,8 @@ def test_nodes_work_with_a_driver(driver, usual, tmp_path):
             jtf_controller=(*PARAMETERS[driver], 'enabled:=true', 'sample_timeout:=1.0')) as nodes:
         torques, commands = watcher.hear(JOINT_TORQUES), watcher.hear(MOTOR_COMMAND)
         sends = {topic: watcher.send(Topic(topic, JOINT_STATES.message_type, 100), 2)
-                 for topic, _ in told(driver, usual[:1])}
-        left = iter(told(driver, usual * 5))
+                 for topic, _ in as_sent(driver, usual[:1])}
+        left = iter(as_sent(driver, usual * 5))
 
         def answered() -> bool:
             topic, message = next(left)

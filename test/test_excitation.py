@@ -17,8 +17,8 @@ from hda_torque_estimator.diagnosis.diagnose import diagnose, sought_effects
 from hda_torque_estimator.diagnosis.findings.smallest import Smallest
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
-from hda_torque_estimator.diagnosis.judging.screen import shifts
-from hda_torque_estimator.diagnosis.judging.search import Found
+from hda_torque_estimator.diagnosis.judging.screening import shifts
+from hda_torque_estimator.diagnosis.judging.search import SearchResult
 from hda_torque_estimator.diagnosis.readings.encoder_steps import coarse_encoders, smallest_step
 from hda_torque_estimator.diagnosis.readings.line_error import smallest_wave, uneven_lines
 from hda_torque_estimator.diagnosis.readings.lost_samples import (lost_samples, slips_of,
@@ -77,10 +77,10 @@ HIDDEN = [
 def test_an_effect_is_found_above_the_smallest_size_and_not_below(effect, joint, number, shape,
                                                                   below, above):
     size = smallest(effect, joint)
-    for share, told in ((below, []), (above, [(effect, joint)])):
+    for share, findings in ((below, []), (above, [(effect, joint)])):
         hidden = hide(effect, joint, **{number: share * size}, **shape)
         found = diagnose(measured([hidden]), ARM).diagnosis
-        assert [(one.effect, one.joint) for one in found.findings] == told
+        assert [(one.effect, one.joint) for one in found.findings] == findings
 
 
 def test_every_effect_at_every_place_has_its_row():
@@ -100,7 +100,8 @@ def test_sizes_grow_with_the_noise():
     for name in ('drive_offset', 'clock_skew', 'encoder_scale_error'):
         term, shift = next(shifts(fitter, fit, list(terms_of(fitter.arm, name))))
         size, larger = (
-            Visibility(judge, Found(left, left, ()), left).least(term, Imagined(shift, 0.0), 1e6)
+            Visibility(judge, SearchResult(left, left, ()), left).least(term,
+                                                                        Imagined(shift, 0.0), 1e6)
             for judge, left in ((fitter, fit), (loud, twice)))
         assert larger == pytest.approx(2.0 * size, rel=0.05)
 
@@ -147,7 +148,7 @@ def test_asked_effects_must_exist():
         asked(ARM, ['backlash@elbow'])
 
 
-def test_numbers_that_weaken_an_effect_are_told_as_they_are():
+def test_numbers_that_weaken_an_effect_are_stated_as_they_are():
     """A motor that clips at 0.2 N*m is worse than one that clips at 0.25."""
     assert Smallest('torque_saturation', 'joint1', 'limit', 0.2).is_shown(ARM)
     assert not Smallest('torque_saturation', 'joint1', 'limit', 0.01).is_shown(ARM)
@@ -175,30 +176,31 @@ def test_the_smallest_step_is_that_from_which_an_encoder_is_coarse():
     reading = measured_once().reading
     stated = ARM.effect('coarse_quantisation', 'joint1').values()[1]
     size = smallest_step(reading[:, 0, 1], stated, seen())
-    for share, told in ((BELOW, []), (ABOVE, ['joint1'])):
+    for share, reported in ((BELOW, []), (ABOVE, ['joint1'])):
         coarse = reading.copy()
         coarse[:, 0, 1] = np.floor(reading[:, 0, 1] / (share * size)) * share * size
-        assert [one.joint for one in coarse_encoders(with_reading(coarse), ARM, seen())] == told
+        assert [one.joint for one in coarse_encoders(with_reading(coarse), ARM,
+                                                     seen())] == reported
 
 
 def test_the_smallest_wave_is_that_from_which_lines_are_uneven():
     reading = measured_once().reading
     step = ARM.effect('coarse_quantisation', 'joint2').values()[1]
     size = smallest_wave(reading[:, 1, 1], DT, seen(), step)
-    for share, told in ((BELOW, []), (ABOVE, ['joint2'])):
+    for share, reported in ((BELOW, []), (ABOVE, ['joint2'])):
         wavy = reading.copy()
         wavy[:, 1, 1] += share * size * np.sin(6000.0 * reading[:, 1, 1])
-        assert [one.joint for one in uneven_lines(with_reading(wavy), ARM, seen())] == told
+        assert [one.joint for one in uneven_lines(with_reading(wavy), ARM, seen())] == reported
 
 
 def test_the_smallest_rate_is_that_from_which_samples_are_lost():
     reading = measured_once().reading
     size = smallest_rate(slips_of(measured_once(), ARM), seen())
-    for share, told in ((BELOW, False), (ABOVE, True)):
+    for share, reported in ((BELOW, False), (ABOVE, True)):
         late = reading.copy()
         lost = np.random.default_rng(3).random(len(reading)) < share * size
         late[1:][lost[1:]] = reading[:-1][lost[1:]]
-        assert (lost_samples(slips_of(with_reading(late), ARM), seen()) is not None) == told
+        assert (lost_samples(slips_of(with_reading(late), ARM), seen()) is not None) == reported
 
 
 def test_what_does_not_move_shows_no_step_no_wave_and_no_lost_sample():

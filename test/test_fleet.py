@@ -18,7 +18,7 @@ from hda_torque_estimator.commands.fleet_bags import bags_in, FleetError
 from hda_torque_estimator.commands.outcome import Outcome
 from hda_torque_estimator.fleet.fleet_page import fleet_page
 from hda_torque_estimator.fleet.fleet_report import fleet_document
-from hda_torque_estimator.fleet.lines import Cause, Line
+from hda_torque_estimator.fleet.lines import BagLine, NamedCause
 from hda_torque_estimator.fleet.spread import (
     machine_memory, over_machines, over_processes, SpreadError)
 from hda_torque_estimator.measurements.recording_checks import GateError
@@ -27,9 +27,9 @@ from project_files import ROOT
 import pytest
 
 PATIENCE = 60.0         # of a process for another: nothing is measured by it [s]
-LINES = [Line('a', 'a', 'explained', (Cause('payload', None, 0.99),), 2.0),
-         Line('b', 'b', 'no_discrepancy', (), 1.0),
-         Line('c', 'c', None, error='c: 1 s are too short & no more')]
+LINES = [BagLine('a', 'a', 'explained', (NamedCause('payload', None, 0.99),), 2.0),
+         BagLine('b', 'b', 'no_discrepancy', (), 1.0),
+         BagLine('c', 'c', None, error='c: 1 s are too short & no more')]
 
 
 def pretended(options):
@@ -213,9 +213,9 @@ def test_a_directory_of_bags_is_all_its_bags(bags, tmp_path):
 
 
 def test_the_table_counts_verdicts_and_causes():
-    told = fleet_document(LINES, 'arm.yaml', '1')
-    assert told['verdicts'] == {'explained': 1, 'no_discrepancy': 1, 'not diagnosed': 1}
-    assert told['effects'] == [{'effect': 'payload', 'joint': None, 'bags': 1}]
+    report = fleet_document(LINES, 'arm.yaml', '1')
+    assert report['verdicts'] == {'explained': 1, 'no_discrepancy': 1, 'not diagnosed': 1}
+    assert report['effects'] == [{'effect': 'payload', 'joint': None, 'bags': 1}]
     shown = fleet_page(LINES, 'arm.yaml', '1')
     assert 'too short &amp; no more' in shown
     assert 'href="./a/report.html"' in shown and 'href="./c/report.html"' not in shown
@@ -226,6 +226,6 @@ def test_the_table_counts_verdicts_and_causes():
     ('a#b?c%d', './a%23b%3Fc%25d/report.html'), ('\udcff', './%FF/report.html'),
     ('"><script>', './%22%3E%3Cscript%3E/report.html')])
 def test_a_link_leads_to_its_directory_whatever_its_name(name, link):
-    shown = fleet_page([Line(name, name, 'explained')], 'arm.yaml', '1')
+    shown = fleet_page([BagLine(name, name, 'explained')], 'arm.yaml', '1')
     assert f'href="{link}"' in shown
     assert shown.encode() and '<script>' not in shown

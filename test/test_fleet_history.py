@@ -14,21 +14,22 @@ from hda_torque_estimator.commands.outcome import Outcome
 from hda_torque_estimator.fleet.fleet_report import fleet_document
 from hda_torque_estimator.fleet.history import (
     devices, FIRST, GONE, GROWING, NEW, SHRINKING, STEADY, UNSEEN)
-from hda_torque_estimator.fleet.lines import Cause, Line, line_from, line_of
+from hda_torque_estimator.fleet.lines import BagLine, line_from, line_of, NamedCause
 from hda_torque_estimator.measurements.recording_checks import GateError
 import numpy as np
 import pytest
 from test_fleet import asked
 
-HEALTHY = Line('healthy', 'healthy', 'no_discrepancy', severity=1.0)
+HEALTHY = BagLine('healthy', 'healthy', 'no_discrepancy', severity=1.0)
 
 
 def line(number, *sizes, verdict='explained', device='arm'):
     """Return a line of one device with plays of these half-widths [rad]."""
-    causes = tuple(Cause('backlash', f'joint{place}', 1.0, 'half_width', size, 0.9 * size,
-                         1.1 * size, 'rad') for place, size in enumerate(sizes, 1))
-    return Line(f'run{number}', f'run{number}', verdict, causes, device=device,
-                date=f'2026-01-{number:02d}T00:00:00+00:00', severity=3.0 * max(sizes, default=1))
+    causes = tuple(NamedCause('backlash', f'joint{place}', 1.0, 'half_width', size, 0.9 * size,
+                              1.1 * size, 'rad') for place, size in enumerate(sizes, 1))
+    return BagLine(f'run{number}', f'run{number}', verdict, causes, device=device,
+                   date=f'2026-01-{number:02d}T00:00:00+00:00',
+                   severity=3.0 * max(sizes, default=1))
 
 
 def trends(*lines):
@@ -56,19 +57,20 @@ def test_a_cause_is_held_against_the_history_of_its_device(lines, expected):
 def test_the_most_severe_device_comes_first_and_healthy_ones_last():
     lines = [replace(HEALTHY, device='sound'), line(1, 1.0, device='bad'),
              line(1, 2.0, device='worse'),
-             Line('x', 'x', None, error='it is empty', device='unread')]
+             BagLine('x', 'x', None, error='it is empty', device='unread')]
     assert [device.name for device in devices(lines)] == ['worse', 'bad', 'unread', 'sound']
-    told = fleet_document(lines, 'arm.yaml', '1')
-    assert [device['device'] for device in told['devices']] == ['worse', 'bad', 'unread', 'sound']
-    assert [line_from(each) for each in told['bags']] == lines
-    json.dumps(told, allow_nan=False)
+    report = fleet_document(lines, 'arm.yaml', '1')
+    assert [device['device'] for device in report['devices']] == ['worse', 'bad', 'unread',
+                                                                  'sound']
+    assert [line_from(each) for each in report['bags']] == lines
+    json.dumps(report, allow_nan=False)
 
 
 def test_an_alarm_is_about_the_latest_recording():
     lines = [line(1, 2.0), replace(line(2, 1.0), severity=1.2)]
     assert alarms(lines, 2.0) == [] and alarms(lines, None) == []
     assert 'errs 6 times as much as noise in run3' in alarms([*lines, line(3, 2.0)], 2.0)[0]
-    broken = Line('run3', 'run3', None, error='it is empty', device='arm', date='2026-02-01')
+    broken = BagLine('run3', 'run3', None, error='it is empty', device='arm', date='2026-02-01')
     assert alarms([*lines, broken], 2.0) == ['arm: run3 is not diagnosed: it is empty']
 
 
@@ -93,7 +95,7 @@ def tree(tmp_path):
     return tmp_path / 'bags'
 
 
-def test_bags_are_found_at_any_depth_and_what_is_none_is_told(tree):
+def test_bags_are_found_at_any_depth_and_what_is_none_is_reported(tree):
     (tree / 'left' / 'back').symlink_to(tree)
     found = search(tree)
     assert [str(bag.relative_to(tree)) for bag in found.bags] == [
@@ -199,22 +201,22 @@ def test_every_device_has_its_arm(tree, tmp_path, quick):
     with pytest.raises(FleetError, match='no arm file for right: add right.yaml, or default.yaml'):
         execute(counted, asked(tree, tmp_path / 'out', arm=str(arms)))
     (arms / 'default.yaml').write_text(source.read_text())
-    told = execute(counted, asked(tree, tmp_path / 'out', arm=str(arms))).report
-    assert [Path(each['arm']).name for each in told['bags']] == [
+    report = execute(counted, asked(tree, tmp_path / 'out', arm=str(arms))).report
+    assert [Path(each['arm']).name for each in report['bags']] == [
         'left.yaml', 'left.yaml', 'default.yaml']
 
 
 def test_an_alarm_is_an_exit_code(tree, tmp_path, quick):
     (tree / 'left' / 'run2' / 'broken').touch()
-    told = execute(counted, asked(tree, tmp_path / 'out', alarm=2.0))
-    assert told.code == 3 and told.report['alarms'] == [
+    report = execute(counted, asked(tree, tmp_path / 'out', alarm=2.0))
+    assert report.code == 3 and report.report['alarms'] == [
         'left: left/run2 is not diagnosed: it is broken']
     assert execute(counted, asked(tree, tmp_path / 'more')).code == 0
 
 
 @pytest.mark.parametrize(('stamp', 'date'), [
     (1_000_000_000, None), (1_767_225_600_000_000_000, '2026-01-01T00:00:00+00:00')])
-def test_a_date_is_told_by_a_clock_that_was_set(stamp, date, tmp_path):
+def test_a_date_is_known_from_a_clock_that_was_set(stamp, date, tmp_path):
     angles = np.zeros((2, 1))
     with BagWriter(tmp_path / 'bag', {}) as bag:
         bag.write_joint_states(JOINT_STATES, JointSamples(

@@ -6,15 +6,15 @@ from weakref import ref
 
 from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
-from hda_torque_estimator.diagnosis.balances.healthy import (
+from hda_torque_estimator.diagnosis.balances.healthy_twin import (
     healthy_twin, noise_of, torque_noise_of)
 from hda_torque_estimator.diagnosis.diagnose import diagnose, EFFECTIVE
 from hda_torque_estimator.diagnosis.fitting.alignment import aligned
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
-from hda_torque_estimator.diagnosis.judging.chance import by_chance
-from hda_torque_estimator.diagnosis.judging.fair import fair_score, noise_in
-from hda_torque_estimator.diagnosis.judging.forms import evidence, reformed
+from hda_torque_estimator.diagnosis.judging.equal_noise import equal_noise_score, noise_in
+from hda_torque_estimator.diagnosis.judging.law_forms import evidence, reformed
+from hda_torque_estimator.diagnosis.judging.null_distribution import by_chance
 from hda_torque_estimator.measurements.measurement import measurement_from
 from hda_torque_estimator.measurements.upsampling import finer
 import numpy as np
@@ -44,7 +44,7 @@ def fitted(fitter, name):
 @pytest.mark.parametrize(('seed', 'motion', 'rate'), [
     (721001, 'rich', 200), (721002, 'fourier', 1000), (721003, 'sine', 125),
     (721004, 'rich', 500), (721005, 'chirp', 250)])
-def test_a_healthy_arm_leaves_the_noise_that_its_readings_tell(seed, motion, rate):
+def test_a_healthy_arm_leaves_the_noise_of_its_readings(seed, motion, rate):
     world = worlds.draw(seed, motion=motion, rate=rate, seconds=20.0)
     world = replace(world, logger=world.logger._replace(jitter=0.0))
     fitter = fitter_of(world)
@@ -84,9 +84,10 @@ def test_the_noise_of_an_arm_counts_alike_for_all_causes():
     starts = [next(one for one in terms_of(fitter.arm, name) if one.joint == 'joint2')
               for name in ('stiffness_error', 'wave_generator_compliance')]
     right, wrong = (fitter.refined(fitter.refit(fitter.first, start)) for start in starts)
-    assert fair_score(fitter, right, usual) < fair_score(fitter, wrong, usual)
+    assert equal_noise_score(fitter, right, usual) < equal_noise_score(fitter, wrong, usual)
     plain = fitter.at(right.terms, 1, right.slopes._replace(noise={}))
-    assert fair_score(fitter, plain, usual) == pytest.approx(fair_score(fitter, right, usual))
+    assert equal_noise_score(fitter, plain,
+                             usual) == pytest.approx(equal_noise_score(fitter, right, usual))
 
 
 def test_nothing_remembers_a_fit_that_nobody_has():

@@ -55,7 +55,7 @@ def learnt(seen: TruthRecord, arm=ARM) -> np.ndarray:
     return made.memory[:, layout.FUSION + fusion.LEARNT:][:, :ERRORS]
 
 
-def test_what_no_law_tells_is_in_every_interval_and_teaches_little():
+def test_what_no_law_describes_is_in_every_interval_and_teaches_little():
     seen = recorded()
     doubtful = replace(ARM, joints=tuple(replace(
         joint, torsion=replace(joint.torsion, deviation=0.05)) for joint in ARM.joints))
@@ -79,7 +79,7 @@ def test_a_factor_of_all_deviations_changes_no_torque(settings):
     assert np.median(share) < 0.6 and (share < 1.0 + 1e-9).all()
 
 
-def test_a_motor_is_weighed_by_what_no_law_tells_of_it():
+def test_a_motor_is_weighed_by_what_no_law_describes():
     seen = recorded()
     coarse = replace(ARM, joints=tuple(replace(
         joint, link_encoder=replace(joint.link_encoder, counts=16384)) for joint in ARM.joints))
@@ -87,8 +87,8 @@ def test_a_motor_is_weighed_by_what_no_law_tells_of_it():
     for left in (0.0, 1.0, 100.0):
         arm = replace(coarse, joints=tuple(
             replace(joint, motor_deviation=left) for joint in coarse.joints))
-        told, alone = (estimates(seen, how, arm) for how in (EstimatorSettings(), ALONE))
-        shares.append(float(np.abs(told.torque - alone.torque)[LEARNING:].mean()))
+        estimated, alone = (estimates(seen, how, arm) for how in (EstimatorSettings(), ALONE))
+        shares.append(float(np.abs(estimated.torque - alone.torque)[LEARNING:].mean()))
     assert shares[0] > shares[1] > shares[2]
 
 
@@ -101,7 +101,7 @@ def slowed(seen: TruthRecord, every: int) -> TruthRecord:
     return seen._replace(command=means, **rest)
 
 
-def test_what_no_law_tells_lasts_as_long_at_every_rate():
+def test_what_no_law_describes_lasts_as_long_at_every_rate():
     """A zero is learnt in the same time at 1 kHz and at 100 Hz, not by as many windows."""
     arm = replace(ARM, tolerances=replace(ARM.tolerances, torsion_zero=1e-4), joints=tuple(
         replace(joint, motor_deviation=0.5) for joint in ARM.joints))
@@ -118,10 +118,10 @@ def test_a_zero_that_nobody_knows_leaves_the_torque_to_the_motor():
     seen = recorded()
     arm = replace(ARM, tolerances=replace(ARM.tolerances, torsion_zero=6e-3))
     seen = seen._replace(link_angle=seen.link_angle + 6e-3)
-    told = estimates(seen, arm=arm)
+    estimated = estimates(seen, arm=arm)
     standing = slice(1, 20)                     # the zero makes 60 N*m of the torsion
-    assert np.abs(told.torque - seen.joint_torque)[standing].max() < 1.0
-    assert told.torque_deviation[standing].max() < 3.0
+    assert np.abs(estimated.torque - seen.joint_torque)[standing].max() < 1.0
+    assert estimated.torque_deviation[standing].max() < 3.0
 
 
 def test_errors_that_both_ways_share_do_not_weigh():

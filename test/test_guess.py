@@ -59,7 +59,7 @@ def imported(columns: Table) -> Imported:
     ('status_velocities_1 (rads)', 'velocity', 'rad/s', 1, {'status', 'velocity'}),
     ('motor_2_deg', 'position', 'deg', 2, {'motor'}), ('a', None, None, None, {'a'}),
     ('category', None, None, None, {'category'})])
-def test_a_name_tells_quantity_unit_and_joint(name, kind, unit, number, words):
+def test_a_name_states_quantity_unit_and_joint(name, kind, unit, number, words):
     heading = read_heading(name)
     assert (heading.kind, heading.unit, heading.number) == (kind, unit, number)
     assert heading.words == words
@@ -96,7 +96,7 @@ def test_a_table_of_both_sides_comes_back(names, scale):
         np.testing.assert_allclose(shaft.effort[:, 0], TORQUES[n], atol=1e-12)
 
 
-def test_numbers_tell_the_unit_of_angles_and_speeds():
+def test_numbers_determine_the_unit_of_angles_and_speeds():
     columns = {'t': TIME, 'motor_pos': np.rint(4096 * RATIO * ANGLES[1]),
                'link_pos': 90 * ANGLES[1], 'link_speed': 90 / 6 * SPEEDS[1]}
     entries = guess(columns).entries
@@ -108,7 +108,7 @@ def test_numbers_tell_the_unit_of_angles_and_speeds():
 
 @pytest.mark.parametrize('step, unit', [
     (0.002, 's'), (1, 'ms'), (4, 'ms'), (1000, 'us'), (250, 'us'), (10 ** 6, 'ns')])
-def test_the_step_of_the_time_tells_its_unit(step, unit):
+def test_the_step_of_the_time_determines_its_unit(step, unit):
     columns = {'time': 1000 * step + step * np.arange(50.0), 'q': ANGLES[1][:50]}
     assert guess(columns).time.unit == unit
 

@@ -57,7 +57,7 @@ def test_a_speed_that_runs_against_its_angle_gets_a_sign():
     np.testing.assert_allclose(states.select(['joint2_motor']).velocity[:, 0], 100.0 * RATES[2])
 
 
-def test_a_joint_that_stands_tells_no_sign():
+def test_a_joint_that_stands_determines_no_sign():
     columns = table()
     columns['motor_pos_3'], columns['link_pos_3'] = np.full(1000, 7.0), np.full(1000, 0.07)
     entry = guess(columns).entries['motor.position']
@@ -95,7 +95,7 @@ def test_the_motor_is_what_moves_more(names):
         assert entries['link.position'].patterns[0].name == less.format('{n}')
 
 
-def test_words_that_are_written_as_one_tell_the_side():
+def test_words_that_are_written_as_one_state_the_side():
     columns: Table = {'t': TIME}
     for n, angle in ANGLES.items():
         columns |= {f'encoder_loadinc_{n}': np.rint(angle / TURN * COUNTS),
@@ -106,7 +106,7 @@ def test_words_that_are_written_as_one_tell_the_side():
     assert entries['motor.position'].sign == -1
 
 
-def test_ratios_that_differ_are_told_one_by_one():
+def test_ratios_that_differ_are_stated_one_by_one():
     columns: Table = {'t': TIME}
     for n, angle in ANGLES.items():
         columns |= {f'motor_pos_{n}': RATIOS[n] * angle, f'link_pos_{n}': angle}

@@ -4,16 +4,16 @@ from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_torque_estimator.controlling.controller import ControllerSettings
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
-from hda_torque_estimator.diagnosis.balances.healthy import healthy_twin
+from hda_torque_estimator.diagnosis.balances.healthy_twin import healthy_twin
 from hda_torque_estimator.measurements.measurement import Measurement
-from hda_torque_estimator.simulating.closed_loop import Run, run
+from hda_torque_estimator.simulating.closed_loop import ClosedLoopRun, run
 import numpy as np
 import pytest
 
 ARMS = ('hda_arm.yaml', 'paper_single_axis.yaml')
 
 
-def loop(arm_file: str, **settings) -> Run:
+def loop(arm_file: str, **settings) -> ClosedLoopRun:
     """Return 3 s of a push, with the noise of one seed."""
     arm = read_arm(arm_file)
     return run(arm, arm, motion('push', len(arm.joints), 3.0, 1e-3, 4), 4, **settings)
@@ -37,8 +37,8 @@ def test_a_twin_estimates_no_torque(monkeypatch):
     made, arm = loop(ARMS[1]), read_arm(ARMS[1])
     balancer = Balancer(Measurement(arm.labels, 1e-3, made.reading[:, :, :2].copy(),
                                     made.command))
-    runs: list[Run] = []
-    monkeypatch.setattr('hda_torque_estimator.diagnosis.balances.healthy.run',
+    runs: list[ClosedLoopRun] = []
+    monkeypatch.setattr('hda_torque_estimator.diagnosis.balances.healthy_twin.run',
                         lambda *args, **more: runs.append(run(*args, **more)) or runs[-1])
     twin = healthy_twin(balancer, arm, 1)
     assert [np.isnan(each.estimated_torque).all() for each in runs] == [True]

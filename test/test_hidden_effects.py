@@ -44,12 +44,12 @@ def test_hidden_effect_is_named_and_sized(name):
     assert [(one.effect, one.joint) for one in found.findings] == [(name, hidden.joint)]
     assert found.verdict == 'explained'
     assert found.gain.removed > 0.9
-    told = found.findings[0].parameters
+    fitted = found.findings[0].parameters
     if 'order' in hidden.parameters:                        # chosen, not fitted, and told as well
-        assert told['order'].value == hidden.parameters['order']
-        assert told['order'].chosen
+        assert fitted['order'].value == hidden.parameters['order']
+        assert fitted['order'].chosen
     wanted = expected(name, hidden.joint, hidden.parameters, scattered(seed_of(name)))
-    compared = {number: (told[number], *wanted[number]) for number in wanted if number in told}
+    compared = {number: (fitted[number], *wanted[number]) for number in wanted if number in fitted}
     assert (name in SIZES_OF_OTHER_KIND) == (compared == {})
     for number, (one, whole, size) in compared.items():
         close = abs(one.value - whole) <= TOLERANCE[name] * abs(size)
@@ -105,7 +105,7 @@ def test_causes_that_hide_behind_others_or_noise_are_named(names, seed):
 
 
 @pytest.mark.parametrize('name', ONE_EQUATION)
-def test_two_that_no_motion_can_tell_apart_are_ambiguous(name):
+def test_two_that_no_motion_can_distinguish_are_ambiguous(name):
     """A constant bias and a friction that differs with direction are one torque while moving."""
     hidden, found = diagnosed(name)
     assert found.verdict == 'ambiguous'

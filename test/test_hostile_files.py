@@ -168,7 +168,7 @@ def test_an_error_that_nobody_foresaw_is_one_line(capsys, monkeypatch):
     assert 'Traceback' in capsys.readouterr().err
 
 
-def test_every_error_of_the_packages_is_told_in_one_line():
+def test_every_error_of_the_packages_is_reported_in_one_line():
     for name in PATHS:
         __import__(name)
     waiting, found = [ValueError], []

@@ -357,7 +357,7 @@ def test_values_that_give_the_same_name_of_a_bag_are_refused(tmp_path):
         run_import(table, map_file, tmp_path / 'bag')
 
 
-def test_an_unknown_map_is_told_the_shipped_ones(tmp_path):
+def test_an_unknown_map_gets_the_list_of_shipped_ones(tmp_path):
     with pytest.raises(ColumnMapError, match='voraus_yucobot.yaml'):
         run_import(tmp_path / 'x.csv', Path('nowhere.yaml'), tmp_path / 'bag')
 

@@ -173,6 +173,6 @@ def test_the_sign_of_an_effort_is_that_of_its_work():
     assert 'takes work from the motion at 2' in entry.reason
 
 
-def test_an_effort_of_a_joint_that_does_not_come_back_tells_no_sign():
+def test_an_effort_of_a_joint_that_does_not_come_back_determines_no_sign():
     table = {'t': TIME, 'motor_pos_1': 100 * TIME, 'link_pos_1': TIME, 'tau_1': -1.0 - LINK}
     assert guess(table).entries['motor.effort'].sign_of(1) == 1

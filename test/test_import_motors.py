@@ -48,7 +48,7 @@ def test_a_voltage_less_the_back_emf_is_a_torque(entry, column, quantities, erro
     ({'unit': 'V', **MOTOR}, [], 'needed for its back EMF'),
     ({'unit': 'V', **MOTOR, 'side': 'link'}, ['velocity'], 'stated at the motor'),
 ])
-def test_a_voltage_that_tells_no_torque_is_refused(entry, quantities, says):
+def test_a_voltage_that_determines_no_torque_is_refused(entry, quantities, says):
     with pytest.raises(ColumnMapError, match=says):
         torque_of({'column': 'u', **entry}, {'u': VOLTAGE}, *quantities)
 

@@ -2,7 +2,7 @@
 
 from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
-from hda_torque_estimator.diagnosis.balances.healthy import healthy_twin, noise_of
+from hda_torque_estimator.diagnosis.balances.healthy_twin import healthy_twin, noise_of
 from hda_torque_estimator.diagnosis.diagnose import EFFECTIVE
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.instruments import unbiased

@@ -93,11 +93,11 @@ def alive(tmp_path, monkeypatch) -> Callable[..., dict[str, ArmNode]]:
 
 def executables(monkeypatch) -> list[str]:
     """Return the executables that setup.py declares."""
-    told: dict[str, dict[str, list[str]]] = {}
-    monkeypatch.setattr(setuptools, 'setup', told.update)
+    reported: dict[str, dict[str, list[str]]] = {}
+    monkeypatch.setattr(setuptools, 'setup', reported.update)
     monkeypatch.chdir(ROOT)
     runpy.run_path('setup.py')
-    return [word.split(' = ')[0] for word in told['entry_points']['console_scripts']]
+    return [word.split(' = ')[0] for word in reported['entry_points']['console_scripts']]
 
 
 def test_three_executables_of_the_package(planned, monkeypatch):
@@ -166,7 +166,7 @@ def test_arguments_go_before_the_file_of_parameters(planned, alive, tmp_path):
     assert (values['arm'], values['rate'], values['seed']) == ('hda_arm.yaml', 400.0, 5.0)
 
 
-def test_a_file_of_parameters_that_misses_its_node_is_told(planned, alive, tmp_path, capfd):
+def test_a_file_of_parameters_that_misses_its_node_is_reported(planned, alive, tmp_path, capfd):
     """The key `arm_sim` means `/arm_sim` only: in a namespace the default arm would run."""
     file = tmp_path / 'parameters.yaml'
     file.write_text(f'arm_sim:\n  ros__parameters: {{arm: {OTHER_ARM}}}\n'
@@ -178,7 +178,7 @@ def test_a_file_of_parameters_that_misses_its_node_is_told(planned, alive, tmp_p
     assert '/**/arm_sim' in said
 
 
-def test_nodes_stay_on_this_machine_unless_told_otherwise(described):
+def test_nodes_stay_on_this_machine_unless_asked_otherwise(described):
     assert described.environment({'PATH': ''}) == {
         'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
     assert described.environment({'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET'}) == {}

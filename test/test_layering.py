@@ -32,7 +32,7 @@ SHELLS = (
     'hda_torque_estimator.cli',
     'hda_torque_estimator.commands*',
     'hda_torque_estimator.comparison.plots',
-    'hda_torque_estimator.diagnosis.telling.plots',
+    'hda_torque_estimator.diagnosis.reporting.plots',
     'hda_torque_estimator.fleet.fleet_page',
     'hda_torque_estimator.importing.map_document',
     'hda_torque_estimator.importing.mat73',
@@ -80,7 +80,7 @@ ROOMS = (
     'hda_torque_estimator.diagnosis.readings',
     'hda_torque_estimator.diagnosis.judging',
     'hda_torque_estimator.diagnosis.detectability',
-    'hda_torque_estimator.diagnosis.telling',
+    'hda_torque_estimator.diagnosis.reporting',
     'hda_torque_estimator.diagnosis.motors_alone',
     'hda_torque_estimator.diagnosis',
     'hda_torque_estimator.planning',
@@ -96,7 +96,7 @@ IMPURE_STANDARD = {'argparse', 'logging', 'subprocess', 'tempfile'}
 
 
 def is_shell(name: str) -> bool:
-    """Tell whether a module is one of the shells."""
+    """Return whether a module is one of the shells."""
     return any(fnmatch(name, pattern) for pattern in SHELLS)
 
 
@@ -107,7 +107,7 @@ def room(name: str) -> str:
 
 
 def is_pure_import(name: str) -> bool:
-    """Tell whether a pure module may import this."""
+    """Return whether a pure module may import this."""
     if name in PATHS:
         return not is_shell(name)
     top = name.partition('.')[0]
@@ -147,7 +147,7 @@ def test_no_module_imports_itself_in_a_circle():
 
 
 def changed(target: ast.expr) -> bool:
-    """Tell whether an assignment to this changes a field of another object."""
+    """Return whether an assignment to this changes a field of another object."""
     match target:
         case ast.Tuple(elts=parts):
             return any(changed(part) for part in parts)

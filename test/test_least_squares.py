@@ -5,7 +5,7 @@ from types import SimpleNamespace
 from hda_arm_sim.model.effects import Backlash, Payload, ViscousFriction
 from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.diagnosis.fitting.nuisance import nuisances
-from hda_torque_estimator.least_squares.charts import Plain
+from hda_torque_estimator.least_squares.charts import Identity
 from hda_torque_estimator.least_squares.descent import improved
 from hda_torque_estimator.least_squares.normal import within
 from hda_torque_estimator.least_squares.term import Term, with_terms
@@ -25,23 +25,23 @@ def drawn(seed, size):
 
 @given(st.integers(0, 2 ** 32 - 1), st.integers(1, 8))
 def test_step_without_bounds_is_that_of_least_squares(seed, size):
-    columns, told = drawn(seed, size)
+    columns, reported = drawn(seed, size)
     free = np.full(size, np.inf)
-    step = within(columns.T @ columns, columns.T @ told, np.zeros(size), (-free, free))
-    wanted = np.linalg.lstsq(columns, told, rcond=None)[0]
+    step = within(columns.T @ columns, columns.T @ reported, np.zeros(size), (-free, free))
+    wanted = np.linalg.lstsq(columns, reported, rcond=None)[0]
     np.testing.assert_allclose(columns @ step, columns @ wanted, atol=1e-8)
 
 
 @given(st.integers(0, 2 ** 32 - 1), st.floats(-2.0, 2.0), st.floats(0.0, 2.0))
 def test_one_number_beyond_its_bound_stays_there_and_the_others_are_the_best_beside_it(
         seed, place, width):
-    columns, told = drawn(seed, 4)
-    free = np.linalg.lstsq(columns, told, rcond=None)[0]
+    columns, reported = drawn(seed, 4)
+    free = np.linalg.lstsq(columns, reported, rcond=None)[0]
     low, high = np.full(4, -np.inf), np.full(4, np.inf)
     low[1], high[1] = sorted((place * free[1], (place + width) * free[1] + 1e-6))
-    step = within(columns.T @ columns, columns.T @ told, np.zeros(4), (low, high))
+    step = within(columns.T @ columns, columns.T @ reported, np.zeros(4), (low, high))
     scale = np.linalg.norm(columns, axis=0)
-    wanted = lsq_linear(columns / scale, told, (low * scale, high * scale), tol=1e-13)
+    wanted = lsq_linear(columns / scale, reported, (low * scale, high * scale), tol=1e-13)
     assert (low - 1e-9 <= step).all() and (step <= high + 1e-9).all()
     np.testing.assert_allclose(columns @ step, columns / scale @ wanted.x, atol=1e-5)
 
@@ -49,12 +49,12 @@ def test_one_number_beyond_its_bound_stays_there_and_the_others_are_the_best_bes
 def test_with_a_ridge_a_column_of_zeros_does_not_move_and_does_no_harm():
     columns, _ = drawn(1, 3)
     columns[:, 1] = 0.0
-    told = columns @ (1.0, 1.0, 1.0)
+    reported = columns @ (1.0, 1.0, 1.0)
     free = np.full(3, np.inf)
-    step = within(columns.T @ columns, columns.T @ told, np.zeros(3), (-free, free),
+    step = within(columns.T @ columns, columns.T @ reported, np.zeros(3), (-free, free),
                   RIDGE)
     assert step[1] == 0.0
-    np.testing.assert_allclose(columns @ step, told, atol=1e-6 * np.abs(told).max())
+    np.testing.assert_allclose(columns @ step, reported, atol=1e-6 * np.abs(reported).max())
 
 
 def test_what_stands_at_its_bound_goes_back_from_it():
@@ -83,7 +83,7 @@ def test_terms_that_are_placed_at_once_make_the_arm_that_they_make_one_by_one():
         ViscousFriction(slope=1e-3), 'joint2')
     terms = [*nuisances(arm), Term(Backlash(half_width=1e-4), 'joint1'),
              Term(Payload(mass=0.2), None), Term(arm.joint('joint1').torsion, 'joint1',
-                                                 (Plain(('damping',), 1.0),), 'torsion')]
+                                                 (Identity(('damping',), 1.0),), 'torsion')]
     wanted = arm
     for term in terms:
         wanted = term.on(wanted)

@@ -64,7 +64,7 @@ def test_nothing_is_claimed_before_anything_is_heard():
     json.dumps(picture, allow_nan=False)
 
 
-def test_a_picture_tells_the_last_sample_and_its_estimates():
+def test_a_picture_shows_the_last_sample_and_its_estimates():
     picture = heard().picture(1.5)
     assert picture['age'] == 0.5
     assert picture['angles'] == pytest.approx([0.3, 1.2])
@@ -176,12 +176,12 @@ def test_too_many_pages_are_refused(served):
     asyncio.run(visit())
 
 
-def test_a_port_that_is_taken_is_told(served):
+def test_a_port_that_is_taken_is_reported(served):
     with pytest.raises(ServerError, match='cannot be served'):
         Server(int(served.access.url.split(':')[2].split('/')[0]), dict, Requests())
 
 
-def test_a_recorder_that_cannot_write_is_told(tmp_path):
+def test_a_recorder_that_cannot_write_is_reported(tmp_path):
     (tmp_path / 'file').touch()
     done = Recorder(tmp_path / 'file' / 'folder', 'hda_arm.yaml').start()
     assert not done.success

@@ -41,10 +41,10 @@ def test_the_reference_has_only_pages_that_are_written():
 
 
 def test_the_reference_knows_all_commands_nodes_and_effects():
-    told = {name: page() for name, page in reference_pages.PAGES.items()}
-    assert all(f'## `hda {name}`' in told['options'] for name in cli.COMMANDS)
-    assert all(f'## `{effect.name}`' in told['effects'] for effect in EFFECTS)
-    nodes = re.findall(r'^\| `(\w+)` \|', told['topics'].partition('## Who')[2], re.MULTILINE)
+    reported = {name: page() for name, page in reference_pages.PAGES.items()}
+    assert all(f'## `hda {name}`' in reported['options'] for name in cli.COMMANDS)
+    assert all(f'## `{effect.name}`' in reported['effects'] for effect in EFFECTS)
+    nodes = re.findall(r'^\| `(\w+)` \|', reported['topics'].partition('## Who')[2], re.MULTILINE)
     assert set(nodes) == set(reference_pages.NODES)
 
 

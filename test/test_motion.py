@@ -36,9 +36,9 @@ def of_link(motion):
 
 @pytest.mark.parametrize(('window', 'least'), [({}, 0.95), ({'window': SHORT}, 0.998)])
 def test_accelerations_pass_a_window(window, least):
-    told = motion_of(measured(40.0), ARM, **window).acceleration[INNER, 0, 1]
+    reported = motion_of(measured(40.0), ARM, **window).acceleration[INNER, 0, 1]
     true = swinging(40.0, 2)
-    assert least < (told @ true) / (true @ true) < 1.0
+    assert least < (reported @ true) / (true @ true) < 1.0
 
 
 @pytest.mark.parametrize('skew', [3e-4, -2e-4])
@@ -46,9 +46,9 @@ def test_everything_is_taken_at_the_stamp(skew):
     late = measured(3.0, late=skew)
     taken, unmoved = (motion_of(late, arm, SHORT) for arm in (
         ARM.with_effect(ClockSkew(skew=skew), 'joint1'), ARM))
-    for order, (told, off) in enumerate(zip(of_link(taken), of_link(unmoved))):
+    for order, (reported, off) in enumerate(zip(of_link(taken), of_link(unmoved))):
         true = swinging(3.0, order)
-        assert np.abs(told - true).max() < 1e-4 * np.abs(true).max()
+        assert np.abs(reported - true).max() < 1e-4 * np.abs(true).max()
         assert np.abs(off - true).max() > 1e-3 * np.abs(true).max()
 
 

@@ -8,8 +8,8 @@ from hda_arm_sim.model.files import read_arm
 from hda_msgs_json.samples import JointSamples
 from hda_torque_estimator.diagnosis.motors_alone.motor_record import sweeps_of, sweeps_together
 from hda_torque_estimator.diagnosis.motors_alone.motor_side import diagnose_motors
-from hda_torque_estimator.diagnosis.motors_alone.posterior import (
-    Cause, Law, posterior, Weigher)
+from hda_torque_estimator.diagnosis.motors_alone.posterior import (Law, PossibleCause, posterior,
+                                                                   Weigher)
 import numpy as np
 import pytest
 
@@ -69,10 +69,10 @@ def test_each_friction_is_named_beside_the_usual(effect):
 
 def test_sizes_hold_the_truth():
     found, _ = named(swung(MORE['load_dependent_friction']))
-    told = {cause.effect: cause.parameters for cause in found.diagnosis.findings}
-    share = told['load_dependent_friction']['coefficient']
+    findings = {cause.effect: cause.parameters for cause in found.diagnosis.findings}
+    share = findings['load_dependent_friction']['coefficient']
     assert share.low <= 0.15 <= share.high and share.high - share.low < 0.03
-    assert told['coulomb_friction']['level'].value == pytest.approx(LEVEL, rel=0.05)
+    assert findings['coulomb_friction']['level'].value == pytest.approx(LEVEL, rel=0.05)
 
 
 def test_a_wave_of_friction_has_its_size_and_phase():
@@ -115,7 +115,7 @@ def test_twins_share_the_probability():
     column, noise = random.standard_normal((2, 400))
     law = Law(column[:, None], np.array([1.0]), np.zeros((400, 0)))
     sets = posterior(Weigher(column + noise, np.ones((400, 1)), np.array([np.inf]), [
-        Cause('one', (law,), 0.1), Cause('other', (law,), 0.1)], 1.0))
+        PossibleCause('one', (law,), 0.1), PossibleCause('other', (law,), 0.1)], 1.0))
     assert sets.of('one') == pytest.approx(0.5, abs=0.1) == sets.of('other')
     assert sets.either('one', 'other') == pytest.approx(1.0, abs=1e-6)
 
@@ -127,8 +127,8 @@ def test_probabilities_of_causes_hold():
         columns = random.standard_normal((60, 3))
         there = random.random(3) < 0.3
         residual = columns @ (there * 0.4 * random.standard_normal(3)) + random.standard_normal(60)
-        causes = [Cause(str(place), (Law(columns[:, [place]], np.array([0.4]),
-                                         np.zeros((60, 0))),), 0.3) for place in range(3)]
+        causes = [PossibleCause(str(place), (Law(columns[:, [place]], np.array([0.4]),
+                                                 np.zeros((60, 0))),), 0.3) for place in range(3)]
         found = posterior(Weigher(residual, np.zeros((60, 0)), np.zeros(0), causes, 1.0))
         said += [(found.of(str(place)), there[place]) for place in range(3)]
     chance, true = (np.array(column, dtype=float) for column in zip(*said))

@@ -51,14 +51,15 @@ def diagnosed(samples):
 
 def test_friction_and_lines_are_found_with_their_sizes():
     found = diagnosed(turned(True, ((4e-3, 12.0), (2e-3, 24.0))))
-    told = {(cause.effect, round(cause.parameters['order'].value) if 'order' in cause.parameters
-             else None): cause for cause in found.diagnosis.findings}
-    assert set(told) == {('coulomb_friction', None), ('viscous_friction', None),
-                         ('motor_cogging', 12), ('motor_cogging', 24)}
+    reported = {(cause.effect,
+                 round(cause.parameters['order'].value) if 'order' in cause.parameters
+                 else None): cause for cause in found.diagnosis.findings}
+    assert set(reported) == {('coulomb_friction', None), ('viscous_friction', None),
+                             ('motor_cogging', 12), ('motor_cogging', 24)}
     assert found.diagnosis.verdict == 'explained'
-    level = told['coulomb_friction', None].parameters['level']
+    level = reported['coulomb_friction', None].parameters['level']
     assert level.value == pytest.approx(LEVEL, rel=0.03)
-    wave = told['motor_cogging', 12].parameters
+    wave = reported['motor_cogging', 12].parameters
     assert wave['amplitude'].value == pytest.approx(4e-3, rel=0.05)
     assert wave['phase'].value == pytest.approx(0.7, abs=0.05)
     assert all(cause.gain.low > 0.0 for cause in found.diagnosis.findings)
@@ -127,9 +128,9 @@ def test_a_bag_of_motors_makes_a_report(tmp_path, capsys):
     out = tmp_path / 'out'
     assert main(['diagnose', str(tmp_path / 'bag'), '--arm', 'kinova_gen3.yaml', '--out', str(out),
                  '--json']) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told == json.loads((out / 'report.json').read_text())
-    assert told['verdict'] == 'explained'
+    report = json.loads(capsys.readouterr().out)
+    assert report == json.loads((out / 'report.json').read_text())
+    assert report['verdict'] == 'explained'
     assert '<svg' in (out / 'report.html').read_text()
     assert read_arm(out / 'model.yaml').effect('motor_cogging', 'joint3').order == 12.0
 
@@ -141,14 +142,14 @@ def test_other_conventions_are_mended(tmp_path, capsys):
     written = {'plain': plain, 'other': replace(
         plain, position=-np.degrees(plain.position) / ratio, effort=-plain.effort)}
     options = {'plain': [], 'other': ['--degrees', '--motor-at-link', '--flip', 'joint3_motor']}
-    told = []
+    report = []
     for name, samples in written.items():
         with BagWriter(tmp_path / name, {}) as bag:
             bag.write_joint_states(JOINT_STATES, samples)
         assert main(['diagnose', str(tmp_path / name), '--arm', 'kinova_gen3.yaml', '--out',
                      str(tmp_path / f'{name}_out'), '--json', *options[name]]) == 0
-        told.append(json.loads(capsys.readouterr().out))
-    for first, second in zip(*(one['findings'] for one in told), strict=True):
+        report.append(json.loads(capsys.readouterr().out))
+    for first, second in zip(*(one['findings'] for one in report), strict=True):
         assert (first['effect'], first['joint']) == (second['effect'], second['joint'])
         for name, number in first['parameters'].items():
             assert number['value'] == pytest.approx(second['parameters'][name]['value'], rel=1e-6)
@@ -179,9 +180,9 @@ def test_a_joint_that_moves_in_a_small_part_is_diagnosed_from_that(tmp_path):
     out = tmp_path / 'out'
     assert main(['diagnose', str(tmp_path / 'bag'), '--arm', 'kinova_gen3.yaml', '--out',
                  str(out)]) == 0
-    told = json.loads((out / 'report.json').read_text())
-    assert {cause['effect'] for cause in told['findings']} == {'coulomb_friction',
-                                                               'viscous_friction'}
+    report = json.loads((out / 'report.json').read_text())
+    assert {cause['effect'] for cause in report['findings']} == {'coulomb_friction',
+                                                                 'viscous_friction'}
 
 
 def test_a_joint_that_hardly_moves_shows_nothing():
@@ -191,7 +192,7 @@ def test_a_joint_that_hardly_moves_shows_nothing():
         'insufficient_excitation')
 
 
-def test_what_loses_on_held_out_stretches_is_not_told():
+def test_what_loses_on_held_out_stretches_is_not_named():
     sweep, = sweeps_of(turned(True, ((4e-3, 12.0),)), ARM, 'bag')
     turned_over = np.where(sweep.held_out, -2.0 * sweep.torque, sweep.torque)
     found = diagnose_motors([sweep._replace(torque=turned_over)], ARM)
@@ -213,13 +214,13 @@ def test_the_same_sweep_back_in_another_recording_decides(tmp_path, capsys):
         bags.append(str(tmp_path / name))
     assert main(['diagnose', *bags, '--arm', 'kinova_gen3.yaml', '--out', str(tmp_path / 'out'),
                  '--json']) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told['ambiguous'] == []
-    assert [part['bag'] for part in told['recording']['bags']] == bags
-    assert told['recording']['duration'] == pytest.approx(24.0, rel=0.01)
+    report = json.loads(capsys.readouterr().out)
+    assert report['ambiguous'] == []
+    assert [part['bag'] for part in report['recording']['bags']] == bags
+    assert report['recording']['duration'] == pytest.approx(24.0, rel=0.01)
 
 
-def test_a_sweep_one_way_tells_how_large_each_would_be(tmp_path):
+def test_a_sweep_one_way_shows_how_large_each_would_be(tmp_path):
     with BagWriter(tmp_path / 'bag', {}) as bag:
         bag.write_joint_states(JOINT_STATES, turned(False))
     out = tmp_path / 'out'
@@ -246,7 +247,7 @@ def test_the_lines_of_a_real_arm_are_found(joint, tmp_path):
     bag, = run_import(table, Path('kinova_gen3.yaml'), tmp_path / 'bag')
     assert main(['diagnose', str(bag), '--arm', 'kinova_gen3.yaml', '--out',
                  str(tmp_path / 'out')]) == 0
-    told = json.loads((tmp_path / 'out' / 'report.json').read_text())
-    orders = {round(RATIO * cause['parameters']['order']['value']) for cause in told['findings']}
+    report = json.loads((tmp_path / 'out' / 'report.json').read_text())
+    orders = {round(RATIO * cause['parameters']['order']['value']) for cause in report['findings']}
     assert LINES[joint] <= orders
-    assert {cause['joint'] for cause in told['findings']} == {f'joint{joint}'}
+    assert {cause['joint'] for cause in report['findings']} == {f'joint{joint}'}

@@ -78,8 +78,8 @@ def test_every_command_reads_them(command, theirs, tmp_path, capsys):
         command, [str(theirs), *ARM])
     out = [] if command == 'info' else ['--out', str(tmp_path / 'out.yaml')]
     assert main([command, *words, *SIDES, *NAMES, *out, '--json']) == 0, capsys.readouterr().err
-    told = capsys.readouterr().out
-    assert 'joint1' in told and 'drive_1' not in told
+    output = capsys.readouterr().out
+    assert 'joint1' in output and 'drive_1' not in output
 
 
 def test_estimates_are_those_of_the_same_numbers(ours, theirs, tmp_path, capsys):
@@ -102,8 +102,8 @@ def test_estimates_are_those_of_the_same_numbers(ours, theirs, tmp_path, capsys)
 ])
 def test_a_naming_that_does_not_fit_is_one_line(words, says, theirs, tmp_path, capsys):
     assert main(['estimate', str(theirs), *ARM, *words, '--out', str(tmp_path / 'out')]) == 2
-    told = capsys.readouterr().err
-    assert says in told and len(told.splitlines()) == 1
+    output = capsys.readouterr().err
+    assert says in output and len(output.splitlines()) == 1
     assert list(tmp_path.iterdir()) == []
 
 
@@ -156,5 +156,5 @@ def test_a_command_evens_stamps(ours, tmp_path, capsys):
     with BagWriter(tmp_path / 'host', {}) as bag:
         bag.write_joint_states(JOINT_STATES, replace(samples, stamps=host))
     assert main(['info', str(tmp_path / 'host'), '--even-stamps', '--json']) == 0
-    told = json.loads(capsys.readouterr().out)['joint_states']
-    assert told['gaps'] == told['not_later'] == 0 and abs(told['rate'] - 1000.0) < 1e-2
+    report = json.loads(capsys.readouterr().out)['joint_states']
+    assert report['gaps'] == report['not_later'] == 0 and abs(report['rate'] - 1000.0) < 1e-2

@@ -133,7 +133,7 @@ def test_an_arm_is_simulated_and_estimated(tmp_path, capsys):
     assert errors['truth/shoulder/torque']['rms'] < 0.2
 
 
-def test_what_is_told_counts_more_than_the_catalogue(tmp_path, capsys):
+def test_what_is_stated_counts_more_than_the_catalogue(tmp_path, capsys):
     path, report = made(
         tmp_path, capsys, '--gear', 'CSG-17-100', '--motor-inertia', '1e-4', '--torque-constant',
         '0.05', '--motor-current', '8', '--motor-counts', '0', '--link-counts', '0',

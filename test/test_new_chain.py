@@ -64,8 +64,8 @@ def test_the_description_of_a_real_arm_weighs_what_its_controller_says(tmp_path)
     (HEAD, [*ROWS[:-1], ROWS[-1].replace('CSG-17', 'XYZ-17')], 'XYZ')])
 def test_a_wrong_table_is_one_line(tmp_path, capsys, head, rows, said):
     assert new(tmp_path, head, rows) != 0
-    told = capsys.readouterr().err.strip()
-    assert said in told and '\n' not in told
+    output = capsys.readouterr().err.strip()
+    assert said in output and '\n' not in output
     assert not (tmp_path / 'arm.yaml').exists()
 
 
@@ -86,6 +86,6 @@ def test_what_a_chain_cannot_be_is_said_at_once(tmp_path, capsys, before, after,
     table.write_text('\n'.join([HEAD, *ROWS]) + '\n')
     assert main(['new', '--urdf', str(robot), '--gears', str(table), '--out',
                  str(tmp_path / 'arm.yaml')]) == 2
-    told = capsys.readouterr().err.strip()
-    assert said in told and '\n' not in told
+    output = capsys.readouterr().err.strip()
+    assert said in output and '\n' not in output
     assert not (tmp_path / 'arm.yaml').exists()

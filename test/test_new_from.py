@@ -86,7 +86,7 @@ def test_gears_of_the_recorded_ratio_are_offered(bag, tmp_path, capsys):
 @pytest.mark.parametrize(('counts', 'travel', 'missing'), [
     ((0, 65536), 0.6, '--motor-counts'), ((4096, 0), 0.6, '--link-counts'),
     ((4096, 65536), 0.0, '--link-counts')])
-def test_what_it_does_not_tell_must_be_stated(counts, travel, missing, bag, tmp_path, capsys,
+def test_what_it_does_not_know_must_be_stated(counts, travel, missing, bag, tmp_path, capsys,
                                               monkeypatch):
     monkeypatch.setattr('sys.stdin', None)
     assert missing in refusal(

@@ -7,7 +7,7 @@ from hda_msgs_json.cdr import decode_joint_state, encode_joint_state
 from hda_msgs_json.topics import motor_name
 from hda_torque_estimator.controlling.controller import Controller, ControllerSettings
 from hda_torque_estimator.controlling.controller_node import WATCH_PERIOD
-from hda_torque_estimator.controlling.live_controller import (LiveController, Trajectory,
+from hda_torque_estimator.controlling.live_controller import (LiveController, TargetPoints,
                                                               WatchSettings)
 from hda_torque_estimator.controlling.pairing import MOST_WAITING, Pairing
 from hda_torque_estimator.controlling.reference import hold
@@ -252,16 +252,16 @@ def test_after_a_stop_it_can_be_enabled_again():
 def test_trajectory_begins_with_the_last_sample():
     live = enabled()
     live.sample(sample(2), 0.002)
-    live.follow(Trajectory(['joint2', 'joint1'], [1.0], [[1.0, 0.5]], [[]]))
+    live.follow(TargetPoints(['joint2', 'joint1'], [1.0], [[1.0, 0.5]], [[]]))
     assert live.controller.present_reference(2 * PERIOD)[:, 0] == pytest.approx(HOME)
     end = live.controller.present_reference(2 * PERIOD + 10**9)
     assert end[:, 0].tolist() == [0.5, 1.0]
 
 
 @pytest.mark.parametrize(('trajectory', 'said'), [
-    (Trajectory(['joint1'], [1.0], [[0.5]], [[]]), 'joint_names must be'),
-    (Trajectory(['joint1', 'joint2'], [], [], []), 'at least one point'),
-    (Trajectory(['joint1', 'joint2'], [1.0], [[9.0, 0.0]], [[]]), 'joint1 must stay within'),
+    (TargetPoints(['joint1'], [1.0], [[0.5]], [[]]), 'joint_names must be'),
+    (TargetPoints(['joint1', 'joint2'], [], [], []), 'at least one point'),
+    (TargetPoints(['joint1', 'joint2'], [1.0], [[9.0, 0.0]], [[]]), 'joint1 must stay within'),
 ])
 def test_bad_trajectory_is_refused_and_the_old_one_followed(trajectory, said):
     live = enabled()
@@ -274,7 +274,7 @@ def test_bad_trajectory_is_refused_and_the_old_one_followed(trajectory, said):
 
 def test_target_needs_an_enabled_controller():
     with pytest.raises(Refused, match='call jtf_controller/enable before'):
-        LiveController(ARM).follow(Trajectory(ARM.labels, [1.0], [[0.0, 0.0]], [[]]))
+        LiveController(ARM).follow(TargetPoints(ARM.labels, [1.0], [[0.0, 0.0]], [[]]))
 
 
 def test_gains_change_without_a_jump():

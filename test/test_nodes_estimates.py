@@ -68,8 +68,8 @@ def test_live_messages_are_the_offline_ones(arm):
     assert tuple(parts) == estimate_topics(arm)
     for place, part in enumerate(parts.values()):
         assert [answer.messages[place] for answer in answers] == rows_of(part)
-    told = [decode_string(answer.state) for answer in answers if answer.state is not None]
-    assert told == list(state_samples(arm, estimates).texts)
+    reported = [decode_string(answer.state) for answer in answers if answer.state is not None]
+    assert reported == list(state_samples(arm, estimates).texts)
     numbers = number_samples(arm, estimates)
     assert tuple(numbers) == number_topics(arm)
     due = [answer for answer in answers if answer.state is not None]
@@ -83,19 +83,19 @@ def test_numbers_of_the_state_are_plain_topics(pushed):
     answers = [answer for sent in messages_of(pushed)[:1500]
                if (answer := live(sent)).state is not None]
     state = from_json(EstimatorState, decode_string(answers[-1].state))
-    told = {}
+    reported = {}
     for topic, message in zip(number_topics(ARM), answers[-1].numbers):
         quantity = topic.name.removeprefix('estimator_state/')
-        told[quantity] = decode_number(message) if topic.message_type == NUMBER else [
+        reported[quantity] = decode_number(message) if topic.message_type == NUMBER else [
             *decode_joint_state(message).position, *decode_joint_state(message).effort]
-    x, y = (told.pop(f'tip_force_std/{axis}') for axis in 'xy')
+    x, y = (reported.pop(f'tip_force_std/{axis}') for axis in 'xy')
     np.testing.assert_allclose([x * x, y * y], np.array(state.tip_force_covariance)[[0, 3]])
-    told['motor_share'] = [told.pop(f'motor_share/{label}') for label in ARM.labels]
-    for quantity, numbers in told.items():
+    reported['motor_share'] = [reported.pop(f'motor_share/{label}') for label in ARM.labels]
+    for quantity, numbers in reported.items():
         np.testing.assert_array_equal(numbers, getattr(state, quantity), quantity)
     kinds = get_type_hints(EstimatorState)
     of_numbers = {name for name, kind in kinds.items() if 'float' in str(kind)}
-    assert told.keys() == of_numbers - {'torque', 'tip_force', 'tip_force_covariance'}
+    assert reported.keys() == of_numbers - {'torque', 'tip_force', 'tip_force_covariance'}
 
 
 def test_without_links_there_is_no_tip():
@@ -169,14 +169,14 @@ def test_reset_accepts_a_jump_back_in_time(pushed):
     assert [live(sample) for sample in sent[:50]] == first
 
 
-def test_state_tells_a_tare(pushed):
+def test_state_shows_a_tare(pushed):
     live = LiveEstimator(ARM)
     live.estimator.tare()
     state = from_json(EstimatorState, decode_string(live(messages_of(pushed)[0]).state))
     assert 'a tare is under way' in state.flags
 
 
-def test_state_tells_validity_and_posture():
+def test_state_shows_validity_and_posture():
     live = LiveEstimator(ARM)
     names = reading_names(ARM.labels)
     far = [0.0, 0.1, 50.0, 0.5]                 # joint1 wound up by 0.1 rad, the elbow bent
@@ -209,7 +209,7 @@ def test_rate_of_states_can_change(pushed):
     live = LiveEstimator(ARM, state=StateSettings(state_rate=100.0))
     sent = messages_of(pushed)
     assert sum(live(sample).state is not None for sample in sent[:1000]) == 100
-    live.tell_state(StateSettings(state_rate=1000.0))
+    live.set_state(StateSettings(state_rate=1000.0))
     assert all(live(sample).state is not None for sample in sent[1000:1100])
 
 

@@ -26,11 +26,11 @@ def paced(*answers: tuple[float, float]):
     return stopwatch.take(1.0)
 
 
-def test_each_reason_is_told_once_in_a_while():
+def test_each_reason_is_reported_once_in_a_while():
     refusals = Refusals()
-    told = [refusals.add('names', k * 0.1) for k in range(100)]
-    assert sum(told) == round(10.0 / PAUSE)
-    assert told[0]
+    reported = [refusals.add('names', k * 0.1) for k in range(100)]
+    assert sum(reported) == round(10.0 / PAUSE)
+    assert reported[0]
     assert refusals.add('lengths', 0.05)                # another reason does not wait
     assert refusals.counts == {'names': 100, 'lengths': 1}
 

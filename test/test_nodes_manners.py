@@ -63,12 +63,12 @@ def node(tmp_path) -> Iterator[Make]:
 
 
 @pytest.mark.parametrize('kind', KINDS)
-def test_help_tells_every_parameter(kind, node, capsys):
+def test_help_lists_every_parameter(kind, node, capsys):
     assert run('name', lambda: [kind()], ['name', '--help'], kinds=[kind]) == 0
-    told = capsys.readouterr()
-    assert told.err == ''
-    assert max(map(len, told.out.splitlines())) <= 80
-    names = {line.split()[0] for line in told.out.split('parameters:')[1].splitlines()
+    output = capsys.readouterr()
+    assert output.err == ''
+    assert max(map(len, output.out.splitlines())) <= 80
+    names = {line.split()[0] for line in output.out.split('parameters:')[1].splitlines()
              if line.startswith('  ') and line[2] != ' '}
     assert names == set(node(kind).parameters.names())
 
@@ -178,13 +178,13 @@ def test_without_a_clock_messages_get_the_time_of_this_machine(tmp_path):
 
 
 def test_a_recording_has_one_clock():
-    told = LogClock(simulated=True)
-    assert [told.time(0, 100), told.time(0, 200), told.time(7, 300)] == [None, None, 7]
+    reported = LogClock(simulated=True)
+    assert [reported.time(0, 100), reported.time(0, 200), reported.time(7, 300)] == [None, None, 7]
     silent = LogClock(simulated=True)
     assert [silent.time(0, 100), silent.time(0, 100 + PATIENCE), silent.time(7, 10**10)] == [
         None, 100 + PATIENCE, 10**10]
     assert silent.gave_up
-    assert not told.gave_up
+    assert not reported.gave_up
     ending = LogClock(simulated=True)
     ending.hurry()
     assert ending.time(0, 5) == 5

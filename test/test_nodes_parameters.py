@@ -98,7 +98,7 @@ def test_what_is_read_at_the_start_cannot_change(node):
         False, False]
 
 
-def test_parameters_that_nobody_asked_for_are_told(node, capfd):
+def test_parameters_that_nobody_asked_for_are_reported(node, capfd):
     made = node(TorqueEstimator, 'velocity_bandwith:=30.0', 'use_sim_time:=false')
     assert made.parameters.unknown() == ['velocity_bandwith']
     said = [line for line in capfd.readouterr().err.splitlines() if 'WARN' in line]
@@ -126,10 +126,10 @@ def test_unusable_parameters_end_in_one_line(kind, parameters, said, signals, tm
     monkeypatch.chdir(tmp_path)
     words = [word for parameter in parameters for word in ('-p', parameter)]
     assert run('name', lambda: [kind()], ['name', '--ros-args', *words]) == 2
-    told = capsys.readouterr().err.splitlines()
-    assert len(told) == 1
-    assert told[0].startswith('name: ')
-    assert said in told[0]
+    output = capsys.readouterr().err.splitlines()
+    assert len(output) == 1
+    assert output[0].startswith('name: ')
+    assert said in output[0]
     assert sorted(path.name for path in tmp_path.iterdir()) == ['something']
 
 

@@ -17,8 +17,7 @@ from hda_msgs_json.topics import (
     Topic)
 from hda_torque_estimator.estimating.estimate_messages import estimate_topics
 from moving_arm import moving
-from node_processes import (diagnostics, holds_the_live_run, MODULES, running, SETTLE,
-                            watching)
+from node_processes import diagnostics, holds_the_live_run, MODULES, running, SETTLE, watching
 import numpy as np
 import pytest
 from rclpy.serialization import serialize_message
@@ -36,7 +35,7 @@ def sent():
 
 
 @pytest.mark.parametrize('numbers', [(signal.SIGINT, signal.SIGINT), (signal.SIGTERM,)])
-def test_nodes_end_cleanly_when_told(numbers, tmp_path):
+def test_nodes_end_cleanly_when_interrupted(numbers, tmp_path):
     """The terminal and `ros2 launch` both send SIGINT: every node takes it twice."""
     write_ours(tmp_path / 'played', some_messages(3))
     parameters = {'bag_recorder': (f'output:={tmp_path / "bag"}',),
@@ -45,7 +44,7 @@ def test_nodes_end_cleanly_when_told(numbers, tmp_path):
             tmp_path, **{name: parameters.get(name, ()) for name in MODULES}) as nodes:
         heard = watcher.hear(DIAGNOSTICS)
         watcher.until(lambda: len(diagnostics(heard, DiagnosticArray)) == len(nodes), 'all nodes')
-        watcher.until(lambda: JOINT_STATES.name in told(heard), 'samples in the bag')
+        watcher.until(lambda: JOINT_STATES.name in recorded_topics(heard), 'samples in the bag')
         for process in nodes.values():
             process.send(*numbers)
         assert {name: process.wait() for name, process in nodes.items()} == dict.fromkeys(nodes, 0)
@@ -54,14 +53,14 @@ def test_nodes_end_cleanly_when_told(numbers, tmp_path):
     assert open_recording(tmp_path / 'bag').topics['/joint_states'].count > 0
 
 
-def told(heard: list[bytes]) -> set[str]:
+def recorded_topics(heard: list[bytes]) -> set[str]:
     """Return the keys of all that the nodes have said of themselves."""
     return {each.key for status in diagnostics(heard, DiagnosticArray).values()
             for each in status.values}
 
 
 def at_least(heard: list[bytes], count: int) -> bool:
-    """Tell whether so many messages have come."""
+    """Return whether so many messages have come."""
     return len(heard) >= count
 
 
@@ -123,7 +122,7 @@ def recorded(bag: Path) -> int:
         return 0
 
 
-def test_recording_tells_how_it_was_made(tmp_path):
+def test_recording_states_how_it_was_made(tmp_path):
     with watching() as watcher, running(
             tmp_path, arm_sim=('seed:=7', 'rate:=100'),
             bag_recorder=(f'output:={tmp_path / "bag"}',)) as nodes:

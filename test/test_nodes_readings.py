@@ -55,7 +55,7 @@ def test_a_recording_gives_the_readings_of_its_messages(orders, velocity):
     ((), 'not found in nothing'),
     ((*NAMES, 'joint1'), 'must hold joint1 once, got it 2 times'),
 ])
-def test_names_that_do_not_fit_are_told(names, said):
+def test_names_that_do_not_fit_are_reported(names, said):
     with pytest.raises(NamesError, match=said):
         found(names)
 
@@ -73,7 +73,7 @@ def test_the_message_after_a_refused_one_is_read():
     (([0.0] * 4, [0.0], []), 'velocity must have one value for each of the 4 names, or none'),
     (([0.0] * 4, [], [0.0] * 5), 'effort must have one value'),
 ])
-def test_lengths_that_do_not_fit_are_told(arrays, said):
+def test_lengths_that_do_not_fit_are_reported(arrays, said):
     with pytest.raises(LengthsError, match=said):
         ReadingFinder(LABELS)(JointStateDecoder()(encode_joint_state(5, '', NAMES, *arrays)))
 

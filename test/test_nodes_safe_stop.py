@@ -36,20 +36,20 @@ def timed(watcher, topic):
 
 
 def reached(heard, count):
-    """Tell whether so many messages were heard."""
+    """Return whether so many messages were heard."""
     return len(heard) >= count
 
 
-def when_told(watcher, log, reports):
+def when_reported(watcher, log, reports):
     """Return when the log and when the diagnostics first told of the stop [ns]."""
-    def told():
+    def reported():
         lines = [(at, deserialize_message(each, message_class(ROSOUT)).msg) for at, each in log]
         states = [(at, status.message) for at, each in reports
                   for status in deserialize_message(each, message_class(DIAGNOSTICS)).status]
-        return [[at for at, text in told if 'stopped' in text] for told in (lines, states)]
+        return [[at for at, text in reported if 'stopped' in text] for reported in (lines, states)]
 
-    watcher.until(lambda: all(told()), 'the log and the diagnostics')
-    return [min(times) for times in told()]
+    watcher.until(lambda: all(reported()), 'the log and the diagnostics')
+    return [min(times) for times in reported()]
 
 
 def test_zero_torque_comes_before_the_words_and_nothing_after_it(tmp_path):
@@ -63,10 +63,10 @@ def test_zero_torque_comes_before_the_words_and_nothing_after_it(tmp_path):
             watcher.until(partial(reached, commands, k + 1), f'an answer to sample {k}')
         for k in range(BAD):                        # the shaft a turn away, from now on
             send(sample(GOOD + k, 2.0 * np.pi))
-        told = when_told(watcher, log, reports)
+        reported = when_reported(watcher, log, reports)
         watcher.spin(0.5)                           # what else may come
     assert len(commands) == GOOD + 1
     zero_at, last = commands[-1][0], decode_joint_state(commands[-1][1])
     assert last.effort.tolist() == [0.0, 0.0]
     assert last.stamp_ns == 10**9 + (GOOD - 1) * 10**6
-    assert all(zero_at <= when for when in told)
+    assert all(zero_at <= when for when in reported)

@@ -44,7 +44,7 @@ def test_delays_are_caught_up(delays, period, speed):
         now += delay
 
 
-def test_time_beyond_the_longest_lag_is_given_up_and_told():
+def test_time_beyond_the_longest_lag_is_given_up_and_reported():
     schedule = Schedule(PERIOD)
     assert schedule.due(0) == 1
     assert schedule.due(LONGEST_LAG + 3 * PERIOD) == 1
@@ -199,7 +199,7 @@ def test_arm_without_links_is_refused():
         LiveArm(read_arm('voraus_yucobot.yaml'), SimulationSettings(), FIRST_STAMP)
 
 
-def test_messages_tell_the_sample():
+def test_messages_show_the_sample():
     arm = live()
     arm.command(FIRST_STAMP, np.array([0.1, -0.2]))
     arm.push(np.array([3.0, 4.0]))
@@ -219,7 +219,7 @@ def test_messages_tell_the_sample():
 
 
 @pytest.mark.parametrize(('truth_rate', 'divisor'), [(1000.0, 1), (5000.0, 1), (100.0, 10)])
-def test_truth_may_be_told_less_often(truth_rate, divisor):
+def test_truth_may_be_published_less_often(truth_rate, divisor):
     assert SimulationSettings(truth_rate=truth_rate).truth_divisor == divisor
 
 
@@ -257,7 +257,7 @@ def test_effects_are_read_from_a_list_or_under_a_key(tmp_path):
     ('[{effect: stribeck_friction, joint: joint1, parameters: {excess: 99}}]', 'must lie in'),
     ('[', 'is not YAML'),
 ])
-def test_unusable_effects_are_told_with_their_file(tmp_path, text, said):
+def test_unusable_effects_are_reported_with_their_file(tmp_path, text, said):
     path = tmp_path / 'effects.yaml'
     path.write_text(text)
     with pytest.raises(ArmError) as caught:
@@ -266,6 +266,6 @@ def test_unusable_effects_are_told_with_their_file(tmp_path, text, said):
     assert str(path) in str(caught.value)
 
 
-def test_missing_effects_are_told(tmp_path):
+def test_missing_effects_are_reported(tmp_path):
     with pytest.raises(ArmError, match='no file .* to read effects from'):
         read_effects(tmp_path / 'none.yaml')

@@ -73,11 +73,11 @@ def tree(directory: Path) -> set[str]:
 @pytest.fixture
 def described(monkeypatch):
     """Return what setup.py tells setuptools."""
-    told: dict[str, object] = {}
-    monkeypatch.setattr(setuptools, 'setup', told.update)
+    reported: dict[str, object] = {}
+    monkeypatch.setattr(setuptools, 'setup', reported.update)
     monkeypatch.chdir(ROOT)
     runpy.run_path('setup.py')
-    return told
+    return reported
 
 
 @pytest.fixture(scope='module')
@@ -119,7 +119,7 @@ def test_ros_and_pip_read_the_same_description(described):
         (described['maintainer'], described['maintainer_email'])]
 
 
-def test_changelog_tells_of_this_version(described):
+def test_changelog_lists_this_version(described):
     changelog = get_changelog_from_path(str(ROOT / 'CHANGELOG.rst'), NAME)
     released = [version for version, _, _ in changelog.foreach_version()]
     assert released[0] == described['version']

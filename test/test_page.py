@@ -11,15 +11,15 @@ from hda_arm_sim.foundation.arrays import Array
 from hda_torque_estimator.diagnosis.balances.strongest_wave import strongest_wave
 from hda_torque_estimator.diagnosis.findings.origin import RecordingFacts
 from hda_torque_estimator.diagnosis.findings.report import (Alike, Candidate, Detectable,
-                                                            Diagnosis, Evidence, Finding, Gain,
-                                                            Number, Prediction, Residual,
-                                                            TotalGain, VERDICTS)
+                                                            Diagnosis, Evidence, Finding,
+                                                            FittedNumber, Gain, Prediction,
+                                                            Residual, TotalGain, VERDICTS)
 from hda_torque_estimator.diagnosis.findings.rest import Unexplained
-from hda_torque_estimator.diagnosis.telling.dependence import against
-from hda_torque_estimator.diagnosis.telling.exhibits import Exhibits
-from hda_torque_estimator.diagnosis.telling.following import Following
-from hda_torque_estimator.diagnosis.telling.page import page
-from hda_torque_estimator.diagnosis.telling.plots import figures
+from hda_torque_estimator.diagnosis.reporting.dependence import against
+from hda_torque_estimator.diagnosis.reporting.exhibits import Exhibits
+from hda_torque_estimator.diagnosis.reporting.following import Following
+from hda_torque_estimator.diagnosis.reporting.page import page
+from hda_torque_estimator.diagnosis.reporting.plots import figures
 from hda_torque_estimator.pages.drawing import inline_svg
 import numpy as np
 import pytest
@@ -83,7 +83,7 @@ LAWS: dict[str, tuple[Law, str, bool]] = {
 
 @pytest.mark.parametrize('seed', range(4))
 @pytest.mark.parametrize('cause', LAWS)
-def test_residual_tells_the_coordinate_it_follows(cause, seed):
+def test_residual_shows_the_coordinate_it_follows(cause, seed):
     law, coordinate, by_direction = LAWS[cause]
     moved = coordinates(seed)
     best = followed(exhibits_of(law(moved), moved, seed), 1)[0]
@@ -94,7 +94,7 @@ def test_residual_tells_the_coordinate_it_follows(cause, seed):
 @pytest.mark.parametrize('disturbance', [
     lambda time: np.sin(2.0 * np.pi * 7.51 * time),
     lambda time: ((time > 25.0) & (time < 33.0)).astype(float)], ids=['line', 'push'])
-def test_what_nothing_that_moves_tells_follows_time(disturbance):
+def test_what_nothing_that_moves_explains_follows_time(disturbance):
     moved = coordinates(3)
     shown = exhibits_of(disturbance(np.arange(7500) / RATE), moved)
     best = followed(shown, 1)[0]
@@ -102,7 +102,7 @@ def test_what_nothing_that_moves_tells_follows_time(disturbance):
     assert best.share > 0.8
 
 
-def test_lines_are_told_in_hertz_or_by_motor_turn():
+def test_lines_are_stated_in_hertz_or_by_motor_turn():
     moved = coordinates(3)
     hum = followed(exhibits_of(np.sin(47.0 * np.arange(7500) / RATE), moved), 1)[0]
     cogging = followed(exhibits_of(np.cos(14.0 * moved['motor_angle']), moved), 1)[0]
@@ -116,7 +116,7 @@ def test_lines_are_told_in_hertz_or_by_motor_turn():
 def test_noise_follows_nothing(seed):
     moved = coordinates(seed)
     shown = exhibits_of(moved['link_angle'], moved, seed)
-    assert max(told.share for told in followed(shown, 0)) < 0.03
+    assert max(reported.share for reported in followed(shown, 0)) < 0.03
 
 
 def test_slow_noise_follows_nothing_that_moves():
@@ -132,19 +132,20 @@ def test_the_share_is_what_is_not_noise():
     assert best.share == pytest.approx(1.0 / (1.0 + NOISE ** 2), abs=0.02)
 
 
-def test_part_of_a_motor_turn_is_told_by_the_link():
+def test_part_of_a_motor_turn_is_described_by_the_link():
     moved = coordinates(0)
     moved['motor_angle'] = 2.0 * moved['link_angle']
-    names = [told.coordinate for told in followed(exhibits_of(moved['link_angle'], moved), 1)]
+    names = [reported.coordinate for reported in followed(exhibits_of(moved['link_angle'],
+                                                                      moved), 1)]
     assert names[0] == 'link_angle'
     assert 'motor_angle' not in names
 
 
-def test_standstill_tells_only_time():
+def test_standstill_follows_only_time():
     still = dict.fromkeys(coordinates(0), np.zeros(1000))
     shown = exhibits_of(np.random.default_rng(0).normal(size=1000), still)
     assert followed(shown, 0) == [Following('time', '', 0.0)]       # nowhere valid
-    assert [told.coordinate for told in followed(shown, 1)] == ['time']
+    assert [reported.coordinate for reported in followed(shown, 1)] == ['time']
 
 
 @pytest.mark.parametrize('frequency', [0.7, 7.51, 33.0])
@@ -212,15 +213,15 @@ def diagnosis(verdict: str = 'explained') -> Diagnosis:
     gain = Gain(3.1, 1.02, 1.0, 0.987, 0.981, 0.992).beside(0.0123)
     finding = Finding(
         'kinematic_error', 'joint1', 'torsion', f'transmission error {FREE_TEXT}',
-        {'amplitude_2': Number(1.2345e-4, 'rad', 1.2e-4, 1.3e-4)},
+        {'amplitude_2': FittedNumber(1.2345e-4, 'rad', 1.2e-4, 1.3e-4)},
         Evidence(812.5, 60.0, 'link_encoder_eccentricity', math.inf), gain)
     return Diagnosis(
         verdict, (finding, replace(finding, effect='payload', joint=None, site='link')),
         (Alike((('backlash', 'joint1'), ('clock_skew', 'joint1')), 'slow torque loops',
                (Candidate('backlash', 'joint1', {
-                   'half_width': Number(4.321e-5, 'rad', 4.2e-5, 4.4e-5)}, False),
+                   'half_width': FittedNumber(4.321e-5, 'rad', 4.2e-5, 4.4e-5)}, False),
                 Candidate('clock_skew', 'joint1', {
-                    'skew': Number(8.765e-4, 's', 8.1e-4, 9.2e-4)}, True))),),
+                    'skew': FittedNumber(8.765e-4, 's', 8.1e-4, 9.2e-4)}, True))),),
         Unexplained('motor', 'joint1', 'link_angle', 7.53, 0.12),
         (Detectable('payload', None, 0.0421, 'kg'), Detectable('backlash', 'joint1', None, 'rad')),
         TotalGain(3.1, 1.02, 1.0, 0.987, 0.981, 0.992, 'mean squared error', '1'),
@@ -334,13 +335,13 @@ def test_page_without_plots_needs_no_script(drawn):
 
 def test_page_shows_orders_that_were_chosen_with_every_other_number():
     cogging = replace(diagnosis().findings[0], effect='motor_cogging', parameters={
-        'order': Number(14.0, '1/turn', 14.0, 14.0),
-        'amplitude': Number(5.1e-3, 'N*m', 5.0e-3, 5.2e-3)})
-    told = replace(diagnosis(), findings=(cogging,))
-    text = ' '.join(Reader(page(told, {})).text.split())
+        'order': FittedNumber(14.0, '1/turn', 14.0, 14.0),
+        'amplitude': FittedNumber(5.1e-3, 'N*m', 5.0e-3, 5.2e-3)})
+    judged = replace(diagnosis(), findings=(cogging,))
+    text = ' '.join(Reader(page(judged, {})).text.split())
     assert 'orderwaves per motor turn 14 chosen, not fitted 1/turn' in text
     assert '5.1 5 to 5.2 mN·m' in text
-    assert 'order = 14 1/turn, amplitude = 0.0051 [0.005, 0.0052] N*m' in told.sentences()[1]
+    assert 'order = 14 1/turn, amplitude = 0.0051 [0.005, 0.0052] N*m' in judged.sentences()[1]
 
 
 def test_page_shows_sizes_of_all_that_look_alike_and_which_one_the_model_holds():

@@ -8,26 +8,27 @@ from browser import CHROMIUM, Shown, shown
 from hda_arm_sim.model.effects import EFFECTS
 from hda_msgs_json.samples import JointSamples
 from hda_torque_estimator.calibrate.calibration import Calibration
-from hda_torque_estimator.calibrate.fitting.arm_numbers import Number as ArmNumber
+from hda_torque_estimator.calibrate.fitting.arm_numbers import ArmNumber
 from hda_torque_estimator.calibrate.page import page as calibration_page
 from hda_torque_estimator.calibrate.referenced import JointCalibration
 from hda_torque_estimator.comparison.compare import compare
 from hda_torque_estimator.comparison.page import page as comparison_page
 from hda_torque_estimator.comparison.signals import bag_of
-from hda_torque_estimator.diagnosis.findings.report import Candidate, Finding, Number, VERDICTS
-from hda_torque_estimator.diagnosis.telling.page import page
-from hda_torque_estimator.estimating.accuracy import Errors
-from hda_torque_estimator.estimating.curves import Beside
+from hda_torque_estimator.diagnosis.findings.report import (Candidate, Finding, FittedNumber,
+                                                            VERDICTS)
+from hda_torque_estimator.diagnosis.reporting.page import page
+from hda_torque_estimator.estimating.accuracy import EstimateErrors
+from hda_torque_estimator.estimating.curves import ReferenceSignal
 from hda_torque_estimator.estimating.estimates import Estimates
 from hda_torque_estimator.estimating.laws import layout
 from hda_torque_estimator.estimating.page import About
 from hda_torque_estimator.estimating.page import page as estimation_page
 from hda_torque_estimator.fleet.fleet_page import fleet_page
-from hda_torque_estimator.fleet.lines import Cause, Line
+from hda_torque_estimator.fleet.lines import BagLine, NamedCause
 from hda_torque_estimator.pages.render import asset
 from hda_torque_estimator.reproduction.page import page as reproduction_page
 from hda_torque_estimator.reproduction.rig.exhibit import Exhibit
-from hda_torque_estimator.reproduction.rig.exhibit import Number as PaperNumber
+from hda_torque_estimator.reproduction.rig.exhibit import PaperNumber
 import numpy as np
 import pytest
 from test_page import diagnosis
@@ -42,19 +43,19 @@ TIME = np.arange(3000) / 500.0
 def everything(effect: str) -> Finding:
     """Return a finding that tells every parameter of an effect in the most figures."""
     kind = next(kind for kind in EFFECTS if kind.name == effect)
-    numbers = {rule.name: Number(-1.2345e-11, rule.unit, -1.2456e-11, -1.2234e-11)
+    numbers = {rule.name: FittedNumber(-1.2345e-11, rule.unit, -1.2456e-11, -1.2234e-11)
                for rule in kind.declarations()}
     return replace(diagnosis().findings[0], effect=effect, cause=kind.cause, parameters=numbers)
 
 
 def full_page() -> str:
     """Return the page of a diagnosis with the longest names and the most numbers."""
-    told = diagnosis('ambiguous')
+    judged = diagnosis('ambiguous')
     found = tuple(everything(name) for name in (
         'kinematic_error', 'motor_cogging', 'position_dependent_friction', 'base_vibration'))
-    pair = replace(told.ambiguous[0], candidates=tuple(
+    pair = replace(judged.ambiguous[0], candidates=tuple(
         Candidate(one.effect, 'joint1', one.parameters, one is found[0]) for one in found[:2]))
-    return page(replace(told, findings=found, ambiguous=(pair,),
+    return page(replace(judged, findings=found, ambiguous=(pair,),
                         arm='/a/very/long/path/' + 'of_an_arm/' * 9 + 'arm.yaml'), {})
 
 
@@ -65,15 +66,16 @@ def plotted(verdict: str) -> str:
 
 def whole_fleet() -> str:
     """Return the page of a fleet with long names."""
-    causes = tuple(Cause(name, 'joint1', 0.991) for name in (
+    causes = tuple(NamedCause(name, 'joint1', 0.991) for name in (
         'position_dependent_friction', 'nonlinear_viscous_friction'))
-    play = [Cause('backlash', 'joint1', 0.99, 'half_width', size, 0.9 * size, 1.1 * size, 'rad')
+    play = [NamedCause('backlash', 'joint1', 0.99, 'half_width', size, 0.9 * size, 1.1 * size,
+                       'rad')
             for size in (1e-4, 2e-4)]
     return fleet_page([
-        Line('recordings/of/a/long/day/' * 3 + 'bag', 'bag', 'explained', causes),
-        *(Line(f'{day}', f'{day}', 'explained', (cause,), device='arm 7', severity=9.0,
-               date=f'2026-01-0{day}') for day, cause in enumerate(play, 1)),
-        Line('bag2', 'bag2', None, error='no joint states in this bag ' * 4, device='b')],
+        BagLine('recordings/of/a/long/day/' * 3 + 'bag', 'bag', 'explained', causes),
+        *(BagLine(f'{day}', f'{day}', 'explained', (cause,), device='arm 7', severity=9.0,
+                  date=f'2026-01-0{day}') for day, cause in enumerate(play, 1)),
+        BagLine('bag2', 'bag2', None, error='no joint states in this bag ' * 4, device='b')],
         'hda_arm.yaml', '0.1.0', ['bags/old: no recording in it'])
 
 
@@ -94,8 +96,9 @@ def estimated() -> str:
     stamps = np.round(1e9 * TIME).astype(np.int64)
     found = Estimates(stamps, joints, tip, np.empty(0, np.int64))
     about = About(('joint1', 'joint2'), 'a_bag', 'hda_arm.yaml', '0.1.0', 3, {'joint1: <b>': 0.1},
-                  {'truth/joint1/torque': Errors(0.1, 0.1, 0.1, 0.2)}, '')
-    return estimation_page(found, about, {'joint1': {'truth': Beside(stamps, np.sin(TIME))}})
+                  {'truth/joint1/torque': EstimateErrors(0.1, 0.1, 0.1, 0.2)}, '')
+    return estimation_page(found, about,
+                           {'joint1': {'truth': ReferenceSignal(stamps, np.sin(TIME))}})
 
 
 def calibrated() -> str:
@@ -201,7 +204,7 @@ def test_every_plot_is_drawn_and_answers(screens):
         assert one['pressed']
 
 
-def test_a_browser_tells_what_is_wrong(tmp_path):
+def test_a_browser_shows_what_is_wrong(tmp_path):
     """The measure itself: a page that is too wide and loads something is found out."""
     if CHROMIUM is None:
         pytest.skip('there is no Chromium')

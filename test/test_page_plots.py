@@ -7,9 +7,9 @@ import json
 import re
 
 from hda_torque_estimator.diagnosis.findings.report import Diagnosis
-from hda_torque_estimator.diagnosis.telling.curves import charts, through_time
-from hda_torque_estimator.diagnosis.telling.exhibits import Exhibits
-from hda_torque_estimator.diagnosis.telling.page import page
+from hda_torque_estimator.diagnosis.reporting.curves import charts, through_time
+from hda_torque_estimator.diagnosis.reporting.exhibits import Exhibits
+from hda_torque_estimator.diagnosis.reporting.page import page
 import numpy as np
 from test_page import coordinates, diagnosis, exhibits_of, FREE_TEXT, loaded, RATIO, Reader
 
@@ -50,8 +50,8 @@ def test_page_with_plots_holds_its_scripts_and_no_other_may_run():
 
 
 def test_data_of_plots_ends_no_element():
-    told = replace(shown_diagnosis(), findings=(), ambiguous=(), unexplained=None)
-    text = page(told, {}, replace(shown_exhibits(), labels=('</script><b>',)))
+    judged = replace(shown_diagnosis(), findings=(), ambiguous=(), unexplained=None)
+    text = page(judged, {}, replace(shown_exhibits(), labels=('</script><b>',)))
     data = re.search(r'<script type="application/json" id="plots">(.*?)</script>', text)[1]
     assert any('</script><b>' in name for chart in json.loads(data).values() for name in chart)
 

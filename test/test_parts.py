@@ -12,7 +12,7 @@ from hda_arm_sim.motions import motion_of
 from hda_torque_estimator.diagnosis.balances import gears, parts, sensed_motion
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.fields import places_of
-from hda_torque_estimator.diagnosis.balances.known import Known
+from hda_torque_estimator.diagnosis.balances.recent_cache import RecentCache
 from hda_torque_estimator.measurements.measurement import Measurement
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
@@ -57,7 +57,7 @@ def whole(balancer, arm):
 
 
 def agrees(balancer, arm):
-    """Tell whether balances are those of a whole run: dry friction but at a standstill."""
+    """Return whether balances are those of a whole run: dry friction but at a standstill."""
     balance, expected = balancer(arm), whole(balancer, arm)
     holds = balance.valid.copy()
     holds[:, len(arm.joints):] = True
@@ -107,7 +107,7 @@ def test_an_effect_is_not_taken_for_what_was_known_of_another_arm(recorded):
         assert agrees(balancer, one), one.effects[-1:]
 
 
-def test_other_zeros_of_encoders_are_told_by_the_derivatives_that_are_known(recorded):
+def test_other_zeros_of_encoders_follow_from_the_derivatives_that_are_known(recorded):
     arm, measurement = recorded
     balancer, last = Balancer(measurement), len(arm.joints) - 1
     for other in (arm, between_zeros(arm, last, 1e-5), between_zeros(arm, 0, -3e-4), arm):
@@ -115,7 +115,7 @@ def test_other_zeros_of_encoders_are_told_by_the_derivatives_that_are_known(reco
     assert balancer.change(between_zeros(arm, last, 1e-5), arm).any()
 
 
-def test_zeros_beside_an_error_of_the_encoder_are_told(recorded):
+def test_zeros_beside_an_error_of_the_encoder_are_estimated(recorded):
     """There an angle does not differ by a constant, for the error depends on it."""
     arm, measurement = recorded
     balancer, label = Balancer(measurement), arm.labels[0]
@@ -145,7 +145,7 @@ def test_a_friction_runs_no_gear_and_a_payload_neither_gear_nor_motor(recorded, 
             (gears, '_fill_twist'), (gears, '_fill_spring'), (gears, '_fill_torques'),
             (parts, 'fill_missed'), (parts, 'fill_needed'), (parts, 'deliver'),
             (sensed_motion, 'angle_behind')):
-        monkeypatch.setattr(module, name, _told(getattr(module, name), name, ran))
+        monkeypatch.setattr(module, name, _noted(getattr(module, name), name, ran))
     loaded = ['_fill_torques', 'fill_missed']
     for other, expected in ((CoulombFriction(level=0.2), ['fill_missed']),
                             (typical(arm, 'torque_constant_error', label),
@@ -179,7 +179,7 @@ def test_links_that_are_run_at_once_need_what_each_needs_alone(monkeypatch):
     together, apart, ran = Balancer(made), Balancer(made), []
     together.run_ahead(arm, [*others, *alone])
     for name in ('fill_needed', 'fill_needed_with'):
-        monkeypatch.setattr(parts, name, _told(getattr(parts, name), name, ran))
+        monkeypatch.setattr(parts, name, _noted(getattr(parts, name), name, ran))
     found = [together(other).residual for other in others]
     assert not ran
     for residual, other in zip(found, others):
@@ -190,12 +190,12 @@ def test_links_that_are_run_at_once_need_what_each_needs_alone(monkeypatch):
     assert set(ran) == {'fill_needed'}
 
 
-def _told(function, name, ran):
+def _noted(function, name, ran):
     """Return a function that tells when it is called."""
-    def told(*arguments):
+    def noting(*arguments):
         ran.append(name)
         return function(*arguments)
-    return told
+    return noting
 
 
 @pytest.mark.parametrize(('module', 'which', 'name'), [
@@ -283,7 +283,7 @@ def test_what_effects_remember_is_that_of_whole_runs(effect):
 
 
 def test_what_was_not_asked_for_the_longest_is_forgotten():
-    found, known = [], Known[str](2)
+    found, known = [], RecentCache[str](2)
 
     def ask(key: str) -> str:
         return known.of(key, lambda: found.append(key) or key.upper())

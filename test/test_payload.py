@@ -42,7 +42,7 @@ def test_without_motion_nothing_is_known_of_a_mass():
     assert abs(value) < HEAVIEST
 
 
-def test_weight_on_a_tilted_base_tells_the_mass_at_rest():
+def test_weight_on_a_tilted_base_determines_the_mass_at_rest():
     tilted = replace(ARM, base=Base(tilt=0.3, direction=0.4))
     carrying = tilted.with_effect(Payload(mass=1.0))
     made = run(carrying, tilted, motion('standstill', 2, 6.0, 1e-3, 1), 1)

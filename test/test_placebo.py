@@ -6,9 +6,10 @@ from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.findings.report import OwnGain
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
 from hda_torque_estimator.diagnosis.judging import verdict
-from hda_torque_estimator.diagnosis.judging.placebo import moved_away, placebo_shares, Shares
-from hda_torque_estimator.diagnosis.judging.search import Found, Reason
-from hda_torque_estimator.diagnosis.proof import proven
+from hda_torque_estimator.diagnosis.judging.placebo import (moved_away, placebo_shares,
+                                                            RemovedShares)
+from hda_torque_estimator.diagnosis.judging.search import Reason, SearchResult
+from hda_torque_estimator.diagnosis.validation import proven
 from hda_torque_estimator.measurements.measurement import Measurement
 import numpy as np
 import pytest
@@ -58,13 +59,13 @@ def test_what_a_dropped_cause_explained_is_a_rest_without_a_name(monkeypatch):
     hidden = [hide('kinematic_error', 'joint2', amplitude_2=8e-5, phase_2=0.5),
               hide('coulomb_friction', 'joint2', level=0.01),
               hide('coulomb_friction', 'joint1', level=0.01)]
-    told = concluded(hidden, seconds=12.0).diagnosis.findings
-    assert {(found.effect, found.joint) for found in told} == {
+    findings = concluded(hidden, seconds=12.0).diagnosis.findings
+    assert {(found.effect, found.joint) for found in findings} == {
         (cause.effect, cause.joint) for cause in hidden}
-    assert all(isinstance(found.gain, OwnGain) and found.gain.placebo < 0.1 for found in told)
+    assert all(isinstance(found.gain, OwnGain) and found.gain.placebo < 0.1 for found in findings)
     shares = verdict.placebo_shares
     monkeypatch.setattr(verdict, 'placebo_shares', lambda fitter, fit, term: (
-        Shares(0.9, 0.9) if term.name == 'kinematic_error' else shares(fitter, fit, term)))
+        RemovedShares(0.9, 0.9) if term.name == 'kinematic_error' else shares(fitter, fit, term)))
     left = concluded(hidden, seconds=12.0).diagnosis
     assert left.verdict == 'unknown' and left.unexplained.joint == 'joint2'
     assert [(found.effect, found.joint) for found in left.findings] == [
@@ -79,7 +80,7 @@ def test_what_chance_explained_is_no_rest():
     wrong = next(term for term in terms_of(fitter.arm, 'kinematic_error')
                  if term.joint == 'joint2')
     fit = fitter.refit(known, wrong)
-    found = Found(known, fit, (Reason(100.0, 68.0, None, 100.0),))
+    found = SearchResult(known, fit, (Reason(100.0, 68.0, None, 100.0),))
     left = proven(fitter, found, evidence.twin, fitter.arm, evidence.held_out, lambda _: None)
     assert (left.findings, left.remarks, left.judged.unexplained.any()) == ((), (), False)
 

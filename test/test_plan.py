@@ -15,7 +15,7 @@ from hda_arm_sim.motions import motion, MotionError
 from hda_torque_estimator.cli import main
 from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.fitting.hypotheses import HYPOTHESES
-from hda_torque_estimator.diagnosis.judging.acceptance import CERTAIN
+from hda_torque_estimator.diagnosis.judging.selection_criteria import CERTAIN
 from hda_torque_estimator.measurements.measurement import Measurement
 from hda_torque_estimator.planning.paths import candidates, Path
 from hda_torque_estimator.planning.question import question, shown
@@ -69,7 +69,7 @@ def test_planned_motion_ends_where_it_began_at_rest(planned):
     assert planned.rate[[0, -1]] == pytest.approx(0.0, abs=1e-3)
 
 
-def test_pair_that_no_motion_separates_is_told(tmp_path, capsys):
+def test_pair_that_no_motion_separates_is_reported(tmp_path, capsys):
     file = tmp_path / 'motion.csv'
     words = ['plan', '--arm', 'hda_arm.yaml', '--between', 'asymmetric_friction', 'drive_offset',
              '--duration', '10', '--out', str(file), '--json']

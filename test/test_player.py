@@ -55,21 +55,21 @@ class Numbered(NamedTuple):
     number: int
 
 
-def played(times, told=None, **how):
+def played(times, reported=None, **how):
     """Return a playback of messages at these times, and the list to which they come."""
     messages = [Numbered(time, number) for number, time in enumerate(times)]
     heard = []
-    tell = (lambda time: None) if told is None else told.append
-    return Playback(lambda: iter(messages), Outlets(heard.append, tell, 1000), **how), heard
+    publish = (lambda time: None) if reported is None else reported.append
+    return Playback(lambda: iter(messages), Outlets(heard.append, publish, 1000), **how), heard
 
 
 def test_messages_come_in_their_order_even_at_equal_or_earlier_times():
-    told = []
-    playback, heard = played([7, 7, 7, 3, 3, 1_000_000], told, rate=100.0)
+    reported = []
+    playback, heard = played([7, 7, 7, 3, 3, 1_000_000], reported, rate=100.0)
     assert playback.play()
     assert [message.number for message in heard] == list(range(6))
     assert playback.played == 6 and playback.empty
-    assert max(told) <= 1_000_000                   # the clock never runs ahead of a message
+    assert max(reported) <= 1_000_000                   # the clock never runs ahead of a message
 
 
 def test_steps_need_a_begin_and_a_pause():

@@ -10,7 +10,7 @@ import time
 from hda_torque_estimator.cli import main
 from hda_torque_estimator.commands import fleet
 from hda_torque_estimator.commands.progress import progress
-from hda_torque_estimator.fleet.lines import Line
+from hda_torque_estimator.fleet.lines import BagLine
 import pytest
 from test_fleet import asked
 
@@ -36,8 +36,8 @@ def stderr_of(monkeypatch, pair):
 
 
 def test_a_terminal_sees_the_text_and_nothing_stays(monkeypatch):
-    with stderr_of(monkeypatch, os.openpty()) as heard, progress(quiet=False) as tell:
-        tell('weighing [1] \x1b[31m of 2')
+    with stderr_of(monkeypatch, os.openpty()) as heard, progress(quiet=False) as notify:
+        notify('weighing [1] \x1b[31m of 2')
     shown = ''.join(heard)
     assert 'weighing [1] ' in shown
     assert '\x1b[31m' not in shown
@@ -46,8 +46,8 @@ def test_a_terminal_sees_the_text_and_nothing_stays(monkeypatch):
 
 @pytest.mark.parametrize(('pair', 'quiet'), [(os.pipe, False), (os.openpty, True)])
 def test_a_pipe_and_a_machine_see_nothing(monkeypatch, pair, quiet):
-    with stderr_of(monkeypatch, pair()) as heard, progress(quiet=quiet) as tell:
-        tell('weighing')
+    with stderr_of(monkeypatch, pair()) as heard, progress(quiet=quiet) as notify:
+        notify('weighing')
     assert heard == []
 
 
@@ -98,7 +98,7 @@ def test_a_command_that_may_take_a_while_says_what_it_does(said, bag, tmp_path, 
     assert said in ''.join(heard)
 
 
-def test_a_fleet_tells_the_time_that_is_left(tmp_path, monkeypatch):
+def test_a_fleet_shows_the_time_that_is_left(tmp_path, monkeypatch):
     for name in 'abc':
         (tmp_path / 'bags' / name).mkdir(parents=True)
         (tmp_path / 'bags' / name / 'metadata.yaml').touch()
@@ -106,7 +106,7 @@ def test_a_fleet_tells_the_time_that_is_left(tmp_path, monkeypatch):
     def slow(work, jobs, workers, *, failed, heard, needed):
         for job in jobs:
             time.sleep(0.3)         # longer than the terminal is drawn anew
-            heard(Line(job.bag.path.name, job.bag.directory, 'no_discrepancy', severity=1.0))
+            heard(BagLine(job.bag.path.name, job.bag.directory, 'no_discrepancy', severity=1.0))
         return []
 
     monkeypatch.setattr(fleet, 'over_processes', slow)

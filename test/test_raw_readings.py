@@ -80,7 +80,7 @@ def of_link(angle, dt):
     return Measurement(ARM.labels, dt, reading, np.zeros((len(angle), 2)))
 
 
-def test_readings_go_to_the_ticks_that_stamps_tell():
+def test_readings_go_to_the_ticks_of_their_stamps():
     ticks = 1e-3 * np.arange(5000)
     late = 20e-6 * np.random.default_rng(904).standard_normal(5000)
     late[[0, -1]] = 0.0                                     # time begins and is counted there
@@ -90,11 +90,11 @@ def test_readings_go_to_the_ticks_that_stamps_tell():
     assert np.abs(swung(ticks + late, ticks + late).reading - even).max() > 1e-4
 
 
-def test_stamps_that_do_not_tell_when_a_sample_was_taken_are_left_aside():
+def test_stamps_that_do_not_show_when_a_sample_was_taken_are_left_aside():
     ticks = 1e-3 * np.arange(5000)
-    told = swung(ticks, ticks + 50e-6 * np.random.default_rng(905).standard_normal(5000))
-    assert told.past.any()
-    assert (on_grid(told).reading == told.reading).all()
+    reported = swung(ticks, ticks + 50e-6 * np.random.default_rng(905).standard_normal(5000))
+    assert reported.past.any()
+    assert (on_grid(reported).reading == reported.reading).all()
 
 
 @pytest.mark.parametrize('counts', [(4096, 1e6), (1024, 2e5)])
@@ -113,11 +113,11 @@ def test_true_step_is_found_and_counts_from_then_on(seed):
     cause, = raw_readings(measured([hidden], seed), ARM).causes
     side = 'motor_step' if hidden.parameters['motor_side'] else 'link_step'
     assert (cause.effect.name, cause.joint) == ('coarse_quantisation', hidden.joint)
-    told = cause.numbers[side]
-    assert told.low <= hidden.parameters['step'] <= told.high
-    assert told.value == pytest.approx(hidden.parameters['step'], rel=1e-9)
+    fitted = cause.numbers[side]
+    assert fitted.low <= hidden.parameters['step'] <= fitted.high
+    assert fitted.value == pytest.approx(hidden.parameters['step'], rel=1e-9)
     assert set(cause.numbers) == {side}
-    assert getattr(cause.on(ARM).effect(cause.effect.name, cause.joint), side) == told.value
+    assert getattr(cause.on(ARM).effect(cause.effect.name, cause.joint), side) == fitted.value
 
 
 @pytest.mark.parametrize('least', [1, 2, 3])
@@ -140,8 +140,8 @@ def passed(passes, scatter, seed=3):
 def test_the_step_of_a_scale_that_is_not_even_is_found(uneven, step):
     codes = np.round(passed(8, 0.3) / step)
     angle = step * (codes + uneven * np.sin(2.0 * np.pi * codes / 32.0))
-    told = true_step(angle, np.zeros(len(angle), bool))
-    assert told is not None and told.size == pytest.approx(step, rel=0.05)
+    reported = true_step(angle, np.zeros(len(angle), bool))
+    assert reported is not None and reported.size == pytest.approx(step, rel=0.05)
 
 
 @pytest.mark.parametrize('passes', [1, 2, 3, 8])
@@ -168,10 +168,10 @@ def test_slipped_samples_are_counted_and_mended(seed):
     raw = raw_readings(found, ARM)
     cause, = raw.causes
     assert (cause.effect.name, cause.joint) == ('dropped_samples', None)
-    told, rate = cause.numbers['rate'], hidden.parameters['rate']
+    fitted, rate = cause.numbers['rate'], hidden.parameters['rate']
     hits = rate * len(found.command)
-    assert told.low < told.value < told.high
-    assert told.value == pytest.approx(rate, rel=3.0 / np.sqrt(hits))
+    assert fitted.low < fitted.value < fitted.high
+    assert fitted.value == pytest.approx(rate, rel=3.0 / np.sqrt(hits))
     joint = ARM.joints[0]
     for side, step in enumerate((joint.motor_encoder.step, joint.link_encoder.step)):
         rough, mended, usual = (
@@ -261,12 +261,12 @@ def test_uneven_lines_are_found_and_taken_out(seed):
     raw = raw_readings(found, ARM)
     cause, = raw.causes
     assert (cause.effect.name, cause.joint) == ('encoder_interpolation_error', hidden.joint)
-    told, true = cause.numbers, hidden.parameters
-    assert told['amplitude'].value == pytest.approx(true['amplitude'], rel=0.03)
-    assert told['lines'].value == true['lines']
-    assert told['lines'].low < true['lines'] < told['lines'].high
+    fitted, true = cause.numbers, hidden.parameters
+    assert fitted['amplitude'].value == pytest.approx(true['amplitude'], rel=0.03)
+    assert fitted['lines'].value == true['lines']
+    assert fitted['lines'].low < true['lines'] < fitted['lines'].high
     zero = 30e-6 * true['lines']                # phases are at readings, not at angles, of zero
-    assert np.sin(0.5 * (told['phase'].value - true['phase'])) == pytest.approx(0.0, abs=zero)
+    assert np.sin(0.5 * (fitted['phase'].value - true['phase'])) == pytest.approx(0.0, abs=zero)
     column = ARM.labels.index(hidden.joint)
     rough, mended, usual = (
         np.square(np.diff(reading[:, column, 1], 2)).mean()
@@ -294,10 +294,11 @@ def test_each_cause_gains_on_held_out_stretches_beside_the_others():
                                            'encoder_interpolation_error')]
     found = measured(hidden, 104, duration=18.0)
     raw = raw_readings(found, ARM, training=((0.0, 4.0), (6.0, 10.0), (12.0, 16.0)))
-    told = raw_findings(raw, found, Balancer(raw.measurement), ARM, raw.arm,
-                        ((4.0, 6.0), (10.0, 12.0), (16.0, 18.0)))
-    assert {(one.effect, one.joint) for one in told} == {(one.effect, one.joint) for one in hidden}
-    for one in told:
+    findings = raw_findings(raw, found, Balancer(raw.measurement), ARM, raw.arm,
+                            ((4.0, 6.0), (10.0, 12.0), (16.0, 18.0)))
+    assert {(one.effect, one.joint) for one in findings} == {(one.effect,
+                                                              one.joint) for one in hidden}
+    for one in findings:
         assert one.site in ('sensing', 'timing')
         assert one.evidence.score > one.evidence.threshold
         assert one.gain.removed > 0.9
@@ -364,9 +365,9 @@ def test_repeated_rows_are_counted_where_stamps_jitter(rate, step):
     reading = np.stack([motor, np.round(link / step) * step if step else link], axis=2)[again]
     raw = raw_readings(Measurement(ARM.labels, 0.01, reading, np.zeros(link.shape)), ARM,
                        names=['dropped_samples'])
-    told = [cause.numbers['rate'].value for cause in raw.causes]
+    fitted = [cause.numbers['rate'].value for cause in raw.causes]
     true = float((again != np.arange(6000)).mean())
-    assert told == ([] if rate == 0.0 else [pytest.approx(true, rel=0.15)])
+    assert fitted == ([] if rate == 0.0 else [pytest.approx(true, rel=0.15)])
 
 
 def test_a_noisy_encoder_of_fine_counts_repeats_nothing():

@@ -112,7 +112,7 @@ def write(path, messages, metadata):
 
 
 def at_least(heard, count):
-    """Tell whether so many messages have come."""
+    """Return whether so many messages have come."""
     return len(heard) >= count
 
 
@@ -154,7 +154,7 @@ def test_recording_gives_the_bits_of_the_live_run_by_command_and_played(sent, tm
 
 
 def recorded(bag, word):
-    """Tell whether a word is in the metadata of a bag that is being recorded."""
+    """Return whether a word is in the metadata of a bag that is being recorded."""
     return (bag / 'metadata.yaml').exists() and word in open_recording(bag).metadata['parameters']
 
 

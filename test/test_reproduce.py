@@ -203,15 +203,15 @@ def test_names_are_taken_in_the_order_of_the_paper():
 def test_the_command_writes_a_page_numbers_and_figures(tmp_path, capsys):
     out = tmp_path / 'paper'
     assert main(['reproduce', 'table1', 'equation_a1', '--out', str(out), '--json']) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert json.loads((out / 'paper.json').read_text()) == told
-    assert set(told['figures']) == {'table1', 'equation_a1'}
-    for figure in told['figures'].values():
+    report = json.loads(capsys.readouterr().out)
+    assert json.loads((out / 'paper.json').read_text()) == report
+    assert set(report['figures']) == {'table1', 'equation_a1'}
+    for figure in report['figures'].values():
         for name in figure['drawings']:
             assert (out / f'{name}.png').read_bytes().startswith(b'\x89PNG')
             assert '<svg' in (out / f'{name}.svg').read_text()
     page = (out / 'paper.html').read_text()
-    assert page.count('<svg') == sum(len(f['drawings']) for f in told['figures'].values())
+    assert page.count('<svg') == sum(len(f['drawings']) for f in report['figures'].values())
     assert 'src="http' not in page
     assert PAPER in page
     assert [path.name for path in tmp_path.iterdir()] == ['paper']

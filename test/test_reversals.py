@@ -3,7 +3,7 @@
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
-from hda_torque_estimator.diagnosis.balances.healthy import noise_of
+from hda_torque_estimator.diagnosis.balances.healthy_twin import noise_of
 from hda_torque_estimator.diagnosis.balances.reversals import turning_round
 from hda_torque_estimator.measurements.measurement import Measurement, measurement_from
 from hda_torque_estimator.simulating.closed_loop import run

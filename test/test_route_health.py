@@ -4,7 +4,7 @@ from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_torque_estimator.estimating.estimator import Estimator
 from hda_torque_estimator.estimating.laws import layout
-from hda_torque_estimator.estimating.route_health import told
+from hda_torque_estimator.estimating.route_health import health_in_words
 import numpy as np
 import pytest
 from tolerated import reading, tolerated
@@ -24,7 +24,7 @@ def words(seen: TruthRecord, readings: np.ndarray | None = None) -> list[str]:
     """Return what is said of both joints after a recording."""
     made = Estimator(ARM)
     made.run(seen.stamps, reading(seen) if readings is None else readings, seen.command)
-    return [told(joint, ARM.tolerances_of(joint.label), memory[layout.FUSION:])
+    return [health_in_words(joint, ARM.tolerances_of(joint.label), memory[layout.FUSION:])
             for joint, memory in zip(ARM.joints, made.memory)]
 
 

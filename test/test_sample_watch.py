@@ -58,11 +58,11 @@ def stamps_of(count, divisor, jitter, random):
 def faults(arm, stamps, reading):
     """Return the faults that are told, with the numbers of their samples."""
     watch = SampleWatch(read_arm(arm))
-    told = []
+    reported = []
     for k, (stamp, each) in enumerate(zip(stamps.tolist(), reading)):
         if fault := watch.look(stamp, np.ascontiguousarray(each)):
-            told.append((k, fault, watch.sentence))
-    return told
+            reported.append((k, fault, watch.sentence))
+    return reported
 
 
 @settings(max_examples=60)
@@ -142,8 +142,8 @@ def second(shift, stamp_shift):
         other = reading[BEGIN:].copy()
         other[:, :, :2] += [100.0 * shift, shift]
         both = np.stack([reading[BEGIN:], other], axis=1).reshape(-1, *reading.shape[1:])
-        told = np.stack([stamps[BEGIN:], stamps[BEGIN:] + stamp_shift], axis=1).ravel()
-        return np.concatenate([stamps[:BEGIN], told]), np.concatenate([reading[:BEGIN], both])
+        reported = np.stack([stamps[BEGIN:], stamps[BEGIN:] + stamp_shift], axis=1).ravel()
+        return np.concatenate([stamps[:BEGIN], reported]), np.concatenate([reading[:BEGIN], both])
     return disturb
 
 
@@ -173,12 +173,12 @@ def backwards(stamps, reading):
     (second(0.5, 300_000), Fault.JUMP, 1), (second(0.0, -500_000), Fault.TWO_PUBLISHERS, 6),
     (backwards, Fault.CLOCK_BACK, 0),
 ])
-def test_what_no_arm_can_do_is_told_in_time(disturb, expected, within):
+def test_what_no_arm_can_do_is_reported_in_time(disturb, expected, within):
     """In one sentence; the fault comes within so many samples of the first wrong one."""
     stamps, reading = disturbed(disturb)
-    told = [each for each in faults('hda_arm.yaml', stamps, reading)
-            if each[1] is not Fault.NOT_LATER]
-    sample, fault, sentence = told[0]
+    reported = [each for each in faults('hda_arm.yaml', stamps, reading)
+                if each[1] is not Fault.NOT_LATER]
+    sample, fault, sentence = reported[0]
     assert BEGIN <= sample <= BEGIN + within
     assert fault is expected, sentence
     assert 30 < len(sentence) < 250
@@ -186,12 +186,12 @@ def test_what_no_arm_can_do_is_told_in_time(disturb, expected, within):
 
 
 def test_two_publishers_are_named_when_both_go_on():
-    told = faults('hda_arm.yaml', *disturbed(second(0.5, 300_000)))
-    assert [fault for _, fault, _ in told[:3]] == [
+    reported = faults('hda_arm.yaml', *disturbed(second(0.5, 300_000)))
+    assert [fault for _, fault, _ in reported[:3]] == [
         Fault.JUMP, Fault.TWO_PUBLISHERS, Fault.TWO_PUBLISHERS]
 
 
-def test_motors_of_another_joint_are_told_at_the_first_sample_if_zeros_are_known():
+def test_motors_of_another_joint_are_detected_at_the_first_sample_if_zeros_are_known():
     reading = recorded('hda_arm.yaml', 'sine', 0)[0].copy()
     reading[:, 0] = reading[::-1, 0]
     watch = SampleWatch(read_arm('hda_arm.yaml'), apart=0.05)
@@ -214,9 +214,9 @@ def test_a_fault_changes_nothing_and_a_watch_begins_anew():
 
 @pytest.mark.parametrize(('share', 'fault'), [(0.99, Fault.NONE), (1.01, Fault.JUMP)])
 def test_a_shaft_goes_as_far_as_its_limit_lets_it(share, fault):
-    limits, told, dt = watch_limits(read_arm('hda_arm.yaml')), np.zeros(5), 0.05
+    limits, reported, dt = watch_limits(read_arm('hda_arm.yaml')), np.zeros(5), 0.05
     memory, reading = np.zeros((2, WATCH_MEMORY)), recorded('hda_arm.yaml', 'sine', 0)[0].copy()
-    assert judge(limits, memory, reading, 0.0, told) == Fault.NONE
+    assert judge(limits, memory, reading, 0.0, reported) == Fault.NONE
     way = share * (limits[0, SPEED] * (dt + LATENESS) + limits[0, STEP])
     reading[0, :2] += way, way / limits[0, RATIO]
-    assert judge(limits, memory, reading, dt, told) == fault
+    assert judge(limits, memory, reading, dt, reported) == fault

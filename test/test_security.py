@@ -31,7 +31,7 @@ pytestmark = pytest.mark.xdist_group('nodes')
 
 
 def built_without_security() -> bool:
-    """Tell whether the middleware of this run knows no security."""
+    """Return whether the middleware of this run knows no security."""
     return bool(security.why_insecure({security.ENABLE: 'true'}))
 
 
@@ -59,7 +59,7 @@ def test_nothing_runs_open_where_security_is_asked_for(tmp_path, strategy, keyst
 
 @pytest.mark.parametrize(('asked', 'open_'), [('TRUE', True), ('1', True), ('false', False),
                                               ('', False)])
-def test_what_ros_does_not_take_for_true_is_told(asked, open_):
+def test_what_ros_does_not_take_for_true_is_reported(asked, open_):
     assert ('must be true' in security.why_insecure({security.ENABLE: asked})) == open_
 
 

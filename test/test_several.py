@@ -102,8 +102,8 @@ def test_what_is_hidden_is_found_in_all_recordings_together(three, hidden):
     found = diagnose(together(three), ARM).diagnosis
     assert [(cause.effect, cause.joint) for cause in found.findings] == [
         ('kinematic_error', hidden.joint)]
-    told = found.findings[0].parameters['amplitude_2'].value
-    assert told == pytest.approx(hidden.parameters['amplitude_2'], rel=0.03)
+    fitted = found.findings[0].parameters['amplitude_2'].value
+    assert fitted == pytest.approx(hidden.parameters['amplitude_2'], rel=0.03)
     assert found.findings[0].gain.removed > 0.9
     assert found.recording.duration == pytest.approx(42.0, abs=0.1)
 
@@ -150,8 +150,8 @@ def test_bags_of_one_arm_make_one_report(three, tmp_path, capsys):
     bags = [bag_of(tmp_path / f'bag{place}', one) for place, one in enumerate(three[:2])]
     out = tmp_path / 'out'
     assert main(['diagnose', *bags, '--arm', 'hda_arm.yaml', '--out', str(out), '--json']) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert [cause['effect'] for cause in told['findings']] == ['kinematic_error']
-    assert [(part['bag'], part['begin']) for part in told['recording']['bags']] == [
+    report = json.loads(capsys.readouterr().out)
+    assert [cause['effect'] for cause in report['findings']] == ['kinematic_error']
+    assert [(part['bag'], part['begin']) for part in report['recording']['bags']] == [
         (bags[0], 0.0), (bags[1], pytest.approx(14.0, abs=0.01))]
     assert bags[1] in (out / 'report.html').read_text()

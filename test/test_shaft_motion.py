@@ -29,22 +29,22 @@ def error(stamps: np.ndarray, taken: np.ndarray) -> float:
     return float(np.std((np.array(found) - true)[BEGUN:]) / np.std(true[BEGUN:]))
 
 
-def test_a_steady_acceleration_is_told_without_lag():
+def test_a_steady_acceleration_is_estimated_without_lag():
     memory = np.zeros(of.MEMORY)
     begin_motion(memory, 0.0)
     for time in EVEN[1:200]:
-        told = follow_motion(memory, 0.5 * 30.0 * time ** 2, WINDOW, DT)
-    assert told.now == pytest.approx(30.0)
-    assert told.lag == pytest.approx(0.0, abs=1e-6)
+        reported = follow_motion(memory, 0.5 * 30.0 * time ** 2, WINDOW, DT)
+    assert reported.now == pytest.approx(30.0)
+    assert reported.lag == pytest.approx(0.0, abs=1e-6)
 
 
-def test_the_lag_behind_a_steady_change_is_told():
+def test_the_lag_behind_a_steady_change_is_estimated():
     memory = np.zeros(of.MEMORY)
     begin_motion(memory, 0.0)
     for time in EVEN[1:200]:
-        told = follow_motion(memory, 50.0 * time ** 3 / 6.0, WINDOW, DT)
-    assert 50.0 * time - told.now == pytest.approx(told.lag, rel=0.5)
-    assert told.lag > 0.0
+        reported = follow_motion(memory, 50.0 * time ** 3 / 6.0, WINDOW, DT)
+    assert 50.0 * time - reported.now == pytest.approx(reported.lag, rel=0.5)
+    assert reported.lag > 0.0
 
 
 @pytest.mark.parametrize(('stamps', 'taken'), [

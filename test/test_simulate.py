@@ -17,7 +17,7 @@ from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.model.parts import Base, Joint, Links
 from hda_arm_sim.model.torsion import TorsionLaw
 from hda_arm_sim.plant import Plant
-from hda_arm_sim.simulate import Course, rest, rollout
+from hda_arm_sim.simulate import InputHistory, rest, rollout
 from hypothesis import example, given, settings, strategies as st
 import numpy as np
 import pytest
@@ -58,7 +58,8 @@ def test_equals_another_integrator(name):
     start[:, MOTOR_ANGLE] = seen['motor_angle'][0]
     start[:, MOTOR_VELOCITY] = seen['motor_velocity'][0]
     start[:, LINK_VELOCITY] = seen['link_velocity'][0]
-    made = rollout(arm, start, Course(seen['motor_torque'], seen['tip_force']), DT, held=False)
+    made = rollout(arm, start, InputHistory(seen['motor_torque'], seen['tip_force']), DT,
+                   held=False)
     np.testing.assert_allclose(made.link_angle, seen['link_angle'], rtol=0.0, atol=1e-8)
     np.testing.assert_allclose(made.motor_angle, seen['motor_angle'], rtol=0.0, atol=1e-6)
     np.testing.assert_allclose(made.joint_torque, seen['joint_torque'], rtol=0.0, atol=1e-4)
@@ -70,7 +71,7 @@ def order(arm: Arm) -> float:
     start = rest(arm, (0.3, 0.8))
 
     def angles(count):
-        made = rollout(arm, start, Course(torque, force), DT, step=DT / count, held=False)
+        made = rollout(arm, start, InputHistory(torque, force), DT, step=DT / count, held=False)
         return made.state[:, :, [MOTOR_ANGLE, LINK_ANGLE]]
     fine = angles(40)
     coarse, middle = (np.abs(angles(count) - fine).max() for count in (2, 8))
@@ -94,7 +95,7 @@ STICKING = {
 @pytest.mark.parametrize('name', STICKING)
 def test_sticking_keeps_the_order(name):
     torque, force = inputs(1001, 0.09)
-    made = rollout(STICKING[name], rest(arm_with(), (0.3, 0.8)), Course(torque, force), DT)
+    made = rollout(STICKING[name], rest(arm_with(), (0.3, 0.8)), InputHistory(torque, force), DT)
     column = LINK_VELOCITY if name == 'one link' else MOTOR_VELOCITY
     assert 0.005 < (made.state[:, 0, column] == 0.0).mean() < 0.9
     assert order(STICKING[name]) > 2.5
@@ -105,7 +106,7 @@ def test_a_motor_below_its_dry_friction_stands_exactly_still(share):
     arm = arm_with(DRY)
     torque, force = idle(2000)
     torque[:] = share * DRY * np.sin(np.arange(2000) * 0.01)[:, None]
-    made = rollout(arm, rest(arm, (0.3, -0.8)), Course(torque, force), DT)
+    made = rollout(arm, rest(arm, (0.3, -0.8)), InputHistory(torque, force), DT)
     assert (made.motor_velocity == 0.0).all()
     assert (made.motor_angle == made.motor_angle[0]).all()
 
@@ -114,7 +115,7 @@ def test_a_motor_above_its_dry_friction_breaks_away():
     arm = arm_with(DRY)
     torque, force = idle(200)
     torque[:, 0] = 1.01 * DRY
-    made = rollout(arm, rest(arm, (0.3, -0.8)), Course(torque, force), DT)
+    made = rollout(arm, rest(arm, (0.3, -0.8)), InputHistory(torque, force), DT)
     assert made.motor_velocity[-1, 0] > 0.0
     assert (made.motor_velocity[:, 1] == 0.0).all()
 
@@ -126,7 +127,7 @@ def test_links_below_their_bearing_friction_stand_exactly_still(pushed):
         arm = arm.with_effect(LinkBearingFriction(level=1.5), joint)
     torque, force = idle(1500)
     force[:, pushed] = 4.0 * np.sin(np.arange(1500) * 0.01)        # at most 1.2 N*m on a joint
-    made = rollout(arm, rest(arm, (0.3, 0.8)), Course(torque, force), DT)
+    made = rollout(arm, rest(arm, (0.3, 0.8)), InputHistory(torque, force), DT)
     assert (made.link_velocity == 0.0).all()
     assert (made.joint_torque == 0.0).all()
 
@@ -138,7 +139,7 @@ def test_a_link_that_moves_pulls_the_other_one_loose():
     start[1, MOTOR_VELOCITY], start[1, LINK_VELOCITY] = 300.0, 3.0
     loose = arm.with_effect(LinkBearingFriction(level=0.5), 'joint1')
     tight = arm.with_effect(LinkBearingFriction(level=50.0), 'joint1')
-    made = {name: rollout(one, start, Course(*idle(300)), DT).link_velocity[:, 0]
+    made = {name: rollout(one, start, InputHistory(*idle(300)), DT).link_velocity[:, 0]
             for name, one in (('loose', loose), ('tight', tight))}
     assert (made['tight'] == 0.0).all()
     assert np.abs(made['loose']).max() > 1e-3
@@ -150,7 +151,7 @@ def test_friction_stops_a_swinging_link_for_good():
     arm = arm.with_effect(LinkBearingFriction(level=2.0), 'joint2')
     start = rest(arm, (0.3, 0.8))
     start[:, LINK_VELOCITY] = (1.0, -1.5)
-    made = rollout(arm, start, Course(*idle(3000)), DT)
+    made = rollout(arm, start, InputHistory(*idle(3000)), DT)
     assert (made.state[-500:, :, [MOTOR_VELOCITY, LINK_VELOCITY]] == 0.0).all()
 
 
@@ -171,7 +172,7 @@ dissipative = st.builds(
 
 def gained(arm, start, step):
     """Return the most energy that an arm left alone gains at once, and its range [J]."""
-    states = rollout(arm, start, Course(*idle(120)), DT, step=step).state
+    states = rollout(arm, start, InputHistory(*idle(120)), DT, step=step).state
     energies = np.array([energy(arm, state) for state in states[::4]])
     return np.diff(energies).max(), np.ptp(energies)
 
@@ -196,7 +197,7 @@ def test_energy_stays_without_friction():
     start = rest(arm, (0.3, 0.8))
     start[:, MOTOR_ANGLE] += (0.05, -0.03)
     start[:, LINK_VELOCITY] = (0.5, -0.8)
-    states = rollout(arm, start, Course(*idle(300)), DT, step=DT / 32).state
+    states = rollout(arm, start, InputHistory(*idle(300)), DT, step=DT / 32).state
     energies = np.array([energy(arm, state) for state in states[::10]])
     kinetic = 0.5 * 1.289e-4 * (states[:, :, MOTOR_VELOCITY] ** 2).sum(axis=1)
     assert np.ptp(energies) < 1e-5 * np.ptp(kinetic)    # what went to and fro meanwhile
@@ -208,7 +209,7 @@ def test_energy_stays_where_an_error_grows_with_torque():
     start = rest(arm, (0.3, 0.8))
     start[:, MOTOR_ANGLE] += (0.1, -0.03)
     start[:, MOTOR_VELOCITY], start[:, LINK_VELOCITY] = (60.0, -20.0), (0.5, -0.8)
-    states = rollout(arm, start, Course(*idle(300)), DT, step=DT / 32).state[::10]
+    states = rollout(arm, start, InputHistory(*idle(300)), DT, step=DT / 32).state[::10]
     unaware = arm.without('loaded_kinematic_error', 'joint1')
     energies, others = ([energy(known, state) for state in states] for known in (arm, unaware))
     assert np.ptp(energies) < 1e-5 * np.ptp(others)
@@ -222,7 +223,7 @@ def test_a_base_mode_rings_at_its_frequency_with_the_joints_locked():
     start = rest(arm, (0.3, 0.8))
     start[0, BASE_OFFSET] = 1e-3
     time = DT * np.arange(400)
-    offset = rollout(arm, start, Course(*idle(400)), DT).state[:, 0, BASE_OFFSET]
+    offset = rollout(arm, start, InputHistory(*idle(400)), DT).state[:, 0, BASE_OFFSET]
     pace = 2.0 * np.pi * 12.0
     swing = pace * np.sqrt(1.0 - 0.05 ** 2)
     expected = 1e-3 * np.exp(-0.05 * pace * time) * (
@@ -253,8 +254,9 @@ def test_a_delay_of_whole_samples_shifts_commands():
     late = late.with_effect(CommandDelay(delay=3 * DT), 'joint2')
     shifted = np.concatenate([np.zeros((3, 2)), torque[:-3]])
     start = rest(plain, (0.3, 0.8))
-    np.testing.assert_allclose(rollout(late, start, Course(torque, force), DT).state,
-                               rollout(plain, start, Course(shifted, force), DT).state, atol=1e-13)
+    np.testing.assert_allclose(rollout(late, start, InputHistory(torque, force), DT).state,
+                               rollout(plain, start, InputHistory(shifted, force), DT).state,
+                               atol=1e-13)
 
 
 def test_a_delay_of_part_of_a_sample_switches_within_it():
@@ -266,7 +268,7 @@ def test_a_delay_of_part_of_a_sample_switches_within_it():
     torque[:, 0] = 0.05
     for delay in (0.0, 0.37e-3, 1e-3, 2.618e-3):
         late = arm.with_effect(CommandDelay(delay=delay), 'joint1')
-        made = rollout(late, rest(late, (0.3, 0.8)), Course(torque, force), DT)
+        made = rollout(late, rest(late, (0.3, 0.8)), InputHistory(torque, force), DT)
         speed = made.motor_velocity[-1, 0]
         assert speed == pytest.approx(0.05 * (10 * DT - delay) / 1.289e-4, rel=1e-4)
 
@@ -276,8 +278,8 @@ def test_smooth_inputs_come_late_too():
     plain = arm_with()
     late = plain.with_effect(CommandDelay(delay=2.5e-3), 'joint1')
     start = rest(plain, (0.3, 0.8))
-    smooth, held = (rollout(late, start, Course(torque, force), DT, held=way).link_angle
-                    - rollout(plain, start, Course(torque, force), DT, held=way).link_angle
+    smooth, held = (rollout(late, start, InputHistory(torque, force), DT, held=way).link_angle
+                    - rollout(plain, start, InputHistory(torque, force), DT, held=way).link_angle
                     for way in (False, True))
     np.testing.assert_allclose(smooth, held, atol=0.02 * np.abs(held).max())
     assert np.abs(held).max() > 1e-4
@@ -293,8 +295,8 @@ def test_time_is_that_of_the_recording():
     arm = arm_with().with_effect(ExternalContact(force=20.0, onset=0.1, duration=0.2))
     torque, force = idle(400)
     start = rest(arm, (0.3, 0.8))
-    whole = rollout(arm, start, Course(torque, force), DT)
-    rest_of_it = rollout(arm, whole.state[150], Course(torque[150:], force[150:]), DT,
+    whole = rollout(arm, start, InputHistory(torque, force), DT)
+    rest_of_it = rollout(arm, whole.state[150], InputHistory(torque[150:], force[150:]), DT,
                          start=150 * DT)
     np.testing.assert_allclose(rest_of_it.state, whole.state[150:], atol=1e-9)
     np.testing.assert_allclose(rest_of_it.time, whole.time[150:])
@@ -306,7 +308,7 @@ def test_one_joint_swings_at_the_frequency_of_its_spring(angle):
     arm = Arm((Joint(label='joint1', torsion=law),), Links(p1=0.876))
     start = rest(arm, (angle,))
     start[0, MOTOR_ANGLE] += 1e-2
-    made = rollout(arm, start, Course(np.zeros((2001, 1)), np.zeros((2001, 2))), DT)
+    made = rollout(arm, start, InputHistory(np.zeros((2001, 1)), np.zeros((2001, 2))), DT)
     pace = np.sqrt(1e4 / 0.876 + 1e4 / (1.289e-4 * 1e4))
     share = 0.876 / (0.876 + 1.289)
     expected = 1e-4 * (1.0 - share * (1.0 - np.cos(pace * made.time)))
@@ -320,7 +322,8 @@ def test_one_joint_takes_every_effect_of_the_links():
     arm = arm.with_effect(LinkBearingFriction(level=0.5), 'joint1')
     arm = arm.with_effect(BaseVibration(amplitude=0.02))
     arm = arm.with_effect(ExternalContact(force=20.0, direction=1.6))
-    made = rollout(arm, rest(arm, (0.0,)), Course(np.full((500, 1), 0.05), np.zeros((500, 2))), DT)
+    made = rollout(arm, rest(arm, (0.0,)),
+                   InputHistory(np.full((500, 1), 0.05), np.zeros((500, 2))), DT)
     assert np.isfinite(made.state).all()
     assert made.link_angle[-1, 0] > 0.0
 
@@ -351,7 +354,8 @@ def test_plant_and_rollout_are_the_same_arm():
         plant.sample()
         states.append(plant.state)
         plant.advance(torque[k], force[k])
-    np.testing.assert_array_equal(states, rollout(arm, start, Course(torque, force), DT).state)
+    np.testing.assert_array_equal(states,
+                                  rollout(arm, start, InputHistory(torque, force), DT).state)
 
 
 @pytest.mark.parametrize(('arm', 'torque', 'sentence'), [
@@ -363,7 +367,7 @@ def test_plant_and_rollout_are_the_same_arm():
 def test_what_cannot_be_simulated_is_said_in_a_sentence(arm, torque, sentence):
     dt = 1e-4 if 'command' in sentence else DT
     with pytest.raises(ArmError, match=sentence):
-        rollout(arm, rest(arm_with(), (0.3, 0.8)), Course(torque, np.zeros((5, 2))), dt)
+        rollout(arm, rest(arm_with(), (0.3, 0.8)), InputHistory(torque, np.zeros((5, 2))), dt)
 
 
 def test_coulomb_effect_is_the_joints_dry_friction():
@@ -371,5 +375,6 @@ def test_coulomb_effect_is_the_joints_dry_friction():
     start = rest(arm_with(), (0.3, 0.8))
     listed = arm_with().with_effect(CoulombFriction(level=DRY), 'joint1')
     listed = listed.with_effect(CoulombFriction(level=DRY), 'joint2')
-    np.testing.assert_array_equal(rollout(listed, start, Course(torque, force), DT).state,
-                                  rollout(arm_with(DRY), start, Course(torque, force), DT).state)
+    np.testing.assert_array_equal(rollout(listed, start, InputHistory(torque, force), DT).state,
+                                  rollout(arm_with(DRY), start, InputHistory(torque, force),
+                                          DT).state)

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
-from hda_torque_estimator.diagnosis.balances.healthy import healthy_twin, noise_of
+from hda_torque_estimator.diagnosis.balances.healthy_twin import healthy_twin, noise_of
 from hda_torque_estimator.diagnosis.diagnose import EFFECTIVE
-from hda_torque_estimator.diagnosis.fitting.column_noise import ColumnNoise, told_by
+from hda_torque_estimator.diagnosis.fitting.column_noise import ColumnNoise, projection
 from hda_torque_estimator.diagnosis.fitting.fit import deviations, Fitter
 from hda_torque_estimator.diagnosis.fitting.nuisance import nuisances
 from hda_torque_estimator.diagnosis.fitting.slopes import has_noise, of_noise
@@ -75,27 +75,27 @@ def test_noise_of_columns_is_found_with_a_twin_that_moves_otherwise_too(late):
     term, valid = nuisances(ARM)[0], np.ones((6000, 2), bool)
     known = ColumnNoise.made([term], twin, again, 0.8 * again[:, :, 0], valid)
     rest = 0.8 * noise[:, :, 0]
-    found, = known.told([term], columns, rest, valid, np.full((6000, 2), 1.0 / 0.008)).values()
+    found, = known.noise_in([term], columns, rest, valid, np.full((6000, 2), 1.0 / 0.008)).values()
     along = (rest[:, :, None] * (noise - found)).sum(axis=(0, 2))
     assert (np.abs(along) < 0.1 * (rest[:, :, None] * noise).sum(axis=(0, 2))).all()
     assert np.sqrt(np.mean(found ** 2)) < 1.5 * 0.01
 
 
-def test_what_a_twin_tells_is_the_projection_onto_its_columns():
+def test_what_a_twin_explains_is_the_projection_onto_its_columns():
     random = np.random.default_rng(4)
     twin, columns = random.standard_normal((60, 2, 3)), random.standard_normal((60, 2, 2))
     weight = random.uniform(0.0, 2.0, (60, 2))
     flat = [(some * weight[:, :, None]).reshape(120, -1) for some in (twin, columns)]
     shares = np.linalg.lstsq(*flat, rcond=None)[0]
-    assert np.allclose(told_by(columns, twin, weight), twin @ shares)
-    assert np.allclose(told_by(twin[:, :, :2], twin, weight), twin[:, :, :2])
+    assert np.allclose(projection(columns, twin, weight), twin @ shares)
+    assert np.allclose(projection(twin[:, :, :2], twin, weight), twin[:, :, :2])
 
 
-def test_a_column_that_shows_nowhere_tells_nothing():
+def test_a_column_that_shows_nowhere_determines_nothing():
     twin = np.zeros((20, 2, 2))
     twin[:, 0, 0] = 1.0
-    told = told_by(np.ones((20, 2, 1)), twin, np.ones((20, 2)))
-    assert np.allclose(told[:, 0], 1.0) and (told[:, 1] == 0.0).all()
+    reported = projection(np.ones((20, 2, 1)), twin, np.ones((20, 2)))
+    assert np.allclose(reported[:, 0], 1.0) and (reported[:, 1] == 0.0).all()
 
 
 def test_a_balance_that_no_row_of_a_fit_holds_has_noise_as_well():
@@ -105,7 +105,7 @@ def test_a_balance_that_no_row_of_a_fit_holds_has_noise_as_well():
     weight[:, 0], columns[:5] = 0.0, np.nan
     valid[:5] = weight[:5] = False
     known = ColumnNoise.made([term], twin, again - 1.0, again[:, :, 0] - 1.0, valid)
-    found, = known.told([term], columns, twin[:, :, 0] - 1.0, valid, weight).values()
+    found, = known.noise_in([term], columns, twin[:, :, 0] - 1.0, valid, weight).values()
     assert np.isfinite(found).all() and found.std() > 0.01
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
-from hda_torque_estimator.diagnosis.balances.healthy import healthy_twin, noise_of
+from hda_torque_estimator.diagnosis.balances.healthy_twin import healthy_twin, noise_of
 from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.measurements.even_grid import on_grid
 from hda_torque_estimator.measurements.measurement import Measurement, measurement_from
@@ -28,7 +28,7 @@ def recorded(name, seed, *, period=1e-3, every=1, seconds=60.0):
 
 @pytest.mark.parametrize(('period', 'every', 'held'), [
     (1e-3, 4, False), (1e-3, 5, False), (1e-3, 8, False), (2e-3, 1, True), (4e-3, 1, True)])
-def test_who_held_a_command_is_told_by_the_noise_that_it_answers(period, every, held):
+def test_who_held_a_command_is_known_from_the_noise_that_it_answers(period, every, held):
     _, measurement = recorded(None, SEED, period=period, every=every, seconds=20.0)
     assert is_held(measurement) == held
     parts = parts_of(measurement.dt)

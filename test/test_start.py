@@ -40,7 +40,7 @@ def starting(name: str, folder: Path, **environment: str) -> Iterator[subprocess
             process.kill()
 
 
-def tell(process: subprocess.Popen[str], *numbers: int) -> tuple[int, str]:
+def interrupted(process: subprocess.Popen[str], *numbers: int) -> tuple[int, str]:
     """Return the exit code of a process that is told to end, and what it said on the way."""
     for number in numbers:
         process.send_signal(number)
@@ -48,7 +48,7 @@ def tell(process: subprocess.Popen[str], *numbers: int) -> tuple[int, str]:
 
 
 def catches(process: subprocess.Popen[str], number: int) -> bool:
-    """Tell whether a process has a handler for a signal."""
+    """Return whether a process has a handler for a signal."""
     status = Path(f'/proc/{process.pid}/status').read_text()
     caught, = (line.split()[1] for line in status.splitlines() if line.startswith('SigCgt'))
     return bool(int(caught, 16) >> number - 1 & 1)
@@ -59,7 +59,7 @@ def test_a_signal_ends_a_node_that_compiles(name, numbers, tmp_path):
     with starting(name, tmp_path) as process:
         said = process.stderr.readline()
         assert said == f'{name}: compiling, once after an installation, for up to a minute\n'
-        assert tell(process, *numbers) == (0, '')
+        assert interrupted(process, *numbers) == (0, '')
 
 
 @pytest.mark.parametrize('name', ['jtf_controller', 'bag_recorder'])
@@ -68,10 +68,10 @@ def test_a_signal_ends_a_node_that_loads(name, tmp_path):
         end = time.monotonic() + PATIENCE
         while not catches(process, signal.SIGTERM):
             assert time.monotonic() < end
-        assert tell(process, signal.SIGTERM) == (0, '')
+        assert interrupted(process, signal.SIGTERM) == (0, '')
 
 
-def test_a_cache_that_cannot_be_written_is_told(tmp_path):
+def test_a_cache_that_cannot_be_written_is_reported(tmp_path):
     file = tmp_path / 'file'
     file.touch()
     with starting('torque_estimator', file) as process:
@@ -79,7 +79,7 @@ def test_a_cache_that_cannot_be_written_is_told(tmp_path):
         assert said == ('torque_estimator: compiling, for up to a minute and at every start anew: '
                         f'{file}/hda_torque_estimator cannot be written; HDA_CACHE_DIR can name '
                         'another folder\n')
-        assert tell(process, signal.SIGTERM) == (0, '')
+        assert interrupted(process, signal.SIGTERM) == (0, '')
 
 
 @pytest.mark.parametrize('full', [False, True])
@@ -138,6 +138,6 @@ def test_nothing_is_compiled_while_an_arm_moves():
 def test_warm_up_explains_itself(words, code, said, monkeypatch, capsys):
     monkeypatch.setattr(sys, 'argv', ['warm_up', *words])
     assert warm_up.main() == code
-    told = capsys.readouterr()
-    assert said in told.out + told.err
-    assert len(told.err.splitlines()) == (code > 0)
+    output = capsys.readouterr()
+    assert said in output.out + output.err
+    assert len(output.err.splitlines()) == (code > 0)

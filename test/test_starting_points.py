@@ -50,10 +50,10 @@ def touched():
 def test_contact_is_found_in_time(touched):
     hidden, found = touched
     assert named(found) == [('external_contact', None)]
-    told = found.findings[0].parameters
-    assert told['force'].value == pytest.approx(hidden.parameters['force'], rel=0.07)
+    fitted = found.findings[0].parameters
+    assert fitted['force'].value == pytest.approx(hidden.parameters['force'], rel=0.07)
     for name, near in (('direction', 0.03), ('onset', 0.06), ('duration', 0.12)):
-        assert told[name].value == pytest.approx(hidden.parameters[name], abs=near)
+        assert fitted[name].value == pytest.approx(hidden.parameters[name], abs=near)
 
 
 def test_contact_gains_where_no_fit_has_seen_it(touched):

@@ -5,7 +5,7 @@ import json
 
 from hda_arm_sim.model.files import read_arm
 from hda_msgs_json.messages import assembled, EstimatorState, from_json, MessageError, to_json
-from hda_torque_estimator.estimating.belief_words import believed, doubts_told
+from hda_torque_estimator.estimating.belief_words import believed, doubts_in_words
 from hda_torque_estimator.estimating.estimates import Estimates
 from hda_torque_estimator.estimating.laws import layout
 from hda_torque_estimator.estimating.state_messages import state_samples, StateWriter
@@ -51,20 +51,20 @@ def test_a_text_is_the_message_of_its_numbers(
             state.conditioning, known(tip[row, layout.CONDITIONING]))
         beyond = joints[row, :, layout.BEYOND_RANGE] > 0
         doubts = joints[row, :, layout.DOUBT].tolist()
-        told = doubts_told(ARM.labels, doubts)
+        reported = doubts_in_words(ARM.labels, doubts)
         assert state.valid == tuple(~beyond & [believed(doubt) for doubt in doubts])
         assert state.singular == (tip[row, layout.SINGULAR] > 0)
-        assert len(state.flags) == len(told) + beyond.sum() + state.singular + taring
+        assert len(state.flags) == len(reported) + beyond.sum() + state.singular + taring
 
 
 @given(joints=RESULTS, tip=TIPS)
 def test_one_state_is_that_of_a_recording(joints: np.ndarray, tip: np.ndarray) -> None:
     """The node writes one state after another, the command all at once: the same texts."""
     stamps = np.array([1, 2, 3]) * 10 ** 9
-    told = state_samples(ARM, Estimates(stamps, joints, tip, np.empty(0, np.int64)))
+    reported = state_samples(ARM, Estimates(stamps, joints, tip, np.empty(0, np.int64)))
     write = StateWriter(ARM)
-    assert told.texts == tuple(map(write, stamps.tolist(), joints, tip))
-    assert told.stamps.tolist() == stamps.tolist()
+    assert reported.texts == tuple(map(write, stamps.tolist(), joints, tip))
+    assert reported.stamps.tolist() == stamps.tolist()
 
 
 def test_no_estimates_have_no_states() -> None:

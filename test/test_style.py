@@ -75,7 +75,7 @@ def test_no_comment_silences_a_check_or_defers_work():
             if UNFINISHED.search(text)] == []
 
 
-def test_no_type_is_told_by_trying_its_attributes():
+def test_no_type_is_found_by_trying_its_attributes():
     assert [f'{path.relative_to(ROOT)}:{node.lineno}'
             for path, tree in TREES.items() for node in ast.walk(tree)
             if isinstance(node, ast.Name) and node.id == 'hasattr'] == []

@@ -74,9 +74,9 @@ def test_swinging_base_is_found_alone():
     hidden = draw('base_vibration', np.random.default_rng(3))
     found = diagnose(measured([hidden], 103, 30.0), ARM).diagnosis
     assert [(cause.effect, cause.joint) for cause in found.findings] == [('base_vibration', None)]
-    told = found.findings[0].parameters
+    fitted = found.findings[0].parameters
     for name in ('frequency', 'amplitude'):
-        assert told[name].value == pytest.approx(hidden.parameters[name], rel=0.03)
+        assert fitted[name].value == pytest.approx(hidden.parameters[name], rel=0.03)
     assert found.gain.removed > 0.95
 
 
@@ -84,8 +84,8 @@ def test_base_that_creeps_back_is_found_with_its_damping():
     hidden = hide('base_vibration', None, **{**SWINGS, 'damping': 1.4})
     found = diagnose(measured([hidden], 105, 30.0), ARM).diagnosis
     assert [(cause.effect, cause.joint) for cause in found.findings] == [('base_vibration', None)]
-    told = found.findings[0].parameters['damping']
-    assert told.low <= 1.4 <= told.high < 2.0
+    fitted = found.findings[0].parameters['damping']
+    assert fitted.low <= 1.4 <= fitted.high < 2.0
 
 
 @pytest.mark.parametrize(('frequency', 'joint'), [

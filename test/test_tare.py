@@ -33,16 +33,16 @@ def bag(tmp_path_factory):
     return simulated(tmp_path_factory.mktemp('rest'), 'standstill')
 
 
-def test_the_zero_is_taken_told_and_used(bag, tmp_path, capsys):
+def test_the_zero_is_taken_reported_and_used(bag, tmp_path, capsys):
     out = tmp_path / 'out'
     assert main(['estimate', str(bag), '--arm', ARM, '--fusion', 'off', '--tare', '1:2', '--out',
                  str(out), '--json']) == 0
-    told = json.loads(capsys.readouterr().out.splitlines()[-1])['tare']
-    assert (told['begin'], told['end'], told['samples']) == (1.0, 2.0, 1000)
-    assert told['zero']['joint1'] == pytest.approx(OFFSET / 100.0, rel=0.1)
-    assert abs(told['zero']['joint2']) < 1e-5
+    report = json.loads(capsys.readouterr().out.splitlines()[-1])['tare']
+    assert (report['begin'], report['end'], report['samples']) == (1.0, 2.0, 1000)
+    assert report['zero']['joint1'] == pytest.approx(OFFSET / 100.0, rel=0.1)
+    assert abs(report['zero']['joint2']) < 1e-5
     recording = open_recording(out)
-    assert json.loads(recording.metadata['tare']) == told
+    assert json.loads(recording.metadata['tare']) == report
     wrenches = recording.wrenches('joint1/torque')
     time = (wrenches.stamps - wrenches.stamps[0]) * 1e-9
     torque = wrenches.torque[:, 2]
@@ -50,7 +50,7 @@ def test_the_zero_is_taken_told_and_used(bag, tmp_path, capsys):
     assert np.abs(torque[time > 2.0]).max() < 0.2
 
 
-def test_the_state_tells_the_tare_while_it_is_under_way(bag, tmp_path):
+def test_the_state_shows_the_tare_while_it_is_under_way(bag, tmp_path):
     out = tmp_path / 'out'
     assert main(['estimate', str(bag), '--arm', ARM, '--tare', '1:2', '--out', str(out)]) == 0
     states = open_recording(out).texts(ESTIMATOR_STATE.name)

@@ -51,7 +51,7 @@ def without_size(hidden: Hidden) -> Hidden:
 
 
 def same(one: TruthRecord, other: TruthRecord) -> bool:
-    """Tell whether two recordings agree in every bit."""
+    """Return whether two recordings agree in every bit."""
     return all(np.array_equal(a, b) for a, b in zip(one, other))
 
 

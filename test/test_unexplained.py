@@ -14,10 +14,11 @@ from hda_torque_estimator.diagnosis.diagnose import EFFECTIVE
 from hda_torque_estimator.diagnosis.findings.rest import NOTHING, Unexplained
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
-from hda_torque_estimator.diagnosis.judging.pattern import misplaced
-from hda_torque_estimator.diagnosis.judging.search import Found
-from hda_torque_estimator.diagnosis.telling.following import follow
-from hda_torque_estimator.diagnosis.telling.unexplained import Rest, site_of, told_of, unexplained
+from hda_torque_estimator.diagnosis.judging.search import SearchResult
+from hda_torque_estimator.diagnosis.judging.site_pattern import misplaced
+from hda_torque_estimator.diagnosis.reporting.following import follow
+from hda_torque_estimator.diagnosis.reporting.unexplained import (described, Rest, site_of,
+                                                                  unexplained)
 from hda_torque_estimator.measurements.measurement import Measurement
 import numpy as np
 import pytest
@@ -77,8 +78,8 @@ def at(place: int) -> dict[str, np.ndarray]:
 @pytest.mark.parametrize('place', [0, 1])
 @pytest.mark.parametrize('site', SITES)
 @pytest.mark.parametrize(('coordinate', 'line'), CURVES)
-def test_every_site_and_coordinate_is_told(coordinate, line, site, place):
-    found = told_of(left_by(site, place, 0.5 * CURVES[coordinate, line](at(place))))
+def test_every_site_and_coordinate_is_identified(coordinate, line, site, place):
+    found = described(left_by(site, place, 0.5 * CURVES[coordinate, line](at(place))))
     assert found is not None
     assert (found.site, found.joint, found.depends_on) == (site, LABELS[place], coordinate)
     assert found.line == (None if line is None else pytest.approx(line, abs=0.02))
@@ -92,9 +93,9 @@ def test_the_site_does_not_hang_on_the_size(site, size):
     assert site_of(rest, 1) == site
 
 
-def test_a_stiffness_along_the_angle_is_told_by_the_angle_that_it_follows():
+def test_a_stiffness_along_the_angle_is_described_by_the_angle_that_it_follows():
     values = 0.2 * at(0)['joint_torque'] * np.sin(4.0 * at(0)['link_angle'])
-    found = told_of(left_by('torsion', 0, values))
+    found = described(left_by('torsion', 0, values))
     assert (found.site, found.depends_on) == ('torsion', 'link_angle')
     first = follow(TIME, values, np.ones(len(TIME), bool), at(0))[0]
     assert first.carrier == 'torque'
@@ -102,29 +103,29 @@ def test_a_stiffness_along_the_angle_is_told_by_the_angle_that_it_follows():
 
 def test_a_torsion_that_follows_the_speed_is_a_matter_of_timing():
     values = 0.3 * MOTION['link_velocity'][:, 0]
-    assert told_of(left_by('torsion', 0, values)).site == 'timing'
-    assert told_of(left_by('link', 0, values)).site == 'link'
-    assert told_of(left_by('motor', 0, values)).site == 'motor'
+    assert described(left_by('torsion', 0, values)).site == 'timing'
+    assert described(left_by('link', 0, values)).site == 'link'
+    assert described(left_by('motor', 0, values)).site == 'motor'
 
 
 def test_what_loads_every_joint_belongs_to_the_arm():
     wave = CURVES['time', 4.3](None)
     one = left_by('link', 0, wave)
-    assert told_of(one).joint == 'joint1'
+    assert described(one).joint == 'joint1'
     both = one.residual.copy()
     both[:, [1, 3]] += 0.6 * wave[:, None]
-    assert told_of(one._replace(residual=both)).joint is None
+    assert described(one._replace(residual=both)).joint is None
 
 
 @pytest.mark.parametrize('seed', range(5))
 def test_noise_is_no_rest(seed):
-    assert told_of(left_by('link', 0, np.zeros(len(TIME)), seed)) is None
+    assert described(left_by('link', 0, np.zeros(len(TIME)), seed)) is None
 
 
 @pytest.mark.parametrize('seed', range(5))
 def test_a_rest_that_follows_nothing_measured_is_said_to(seed):
     wild = np.random.default_rng(seed + 50).standard_normal(len(TIME))
-    found = told_of(left_by('torsion', 0, wild, seed))
+    found = described(left_by('torsion', 0, wild, seed))
     assert (found.site, found.joint, found.depends_on) == ('torsion', 'joint1', NOTHING)
     assert found.line is None
     assert found.share < 0.1
@@ -134,7 +135,7 @@ def test_the_share_counts_what_is_left_elsewhere():
     one = left_by('motor', 0, CURVES['time', 4.3](None))
     two = one.residual.copy()
     two[:, 1] += 0.5 * CURVES['link_angle', 7.0](at(1))
-    alone, among = told_of(one), told_of(one._replace(residual=two))
+    alone, among = described(one), described(one._replace(residual=two))
     assert (among.joint, among.depends_on) == ('joint1', 'time')
     assert among.share == pytest.approx(0.8 * alone.share, abs=0.03)
 
@@ -143,7 +144,7 @@ def test_the_share_counts_what_is_left_elsewhere():
 def test_columns_that_hold_nowhere_are_left_out(columns):
     rest = left_by('link', 1, CURVES['time', 4.3](None))
     rest.valid[:, list(columns)] = False
-    found = told_of(rest)
+    found = described(rest)
     assert (found.joint, found.depends_on) == ('joint2', 'time')
 
 
@@ -177,7 +178,7 @@ def fitter_of(hidden: Hidden) -> Fitter:
 def test_an_unknown_spring_is_placed_with_or_without_a_wrong_cause(sprung):
     first = sprung.fit(())
     wrong = sprung.fit([next(terms_of(ARM, 'link_encoder_eccentricity'))], first.nuisance)
-    found = Found(first, wrong, ())
+    found = SearchResult(first, wrong, ())
     for fit in (first, found.with_only(sprung, ())):
         rest = unexplained(sprung, fit)
         assert (rest.site, rest.joint, rest.depends_on) == ('link', 'joint1', 'link_angle')
@@ -194,6 +195,6 @@ def test_a_right_cause_leaves_nothing_and_stands():
     before = unexplained(fitter, first)
     assert (before.site, before.joint) == ('torsion', hidden.joint)
     assert unexplained(fitter, right) is None
-    assert misplaced(fitter, Found(first, right, ())) == ()
+    assert misplaced(fitter, SearchResult(first, right, ())) == ()
     skew = next(term for term in terms_of(ARM, 'clock_skew') if term.joint == hidden.joint)
-    assert misplaced(fitter, Found(first, fitter.fit([skew], first.nuisance), ())) == ()
+    assert misplaced(fitter, SearchResult(first, fitter.fit([skew], first.nuisance), ())) == ()

@@ -59,8 +59,8 @@ def links(text: str = GOOD, tip: str = 'two', names: tuple[str, ...] = ('a', 'b'
 
 @pytest.mark.parametrize('name', BAD)
 def test_every_mistake_is_one_line(name):
-    text, told = BAD[name]
-    with pytest.raises(UrdfError, match=told) as caught:
+    text, reported = BAD[name]
+    with pytest.raises(UrdfError, match=reported) as caught:
         links(text)
     assert '\n' not in str(caught.value)
     assert str(caught.value).count('it is') <= 1        # one reason, not one within another
@@ -107,7 +107,7 @@ def test_fixed_joints_make_one_body_of_their_links():
 
 
 @pytest.mark.parametrize('kind', ['prismatic', 'revolute', 'floating'])
-def test_branches_are_left_aside_and_told(kind):
+def test_branches_are_left_aside_and_reported(kind):
     text = description([BASE, ONE, TWO, body('finger', 0.1)],
                        [*JOINTS, joint('slide', 'two', 'finger', kind=kind)])
     made = links(text)
@@ -118,7 +118,7 @@ def test_branches_are_left_aside_and_told(kind):
     assert '0.1 kg' in remark
 
 
-def test_a_joint_that_mimics_is_told_so():
+def test_a_joint_that_mimics_is_reported_so():
     finger = joint('slide', 'two', 'finger').replace('</joint>', '<mimic joint="a"/></joint>')
     made = links(description([BASE, ONE, TWO, body('finger', 0.1)], [*JOINTS, finger]))
     assert 'slide (mimic)' in made.built.remarks[0]
@@ -134,7 +134,7 @@ def test_inline_and_file_are_the_same_arm(tmp_path):
     assert read_arm(tmp_path / 'arm.yaml').links.parts.tolist() == shipped.links.parts.tolist()
 
 
-@pytest.mark.parametrize(('given', 'told'), [
+@pytest.mark.parametrize(('given', 'reported'), [
     ('{urdf: absent.urdf, tip: tool_tip}', 'no such file'),
     ('{urdf: "http://x/y.urdf", tip: tool_tip}', 'nothing is fetched'),
     ('{urdf: arm.urdf}', 'links.tip'),
@@ -150,19 +150,19 @@ def test_inline_and_file_are_the_same_arm(tmp_path):
      'links.tolerances.joint3 has the unknown key'),
     ('{urdf: arm.urdf, tip: tool_tip, tolerances: {joint3: {mass: -1}}}',
      r'links.tolerances.joint3.mass must lie in \[0, 1\]')])
-def test_links_of_a_file_have_one_line_for_each_mistake(tmp_path, given, told):
+def test_links_of_a_file_have_one_line_for_each_mistake(tmp_path, given, reported):
     shipped = read_arm('cobot7.yaml')
     (tmp_path / 'arm.urdf').write_text(shipped.links.description)
     place = tmp_path / 'arm.yaml'
     place.write_text(arm_to_text(replace(shipped, links=None)).replace(
         'links: none', f'links: {given}'))
-    with pytest.raises(ArmError, match=told) as caught:
+    with pytest.raises(ArmError, match=reported) as caught:
         read_arm(place)
     assert '\n' not in str(caught.value)
     assert str(place) in str(caught.value)
 
 
-def test_a_file_tells_how_well_each_link_is_known(tmp_path):
+def test_a_file_states_how_well_each_link_is_known(tmp_path):
     shipped = read_arm('cobot7.yaml')
     (tmp_path / 'arm.urdf').write_text(shipped.links.description)
     (tmp_path / 'arm.yaml').write_text(arm_to_text(replace(shipped, links=None)).replace(

@@ -12,13 +12,14 @@ from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.detectability.excitation import remarks
 from hda_torque_estimator.diagnosis.detectability.slow_rate import FAST, rate_hides
 from hda_torque_estimator.diagnosis.diagnose import sought_effects
-from hda_torque_estimator.diagnosis.findings.report import Evidence, Finding, Gain, Number, told
+from hda_torque_estimator.diagnosis.findings.report import (Evidence, Finding, FittedNumber, Gain,
+                                                            with_gain)
 from hda_torque_estimator.diagnosis.findings.smallest import hidden
 from hda_torque_estimator.diagnosis.fitting.hypotheses import HYPOTHESES
-from hda_torque_estimator.diagnosis.judging.limits import limited, limits_of
+from hda_torque_estimator.diagnosis.judging.bounds_reached import limited, limits_of
 from hda_torque_estimator.diagnosis.judging.search import Reason
 from hda_torque_estimator.diagnosis.judging.verdict import NO_MOTION, rival_of
-from hda_torque_estimator.least_squares.charts import Plain
+from hda_torque_estimator.least_squares.charts import Identity
 from hda_torque_estimator.least_squares.term import Term
 from hda_torque_estimator.measurements.measurement import Measurement
 from hda_torque_estimator.simulating.closed_loop import run
@@ -32,14 +33,14 @@ def finding(effect, removed=0.9, **numbers):
     """Return a finding with these numbers: value, low, high."""
     kind = effect_named(effect)
     return Finding(effect, 'joint1', kind.site.value, kind.cause, {
-        name: Number(value, '', low, high) for name, (value, low, high) in numbers.items()},
+        name: FittedNumber(value, '', low, high) for name, (value, low, high) in numbers.items()},
         Evidence(500.0, 60.0, None, 1e6), Gain(2.0, 1.0, 1.0, removed, removed, removed))
 
 
 @pytest.mark.parametrize('removed', [-4.287, -0.006, 0.0, float('nan')])
-def test_what_removes_nothing_is_not_told(removed):
+def test_what_removes_nothing_is_not_named(removed):
     kept = finding('coulomb_friction', level=(0.05, 0.04, 0.06))
-    assert told([finding('motor_cogging', removed), kept]) == (kept,)
+    assert with_gain([finding('motor_cogging', removed), kept]) == (kept,)
 
 
 @pytest.mark.parametrize(('effect', 'numbers'), [
@@ -49,7 +50,7 @@ def test_what_removes_nothing_is_not_told(removed):
     ('stribeck_friction', {'speed': (50.0, 49.0, 50.0)}),
     ('torsional_hysteresis', {'width': (1e-6, 1e-6, 2e-6)}),
     ('asymmetric_friction', {'asymmetry': (0.95, 0.94, 0.96)})])
-def test_a_number_that_reaches_the_bound_of_its_law_is_not_told(effect, numbers):
+def test_a_number_that_reaches_the_bound_of_its_law_is_not_named(effect, numbers):
     said = limited(finding(effect, **numbers))
     assert said is not None and f'{effect} at joint1 is not told' in said
     assert next(iter(numbers)) in said and 'reaches the bound' in said
@@ -119,8 +120,8 @@ def test_a_rate_at_which_the_diagnosis_is_measured_is_never_to_blame():
     assert not rate_hides(recorded(FAST, 'standstill', 5.0), ARM, sought_effects(), (), 0.5)
 
 
-def test_a_rival_is_told_as_it_was_fitted_and_what_was_found_beside_is_none():
-    play = Term(Backlash(half_width=1e-4), 'joint1', (Plain(('half_width',), 1e-6),))
+def test_a_runner_up_is_reported_as_it_was_fitted_and_what_was_found_beside_is_none():
+    play = Term(Backlash(half_width=1e-4), 'joint1', (Identity(('half_width',), 1e-6),))
     reason, alone = Reason(400.0, 60.0, play, 20.0), SimpleNamespace(accepted=())
     rival = rival_of(reason, alone)
     assert rival.joint == 'joint1' and rival.parameters['half_width'].value == 1e-4

@@ -78,7 +78,7 @@ def test_help_without_a_command_is_that_of_hda(capsys):
     ('hda diagnose bag --arm paper_s', {'paper_single_axis.yaml'}),
     ('hda compare a b --align ', {'drift', 'offset', 'none'}),
 ])
-def test_a_shell_is_told_what_may_follow(typed, offered, tmp_path):
+def test_a_shell_is_offered_what_may_follow(typed, offered, tmp_path):
     done = subprocess.run(
         ['sh', '-c', f'exec "{sys.executable}" -m hda_torque_estimator.cli 8>&1 9>/dev/null'],
         capture_output=True, text=True, cwd=tmp_path, env={
@@ -133,7 +133,7 @@ def test_a_verdict_has_its_colour_on_a_terminal(environment, coloured, monkeypat
     assert (tmp_path / 'piped').read_text() == text + '\n'
 
 
-def test_time_left_is_told_as_people_say_it(monkeypatch):
+def test_time_left_is_worded_as_people_say_it(monkeypatch):
     monkeypatch.setattr('time.monotonic', lambda: 100.0)
     assert how_far(10, 40, 0.0) == '10 of 40, 5 min left'
     assert how_far(0, 40, 0.0) == '0 of 40' and how_far(40, 40, 0.0) == '40 of 40'

@@ -18,8 +18,8 @@ def outcome(**changes: object) -> dict[str, object]:
             'sizes': [[0.02, 0.001, True]], 'rest': None, 'baseline': None} | changes
 
 
-def test_a_cause_at_its_joint_is_told():
-    assert judging.all_told(outcome())
+def test_a_cause_at_its_joint_is_named():
+    assert judging.all_identified(outcome())
 
 
 @pytest.mark.parametrize('said', [
@@ -29,19 +29,19 @@ def test_a_cause_at_its_joint_is_told():
 def test_another_cause_or_joint_is_wrong(said):
     result = outcome(said=said)
     assert judging.wrong(result)
-    assert not judging.all_told(result)
+    assert not judging.all_identified(result)
 
 
-def test_silence_is_neither_told_nor_wrong():
+def test_silence_is_neither_named_nor_wrong():
     result = outcome(said=[], verdict='unknown')
-    assert not judging.all_told(result)
+    assert not judging.all_identified(result)
     assert not judging.wrong(result)
 
 
-def test_a_set_with_the_cause_tells_it_and_one_without_it_is_wrong():
+def test_a_set_with_the_cause_names_it_and_one_without_it_is_wrong():
     twins = [[['stribeck_friction', 'joint1'], ['coulomb_friction', 'joint1']]]
     others = [[['payload', None], ['base_tilt', None]]]
-    assert judging.all_told(outcome(said=[], alike=twins))
+    assert judging.all_identified(outcome(said=[], alike=twins))
     assert judging.wrong(outcome(said=[], alike=others))
 
 
@@ -63,7 +63,7 @@ def test_of_fifteen_the_largest_count():
     many = {'hidden': [[name, 'joint1', {}, '', '', ''] for name in names],
             'powers': [float(k) for k in range(15)]}
     said = [[name, 'joint1', {}, None] for name in (*names[:10], names[14])]
-    assert judging.largest_told(outcome(**many, said=said)) == pytest.approx(0.2)
+    assert judging.largest_identified(outcome(**many, said=said)) == pytest.approx(0.2)
 
 
 def test_the_calibration_error_is_the_share_by_which_bins_miss():
@@ -87,7 +87,7 @@ def test_the_final_study_is_as_large_as_asked():
     assert sum(case.group == 'healthy' for case in planned) == 600
 
 
-def test_a_page_tells_failures_and_what_could_not_be():
+def test_a_page_states_failures_and_what_could_not_be():
     odd = {'case': 'x', 'group': 'two', 'seed': 8, 'impossible': 'needs two joints'}
     failed = {**outcome(seed=9), 'error': 'no such clock'}
     text = page([outcome(), odd, failed], 3, first=0, last=9, final=False)

@@ -97,7 +97,7 @@ def test_the_same_seed_is_the_same_world():
 
 
 def shows(one: Log, other: Log) -> bool:
-    """Tell whether two logs differ."""
+    """Return whether two logs differ."""
     return len(one.stamps) != len(other.stamps) or not np.array_equal(
         one.reading, other.reading, equal_nan=True)
 

@@ -52,7 +52,7 @@ CHAIN_RECORD = np.dtype([('joints', float), ('parts', float, (MOST + 2, CONSTANT
 
 
 def _is_spatial(kind: Any) -> bool:
-    """Tell whether the numba type of an argument is a chain, or a record or tuple that has one."""
+    """Return whether the numba type of an argument is or has a chain."""
     if isinstance(kind, types.NamedTuple):
         return kind.instance_class is Chain or any(map(_is_spatial, kind.types))
     if isinstance(kind, types.NamedUniTuple):

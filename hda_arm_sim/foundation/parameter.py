@@ -104,6 +104,6 @@ class Declared:
         return tuple(getattr(self, rule.name) for rule in self.declarations())
 
     def is_neutral(self) -> bool:
-        """Tell whether every value is its default."""
+        """Return whether every value is its default."""
         return all(math.isclose(getattr(self, rule.name), rule.default, rel_tol=0.0, abs_tol=0.0)
                    for rule in self.declarations())

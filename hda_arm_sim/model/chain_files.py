@@ -34,9 +34,9 @@ def chain_links(value: Any, labels: Sequence[str], source: Path) -> ChainLinks:
 
 def _known(given: dict[str, Any], names: tuple[str, ...]) -> tuple[LinkTolerance | None, ...]:
     """Return how well each link is known, by the joint that moves it; None where none says."""
-    told = mapping(given.get('tolerances', {}), 'links.tolerances', names)
+    stated = mapping(given.get('tolerances', {}), 'links.tolerances', names)
     known = {name: part(LinkTolerance, values, f'links.tolerances.{name}')
-             for name, values in told.items()}
+             for name, values in stated.items()}
     return tuple(map(known.get, names)) if known else ()
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from .link_numbers import gyration, LinkTolerance
 from .urdf import Element, read_description, UrdfError
-from .urdf_bodies import (Body, body_of, Frame, joint_of, NO_BODY, onto, turned, TURNING,
+from .urdf_bodies import (body_of, Frame, joint_of, NO_BODY, onto, RigidBody, turned, TURNING,
                           UrdfJoint)
 from ..foundation.arrays import Array
 from ..foundation.chain import CONSTANTS, INERTIA, MASS, MOMENT, MOST, OFFSET, ROTATION
@@ -18,7 +18,7 @@ from ..foundation.chain import CONSTANTS, INERTIA, MASS, MOMENT, MOST, OFFSET, R
 class Tree(NamedTuple):
     """A description: its bodies by link, and its joints by the link that each moves."""
 
-    bodies: Mapping[str, Body | None]
+    bodies: Mapping[str, RigidBody | None]
     joints: Mapping[str, UrdfJoint]
 
     def children(self, link: str) -> list[UrdfJoint]:
@@ -178,7 +178,7 @@ def _build(tree: Tree, tip: str, names: tuple[str, ...], frame: Frame) -> Built:
 
 
 def _merged(tree: Tree, link: str, frame: Frame, names: tuple[str, ...],
-            remarks: list[str]) -> Body:
+            remarks: list[str]) -> RigidBody:
     """Return a link with all that hangs on it but the rest of the chain, in its row's frame."""
     body = (tree.bodies[link] or NO_BODY).seen_from(frame)
     for joint in tree.children(link):
@@ -197,6 +197,6 @@ def _set_frame(row: Array, frame: Frame) -> None:
     row[ROTATION:ROTATION + 9], row[OFFSET:OFFSET + 3] = frame.rotation.ravel(), frame.place
 
 
-def _set_body(row: Array, body: Body) -> None:
+def _set_body(row: Array, body: RigidBody) -> None:
     row[MASS], row[MOMENT:MOMENT + 3] = body.mass, body.moment
     row[INERTIA:INERTIA + 6] = body.inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]

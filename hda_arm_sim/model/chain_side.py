@@ -84,7 +84,7 @@ def shake_less(swing: Record, c: Array) -> None:
 
 @inlined
 def _held(arm: ArmRecord, c: Array, w: Array, j: int) -> bool:
-    """Tell whether a bearing holds its link."""
+    """Return whether a bearing holds its link."""
     return bearing_level(arm.joints[j], c[j + 1, chain.ANGLE]) > 0.0 and w[j, MODE + 1] == 0.0
 
 

@@ -173,7 +173,7 @@ def _joint(item: Any, index: int, tolerances: Tolerances) -> Joint:
 
 
 def _is_name(label: str) -> bool:
-    """Tell whether topics of ROS can have this name: ASCII, and no two underscores in a row."""
+    """Return whether topics of ROS can have this name: ASCII, and no two underscores in a row."""
     return bool(_NAME.fullmatch(label)) and '__' not in label and len(label) <= _LONGEST
 
 

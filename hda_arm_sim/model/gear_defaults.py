@@ -11,7 +11,7 @@ _OF_JOINT = ('ratio', 'motor_inertia')
 _OF_TORSION = ('flexspline_stiffness', 'flexspline_curvature', 'wave_generator_stiffness',
                'wave_generator_curvature', 'damping', 'valid_torque')
 _INFINITE = float('inf')
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 # (source: K1 of the catalogue's sizes 14 to 40, from 4.7 to 130 kN*m/rad at ratios from 80 on)
 _UNKNOWN = 1.0          # one sigma of a stiffness and a damping that nobody stated, relative
 _STIFFNESS = 'flexspline_stiffness'

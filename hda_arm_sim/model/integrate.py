@@ -121,7 +121,7 @@ def _accept(arm: ArmRecord, w: Array) -> None:
 
 @inlined
 def _sticks(arm: ArmRecord, w: Array) -> bool:
-    """Tell whether any contact sticks."""
+    """Return whether any contact sticks."""
     for j in range(arm.joints.shape[0]):
         for side in range(SIDES):
             if w[j, MODE + side] == 0.0 and w[j, BUDGET + side] > 0.0:

@@ -61,7 +61,7 @@ def _differing(constants: bytes, error: Any) -> Array:
 
 @lru_cache(_LINKS_KEPT)
 def is_definite(constants: bytes) -> bool:
-    """Tell whether every motion of a link takes energy, from the bytes of its row of a chain."""
+    """Return whether every motion of a link takes energy, from the bytes of its row of a chain."""
     row = np.frombuffer(constants)
     (xx, yy, zz, xy, xz, yz), (x, y, z) = row[INERTIA:INERTIA + 6], row[MOMENT:MOMENT + 3]
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

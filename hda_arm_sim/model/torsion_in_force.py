@@ -15,7 +15,7 @@ from .torsion import chords, TorsionLaw
 OF_TORSION = (STIFFENING, WIND_UP, STIFFNESS)       # places in the order of `torsion_record`
 _STIFFNESSES = ('flexspline_stiffness', 'second_stiffness', 'third_stiffness')
 _SEGMENTS = ('knee_1', 'second_stiffness', 'knee_2', 'third_stiffness')
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _KEPT = 64              # records
 
 

@@ -23,29 +23,29 @@ class Frame(NamedTuple):
         return Frame(self.rotation @ inner.rotation, self.place + self.rotation @ inner.place)
 
 
-class Body(NamedTuple):
+class RigidBody(NamedTuple):
     """A rigid body: mass [kg], mass moment (3,) [kg*m], inertia (3, 3) at the origin [kg*m^2]."""
 
     mass: float
     moment: Array
     inertia: Array
 
-    def seen_from(self, frame: Frame) -> 'Body':
+    def seen_from(self, frame: Frame) -> 'RigidBody':
         """Return the body that stands in a frame as the outer frame has it."""
         turned = frame.rotation @ self.moment
         lever = np.outer(frame.place, turned)
         far = self.mass * np.outer(frame.place, frame.place) + lever + lever.T
         inertia = frame.rotation @ self.inertia @ frame.rotation.T
-        return Body(self.mass, turned + self.mass * frame.place,
-                    inertia + np.trace(far) * np.eye(3) - far)
+        return RigidBody(self.mass, turned + self.mass * frame.place,
+                         inertia + np.trace(far) * np.eye(3) - far)
 
-    def with_body(self, other: 'Body') -> 'Body':
+    def with_body(self, other: 'RigidBody') -> 'RigidBody':
         """Return both as one."""
-        return Body(self.mass + other.mass, self.moment + other.moment,
-                    self.inertia + other.inertia)
+        return RigidBody(self.mass + other.mass, self.moment + other.moment,
+                         self.inertia + other.inertia)
 
 
-NO_BODY = Body(0.0, np.zeros(3), np.zeros((3, 3)))
+NO_BODY = RigidBody(0.0, np.zeros(3), np.zeros((3, 3)))
 
 
 class UrdfJoint(NamedTuple):
@@ -102,7 +102,7 @@ def onto(axis: Array) -> Array:
                      [-x * y * share, 1.0 - y * y * share, y], [-x, -y, z]])
 
 
-def body_of(link: Element) -> Body | None:
+def body_of(link: Element) -> RigidBody | None:
     """Return what a link is by its inertial, None without one; raises UrdfError."""
     inertial = link.part('inertial')
     if inertial is None:
@@ -118,23 +118,23 @@ def body_of(link: Element) -> Body | None:
                               for key in ('xx', 'yy', 'zz', 'xy', 'xz', 'yz'))
     central = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     _check_inertia(central, kilograms, label)
-    return Body(kilograms, np.zeros(3), central).seen_from(frame_of(inertial, label))
+    return RigidBody(kilograms, np.zeros(3), central).seen_from(frame_of(inertial, label))
 
 
 def _check_inertia(central: Array, mass: float, label: str) -> None:
     """Raise UrdfError for an inertia about the centre of mass that no body has."""
     principal = np.linalg.eigvalsh(central)
-    told = ', '.join(f'{value:.4g}' for value in principal)
+    listed = ', '.join(f'{value:.4g}' for value in principal)
     if mass == 0.0 and not central.any():
         return
     if not mass > 0.0:
         raise UrdfError(f'{label}: it has inertia but no mass')
     if not principal[0] > 0.0:
         raise UrdfError(f'{label}: its inertia must be positive definite, got principal values '
-                        f'{told} kg*m^2')
+                        f'{listed} kg*m^2')
     if principal[2] > (1.0 + _SLACK) * (principal[0] + principal[1]):
         raise UrdfError(f'{label}: no body has this inertia: its largest principal value must be '
-                        f'at most the sum of the others, got {told} kg*m^2')
+                        f'at most the sum of the others, got {listed} kg*m^2')
 
 
 def _end(element: Element, which: str) -> str:

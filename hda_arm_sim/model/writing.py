@@ -58,9 +58,9 @@ def _links_document(arm: Arm) -> Any:
 
 def _chain_document(links: ChainLinks) -> dict[str, Any]:
     home = {'home': list(links.home)} if links.home else {}
-    told = {name: _values(one) for name, one in zip(links.names, links.tolerances) if one}
+    tolerances = {name: _values(one) for name, one in zip(links.names, links.tolerances) if one}
     return {'urdf': links.description, 'tip': links.tip, 'joints': list(links.names), **home,
-            'rpy': list(links.rpy), **({'tolerances': told} if told else {})}
+            'rpy': list(links.rpy), **({'tolerances': tolerances} if tolerances else {})}
 
 
 def _placed_document(placed: Placed) -> dict[str, Any]:

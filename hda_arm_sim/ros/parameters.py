@@ -101,7 +101,7 @@ class Parameters:
         self._node.declare_parameter(name, value, descriptor, ignore_override=True)
 
     def _check(self, changes: list[Parameter]) -> SetParametersResult:
-        """Tell whether all changes are allowed."""
+        """Return whether all changes are allowed."""
         try:
             for group in self._changed(changes):
                 self._allowed[group.name](group)

@@ -44,10 +44,10 @@ _OWN_PACKAGES = ('hda_msgs_json', 'hda_arm_sim', 'hda_torque_estimator')
 class _Stop:
     """Take signals, and know whether one came."""
 
-    told = False
+    requested = False
 
     def __call__(self, number: int, frame: FrameType | None) -> None:
-        self.told = True        # no more: the signal may have interrupted anything
+        self.requested = True        # no more: the signal may have interrupted anything
 
 
 def run(name: str, make_nodes: Callable[[], Sequence[ReportingNode]],
@@ -117,7 +117,7 @@ def _spin(name: str, nodes: Sequence[ReportingNode], stop: _Stop) -> int:
     for node in nodes:
         executor.add_node(node)
     gc.freeze()             # what is there stays: later collections need not look at it
-    while ok() and not stop.told and not any(node.failure or node.finished for node in nodes):
+    while ok() and not stop.requested and not any(node.failure or node.finished for node in nodes):
         executor.spin_until_future_complete(Future(), timeout_sec=LONGEST_WAIT)
     if linger := max(node.LINGER for node in nodes):
         executor.spin_until_future_complete(Future(), timeout_sec=linger)

@@ -5,12 +5,12 @@ from typing import Any, Protocol
 
 from hda_arm_sim.model.arm import Arm
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 HARDLY = 1.0            # deviation of a torque that tells little about a gear [N*m]
 SPARSE = '    its torque hardly varies: the numbers rest on little, as their intervals say'
 
 
-class Finding(Protocol):
+class JointReport(Protocol):
     """What was found about one joint, however it was found."""
 
     def lines(self) -> list[str]:
@@ -25,7 +25,7 @@ class Calibration:
     """The new arm and what was found about each of its joints."""
 
     arm: Arm
-    joints: tuple[Finding, ...]
+    joints: tuple[JointReport, ...]
 
     def text(self) -> str:
         """Return the report for people."""

@@ -15,18 +15,18 @@ from numpy.typing import NDArray
 
 from .calibration import Calibration, HARDLY, one_joint, SPARSE
 from .fitting import laws
-from .fitting.arm_numbers import Number, number, numbers, rest, with_numbers, with_tolerances
+from .fitting.arm_numbers import ArmNumber, number, numbers, rest, with_numbers, with_tolerances
 from .fitting.friction import friction
 from .fitting.orders import chosen, error_held_out, Fitted, fitted_waves, worthwhile
 from .fitting.polynomial import held_out_error, polynomial_method
 from .fitting.torsion_fits import BESIDE, TorsionFits, TorsionProblem, ZERO_KNOWN
 from .passages.passage import Passage
 from .passages.suitability import check, check_of_one_piece
-from ..least_squares.descent import Found, places
+from ..least_squares.descent import Minimum, places
 from ..least_squares.term import Term
 
 Floats = NDArray[np.float64]
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 FIXED = 0.7             # of what was known: a number that stays this unsure says nothing new
 BENT = 5.0              # torque from which laws of the flexspline part [N*m]
 FORM_GAIN = 0.03        # by which another form of the law must tell torques better
@@ -46,7 +46,7 @@ class JointFinding:
     joint: str
     recordings: tuple[str, ...]
     scale: str                          # what fixes the scale of the torque
-    numbers: tuple[Number, ...]
+    numbers: tuple[ArmNumber, ...]
     nominal: tuple[str, ...]            # numbers that the recordings could not fix
     torque: float                       # deviation of the torque [N*m]
     before: float                       # [N*m rms]
@@ -74,7 +74,7 @@ class JointFinding:
 
 
 def calibrate_ordinary(arm: Arm, passages: Mapping[str, Sequence[Passage]],
-                       scales: Mapping[str, str], tell: Progress = lambda text: None
+                       scales: Mapping[str, str], notify: Progress = lambda text: None
                        ) -> Calibration:
     """
     Return the arm that passages of its joints call for; `scales` say what fixes each torque.
@@ -85,7 +85,7 @@ def calibrate_ordinary(arm: Arm, passages: Mapping[str, Sequence[Passage]],
         check(arm, label, seen)
     found = []
     for label, seen in passages.items():
-        tell(f'calibrating {label}')
+        notify(f'calibrating {label}')
         finding = _joint(one_joint(arm, label), seen, scales[label])
         found.append(finding)
         arm = with_numbers(arm, label, finding.numbers,
@@ -122,7 +122,7 @@ def law_terms(arm: Arm) -> list[Term]:
     return [*terms, laws.loop(arm), laws.damping(arm), laws.skew(arm)]
 
 
-def _decided(fits: TorsionFits, arm: Arm) -> tuple[Found, tuple[str, ...]]:
+def _decided(fits: TorsionFits, arm: Arm) -> tuple[Minimum, tuple[str, ...]]:
     """Return the fit with the waves and laws that recordings tell, and the numbers left out."""
     terms = law_terms(arm)
     light = [terms[0], terms[-1]]               # stiffness and skew; loops come after waves
@@ -133,10 +133,10 @@ def _decided(fits: TorsionFits, arm: Arm) -> tuple[Found, tuple[str, ...]]:
     if more != fitted.orders:
         fitted = fitted_waves(fits, terms, more, fitted)
     fitted, terms = _best_form(fits, arm, fitted, terms)
-    told = [term for term, keep in zip(terms, _told(fitted.found)) if keep]
-    if len(told) < len(terms):
-        fitted = fitted_waves(fits, told, fitted.orders, fitted)
-    left_out = tuple(name for term in terms if term not in told for name in term.numbers())
+    determined = [term for term, keep in zip(terms, _determined(fitted.found)) if keep]
+    if len(determined) < len(terms):
+        fitted = fitted_waves(fits, determined, fitted.orders, fitted)
+    left_out = tuple(name for term in terms if term not in determined for name in term.numbers())
     return fitted.found, left_out
 
 
@@ -154,14 +154,14 @@ def _best_form(fits: TorsionFits, arm: Arm, fitted: Fitted,
     return (other, straight) if better else (fitted, terms)
 
 
-def _told(found: Found) -> list[bool]:
+def _determined(found: Minimum) -> list[bool]:
     """Return for each term whether the recordings tell more of it than was known."""
     sigma = np.sqrt(np.diag(found.covariance()))
     # of its size; a shape follows
     return [bool(sigma[place.start] < FIXED) for place in places(found.terms)]
 
 
-def _check_pieces(label: str, fits: TorsionFits, found: Found) -> None:
+def _check_pieces(label: str, fits: TorsionFits, found: Minimum) -> None:
     """Check that one law fits all recordings."""
     first, parts = 0, []
     for passage in fits.passages:
@@ -171,7 +171,7 @@ def _check_pieces(label: str, fits: TorsionFits, found: Found) -> None:
     check_of_one_piece(label, parts)
 
 
-def _numbers(arm: Arm, found: Found) -> tuple[Number, ...]:
+def _numbers(arm: Arm, found: Minimum) -> tuple[ArmNumber, ...]:
     """Return the numbers of a fit with their intervals, the zero of the link encoder last."""
     covariance, size = found.covariance(), found.unknowns
     zero = arm.joints[0].link_encoder.zero + float(found.scaled[size] * ZERO_KNOWN)

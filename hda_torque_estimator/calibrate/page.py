@@ -30,29 +30,29 @@ def _headline(joints: Sequence[dict[str, Any]]) -> str:
     return f'{sentence[:1].upper()}{sentence[1:]}.'
 
 
-def _became(told: dict[str, Any]) -> str:
-    joint, before, after = spoken(told['joint']), short(told['before']), short(told['after'])
-    if told['kept']:
+def _became(report: dict[str, Any]) -> str:
+    joint, before, after = spoken(report['joint']), short(report['before']), short(report['after'])
+    if report['kept']:
         return f'{joint} stays as it was'
-    if told.get('motor') and not told['after']:
-        return f'the torque of {joint} is off by {short(told["motor"])} N·m by its motor alone'
+    if report.get('motor') and not report['after']:
+        return f'the torque of {joint} is off by {short(report["motor"])} N·m by its motor alone'
     if before == after:
         return f'the torque of {joint} is off by {after} N·m, as before'
     return f'the torque of {joint} is off by {after} N·m instead of {before}'
 
 
-def _joint(told: dict[str, Any]) -> dict[str, Any]:
+def _joint(report: dict[str, Any]) -> dict[str, Any]:
     """Return what the page shows of one joint, however it was calibrated."""
-    polynomial = told.get('polynomial')
-    errors = [(name, told[key]) for name, key in (
+    polynomial = report.get('polynomial')
+    errors = [(name, report[key]) for name, key in (
         ('arm as given', 'before'), ('calibrated', 'after'), ('by the motor alone', 'motor'))
-        if told.get(key, 0.0) > 0.0]
+        if report.get(key, 0.0) > 0.0]
     if polynomial is not None:
         errors.append(('polynomial of degree 5', polynomial))
     most = max((value for _, value in errors), default=0.0) or 1.0
-    seen = told.get('held_out', True)
-    return {**told, 'errors': [(name, value, value / most) for name, value in errors],
-            'torque': told.get('torque', told.get('reference', 0.0)),
-            'scale': told.get('scale', ''), 'nominal': told.get('nominal', []),
-            'doubtful': told.get('doubtful', []),
+    seen = report.get('held_out', True)
+    return {**report, 'errors': [(name, value, value / most) for name, value in errors],
+            'torque': report.get('torque', report.get('reference', 0.0)),
+            'scale': report.get('scale', ''), 'nominal': report.get('nominal', []),
+            'doubtful': report.get('doubtful', []),
             'where': 'where the fit has not seen' if seen else 'on the only recording'}

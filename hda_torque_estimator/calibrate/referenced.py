@@ -17,11 +17,11 @@ from hda_arm_sim.model.arm import Arm
 import numpy as np
 
 from .calibration import Calibration, HARDLY, one_joint, SPARSE
-from .fitting.arm_numbers import (
-    GAIN, LEVEL, Number, number, of_all_friction, with_numbers, with_tolerances)
+from .fitting.arm_numbers import (ArmNumber, GAIN, LEVEL, number, of_all_friction, with_numbers,
+                                  with_tolerances)
 from .fitting.by_hand import line_left_out, mean_left_out
 from .fitting.examined import as_given, Examined, examined, Witnesses
-from .fitting.witness_fit import Heard, motor_of, torsion_of
+from .fitting.witness_fit import motor_of, torsion_of, WitnessFit
 from .passages.joint_recording import CalibrationError, Measured
 from .passages.signs import wrong_signs
 from ..estimating.laws.witnesses import FAINT
@@ -29,7 +29,7 @@ from ..least_squares.bounds import entered
 from ..least_squares.rows import rms
 from ..samples.readings import knows_motor
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 USEFUL = 0.9            # of what its rows see vary, an error above which a witness tells nothing
 BESIDE = 0.9            # of an error, below which a motor beside a torsion, or at rest, counts
 MOVES = 0.1             # of the torque's deviation, from which a zero that moves is told
@@ -53,7 +53,7 @@ class JointCalibration:
     joint: str
     recordings: tuple[str, ...]
     kept: str = ''
-    numbers: tuple[Number, ...] = ()
+    numbers: tuple[ArmNumber, ...] = ()
     reference: float = 0.0      # deviation of the reference torques [N*m]
     before: float = 0.0
     after: float = 0.0
@@ -70,7 +70,7 @@ class JointCalibration:
     held_out: bool = False
     aside: tuple[str, ...] = ()         # why a witness is left aside
     doubtful: tuple[str, ...] = ()      # numbers far from what was known
-    known: tuple[Number, ...] = ()      # the numbers, as well known as if they were independent
+    known: tuple[ArmNumber, ...] = ()      # the numbers, as well known as if they were independent
 
     def lines(self) -> list[str]:
         """Return the report on this joint."""
@@ -113,14 +113,14 @@ class JointCalibration:
 
     def document(self) -> dict[str, Any]:
         """Return the report for machines."""
-        told = {name: value for name, value in vars(self).items() if name != 'known'}
-        return {**told, 'recordings': list(self.recordings), 'aside': list(self.aside),
+        fields = {name: value for name, value in vars(self).items() if name != 'known'}
+        return {**fields, 'recordings': list(self.recordings), 'aside': list(self.aside),
                 'doubtful': list(self.doubtful),
                 'numbers': [vars(number) for number in self.numbers]}
 
 
 def calibrate(arm: Arm, recordings: Mapping[str, Sequence[Measured]],
-              tell: Progress = lambda text: None) -> Calibration:
+              notify: Progress = lambda text: None) -> Calibration:
     """
     Return the calibration of every joint that has an entry, from its recordings.
 
@@ -128,7 +128,7 @@ def calibrate(arm: Arm, recordings: Mapping[str, Sequence[Measured]],
     """
     joints = []
     for label, measured in recordings.items():
-        tell(f'calibrating {label}')
+        notify(f'calibrating {label}')
         found = _calibrated(one_joint(arm, label), measured)
         joints.append(found)
         if not found.kept:
@@ -169,28 +169,28 @@ def _calibrated(arm: Arm, recordings: Sequence[Measured]) -> JointCalibration:
     return _weighed(said, arm, recordings, best, line)
 
 
-def _least(heard: Heard) -> float:
+def _least(heard: WitnessFit) -> float:
     """Return the error below which a witness tells something [N*m rms]."""
     return min(heard.before, USEFUL * heard.varies)
 
 
 def _is_no_gear(used: Witnesses) -> bool:
-    """Tell whether a torsion that needs an unlikely stiffness is worth nothing beside a motor."""
+    """Return whether a torsion that needs an unlikely stiffness is worthless beside a motor."""
     torsion, motor = used
     return (torsion is not None and motor is not None and STIFFNESS in torsion.doubtful
             and motor.error ** 2 < FAINT * (motor.error ** 2 + torsion.error ** 2))
 
 
-class _Trial(NamedTuple):
+class _WitnessChoice(NamedTuple):
     """Some witnesses of a joint, and what the estimator tells by them."""
 
     used: Witnesses
-    numbers: tuple[Number, ...]
-    known: tuple[Number, ...]
+    numbers: tuple[ArmNumber, ...]
+    known: tuple[ArmNumber, ...]
     found: Examined
 
 
-def _trial(arm: Arm, recordings: Sequence[Measured], heard: Witnesses) -> _Trial | None:
+def _trial(arm: Arm, recordings: Sequence[Measured], heard: Witnesses) -> _WitnessChoice | None:
     """Return what the witnesses that tell something tell together, None if none does."""
     used = Witnesses(*(one if one is not None and one.error < _least(one) else None
                        for one in heard))
@@ -199,13 +199,14 @@ def _trial(arm: Arm, recordings: Sequence[Measured], heard: Witnesses) -> _Trial
     return _best(arm, recordings, used) if any(used) else None
 
 
-def _weighed(said: JointCalibration, arm: Arm, recordings: Sequence[Measured], best: _Trial,
+def _weighed(said: JointCalibration, arm: Arm, recordings: Sequence[Measured],
+             best: _WitnessChoice,
              line: float) -> JointCalibration:
     """Return what is said of a joint whose witnesses weigh what they are worth."""
     used, numbers, known, found = best
-    told = as_given(arm, _of_both(recordings), used.lag)
-    given = rms(told.error)
-    if found.error > given and found.about > rms(told.about):
+    nominal = as_given(arm, _of_both(recordings), used.lag)
+    given = rms(nominal.error)
+    if found.error > given and found.about > rms(nominal.about):
         return replace(said, kept=f'calibrated, the estimator would be {found.error:.3g} N*m '
                        f'rms off, as given {given:.3g}')
     alone = '' if used.motor is not None or used.torsion is None else 'torsion'
@@ -219,7 +220,7 @@ def _weighed(said: JointCalibration, arm: Arm, recordings: Sequence[Measured], b
 
 
 def _as_unsure(arm: Arm, recordings: Sequence[Measured], used: Witnesses,
-               numbers: Sequence[Number]) -> tuple[Number, ...]:
+               numbers: Sequence[ArmNumber]) -> tuple[ArmNumber, ...]:
     """
     Return numbers with intervals that hold what no law tells of the motor's torque.
 
@@ -239,7 +240,7 @@ def _size(recordings: Sequence[Measured]) -> float:
     return rms(np.concatenate([one.reference for one in recordings]))
 
 
-def _best(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> _Trial:
+def _best(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> _WitnessChoice:
     """Return both witnesses, or the torsion alone where a motor beside it does not earn that."""
     trial = _tried(arm, recordings, used)
     if used.torsion is None or used.motor is None or knows_motor(arm, arm.joints[0]):
@@ -249,18 +250,18 @@ def _best(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> _Trial:
 
 
 def _earns(found: Examined, than: Examined) -> bool:
-    """Tell whether one tells the torque better by a tenth, and its changes not worse by that."""
+    """Return whether one tells the torque better by a tenth, and its changes not worse by that."""
     return found.error < BESIDE * than.error and BESIDE * found.about <= than.about
 
 
-def _tried(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> _Trial:
+def _tried(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> _WitnessChoice:
     label, heard = arm.labels[0], [one for one in used if one is not None]
     numbers = tuple(number for one in heard for number in one.numbers)
     known = of_all_friction([number for one in heard for number in one.known],
                             _size(recordings) / arm.joints[0].ratio)
     there = with_tolerances(entered(arm, label, {one.name: one.value for one in numbers}),
                             {label: known}, wider=True)
-    return _Trial(used, numbers, known, examined(
+    return _WitnessChoice(used, numbers, known, examined(
         there, used, _of_both(recordings), _deviations(arm, recordings, used)))
 
 
@@ -287,7 +288,7 @@ def _deviations(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> di
     return found
 
 
-def _with_torsion(said: JointCalibration, torsion: Heard | None) -> JointCalibration:
+def _with_torsion(said: JointCalibration, torsion: WitnessFit | None) -> JointCalibration:
     """Return what is said of a joint, with what its torsion told."""
     if torsion is None:
         return said
@@ -295,7 +296,7 @@ def _with_torsion(said: JointCalibration, torsion: Heard | None) -> JointCalibra
                    zero_torque=torsion.offset)
 
 
-def _with_motor(said: JointCalibration, motor: Heard | None) -> JointCalibration:
+def _with_motor(said: JointCalibration, motor: WitnessFit | None) -> JointCalibration:
     """Return what is said of a joint, with what its motor told."""
     if motor is None:
         return said

@@ -14,10 +14,10 @@ from hda_msgs_json.topics import EXTERNAL_WRENCH, reference_joint_torque, REFERE
 
 from .calibration import Calibration
 from .ordinary import calibrate_ordinary
-from .passages.calibration_recording import Heard, heard
+from .passages.calibration_recording import CalibrationRecording, heard
 from .passages.joint_recording import CalibrationError, Measured, measured
 from .passages.passage import Passage
-from .passages.stated_conditions import Stated, stated
+from .passages.stated_conditions import stated, StatedConditions
 from .passages.suitability import SHORTEST
 from .referenced import calibrate
 
@@ -35,11 +35,11 @@ class Sources(NamedTuple):
 
 def run_calibration(sources: Sources, arm_file: str, out: Path, *,
                     joints: Sequence[str] | None = None, force: bool = False,
-                    tell: Callable[[str], None] = lambda text: None) -> Calibration:
+                    notify: Callable[[str], None] = lambda text: None) -> Calibration:
     """
     Write the arm that the recordings call for, and return what was found.
 
-    With `joints`, the others stay as they are. `tell` hears what is being done. Raises
+    With `joints`, the others stay as they are. `notify` hears what is being done. Raises
     CalibrationError, GateError, BagError, ArmError or OutputError; nothing is written then.
     """
     bags = sources.bags
@@ -52,15 +52,15 @@ def run_calibration(sources: Sources, arm_file: str, out: Path, *,
     known = stated(bags, sources.tilts, sources.payloads)
     recordings = [sources.opened(bag) for bag in bags]
     if arm.links is None or _are_snatches(recordings, chosen):
-        calibration = _from_sensors(arm, bags, recordings, chosen, tell)
+        calibration = _from_sensors(arm, bags, recordings, chosen, notify)
     else:
-        calibration = _from_loads(arm, bags, recordings, known, chosen, tell)
+        calibration = _from_loads(arm, bags, recordings, known, chosen, notify)
     write_arm(calibration.arm, out, force=force)
     return calibration
 
 
 def _are_snatches(recordings: Sequence[Recording], labels: Sequence[str]) -> bool:
-    """Tell whether sensors were recorded, but for too short a time to tell laws apart."""
+    """Return whether sensors were recorded, but for too short a time to tell laws apart."""
     sensed = any(_has(recording, reference_joint_torque(label).name)
                  for recording in recordings for label in labels)
     return sensed and sum(recording.duration for recording in recordings) < SHORTEST
@@ -71,13 +71,13 @@ def _has(recording: Recording, topic: str) -> bool:
 
 
 def _from_sensors(arm: Arm, bags: Sequence[Path], opened: Sequence[Recording],
-                  labels: Sequence[str], tell: Callable[[str], None]) -> Calibration:
+                  labels: Sequence[str], notify: Callable[[str], None]) -> Calibration:
     """Return the calibration of joints with reference torques, from whatever there is."""
     recordings: dict[str, list[Measured]] = {label: [] for label in labels}
     for bag, recording in zip(bags, opened):
         for label, found in recordings.items():
             found.extend(_measured(recording, bag.name, label))
-    return calibrate(arm, recordings, tell)
+    return calibrate(arm, recordings, notify)
 
 
 def _measured(recording: Recording, name: str, label: str) -> list[Measured]:
@@ -90,18 +90,18 @@ def _measured(recording: Recording, name: str, label: str) -> list[Measured]:
 
 
 def _from_loads(arm: Arm, bags: Sequence[Path], opened: Sequence[Recording],
-                known: Sequence[Stated], labels: Sequence[str],
-                tell: Callable[[str], None]) -> Calibration:
+                known: Sequence[StatedConditions], labels: Sequence[str],
+                notify: Callable[[str], None]) -> Calibration:
     """Return the calibration of joints whose torque follows from loads, or from sensors."""
-    everything: list[Heard] = []
+    everything: list[CalibrationRecording] = []
     for bag, recording, stated_of_it in zip(bags, opened, known):
-        tell(f'reading {bag.name}')
+        notify(f'reading {bag.name}')
         everything.append(heard(recording.joint_states(), known_wrenches(recording, arm),
                                 bag.name, arm, stated_of_it))
     passages: dict[str, list[Passage]] = {
         label: [one.passages[label] for one in everything] for label in labels}
     scales = {label: scale_of(everything, label) for label in labels}
-    return calibrate_ordinary(arm, passages, scales, tell)
+    return calibrate_ordinary(arm, passages, scales, notify)
 
 
 def known_wrenches(recording: Recording, arm: Arm) -> dict[str, WrenchSamples]:
@@ -112,7 +112,7 @@ def known_wrenches(recording: Recording, arm: Arm) -> dict[str, WrenchSamples]:
     return {topic: wrenches for topic, wrenches in found.items() if len(wrenches) > 1}
 
 
-def scale_of(everything: Sequence[Heard], label: str) -> str:
+def scale_of(everything: Sequence[CalibrationRecording], label: str) -> str:
     """Return what fixes the scale of a joint's torque, in words."""
     sources = [source for one in everything for source in one.sources(label)]
     if not sources:

@@ -14,7 +14,7 @@ class NewError(HdaError):
     """Answers from which no arm can be made."""
 
 
-class Answer(NamedTuple):
+class JointOption(NamedTuple):
     """One thing to know of every joint: its option, unit and meaning."""
 
     name: str
@@ -33,24 +33,31 @@ class Answer(NamedTuple):
 
 
 ANSWERS = (
-    Answer('motor_inertia', 'kg*m^2', 'inertia of the rotor and what turns with it, without that '
-           'of the wave generator', True),
-    Answer('motor_torque', 'N*m', 'largest torque of the motor, at its shaft', True),
-    Answer('motor_counts', '1/turn', 'counts of the motor encoder per turn of the motor', True),
-    Answer('link_counts', '1/turn', 'counts of the link encoder per turn of the link', True),
-    Answer('ratio', '', 'turns of the motor per turn of the link, where it is not that of the '
-           'name: one more with the output at the circular spline, or with a belt'),
-    Answer('torque_constant', 'N*m/A', 'with --motor-current in the place of --motor-torque'),
-    Answer('motor_current', 'A', 'largest current of the drive'),
-    Answer('motor_speed', 'rad/s', 'largest speed of the motor; that of the gear unless given'),
-    Answer('peak_torque', 'N*m', 'repeated peak torque of the gear, at its output; that of the '
-           'catalogue unless given'),
-    Answer('starting_torque', 'N*m', 'dry friction of motor and gear, at the motor shaft; 0, '
-           'unknown, unless given'),
-    Answer('viscous_friction', 'N*m*s/rad', 'its slope, at the motor shaft; 0, unknown, unless '
-           'given'),
-    Answer('hysteresis_loss', 'arcmin', 'of the gear, at its output; that of the catalogue unless '
-           'given, 0 for none'),
+    JointOption('motor_inertia', 'kg*m^2',
+                'inertia of the rotor and what turns with it, without that '
+                'of the wave generator', True),
+    JointOption('motor_torque', 'N*m', 'largest torque of the motor, at its shaft', True),
+    JointOption('motor_counts', '1/turn', 'counts of the motor encoder per turn of the motor',
+                True),
+    JointOption('link_counts', '1/turn', 'counts of the link encoder per turn of the link', True),
+    JointOption('ratio', '',
+                'turns of the motor per turn of the link, where it is not that of the '
+                'name: one more with the output at the circular spline, or with a belt'),
+    JointOption('torque_constant', 'N*m/A', 'with --motor-current in the place of --motor-torque'),
+    JointOption('motor_current', 'A', 'largest current of the drive'),
+    JointOption('motor_speed', 'rad/s',
+                'largest speed of the motor; that of the gear unless given'),
+    JointOption('peak_torque', 'N*m',
+                'repeated peak torque of the gear, at its output; that of the '
+                'catalogue unless given'),
+    JointOption('starting_torque', 'N*m', 'dry friction of motor and gear, at the motor shaft; 0, '
+                'unknown, unless given'),
+    JointOption('viscous_friction', 'N*m*s/rad',
+                'its slope, at the motor shaft; 0, unknown, unless '
+                'given'),
+    JointOption('hysteresis_loss', 'arcmin',
+                'of the gear, at its output; that of the catalogue unless '
+                'given, 0 for none'),
 )
 
 

@@ -40,10 +40,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def execute(options: argparse.Namespace) -> Outcome:
     """Calibrate and write; raises the project's errors."""
     check_page(options, options.bags)
-    with progress(quiet=options.json) as tell:
+    with progress(quiet=options.json) as notify:
         sources = Sources(options.bags, options.tilt, options.payload, opener(options))
         found = run_calibration(sources, options.arm, options.out, joints=options.joint,
-                                force=options.force, tell=tell)
+                                force=options.force, notify=notify)
     if options.page is not None:
         write_page(options, page(found, out=str(options.out), arm=options.arm, version=version(),
                                  bags=[str(bag) for bag in options.bags]))

@@ -18,7 +18,7 @@ from ..comparison.compare import compare, Comparison
 from ..comparison.page import page
 from ..comparison.plots import figures
 from ..comparison.report import document, sentences
-from ..comparison.signals import Bag, bag_of
+from ..comparison.signals import bag_of, BagSignals
 from ..measurements.renamed_recording import Naming, open_named
 from ..version import version
 
@@ -57,7 +57,7 @@ def _compared(options: argparse.Namespace) -> Outcome:
     return Outcome('\n'.join(lines), report)
 
 
-def _bag(recording: Recording, named: Naming) -> Bag:
+def _bag(recording: Recording, named: Naming) -> BagSignals:
     """Return the joint states and wrenches of a recording as signals."""
     topics: dict[str, JointSamples | WrenchSamples] = {}
     if named != Naming():

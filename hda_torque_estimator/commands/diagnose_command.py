@@ -20,21 +20,20 @@ from .motors_alone import motor_figures
 from .out_option import add_out
 from .outcome import Outcome
 from .progress import progress
-from .whole_directory import (
-    check_directory, elements, save_figures, whole_directory, write_json)
+from .whole_directory import check_directory, elements, save_figures, whole_directory, write_json
 from ..diagnosis.detectability.excitation import asked
 from ..diagnosis.diagnose import Conclusion, diagnose
 from ..diagnosis.findings.choice import chosen
-from ..diagnosis.findings.origin import Origin, Part
+from ..diagnosis.findings.origin import Origin, RecordingPart
 from ..diagnosis.findings.report import Diagnosis
 from ..diagnosis.fitting.alignment import together
 from ..diagnosis.motors_alone.motor_record import is_motor_side, length_of, sweeps_together
 from ..diagnosis.motors_alone.motor_side import diagnose_motors, MotorConclusion
+from ..diagnosis.reporting.exhibits import Exhibits
+from ..diagnosis.reporting.page import page
+from ..diagnosis.reporting.plots import figures
+from ..diagnosis.reporting.summary import headline, probability
 from ..diagnosis.showing import exhibits_of, predictions
-from ..diagnosis.telling.exhibits import Exhibits
-from ..diagnosis.telling.page import page
-from ..diagnosis.telling.plots import figures
-from ..diagnosis.telling.story import headline, probability
 from ..measurements.measurement import Measurement, measurement_from
 from ..measurements.recording_checks import check, check_names, GateError, mended, Mending
 from ..pages.wording import capital
@@ -74,18 +73,18 @@ def execute(options: argparse.Namespace) -> Outcome:
     fleet.check(options)
     if options.each:
         return fleet.execute(_together, options)
-    with progress(quiet=options.json) as tell:
-        return _together(options, tell)
+    with progress(quiet=options.json) as notify:
+        return _together(options, notify)
 
 
 def _together(options: argparse.Namespace,
-              tell: Callable[[str], None] = lambda text: None) -> Outcome:
-    """Diagnose all bags as recordings of one arm, and write; `tell` hears what is being done."""
+              notify: Callable[[str], None] = lambda text: None) -> Outcome:
+    """Diagnose all bags as recordings of one arm, and write; `notify` hears what is being done."""
     begin = time.monotonic()
     check_directory(options.out, force=options.force, reads=options.bags)
     arm = read_arm(options.arm)
     sources = [str(bag) for bag in options.bags]
-    tell('reading')
+    notify('reading')
     opened = opener(options)
     recorded = [opened(bag).joint_states() for bag in options.bags]
     alone = [is_motor_side(samples, arm) for samples in recorded]
@@ -99,16 +98,16 @@ def _together(options: argparse.Namespace,
     measurement = together([_measurement(part, options, arm, source) for part, source in
                             zip(recorded, sources)], sources)
     found = diagnose(measurement, arm, about=about,
-                     origin=Origin(options.arm, version(), sources), tell=tell)
+                     origin=Origin(options.arm, version(), sources), notify=notify)
     spent, found = time.monotonic() - begin, _chosen(found, arm, options)
-    tell('drawing')
+    notify('drawing')
     exhibits = None if found.evidence is None else exhibits_of(found.evidence)
     found = found._replace(diagnosis=replace(
         found.diagnosis, seconds=spent,
         prediction=() if exhibits is None else predictions(exhibits)))
     drawn = {} if exhibits is None else figures(found.diagnosis, exhibits)
     _write(found, drawn, options, exhibits)
-    return Outcome(_told(found.diagnosis, options.out), found.diagnosis.document())
+    return Outcome(_in_words(found.diagnosis, options.out), found.diagnosis.document())
 
 
 def _motors(options: argparse.Namespace, recorded: Mapping[str, JointSamples], arm: Arm,
@@ -117,17 +116,17 @@ def _motors(options: argparse.Namespace, recorded: Mapping[str, JointSamples], a
     recorded = {source: mended(samples, arm, _mending(options), source)
                 for source, samples in recorded.items()}
     lengths = [length_of(samples) for samples in recorded.values()]
-    bags = [Part(source, sum(lengths[:place]), lengths[place])
+    bags = [RecordingPart(source, sum(lengths[:place]), lengths[place])
             for place, source in enumerate(recorded)]
     found = diagnose_motors(sweeps_together(recorded, arm), arm, arm_file=options.arm,
                             version=version(), bags=bags)
     found = _chosen(found, arm, options)
     found = found._replace(diagnosis=replace(found.diagnosis, seconds=time.monotonic() - begin))
     _write(found, motor_figures(found.parts), options)
-    return Outcome(_told(found.diagnosis, options.out), found.diagnosis.document())
+    return Outcome(_in_words(found.diagnosis, options.out), found.diagnosis.document())
 
 
-def _told(diagnosis: Diagnosis, out: Path) -> str:
+def _in_words(diagnosis: Diagnosis, out: Path) -> str:
     """Return what a terminal says: verdict, sentence, how sure, numbers, where the page is."""
     verdict, *numbers = diagnosis.sentences()
     is_named = diagnosis.findings or diagnosis.ambiguous or diagnosis.unexplained

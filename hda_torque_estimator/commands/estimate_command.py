@@ -19,16 +19,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .bag_option import add_naming, naming
-from .known_torques import all_errors, Known, known_signals
+from .known_torques import all_errors, known_signals, KnownSignal
 from .out_option import add_out
 from .outcome import Outcome
 from .page_option import add_page, check_page, write_page
 from .progress import progress
 from .tare_option import check_rest, stretch, taken_zero, tare_stamps, tare_words
-from ..estimating.accuracy import Errors
+from ..estimating.accuracy import EstimateErrors
 from ..estimating.belief_words import doubt_shares
 from ..estimating.contacts import Contact, contact_lines, contacts
-from ..estimating.curves import Beside
+from ..estimating.curves import ReferenceSignal
 from ..estimating.estimate_messages import estimate_samples
 from ..estimating.estimates import Estimates
 from ..estimating.estimator import Estimator
@@ -118,7 +118,7 @@ def _estimated(options: argparse.Namespace) -> Outcome:
     if shown is not None:
         write_page(options, shown)
     level = contact_level(settings.estimator.contact_deviations, len(arm.joints))
-    return _outcome(options, arm, _Made(estimates, found_errors, contacts(
+    return _outcome(options, arm, _EstimatedBag(estimates, found_errors, contacts(
         arm, estimates, level), found.by_motor), refused, zero)
 
 
@@ -149,16 +149,16 @@ def _settings(options: argparse.Namespace, recording: Recording) -> RecordedSett
     return settings._replace(estimator=chosen)
 
 
-class _Made(NamedTuple):
+class _EstimatedBag(NamedTuple):
     """What came of a recording: estimates, their errors against what is known, contacts."""
 
     estimates: Estimates
-    found: dict[str, Errors]
+    found: dict[str, EstimateErrors]
     contacts: list[Contact]
     by_motor: tuple[str, ...]
 
 
-def _outcome(options: argparse.Namespace, arm: Arm, made: _Made, refused: int,
+def _outcome(options: argparse.Namespace, arm: Arm, made: _EstimatedBag, refused: int,
              zero: dict[str, Any]) -> Outcome:
     estimates, found, touched, alone = made
     doubted = _doubts(arm, estimates)
@@ -194,13 +194,13 @@ def _doubts(arm: Arm, estimates: Estimates) -> dict[str, float]:
     return doubt_shares(arm.labels, estimates.joints[:, :, layout.DOUBT])
 
 
-def _beside(known: dict[str, Known]) -> dict[str, dict[str, Beside]]:
+def _beside(known: dict[str, KnownSignal]) -> dict[str, dict[str, ReferenceSignal]]:
     """Return known signals by the joint or axis that they speak of, under short names."""
-    found: dict[str, dict[str, Beside]] = {}
+    found: dict[str, dict[str, ReferenceSignal]] = {}
     for name, one in known.items():
         source, place, kind = name.split('/')
         key = kind.rpartition('.')[2] if place == 'tip' else place
-        found.setdefault(key, {})[source] = Beside(one.stamps, one.values)
+        found.setdefault(key, {})[source] = ReferenceSignal(one.stamps, one.values)
     return found
 
 

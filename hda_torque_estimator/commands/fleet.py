@@ -15,14 +15,14 @@ from hda_msgs_json.bag import open_recording
 from hda_msgs_json.errors import HdaError
 from hda_msgs_json.outputs import check_directory
 
-from .fleet_bags import Bag, fleet_of, FleetError
+from .fleet_bags import fleet_of, FleetBag, FleetError
 from .fleet_out import FleetOut, state_of
 from .fleet_table import ALARM, alarms, table_text
 from .outcome import Outcome
-from .progress import how_far, progress, Tell
-from ..error_sentences import ToldErrors
+from .progress import how_far, Notify, progress
+from ..error_sentences import OneLineErrors
 from ..fleet.fleet_report import fleet_document
-from ..fleet.lines import Line, line_of
+from ..fleet.lines import BagLine, line_of
 from ..fleet.spread import over_machines, over_processes
 from ..version import version
 
@@ -38,7 +38,7 @@ class Job(NamedTuple):
 
     diagnose: Diagnose
     options: argparse.Namespace
-    bag: Bag
+    bag: FleetBag
     state: str
 
 
@@ -83,13 +83,13 @@ def execute(diagnose: Diagnose, options: argparse.Namespace) -> Outcome:
         jobs = [Job(diagnose, _own(options, bag, arms[bag.device], out.place), bag,
                     state_of(bag.path, arms[bag.device], options)) for bag in bags]
         new = [job for job in jobs if not out.knows(job.bag.directory, job.state)]
-        with progress('reading', quiet=options.json) as tell:
-            _diagnose_all(new, options, out, tell)
+        with progress('reading', quiet=options.json) as notify:
+            _diagnose_all(new, options, out, notify)
         lines = out.finish()
-    told = fleet_document(lines, options.arm, version(), skipped)
+    document = fleet_document(lines, options.arm, version(), skipped)
     raised = alarms(lines, options.alarm)
     text = table_text(lines, skipped, raised, fresh=len(new))
-    return Outcome(text, told if options.alarm is None else {**told, 'alarms': raised},
+    return Outcome(text, document if options.alarm is None else {**document, 'alarms': raised},
                    ALARMED if raised else 0)
 
 
@@ -107,7 +107,7 @@ def _arm_of(given: str, device: str) -> str:
     return str(file)
 
 
-def _own(options: argparse.Namespace, bag: Bag, arm: str, out: Path) -> argparse.Namespace:
+def _own(options: argparse.Namespace, bag: FleetBag, arm: str, out: Path) -> argparse.Namespace:
     """Return the options of the diagnosis of one bag."""
     return argparse.Namespace(**{
         **vars(options), 'bags': [bag.path.absolute()], 'each': False, 'workers': None,
@@ -116,15 +116,15 @@ def _own(options: argparse.Namespace, bag: Bag, arm: str, out: Path) -> argparse
 
 
 def _diagnose_all(jobs: Sequence[Job], options: argparse.Namespace, out: FleetOut,
-                  tell: Tell) -> None:
+                  notify: Notify) -> None:
     """Add the line of every bag; raises FleetError where no bag could be diagnosed."""
     began = time.monotonic()
 
-    def heard(made: Line) -> None:
+    def heard(made: BagLine) -> None:
         out.add(made)
-        tell(f'diagnosing {how_far(out.fresh, len(jobs), began)}')
+        notify(f'diagnosing {how_far(out.fresh, len(jobs), began)}')
 
-    tell(f'diagnosing {how_far(0, len(jobs), began)}')
+    notify(f'diagnosing {how_far(0, len(jobs), began)}')
     if options.scheduler is None:
         made = over_processes(line, jobs, options.workers, failed=failed, heard=heard,
                               needed=[job.diagnose.__module__ for job in jobs[:1]])
@@ -135,22 +135,22 @@ def _diagnose_all(jobs: Sequence[Job], options: argparse.Namespace, out: FleetOu
         raise FleetError(f'none of {len(jobs)} bags could be diagnosed; the first: {first}')
 
 
-def line(job: Job) -> Line:
+def line(job: Job) -> BagLine:
     """Return the line of one bag; what is wrong with it is its line and stops no other."""
-    with ToldErrors() as told:
+    with OneLineErrors() as errors:
         found = line_of(str(job.bag.path), job.bag.directory,
                         job.diagnose(job.options).report)
         return _about(found, job, date_of(job.bag.path))
-    return failed(job, told.sentence or '')
+    return failed(job, errors.sentence or '')
 
 
-def failed(job: Job, reason: str) -> Line:
+def failed(job: Job, reason: str) -> BagLine:
     """Return the line of a bag that could not be diagnosed."""
-    return _about(Line(str(job.bag.path), job.bag.directory, None, error=reason), job,
+    return _about(BagLine(str(job.bag.path), job.bag.directory, None, error=reason), job,
                   date_of(job.bag.path))
 
 
-def _about(made: Line, job: Job, date: str | None) -> Line:
+def _about(made: BagLine, job: Job, date: str | None) -> BagLine:
     return replace(made, device=job.bag.device, date=date, arm=str(job.options.arm),
                    state=job.state)
 

@@ -17,7 +17,7 @@ class FleetError(HdaError):
 
 
 @dataclass(frozen=True)
-class Bag:
+class FleetBag:
     """A bag of a fleet: its device, and where its diagnosis goes, below that of the fleet."""
 
     path: Path
@@ -26,21 +26,21 @@ class Bag:
 
 
 @dataclass
-class Found:
+class FoundBags:
     """What a search found: bags in order, and what holds no recording, in words."""
 
     bags: list[Path] = field(default_factory=list)
     skipped: list[str] = field(default_factory=list)
 
 
-def fleet_of(paths: Sequence[Path], out: Path) -> tuple[list[Bag], list[str]]:
+def fleet_of(paths: Sequence[Path], out: Path) -> tuple[list[FleetBag], list[str]]:
     """
     Return the bags at paths, or in the folders below them, and what was skipped, in words.
 
     A bag belongs to the device whose name the first folder has; without one, the folder that was
     named. The place of the output is no part of the fleet. Raises FleetError.
     """
-    bags: list[Bag] = []
+    bags: list[FleetBag] = []
     skipped: list[str] = []
     for path in paths:
         found = search(path, [out])
@@ -60,11 +60,11 @@ def bags_in(path: Path) -> list[Path]:
     return search(path).bags
 
 
-def search(path: Path, besides: Iterable[Path] = ()) -> Found:
+def search(path: Path, besides: Iterable[Path] = ()) -> FoundBags:
     """Return the bags at and below a path, none in the folders `besides`; raises FleetError."""
     if not path.is_dir() or (path / METADATA_FILE).exists():
-        return Found([path])
-    found = Found()
+        return FoundBags([path])
+    found = FoundBags()
     _look(path, found, {Path(os.path.realpath(one)) for one in besides}, 0)
     if not found.bags:
         raise FleetError(f'{path} holds no bags; name bags, or a directory of them')
@@ -72,7 +72,7 @@ def search(path: Path, besides: Iterable[Path] = ()) -> Found:
     return found
 
 
-def _look(folder: Path, found: Found, seen: set[Path], depth: int) -> None:
+def _look(folder: Path, found: FoundBags, seen: set[Path], depth: int) -> None:
     """Add what a folder holds; it is told if that is no recording."""
     real = Path(os.path.realpath(folder))
     if real in seen:                                    # the output, or a link that leads back
@@ -101,7 +101,7 @@ def _look(folder: Path, found: Found, seen: set[Path], depth: int) -> None:
 
 
 def _is_bag(folder: Path, loose: Sequence[Path], below: Sequence[Path]) -> bool:
-    """Tell whether a folder is one recording, whole or cut off."""
+    """Return whether a folder is one recording, whole or cut off."""
     if (folder / METADATA_FILE).exists():
         return True
     return not below and len({_of_split(file) for file in loose}) == 1
@@ -113,18 +113,18 @@ def _of_split(file: Path) -> str:
     return stem if stem and number.isdecimal() else file.name
 
 
-def _bag(named: Path, path: Path) -> Bag:
+def _bag(named: Path, path: Path) -> FleetBag:
     """Return a bag with its names, from the path that was named."""
     whole = Path(os.path.abspath(path))
     above = Path(os.path.abspath(named))
     parts = whole.relative_to(above).parts
     directory = '/'.join(parts or (whole.name,)).removesuffix('.mcap')
     if not parts:
-        return Bag(path, whole.parent.name, directory)
-    return Bag(path, parts[0] if len(parts) > 1 else above.name, directory)
+        return FleetBag(path, whole.parent.name, directory)
+    return FleetBag(path, parts[0] if len(parts) > 1 else above.name, directory)
 
 
-def _check_names(bags: Sequence[Bag]) -> None:
+def _check_names(bags: Sequence[FleetBag]) -> None:
     """Raise FleetError where two bags have one name, or one lies within another's directory."""
     taken: dict[str, Path] = {}
     for bag in bags:

@@ -17,7 +17,7 @@ from hda_msgs_json.outputs import OutputError, whole_file, WholeDirectory
 from .bag_option import NAMING
 from ..fleet.fleet_page import fleet_page
 from ..fleet.fleet_report import fleet_document, SCHEMA
-from ..fleet.lines import Line, line_from
+from ..fleet.lines import BagLine, line_from
 from ..version import version
 
 FLEET_FILE, PAGE = 'fleet.json', 'fleet.html'
@@ -37,7 +37,7 @@ class FleetOut:
                  skipped: Sequence[str] = ()) -> None:
         """Find out what is there already."""
         self._out, self._arm, self._skipped = out, arm, skipped
-        self._whole = None if update else _told(out, force)
+        self._whole = None if update else _whole_directory(out, force)
         self._made = update and not os.path.lexists(out)
         self._lines = _known(out) if update else {}
         self._noted = time.monotonic()
@@ -63,19 +63,19 @@ class FleetOut:
         return any(line.error is None for line in self._lines.values())
 
     def knows(self, directory: str, state: str) -> bool:
-        """Tell whether a diagnosis stands that depends on just the same."""
+        """Return whether a diagnosis stands that depends on just the same."""
         line = self._lines.get(directory)
         return line is not None and line.state == state and (
             line.error is not None or (self._out / directory / 'report.json').is_file())
 
-    def add(self, line: Line) -> None:
+    def add(self, line: BagLine) -> None:
         """Take the line of a recording in the place of an older one."""
         self._lines[line.directory] = line
         self.fresh += 1
         if self._whole is None and time.monotonic() - self._noted > EVERY:
             self._note()
 
-    def finish(self) -> list[Line]:
+    def finish(self) -> list[BagLine]:
         """Write the tables, and return all lines in the order of their directories."""
         self._note()
         lines = self._sorted()
@@ -85,12 +85,12 @@ class FleetOut:
         return lines
 
     def _note(self) -> None:
-        told = fleet_document(self._sorted(), self._arm, version(), self._skipped)
+        document = fleet_document(self._sorted(), self._arm, version(), self._skipped)
         with whole_file(self.place / FLEET_FILE, force=True) as stream:
-            stream.write(json.dumps(told, indent=1, allow_nan=False) + '\n')
+            stream.write(json.dumps(document, indent=1, allow_nan=False) + '\n')
         self._noted = time.monotonic()
 
-    def _sorted(self) -> list[Line]:
+    def _sorted(self) -> list[BagLine]:
         return [line for _, line in sorted(self._lines.items())]
 
 
@@ -109,22 +109,22 @@ def state_of(bag: Path, arm: str, options: argparse.Namespace) -> str:
     return digest.hexdigest()[:16]
 
 
-def _told(out: Path, force: bool) -> WholeDirectory:
+def _whole_directory(out: Path, force: bool) -> WholeDirectory:
     try:
         return WholeDirectory(out, force=force)
     except OSError as error:
         raise OutputError(f'{out} cannot be written: {error.strerror or error}') from None
 
 
-def _known(out: Path) -> dict[str, Line]:
+def _known(out: Path) -> dict[str, BagLine]:
     """Return the lines of a fleet by their directories; raises OutputError for what is none."""
     if not os.path.lexists(out) or (out.is_dir() and not any(out.iterdir())):
         return {}
     try:
-        told = json.loads((out / FLEET_FILE).read_text(encoding='utf-8'))
-        if told['schema'] != SCHEMA:
+        document = json.loads((out / FLEET_FILE).read_text(encoding='utf-8'))
+        if document['schema'] != SCHEMA:
             raise ValueError
-        return {line['directory']: line_from(line) for line in told['bags']}
+        return {line['directory']: line_from(line) for line in document['bags']}
     except (OSError, ValueError, LookupError, TypeError):
         raise OutputError(f'{out} holds no {FLEET_FILE} of {SCHEMA} that --update could add to; '
                           'name another place') from None

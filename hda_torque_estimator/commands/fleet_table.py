@@ -8,7 +8,7 @@ from typing import NamedTuple
 from hda_msgs_json.printable import printable
 
 from ..fleet.history import Device, devices, GROWING
-from ..fleet.lines import FAILED, Line
+from ..fleet.lines import BagLine, FAILED
 
 ALARM = 2.0             # times the error that noise leaves, from which an alarm is (choice)
 MOST_LISTED = 5         # of what was skipped (choice)
@@ -27,7 +27,7 @@ class _Row(NamedTuple):
     causes: str
 
 
-def table_text(lines: Sequence[Line], skipped: Sequence[str], raised: Sequence[str],
+def table_text(lines: Sequence[BagLine], skipped: Sequence[str], raised: Sequence[str],
                fresh: int) -> str:
     """Return the lines of a fleet, and its devices with the most severe first."""
     parts = [line.sentence() for line in lines] if len(lines) <= MOST_LINES else []
@@ -40,7 +40,7 @@ def table_text(lines: Sequence[Line], skipped: Sequence[str], raised: Sequence[s
     return '\n'.join(parts)
 
 
-def alarms(lines: Sequence[Line], least: float | None) -> list[str]:
+def alarms(lines: Sequence[BagLine], least: float | None) -> list[str]:
     """Return in words what is alarming about the latest recording of each device, if asked."""
     if least is None:
         return []

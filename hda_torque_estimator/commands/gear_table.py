@@ -63,25 +63,26 @@ def gears_of(table: Path, joints: tuple[str, ...]) -> list[dict[str, Any]]:
     if lacking := [name for name in joints if names.count(name) != 1]:
         raise NewError(f'{table} needs one row for each of {", ".join(lacking)}')
     rows = dict(zip(names, given))
-    return [_told(table, rows[name]) for name in joints]
+    return [_answers(table, rows[name]) for name in joints]
 
 
-def _told(table: Path, row: dict[str, Any]) -> dict[str, Any]:
+def _answers(table: Path, row: dict[str, Any]) -> dict[str, Any]:
     """Return the answers of one row; raises NewError or GearError."""
     where = f'{table}, {row["joint"]}'
     if None in row or None in row.values():
         raise NewError(f'{where}: the row has not as many fields as the table has columns')
-    told: dict[str, Any] = {answer.name: _number(where, answer.name, row.get(answer.name, ''))
-                            for answer in ANSWERS}
-    whole = told['ratio'] is None or row['gear'].count('-') > 1     # as CSG-32-100
-    told['gear'] = row['gear'] if whole else f'{row["gear"]}-{told["ratio"]:g}'
-    lacking = [answer.name for answer in ANSWERS if answer.required and told[answer.name] is None]
-    if None not in (told['torque_constant'], told['motor_current']):
+    stated: dict[str, Any] = {answer.name: _number(where, answer.name, row.get(answer.name, ''))
+                              for answer in ANSWERS}
+    whole = stated['ratio'] is None or row['gear'].count('-') > 1     # as CSG-32-100
+    stated['gear'] = row['gear'] if whole else f'{row["gear"]}-{stated["ratio"]:g}'
+    lacking = [answer.name for answer in ANSWERS
+               if answer.required and stated[answer.name] is None]
+    if None not in (stated['torque_constant'], stated['motor_current']):
         lacking = [name for name in lacking if name != 'motor_torque']
     if lacking:
         raise NewError(f'{where}: an arm needs {", ".join(lacking)}')
-    gear(told['gear'])
-    return {'joint': row['joint']} | told
+    gear(stated['gear'])
+    return {'joint': row['joint']} | stated
 
 
 def _number(where: str, column: str, text: str) -> float | None:

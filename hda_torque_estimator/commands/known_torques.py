@@ -10,11 +10,11 @@ from hda_msgs_json.topics import (reference_joint_torque, REFERENCE_TIP_WRENCH, 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..estimating.accuracy import Errors, errors
+from ..estimating.accuracy import errors, EstimateErrors
 from ..estimating.estimates import Estimates
 
 
-class Known(NamedTuple):
+class KnownSignal(NamedTuple):
     """A known signal (m,) at its stamps [ns], and the estimate (k,) that it speaks of."""
 
     stamps: NDArray[np.int64]
@@ -22,25 +22,25 @@ class Known(NamedTuple):
     estimate: Array
 
 
-def known_signals(recording: Recording, arm: Arm, estimates: Estimates) -> dict[str, Known]:
+def known_signals(recording: Recording, arm: Arm, estimates: Estimates) -> dict[str, KnownSignal]:
     """Return every truth and reference that a bag holds, by its topic and axis."""
     found = {}
     for column, label in zip(estimates.torque.T, arm.labels):
         for topic in (truth_joint_torque(label), reference_joint_torque(label)):
             if name := _held(recording, topic.name):
                 wrenches = recording.wrenches(name)
-                found[topic.name] = Known(wrenches.stamps, wrenches.torque[:, 2], column)
+                found[topic.name] = KnownSignal(wrenches.stamps, wrenches.torque[:, 2], column)
     for topic in (TRUTH_TIP_WRENCH, REFERENCE_TIP_WRENCH):
         name = _held(recording, topic.name)
         if name and arm.links is not None:
             wrenches = recording.wrenches(name)
             for axis, column in enumerate(estimates.tip_force.T):
-                found[f'{topic.name}.{"xyz"[axis]}'] = Known(
+                found[f'{topic.name}.{"xyz"[axis]}'] = KnownSignal(
                     wrenches.stamps, wrenches.force[:, axis], column)
     return found
 
 
-def all_errors(known: dict[str, Known], estimates: Estimates) -> dict[str, Errors]:
+def all_errors(known: dict[str, KnownSignal], estimates: Estimates) -> dict[str, EstimateErrors]:
     """Return the errors of estimates against every known signal."""
     return {name: errors(estimates.stamps, one.estimate, one.stamps, one.values)
             for name, one in known.items()}

@@ -12,17 +12,18 @@ from hda_arm_sim.model.gear_catalogue import gear, GearError
 from hda_arm_sim.model.gear_defaults import CLASS_DEFAULT
 from hda_msgs_json.outputs import check_file, whole_file
 
-from .arm_answers import Answer, ANSWERS, JointAnswers, NewError, Rods, spread
+from .arm_answers import ANSWERS, JointAnswers, JointOption, NewError, Rods, spread
 from .bag_option import add_naming, opener
 from .gear_table import COLUMNS, described, gears_of, UrdfLinks
 from .new_arm_text import arm_text
 from .out_option import add_out
 from .outcome import Outcome
 from .progress import progress
-from .recorded_answers import add_answers, origin_words, told_by
+from .recorded_answers import add_answers, origin_words, recorded_joints
 
-_GEAR = Answer('gear', '', 'catalogue name like CSG-17-100: series CSG or CSF, size 14 to 40, '
-               'ratio', True)
+_GEAR = JointOption('gear', '',
+                    'catalogue name like CSG-17-100: series CSG or CSF, size 14 to 40, '
+                    'ratio', True)
 Value = TypeVar('Value')
 EXAMPLES = (
     'hda new --gear CSG-17-100 --motor-inertia 5e-6 --motor-torque 0.3 \\\n'
@@ -64,8 +65,8 @@ def execute(options: argparse.Namespace) -> Outcome:
     origins = {}
     if options.source is not None:
         with progress(f'reading {options.source.name}', quiet=options.json):
-            told = told_by(opener(options)(options.source))
-        origins = add_answers(options, told, options.source.name)
+            recorded = recorded_joints(opener(options)(options.source))
+        origins = add_answers(options, recorded, options.source.name)
     joints, rods = _of_description(options) or _of_answers(options, origins)
     text = arm_text(joints, rods)
     arm = arm_from_text(text, str(options.out))     # what every command will read
@@ -97,12 +98,12 @@ def _of_description(options: argparse.Namespace) -> tuple[list[JointAnswers], Ur
         raise NewError('--urdf and --gears are told together, --tip with both')
     names = (_GEAR.name, *(answer.name for answer in ANSWERS), 'joints', 'lengths', 'masses',
              'source')
-    if told := [name for name in names if getattr(options, name)]:
+    if given := [name for name in names if getattr(options, name)]:
         raise NewError(f'the table of --gears tells all of a joint, and --urdf its links; leave '
-                       f'out --{told[0].replace("_", "-").replace("source", "from")}')
+                       f'out --{given[0].replace("_", "-").replace("source", "from")}')
     links = described(options.urdf, options.tip, options.out)
     rows = gears_of(options.gears, links.joints)
-    return [_joint(told.pop('joint'), told) for told in rows], links
+    return [_joint(given.pop('joint'), given) for given in rows], links
 
 
 def _size(text: str) -> float:
@@ -116,7 +117,7 @@ def _size(text: str) -> float:
     return value
 
 
-def _missing(options: argparse.Namespace) -> list[Answer]:
+def _missing(options: argparse.Namespace) -> list[JointOption]:
     """Return what has to be told and is not."""
     missing = [answer for answer in (_GEAR, *ANSWERS)
                if answer.required and not getattr(options, answer.name)]
@@ -135,7 +136,7 @@ def _complete(options: argparse.Namespace) -> None:
         setattr(options, answer.name, _asked(answer, read))
 
 
-def _asked(answer: Answer, read: Callable[[str], Value]) -> list[Value]:
+def _asked(answer: JointOption, read: Callable[[str], Value]) -> list[Value]:
     """Return what somebody types, asked again until it can be read; raises NewError at the end."""
     while True:
         meaning = answer.with_unit(answer.meaning)
@@ -165,23 +166,23 @@ def _joints(options: argparse.Namespace, origins: Mapping[str, str]) -> list[Joi
     count = len(options.joints or ()) or max(
         len(values or ()) for values in (*given.values(), options.lengths))
     labels = options.joints or [f'joint{place + 1}' for place in range(count)]
-    columns = {name: spread(values, count, Answer(name, '', '').option)
+    columns = {name: spread(values, count, JointOption(name, '', '').option)
                for name, values in given.items()}
     return [_joint(label, {'origins': origins} | {
                 name: column[place] for name, column in columns.items()})
             for place, label in enumerate(labels)]
 
 
-def _joint(label: str, told: dict[str, Any]) -> JointAnswers:
-    constant, current = told['torque_constant'], told['motor_current']
+def _joint(label: str, stated: dict[str, Any]) -> JointAnswers:
+    constant, current = stated['torque_constant'], stated['motor_current']
     if (constant is None) != (current is None):
         raise NewError('--torque-constant and --motor-current are told together, or neither')
     if constant is not None:
-        if told['motor_torque'] is not None:
+        if stated['motor_torque'] is not None:
             raise NewError('the largest torque is told twice: give --motor-torque, or '
                            '--torque-constant and --motor-current')
-        told['motor_torque'] = constant * current
-    return JointAnswers(label, gear(told.pop('gear')), **told)
+        stated['motor_torque'] = constant * current
+    return JointAnswers(label, gear(stated.pop('gear')), **stated)
 
 
 def _rods(options: argparse.Namespace) -> Rods | None:

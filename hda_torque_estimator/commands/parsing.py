@@ -30,8 +30,8 @@ class HelpFormatter(argparse.RawDescriptionHelpFormatter):
         said = action.help or ''
         plain = action.default in (None, argparse.SUPPRESS) or isinstance(
             action.default, (bool, list))
-        told = plain or '%(default)' in said or _ITSELF in said
-        return said if told else f'{said} (default: %(default)s)'
+        is_stated = plain or '%(default)' in said or _ITSELF in said
+        return said if is_stated else f'{said} (default: %(default)s)'
 
     def _format_args(self, action: argparse.Action, default_metavar: str) -> str:
         if action.nargs == argparse.ONE_OR_MORE:

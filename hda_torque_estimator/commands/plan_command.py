@@ -44,17 +44,17 @@ def execute(options: argparse.Namespace) -> Outcome:
     check_file(options.out, force=options.force)
     if not options.out.absolute().parent.is_dir():
         raise PlanError(f'{options.out} cannot be written: name a file in a folder that exists')
-    with progress(quiet=options.json) as tell:
-        found = plan(asked, options.duration, lambda done, total: tell(
+    with progress(quiet=options.json) as notify:
+        found = plan(asked, options.duration, lambda done, total: notify(
             f'weighing motion {min(done + 1, total)} of {total}'))
     if found.answers:
         write_motion(options.out, planned_motion(asked, found.best.path, options.duration, _STEP),
                      asked.arm.labels, force=options.force)
     report = _report(options, asked, found, time.monotonic() - begin)
-    return Outcome(_told(options, asked, found), report)
+    return Outcome(_in_words(options, asked, found), report)
 
 
-def _told(options: argparse.Namespace, asked: Question, found: Plan) -> str:
+def _in_words(options: argparse.Namespace, asked: Question, found: Plan) -> str:
     """Return what people read."""
     verb, names = (('separates', ' from ') if asked.between else ('shows', ' and '))
     labels = names.join(suspect.label for suspect in asked.suspects)

@@ -7,13 +7,13 @@ import time
 
 from hda_msgs_json.printable import printable
 
-Tell = Callable[[str], None]
+Notify = Callable[[str], None]
 _SPINNER = 2            # columns before the text
 _MINUTE, _HOUR = 60.0, 3600.0       # [s]
 
 
 @contextmanager
-def progress(first: str = '', *, quiet: bool) -> Iterator[Tell]:
+def progress(first: str = '', *, quiet: bool) -> Iterator[Notify]:
     """
     Yield what shows a text on a terminal, and show a first one.
 
@@ -26,10 +26,10 @@ def progress(first: str = '', *, quiet: bool) -> Iterator[Tell]:
     from rich.text import Text
     with Console(stderr=True).status('') as status:
         line = _Line(lambda text: status.update(Text(text)), status.console.width - _SPINNER)
-        line.tell(first)
+        line.notify(first)
         _say_when_compiling(line)
         try:
-            yield line.tell
+            yield line.notify
         finally:
             line.close()
 
@@ -37,10 +37,10 @@ def progress(first: str = '', *, quiet: bool) -> Iterator[Tell]:
 class _Line:
     """The line as it stands: what is being done, or that something is compiled for it."""
 
-    def __init__(self, show: Tell, width: int) -> None:
+    def __init__(self, show: Notify, width: int) -> None:
         self._show, self._width, self._closed = show, width, False
 
-    def tell(self, text: str) -> None:
+    def notify(self, text: str) -> None:
         """Show what is being done, in one line."""
         said = printable(text)
         if not self._closed:
@@ -53,7 +53,7 @@ class _Line:
 
 def _say_when_compiling(line: _Line) -> None:
     from hda_arm_sim.foundation.compiled import say_when_compiling
-    say_when_compiling(line.tell)
+    say_when_compiling(line.notify)
 
 
 def how_far(done: int, total: int, began: float) -> str:

@@ -21,7 +21,7 @@ MOST_NAMED = 6          # gears that an error names
 _HALF = 0.5             # of the one turn that a gear has more with its other output
 
 
-class Told(NamedTuple):
+class RecordedJoint(NamedTuple):
     """What a recording tells of one joint; None for what it does not."""
 
     label: str
@@ -31,7 +31,7 @@ class Told(NamedTuple):
     motor_torque: float | None      # the largest seen [N*m]
 
 
-def told_by(recording: Recording) -> list[Told]:
+def recorded_joints(recording: Recording) -> list[RecordedJoint]:
     """Return what a recording tells of each joint; raises NewError or BagError."""
     samples = recording.joint_states()
     labels = [name for name in samples.names
@@ -39,26 +39,27 @@ def told_by(recording: Recording) -> list[Told]:
     if not labels:
         raise NewError(f'{recording.path} names no joint with both sides, as joint1 and '
                        f'joint1_motor; it names {", ".join(samples.names) or "nothing"}')
-    return [_told(samples, label) for label in labels]
+    return [_recorded_joint(samples, label) for label in labels]
 
 
-def add_answers(options: Any, told: list[Told], source: str) -> dict[str, str]:
+def add_answers(options: Any, recorded: list[RecordedJoint], source: str) -> dict[str, str]:
     """
     Fill in what the user has not stated, and return where each answer comes from, by its name.
 
     Raises NewError where the gear that was stated has another ratio.
     """
     origins = {}
-    ratios = _ratios(options, told)
+    ratios = _ratios(options, recorded)
     if not options.ratio and any(ratio is not None for ratio in ratios.values()):
         options.ratio = [*ratios.values()]
         origins['ratio'] = f'from {source}: one more than in the name of the gear'
     if not options.joints:
-        options.joints = [one.label for one in told]
-    elif len(options.joints) != len(told):
-        raise NewError(f'{source} has {len(told)} joints, --joints names {len(options.joints)}')
+        options.joints = [one.label for one in recorded]
+    elif len(options.joints) != len(recorded):
+        raise NewError(f'{source} has {len(recorded)} joints, '
+                       f'--joints names {len(options.joints)}')
     for name in ('motor_counts', 'link_counts', 'motor_torque'):
-        values = [getattr(one, name) for one in told]
+        values = [getattr(one, name) for one in recorded]
         stated = getattr(options, name) or (name == 'motor_torque' and options.motor_current)
         if not stated and all(value is not None for value in values):
             setattr(options, name, values)
@@ -67,22 +68,22 @@ def add_answers(options: Any, told: list[Told], source: str) -> dict[str, str]:
     return origins
 
 
-def _ratios(options: Any, told: list[Told]) -> dict[str, float | None]:
+def _ratios(options: Any, recorded: list[RecordedJoint]) -> dict[str, float | None]:
     """
     Return the ratio of each joint where it is one more than in the name of its gear, else None.
 
     It is where the output is at the circular spline. Raises NewError for any other.
     """
-    ratios = [one.ratio for one in told if one.ratio is not None]
+    ratios = [one.ratio for one in recorded if one.ratio is not None]
     if not options.gear:
         fit = [name for name in gear_names() if any(_is_near(gear(name).ratio, r) for r in ratios)]
         some = f' such as {", ".join(fit[:MOST_NAMED])}' if fit else ''
         shown = ', '.join(f'{ratio:.4g}' for ratio in ratios) or 'not told: nothing moves enough'
         raise NewError(f'an arm needs --gear{some}; the ratio of the recording is {shown}')
-    names, stated = (values * len(told) if len(values) == 1 else values
+    names, stated = (values * len(recorded) if len(values) == 1 else values
                      for values in (options.gear, options.ratio or [None]))
     found: dict[str, float | None] = {}
-    for name, ratio, one in zip(names, stated, told):
+    for name, ratio, one in zip(names, stated, recorded):
         known = ratio or gear(name).ratio
         if one.ratio is not None and not _is_near(known, one.ratio):
             raise NewError(f'{one.label}: {name} has the ratio {known:g}, but its '
@@ -96,13 +97,13 @@ def _is_near(ratio: float, seen: float) -> bool:
     return abs(seen / ratio - 1.0) <= NEAR
 
 
-def _told(samples: JointSamples, label: str) -> Told:
+def _recorded_joint(samples: JointSamples, label: str) -> RecordedJoint:
     pair = samples.select([label, motor_name(label)])
     both = pair.position[np.isfinite(pair.position).all(axis=1)]
     effort = np.abs(pair.effort[:, 1][np.isfinite(pair.effort[:, 1])])
     largest = float(effort.max(initial=0.0))
     motor, link = (_counts(column) for column in (both[:, 1], both[:, 0]))
-    return Told(label, _ratio(both), motor, link, largest or None)
+    return RecordedJoint(label, _ratio(both), motor, link, largest or None)
 
 
 def _ratio(both: NDArray[np.float64]) -> float | None:

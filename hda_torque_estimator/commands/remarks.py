@@ -10,7 +10,7 @@ _SOURCE = logging.getLogger('hda_arm_sim')
 
 class Remarks(logging.Handler):
     """
-    Hold what is remarked within a `with` statement; `tell` prints it to stderr.
+    Hold what is remarked within a `with` statement; `show` prints it to stderr.
 
     A command that refuses its input says that alone, in one line.
     """
@@ -33,7 +33,7 @@ class Remarks(logging.Handler):
         """Hold one remark."""
         self._held.append(one_line(record.getMessage()))
 
-    def tell(self) -> None:
+    def show(self) -> None:
         """Print every remark once."""
         held, self._held = self._held, []
         for remark in held:

@@ -12,7 +12,7 @@ from .out_option import add_out
 from .outcome import Outcome
 from .progress import progress
 from .whole_directory import elements, save_figures, whole_directory, write_json
-from ..reproduction.catalogue import chosen, Entry, FIGURES
+from ..reproduction.catalogue import chosen, FIGURES, PaperItem
 from ..reproduction.page import page
 from ..reproduction.plots import draw
 from ..reproduction.report import document, file_name
@@ -37,37 +37,37 @@ def execute(options: argparse.Namespace) -> Outcome:
     begin = time.monotonic()
     entries = chosen(options.figures)
     with whole_directory(options.out, force=options.force) as partial, \
-            progress(quiet=options.json) as tell:
-        made = _made(entries, tell)
+            progress(quiet=options.json) as notify:
+        made = _made(entries, notify)
         report = document(made, version(), time.monotonic() - begin)
-        _write(made, report, partial, tell)
-    return Outcome(_told(options.out, made), report)
+        _write(made, report, partial, notify)
+    return Outcome(_in_words(options.out, made), report)
 
 
-def _made(entries: Mapping[str, Entry], tell: Callable[[str], None]) -> dict[str, Exhibit]:
-    """Return the exhibits; `tell` hears which one is being made."""
+def _made(entries: Mapping[str, PaperItem], notify: Callable[[str], None]) -> dict[str, Exhibit]:
+    """Return the exhibits; `notify` hears which one is being made."""
     arms = Arms(*(read_arm(name) for name in _ARMS))
     made = {}
     for number, (name, entry) in enumerate(entries.items(), 1):
-        tell(f'{number} of {len(entries)}: {name}')
+        notify(f'{number} of {len(entries)}: {name}')
         made[name] = entry.build(arms)
     return made
 
 
 def _write(made: Mapping[str, Exhibit], report: dict[str, Any], out: Path,
-           tell: Callable[[str], None]) -> None:
-    """Write the numbers, every figure twice, and the page; `tell` hears what is drawn."""
+           notify: Callable[[str], None]) -> None:
+    """Write the numbers, every figure twice, and the page; `notify` hears what is drawn."""
     write_json(out / 'paper.json', report)
     inline: dict[str, str] = {}
     for figure, exhibit in made.items():
-        tell(f'drawing {figure}')
+        notify(f'drawing {figure}')
         drawn = {file_name(figure, drawing.name): draw(drawing) for drawing in exhibit.drawings}
         save_figures(drawn, out)
         inline |= elements(drawn)
     (out / 'paper.html').write_text(page(made, inline, version()), encoding='utf-8')
 
 
-def _told(out: Path, made: Mapping[str, Exhibit]) -> str:
+def _in_words(out: Path, made: Mapping[str, Exhibit]) -> str:
     """Return what was written, and every number that the paper has as well."""
     drawings = sum(len(exhibit.drawings) for exhibit in made.values())
     beside = [f'  {name}: {number.name}: paper {number.paper:.4g}'

@@ -19,7 +19,7 @@ from .out_option import add_out
 from .outcome import Outcome
 from .progress import progress
 from ..controlling.controller import bearable, ControllerSettings
-from ..simulating.closed_loop import Run, run
+from ..simulating.closed_loop import ClosedLoopRun, run
 from ..simulating.recorded import write_run
 
 _USUAL = 60.0           # duration of a motion by its name [s]
@@ -65,9 +65,9 @@ def execute(options: argparse.Namespace) -> Outcome:
                                      dict(zip(_names(placed.effect), placed.effect.values()))]
                                     for placed in true.effects])}
     with BagWriter(options.out, about, force=options.force) as bag, progress(
-            f'simulating {asked.time[-1]:.0f} s of motion', quiet=options.json) as tell:
+            f'simulating {asked.time[-1]:.0f} s of motion', quiet=options.json) as notify:
         made = run(true, known, asked, options.seed, controller=settings)
-        tell('writing')
+        notify('writing')
         write_run(bag, known, made)
     return _outcome(options.out, asked, made)
 
@@ -104,7 +104,7 @@ def _names(effect: Effect) -> list[str]:
     return [rule.name for rule in effect.declarations()]
 
 
-def _outcome(path: Path, asked: Motion, made: Run) -> Outcome:
+def _outcome(path: Path, asked: Motion, made: ClosedLoopRun) -> Outcome:
     report = {'bag': str(path), 'samples': len(made.time), 'duration': float(made.time[-1]),
               'largest_joint_torque': np.abs(made.joint_torque).max(axis=0).tolist(),
               'largest_motor_torque': np.abs(made.command).max(axis=0).tolist()}

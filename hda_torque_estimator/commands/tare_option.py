@@ -22,7 +22,7 @@ class TareError(HdaError):
     """A stretch from which no zero can be taken."""
 
 
-class Stretch(NamedTuple):
+class TareStretch(NamedTuple):
     """A part of a recording, from its start [s]."""
 
     begin: float
@@ -33,7 +33,7 @@ class Stretch(NamedTuple):
         return f'{self.begin:g} to {self.end:g} s'
 
 
-def stretch(text: str) -> Stretch:
+def stretch(text: str) -> TareStretch:
     """Return the stretch that an option names; raises ArgumentTypeError."""
     try:
         begin, end = (float(part) for part in text.split(':'))
@@ -42,10 +42,10 @@ def stretch(text: str) -> Stretch:
     if not 0.0 <= begin < end < math.inf:
         raise argparse.ArgumentTypeError(
             f'it must be A:B with 0 <= A < B in seconds from the start, got {text!r:.60}')
-    return Stretch(begin, end)
+    return TareStretch(begin, end)
 
 
-def tare_stamps(asked: Stretch | None, stamps: NDArray[np.int64]) -> tuple[int, int]:
+def tare_stamps(asked: TareStretch | None, stamps: NDArray[np.int64]) -> tuple[int, int]:
     """Return the stamps between which a zero is taken [ns]; raises TareError."""
     if asked is None or not len(stamps):
         return 0, 0
@@ -56,7 +56,8 @@ def tare_stamps(asked: Stretch | None, stamps: NDArray[np.int64]) -> tuple[int, 
     return first + round(asked.begin * 1e9), first + round(asked.end * 1e9)
 
 
-def check_rest(asked: Stretch, arm: Arm, tare: tuple[int, int], found: RecordedReadings) -> None:
+def check_rest(asked: TareStretch, arm: Arm, tare: tuple[int, int],
+               found: RecordedReadings) -> None:
     """Raise TareError unless the arm rests between two stamps [ns]."""
     rows = (found.stamps >= tare[0]) & (found.stamps < tare[1])
     angles = found.reading[rows][:, :, (MOTOR_READING, LINK_READING)]
@@ -72,7 +73,7 @@ def check_rest(asked: Stretch, arm: Arm, tare: tuple[int, int], found: RecordedR
                                 'side, at the output); take a stretch in which the arm rests')
 
 
-def taken_zero(asked: Stretch | None, estimator: Estimator, estimates: Estimates,
+def taken_zero(asked: TareStretch | None, estimator: Estimator, estimates: Estimates,
                tare: tuple[int, int]) -> dict[str, Any]:
     """Return the zero of each joint [rad at the output], if it was taken; raises TareError."""
     if asked is None:
@@ -89,4 +90,4 @@ def tare_words(taken: dict[str, Any]) -> str:
     """Return one line on a zero that was taken."""
     zeros = ', '.join(f'{label} {value:.3g} rad' for label, value in taken['zero'].items())
     return (f'zero of the torsion from {taken["samples"]} samples, '
-            f'{Stretch(taken["begin"], taken["end"])}: {zeros}')
+            f'{TareStretch(taken["begin"], taken["end"])}: {zeros}')

@@ -19,7 +19,7 @@ from scipy.interpolate import CubicSpline
 from scipy.stats import t as student
 
 from .coarse_alignment import Coarse, coarse
-from .signals import Bag, CompareError
+from .signals import BagSignals, CompareError
 from .tracks import Tracks, tracks
 
 MODES = ('none', 'offset', 'drift')
@@ -77,12 +77,12 @@ class _Normal(NamedTuple):
     side: Array
 
 
-def by_stamps(first: Bag, second: Bag) -> Alignment:
+def by_stamps(first: BagSignals, second: BagSignals) -> Alignment:
     """Return the alignment that believes the stamps of both bags."""
     return Alignment('none', (second.start - first.start) * 1e-9, 0.0, 0.0, np.zeros((2, 2)), 0.0)
 
 
-def align(first: Bag, second: Bag, names: Sequence[str], mode: str) -> Alignment:
+def align(first: BagSignals, second: BagSignals, names: Sequence[str], mode: str) -> Alignment:
     """
     Return the alignment of two bags from their common signals.
 
@@ -100,7 +100,7 @@ def align(first: Bag, second: Bag, names: Sequence[str], mode: str) -> Alignment
     return _Fine(one, two, mode).run(start, rough.correlation, rivals)
 
 
-def _check_alike(rough: Coarse, first: Bag, second: Bag) -> None:
+def _check_alike(rough: Coarse, first: BagSignals, second: BagSignals) -> None:
     if rough.correlation < LEAST_ALIKE:
         raise CompareError(
             f'{first.source} and {second.source} cannot be aligned: at best their motions '

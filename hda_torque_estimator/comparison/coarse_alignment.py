@@ -47,6 +47,6 @@ def correlations(first: Array, second: Array) -> tuple[NDArray[np.int64], Array]
     lags = np.arange(len(one) + len(two) - 1) - (len(two) - 1)
     overlap = np.minimum(len(one), lags + len(two)) - np.maximum(lags, 0)
     # Where either hardly moves in the overlap, nothing is told by being alike.
-    told = energy > 0.01 * energy.max()
-    kept = (overlap >= _SHARE * min(len(one), len(two))) & told
+    observable = energy > 0.01 * energy.max()
+    kept = (overlap >= _SHARE * min(len(one), len(two))) & observable
     return lags[kept], np.asarray(both)[kept] / np.sqrt(energy[kept])

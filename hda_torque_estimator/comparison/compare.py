@@ -7,7 +7,7 @@ import numpy as np
 from .align import align, Alignment
 from .onset import noise_of, onset
 from .overlay import Overlay, overlay
-from .signals import Bag, CompareError, LEAST
+from .signals import BagSignals, CompareError, LEAST
 from .spectrum import Spectrum, spectrum
 
 
@@ -27,8 +27,8 @@ class Difference:
     spectrum: Spectrum
 
     @property
-    def is_told(self) -> bool:
-        """Tell whether there is more than noise."""
+    def is_significant(self) -> bool:
+        """Return whether there is more than noise."""
         return self.start is not None or bool(self.spectrum.lines)
 
 
@@ -36,8 +36,8 @@ class Difference:
 class Comparison:
     """Hold two bags laid over each other; the differences come largest first."""
 
-    first: Bag
-    second: Bag
+    first: BagSignals
+    second: BagSignals
     alignment: Alignment
     overlap: float                  # that both hold [s]
     differences: tuple[Difference, ...]
@@ -46,7 +46,7 @@ class Comparison:
     apart: tuple[str, ...]          # signals that both have, but never at the same time
 
 
-def compare(first: Bag, second: Bag, mode: str) -> Comparison:
+def compare(first: BagSignals, second: BagSignals, mode: str) -> Comparison:
     """
     Return two bags laid over each other, aligned by a mode of `align.MODES`.
 
@@ -83,7 +83,7 @@ def _difference(name: str, unit: str, laid: Overlay) -> Difference:
 def _rank(found: Difference) -> tuple[bool, float, str]:
     """Return what sorts differences: those beyond noise first, by their relative size."""
     size = np.inf if found.relative is None and found.rms > 0.0 else found.relative or 0.0
-    return not found.is_told, -size, found.name
+    return not found.is_significant, -size, found.name
 
 
 def _overlap(found: list[Difference]) -> float:
@@ -91,11 +91,11 @@ def _overlap(found: list[Difference]) -> float:
     return float(max(time[-1] for time in times) - min(time[0] for time in times))
 
 
-def _missing(having: Bag, lacking: Bag) -> tuple[str, ...]:
+def _missing(having: BagSignals, lacking: BagSignals) -> tuple[str, ...]:
     return tuple(name for name in having.signals if name not in lacking.signals)
 
 
-def _some(bag: Bag) -> str:
+def _some(bag: BagSignals) -> str:
     """Return a few names of signals."""
     names = list(bag.signals)
     return ', '.join(names[:3]) + (f' and {len(names) - 3} more' if len(names) > 3 else '')

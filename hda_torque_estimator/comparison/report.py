@@ -7,7 +7,7 @@ import numpy as np
 
 from .align import Alignment
 from .compare import Comparison, Difference
-from .signals import Bag
+from .signals import BagSignals
 
 SCHEMA = 'hda.compare/1'
 _USUAL_DRIFT = 3e-4                 # crystals stay below
@@ -36,20 +36,20 @@ def sentences(found: Comparison) -> list[str]:
 
 def headline(found: Comparison) -> str:
     """Return the result in one sentence."""
-    told = [each for each in found.differences if each.is_told]
+    apart = [each for each in found.differences if each.is_significant]
     count = len(found.differences)
-    if not told:
+    if not apart:
         return f'None of {count} common signals differs beyond noise.'
-    starts = [each.start for each in told if each.start is not None]
+    starts = [each.start for each in apart if each.start is not None]
     since = f', first at {min(starts):.3f} s' if starts else ''
-    return f'{len(told)} of {count} common signals {"differ" if len(told) > 1 else "differs"} ' \
+    return f'{len(apart)} of {count} common signals {"differ" if len(apart) > 1 else "differs"} ' \
            f'beyond noise{since}.'
 
 
 def drawn(found: Comparison) -> tuple[Difference, ...]:
     """Return the differences that are worth a figure."""
-    told = sum(each.is_told for each in found.differences)
-    return found.differences[:min(told, _DRAWN) or _DRAWN_ALIKE]
+    apart = sum(each.is_significant for each in found.differences)
+    return found.differences[:min(apart, _DRAWN) or _DRAWN_ALIKE]
 
 
 def clock_sentence(found: Comparison) -> str:
@@ -112,7 +112,7 @@ def start_text(found: Difference) -> str:
     return '' if found.start is None else f'{found.start:.3f} s'
 
 
-def _bag(bag: Bag) -> dict[str, Any]:
+def _bag(bag: BagSignals) -> dict[str, Any]:
     return {'bag': bag.source, 'first_stamp': bag.start,
             'topics': {name: asdict(sampling) for name, sampling in bag.sampling.items()}}
 

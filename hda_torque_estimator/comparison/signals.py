@@ -48,7 +48,7 @@ class Sampling:
 
 
 @dataclass(frozen=True, eq=False)
-class Bag:
+class BagSignals:
     """Hold the signals of one bag by name, and how its topics are sampled."""
 
     source: str
@@ -57,7 +57,7 @@ class Bag:
     sampling: Mapping[str, Sampling]
 
 
-def bag_of(source: str, topics: Mapping[str, JointSamples | WrenchSamples]) -> Bag:
+def bag_of(source: str, topics: Mapping[str, JointSamples | WrenchSamples]) -> BagSignals:
     """Return the signals of the topics of a bag; raise CompareError if there are none."""
     filled = {name: samples for name, samples in topics.items() if len(samples)}
     start = min((int(samples.stamps.min()) for samples in filled.values()), default=0)
@@ -75,8 +75,8 @@ def bag_of(source: str, topics: Mapping[str, JointSamples | WrenchSamples]) -> B
             f'{source} has no signal to compare: it needs at least {LEAST} finite samples of a '
             'JointState or WrenchStamped at stamps that grow')
     _check_span(source, signals)
-    return Bag(source, start, signals, {topic.strip('/'): _sampling(samples.stamps)
-                                        for topic, samples in filled.items()})
+    return BagSignals(source, start, signals, {topic.strip('/'): _sampling(samples.stamps)
+                                               for topic, samples in filled.items()})
 
 
 def _check_span(source: str, signals: Mapping[str, Signal]) -> None:

@@ -20,7 +20,7 @@ _MOST = 3                           # lines worth telling
 _EXACT = 1e-9                       # of a signal: differences below it are those of arithmetic
 
 
-class Line(NamedTuple):
+class SpectralLine(NamedTuple):
     """Name a line: its frequency [Hz] and the amplitude of its sine, in the unit of the signal."""
 
     frequency: float
@@ -32,7 +32,7 @@ class Spectrum(NamedTuple):
 
     frequency: Array
     density: Array
-    lines: tuple[Line, ...]         # the strongest first
+    lines: tuple[SpectralLine, ...]         # the strongest first
 
 
 def spectrum(laid: Overlay) -> Spectrum:
@@ -47,7 +47,7 @@ def spectrum(laid: Overlay) -> Spectrum:
     return Spectrum(frequency, np.sqrt(power), lines)
 
 
-def _lines(frequency: Array, power: Array, segments: int) -> tuple[Line, ...]:
+def _lines(frequency: Array, power: Array, segments: int) -> tuple[SpectralLine, ...]:
     floor = median_filter(power, _AROUND, mode='mirror')
     freedom = 2.0 * segments
     least = _MARGIN * chi2.isf(_FALSE / len(power), freedom) / chi2.median(freedom)
@@ -58,10 +58,11 @@ def _lines(frequency: Array, power: Array, segments: int) -> tuple[Line, ...]:
     return tuple(sorted(found, key=lambda line: -line.amplitude)[:_MOST])
 
 
-def _line(frequency: Array, power: Array, floor: Array, peak: int) -> Line:
+def _line(frequency: Array, power: Array, floor: Array, peak: int) -> SpectralLine:
     """Return a line from the bins around its peak."""
     left, top, right = np.log(power[peak - 1:peak + 2] + 1e-12 * power[peak])
     shift = 0.5 * (left - right) / (left - 2.0 * top + right)
     lobe = slice(peak - _LOBE, peak + _LOBE + 1)
     energy = np.maximum(power[lobe] - floor[lobe], 0.0).sum() * frequency[1]
-    return Line(float(frequency[peak] + shift * frequency[1]), float(np.sqrt(2.0 * energy)))
+    return SpectralLine(float(frequency[peak] + shift * frequency[1]),
+                        float(np.sqrt(2.0 * energy)))

@@ -7,7 +7,7 @@ from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from .signals import Bag, CompareError, Signal
+from .signals import BagSignals, CompareError, Signal
 
 FASTEST = 250.0                     # rate that is enough to align by [Hz]
 _BAND = 0.1                         # of the rate: what is faster is left out
@@ -24,7 +24,7 @@ class Tracks(NamedTuple):
     values: Array                   # (n, s)
 
 
-def tracks(first: Bag, second: Bag, names: Sequence[str]) -> tuple[Tracks, Tracks]:
+def tracks(first: BagSignals, second: BagSignals, names: Sequence[str]) -> tuple[Tracks, Tracks]:
     """Return the signals of both bags that move the most; raise CompareError if none does."""
     pairs = {name: (first.signals[name], second.signals[name]) for name in names}
     periods = {name: max(one.period, two.period) for name, (one, two) in pairs.items()}
@@ -45,7 +45,7 @@ def tracks(first: Bag, second: Bag, names: Sequence[str]) -> tuple[Tracks, Track
     return one, two
 
 
-def _smooth(bag: Bag, signal: Signal, rate: float) -> tuple[Array, float]:
+def _smooth(bag: BagSignals, signal: Signal, rate: float) -> tuple[Array, float]:
     """Return a signal at even times, and how much it moves against its fast rest."""
     end = max(float(other.time[-1]) for other in bag.signals.values())
     dense = max(1, round(1.0 / (signal.period * rate)))

@@ -29,7 +29,7 @@ MEMORY = 4
 ANGLE, RATE = 0, 1
 
 
-class CompiledSettings(NamedTuple):
+class CompiledControlSettings(NamedTuple):
     """What the compiled step reads of the settings and of the arm's limits."""
 
     position_gain: float
@@ -43,7 +43,8 @@ class CompiledSettings(NamedTuple):
 
 
 @compiled
-def law(settings: CompiledSettings, ratio: float, angle: float, rate: float, motor_angle: float,
+def law(settings: CompiledControlSettings, ratio: float, angle: float, rate: float,
+        motor_angle: float,
         motor_velocity: float, joint_torque: float) -> float:
     """Return the motor torque that the law asks for, (eq:control-law) [N*m, shaft]."""
     return (settings.position_gain * (ratio * angle - motor_angle)
@@ -58,7 +59,7 @@ def limited(command: float, last: float, limit: float, change: float) -> float:
     return min(max(near, -limit), limit)
 
 
-class Body(NamedTuple):
+class ControlledArm(NamedTuple):
     """The arm as the controller believes it to be, and its links with what they carry."""
 
     record: ArmRecord
@@ -75,7 +76,7 @@ class Asked(NamedTuple):
 
 
 @compiled
-def step(body: Body, settings: CompiledSettings, memory: Array, asked: Asked,
+def step(body: ControlledArm, settings: CompiledControlSettings, memory: Array, asked: Asked,
          command: Array) -> None:
     """
     Fill the motor torques (n,) [N*m] that answer one sample.

@@ -11,7 +11,7 @@ from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
 
 from . import control
-from .control import CompiledSettings
+from .control import CompiledControlSettings
 from .reference import hold, Reference
 
 
@@ -52,10 +52,10 @@ def bearable(arm: Arm, settings: ControllerSettings) -> ControllerSettings:
                    velocity_gain=share * settings.velocity_gain)
 
 
-def compiled_settings(arm: Arm, settings: ControllerSettings) -> CompiledSettings:
+def compiled_settings(arm: Arm, settings: ControllerSettings) -> CompiledControlSettings:
     """Return what the compiled step reads of the settings and of the arm's limits."""
     share = settings.gravity_compensation if isinstance(arm.links, ChainLinks) else 0.0
-    return CompiledSettings(
+    return CompiledControlSettings(
         settings.position_gain, settings.velocity_gain, settings.torque_feedback, share,
         settings.velocity_bandwidth, settings.rate_limit, settings.handover_time,
         np.array([joint.torque_limit for joint in arm.joints]))
@@ -71,7 +71,7 @@ class Controller:
     def __init__(self, arm: Arm, settings: ControllerSettings = ControllerSettings()) -> None:
         """Prepare for an arm; disabled, without a reference."""
         self.arm, self.settings = arm, settings
-        self._body = control.Body(arm.record(), loaded_inertia(arm.record().body))
+        self._body = control.ControlledArm(arm.record(), loaded_inertia(arm.record().body))
         self._ratios = np.array([joint.ratio for joint in arm.joints])
         self._compiled = compiled_settings(arm, settings)
         self._memory = np.zeros((len(arm.joints), control.MEMORY))

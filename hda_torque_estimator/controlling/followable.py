@@ -1,5 +1,6 @@
 """
-Tell whether an arm can follow a reference: angle, speed and motor torque, between points as well.
+Return whether an arm can follow a reference: angle, speed and motor torque, between points as
+well.
 
 Angles and rates of a cubic have their extremes in closed form. The torque does not: it is sampled
 so densely that it hardly bends between two samples, and what it may bend is added.
@@ -16,7 +17,7 @@ from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
 from scipy.interpolate import PPoly
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 PER_PIECE = 8           # samples of the torque in a piece: it bends with waves longer than a piece
 TOGETHER = 4096         # pieces that are looked at together: a few milliseconds each
 

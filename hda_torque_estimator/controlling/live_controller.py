@@ -21,7 +21,7 @@ import numpy as np
 
 from .controller import Controller, ControllerSettings
 from .loop_stability import is_stable, stable_range
-from .pairing import Pair, Pairing
+from .pairing import Pairing, SamplePair
 from .reference import hold, LARGEST_STEP, reference_from, TrajectoryError
 from .target_check import Checked
 from .watchdog import Watchdog
@@ -44,7 +44,7 @@ class WatchSettings(Declared):
         0.012, 's', 0.001, 1.0, 'time without a usable sample after which the motors are let go')
 
 
-class Trajectory(NamedTuple):
+class TargetPoints(NamedTuple):
     """Points to follow: seconds from now, link angles [rad], rates [rad/s] of all or none."""
 
     names: Sequence[str]
@@ -80,7 +80,7 @@ class LiveController:
         motors = [motor_name(label) for label in arm.labels]
         self._encode = JointStateEncoder(motors, position=False, velocity=False)
         self._pairing = Pairing()
-        self._last: Pair | None = None
+        self._last: SamplePair | None = None
         self._usable = Watchdog(watch.sample_timeout)
         self._fault = ''
         self._doubt = Watchdog(watch.sample_timeout)    # fed by samples that cannot be
@@ -89,12 +89,12 @@ class LiveController:
 
     @property
     def unsettled(self) -> bool:
-        """Tell whether it is enabled, and the last message was refused: it may stop soon."""
+        """Return whether it is enabled, and the last message was refused: it may stop soon."""
         return self.enabled and self._in_doubt
 
     @property
     def enabled(self) -> bool:
-        """Tell whether samples are answered with commands."""
+        """Return whether samples are answered with commands."""
         return self.controller.enabled
 
     @property
@@ -120,7 +120,7 @@ class LiveController:
         self._usable.feed(now)
         angle = reading[:, MOTOR_READING].copy()
         if self.controller.settings.torque_feedback == 0.0:
-            return self._answer(Pair(stamp, angle, np.zeros_like(angle)), now)
+            return self._answer(SamplePair(stamp, angle, np.zeros_like(angle)), now)
         return self._answer(self._pairing.add_angle(stamp, angle), now)
 
     def torque(self, message: bytes, now: float) -> bytes | None:
@@ -171,7 +171,7 @@ class LiveController:
             return None
         return self._stop('')
 
-    def follow(self, trajectory: Trajectory) -> None:
+    def follow(self, trajectory: TargetPoints) -> None:
         """Follow a trajectory that begins with the last sample; raises Refused."""
         now = self.present()
         try:
@@ -227,7 +227,7 @@ class LiveController:
             raise Refused('torque impossible', sentence)
         return self._stop(sentence)
 
-    def _answer(self, pair: Pair | None, now: float) -> bytes | None:
+    def _answer(self, pair: SamplePair | None, now: float) -> bytes | None:
         if pair is None:
             return None
         last, self._last = self._last, pair
@@ -247,7 +247,7 @@ class LiveController:
         self.limited += int((np.abs(command) >= self._limits).any())
         return self._encode(pair.stamp, effort=command.tolist())
 
-    def _take_over(self, pair: Pair) -> None:
+    def _take_over(self, pair: SamplePair) -> None:
         self._enable_first, self.stopped = False, ''
         self.gaps.restart()
         self.controller.enable()

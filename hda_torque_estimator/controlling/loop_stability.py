@@ -22,7 +22,7 @@ from scipy.linalg import expm
 from .controller import ControllerSettings
 from ..estimating.estimator import EstimatorSettings
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 ELBOWS = (0.0, 0.5 * math.pi, math.pi)     # of the plants: stretched, bent, folded [rad]
 POSTURES = 4            # of a chain: its zero and some at random
 LOWEST, HIGHEST = -2.0, 0.99    # what `torque_feedback` may be at all
@@ -30,7 +30,7 @@ _GROWS = 1.0 + 1e-7             # beyond it an eigenvalue is no rounded one
 _HALVINGS = 7                   # of a range: ends are told to about 0.01
 
 
-class Plant(NamedTuple):
+class SampledPlant(NamedTuple):
     """A sampled arm, states shaft angle and speed and, unless held, link angle and speed."""
 
     step: Array                 # (s, s) from sample to sample
@@ -54,7 +54,7 @@ class StableRange(NamedTuple):
 
 
 def is_stable(arm: Arm, settings: ControllerSettings, period: float) -> bool:
-    """Tell whether an arm does not swing with these settings, sampled every period [s]."""
+    """Return whether an arm does not swing with these settings, sampled every period [s]."""
     return _stable(list(plants(arm, period)), arm, settings, settings.torque_feedback, period)
 
 
@@ -66,7 +66,7 @@ def stable_range(arm: Arm, settings: ControllerSettings, period: float) -> Stabl
     return StableRange(*(_end(known, arm, settings, end, period) for end in (LOWEST, HIGHEST)))
 
 
-def _end(known: list[Plant], arm: Arm, settings: ControllerSettings, end: float,
+def _end(known: list[SampledPlant], arm: Arm, settings: ControllerSettings, end: float,
          period: float) -> float:
     if _stable(known, arm, settings, end, period):
         return end
@@ -80,13 +80,13 @@ def _end(known: list[Plant], arm: Arm, settings: ControllerSettings, end: float,
     return good
 
 
-def _stable(known: list[Plant], arm: Arm, settings: ControllerSettings, feedback: float,
+def _stable(known: list[SampledPlant], arm: Arm, settings: ControllerSettings, feedback: float,
             period: float) -> bool:
     return all(np.abs(np.linalg.eigvals(closed(plant, arm, settings, feedback, period))).max()
                <= _GROWS for plant in known)
 
 
-def plants(arm: Arm, period: float) -> Iterator[Plant]:
+def plants(arm: Arm, period: float) -> Iterator[SampledPlant]:
     """Yield the arm in each of its states."""
     stiffness = np.asarray(arm.record().joints['torsion']['first_stiffness'])
     for mass in _masses(arm):
@@ -94,7 +94,8 @@ def plants(arm: Arm, period: float) -> Iterator[Plant]:
             yield _sampled(arm, stiffness, mass, period, held=held)
 
 
-def _sampled(arm: Arm, stiffness: Array, mass: Array, period: float, *, held: bool) -> Plant:
+def _sampled(arm: Arm, stiffness: Array, mass: Array, period: float, *,
+             held: bool) -> SampledPlant:
     """Return an arm with these stiffnesses (n,) and mass matrix (n, n), its inputs held."""
     count = len(arm.joints)
     ratio, rotor = arm.record().joints['ratio'], arm.record().joints['motor_inertia']
@@ -117,8 +118,9 @@ def _sampled(arm: Arm, stiffness: Array, mass: Array, period: float, *, held: bo
     whole[:states, :states], whole[:states, states:] = slope, push
     made = expm(period * whole)
     shaft = np.hstack([one, none, none, none])
-    return Plant(made[:states, :states], made[:states, states:], shaft[:, kept], twist[:, kept],
-                 stiffness)
+    return SampledPlant(made[:states, :states], made[:states, states:], shaft[:, kept],
+                        twist[:, kept],
+                        stiffness)
 
 
 def _masses(arm: Arm) -> list[Array]:
@@ -137,7 +139,7 @@ def _mass(arm: Arm, elbow: float) -> Array:
     return np.array([[links.p1 + 2.0 * bend, across], [across, links.p2]])
 
 
-def closed(plant: Plant, arm: Arm, settings: ControllerSettings, feedback: float,
+def closed(plant: SampledPlant, arm: Arm, settings: ControllerSettings, feedback: float,
            period: float) -> Array:
     """
     Return the closed loop from sample to sample.

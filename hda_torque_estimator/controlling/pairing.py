@@ -8,7 +8,7 @@ from hda_arm_sim.foundation.arrays import Array
 MOST_WAITING = 50
 
 
-class Pair(NamedTuple):
+class SamplePair(NamedTuple):
     """What belongs to one sample."""
 
     stamp: int                  # [ns]
@@ -24,12 +24,12 @@ class Pairing:
         self._angles: dict[int, Array] = {}
         self._torques: dict[int, Array] = {}
 
-    def add_angle(self, stamp: int, angle: Array) -> Pair | None:
+    def add_angle(self, stamp: int, angle: Array) -> SamplePair | None:
         """Take angles; returns them with the torques of their stamp if those are there."""
         _keep(self._angles, stamp, angle)
         return self._pair(stamp)
 
-    def add_torque(self, stamp: int, torque: Array) -> Pair | None:
+    def add_torque(self, stamp: int, torque: Array) -> SamplePair | None:
         """Take torques; returns them with the angles of their stamp if those are there."""
         _keep(self._torques, stamp, torque)
         return self._pair(stamp)
@@ -39,10 +39,10 @@ class Pairing:
         self._angles.clear()
         self._torques.clear()
 
-    def _pair(self, stamp: int) -> Pair | None:
+    def _pair(self, stamp: int) -> SamplePair | None:
         if stamp not in self._angles or stamp not in self._torques:
             return None
-        pair = Pair(stamp, self._angles[stamp], self._torques[stamp])
+        pair = SamplePair(stamp, self._angles[stamp], self._torques[stamp])
         for waiting in (self._angles, self._torques):
             for old in [known for known in waiting if known <= stamp]:
                 del waiting[old]        # an answer to what is older would come too late

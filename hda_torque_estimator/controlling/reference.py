@@ -11,7 +11,7 @@ from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 from .followable import worst
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 LARGEST_STEP = 0.05     # of the reference at its first point [rad]
 MOST_POINTS = 100_000   # eight minutes at 200 Hz; read and checked in seconds, in a thread
 _TICK, _LONGEST = 1e-9, 2.0 ** 31     # what a duration of ROS can say [s]

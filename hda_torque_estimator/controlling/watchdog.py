@@ -22,9 +22,9 @@ class Watchdog:
         self._fed = None
 
     def alive(self, now: float) -> bool:
-        """Tell whether it was fed, and lately."""
+        """Return whether it was fed, and lately."""
         return self._fed is not None and now - self._fed <= self.timeout
 
     def expired(self, now: float) -> bool:
-        """Tell whether it was fed, but not lately."""
+        """Return whether it was fed, but not lately."""
         return self._fed is not None and now - self._fed > self.timeout

@@ -16,14 +16,14 @@ import numpy as np
 
 from .balances.balance import Balancer
 from .balances.commands import on_its_way
-from .balances.healthy import healthy_twin, noise_of, torque_noise_of
+from .balances.healthy_twin import healthy_twin, noise_of, torque_noise_of
 from .balances.led import why_led
 from .balances.stand_in import with_stand_in
-from .detectability.excitation import cannot_tell, nothing_seen, remarks, smallest_sizes
+from .detectability.excitation import nothing_seen, remarks, shows_too_little, smallest_sizes
 from .detectability.slow_rate import FAST, rate_hides
 from .findings.certainty import probability, unsure, verdict_probability
 from .findings.gains import gains, METRIC
-from .findings.origin import Origin, Part, RecordingFacts
+from .findings.origin import Origin, RecordingFacts, RecordingPart
 from .findings.report import Alike, Diagnosis, Finding, TotalGain
 from .fitting.alignment import aligned, is_aligned
 from .fitting.fit import Fitter
@@ -31,22 +31,22 @@ from .fitting.hypotheses import HYPOTHESES, left_aside
 from .fitting.nuisance import Zero
 from .fitting.starting_points import split_at_contact
 from .fitting.turning import turning
-from .judging.backing import Backing
-from .judging.beside_nameless import beside_nameless
+from .judging.bounds_reached import limited
 from .judging.candidates import with_sizes
-from .judging.limits import limited
-from .judging.search import Found, is_stuck, search, without_noise
+from .judging.discrepancy_search import search_beside_discrepancy
+from .judging.goodness_of_fit import GoodnessOfFit
+from .judging.search import is_stuck, search, SearchResult, without_noise
 from .judging.verdict import residuals
-from .proof import Grounds, proven
 from .readings.raw_readings import (extended_by, RAW_EFFECTS, raw_findings, raw_readings,
                                     raw_total, RawReadings)
-from .telling.next_steps import next_steps
-from .telling.unexplained import unexplained
+from .reporting.next_steps import next_steps
+from .reporting.unexplained import unexplained
+from .validation import Grounds, proven
 from ..least_squares.term import Place
 from ..measurements.measurement import Measurement
 from ..measurements.running_clock import inside, Spans, split
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 EFFECTIVE = 0.5         # share of the balances' samples that are independent
 _ROUNDS = 2             # of searches, while zeros of several recordings or stretches move
 _QUIETER = 0.7          # of the noise that was taken, below which it has hidden something
@@ -66,12 +66,12 @@ class Conclusion(NamedTuple):
 
 def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None = None,
              about: Sequence[Place] = (), origin: Origin = Origin(),
-             tell: Callable[[str], None] = lambda text: None) -> Conclusion:
+             notify: Callable[[str], None] = lambda text: None) -> Conclusion:
     """
     Return what the simulation of `arm` gets wrong about a measurement that passed the gate.
 
     Several recordings of the arm, brought together by `alignment.together`, are one measurement;
-    `origin` has their names. `tell` hears what is being done. Of an arm without a model of its
+    `origin` has their names. `notify` hears what is being done. Of an arm without a model of its
     links the gears are judged alone: what the motors give against what the gears twist.
     """
     given, arm = arm, with_stand_in(arm)
@@ -81,39 +81,39 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
         return Conclusion(_unmoved(facts, arm, origin), given, None)
     unloaded = why_led(measurement, given)
     names, aside = _sought(arm, names, unloaded)
-    tell('looking at the raw readings')
+    notify('looking at the raw readings')
     raw = _of_gears(raw_readings(measurement, arm, names, training), bool(unloaded))
-    fitter, found, training, held_out = _searched(raw, names, training, held_out, tell)
-    fitter, found, plain = _reconsidered(fitter, found, names, tell)
+    fitter, found, training, held_out = _searched(raw, names, training, held_out, notify)
+    fitter, found, plain = _reconsidered(fitter, found, names, notify)
     first = found.first
-    beside = beside_nameless(fitter, found, names, tell)
+    beside = search_beside_discrepancy(fitter, found, names, notify)
     twin = _twin(beside.fitter.balancer, fitter.on(beside.found.last.terms), _LAST_NOISE,
                  torque_noise_of(fitter.noise, plain, fitter.balancer, arm))
-    proof = proven(beside.fitter, beside.found, twin, arm, held_out, tell)
+    proof = proven(beside.fitter, beside.found, twin, arm, held_out, notify)
     judged, pairs = proof.judged.with_rest(beside.channels), proof.pairs
     evidence = proof.evidence.as_measured(fitter) if beside.nameless else proof.evidence
     shown = raw_findings(raw, measurement, fitter.balancer, arm, evidence.extended, held_out)
     fitted = (*shown, *proof.findings)
     held_back = [_held_back(one, judged) for one in fitted]
-    told = tuple(one for one, reason in zip(fitted, held_back) if reason is None)
-    total = raw_total(shown) if told and told == shown else _total(evidence)
+    named = tuple(one for one, reason in zip(fitted, held_back) if reason is None)
+    total = raw_total(shown) if named and named == shown else _total(evidence)
     rest = unexplained(fitter, evidence.fit, is_sure=True) if judged.unexplained.any() else None
-    tell('finding the smallest size of every effect that would have shown')
+    notify('finding the smallest size of every effect that would have shown')
     sizes = smallest_sizes(beside.fitter, proof.found, proof.kept, raw, training, names)
-    verdict, limit = _verdict(judged, told, bool(pairs), len(fitted) > len(told)), None
-    if verdict == 'no_discrepancy' and cannot_tell(sizes, arm, about):
+    verdict, limit = _verdict(judged, named, bool(pairs), len(fitted) > len(named)), None
+    if verdict == 'no_discrepancy' and shows_too_little(sizes, arm, about):
         verdict, limit = 'insufficient_excitation', _limit(evidence, names, about)
     diagnosis = Diagnosis(
-        verdict, told, with_sizes(fitter, evidence.fit, pairs), rest,
+        verdict, named, with_sizes(fitter, evidence.fit, pairs), rest,
         tuple(one.row() for one in sizes), total,
         residuals(fitter, first, evidence.fit, inside(fitter.balancer.time, held_out)),
         replace(facts, training=training, held_out=held_out), origin.arm_file, origin.version, 0.0,
         (*filter(None, held_back), *proof.remarks,
          *(cause.sentence() for cause in beside.nameless), *aside,
          *remarks(sizes, arm, about, FAST if limit == 'rate' else None)), limited_by=limit,
-        probability=_probability(verdict, told, pairs, judged))
+        probability=_probability(verdict, named, pairs, judged))
     diagnosis = replace(diagnosis, steps=next_steps(diagnosis))
-    model = replace(_model(evidence, raw, told, pairs), links=given.links)
+    model = replace(_model(evidence, raw, named, pairs), links=given.links)
     return Conclusion(diagnosis, model, evidence)
 
 
@@ -148,15 +148,15 @@ def _sought(arm: Arm, names: Sequence[str] | None,
     return [name for name in names if name not in planar], tuple(why)
 
 
-def _held_back(finding: Finding, judged: Backing) -> str | None:
+def _held_back(finding: Finding, judged: GoodnessOfFit) -> str | None:
     """Return why a finding is not told, None where it is."""
     return limited(finding) or (unsure(finding) if judged.unexplained.any() else None)
 
 
-def _model(evidence: Grounds, raw: RawReadings, told: Sequence[Finding],
+def _model(evidence: Grounds, raw: RawReadings, findings: Sequence[Finding],
            pairs: Sequence[Alike]) -> Arm:
     """Return the arm with what is told, the first of what looks alike, and all tolerances."""
-    named = {(one.effect, one.joint) for one in told}
+    named = {(one.effect, one.joint) for one in findings}
     named.update(place for pair in pairs for place in pair.effects)
     fit = evidence.fit
     model = evidence.fitter.on([
@@ -170,14 +170,14 @@ def _facts(measurement: Measurement, training: Spans, held_out: Spans,
            sources: Sequence[str]) -> RecordingFacts:
     """Return what is diagnosed, and of several recordings where each begins."""
     dt, pieces = measurement.dt, measurement.pieces()
-    parts = [Part(source, piece.start * dt, (piece.stop - piece.start) * dt)
+    parts = [RecordingPart(source, piece.start * dt, (piece.stop - piece.start) * dt)
              for source, piece in zip(sources, pieces)]
     return RecordingFacts(measurement.duration, len(measurement.command), 1.0 / dt, training,
                           held_out, tuple(parts) if len(pieces) > 1 else ())
 
 
 def _searched(raw: RawReadings, names: Sequence[str], training: Spans, held_out: Spans,
-              tell: Callable[[str], None]) -> tuple[Fitter, Found, Spans, Spans]:
+              notify: Callable[[str], None]) -> tuple[Fitter, SearchResult, Spans, Spans]:
     """
     Return what was found, with the zeros of several recordings as it has them.
 
@@ -189,7 +189,7 @@ def _searched(raw: RawReadings, names: Sequence[str], training: Spans, held_out:
         fitter = _fitter(raw, training)
         seen, unseen = _split(fitter, arm, names, training, held_out)
         fitter = replace(fitter, rows=inside(fitter.balancer.time, seen))
-        found = search(fitter, names, tell=tell)
+        found = search(fitter, names, notify=notify)
         if fitter.balancer.turning and is_stuck(fitter, found):
             fitter, found = _without_turns(raw, training, fitter, found, names)
         arm = fitter.on(found.last.terms)
@@ -199,8 +199,8 @@ def _searched(raw: RawReadings, names: Sequence[str], training: Spans, held_out:
     return fitter, found, seen, unseen
 
 
-def _reconsidered(fitter: Fitter, found: Found, names: Sequence[str],
-                  tell: Callable[[str], None]) -> tuple[Fitter, Found, Array]:
+def _reconsidered(fitter: Fitter, found: SearchResult, names: Sequence[str],
+                  notify: Callable[[str], None]) -> tuple[Fitter, SearchResult, Array]:
     """
     Return a fitter with the noise beside the causes, what it finds, and what resolution leaves.
 
@@ -211,12 +211,12 @@ def _reconsidered(fitter: Fitter, found: Found, names: Sequence[str],
     noise, plain = noise_of(fitter.balancer, fitter.as_noisy(found.last))
     fitter = replace(fitter, noise=np.minimum(taken, noise))
     if (fitter.noise < _QUIETER * taken).any():
-        found = search(fitter, names, found, tell)
+        found = search(fitter, names, found, notify)
     return fitter, without_noise(fitter, found), plain
 
 
-def _without_turns(raw: RawReadings, training: Spans, fitter: Fitter, found: Found,
-                   names: Sequence[str]) -> tuple[Fitter, Found]:
+def _without_turns(raw: RawReadings, training: Spans, fitter: Fitter, found: SearchResult,
+                   names: Sequence[str]) -> tuple[Fitter, SearchResult]:
     """
     Return a search without the rows where shafts turn round, if it leaves no rest as that did.
 
@@ -279,18 +279,19 @@ def _unmoved(facts: RecordingFacts, arm: Arm, origin: Origin) -> Diagnosis:
     return replace(diagnosis, steps=next_steps(diagnosis))
 
 
-def _probability(verdict: str, told: tuple[Finding, ...], pairs: Sequence[Alike],
-                 judged: Backing) -> float:
+def _probability(verdict: str, findings: tuple[Finding, ...], pairs: Sequence[Alike],
+                 judged: GoodnessOfFit) -> float:
     """Return the probability of a verdict; a law at its bound is another one for certain."""
     left = judged.nothing_left if judged.unexplained.any() or verdict != 'unknown' else -1.0
-    return verdict_probability(verdict, told, [pair.probability for pair in pairs],
+    return verdict_probability(verdict, findings, [pair.probability for pair in pairs],
                                probability(left))
 
 
-def _verdict(judged: Backing, told: tuple[Finding, ...], tied: bool, at_limit: bool) -> str:
+def _verdict(judged: GoodnessOfFit, findings: tuple[Finding, ...], tied: bool,
+             at_limit: bool) -> str:
     """Return the verdict that the findings, one that is limited, and the rest call for."""
     if judged.unexplained.any() or at_limit:
         return 'unknown'
     if tied:
         return 'ambiguous'
-    return 'explained' if told else 'no_discrepancy'
+    return 'explained' if findings else 'no_discrepancy'

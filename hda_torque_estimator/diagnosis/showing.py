@@ -8,10 +8,10 @@ from .balances.balance import Balancer
 from .balances.coordinates import coordinates_of
 from .balances.predict import prediction_errors
 from .findings.report import Prediction
-from .proof import Grounds
-from .telling.exhibits import Exhibits
+from .reporting.exhibits import Exhibits
+from .validation import Grounds
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 HORIZONS = (0.01, 0.02, 0.05, 0.1, 0.2)     # over which predictions are shown [s]
 
 

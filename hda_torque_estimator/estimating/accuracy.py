@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 Stamps = NDArray[np.int64]
 
 
-class Errors(NamedTuple):
+class EstimateErrors(NamedTuple):
     """How far an estimate is from a reference; without common times all are NaN."""
 
     rms: float
@@ -18,7 +18,8 @@ class Errors(NamedTuple):
     largest: float
 
 
-def errors(stamps: Stamps, estimate: Array, reference_stamps: Stamps, reference: Array) -> Errors:
+def errors(stamps: Stamps, estimate: Array, reference_stamps: Stamps,
+           reference: Array) -> EstimateErrors:
     """
     Return the errors of an estimate (k,) against a reference (m,) at any rate.
 
@@ -30,8 +31,8 @@ def errors(stamps: Stamps, estimate: Array, reference_stamps: Stamps, reference:
     if len(times):
         inside &= (stamps >= times[0]) & (stamps <= times[-1])
     if not len(times) or not inside.any():
-        return Errors(np.nan, np.nan, np.nan, np.nan)
+        return EstimateErrors(np.nan, np.nan, np.nan, np.nan)
     start = times[0]
     error = estimate[inside] - np.interp(stamps[inside] - start, times - start, values)
-    return Errors(float(np.sqrt(np.mean(error ** 2))), float(error.std()),
-                  float(np.abs(error).mean()), float(np.abs(error).max()))
+    return EstimateErrors(float(np.sqrt(np.mean(error ** 2))), float(error.std()),
+                          float(np.abs(error).mean()), float(np.abs(error).max()))

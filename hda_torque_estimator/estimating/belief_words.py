@@ -33,14 +33,14 @@ _LOST = ('readings jumped and never came back to where they can be; call torque_
 
 
 def believed(doubt: float) -> bool:
-    """Tell whether an estimate with this doubt can be believed."""
+    """Return whether an estimate with this doubt can be believed."""
     return doubt in (belief.BELIEVED, belief.APART, belief.MOTOR_ALONE) or not _known(doubt)
 
 
-def doubts_told(labels: Sequence[str], doubts: Sequence[float]) -> list[str]:
+def doubts_in_words(labels: Sequence[str], doubts: Sequence[float]) -> list[str]:
     """Return the doubts (n,) of joints with these labels in sentences, each once."""
     return list(dict.fromkeys(
-        words for label, doubt in zip(labels, doubts) if (words := _told(label, doubt))))
+        words for label, doubt in zip(labels, doubts) if (words := _in_words(label, doubt))))
 
 
 def doubt_shares(labels: Sequence[str], doubts: NDArray[np.float64]) -> dict[str, float]:
@@ -48,16 +48,16 @@ def doubt_shares(labels: Sequence[str], doubts: NDArray[np.float64]) -> dict[str
     rows, counts = np.unique(doubts, axis=0, return_counts=True)
     shares: dict[str, float] = {}
     for row, count in zip(rows.tolist(), counts.tolist()):
-        for words in doubts_told(labels, row):
+        for words in doubts_in_words(labels, row):
             shares[words] = shares.get(words, 0.0) + count / len(doubts)
     return shares
 
 
 def _known(doubt: float) -> bool:
-    return bool(_told('', doubt))
+    return bool(_in_words('', doubt))
 
 
-def _told(label: str, doubt: float) -> str:
+def _in_words(label: str, doubt: float) -> str:
     if doubt == belief.BELIEVED:
         return ''
     if doubt == belief.LOST:
@@ -66,10 +66,10 @@ def _told(label: str, doubt: float) -> str:
         return f'{label}: {_OF_JOINT[doubt]}'
     if doubt in _FAULTS:
         return _FAULTS[doubt]
-    return _coupling_told(label, doubt - belief.COUPLED)
+    return _coupling_words(label, doubt - belief.COUPLED)
 
 
-def _coupling_told(label: str, kind: float) -> str:
+def _coupling_words(label: str, kind: float) -> str:
     words = _COUPLINGS.get(abs(kind), '')
     reasons = [words] if words else []
     reasons += [_FLIPPED] if kind < 0.0 and (words or kind == coupling.FLIPPED) else []

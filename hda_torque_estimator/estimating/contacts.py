@@ -10,7 +10,7 @@ from .estimates import Estimates
 from .laws import layout
 from .state_messages import touched_beyond
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _APART = 0.1            # pauses between two contacts that are none, as in laws/contact.py [s]
 _LINES = 5              # contacts that are told one by one
 
@@ -35,15 +35,15 @@ def contacts(arm: Arm, estimates: Estimates, level: float) -> list[Contact]:
     deviations meanwhile. So a collision, which stays told until the reset, is over when the arm is
     let go.
     """
-    told = np.array(touched_beyond(arm.labels, estimates.joints, estimates.tip))
-    rows = np.flatnonzero(told != '')
+    touched = np.array(touched_beyond(arm.labels, estimates.joints, estimates.tip))
+    rows = np.flatnonzero(touched != '')
     if arm.links is None or not len(rows):
         return []
     time = (estimates.stamps - estimates.stamps[0]) * 1e-9
     felt = estimates.tip[:, layout.CONTACT_DEVIATIONS]
     parts = np.split(rows, np.flatnonzero(np.diff(time[rows]) > _APART) + 1)
     return [Contact(float(time[part[0]]), float(time[part[-1]]),
-                    str(Counter(told[part].tolist()).most_common(1)[0][0]))
+                    str(Counter(touched[part].tolist()).most_common(1)[0][0]))
             for part in parts if felt[part].max() > level]
 
 

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .estimates import Estimates
-from ..pages.plot import Chart, Line, Plot
+from ..pages.plot import Plot, PlotGroup, PlotLine
 from ..pages.wording import spoken
 
 _TIME = 'time since the first sample [s]'
 
 
-class Beside(NamedTuple):
+class ReferenceSignal(NamedTuple):
     """A signal (m,) that is known at stamps [ns], to stand beside an estimate."""
 
     stamps: NDArray[np.int64]
@@ -30,7 +30,7 @@ class Beside(NamedTuple):
 
 
 def charts(labels: Sequence[str], found: Estimates,
-           beside: Mapping[str, Mapping[str, Beside]]) -> dict[str, Chart]:
+           beside: Mapping[str, Mapping[str, ReferenceSignal]]) -> dict[str, PlotGroup]:
     """
     Return the charts of an estimate; `beside` holds known signals by name, for each plot.
 
@@ -40,33 +40,34 @@ def charts(labels: Sequence[str], found: Estimates,
     torques = {spoken(label): _with_band(
         time, 'torque, output [N·m]', found.torque[:, place], found.torque_deviation[:, place],
         _known(beside, label, found)) for place, label in enumerate(labels)}
-    told = {'torque': Chart('Joint torque', 'Torque through the gear, at the output. The band is '
-                            'two standard deviations to both sides.', torques)}
+    groups = {'torque': PlotGroup('Joint torque',
+                                  'Torque through the gear, at the output. The band is '
+                                  'two standard deviations to both sides.', torques)}
     if np.isfinite(found.external_torque).any():
-        told['external'] = Chart(
+        groups['external'] = PlotGroup(
             'External torque', 'Torque of the environment on each joint.', {
                 spoken(label): Plot(_TIME, 'external torque, output [N·m]', time, [
-                    Line('estimated', found.external_torque[:, place], 'after')], 'time')
+                    PlotLine('estimated', found.external_torque[:, place], 'after')], 'time')
                 for place, label in enumerate(labels)})
     if np.isfinite(found.tip_force).any():
-        told['tip'] = Chart(
+        groups['tip'] = PlotGroup(
             'Force on the tip', 'Force of the environment on the tip, in the base frame. The band '
             'is two standard deviations to both sides. Gaps are where it is not observed.', {
                 f'along {letter}': _with_band(
                     time, 'tip force, base frame [N]', force, found.tip_force_deviation[:, axis],
                     _known(beside, letter, found))
                 for axis, (letter, force) in enumerate(zip('xyz', found.tip_force.T))})
-    return told
+    return groups
 
 
-def _known(beside: Mapping[str, Mapping[str, Beside]], name: str,
-           found: Estimates) -> list[Line]:
-    return [Line(said, one.at(found.stamps), 'measured')
+def _known(beside: Mapping[str, Mapping[str, ReferenceSignal]], name: str,
+           found: Estimates) -> list[PlotLine]:
+    return [PlotLine(said, one.at(found.stamps), 'measured')
             for said, one in beside.get(name, {}).items()]
 
 
 def _with_band(time: Array, label: str, values: Array, deviation: Array,
-               known: list[Line]) -> Plot:
-    return Plot(_TIME, label, time, [*known, Line(
+               known: list[PlotLine]) -> Plot:
+    return Plot(_TIME, label, time, [*known, PlotLine(
         'estimated', values, 'after', values - 2.0 * deviation, values + 2.0 * deviation)],
         'time')

@@ -64,7 +64,7 @@ class Estimates(NamedTuple):
 
     @property
     def in_space(self) -> bool:
-        """Tell whether the wrench on the tip has all six components, as that of a chain."""
+        """Return whether the wrench on the tip has all six components, as that of a chain."""
         return self.tip.shape[1] > layout.TIP_RESULTS
 
     @property

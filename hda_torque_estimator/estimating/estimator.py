@@ -24,12 +24,12 @@ from .estimates import Estimates, tip_results
 from .laws import belief, estimate, fusion_memory, layout
 from .laws.compiled_settings import CompiledSettings
 from .laws.contact import contact_level
-from .laws.stream import Plain, Remembered, run, Stream
+from .laws.stream import Remembered, run, Stream, StreamArrays
 from ..samples.sample_judge import WATCH_MEMORY
 from ..samples.sample_limits import LARGEST, watch_limits
 from ..samples.stamp_order import follow, follow_one, ORDER
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 PART = 1 << 15          # samples of a part: small enough for a cache, large enough to pay
 FARTHEST = 1e4          # angle of a link that may be turned (choice) [rad]
 
@@ -119,7 +119,7 @@ class Estimator:
 
     @property
     def taring(self) -> bool:
-        """Tell whether a tare is under way."""
+        """Return whether a tare is under way."""
         return self._tare_left > 0.0
 
     @property
@@ -158,7 +158,7 @@ class Estimator:
 
     @property
     def believed(self) -> bool:
-        """Tell whether the last sample could be estimated from."""
+        """Return whether the last sample could be estimated from."""
         return bool(np.isfinite(self.joints[:, layout.TORQUE]).all())
 
     @property
@@ -226,7 +226,7 @@ class Estimator:
 
     def _step(self, reading: Array, command: Array, seconds: Array, joints: Array,
               tip: Array) -> None:
-        run(Plain(*self._plain, self._numbers),
+        run(StreamArrays(*self._plain, self._numbers),
             Remembered(self._limits, self._watch, self._belief, self._memory),
             Stream(reading, command, seconds), joints, tip)
 

@@ -39,7 +39,7 @@ class TorqueEstimator(ArmNode):
         self._stopwatch = Stopwatch(time.monotonic())
         self._answer = LiveEstimator(
             self.arm, self.parameters.group(EstimatorSettings, self._tune),
-            self.parameters.group(StateSettings, self._tell_state),
+            self.parameters.group(StateSettings, self._set_state),
             checked_unobserved(self.parameters.word('unobserved', *self.OPTIONS['unobserved'])))
         self._states = driver_states(self)
         self._estimates = publishers(self, estimate_topics(self.arm))
@@ -78,8 +78,8 @@ class TorqueEstimator(ArmNode):
     def _tune(self, settings: EstimatorSettings) -> None:
         self._answer.estimator.tune(settings)
 
-    def _tell_state(self, settings: StateSettings) -> None:
-        self._answer.tell_state(settings)
+    def _set_state(self, settings: StateSettings) -> None:
+        self._answer.set_state(settings)
 
     def _on_tare(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._answer.estimator.tare()

@@ -4,10 +4,10 @@ from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.health import Level, Pace, Refusals, Report
 import numpy as np
 
-from .belief_words import doubts_told
+from .belief_words import doubts_in_words
 from .laws import contact, layout
 from .live_estimator import LiveEstimator
-from .route_health import told, UNTAUGHT, WELL
+from .route_health import health_in_words, UNTAUGHT, WELL
 
 
 def estimator_report(live: LiveEstimator, pace: Pace, refusals: Refusals) -> Report:
@@ -46,7 +46,7 @@ def estimator_report(live: LiveEstimator, pace: Pace, refusals: Refusals) -> Rep
 
 def _doubts(live: LiveEstimator) -> list[str]:
     estimator = live.estimator
-    return doubts_told(estimator.arm.labels, estimator.joints[:, layout.DOUBT].tolist())
+    return doubts_in_words(estimator.arm.labels, estimator.joints[:, layout.DOUBT].tolist())
 
 
 def _touch(live: LiveEstimator) -> str:
@@ -71,7 +71,8 @@ def _contact_memory(live: LiveEstimator) -> Array:
 def _health(live: LiveEstimator) -> dict[str, str]:
     estimator = live.estimator
     return {f'{joint.label}: torsion against motor torque':
-            told(joint, estimator.arm.tolerances_of(joint.label), memory[layout.FUSION:])
+            health_in_words(joint, estimator.arm.tolerances_of(joint.label),
+                            memory[layout.FUSION:])
             for joint, memory in zip(estimator.arm.joints, estimator.memory)}
 
 

@@ -31,7 +31,7 @@ class StateSettings(Declared):
     state_rate: float = parameter(STATE_RATE, 'Hz', 0.01, 1e4, 'messages on estimator_state')
 
 
-class Answer(NamedTuple):
+class SampleAnswer(NamedTuple):
     """What one sample gave."""
 
     stamp: int                  # [ns]
@@ -57,7 +57,7 @@ class LiveEstimator:
         self._encode_numbers = NumberEncoder(arm)
         self._pacer = Pacer(state.state_rate)
 
-    def __call__(self, message: bytes) -> Answer:
+    def __call__(self, message: bytes) -> SampleAnswer:
         """Return the estimates from a joint state; raises Refused and goes on as before it."""
         stamp, reading = self._read(message)
         estimator = self.estimator
@@ -75,15 +75,16 @@ class LiveEstimator:
         results = estimator.joints, estimator.tip
         messages = self._encode(stamp, *results)
         if not self._pacer.due(stamp):
-            return Answer(stamp, messages, None, [])
-        return Answer(stamp, messages, self._state(stamp), self._encode_numbers(stamp, *results))
+            return SampleAnswer(stamp, messages, None, [])
+        return SampleAnswer(stamp, messages, self._state(stamp),
+                            self._encode_numbers(stamp, *results))
 
     def reset(self) -> None:
         """Forget every sample, filter and tare, so that stamps may begin anew."""
         self.estimator.reset()
         self.gaps.restart()
 
-    def tell_state(self, settings: StateSettings) -> None:
+    def set_state(self, settings: StateSettings) -> None:
         """Tell the state at another rate from now on."""
         self._pacer = Pacer(settings.state_rate)
 

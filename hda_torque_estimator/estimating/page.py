@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .accuracy import Errors
-from .curves import Beside, charts
+from .accuracy import EstimateErrors
+from .curves import charts, ReferenceSignal
 from .estimates import Estimates
 from ..pages.badge import Badge
 from ..pages.render import render
@@ -25,11 +25,12 @@ class About(NamedTuple):
     version: str
     refused: int
     doubts: Mapping[str, float]         # sentences, and the share of samples that they are said of
-    errors: Mapping[str, Errors]        # by topic
+    errors: Mapping[str, EstimateErrors]        # by topic
     zero: str                           # of a tare, '' for none
 
 
-def page(found: Estimates, about: About, beside: Mapping[str, Mapping[str, Beside]]) -> str:
+def page(found: Estimates, about: About,
+         beside: Mapping[str, Mapping[str, ReferenceSignal]]) -> str:
     """Return estimates as one HTML document; `beside` are known signals by joint or axis."""
     return render(
         'estimation.html', title=f'Estimate: {about.source}',
@@ -42,13 +43,13 @@ def _headline(found: Estimates, about: About) -> str:
     """Return the largest torque of each joint in one sentence."""
     size = np.abs(found.torque)
     largest = np.where(np.isfinite(size), size, 0.0).max(axis=0, initial=0.0)
-    told = [f'{spoken(label)} carried up to {short(float(value))} N·m'
-            for label, value in zip(about.labels, largest)]
-    sentence = ', '.join(told)
+    loads = [f'{spoken(label)} carried up to {short(float(value))} N·m'
+             for label, value in zip(about.labels, largest)]
+    sentence = ', '.join(loads)
     return f'{sentence[:1].upper()}{sentence[1:]}.'
 
 
-def _errors(errors: Mapping[str, Errors]) -> list[tuple[str, str, list[str]]]:
+def _errors(errors: Mapping[str, EstimateErrors]) -> list[tuple[str, str, list[str]]]:
     return [(name, 'N' if 'tip/' in name else 'N·m', [
         figure(value) for value in (one.rms, one.rms_without_mean, one.largest)])
         for name, one in errors.items()]

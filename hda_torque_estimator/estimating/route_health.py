@@ -17,7 +17,7 @@ from .laws import fusion_memory as fusion
 from .laws.route_errors import (DRY, ERRORS, GAIN, LINK_1, LINK_2, OFFSET, RIPPLE_2, RIPPLE_4,
                                 SHAFT_1, SHAFT_2, SHAFT_4, SKEW, STIFFNESS, VISCOUS, ZERO)
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 # A healthy arm's errors are drawn from a normal distribution of one tolerance. The two parts of a
 # wave make a Rayleigh distribution. Each of 7 numbers and 7 waves passes its bar once in 280 000
 # joints: together one joint in 20 000. Waves at the bar of a number pass it five times as often
@@ -59,7 +59,7 @@ def remarks(known: Tolerances, memory: Array) -> list[Remark]:
     return [*found, *_unexplained(memory)]
 
 
-def told(joint: Joint, known: Tolerances, memory: Array) -> str:
+def health_in_words(joint: Joint, known: Tolerances, memory: Array) -> str:
     """Return the health of a joint in one line."""
     if joint.dry_friction <= 0.0 and joint.motor_deviation <= 0.0:
         return 'unknown: the model has no friction of the motor'

@@ -17,7 +17,7 @@ from hda_msgs_json.samples import TextSamples
 import numpy as np
 from numpy.typing import NDArray
 
-from .belief_words import believed, doubts_told
+from .belief_words import believed, doubts_in_words
 from .estimates import Estimates
 from .laws import layout
 from .laws.contact import contact_name
@@ -51,7 +51,7 @@ class Pacer:
         self._last: int | None = None
 
     def due(self, stamp: int) -> bool:
-        """Tell whether a sample is chosen, by its stamp [ns]."""
+        """Return whether a sample is chosen, by its stamp [ns]."""
         before, self._last = self._last, stamp // self.period
         return self._last != before
 
@@ -163,7 +163,7 @@ class _Verdict(NamedTuple):
 @lru_cache
 def _verdict(labels: tuple[str, ...], beyond: tuple[bool, ...], doubts: tuple[float, ...],
              hidden: str, taring: bool) -> _Verdict:
-    flags = doubts_told(labels, doubts)
+    flags = doubts_in_words(labels, doubts)
     flags += [f'{label}: the torque exceeds the valid range of the torsion law'
               for label, too_far in zip(labels, beyond) if too_far]
     if hidden:

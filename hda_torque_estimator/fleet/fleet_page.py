@@ -7,10 +7,10 @@ from urllib.parse import quote
 from hda_msgs_json.printable import printable
 
 from .fleet_report import causes_of, verdicts
-from .history import Course, Device, devices
-from .lines import Cause, FAILED, Line
-from ..diagnosis.findings.report import Number
-from ..diagnosis.telling.story import cause_sentence
+from .history import CauseHistory, Device, devices
+from .lines import BagLine, FAILED, NamedCause
+from ..diagnosis.findings.report import FittedNumber
+from ..diagnosis.reporting.summary import cause_sentence
 from ..pages.badge import Badge, badge_of
 from ..pages.render import render
 from ..pages.wording import capital
@@ -18,7 +18,7 @@ from ..pages.wording import capital
 _WIDE, _HIGH, _EDGE = 80.0, 18.0, 3.0       # of the small picture of a course (layout)
 
 
-def fleet_page(lines: Sequence[Line], arm: str, version: str,
+def fleet_page(lines: Sequence[BagLine], arm: str, version: str,
                skipped: Sequence[str] = ()) -> str:
     """
     Return the page of a fleet, with links to the pages of its diagnoses.
@@ -62,13 +62,13 @@ def _worst(found: Sequence[Device]) -> Badge:
     return badge_of(found[0].latest.verdict) if found else badge_of(None)
 
 
-def _said(cause: Cause) -> str:
+def _said(cause: NamedCause) -> str:
     """Return a cause with its size, in words."""
     return cause_sentence(cause.effect, cause.joint, _numbers(
         cause.parameter, cause.value, cause.unit, cause.low, cause.high))
 
 
-def _said_of(course: Course) -> str:
+def _said_of(course: CauseHistory) -> str:
     """Return what became of a cause, with its last size in words."""
     last = course.points[-1] if course.points else None
     size = {} if last is None else _numbers(course.parameter, last.value, course.unit, last.low,
@@ -77,14 +77,14 @@ def _said_of(course: Course) -> str:
 
 
 def _numbers(name: str, value: float | None, unit: str, low: float | None,
-             high: float | None) -> dict[str, Number]:
+             high: float | None) -> dict[str, FittedNumber]:
     if not name or value is None:
         return {}
-    return {name: Number(value, unit, value if low is None else low,
-                         value if high is None else high)}
+    return {name: FittedNumber(value, unit, value if low is None else low,
+                               value if high is None else high)}
 
 
-def drawn(course: Course) -> str:
+def drawn(course: CauseHistory) -> str:
     """Return the sizes of a cause along its recordings as the points of a line, '' for one."""
     values = [abs(point.value) for point in course.points if math.isfinite(point.value)]
     most = max(values, default=0.0)
@@ -96,7 +96,7 @@ def drawn(course: Course) -> str:
                     for place, value in enumerate(values))
 
 
-def _place(line: Line) -> str:
+def _place(line: BagLine) -> str:
     """
     Return the address of a diagnosis, relative and percent-encoded.
 

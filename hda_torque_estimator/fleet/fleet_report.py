@@ -6,12 +6,12 @@ from dataclasses import asdict
 from typing import Any
 
 from .history import Device, devices
-from .lines import FAILED, Line
+from .lines import BagLine, FAILED
 
 SCHEMA = 'hda.fleet/1'
 
 
-def fleet_document(lines: Sequence[Line], arm: str, version: str,
+def fleet_document(lines: Sequence[BagLine], arm: str, version: str,
                    skipped: Sequence[str] = ()) -> dict[str, Any]:
     """Return the JSON document of a fleet."""
     return {'schema': SCHEMA, 'arm': arm, 'version': version,
@@ -32,12 +32,12 @@ def _device(device: Device) -> dict[str, Any]:
                        for course in device.courses()]}
 
 
-def verdicts(lines: Sequence[Line]) -> Counter[str]:
+def verdicts(lines: Sequence[BagLine]) -> Counter[str]:
     """Return how many bags have each verdict, or none."""
     return Counter(line.verdict or FAILED for line in lines)
 
 
-def causes_of(lines: Sequence[Line]) -> list[tuple[tuple[str, str | None], int]]:
+def causes_of(lines: Sequence[BagLine]) -> list[tuple[tuple[str, str | None], int]]:
     """Return every named cause with the number of bags that show it, the most first."""
     found = Counter((cause.effect, cause.joint) for line in lines for cause in line.findings)
     return sorted(found.items(), key=lambda item: (-item[1], item[0][0], item[0][1] or ''))

@@ -11,7 +11,7 @@ FAILED = 'not diagnosed'
 
 
 @dataclass(frozen=True)
-class Cause:
+class NamedCause:
     """
     A cause that one diagnosis names, and the share of the excess error that it removes.
 
@@ -33,7 +33,7 @@ class Cause:
 
 
 @dataclass(frozen=True)
-class Line:
+class BagLine:
     """
     The diagnosis of one bag; one that could not be diagnosed has an error and no verdict.
 
@@ -45,7 +45,7 @@ class Line:
     bag: str
     directory: str
     verdict: str | None
-    findings: tuple[Cause, ...] = ()
+    findings: tuple[NamedCause, ...] = ()
     seconds: float = 0.0
     error: str | None = None
     device: str = ''
@@ -58,28 +58,29 @@ class Line:
         """Return the line for people."""
         if self.error is not None:
             return f'{printable(self.directory)}: {FAILED}: {self.error}'
-        told = ', '.join(cause.place() for cause in self.findings)
+        places = ', '.join(cause.place() for cause in self.findings)
         return f'{printable(self.directory)}: {(self.verdict or "").replace("_", " ")}' + (
-            f': {told}' if told else '')
+            f': {places}' if places else '')
 
 
-def line_of(bag: str, directory: str, report: dict[str, Any]) -> Line:
+def line_of(bag: str, directory: str, report: dict[str, Any]) -> BagLine:
     """Return the line of a diagnosis from its report."""
     causes = tuple(_cause(found) for found in report['findings'])
-    return Line(bag, directory, report['verdict'], causes, report['seconds'],
-                severity=_severity(report.get('gain') or {}))
+    return BagLine(bag, directory, report['verdict'], causes, report['seconds'],
+                   severity=_severity(report.get('gain') or {}))
 
 
-def line_from(told: dict[str, Any]) -> Line:
+def line_from(document: dict[str, Any]) -> BagLine:
     """Return a line that a fleet.json tells; raises KeyError or TypeError where it is damaged."""
-    return Line(**{**told, 'findings': tuple(Cause(**cause) for cause in told['findings'])})
+    return BagLine(**{**document,
+                      'findings': tuple(NamedCause(**cause) for cause in document['findings'])})
 
 
-def _cause(found: dict[str, Any]) -> Cause:
+def _cause(found: dict[str, Any]) -> NamedCause:
     name = _size_name(found['effect'], found.get('parameters') or {})
     size = (found.get('parameters') or {}).get(name, {})
-    return Cause(found['effect'], found['joint'], found['gain']['removed'], name,
-                 size.get('value'), size.get('low'), size.get('high'), size.get('unit', ''))
+    return NamedCause(found['effect'], found['joint'], found['gain']['removed'], name,
+                      size.get('value'), size.get('low'), size.get('high'), size.get('unit', ''))
 
 
 def _size_name(effect: str, parameters: dict[str, Any]) -> str:

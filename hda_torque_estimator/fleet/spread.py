@@ -20,7 +20,7 @@ from typing import Any, TypeVar
 
 from hda_msgs_json.errors import HdaError
 
-from ..error_sentences import ToldErrors
+from ..error_sentences import OneLineErrors
 
 Item = TypeVar('Item')
 Result = TypeVar('Result')
@@ -125,11 +125,11 @@ def _work(there: Connection, work: Callable[[Item], Result], item: Item, share: 
     _, most = resource.getrlimit(resource.RLIMIT_AS)
     limit = RESERVED + share
     resource.setrlimit(resource.RLIMIT_AS, (limit if most < 0 else min(limit, most), most))
-    told = ToldErrors()
-    with told:
+    errors = OneLineErrors()
+    with errors:
         there.send((work(item), None))
-    if told.sentence is not None:
-        there.send((None, told.sentence))
+    if errors.sentence is not None:
+        there.send((None, errors.sentence))
 
 
 def _end(code: int) -> str:

@@ -11,7 +11,7 @@ from .guess_by_numbers import Settling
 from .headings import Heading, read_heading
 from .number_clues import (
     Columns, Floats, is_dead, is_even, is_whole, numbers, splits, time_step, time_unit)
-from .places import entries_by_name, Entry, patterns_of
+from .places import entries_by_name, MapEntry, patterns_of
 from .units import TIME
 
 NANO = 1e-9
@@ -45,7 +45,7 @@ class Guess:
     """A guessed map: entries by their place, gear ratios that show, columns without use."""
 
     time: TimeEntry
-    entries: Mapping[str, Entry]
+    entries: Mapping[str, MapEntry]
     ratios: Mapping[int, float]
     unused: tuple[str, ...]
 
@@ -125,9 +125,9 @@ def _time(headings: Sequence[Heading], columns: Columns) -> TimeEntry:
 
 def _of_messages(headings: Sequence[Heading], columns: Columns) -> TimeEntry | None:
     """Return the stamp of ROS messages: whole seconds in one column, nanoseconds in another."""
-    told = {unit: [heading.column for heading in headings if heading.kind == 'time'
-                   and heading.unit == unit] for unit in ('s', 'ns')}
-    for whole, parts in zip(told['s'], told['ns']):
+    by_unit = {unit: [heading.column for heading in headings if heading.kind == 'time'
+                      and heading.unit == unit] for unit in ('s', 'ns')}
+    for whole, parts in zip(by_unit['s'], by_unit['ns']):
         if len(whole + parts) > LONGEST_NAMES or '`' in whole + parts:
             continue
         entry = TimeEntry(whole, from_first=True, parts=parts)

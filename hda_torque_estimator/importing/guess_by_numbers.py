@@ -14,7 +14,7 @@ import numpy as np
 from .headings import Heading
 from .number_clues import (angle_unit, Columns, FEWEST, Floats, is_whole, motor_over_link,
                            numbers, radians, rate_over, SAME, speed_unit, way_of_work)
-from .places import (Entry, LINK, LINK_POSITION, LINK_VELOCITY, MOTOR, MOTOR_EFFORT,
+from .places import (LINK, LINK_POSITION, LINK_VELOCITY, MapEntry, MOTOR, MOTOR_EFFORT,
                      MOTOR_POSITION, MOTOR_VELOCITY)
 
 LARGEST_RATIO = 1e4             # what a column map takes
@@ -26,7 +26,7 @@ UNKNOWN_UNIT = '?'              # of an angle behind a gear of which nothing els
 class Settling:
     """Go through the entries of a map, with the times of the rows [s] if they are known."""
 
-    def __init__(self, columns: Columns, seconds: Floats, entries: dict[str, Entry]) -> None:
+    def __init__(self, columns: Columns, seconds: Floats, entries: dict[str, MapEntry]) -> None:
         """Take what the names say."""
         self.entries = dict(entries)
         self._columns, self._seconds = columns, seconds
@@ -55,11 +55,11 @@ class Settling:
     def _settle_angle(self, place: str) -> None:
         """State the unit of each angle: counts by their own numbers, all others alike."""
         columns = {n: self._column(place, n) for n in self._joints(place)}
-        told = {n: angle_unit(values) for n, values in columns.items()}
-        counting = 'count' in told.values()
+        by_size_of = {n: angle_unit(values) for n, values in columns.items()}
+        counting = 'count' in by_size_of.values()
         units = {n: 'count' if unit == 'count' or counting and is_whole(columns[n]) else ''
-                 for n, unit in told.items()}
-        by_size = 'deg' if 'deg' in (told[n] for n in units if not units[n]) else 'rad'
+                 for n, unit in by_size_of.items()}
+        by_size = 'deg' if 'deg' in (by_size_of[n] for n in units if not units[n]) else 'rad'
         for n in (n for n in units if not units[n]):
             units[n] = by_size if place == LINK_POSITION else self._as_the_link(n)
         reason = 'unit by its size'
@@ -169,7 +169,7 @@ class Settling:
         return slopes
 
     def _are_swapped(self) -> bool:
-        """Tell whether what was taken for the motor moves less than the link."""
+        """Return whether what was taken for the motor moves less than the link."""
         slopes = self._slopes()
         silent = not any(self._heading(place).words & (MOTOR | LINK)
                          for place in (MOTOR_POSITION, LINK_POSITION) if place in self.entries)
@@ -186,7 +186,7 @@ class Settling:
             self._change(place, reason=f'{self.entries[place].reason}; it moves {moves}')
 
     def _is_in_units(self, joint: int) -> bool:
-        """Tell whether the travel of both sides of a joint can be compared."""
+        """Return whether the travel of both sides of a joint can be compared."""
         return not {'count', UNKNOWN_UNIT} & {self._si(MOTOR_POSITION, joint),
                                               self._si(LINK_POSITION, joint)}
 

@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 
 from .guess import Guess, NANO, TimeEntry
-from .places import Entry
+from .places import MapEntry
 from .units import ANGLE, SPEED, TORQUE
 
 FILL_IN = 'FILL_IN'
@@ -74,7 +74,7 @@ def _entries(guess: Guess, number: int | None, indent: str) -> Iterator[str]:
         yield _entry(f'{indent}reference', present['reference'], number)
 
 
-def _entry(key: str, entry: Entry, number: int | None) -> str:
+def _entry(key: str, entry: MapEntry, number: int | None) -> str:
     names = [_name(pattern.name if number is None else pattern.columns[number])
              for pattern in entry.patterns]
     unit, sign = (entry.unit, entry.sign) if number is None else (

@@ -14,7 +14,7 @@ DEEPEST = 16            # structs in structs (choice)
 
 
 def is_hdf5(path: Path) -> bool:
-    """Tell whether a file is HDF5; MATLAB puts 512 bytes of its own before it."""
+    """Return whether a file is HDF5; MATLAB puts 512 bytes of its own before it."""
     return bool(h5py.is_hdf5(path))
 
 

@@ -42,13 +42,13 @@ def angle_unit(values: Floats) -> str:
 
 
 def is_whole(values: Floats) -> bool:
-    """Tell whether a column holds whole numbers alone."""
+    """Return whether a column holds whole numbers alone."""
     known = values[np.isfinite(values)]
     return bool(known.size and (known == np.rint(known)).all())
 
 
 def is_dead(values: NDArray[Any]) -> bool:
-    """Tell whether a column of numbers says nothing: zero, or not known, in every row."""
+    """Return whether a column of numbers says nothing: zero, or not known, in every row."""
     return values.dtype.kind in 'iufb' and not np.nan_to_num(values.astype(np.float64)).any()
 
 
@@ -117,7 +117,7 @@ def time_step(values: Floats) -> float | None:
 
 
 def is_even(values: Floats) -> bool:
-    """Tell whether a column grows in even steps, as a time does, and does not count rows."""
+    """Return whether a column grows in even steps, as a time does, and does not count rows."""
     steps = np.diff(values)
     if len(steps) < FEWEST or not (steps > 0.0).all() or (steps == 1.0).all():
         return False
@@ -134,7 +134,7 @@ def time_unit(step: float) -> str:
 
 
 def splits(times: Floats, values: NDArray[Any]) -> bool:
-    """Tell whether the times grow within each run of equal values, and every value has one run."""
+    """Return if times grow within each run of equal values, and every value has one run."""
     changes = values[1:] != values[:-1]
     backwards = np.diff(times) <= 0.0
     runs = 1 + int(changes.sum())

@@ -43,7 +43,7 @@ class Pattern:
 
 
 @dataclass(frozen=True)
-class Entry:
+class MapEntry:
     """What is guessed for one place of the map, and why."""
 
     patterns: tuple[Pattern, ...]
@@ -102,7 +102,7 @@ def patterns_of(headings: Iterable[Heading]) -> list[Pattern]:
             for name, heading in first.items() if not numbered or heading.number is not None]
 
 
-def entries_by_name(patterns: list[Pattern]) -> dict[str, Entry]:
+def entries_by_name(patterns: list[Pattern]) -> dict[str, MapEntry]:
     """Return the best pattern for every place, none for two."""
     weighed = sorted(((weight(pattern.heading, place), len(pattern.columns), -order, place)
                       for place in PLACES for order, pattern in enumerate(patterns)), reverse=True)
@@ -116,7 +116,7 @@ def entries_by_name(patterns: list[Pattern]) -> dict[str, Entry]:
 
 
 def _entry(place: str, pattern: Pattern, patterns: list[Pattern],
-           taken: Collection[Pattern]) -> Entry:
+           taken: Collection[Pattern]) -> MapEntry:
     heading = pattern.heading
     alike = [other for other in patterns if _redundant(other, pattern)]
     left = [other for other in patterns if other not in alike and other not in taken
@@ -124,11 +124,11 @@ def _entry(place: str, pattern: Pattern, patterns: list[Pattern],
     others = sorted(left, key=lambda other: -weight(other.heading, place))
     unit = heading.unit or UNITS[str(heading.kind)]
     reason = 'unit by its name' if heading.unit else 'the unit is not told'
-    return Entry((pattern, *alike), unit, reason, tuple(other.name for other in others))
+    return MapEntry((pattern, *alike), unit, reason, tuple(other.name for other in others))
 
 
 def _redundant(other: Pattern, pattern: Pattern) -> bool:
-    """Tell whether patterns name two like sensors: 'sensor_a' and 'sensor_b'."""
+    """Return whether patterns name two like sensors: 'sensor_a' and 'sensor_b'."""
     one, two = other.heading.words, pattern.heading.words
     letters = one ^ two
     return (len(letters) == 2 and all(len(word) == 1 for word in letters) and bool(one & SENSOR)

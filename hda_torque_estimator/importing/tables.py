@@ -24,7 +24,7 @@ from scipy.io.matlab import MatReadError
 from .json_lines import json_columns
 from .mat73 import is_hdf5, read_mat73
 from .own_process import in_own_process
-from .text_tables import Form, form_of, table_lines, without_brackets
+from .text_tables import form_of, table_lines, TableFormat, without_brackets
 
 Columns = dict[str, NDArray[Any]]
 Table = TypeVar('Table', Columns, list[str])
@@ -101,7 +101,7 @@ def _check_lengths(lines: Sequence[str]) -> None:
             raise TableError(f'its line {number} has {LONGEST_LINE} characters or more')
 
 
-def _arrow_table(source: Path | pa.BufferReader, form: Form, *,
+def _arrow_table(source: Path | pa.BufferReader, form: TableFormat, *,
                  last_cut_off: bool = False) -> Columns:
     """Return the columns below the names that were found in a text, or all but a last row."""
     names = _bounded(form.names)

@@ -25,7 +25,7 @@ YARP_NAMES = ('packet', 'time')
 WHITESPACE = ' '
 
 
-class Form(NamedTuple):
+class TableFormat(NamedTuple):
     """Say how a text holds its table; `skipped` lines stand before the first row."""
 
     names: list[str]
@@ -34,7 +34,7 @@ class Form(NamedTuple):
     decimal_point: str
 
 
-def form_of(lines: Sequence[str], *, yarp: bool = False) -> Form:
+def form_of(lines: Sequence[str], *, yarp: bool = False) -> TableFormat:
     """
     Return the form of a table by its first lines.
 
@@ -47,17 +47,17 @@ def form_of(lines: Sequence[str], *, yarp: bool = False) -> Form:
         number, line = plain or (0, '')
         mark = _mark(line)
         below = [cells_of(other, mark) for other in lines[number + 1:]]
-        return Form(cells_of(line, mark), number + 1, mark, _decimal_point(below))
+        return TableFormat(cells_of(line, mark), number + 1, mark, _decimal_point(below))
     mark = _mark(first[1])
     rows = [cells_of(line, mark) for line in lines[first[0]:]]
     names = _names([line for number, line in written if number < first[0]], mark, len(rows[0]))
     if names is not None:
-        return Form(names, first[0], mark, _decimal_point(rows))
+        return TableFormat(names, first[0], mark, _decimal_point(rows))
     if plain == first:
-        return Form(_numbered(rows[0], yarp), first[0], mark, _decimal_point(rows))
+        return TableFormat(_numbered(rows[0], yarp), first[0], mark, _decimal_point(rows))
     mark = _mark(plain[1])
     below = [cells_of(line, mark) for line in lines[plain[0] + 1:]]
-    return Form(cells_of(plain[1], mark), plain[0] + 1, mark, _decimal_point(below))
+    return TableFormat(cells_of(plain[1], mark), plain[0] + 1, mark, _decimal_point(below))
 
 
 def cells_of(line: str, mark: str) -> list[str]:
@@ -67,7 +67,7 @@ def cells_of(line: str, mark: str) -> list[str]:
     return [cell.strip() for cell in next(csv.reader([line], delimiter=mark), [])]
 
 
-def table_lines(lines: Sequence[str], form: Form) -> Iterator[str]:
+def table_lines(lines: Sequence[str], form: TableFormat) -> Iterator[str]:
     """Yield the rows, one space for white space, without comments or a last row cut off."""
     tidy: Callable[[str], str] = (
         (lambda line: WHITESPACE.join(line.split())) if form.mark == WHITESPACE else str)
@@ -84,7 +84,7 @@ def without_brackets(line: str) -> str:
 
 
 def _is_data(line: str) -> bool:
-    """Tell whether a line holds numbers alone."""
+    """Return whether a line holds numbers alone."""
     cells = cells_of(line, _mark(line))
     known = [cell for cell in cells if cell]
     return bool(known) and all(_is_number(cell) for cell in known)

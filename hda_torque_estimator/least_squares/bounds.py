@@ -12,7 +12,7 @@ from hda_arm_sim.model.torsion import TorsionLaw
 
 # The numbers of the joint itself have no owner: `motor_deviation`.
 PARTS: dict[str, type[Declared]] = {'': Joint, 'torsion': TorsionLaw, 'link_encoder': Encoder}
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 APART = 1.01            # least ratio of two knees, which must differ
 
 

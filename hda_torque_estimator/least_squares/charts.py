@@ -43,7 +43,7 @@ class Chart:
 
 
 @dataclass(frozen=True)
-class Plain(Chart):
+class Identity(Chart):
     """A number as it is."""
 
     def unknowns(self, owner: Any) -> tuple[float, ...]:
@@ -108,7 +108,7 @@ class Factor(Chart):
 
 
 @dataclass(frozen=True)
-class Wave(Chart):
+class WaveParts(Chart):
     """Amplitude and phase of a sin(x + phase), as its parts along sine and cosine."""
 
     def unknowns(self, owner: Any) -> tuple[float, ...]:

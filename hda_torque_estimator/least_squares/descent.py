@@ -20,7 +20,7 @@ from .term import Term
 Floats = NDArray[np.float64]
 Step = TypeVar('Step')
 Size = TypeVar('Size')
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 PASSES = 14             # of Gauss-Newton at most
 CLOSE = 2e-3            # relative gain of a pass that ends the descent
 SHARES = (1.0, 0.5, 0.2, 0.05)  # of a step that are tried, the longest first
@@ -64,7 +64,7 @@ class Problem(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class Minimum:
     """A fit: all unknowns in sigmas from what was known, and what they leave."""
 
     terms: tuple[Term, ...]     # as they were known before
@@ -86,7 +86,7 @@ class Found:
         """Return the covariance of all unknowns in sigmas (p, p)."""
         return covariance(self.rows, self.noise, self.prior)
 
-    def without(self, term: Term) -> 'Found':
+    def without(self, term: Term) -> 'Minimum':
         """Return the fit without one of its terms, as far as slopes stay as they are."""
         place = next(place for place, one in zip(places(self.terms), self.terms) if one is term)
         gone = np.arange(place.start, place.stop)
@@ -123,7 +123,7 @@ def limits(terms: Sequence[Term], more: int) -> tuple[Floats, Floats]:
 
 
 def descend(problem: Problem, start: Floats, noise: float | None = None,
-            known: Rows | None = None) -> Found:
+            known: Rows | None = None) -> Minimum:
     """
     Return the most likely unknowns, descending from `start` (p,), about which rows may be known.
 
@@ -144,7 +144,8 @@ def descend(problem: Problem, start: Floats, noise: float | None = None,
         else:
             rows, fresh = problem.rows(scaled, error), True
     rows = rows if fresh else problem.rows(scaled, error)
-    return Found(tuple(problem.terms), scaled, problem.prior, rows, noise_of(error, rows.stretch))
+    return Minimum(tuple(problem.terms), scaled, problem.prior, rows,
+                   noise_of(error, rows.stretch))
 
 
 class _Trial(NamedTuple):

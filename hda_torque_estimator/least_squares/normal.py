@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 TINY = 1e-300           # least that is divided by: a column of zeros stays one
 RIDGE = 1e-10           # of scaled columns, so that those that are alike share what they explain
 _ON_BOUND = 1e-9        # of half the way between two bounds, by which rounding may pass one

@@ -14,7 +14,7 @@ from .normal import within
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 FOLDS = 5               # every so many-th stretch is left out in turn
 WORTHLESS = 1e-9        # [N*m], the least noise
 

@@ -17,10 +17,10 @@ from hda_arm_sim.model.parts import Joint
 import numpy as np
 
 from .bounds import bounded, entered, Placing
-from .charts import Chart, Plain, Wave
+from .charts import Chart, Identity, WaveParts
 
 Place = tuple[str, str | None]        # an effect and its joint, None for the whole arm
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _TO_BOUND = 0.7         # share of the way to a bound that a step may take
 
 
@@ -58,12 +58,12 @@ class Term:
     @property
     def free(self) -> tuple[str, ...]:
         """Return the numbers that are no waves."""
-        return tuple(chart.names[0] for chart in self.charts if not isinstance(chart, Wave))
+        return tuple(chart.names[0] for chart in self.charts if not isinstance(chart, WaveParts))
 
     @property
     def waves(self) -> tuple[tuple[str, ...], ...]:
         """Return the names of amplitude and phase of every wave."""
-        return tuple(chart.names for chart in self.charts if isinstance(chart, Wave))
+        return tuple(chart.names for chart in self.charts if isinstance(chart, WaveParts))
 
     def all_steps(self) -> Array:
         """Return the usual step of every unknown, to be read only."""
@@ -128,7 +128,7 @@ class Term:
 
     @property
     def is_whole(self) -> bool:
-        """Tell whether the term is an effect with all of its numbers."""
+        """Return whether the term is an effect with all of its numbers."""
         return isinstance(self.effect, Effect) and not self.own
 
     def on(self, arm: Arm) -> Arm:
@@ -179,7 +179,7 @@ def looked_for(effect: Effect, joint: str | None, free: Mapping[str, float],
                waves: Mapping[tuple[str, str], float], least: Mapping[str, float],
                *, grown: bool = False) -> Term:
     """Return the term of an effect of which plain numbers and waves are looked for, by steps."""
-    charts: list[Chart] = [Plain((name,), step, low=least.get(name, -np.inf))
+    charts: list[Chart] = [Identity((name,), step, low=least.get(name, -np.inf))
                            for name, step in free.items()]
-    charts += [Wave(names, step) for names, step in waves.items()]
+    charts += [WaveParts(names, step) for names, step in waves.items()]
     return Term(effect, joint, tuple(charts), grown=grown)

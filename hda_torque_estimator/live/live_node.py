@@ -15,8 +15,7 @@ from hda_arm_sim.health import Level, Report
 from hda_arm_sim.ros.arm_node import ArmNode
 from hda_arm_sim.ros.listening import Listening
 from hda_arm_sim.ros.process import run
-from hda_msgs_json.topics import (
-    DIAGNOSTICS, ESTIMATOR_STATE, JOINT_STATES, TIP_WRENCH, Topic)
+from hda_msgs_json.topics import DIAGNOSTICS, ESTIMATOR_STATE, JOINT_STATES, TIP_WRENCH, Topic
 from rclpy.client import Client
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
@@ -84,7 +83,7 @@ class LiveView(ArmNode):
 
     def _picture(self) -> dict[str, Any]:
         """Return what is shown now; the thread of the server asks."""
-        return {**self._scene.picture(time.monotonic()), 'recording': self._recorder.told()}
+        return {**self._scene.picture(time.monotonic()), 'recording': self._recorder.state()}
 
     def _turn(self) -> None:
         for request in self._requests.take():
@@ -110,7 +109,7 @@ class LiveView(ArmNode):
 
     def close(self) -> None:
         """End the recording, if one runs, and the page."""
-        if self._recorder.told():
+        if self._recorder.state():
             self._recorder.stop()
         self._server.stop()
 

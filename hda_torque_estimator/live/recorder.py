@@ -23,7 +23,7 @@ class Recorder:
         self._process: subprocess.Popen[bytes] | None = None
         self._path, self._began = Path(), 0.0
 
-    def told(self) -> dict[str, Any] | None:
+    def state(self) -> dict[str, Any] | None:
         """Return what is recorded and for how long [s]; None while nothing is."""
         if self._process is None or self._process.poll() is not None:
             return None
@@ -31,7 +31,7 @@ class Recorder:
 
     def start(self) -> Done:
         """Begin a bag."""
-        if self.told():
+        if self.state():
             return Done(False, f'already recording to {self._path}')
         self._path = self._folder / f'{datetime.now():live_%Y%m%d_%H%M%S}'
         try:

@@ -22,7 +22,7 @@ from ..samples.coupling import (AT_LINK, bend_over, disc_of, kind_of, LINK_DEGRE
                                 MOTOR_DEGREES, RIGHT, TRAVEL, twist_of)
 from ..significance import SIGN_CERTAIN
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 STRETCHES = 9           # of a recording, each with a slope of its own; their median counts
 SANE = 1e9              # angle beyond which a reading is no angle [rad]
 ENOUGH = 20_000         # samples that tell a sign, evenly over a recording (choice)
@@ -40,7 +40,7 @@ class ConventionError(HdaError):
     """A recording whose angles or torques have another sign, unit or ratio than the arm's."""
 
 
-class Wrong(NamedTuple):
+class ConventionFault(NamedTuple):
     """What is wrong, in a sentence, and which options of `hda diagnose` mend it."""
 
     words: str
@@ -81,7 +81,7 @@ def disc_slope(arm: Arm, column: int) -> float:
 
 
 def wrong_convention(joint: Joint, motor: Array, link: Array, command: Array,
-                     disc: float = 0.0) -> Wrong | None:
+                     disc: float = 0.0) -> ConventionFault | None:
     """
     Return what is wrong with angles [rad] and motor torques [N*m] (k,), None if nothing.
 
@@ -93,13 +93,14 @@ def wrong_convention(joint: Joint, motor: Array, link: Array, command: Array,
             or wrong_effort(joint, motor, link, command))
 
 
-def wrong_angles(joint: Joint, motor: Array, link: Array, disc: float = 0.0) -> Wrong | None:
+def wrong_angles(joint: Joint, motor: Array, link: Array,
+                 disc: float = 0.0) -> ConventionFault | None:
     """Return what is wrong with angles (k,) [rad], None if nothing."""
     return wrong_coupling(joint, motor, link, disc) or wrong_step(joint, motor, link)
 
 
 def wrong_coupling(joint: Joint, motor: Array, link: Array,
-                   disc: float = 0.0) -> Wrong | None:
+                   disc: float = 0.0) -> ConventionFault | None:
     """Return what is wrong with how far shaft and link turn (k,) [rad], None if nothing."""
     slope, span = _local(motor, link, joint.ratio)
     bend = bend_over(_widest(joint), max(span, TRAVEL)) + disc
@@ -107,7 +108,7 @@ def wrong_coupling(joint: Joint, motor: Array, link: Array,
     return None if code == RIGHT else coupling_sentence(joint, code, slope)
 
 
-def coupling_sentence(joint: Joint, code: int, slope: float = math.nan) -> Wrong:
+def coupling_sentence(joint: Joint, code: int, slope: float = math.nan) -> ConventionFault:
     """Return a wrong coupling in words, with its slope if that is known."""
     label, motor = joint.label, motor_name(joint.label)
     said = '' if math.isnan(slope) else (f'its motor turns {slope:.5g} times per turn of the link '
@@ -124,11 +125,12 @@ def coupling_sentence(joint: Joint, code: int, slope: float = math.nan) -> Wrong
         reasons.append('the sign of one encoder is wrong')
         options.append(f'--flip {motor} or --flip {label}')
     if not reasons:
-        return Wrong(f'{label}: {said}the ratio is wrong; correct "ratio" in the arm file')
-    return Wrong(f'{label}: {said}{" and ".join(reasons)}', ' '.join(options))
+        return ConventionFault(
+            f'{label}: {said}the ratio is wrong; correct "ratio" in the arm file')
+    return ConventionFault(f'{label}: {said}{" and ".join(reasons)}', ' '.join(options))
 
 
-def wrong_step(joint: Joint, motor: Array, link: Array) -> Wrong | None:
+def wrong_step(joint: Joint, motor: Array, link: Array) -> ConventionFault | None:
     """Recognise that both angles (k,) are in degrees by the steps in which the motor counts."""
     expected = joint.motor_encoder.step
     changes = np.abs(np.diff(motor))
@@ -138,11 +140,12 @@ def wrong_step(joint: Joint, motor: Array, link: Array) -> Wrong | None:
     step = float(np.percentile(changes, 1.0))
     if abs(step / math.degrees(expected) - 1.0) >= 0.02:
         return None
-    return Wrong(f'{motor_name(joint.label)} counts in steps of {step:.3g} where {expected:.3g} '
-                 'rad is right; the angles are in degrees', '--degrees')
+    return ConventionFault(f'{motor_name(joint.label)} counts in steps of {step:.3g} where '
+                           f'{expected:.3g} rad is right; the angles are in degrees', '--degrees')
 
 
-def wrong_effort(joint: Joint, motor: Array, link: Array, command: Array) -> Wrong | None:
+def wrong_effort(joint: Joint, motor: Array, link: Array,
+                 command: Array) -> ConventionFault | None:
     """Return what is wrong with the sign of motor torques (k,), None if nothing."""
     known = np.isfinite(command[1:]) & np.isfinite(command[:-1])
     speed, torque = np.diff(motor)[known], command[:-1][known]
@@ -156,19 +159,20 @@ def wrong_effort(joint: Joint, motor: Array, link: Array, command: Array) -> Wro
     seen = torque[moving], link[:-1][known][moving], speed[moving]
     twists = _twists((motor / joint.ratio - link)[:-1][known][moving], *seen)
     if twists < -SIGN_CERTAIN:
-        return Wrong(f'{joint.label}: its gear twists against its motor (correlation '
-                     f'{twists:.2f}): the motor torques have the wrong sign; import them with the '
-                     'other one')
+        return ConventionFault(f'{joint.label}: its gear twists against its motor (correlation '
+                               f'{twists:.2f}): the motor torques have the wrong sign; import '
+                               'them with the other one')
     if twists <= ALIKE and (_helps(*seen) or all(
             _brakes(torque[way] * speed[way]) for way in ways)):
-        return Wrong(f'{joint.label}: its motor brakes whenever it turns either way: the motor '
-                     'torques have the wrong sign; import them with the other one')
+        return ConventionFault(f'{joint.label}: its motor brakes whenever it turns either '
+                               'way: the motor torques have the wrong sign; import them with '
+                               'the other one')
     return None
 
 
 def speeds_up(motor: Array, command: Array) -> bool:
     """
-    Tell whether torques (k,) speed up the shaft at angles (k,), what follows its sense aside.
+    Return whether torques (k,) speed up the shaft at angles (k,), what follows its sense aside.
 
     Joints of a chain hand each other energy. So one may brake whenever it turns either way. Yet it
     takes the torque that its own inertia needs.
@@ -192,7 +196,8 @@ def _brakes(power: Array) -> bool:
 
 def _helps(torque: Array, link: Array, speed: Array) -> bool:
     """
-    Tell whether friction would help: less torque forwards than backwards at one angle of the link.
+    Return whether friction would help: less torque forwards than backwards at one angle of the
+    link.
 
     Weight depends on the angle alone, whatever it is, and so does what an encoder does.
     """

@@ -13,7 +13,7 @@ import numpy as np
 
 from .measurement import Measurement
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 LEAST = 1e-8            # jitter beyond the nanoseconds in which stamps count [s]
 
 

@@ -14,12 +14,12 @@ from scipy.interpolate import CubicSpline
 from ..samples.readings import readings
 from ..significance import FOURTH_DIFFERENCES
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 SEGMENT = 0.5           # of an estimate of noise [s]
 QUIET = 0.25            # share of segments that an effect surely leaves quiet
 FINEST = 1e-6           # period of a grid: no encoder is read more often [s]
 _SINGLE = 0.75          # share by which an interval of one period may differ from the usual one
-_TELLS = 4.0            # deviations by which a line is steeper than jitter makes it
+_STEEPER = 4.0            # deviations by which a line is steeper than jitter makes it
 _FIRST = 8              # half of the intervals in the first stretch that sets the period
 EMPTIEST = 4.0          # places of a grid for each sample: beyond, most would be made up
 
@@ -104,7 +104,7 @@ class Measurement:
 
     @property
     def _moves_between(self) -> bool:
-        """Tell whether commands change between samples that were recorded."""
+        """Return whether commands change between samples that were recorded."""
         still = np.repeat(self.command[::self.parts], self.parts, axis=0)[:len(self.command)]
         return bool((still != self.command).any())
 
@@ -155,8 +155,8 @@ def joined(recordings: Sequence[Measurement], grain: int = 1) -> Measurement:
 
 def _held(recordings: Sequence[Measurement]) -> bool | None:
     """Return what is known of the commands of all, None where they differ."""
-    told = {one.held for one in recordings}
-    return told.pop() if len(told) == 1 else None
+    ways = {one.held for one in recordings}
+    return ways.pop() if len(ways) == 1 else None
 
 
 def _past(recordings: Sequence[Measurement], lengths: Sequence[int]) -> Array:
@@ -272,6 +272,6 @@ def _period(since: Array) -> float:
         counts = np.round(stretch / period - phase)
         away = counts - counts.mean()
         slope = float(away @ stretch) / max(float(away @ away), 1.0)
-        if slope > 0.0 and abs(slope - period) > _TELLS * jitter / np.sqrt(away @ away):
+        if slope > 0.0 and abs(slope - period) > _STEEPER * jitter / np.sqrt(away @ away):
             period = slope                  # not that of stamps that come in one burst
     return float(since[-1]) / max(round(float(since[-1]) / period), 1)

@@ -26,7 +26,7 @@ from scipy.signal import savgol_filter
 from .measurement import Measurement
 
 MOTOR, LINK = range(2)  # sides of a reading (layout)
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 WINDOW, _DEGREE = 0.021, 5      # of the polynomials [s]
 # (measured: a window of 21 ms loses 5 % at 40 Hz, which made cogging 1 % low)
 SHORT = 0.009                   # window for what passes a filter of its own later [s]
@@ -34,34 +34,35 @@ SHORT = 0.009                   # window for what passes a filter of its own lat
 _JOLT = 30.0            # accelerations of two windows this far apart, in the usual distance
 
 
-class Motion(NamedTuple):
+class MeasuredMotion(NamedTuple):
     """What moved: state (k, n, 4) in the kernel's columns, acceleration (k, n, 2) motor, link."""
 
     state: Array
     acceleration: Array
 
-    def during(self, piece: slice) -> 'Motion':
+    def during(self, piece: slice) -> 'MeasuredMotion':
         """Return the motion in some of its samples."""
-        return Motion(self.state[piece], self.acceleration[piece])
+        return MeasuredMotion(self.state[piece], self.acceleration[piece])
 
 
-class Course(NamedTuple):
+class DifferentiatedAngle(NamedTuple):
     """Angles behind encoders and their derivatives, at the stamps: (k,) each, or (k, c)."""
 
     angle: Array                # [rad]
     velocity: Array             # [rad/s]
     acceleration: Array         # [rad/s^2]
 
-    def during(self, piece: slice) -> 'Course':
+    def during(self, piece: slice) -> 'DifferentiatedAngle':
         """Return the course in some of its samples."""
-        return Course(self.angle[piece], self.velocity[piece], self.acceleration[piece])
+        return DifferentiatedAngle(self.angle[piece], self.velocity[piece],
+                                   self.acceleration[piece])
 
-    def shifted(self, away: float) -> 'Course':
+    def shifted(self, away: float) -> 'DifferentiatedAngle':
         """Return the course of angles that are all so far away: polynomials are linear [rad]."""
         return self._replace(angle=self.angle + away)
 
 
-def motion_of(measurement: Measurement, arm: Arm, window: float = WINDOW) -> Motion:
+def motion_of(measurement: Measurement, arm: Arm, window: float = WINDOW) -> MeasuredMotion:
     """
     Return the motion of an arm whose sensing is that of `arm`.
 
@@ -76,10 +77,10 @@ def motion_of(measurement: Measurement, arm: Arm, window: float = WINDOW) -> Mot
     state = np.empty((*angle.shape[:2], 4))
     state[:, :, MOTOR_ANGLE], state[:, :, LINK_ANGLE] = angle[:, :, 0], angle[:, :, 1]
     state[:, :, MOTOR_VELOCITY], state[:, :, LINK_VELOCITY] = velocity[:, :, 0], velocity[:, :, 1]
-    return Motion(state, np.ascontiguousarray(acceleration))
+    return MeasuredMotion(state, np.ascontiguousarray(acceleration))
 
 
-def course_of(angles: Array, late: Array, window: float, dt: float) -> Course:
+def course_of(angles: Array, late: Array, window: float, dt: float) -> DifferentiatedAngle:
     """Return the course of angles (k, c) that were read so late (c,) after their stamps [s]."""
     smooth, velocity = (_derivative(angles, order, WINDOW, dt) for order in range(2))
     acceleration = _derivative(angles, 2, window, dt)
@@ -88,7 +89,7 @@ def course_of(angles: Array, late: Array, window: float, dt: float) -> Course:
         smooth = smooth - late * velocity + 0.5 * late ** 2 * curvature
         velocity = velocity - late * curvature
         acceleration = acceleration - late * jerk
-    return Course(smooth, velocity, acceleration)
+    return DifferentiatedAngle(smooth, velocity, acceleration)
 
 
 def lateness(arm: Arm, joint: int, side: int) -> float:

@@ -2,7 +2,7 @@
 
 from .recording_checks import GateError
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 ONE_RATE = 0.02         # relative difference that drivers of one arm have on other days
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from .conventions import disc_slope, signed, wrong_convention
 from .measurement import Measurement
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 SHORTEST = 5.0          # recording from which anything can be concluded [s]
 
 

@@ -7,7 +7,7 @@ from hda_msgs_json.topics import MOTOR_SUFFIX
 import numpy as np
 from numpy.typing import NDArray
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _GAP = 1.5              # of the usual period
 _STANDSTILL = 1e-3      # link travel that counts as none [rad]
 _SHORT = 5.0            # recordings below this cannot average friction and ripple [s]

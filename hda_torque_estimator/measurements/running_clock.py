@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from .measurement import Measurement
 
 Spans = tuple[tuple[float, float], ...]
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _BLOCK = 2.0            # stretches that are trained on, and held out in turn [s]
 _HELD = 3               # of so many stretches one is held out
 _ENOUGH = 3             # recordings of which the last is held out whole

@@ -19,7 +19,7 @@ from scipy.interpolate import CubicSpline
 
 from .measurement import Measurement
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 # (source: bus cycles of robot drives are 1 ms and shorter)
 FINE = 1e-3             # longest period of the grid [s]
 _SAME_RATE = 0.02       # share by which clocks of one rate differ: 1.000002 ms is 1 ms
@@ -61,7 +61,7 @@ def between(values: Array, parts: int) -> Array:
 
 def is_held(measurement: Measurement) -> bool:
     """
-    Tell whether commands were held from sample to sample: those of a loop of this rate.
+    Return whether commands were held from sample to sample: those of a loop of this rate.
 
     Such a loop answers the noise of readings that were recorded, and of no others. So what it
     recorded tells its quick commands. A clock that jitters moves readings, but not the speed that
@@ -84,7 +84,7 @@ def is_held(measurement: Measurement) -> bool:
             *(quick[first - late:len(quick) - late, joint, None]
               for late in range(1, _COMMANDS + 1))], axis=1)
         rows = free[:, joint] if free[:, joint].sum() > least else slice(None)
-        left.append(_untold(quick[first:, joint][rows], columns[rows]))
+        left.append(_unexplained(quick[first:, joint][rows], columns[rows]))
     return min(left) < (_HELD_LEFT if len(measurement.past) else _CLOCKLESS)
 
 
@@ -109,7 +109,7 @@ def _recorded(measurement: Measurement) -> Array:
     return np.concatenate([reading, moved], axis=2)
 
 
-def _untold(values: Array, columns: Array) -> float:
+def _unexplained(values: Array, columns: Array) -> float:
     """Return the share of usual values (k,) that columns (k, p) do not tell, 0 of nothing."""
     scaled = columns / np.maximum(np.sqrt((columns ** 2).mean(axis=0)), 1e-300)
     left, kept = values, np.ones(len(values), bool)

@@ -9,22 +9,22 @@ _MARKS = re.compile(r'[$`]|\\text|[{}]')
 _SYMBOLS = {r'\theta': 'θ', r'\tau': 'τ', r'\Delta': 'Δ', r'\sigma': 'σ', r'\sin': 'sin'}
 
 
-class Term(NamedTuple):
+class GlossaryTerm(NamedTuple):
     """A term and its meaning in plain words."""
 
     name: str
     meaning: str
 
 
-def terms_in(text: str, glossary: str) -> tuple[Term, ...]:
+def terms_in(text: str, glossary: str) -> tuple[GlossaryTerm, ...]:
     """Return the entries of a glossary (Markdown) whose terms stand in a plain text."""
     words = text.lower()
-    return tuple(Term(name, _plain(meaning)) for name, meaning in _ENTRY.findall(glossary)
+    return tuple(GlossaryTerm(name, _plain(meaning)) for name, meaning in _ENTRY.findall(glossary)
                  if _stands(name.lower(), words))
 
 
 def _stands(name: str, words: str) -> bool:
-    """Tell whether a term, or its plural, is a word of a text."""
+    """Return whether a term, or its plural, is a word of a text."""
     return re.search(rf'(?<![\w-]){re.escape(name)}s?(?![\w-])', words) is not None
 
 

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 MOST = 4000             # points of a line: two for each pixel of a wide screen
 _FIGURES = 5            # of a number in a page: a ten-thousandth of the largest
 
 
 @dataclass(frozen=True, eq=False)
-class Line:
+class PlotLine:
     """A line (k,) of a plot; its `look` says what it is: measured, before, after or floor."""
 
     name: str
@@ -32,7 +32,7 @@ class Plot:
     x_label: str
     y_label: str
     x: Array                        # (k,) rising
-    lines: Sequence[Line]
+    lines: Sequence[PlotLine]
     scale: str = 'linear'
     focus: tuple[float, float] | None = None        # of x, what is shown at first; None for all
 
@@ -47,15 +47,15 @@ class Plot:
                 'lines': [self._line(line, rest) for line in self.lines]}
 
     @staticmethod
-    def _line(line: Line, rest: Any) -> dict[str, Any]:
-        told: dict[str, Any] = {'name': line.name, 'look': line.look, 'y': written(next(rest))}
+    def _line(line: PlotLine, rest: Any) -> dict[str, Any]:
+        document: dict[str, Any] = {'name': line.name, 'look': line.look, 'y': written(next(rest))}
         if line.low is not None:
-            told['low'], told['high'] = written(next(rest)), written(next(rest))
-        return told
+            document['low'], document['high'] = written(next(rest)), written(next(rest))
+        return document
 
 
 @dataclass(frozen=True, eq=False)
-class Chart:
+class PlotGroup:
     """Plots of one kind under names that a reader switches between, with one caption."""
 
     title: str

@@ -14,8 +14,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from . import wording
 from .badge import Badge, BADGES, DONE
-from .glossary import Term, terms_in
-from .plot import Chart
+from .glossary import GlossaryTerm, terms_in
+from .plot import PlotGroup
 
 ASSETS = files('hda_torque_estimator.pages') / 'assets'
 _SECTION = re.compile(r'<(?:section|details)[^>]* id="([^"]+)"[^>]*>\s*<(?:h2|summary)>([^<]+)')
@@ -32,7 +32,7 @@ class Section(NamedTuple):
 
 
 def render(template: str, *, title: str, badge: Badge = DONE,
-           charts: Mapping[str, Chart] | None = None, **content: Any) -> str:
+           charts: Mapping[str, PlotGroup] | None = None, **content: Any) -> str:
     """
     Return the page of a template.
 
@@ -98,7 +98,7 @@ def _sections(page: str, glossary: bool) -> tuple[Section, ...]:
     return (*found, *([Section('glossary', 'Glossary')] if glossary else []))
 
 
-def _terms(page: str) -> tuple[Term, ...]:
+def _terms(page: str) -> tuple[GlossaryTerm, ...]:
     """Return the terms of the glossary that a page uses."""
     main = page[page.index('<main'):page.index('</main>')]
     return terms_in(unescape(re.sub(r'<[^>]+>', ' ', main)), asset('glossary.md'))

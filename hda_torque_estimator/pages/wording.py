@@ -4,7 +4,7 @@ from collections.abc import Sequence
 import math
 import re
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 # (source: one radian in minutes of arc)
 ARCMIN = 10800.0 / math.pi      # one radian [arcmin]
 _PREFIXES = ((1e-6, 'µ'), (1e-3, 'm'), (1.0, ''))
@@ -51,8 +51,8 @@ def handy(value: float, scale: str) -> str:
     if scale == 'rad' and abs(value) >= _COARSE:
         return f'{short(math.degrees(value))}°'
     size, prefix = _prefixed(abs(value))
-    told = f'{short(value / size)} {prefix}{unit(scale)}'
-    return f'{told} ({short(value * ARCMIN)} arcmin)' if scale == 'rad' else told
+    shown = f'{short(value / size)} {prefix}{unit(scale)}'
+    return f'{shown} ({short(value * ARCMIN)} arcmin)' if scale == 'rad' else shown
 
 
 def in_unit(values: Sequence[float], scale: str) -> tuple[list[str], str]:
@@ -71,9 +71,9 @@ def _decimal(value: float, largest: float) -> str:
     if not math.isfinite(value) or not _TINY < largest < _HUGE:
         return figure(value)
     decimals = max(0, _FIGURES - 1 - math.floor(math.log10(largest)))
-    told = f'{value:.{decimals}f}'
-    told = told.rstrip('0').rstrip('.') if '.' in told else told
-    return '0' if told == '-0' else told
+    text = f'{value:.{decimals}f}'
+    text = text.rstrip('0').rstrip('.') if '.' in text else text
+    return '0' if text == '-0' else text
 
 
 def unbroken(text: str) -> str:

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 Legs = tuple[tuple[float, float], ...]      # distances, in amplitudes, and shares of the time
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _CORNER = 0.1           # over which a corner is rounded, standard deviation [s]
 _EDGE = 0.5             # at rest at both ends, so that corners are complete [s]
 _EASE = 1.5             # over which a wave is faded in and out [s]
@@ -23,7 +23,7 @@ _LOWEST = 0.1           # frequency of a Fourier series, about [Hz]
 _TURN = 2.9             # each way: nearly a full turn [rad]
 
 
-class Chain(NamedTuple):
+class ChainPaths(NamedTuple):
     """What a chain has of its own: where its motions start [rad], how fast its links may turn."""
 
     home: Sequence[float]
@@ -68,7 +68,7 @@ class Path:
         return replace(self, amplitude=sizes, wave=float(self.wave * wave))
 
     def motion(self, joints: int, duration: float, dt: float, limits: Sequence[float],
-               chain: 'Chain | None' = None) -> Motion:
+               chain: 'ChainPaths | None' = None) -> Motion:
         """
         Return the path as a motion of some duration [s], sampled every dt [s].
 

@@ -23,12 +23,12 @@ from ..diagnosis.diagnose import EFFECTIVE
 from ..diagnosis.fitting.derivatives import IMPOSSIBLE
 from ..diagnosis.fitting.fit import Fit, Fitter
 from ..diagnosis.fitting.hypotheses import terms_of
-from ..diagnosis.judging.screen import screen
+from ..diagnosis.judging.screening import screen
 from ..measurements.measurement import Measurement
 from ..measurements.running_clock import inside, stretches
-from ..simulating.closed_loop import Run, run
+from ..simulating.closed_loop import ClosedLoopRun, run
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 SEED = 7                # of the encoders' noise in simulations
 USED = 0.95             # of each limit, at most: an arm with an effect may need more
 
@@ -61,7 +61,7 @@ class Strength(NamedTuple):
         return min(self.scores)
 
 
-def load_of(arm: Arm, made: Run) -> Load:
+def load_of(arm: Arm, made: ClosedLoopRun) -> Load:
     """Return what a run takes of an arm's limits."""
     limits = np.array([[joint.angle_limit, joint.velocity_limit, joint.torque_limit]
                        for joint in arm.joints]).T
@@ -69,7 +69,8 @@ def load_of(arm: Arm, made: Run) -> Load:
     return Load(*(np.abs(part).max(axis=0) / limit for part, limit in zip(used, limits)))
 
 
-def separation(asked: Question, motion: Motion, healthy: Run, least: float = -1.0) -> Strength:
+def separation(asked: Question, motion: Motion, healthy: ClosedLoopRun,
+               least: float = -1.0) -> Strength:
     """
     Return how strongly a motion separates or shows suspects; `healthy` is a run without any.
 
@@ -118,7 +119,7 @@ def _wrong(fitter: Fitter, neither: Fit, blamed: Suspect) -> float:
     return min(scores)
 
 
-def _measured(arm: Arm, made: Run) -> Measurement:
+def _measured(arm: Arm, made: ClosedLoopRun) -> Measurement:
     return Measurement(arm.labels, float(made.time[1] - made.time[0]),
                        np.ascontiguousarray(made.reading[:, :, :2]), made.command)
 

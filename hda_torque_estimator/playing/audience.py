@@ -13,7 +13,7 @@ class Audience:
         self._since = 0.0
 
     def complete(self, counts: Mapping[str, int], now: float) -> bool:
-        """Tell whether it is complete with these numbers at `now` [s]."""
+        """Return whether it is complete with these numbers at `now` [s]."""
         if self._counts != counts:
             self._counts, self._since = dict(counts), now
         return not self.missing() and now - self._since >= self._settle_time

@@ -28,7 +28,7 @@ class Outlets(Generic[Message]):
     """Where messages go, and where the log time goes every `period` of real time [ns]."""
 
     hand_over: Callable[[Message], None]
-    tell_time: Callable[[int], None]
+    publish_time: Callable[[int], None]
     period: int
 
 
@@ -53,12 +53,12 @@ class Playback(Generic[Message]):
 
     @property
     def empty(self) -> bool:
-        """Tell whether there is no message to come."""
+        """Return whether there is no message to come."""
         return self._next is None
 
     @property
     def paused(self) -> bool:
-        """Tell whether time stands."""
+        """Return whether time stands."""
         return self._timeline.paused
 
     @property
@@ -79,7 +79,7 @@ class Playback(Generic[Message]):
             self._begun = True
             while self._next is not None and not self._ended:
                 now = monotonic_ns()
-                self._tell_time(now, self._next)
+                self._publish_time(now, self._next)
                 wait = min(self._due(self._next), self._tick, now + LONGEST_WAIT) - now
                 if wait > 0:
                     self._changed.wait(wait * 1e-9)
@@ -137,8 +137,8 @@ class Playback(Generic[Message]):
                 self._timeline.jump(following.log_time, monotonic_ns())
         self._next = following
 
-    def _tell_time(self, now: int, message: Message) -> None:
+    def _publish_time(self, now: int, message: Message) -> None:
         """Tell the time if that is due, never beyond a message that is still to come."""
         if now >= self._tick:
             self._tick = max(self._tick + self._outlets.period, now)
-            self._outlets.tell_time(min(self._timeline.time(now), message.log_time))
+            self._outlets.publish_time(min(self._timeline.time(now), message.log_time))

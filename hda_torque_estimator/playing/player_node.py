@@ -102,7 +102,7 @@ class BagPlayer(ReportingNode):
         if not self._settings.clock_rate:
             return Outlets(self._hand_over, lambda _: None, round(1e9))
         clock = publisher(self, CLOCK)
-        return Outlets(self._hand_over, partial(_tell_time, clock),
+        return Outlets(self._hand_over, partial(_publish_time, clock),
                        round(1e9 / self._settings.clock_rate))
 
     def _span(self) -> tuple[int, int]:
@@ -182,7 +182,7 @@ class BagPlayer(ReportingNode):
         self._thread.join()
 
 
-def _tell_time(clock: Publisher, log_time: int) -> None:
+def _publish_time(clock: Publisher, log_time: int) -> None:
     if log_time < LATEST_CLOCK:
         clock.publish(LITTLE_ENDIAN + pack_stamp(log_time))
 

@@ -95,7 +95,7 @@ class BagRecorder(ArmNode):
             self.serve(Trigger, name, answer)
 
     def _is_wanted(self, name: str) -> bool:
-        """Tell whether a topic that is not of the system shall be recorded."""
+        """Return whether a topic that is not of the system shall be recorded."""
         names = {name, name.removeprefix(self.get_namespace())}
         return (any(matches(each, self._wanted) for each in names)
                 and not any(matches(each, self._unwanted) for each in names))

@@ -26,5 +26,5 @@ def chosen(names: Iterable[str], wanted: Sequence[str], unwanted: Sequence[str] 
 
 
 def matches(name: str, patterns: Sequence[str]) -> bool:
-    """Tell whether a name is one of the patterns."""
+    """Return whether a name is one of the patterns."""
     return any(fnmatchcase(name.strip('/'), pattern.strip('/')) for pattern in patterns)

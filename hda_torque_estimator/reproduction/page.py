@@ -6,7 +6,7 @@ from typing import Any
 
 from .catalogue import FIGURES
 from .report import file_name
-from .rig.exhibit import Exhibit, Number
+from .rig.exhibit import Exhibit, PaperNumber
 from ..pages.render import render
 from ..pages.wording import unit
 
@@ -39,7 +39,7 @@ def _shown(name: str, exhibit: Exhibit, inline: Mapping[str, str]) -> dict[str, 
             'not_computed': [_prose(reason) for reason in exhibit.not_computed]}
 
 
-def _row(number: Number) -> list[str]:
+def _row(number: PaperNumber) -> list[str]:
     return [_prose(number.name), _prose(unit(number.unit)),
             *map(_value, (number.paper, number.printed, number.consistent)),
             _prose(number.remark)]

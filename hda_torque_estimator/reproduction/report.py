@@ -5,7 +5,7 @@ import math
 from typing import Any
 
 from .catalogue import FIGURES
-from .rig.exhibit import Exhibit, Number
+from .rig.exhibit import Exhibit, PaperNumber
 
 
 def document(made: Mapping[str, Exhibit], version: str, seconds: float) -> dict[str, Any]:
@@ -21,7 +21,7 @@ def _figure(name: str, exhibit: Exhibit) -> dict[str, Any]:
             'drawings': [file_name(name, drawing.name) for drawing in exhibit.drawings]}
 
 
-def _number(number: Number) -> dict[str, Any]:
+def _number(number: PaperNumber) -> dict[str, Any]:
     """Return a number as JSON knows it: what is not finite is null."""
     return {key: None if isinstance(value, float) and not math.isfinite(value) else value
             for key, value in number._asdict().items()}

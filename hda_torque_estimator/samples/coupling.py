@@ -16,7 +16,7 @@ import numpy as np
 # Kinds of a coupling, negative with one sign flipped.
 RIGHT, FLIPPED, AT_LINK, MOTOR_DEGREES, LINK_DEGREES, OTHER = 0, -1, 2, 3, 4, 5
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 TRAVEL = 0.02           # of the link, from which anything can be told (choice) [rad]
 # (source: a gear of N teeth pairs turns N or N + 1 to 1)
 WHOLE = 0.5             # teeth: gears of one size have N or N + 1 to 1, so half a tooth is between
@@ -27,7 +27,7 @@ COARSE = 6.0            # counts by which a coarse encoder may be bent along its
 NEAR = 0.1              # relative, within which a slope is one of the named conventions
 SOFTEST = 0.02          # torsion of a joint whose law is valid without end (choice) [rad]
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 WORST = 3.0             # slope of a torsion of either sign on an even travel, over twist / span
 # Link travel from which the torsion of a whole recording follows the weight, and after which a
 # running stretch begins anew (choice) [rad].
@@ -35,7 +35,7 @@ STRETCH = 0.3
 
 # Memory: sums over a stretch from its first angles on, and what was told.
 (BEGUN, FIRST_MOTOR, FIRST_LINK, COUNT, SUM_MOTOR, SUM_LINK, SUM_LINK_2, SUM_BOTH,
- LOW_MOTOR, HIGH_MOTOR, LOW_LINK, HIGH_LINK, TOLD) = range(13)
+ LOW_MOTOR, HIGH_MOTOR, LOW_LINK, HIGH_LINK, KIND) = range(13)
 MEMORY = 13  # (layout)
 _disc_of = record_of(known_as('eccentricity'))
 
@@ -94,7 +94,7 @@ def add(memory: Array, motor: float, link: float, ratio: float, twist: float,
     `disc` is the slope that the disc of the link encoder makes.
     """
     if memory[BEGUN] == 0.0:
-        memory[:TOLD] = 0.0
+        memory[:KIND] = 0.0
         memory[BEGUN], memory[FIRST_MOTOR], memory[FIRST_LINK] = 1.0, motor, link
     x, y = link - memory[FIRST_LINK], motor - memory[FIRST_MOTOR]
     memory[COUNT] += 1.0
@@ -114,7 +114,7 @@ def add(memory: Array, motor: float, link: float, ratio: float, twist: float,
         # Cauchy and Schwarz: no torsion within +-twist bends the slope of these samples further,
         # also where the joint rested for most of the stretch.
         bend = twist / np.sqrt(square / n) + disc
-        memory[TOLD] = kind_of(both / square, span, ratio, bend)
+        memory[KIND] = kind_of(both / square, span, ratio, bend)
         if span > STRETCH:
             restart(memory)
-    return memory[TOLD]
+    return memory[KIND]

@@ -1,6 +1,6 @@
 """Count samples that never came, from the stamps of those that did."""
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _OUTLIER = 1.5          # of the usual period: beyond it something is missing
 _SHARE = 0.05           # of each new period in the usual one
 _PATIENCE = 10          # outliers in a row after which they are what is usual

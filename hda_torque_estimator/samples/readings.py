@@ -74,7 +74,7 @@ def by_motor(arm: Arm, labels: Sequence[str]) -> Arm:
 
 
 def knows_motor(arm: Arm, joint: Joint) -> bool:
-    """Tell whether anything is known of what a motor's torque becomes at the gear."""
+    """Return whether anything is known of what a motor's torque becomes at the gear."""
     known: Any = arm.effect(known_as('dry_friction').name, joint.label)
     return joint.motor_deviation > 0.0 or known.level > 0.0
 

@@ -24,12 +24,12 @@ class Fault(IntEnum):
 
     @property
     def believed(self) -> bool:
-        """Tell whether the watch takes the angles of such a sample for the last known ones."""
+        """Return whether the watch takes the angles of such a sample for the last known ones."""
         return self in (Fault.NONE, Fault.FROZEN, Fault.SPEED)
 
     @property
     def of_stamps(self) -> bool:
-        """Tell whether it is only the stamp that is wrong."""
+        """Return whether it is only the stamp that is wrong."""
         return self in (Fault.NOT_LATER, Fault.CLOCK_BACK)
 
     @property
@@ -38,7 +38,7 @@ class Fault(IntEnum):
         return _REASONS[self]
 
 
-class Told(NamedTuple):
+class FaultDetails(NamedTuple):
     """Where a fault is, what was got and what would be right; units are those of the fault."""
 
     joint: int
@@ -77,10 +77,10 @@ _BY_STAMP = ('samples of two publishers come in turn: every second stamp is {got
              'the one before, which is before it; let one publish joint_states')
 
 
-def sentence(fault: Fault, told: Told, labels: Sequence[str]) -> str:
+def sentence(fault: Fault, details: FaultDetails, labels: Sequence[str]) -> str:
     """Return what is wrong, where, what was got and what would be right."""
-    label = labels[told.joint]
-    stamps = fault is Fault.TWO_PUBLISHERS and told.seconds < 0.0
+    label = labels[details.joint]
+    stamps = fault is Fault.TWO_PUBLISHERS and details.seconds < 0.0
     return (_BY_STAMP if stamps else _SENTENCES[fault]).format(
-        name=label if told.side else motor_name(label), label=label, got=told.got,
-        back=-told.got, right=told.right, seconds=told.seconds)
+        name=label if details.side else motor_name(label), label=label, got=details.got,
+        back=-details.got, right=details.right, seconds=details.seconds)

@@ -20,7 +20,7 @@ LAST, ANCHOR, FIRST, DOUBTED, CHANGE, EARLIER, STILL, REPEATS, FROM, SUM = range
 STARTED, SINCE_ANCHOR, PERIOD, IN_TURN, WAS_LATE, DOUBTS, BELIEVED_SINCE = range(20, 27)
 WATCH_MEMORY = 27  # (layout)
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 WINDOW = 0.02           # over which rates are judged: the time in which to stop [s]
 ENCODERS = 5e-3         # waves of both encoders and the gear, ten times what is usual [rad]
 # (measured: a link encoder of a real arm was bent by 0.003)
@@ -35,8 +35,8 @@ IN_TURNS = 3               # in which stamps alternate: a swapped pair of messag
 
 
 @inlined
-def _say(told: Array, joint: int, side: int, got: float, right: float, seconds: float) -> None:
-    told[0], told[1], told[2], told[3], told[4] = joint, side, got, right, seconds
+def _say(details: Array, joint: int, side: int, got: float, right: float, seconds: float) -> None:
+    details[0], details[1], details[2], details[3], details[4] = joint, side, got, right, seconds
 
 
 @inlined
@@ -47,17 +47,17 @@ def _twist(limits: Array, j: int, motor: float, link: float) -> float:
 
 
 @inlined
-def _angles(limits: Array, reading: Array, told: Array) -> Fault:
+def _angles(limits: Array, reading: Array, details: Array) -> Fault:
     """Judge the angles alone."""
     for j in range(reading.shape[0]):
         for side in range(2):
             angle = reading[j, side]
             if not np.isfinite(angle):
-                _say(told, j, side, angle, 0.0, 0.0)
+                _say(details, j, side, angle, 0.0, 0.0)
                 return Fault.NOT_FINITE
             scale = limits[j, RATIO] if side == MOTOR else 1.0
             if abs(angle - limits[j, ZERO + side]) > limits[j, LARGEST] * scale:
-                _say(told, j, side, angle, limits[j, LARGEST] * scale, 0.0)
+                _say(details, j, side, angle, limits[j, LARGEST] * scale, 0.0)
                 return Fault.BEYOND_ANGLE
     return Fault.NONE
 
@@ -65,7 +65,7 @@ def _angles(limits: Array, reading: Array, told: Array) -> Fault:
 @inlined
 def _turned(limits: Array, memory: Array, reading: Array, way: float, j: int, side: int,
             seconds: float) -> bool:
-    """Tell whether a way that cannot be is one that can and whole turns, of one side only."""
+    """Return whether a way that cannot be is one that can and whole turns, of one side only."""
     usual = memory[j, CHANGE + side] * seconds / max(memory[0, PERIOD], 1e-9)
     turns = np.round((way - usual) / (2.0 * np.pi))
     twist = (_twist(limits, j, reading[j, MOTOR], reading[j, LINK])
@@ -76,7 +76,7 @@ def _turned(limits: Array, memory: Array, reading: Array, way: float, j: int, si
 
 @inlined
 def _way(limits: Array, memory: Array, reading: Array, place: int, seconds: float,
-         told: Array) -> Fault:
+         details: Array) -> Fault:
     """Judge how far all sides have turned since the angles at a place of the memory."""
     for j in range(reading.shape[0]):
         for side in range(2):
@@ -86,7 +86,7 @@ def _way(limits: Array, memory: Array, reading: Array, place: int, seconds: floa
             if side == LINK:
                 right += limits[j, WOUND]
             if abs(way) > right:
-                _say(told, j, side, way, right, seconds)
+                _say(details, j, side, way, right, seconds)
                 whole = _turned(limits, memory, reading, way, j, side, seconds)
                 return Fault.TURN if whole else Fault.JUMP
     return Fault.NONE
@@ -94,7 +94,7 @@ def _way(limits: Array, memory: Array, reading: Array, place: int, seconds: floa
 
 @inlined
 def _together(limits: Array, memory: Array, reading: Array, dt: float, seconds: float,
-              told: Array) -> Fault:
+              details: Array) -> Fault:
     """Judge whether shaft and link of every joint went the same way."""
     for j in range(reading.shape[0]):
         motor, link = reading[j, MOTOR], reading[j, LINK]
@@ -112,9 +112,9 @@ def _together(limits: Array, memory: Array, reading: Array, dt: float, seconds: 
             away = quick if sudden else slow
             shift = motor - memory[j, LAST + MOTOR]
             if sudden and _turned(limits, memory, reading, shift, j, MOTOR, dt):
-                _say(told, j, MOTOR, shift, right * limits[j, RATIO], dt)
+                _say(details, j, MOTOR, shift, right * limits[j, RATIO], dt)
                 return Fault.TURN
-            _say(told, j, LINK, away, right if sudden else ever, seconds)
+            _say(details, j, LINK, away, right if sudden else ever, seconds)
             return Fault.APART
     return Fault.NONE
 
@@ -131,7 +131,7 @@ def _stride(memory: Array, j: int, side: int) -> float:
 
 
 @inlined
-def _frozen(limits: Array, memory: Array, reading: Array, dt: float, told: Array) -> Fault:
+def _frozen(limits: Array, memory: Array, reading: Array, dt: float, details: Array) -> Fault:
     """Judge angles that repeat exactly right after steps that no torque could stop in one."""
     span = max(dt, memory[0, PERIOD])
     for j in range(reading.shape[0]):
@@ -144,14 +144,14 @@ def _frozen(limits: Array, memory: Array, reading: Array, dt: float, told: Array
             still = memory[j, STILL + side] + dt
             if (abs(before) > STRIDE * limits[j, STEP + side] + stoppable and still >= LONGEST
                     and memory[j, REPEATS + side] + 1.0 >= FEWEST):
-                _say(told, j, side, before, LONGEST, still)
+                _say(details, j, side, before, LONGEST, still)
                 return Fault.FROZEN
     return Fault.NONE
 
 
 @inlined
 def _velocities(limits: Array, memory: Array, reading: Array, seconds: float,
-                told: Array) -> Fault:
+                details: Array) -> Fault:
     """Judge given velocities: what they add up to must be the way that was turned."""
     if reading.shape[1] < 4:
         return Fault.NONE
@@ -163,7 +163,7 @@ def _velocities(limits: Array, memory: Array, reading: Array, seconds: float,
                      + 0.2 * limits[j, SPEED] * scale * (seconds + LATENESS))
             summed = abs(memory[j, SUM + side])
             if seconds >= WINDOW and summed > right:            # NaN compares false
-                _say(told, j, side, summed, right, seconds)
+                _say(details, j, side, summed, right, seconds)
                 return Fault.SPEED
     return Fault.NONE
 
@@ -202,22 +202,22 @@ def _believe(memory: Array, reading: Array, dt: float) -> None:
 
 
 @inlined
-def _stamps(memory: Array, dt: float, told: Array) -> Fault:
+def _stamps(memory: Array, dt: float, details: Array) -> Fault:
     """Judge a stamp that is not later than the last one."""
-    _say(told, 0, MOTOR, dt, 0.0, 0.0)
+    _say(details, 0, MOTOR, dt, 0.0, 0.0)
     if dt <= -BACK:
         return Fault.CLOCK_BACK
     if dt < 0.0 and memory[0, WAS_LATE] == 0.0:
         memory[0, IN_TURN] += 1.0
         memory[0, WAS_LATE] = 1.0
         if memory[0, IN_TURN] >= IN_TURNS:
-            _say(told, 0, MOTOR, dt, 0.0, -1.0)
+            _say(details, 0, MOTOR, dt, 0.0, -1.0)
             return Fault.TWO_PUBLISHERS
     return Fault.NOT_LATER
 
 
 @inlined
-def _doubt(limits: Array, memory: Array, reading: Array, fault: Fault, told: Array) -> Fault:
+def _doubt(limits: Array, memory: Array, reading: Array, fault: Fault, details: Array) -> Fault:
     """Keep a sample that is not believed; one like the last such, with good ones between: two."""
     again = memory[0, DOUBTS] > 0.0 and memory[0, BELIEVED_SINCE] > 0.0
     for j in range(reading.shape[0]):
@@ -230,46 +230,46 @@ def _doubt(limits: Array, memory: Array, reading: Array, fault: Fault, told: Arr
     memory[0, DOUBTS] += 1.0
     memory[0, BELIEVED_SINCE] = 0.0
     if again:
-        j, side = int(told[0]), int(told[1])
-        _say(told, j, side, reading[j, side], memory[j, LAST + side], 0.0)
+        j, side = int(details[0]), int(details[1])
+        _say(details, j, side, reading[j, side], memory[j, LAST + side], 0.0)
         return Fault.TWO_PUBLISHERS
     return fault
 
 
 @compiled
-def judge(limits: Array, memory: Array, reading: Array, dt: float, told: Array) -> Fault:
+def judge(limits: Array, memory: Array, reading: Array, dt: float, details: Array) -> Fault:
     """
     Return the number of the fault of a sample, 0 if it can be believed, which it then is.
 
     `limits` is (n, LIMITS), `memory` (n, WATCH_MEMORY) of zeros before the first sample. `reading`
     has angles of shaft and link (n, 2) [rad], or (n, 4) with velocities, NaN where none is given.
-    `dt` [s] is since the last sample that was believed, 0 for the first. `told` (5,) is filled as
-    `Told` says.
+    `dt` [s] is since the last sample that was believed, 0 for the first. `details` (5,) is filled
+    as `FaultDetails` says.
     """
-    fault = _angles(limits, reading, told)
+    fault = _angles(limits, reading, details)
     if fault != Fault.NONE:
         return fault
     if memory[0, STARTED] == 0.0:
         for j in range(reading.shape[0]):
             away = _twist(limits, j, reading[j, MOTOR], reading[j, LINK])
             if abs(away) > limits[j, WOUND] + limits[j, ALLOWED_APART]:
-                _say(told, j, LINK, away, limits[j, WOUND] + limits[j, ALLOWED_APART], 0.0)
+                _say(details, j, LINK, away, limits[j, WOUND] + limits[j, ALLOWED_APART], 0.0)
                 return Fault.APART
         _believe(memory, reading, 0.0)
         return Fault.NONE
     if not dt > 0.0:
-        return _stamps(memory, dt, told)
+        return _stamps(memory, dt, details)
     seconds = memory[0, SINCE_ANCHOR] + dt
-    fault = _way(limits, memory, reading, LAST, dt, told)
+    fault = _way(limits, memory, reading, LAST, dt, details)
     if fault == Fault.NONE:
-        fault = _way(limits, memory, reading, ANCHOR, seconds, told)
+        fault = _way(limits, memory, reading, ANCHOR, seconds, details)
     if fault == Fault.NONE:
-        fault = _together(limits, memory, reading, dt, seconds, told)
+        fault = _together(limits, memory, reading, dt, seconds, details)
     if fault != Fault.NONE:
-        return _doubt(limits, memory, reading, fault, told)
-    fault = _frozen(limits, memory, reading, dt, told)
+        return _doubt(limits, memory, reading, fault, details)
+    fault = _frozen(limits, memory, reading, dt, details)
     if fault == Fault.NONE:
-        fault = _velocities(limits, memory, reading, seconds, told)
+        fault = _velocities(limits, memory, reading, seconds, details)
     if memory[0, WAS_LATE] == 0.0:
         memory[0, IN_TURN] = 0.0                # two good ones in a row: nobody else speaks
     _believe(memory, reading, dt)

@@ -23,7 +23,7 @@ import numpy as np
  ) = 0, 1, 2, 3, 4, 6, 8, 9, 10, 11
 LIMITS = 12  # (layout)
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 FASTER = 1.5            # than the declared limit: choice; supply and overhauling loads add 10-20 %
 WIDER = 0.05            # than the angle limit: a step of the reference that is let through [rad]
 STRONGER = 2.0          # than limits and declared inertia tell: inertia of an unnamed rotor

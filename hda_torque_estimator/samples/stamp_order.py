@@ -20,7 +20,7 @@ TWO = 1000.0                    # added to the time of a sample of two publisher
 LAST, STARTED, PAST, IN_A_ROW, ALTERNATING = range(5)
 ORDER = 5  # (layout)
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 FAR_BACK = 1_000_000_000        # beyond it no message is late (as in `sample_judge.py`) [ns]
 ROW = 3                         # samples that grow again (choice)
 TURNS = 3                       # as in `sample_judge.py`

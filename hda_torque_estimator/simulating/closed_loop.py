@@ -26,13 +26,13 @@ from ..estimating.estimator import compiled_settings as estimator_settings, Esti
 from ..estimating.laws import estimate, layout
 from ..estimating.laws.compiled_settings import Model
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 CONTROL_PERIOD = 1e-3   # longest between two commands: a slow log is that of a faster loop [s]
 SAME_RATE = 0.02        # share by which clocks of one rate may differ: 1.000002 ms is 1 ms
 
 
 @dataclass(frozen=True)
-class Run:
+class ClosedLoopRun:
     """A closed-loop run, over time: what the encoders showed and what was true."""
 
     time: Array                 # (k,) [s]
@@ -47,7 +47,7 @@ class Run:
 
 def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
         controller: ControllerSettings = ControllerSettings(),
-        estimator: EstimatorSettings | None = EstimatorSettings()) -> Run:
+        estimator: EstimatorSettings | None = EstimatorSettings()) -> ClosedLoopRun:
     """
     Let `true_arm` follow a motion under a controller that believes in `known_arm`.
 
@@ -78,15 +78,16 @@ def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
     minds = _Minds(Model(belief, estimator_settings(believed, estimator or EstimatorSettings()),
                          loaded_inertia(belief.body)),
                    controller_settings(known_arm, controller),
-                   control.Body(whole, loaded_inertia(whole.body)), estimator is not None)
+                   control.ControlledArm(whole, loaded_inertia(whole.body)), estimator is not None)
     _run(plant, minds, registers(start.state, pushed_link(true_arm, motion)),
          _Plan(np.ascontiguousarray(reference), motion.force, noise, start.command, dt,
                step_count(dt, min(STEP, longest_step(true_arm)))),
-         _Made(reading, states, torques))
+         _RunArrays(reading, states, torques))
     if estimator is None:
         torques[2] = np.nan
-    return Run(motion.time, reading, torques[0], torques[1], torques[2], motion.force, states,
-               motion.pushed)
+    return ClosedLoopRun(motion.time, reading, torques[0], torques[1], torques[2], motion.force,
+                         states,
+                         motion.pushed)
 
 
 def _noise(samples: int, joints: int, seed: int) -> Array:
@@ -113,25 +114,27 @@ def _lost(arm: Arm, samples: int, seed: int) -> NDArray[np.bool_]:
     return np.array([False, *lost[1:]])
 
 
-def _thinned(made: Run, motion: Motion, every: int, lost: NDArray[np.bool_]) -> Run:
+def _thinned(made: ClosedLoopRun, motion: Motion, every: int,
+             lost: NDArray[np.bool_]) -> ClosedLoopRun:
     """Return every so many of the samples; a lost one repeats the one before that is told."""
     rows = np.arange(0, len(made.time), every)
-    told = np.maximum.accumulate(np.where(lost[rows], 0, rows))
-    reading = made.reading[told]
-    kept = np.flatnonzero(told == rows)
+    latest = np.maximum.accumulate(np.where(lost[rows], 0, rows))
+    reading = made.reading[latest]
+    kept = np.flatnonzero(latest == rows)
     angles, dt = reading[kept, :, :2], motion.time[1] - motion.time[0]
     rate = np.concatenate([np.full_like(angles[:1], np.nan), np.diff(angles, axis=0) / dt])
     reading[:, :, 2:] = rate[np.searchsorted(kept, np.arange(len(rows)), side='right') - 1]
-    return Run(motion.time, reading, made.command[rows], made.joint_torque[rows],
-               made.estimated_torque[rows], motion.force, made.state[rows], motion.pushed)
+    return ClosedLoopRun(motion.time, reading, made.command[rows], made.joint_torque[rows],
+                         made.estimated_torque[rows], motion.force, made.state[rows],
+                         motion.pushed)
 
 
 class _Minds(NamedTuple):
     """What estimator and controller believe, and whether anything is estimated."""
 
     estimator: Model
-    controller: control.CompiledSettings
-    body: control.Body          # that the controller believes in
+    controller: control.CompiledControlSettings
+    body: control.ControlledArm          # that the controller believes in
     estimates: bool
 
 
@@ -146,7 +149,7 @@ class _Plan(NamedTuple):
     steps: int                  # of the plant in a sample
 
 
-class _Made(NamedTuple):
+class _RunArrays(NamedTuple):
     """What a run fills: readings, states, and torques: commanded, true, estimated (3, k, n)."""
 
     reading: Array
@@ -155,7 +158,7 @@ class _Made(NamedTuple):
 
 
 @compiled
-def _run(plant: ArmRecord, minds: _Minds, w: Array, plan: _Plan, made: _Made) -> None:
+def _run(plant: ArmRecord, minds: _Minds, w: Array, plan: _Plan, made: _RunArrays) -> None:
     joints, dt, torques = plan.reference.shape[1], plan.dt, made.torques
     inertia = loaded_inertia(plant.body)
     memory = np.zeros((joints, layout.MEMORY))
@@ -168,7 +171,8 @@ def _run(plant: ArmRecord, minds: _Minds, w: Array, plan: _Plan, made: _Made) ->
         observe(plant, inertia, w, plan.noise[k], since, now, torques[1, k])
         made.reading[k], made.states[k] = now, w[:joints, STATE:STATE + STATES]
         if minds.estimates:
-            estimate.step(minds.estimator, memory, estimate.Sample(now, command, since), result,
+            estimate.step(minds.estimator, memory, estimate.EncoderSample(now, command, since),
+                          result,
                           tip)
             torques[2, k] = result[:, layout.TORQUE]
         act(plant, inertia, w, command, plan.force[k], dt, plan.steps)

@@ -9,12 +9,12 @@ from hda_msgs_json.topics import (BASE_FRAME, EXTERNAL_WRENCH, JOINT_STATES, lin
 import numpy as np
 from numpy.typing import NDArray
 
-from .closed_loop import Run
+from .closed_loop import ClosedLoopRun
 
 FIRST_STAMP = 1_000_000_000         # of an offline simulation: bags with a time of 0 look empty
 
 
-def write_run(bag: BagWriter, arm: Arm, run: Run) -> None:
+def write_run(bag: BagWriter, arm: Arm, run: ClosedLoopRun) -> None:
     """Write the joint states of a run and what was true: joint torques, forces on tip and link."""
     stamps = FIRST_STAMP + np.round(run.time * 1e9).astype(np.int64)
     bag.write_joint_states(JOINT_STATES, joint_samples(arm, stamps, run.reading, run.command))

@@ -63,12 +63,12 @@ class World:
 
     @property
     def final(self) -> bool:
-        """Tell whether the world belongs to the final study."""
+        """Return whether the world belongs to the final study."""
         return is_final(self.seed)
 
 
 def is_final(seed: int) -> bool:
-    """Tell whether a seed belongs to the final study; raises TruthError below zero."""
+    """Return whether a seed belongs to the final study; raises TruthError below zero."""
     if seed < 0:
         raise TruthError(f'a seed of a world is at least 0, got {seed}')
     return seed >= SEEDS

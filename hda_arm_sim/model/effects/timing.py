@@ -20,7 +20,7 @@ def skewed(own: Record, at: Triggered) -> Signal:
 
 @compiled
 def lost(own: Record, at: Sent) -> bool:
-    """Tell whether a sample is lost, for a chance drawn evenly from [0, 1), (eq:dropped)."""
+    """Return whether a sample is lost, for a chance drawn evenly from [0, 1), (eq:dropped)."""
     return at.chance < own.rate
 
 

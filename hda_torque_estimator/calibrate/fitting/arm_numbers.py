@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...least_squares.bounds import declaration, entered
-from ...least_squares.descent import Found, places
+from ...least_squares.descent import Minimum, places
 from ...least_squares.term import Term
 from ...significance import NORMAL_90
 
 Floats = NDArray[np.float64]
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 DOUBTFUL = 3.0                  # sigmas from what was known before
 STEP = 1e-3                     # of a sigma, for the slopes of numbers over unknowns
 NOTHING = 1e-12             # of a number, to have a share of
@@ -36,7 +36,7 @@ _OF_LOAD = f'{unmeasured_at(MESH).name}.coefficient'
 
 
 @dataclass(frozen=True)
-class Number:
+class ArmNumber:
     """One number of the new arm file with its 90 % interval; `at_bound` is no real finding."""
 
     name: str
@@ -62,21 +62,21 @@ class Number:
         return ', at its bound: the arm file takes none beyond it' if self.at_bound else ''
 
 
-def number(name: str, value: float, sigma: float) -> Number:
+def number(name: str, value: float, sigma: float) -> ArmNumber:
     """Return a number and its interval, both within what the arm file takes."""
     rule = declaration(name)
     low, middle, high = (float(np.clip(value + sign * NORMAL_90 * sigma, rule.low, rule.high))
                          for sign in (-1.0, 0.0, 1.0))
-    return Number(name, middle, low, high, rule.unit, middle in (rule.low, rule.high))
+    return ArmNumber(name, middle, low, high, rule.unit, middle in (rule.low, rule.high))
 
 
-def numbers(found: Found, covariance: Floats) -> list[Number]:
+def numbers(found: Minimum, covariance: Floats) -> list[ArmNumber]:
     """
     Return the numbers of the terms of a fit with intervals, to first order in the unknowns.
 
     `covariance` (p, p) is that of the unknowns in sigmas from what was known.
     """
-    found_numbers: list[Number] = []
+    found_numbers: list[ArmNumber] = []
     for term, place in zip(found.terms, places(found.terms)):
         known = term.deviations()
         values = term.vector() + known * found.scaled[place]
@@ -84,7 +84,7 @@ def numbers(found: Found, covariance: Floats) -> list[Number]:
     return found_numbers
 
 
-def _of_term(term: Term, values: Floats, covariance: Floats) -> list[Number]:
+def _of_term(term: Term, values: Floats, covariance: Floats) -> list[ArmNumber]:
     """Return the numbers of a term at values of its unknowns (p,), with their intervals."""
     middle = term.meant(values)
     slopes = {name: np.zeros(len(values)) for name in middle}
@@ -99,12 +99,12 @@ def _of_term(term: Term, values: Floats, covariance: Floats) -> list[Number]:
             for name in term.own or tuple(middle)]
 
 
-def rest(error: float, parts: int, name: str = 'torsion.deviation') -> Number:
+def rest(error: float, parts: int, name: str = 'torsion.deviation') -> ArmNumber:
     """Return an rms error over so many independent parts as what the law leaves [N*m]."""
     return number(name, error, error / math.sqrt(2.0 * parts))
 
 
-def with_numbers(arm: Arm, label: str, found: Sequence[Number], source: str) -> Arm:
+def with_numbers(arm: Arm, label: str, found: Sequence[ArmNumber], source: str) -> Arm:
     """Return the arm with the numbers of a joint, and in its provenance their source."""
     arm = entered(arm, label, {number.name: number.value for number in found})
     origins = {f'{label}.{number.name}': f'{number.low:.4g} .. {number.high:.4g} {number.unit} '
@@ -112,7 +112,7 @@ def with_numbers(arm: Arm, label: str, found: Sequence[Number], source: str) -> 
     return replace(arm, provenance=tuple({**dict(arm.provenance), **origins}.items()))
 
 
-def with_tolerances(arm: Arm, found: Mapping[str, Sequence[Number]], *,
+def with_tolerances(arm: Arm, found: Mapping[str, Sequence[ArmNumber]], *,
                     wider: bool = False) -> Arm:
     """
     Return the arm with each joint as well known as the numbers that were found of it.
@@ -130,7 +130,7 @@ def with_tolerances(arm: Arm, found: Mapping[str, Sequence[Number]], *,
     return replace(arm, joints=tuple(joints), provenance=tuple(origins.items()))
 
 
-def of_all_friction(found: Sequence[Number], load: float) -> tuple[Number, ...]:
+def of_all_friction(found: Sequence[ArmNumber], load: float) -> tuple[ArmNumber, ...]:
     """
     Return numbers of which the dry level holds all dry friction there is under a load [N*m motor].
 
@@ -142,7 +142,7 @@ def of_all_friction(found: Sequence[Number], load: float) -> tuple[Number, ...]:
                  if one.name == LEVEL else one for one in found)
 
 
-def _known(before: Tolerances, found: Sequence[Number], *, wider: bool) -> dict[str, float]:
+def _known(before: Tolerances, found: Sequence[ArmNumber], *, wider: bool) -> dict[str, float]:
     """Return the tolerances of one joint that its numbers change, by their names."""
     known = {}
     for name, kinds in _KNOWN_BY.items():
@@ -155,14 +155,14 @@ def _known(before: Tolerances, found: Sequence[Number], *, wider: bool) -> dict[
     return known
 
 
-def _sigma(number: Number, tolerance: str) -> float:
+def _sigma(number: ArmNumber, tolerance: str) -> float:
     """Return the deviation of a number, relative where its tolerance is."""
     relative = number.unit != Tolerances.declaration(tolerance).unit
     whole = abs(number.value) if relative else 1.0
     return number.sigma / max(whole, NOTHING)
 
 
-def doubtful(found: Found) -> tuple[str, ...]:
+def doubtful(found: Minimum) -> tuple[str, ...]:
     """Return the numbers that are further from what was known than its spread admits."""
     return tuple(name for term, place in zip(found.terms, places(found.terms))
                  if np.abs(found.scaled[place]).max() > DOUBTFUL

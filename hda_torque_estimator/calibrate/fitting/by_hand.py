@@ -52,9 +52,9 @@ def _rows(joint: Joint, one: Measured, *, by_motor: bool) -> Floats:
     """Return what a line goes through, and the reference behind it (m, 5)."""
     motor, link = one.readings[:, 0, (MOTOR_READING, LINK_READING)].T
     rate = one.turning().rate
-    tells = one.command if by_motor else motor / joint.ratio - link
+    witness = one.command if by_motor else motor / joint.ratio - link
     sense = np.where(np.abs(rate) > STANDS, np.sign(rate), 0.0)
-    rows = np.stack([tells, rate, sense, np.ones_like(rate), one.reference], axis=1)
+    rows = np.stack([witness, rate, sense, np.ones_like(rate), one.reference], axis=1)
     rows = one.thinned(rows)
     return rows[np.isfinite(rows).all(axis=1)]
 

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t
 
-from .arm_numbers import Number, rest
+from .arm_numbers import ArmNumber, rest
 from .witness import FEWEST_BLOCKS
-from .witness_fit import Heard
+from .witness_fit import WitnessFit
 from ..passages.joint_recording import Measured
 from ...estimating.estimator import Estimator, EstimatorSettings
 from ...least_squares.bounds import entered
@@ -26,7 +26,7 @@ from ...significance import NORMAL_90
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 # Factors of the deviations of torsion and motor that are tried.
 WEIGHTS = ((1.0, 1.0), (3.0, 1.0), (1.0, 3.0), (30.0, 1.0), (1.0, 30.0))
 BETTER = 0.97           # of the error with the deviations as they are, below which others count
@@ -44,8 +44,8 @@ ROUNDS = 2              # in which a factor is found
 class Witnesses(NamedTuple):
     """What both ways of a joint have told, None of one that tells nothing."""
 
-    torsion: Heard | None
-    motor: Heard | None
+    torsion: WitnessFit | None
+    motor: WitnessFit | None
 
     @property
     def lag(self) -> float:
@@ -71,11 +71,11 @@ class Examined(NamedTuple):
 
     error: float                    # [N*m rms]
     about: float                    # the same about the mean of each recording [N*m rms]
-    deviations: tuple[Number, ...]  # of torsion and motor
+    deviations: tuple[ArmNumber, ...]  # of torsion and motor
     leader: str                     # 'torsion' or 'motor' where that alone tells the torque
 
 
-class Told(NamedTuple):
+class EstimatorErrors(NamedTuple):
     """What the estimator tells of samples (m,) that are believed."""
 
     error: Floats                   # [N*m]
@@ -93,24 +93,24 @@ def examined(arm: Arm, witnesses: Witnesses, recordings: Sequence[Measured],
     `torsion.deviation` and `motor_deviation`, as far as there are such witnesses. In the end all
     deviations of the torque have the factor that nine in ten torques ask for.
     """
-    def told(weights: tuple[float, float], factor: float = 1.0) -> Told:
+    def judged(weights: tuple[float, float], factor: float = 1.0) -> EstimatorErrors:
         there = entered(arm, arm.labels[0], {FACTOR: factor})
         return left_out(_weighed(there, deviations, weights), witnesses, recordings)
 
     tried = WEIGHTS if len(deviations) > 1 else WEIGHTS[:1]
-    found = {weights: told(weights) for weights in tried}
+    found = {weights: judged(weights) for weights in tried}
     best = min(found, key=lambda weights: rms(found[weights].error) / _asked(*weights))
     factor, last = 1.0, found[best]
     for _ in range(ROUNDS):             # what the witnesses contradict has no share in it
         factor = float(np.clip(factor * too_sure(last, len(recordings)), 1.0 / WIDER, WIDER))
-        last = told(best, factor)
+        last = judged(best, factor)
     numbers = tuple(rest(min(each * deviations[name], FARTHEST), len(recordings), name)
                     for name, each in zip(NAMES, best) if name in deviations)
     return Examined(rms(last.error), rms(last.about),
                     (*numbers, rest(factor, len(recordings), FACTOR)), _leader(*best))
 
 
-def too_sure(told: Told, recordings: int) -> float:
+def too_sure(errors: EstimatorErrors, recordings: int) -> float:
     """
     Return by which factor deviations are too small for nine in ten to hold.
 
@@ -118,8 +118,9 @@ def too_sure(told: Told, recordings: int) -> float:
     others. Satterthwaite gives their squares degrees of freedom, and these Student's t. Fifths of
     one recording do not show how others differ. There each of its fewest stretches counts once.
     """
-    size = np.abs(told.error) / np.maximum(told.deviation, LEAST)
-    squares = np.array([np.mean(size[told.piece == one] ** 2) for one in np.unique(told.piece)])
+    size = np.abs(errors.error) / np.maximum(errors.deviation, LEAST)
+    squares = np.array([np.mean(size[errors.piece == one] ** 2)
+                        for one in np.unique(errors.piece)])
     freedom = FEWEST_BLOCKS - 1.0
     if len(squares) > 1 and recordings > 1:
         varies = np.var(squares, ddof=1) / max(float(np.mean(squares)) ** 2, LEAST)
@@ -147,40 +148,40 @@ def _leader(torsion: float, motor: float) -> str:
     return 'motor' if torsion > motor else 'torsion'
 
 
-def left_out(arm: Arm, witnesses: Witnesses, recordings: Sequence[Measured]) -> Told:
+def left_out(arm: Arm, witnesses: Witnesses, recordings: Sequence[Measured]) -> EstimatorErrors:
     """Return what the estimator tells of recordings, by numbers that have not seen them."""
     return _joined([
-        _told(entered(arm, arm.labels[0], numbers), recording, rows, witnesses.lag)
+        _errors_of(entered(arm, arm.labels[0], numbers), recording, rows, witnesses.lag)
         for recording in recordings for rows, numbers in witnesses.pieces(recording)])
 
 
 def as_given(arm: Arm, recordings: Sequence[Measured], lag: float, *,
-             fused: bool = True) -> Told:
+             fused: bool = True) -> EstimatorErrors:
     """Return what the estimator tells of recordings with the arm as it was given."""
     settings = EstimatorSettings(fusion=float(fused))
-    return _joined([_told(arm, recording, slice(None), lag, settings)
+    return _joined([_errors_of(arm, recording, slice(None), lag, settings)
                     for recording in recordings])
 
 
-def _joined(parts: Sequence[Told]) -> Told:
-    whole = Told(*map(np.concatenate, zip(*parts)))
+def _joined(parts: Sequence[EstimatorErrors]) -> EstimatorErrors:
+    whole = EstimatorErrors(*map(np.concatenate, zip(*parts)))
     return whole._replace(piece=np.repeat(np.arange(len(parts)),
                                           [len(part.error) for part in parts]))
 
 
-def _told(arm: Arm, recording: Measured, rows: slice, lag: float,
-          settings: EstimatorSettings = EstimatorSettings()) -> Told:
+def _errors_of(arm: Arm, recording: Measured, rows: slice, lag: float,
+               settings: EstimatorSettings = EstimatorSettings()) -> EstimatorErrors:
     """Return what the estimator, from the begin of a recording on, tells of some samples."""
     if not recording.has_link:
         arm, recording = by_motor(arm, arm.labels), recording.with_link(arm.joints[0].ratio)
     seen = slice(0, rows.stop)          # it has its zero from what came before
-    told = Estimator(arm, settings).run(recording.stamps[seen], recording.readings[seen],
-                                        recording.command[seen, np.newaxis])
-    error = told.torque[rows, 0] - recording.later(lag)[rows]
+    estimated = Estimator(arm, settings).run(recording.stamps[seen], recording.readings[seen],
+                                             recording.command[seen, np.newaxis])
+    error = estimated.torque[rows, 0] - recording.later(lag)[rows]
     known = np.isfinite(error)
     if recording.has_command:           # where it is missing no weight counts
         known &= np.isfinite(recording.command[rows])
     error = error[known]
     mean = float(error.mean()) if len(error) else 0.0
-    return Told(error, told.torque_deviation[rows, 0][known], error - mean,
-                np.zeros(len(error), np.int64))
+    return EstimatorErrors(error, estimated.torque_deviation[rows, 0][known], error - mean,
+                           np.zeros(len(error), np.int64))

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.stats import t as student
 
-from .arm_numbers import LEVEL, Number, number, SLOPE
+from .arm_numbers import ArmNumber, LEVEL, number, SLOPE
 from .torsion_fits import STRETCH
 from ..passages.passage import Passage
 from ...least_squares.bounds import declaration
@@ -29,7 +29,7 @@ from ...measurements.motion import WINDOW
 from ...significance import NORMAL_90
 
 Floats = NDArray[np.float64]
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 SLOWEST = 1.0           # shaft speed from which friction slides for certain [rad/s]
 FEWEST = 200            # rows that slide
 GAIN = 0.01             # least relative gain that makes a part worth it
@@ -58,7 +58,7 @@ class Sliding(NamedTuple):
     moment: NDArray[np.int64]       # which second the row belongs to
 
 
-class Part(NamedTuple):
+class FrictionPart(NamedTuple):
     """A part of friction: names, where to begin, and its share of the law."""
 
     names: tuple[str, ...]
@@ -84,9 +84,9 @@ def _budget(kind: type[Effect], values: Floats, **signals: Floats | float) -> Fl
     return np.asarray(kind.law(own, kind.place.reads(**signals)))
 
 
-def _part(torque: Callable[[Sliding, Floats, float], Floats], *names: str) -> Part:
+def _part(torque: Callable[[Sliding, Floats, float], Floats], *names: str) -> FrictionPart:
     """Return a part of friction that begins at the typical sizes of its numbers."""
-    return Part(names, tuple(_typical(*name.split('.')) for name in names), torque)
+    return FrictionPart(names, tuple(_typical(*name.split('.')) for name in names), torque)
 
 
 def _typical(effect: str, number: str) -> float:
@@ -103,10 +103,10 @@ def _dry(seen: Sliding, values: Floats, ratio: float) -> Floats:
 DRY = _part(_dry, LEVEL, SLOPE)
 MORE = (_part(_of_load, f'{_OF_LOAD.name}.coefficient'),
         _part(_near_rest, f'{_NEAR_REST.name}.excess', f'{_NEAR_REST.name}.speed'),
-        Part((ASYMMETRY,), (0.0,), _asymmetric))
+        FrictionPart((ASYMMETRY,), (0.0,), _asymmetric))
 
 
-def friction(arm: Arm, passages: Sequence[Passage]) -> list[Number]:
+def friction(arm: Arm, passages: Sequence[Passage]) -> list[ArmNumber]:
     """Return the friction of the only joint of an arm; none where the motor hardly slides."""
     seen = sliding(arm, passages)
     if len(seen.friction) < FEWEST:
@@ -124,8 +124,8 @@ def friction(arm: Arm, passages: Sequence[Passage]) -> list[Number]:
     return _numbers(seen, parts, ratio)
 
 
-def _is_certain(seen: Sliding, parts: Sequence[Part], ratio: float) -> bool:
-    """Tell whether the size of the last part is not zero, for all that is in doubt."""
+def _is_certain(seen: Sliding, parts: Sequence[FrictionPart], ratio: float) -> bool:
+    """Return whether the size of the last part is not zero, for all that is in doubt."""
     values, sigma = _known(seen, parts, ratio)
     size = -len(parts[-1].names)
     return bool(abs(values[size]) > CERTAIN * sigma[size])
@@ -169,7 +169,7 @@ def _one_way(passage: Passage) -> NDArray[np.bool_]:
     return passage.thinned(slides.astype(float)) == 1.0
 
 
-def _law(seen: Sliding, parts: Sequence[Part], values: Floats, ratio: float) -> Floats:
+def _law(seen: Sliding, parts: Sequence[FrictionPart], values: Floats, ratio: float) -> Floats:
     """Return the friction of these parts (m,) [N*m motor]."""
     total, first = np.zeros_like(seen.velocity), 0
     for part in parts:
@@ -191,7 +191,7 @@ class _Fit(NamedTuple):
         return 1.0 + (self.error / LARGE) ** 2
 
 
-def _fit(seen: Sliding, parts: Sequence[Part], ratio: float) -> tuple[Floats, Floats]:
+def _fit(seen: Sliding, parts: Sequence[FrictionPart], ratio: float) -> tuple[Floats, Floats]:
     """Return the values of the parts, and the slopes of their errors (m, p), as they count."""
     start = np.array([value for part in parts for value in part.start])
     usual, bounds = np.maximum(start, 0.01), _bounds(parts)
@@ -217,7 +217,7 @@ def _fit(seen: Sliding, parts: Sequence[Part], ratio: float) -> tuple[Floats, Fl
     return found.values, slopes(found) * (found.soft ** -0.75)[:, None]
 
 
-def _bounds(parts: Sequence[Part]) -> tuple[Floats, Floats]:
+def _bounds(parts: Sequence[FrictionPart]) -> tuple[Floats, Floats]:
     """Return where the search of each value ends (p,); one is no number of the arm file."""
     names = [name for part in parts for name in part.names]
     rules = [declaration(LEVEL if name == ASYMMETRY else name) for name in names]
@@ -225,7 +225,7 @@ def _bounds(parts: Sequence[Part]) -> tuple[Floats, Floats]:
     return np.array(low), np.array([rule.high for rule in rules])
 
 
-def _held_out(seen: Sliding, parts: Sequence[Part], ratio: float) -> float:
+def _held_out(seen: Sliding, parts: Sequence[FrictionPart], ratio: float) -> float:
     """Return the error on stretches that the fit has not seen [N*m motor, rms]."""
     left = np.empty_like(seen.friction)
     for fold in range(FOLDS):
@@ -240,13 +240,13 @@ def _rows(seen: Sliding, chosen: NDArray[np.bool_]) -> Sliding:
     return Sliding(*columns)
 
 
-def _known(seen: Sliding, parts: Sequence[Part], ratio: float) -> tuple[Floats, Floats]:
+def _known(seen: Sliding, parts: Sequence[FrictionPart], ratio: float) -> tuple[Floats, Floats]:
     """Return the values of the parts and their sigmas (p,)."""
     values, slopes = _fit(seen, parts, ratio)
     return values, _spread(seen, slopes, _law(seen, parts, values, ratio) - seen.friction)
 
 
-def _numbers(seen: Sliding, parts: Sequence[Part], ratio: float) -> list[Number]:
+def _numbers(seen: Sliding, parts: Sequence[FrictionPart], ratio: float) -> list[ArmNumber]:
     """Return the numbers of the parts with intervals."""
     values, spread = _known(seen, parts, ratio)
     names = [name for part in parts for name in part.names]

@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 
 from ..passages.passage import Passage
 from ...least_squares.bounds import bounded
-from ...least_squares.charts import Chart, Chords, Logarithm, Plain, Wave
+from ...least_squares.charts import Chart, Chords, Identity, Logarithm, WaveParts
 from ...least_squares.term import Term
 
 Floats = NDArray[np.float64]
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 # (source: valid torque of the shipped arm, docs/model.md)
 USUAL_TORQUE = 37.0     # valid torque of the law for which a loop's level is stated [N*m]
 NAMED = (1.0, 2.0, 4.0)         # orders per motor turn that have a name of their own
@@ -58,8 +58,8 @@ def curvature(arm: Arm) -> Term:
     """Return how the flexspline stiffens with torque; zero stays zero."""
     nominal = arm.joints[0].torsion.flexspline_curvature
     spread = usual_at(STIFFENING).sigma['error'] * nominal
-    return _of_law(arm, Plain(('flexspline_curvature',), spread, spread, 0.0,
-                              nominal + WIDEST * spread))
+    return _of_law(arm, Identity(('flexspline_curvature',), spread, spread, 0.0,
+                                 nominal + WIDEST * spread))
 
 
 def segments(arm: Arm, largest: float) -> Term:
@@ -103,8 +103,8 @@ def damping(arm: Arm) -> Term:
     """Return the damping of the torsion."""
     known, usual = _present(arm, GEAR), usual_at(GEAR)
     spread = usual.sigma['coefficient'] * max(known.coefficient, usual.usual['coefficient'])
-    return Term(known, arm.labels[0], (Plain(('coefficient',), spread, spread, 0.0,
-                                             known.coefficient + WIDEST * spread),))
+    return Term(known, arm.labels[0], (Identity(('coefficient',), spread, spread, 0.0,
+                                                known.coefficient + WIDEST * spread),))
 
 
 def loop(arm: Arm) -> Term:
@@ -113,8 +113,8 @@ def loop(arm: Arm) -> Term:
     if known.level == 0.0:
         known = replace(known, width=usual.usual['width'])
     spread = usual.sigma['level'] * max(arm.joints[0].torsion.valid_torque / USUAL_TORQUE, 1.0)
-    level = Plain(('level',), spread, spread, 0.0, known.level + WIDEST * spread,
-                  max(known.level, 0.2 * spread))
+    level = Identity(('level',), spread, spread, 0.0, known.level + WIDEST * spread,
+                     max(known.level, 0.2 * spread))
     width = _size(known, 'width', usual.sigma['width'], 2.0, 3.0)
     return Term(known, arm.labels[0], (level, width))
 
@@ -122,8 +122,9 @@ def loop(arm: Arm) -> Term:
 def skew(arm: Arm) -> Term:
     """Return the time between the readings of both encoders."""
     known, spread = _present(arm, CLOCK), usual_at(CLOCK).sigma['skew']
-    return Term(known, arm.labels[0], (Plain(('skew',), spread, spread, known.skew - 20 * spread,
-                                             known.skew + 20 * spread),))
+    return Term(known, arm.labels[0],
+                (Identity(('skew',), spread, spread, known.skew - 20 * spread,
+                                                known.skew + 20 * spread),))
 
 
 def _present(arm: Arm, place: Place) -> Any:
@@ -148,7 +149,7 @@ def _wave(arm: Arm, place: str, order: float) -> Term:
     own: tuple[str, ...] = names
     if name in FURTHER:
         effect, own = replace(effect, **{f'order_{name}': order}), (f'order_{name}', *names)
-    chart = Wave(names, WAVE, WAVE, -40 * WAVE, 40 * WAVE)
+    chart = WaveParts(names, WAVE, WAVE, -40 * WAVE, 40 * WAVE)
     return Term(effect, arm.labels[0], (chart,), own=own)
 
 
@@ -158,7 +159,7 @@ def without_waves(arm: Arm) -> Arm:
 
 
 def turns(term: Term) -> bool:
-    """Tell whether a term only adds to the torsion, which saves a fit most of its work."""
+    """Return whether a term only adds to the torsion, which saves a fit most of its work."""
     return term.name in (_SKEW.name, _GEAR.name, _DISC.name)
 
 
@@ -194,10 +195,10 @@ def _places(orders: Sequence[float], ratio: float) -> list[str]:
 
 
 def is_named(order: float) -> bool:
-    """Tell whether an order per motor turn has a place of its own in the transmission error."""
+    """Return whether an order per motor turn has a place of its own in the transmission error."""
     return any(abs(order - named) < SAME for named in NAMED)
 
 
 def is_of_disc(order: float, ratio: float) -> bool:
-    """Tell whether an order per motor turn is once or twice per turn of the link."""
+    """Return whether an order per motor turn is once or twice per turn of the link."""
     return any(abs(order * ratio - turns) < SAME * ratio for turns in (1.0, 2.0))

@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from .witness import blocks_of, Flags, LAGS, per_recording
-from ..passages.joint_recording import Measured, Turning
+from ..passages.joint_recording import Measured, ShaftMotion
 from ..passages.thinning import row_means
 from ...estimating.laws import route_errors
 from ...estimating.laws.motor_witness import turns
 from ...samples.readings import LINK_READING, MOTOR_READING
 
 Floats = NDArray[np.float64]
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 SLOWEST = 1.0           # shaft speed from which friction slides for certain [rad/s]
 FEWEST_ROWS = 50        # in which a motor slides
 STANDS = 1e-9           # speed of a shaft whose sign is one of rounding [rad/s]
@@ -37,8 +37,8 @@ def motor_torques(joint: Record, seen: Array, period: float, torque: Array) -> N
     """Fill the torques (k,) that a motor without inertia tells, from its columns (k, 6)."""
     for k in range(seen.shape[0]):
         slides = abs(seen[k, RATE]) > SLOWEST or turns(joint, seen[k, RATE], period)
-        at = route_errors.Turning(seen[k, ANGLE], seen[k, RATE],
-                                  np.sign(seen[k, RATE]) if slides else 0.0, seen[k, LINK])
+        at = route_errors.ShaftState(seen[k, ANGLE], seen[k, RATE],
+                                     np.sign(seen[k, RATE]) if slides else 0.0, seen[k, LINK])
         torque[k] = route_errors.motor_torque(joint, seen[k, COMMAND], at, seen[k, LOAD],
                                               seen[k, TIME])
 
@@ -108,7 +108,7 @@ def sliding(recordings: Sequence[Measured]) -> list[Measured]:
     return found if sum(rows) >= FEWEST_ROWS else []
 
 
-def _columns(one: Measured, turned: Turning) -> Floats:
+def _columns(one: Measured, turned: ShaftMotion) -> Floats:
     """Return what the motor's torque follows from (k, 6); a command holds until the next."""
     before = np.concatenate([one.command[:1], one.command[:-1]])
     link = np.nan_to_num(one.readings[:, 0, LINK_READING])
@@ -116,7 +116,7 @@ def _columns(one: Measured, turned: Turning) -> Floats:
                      one.reference, link, one.time], axis=1)
 
 
-def _slides(one: Measured, turned: Turning, seen: Floats) -> Flags:
+def _slides(one: Measured, turned: ShaftMotion, seen: Floats) -> Flags:
     """Return the rows in which the shaft slides one way, all known, as far as derivatives see."""
     reach = 1 + 2 * turned.reach
     slides = ((minimum_filter1d(turned.rate, reach, mode='constant') > SLOWEST)
@@ -124,7 +124,7 @@ def _slides(one: Measured, turned: Turning, seen: Floats) -> Flags:
     return (one.thinned(slides.astype(float)) == 1.0) & _known(one, turned, seen)
 
 
-def _known(one: Measured, turned: Turning, seen: Floats) -> Flags:
+def _known(one: Measured, turned: ShaftMotion, seen: Floats) -> Flags:
     """Return the rows in which all is known, as far as derivatives see."""
     known = np.isfinite(seen).all(axis=1).astype(float)
     known = minimum_filter1d(known, 1 + 2 * turned.reach, mode='nearest')

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from .laws import FURTHER, is_named, is_of_disc, WAVE, wave_columns, waves
 from .torsion_fits import BESIDE, TorsionFits
-from ...least_squares.descent import beginning, Found, places
+from ...least_squares.descent import beginning, Minimum, places
 from ...least_squares.rows import held_out
 from ...least_squares.term import Term
 
 Floats = NDArray[np.float64]
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 GAIN = 0.004            # least relative gain of the held-out error that makes a wave worth it
 OF_MOTOR = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0)  # orders per motor turn that are tried
 OF_LINK = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)  # orders per link turn that are tried
@@ -24,7 +24,7 @@ BEATS = ((1, 1), (2, 1), (2, 2), (2, -2), (2, -1), (4, 2), (4, 4))     # motor a
 class Fitted(NamedTuple):
     """A fit whose last terms are the waves of these orders."""
 
-    found: Found
+    found: Minimum
     orders: tuple[float, ...]
 
     def known(self) -> dict[object, Floats]:
@@ -47,7 +47,7 @@ def fitted_waves(fits: TorsionFits, terms: Sequence[Term], orders: tuple[float, 
     return Fitted(fits.fit(waved, start), orders)
 
 
-def worthwhile(fitted: Fitted) -> tuple[tuple[float, ...], Found]:
+def worthwhile(fitted: Fitted) -> tuple[tuple[float, ...], Minimum]:
     """Return the orders that gain where the fit has not seen, and the fit with these alone."""
     found, orders = fitted.found, list(fitted.orders)
     own = dict(zip(orders, found.terms[len(found.terms) - len(orders):]))
@@ -59,7 +59,7 @@ def worthwhile(fitted: Fitted) -> tuple[tuple[float, ...], Found]:
     return tuple(orders), found
 
 
-def error_held_out(found: Found) -> float:
+def error_held_out(found: Minimum) -> float:
     """Return the error of a fit where it has not seen [N*m rms]."""
     return held_out(found.rows, found.noise, found.scaled, found.prior)
 
@@ -70,7 +70,7 @@ def candidates(ratio: float) -> tuple[float, ...]:
             *(motor + link / ratio for motor, link in BEATS))
 
 
-def chosen(fits: TorsionFits, found: Found, orders: Sequence[float]) -> tuple[float, ...]:
+def chosen(fits: TorsionFits, found: Minimum, orders: Sequence[float]) -> tuple[float, ...]:
     """
     Return orders with those more whose waves lower the held-out error, the best first.
 
@@ -97,7 +97,7 @@ def chosen(fits: TorsionFits, found: Found, orders: Sequence[float]) -> tuple[fl
     return tuple(picked)
 
 
-def _with(found: Found, wave: Floats) -> Found:
+def _with(found: Minimum, wave: Floats) -> Minimum:
     """Return a fit with the columns of one more wave (m, 2)."""
     rows = replace(found.rows, slopes=np.concatenate([found.rows.slopes, wave], axis=1))
     return replace(found, rows=rows, scaled=np.concatenate([found.scaled, np.zeros(2)]),
@@ -105,7 +105,7 @@ def _with(found: Found, wave: Floats) -> Found:
 
 
 def _has_place(order: float, picked: Sequence[float], ratio: float) -> bool:
-    """Tell whether the arm file has a place for one more wave of this order."""
+    """Return whether the arm file has a place for one more wave of this order."""
     if is_named(order) or is_of_disc(order, ratio):
         return True
     taken = sum(not is_named(one) and not is_of_disc(one, ratio) for one in picked)

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .witness import Witness
-from ...least_squares.descent import beginning, descend, Found, limits, placed
+from ...least_squares.descent import beginning, descend, limits, Minimum, placed
 from ...least_squares.rows import bounded, normal_of, rms, Rows, solved
 from ...least_squares.term import Term, with_terms
 
 Floats = NDArray[np.float64]
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 STEP = 0.02             # of a sigma, for the slopes
 LAG = 0.02              # of a reference, before anything is known [s]
 FIRST_NOISE = 0.15      # of the references' deviation, until a fit has shown the noise
@@ -88,8 +88,8 @@ class Referenced:
 
     def error(self, scaled: Floats) -> Floats:
         """Return the error of the rows (m,) [N*m]."""
-        told = self.witness.torque(self.on(scaled), self.zeros(scaled))
-        return np.clip(np.nan_to_num(told, nan=ABSURD), -ABSURD, ABSURD) - (
+        torque = self.witness.torque(self.on(scaled), self.zeros(scaled))
+        return np.clip(np.nan_to_num(torque, nan=ABSURD), -ABSURD, ABSURD) - (
             self.witness.reference(self.lag(scaled)))
 
     def rows(self, scaled: Floats, error: Floats) -> Rows:
@@ -111,7 +111,7 @@ class Referenced:
 
 
 def fitted(problem: Referenced, starts: Sequence[Floats] = (),
-           known: Rows | None = None) -> tuple[Referenced, Found]:
+           known: Rows | None = None) -> tuple[Referenced, Minimum]:
     """
     Return the most likely unknowns, and the problem with the spread that its zeros have.
 
@@ -130,7 +130,7 @@ def fitted(problem: Referenced, starts: Sequence[Floats] = (),
     return problem, found
 
 
-def _with_zeros(problem: Referenced, found: Found, factor: float) -> tuple[Floats, Rows]:
+def _with_zeros(problem: Referenced, found: Minimum, factor: float) -> tuple[Floats, Rows]:
     """Return unknowns and rows of a fit with zeros so many times as many sigmas."""
     scaled, slopes = found.scaled.copy(), found.rows.slopes.copy()
     first = len(scaled) - problem.moving
@@ -139,32 +139,32 @@ def _with_zeros(problem: Referenced, found: Found, factor: float) -> tuple[Float
     return scaled, replace(found.rows, slopes=slopes)
 
 
-def likeliest(problem: Referenced, starts: Sequence[Floats], known: Rows | None = None) -> Found:
+def likeliest(problem: Referenced, starts: Sequence[Floats], known: Rows | None = None) -> Minimum:
     """Return the fit that leaves least, from one of several starts; `known` as in `fitted`."""
     fits = [_hopeful(problem, start, None if place else known)
             for place, start in enumerate(starts)]
     return min(fits, key=lambda found: found.noise)
 
 
-def _hopeful(problem: Referenced, start: Floats, known: Rows | None) -> Found:
+def _hopeful(problem: Referenced, start: Floats, known: Rows | None) -> Minimum:
     """Return a fit that is first taken for nearly right, then for as right as it is."""
     noise = FIRST_NOISE * float(problem.witness.reference(0.0).std())
     first = descend(problem, start, noise, known)
     return descend(problem, first.scaled, known=first.rows)
 
 
-def _spread(problem: Referenced, found: Found) -> float:
+def _spread(problem: Referenced, found: Minimum) -> float:
     """Return one sigma of the zeros over recordings, less what they are unsure by (MacKay)."""
     first = len(found.scaled) - problem.moving
     normal, _ = normal_of(found.rows, found.noise, found.scaled, found.prior)
     unsure = np.diag(np.linalg.inv(normal))[first:]
-    told = max(float((1.0 - unsure).sum()), 0.5)
-    ratio = np.sqrt(float((found.scaled[first:] ** 2).sum()) / told)
+    determined = max(float((1.0 - unsure).sum()), 0.5)
+    ratio = np.sqrt(float((found.scaled[first:] ** 2).sum()) / determined)
     return max(problem.spread * float(np.clip(ratio, 0.05, 20.0)),
                STAYS * problem.witness.usual_zero)
 
 
-def error_left_out(problem: Referenced, found: Found, *, follows: bool = True) -> float:
+def error_left_out(problem: Referenced, found: Minimum, *, follows: bool = True) -> float:
     """
     Return the error on recordings that a fit has not seen, each in turn [N*m rms].
 
@@ -184,7 +184,7 @@ def error_left_out(problem: Referenced, found: Found, *, follows: bool = True) -
     return rms(left)
 
 
-def step_without(problem: Referenced, found: Found, fold: int) -> Floats:
+def step_without(problem: Referenced, found: Minimum, fold: int) -> Floats:
     """Return the step (p,) to a fit that has not seen a fold, which has the common zero then."""
     step = bounded(found.rows.some(found.rows.fold != fold), found.noise, found.scaled,
                    found.prior, problem.bounds)
@@ -194,6 +194,6 @@ def step_without(problem: Referenced, found: Found, fold: int) -> Floats:
     return step
 
 
-def _own(problem: Referenced, found: Found, fold: int) -> list[int]:
+def _own(problem: Referenced, found: Minimum, fold: int) -> list[int]:
     """Return the place of a recording's own zero."""
     return [len(found.scaled) - problem.moving + fold]

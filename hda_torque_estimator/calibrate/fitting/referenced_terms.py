@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .laws import chords_of
-from ...least_squares.charts import Chart, Factor, Logarithm, Plain, Wave
+from ...least_squares.charts import Chart, Factor, Identity, Logarithm, WaveParts
 from ...least_squares.term import Term
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 # References alone leave more to a fit, so what effects declare of joints that nobody has measured
 # counts in part. (measured: with all of it, and other orders of cogging beside it, a real joint
 # was off by 0.22 N*m with offset, not 0.10)
@@ -69,8 +69,8 @@ def hysteresis(arm: Arm, varies: float) -> Term:
     kind, width = unmeasured_at(LOOP), usual_at(LOOP).usual['width']
     known: Any = arm.effect(kind.name, arm.labels[0])
     spread = WIDEST_LOOP * varies
-    return _effect(arm, kind, Plain(('level',), spread, spread, 0.0, spread, 0.4 * spread),
-                   Plain(('width',), width, width, 0.13 * width, 6.0 * width),
+    return _effect(arm, kind, Identity(('level',), spread, spread, 0.0, spread, 0.4 * spread),
+                   Identity(('width',), width, width, 0.13 * width, 6.0 * width),
                    level=min(known.level, spread), width=width)
 
 
@@ -83,13 +83,13 @@ def skew(arm: Arm, varies: float) -> Term:
     """Return the time between the readings of both encoders."""
     kind, spread = unmeasured_at(CLOCK), SKEW * usual_at(CLOCK).sigma['skew']
     known: Any = arm.effect(kind.name, arm.labels[0])
-    return _effect(arm, kind, Plain(('skew',), spread, spread, known.skew - 5 * spread,
-                                    known.skew + 5 * spread))
+    return _effect(arm, kind, Identity(('skew',), spread, spread, known.skew - 5 * spread,
+                                       known.skew + 5 * spread))
 
 
 def zero(arm: Arm, varies: float) -> Term:
     """Return the zero of the link encoder that recordings have in common."""
-    return Term(arm.joints[0].link_encoder, arm.labels[0], (Plain(('zero',), ZERO, ZERO),),
+    return Term(arm.joints[0].link_encoder, arm.labels[0], (Identity(('zero',), ZERO, ZERO),),
                 'link_encoder', ('zero',))
 
 
@@ -113,14 +113,14 @@ def _of_gear(arm: Arm, *orders: str) -> Term:
 def stiffening(arm: Arm, varies: float) -> Term:
     """Return how the flexspline stiffens with torque."""
     law, spread = arm.joints[0].torsion, STIFFENS / max(varies, LEAST_TOLERANCE)
-    chart = Plain(('flexspline_curvature',), spread, spread, 0.0, 4.0 * spread,
-                  max(law.flexspline_curvature, 0.5 * spread))
+    chart = Identity(('flexspline_curvature',), spread, spread, 0.0, 4.0 * spread,
+                     max(law.flexspline_curvature, 0.5 * spread))
     return Term(law, arm.labels[0], (chart,), 'torsion', chart.names)
 
 
-def _wave(name: str, sigma: float, reach: float) -> Wave:
+def _wave(name: str, sigma: float, reach: float) -> WaveParts:
     """Return a wave of an effect, which may go so far from nothing."""
-    return Wave((f'amplitude_{name}', f'phase_{name}'), sigma, sigma, -reach, reach)
+    return WaveParts((f'amplitude_{name}', f'phase_{name}'), sigma, sigma, -reach, reach)
 
 
 def constant(arm: Arm, varies: float) -> Term:
@@ -139,13 +139,13 @@ def dry(arm: Arm, varies: float) -> Term:
 def offset(arm: Arm, varies: float) -> Term:
     """Return the torque that the drive gives at zero command."""
     spread = varies / arm.joints[0].ratio
-    return _effect(arm, known_as('drive_offset'), Plain(('offset',), spread, spread))
+    return _effect(arm, known_as('drive_offset'), Identity(('offset',), spread, spread))
 
 
-def _friction(arm: Arm, name: str, varies: float, per: float = 1.0) -> Plain:
+def _friction(arm: Arm, name: str, varies: float, per: float = 1.0) -> Identity:
     """Return a number of friction of which nothing is known but the torque of the joint."""
     spread = varies / arm.joints[0].ratio / per
-    return Plain((name,), spread, spread, 0.0)
+    return Identity((name,), spread, spread, 0.0)
 
 
 def viscous(fastest: float) -> Maker:
@@ -157,7 +157,7 @@ def viscous(fastest: float) -> Maker:
 def of_load(arm: Arm, varies: float) -> Term:
     """Return the loss of the mesh."""
     spread = usual_at(MESH).sigma['coefficient']
-    return _effect(arm, unmeasured_at(MESH), Plain(('coefficient',), spread, spread, 0.0))
+    return _effect(arm, unmeasured_at(MESH), Identity(('coefficient',), spread, spread, 0.0))
 
 
 def near_rest(arm: Arm, varies: float) -> Term:
@@ -171,7 +171,7 @@ def near_rest(arm: Arm, varies: float) -> Term:
 def one_sided(arm: Arm, varies: float) -> Term:
     """Return the share by which friction is larger one way."""
     spread = usual_at(DRY_LEVEL).sigma['asymmetry']
-    return _effect(arm, unmeasured_at(DRY_LEVEL), Plain(('asymmetry',), spread, spread))
+    return _effect(arm, unmeasured_at(DRY_LEVEL), Identity(('asymmetry',), spread, spread))
 
 
 def inertia(arm: Arm, varies: float) -> Term:
@@ -190,8 +190,8 @@ def ripple(name: str) -> Maker:
 def cogging(order: float) -> Maker:
     """Return how a cogging of an order per motor turn is looked for."""
     return lambda arm, varies: _effect(
-        arm, orders_at(TURN), Wave(('amplitude', 'phase'), _rippling(arm, varies),
-                                   _rippling(arm, varies)), order=order)
+        arm, orders_at(TURN), WaveParts(('amplitude', 'phase'), _rippling(arm, varies),
+                                        _rippling(arm, varies)), order=order)
 
 
 def _rippling(arm: Arm, varies: float) -> float:

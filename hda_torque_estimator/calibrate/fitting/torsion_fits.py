@@ -19,13 +19,13 @@ from ..passages.passage import Passage
 from ...estimating.estimates import Estimates
 from ...estimating.estimator import Estimator, EstimatorSettings
 from ...estimating.laws.layout import KINEMATIC_TORSION, TORSION
-from ...least_squares.descent import beginning, descend, Found, limits, placed, places
+from ...least_squares.descent import beginning, descend, limits, Minimum, placed, places
 from ...least_squares.rows import FOLDS, Rows
 from ...least_squares.term import Term
 from ...samples.readings import LINK_READING
 
 Floats = NDArray[np.float64]
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 STRETCH = 3.0           # of a recording, left out of a fit or kept as a whole [s]
 PIECES = 3              # fewest recordings, or parts of them, that tell how laws fail
 STEP = 0.02             # of a sigma, for the slopes
@@ -68,7 +68,7 @@ class TorsionFits:
             found.append(estimator.run(passage.stamps, readings))
         return found
 
-    def fit(self, terms: Sequence[Term], start: Floats | None = None) -> Found:
+    def fit(self, terms: Sequence[Term], start: Floats | None = None) -> Minimum:
         """Return the most likely unknowns, descending from where they begin or from `start`."""
         problem = TorsionProblem(self, tuple(terms))
         return descend(problem, beginning(terms, BESIDE) if start is None else start)

@@ -14,7 +14,7 @@ from ...estimating.estimator import Estimator
 from ...samples.readings import LINK_READING
 
 Floats = NDArray[np.float64]
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _KEPT = 256             # runs that are known: other lags and priors ask for the same again
 
 
@@ -33,8 +33,8 @@ class TorsionWitness:
         self.blocks = blocks_of(recordings, self._used)
 
     @property
-    def tells(self) -> bool:
-        """Tell whether every recording has rows."""
+    def is_observed(self) -> bool:
+        """Return whether every recording has rows."""
         return all(used.any() for used in self._used)
 
     def torque(self, arm: Arm, zeros: Floats) -> Floats:

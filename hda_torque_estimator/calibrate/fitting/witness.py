@@ -18,7 +18,7 @@ from ...least_squares.rows import FOLDS
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 STRETCH = 3.0           # longest block of rows whose errors follow each other [s]
 FEWEST_BLOCKS = 12      # of all recordings: a spread over fewer tells little
 LAGS = 16               # of which references are known: most fits have one

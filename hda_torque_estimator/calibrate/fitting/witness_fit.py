@@ -9,7 +9,7 @@ from hda_arm_sim.model.arm import Arm
 import numpy as np
 from numpy.typing import NDArray
 
-from .arm_numbers import doubtful, Number, number, numbers, OFFSET
+from .arm_numbers import ArmNumber, doubtful, number, numbers, OFFSET
 from .motor_witness import MotorWitness, sliding, STANDS
 from .referenced_problem import error_left_out, fitted, LAG, Referenced, step_without
 from .referenced_terms import (cogging, likely_poles, Maker, motor_always, motor_more, stiffening,
@@ -17,14 +17,14 @@ from .referenced_terms import (cogging, likely_poles, Maker, motor_always, motor
 from .torsion_witness import TorsionWitness
 from .witness import Witness
 from ..passages.joint_recording import Measured
-from ...least_squares.descent import beginning, Found, placed
+from ...least_squares.descent import beginning, Minimum, placed
 from ...least_squares.rows import rms, solved
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-Fit = tuple[Referenced, Found]
+Fit = tuple[Referenced, Minimum]
 TINY = np.finfo(float).tiny
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 SOFTER = 0.2            # of the stiffness known, where a search begins as well
 BENDS = 1.0             # deviation of a torque, from which a law can be seen to bend [N*m]
 FARTHEST = 6.0          # of what references lag before anything is known, longest first guess
@@ -38,11 +38,11 @@ FOLLOWED = 1.0          # times that of zeros that are followed, above which the
 
 
 @dataclass(frozen=True)
-class Heard:
+class WitnessFit:
     """What one witness of a joint tells."""
 
-    numbers: tuple[Number, ...]
-    known: tuple[Number, ...]   # the same, as well known as if they were independent
+    numbers: tuple[ArmNumber, ...]
+    known: tuple[ArmNumber, ...]   # the same, as well known as if they were independent
     spread: float           # of its zero over recordings [unit of the witness]
     lag: float              # of the references [s]
     error: float            # where the fit has not seen, zeros free to move as they do [N*m rms]
@@ -70,13 +70,13 @@ class Search(NamedTuple):
     worth: float            # share of the error left out, below which others have a place
 
 
-def torsion_of(arm: Arm, recordings: Sequence[Measured]) -> Heard | None:
+def torsion_of(arm: Arm, recordings: Sequence[Measured]) -> WitnessFit | None:
     """Return what the torsion of recordings tells of a joint; None where none is believed."""
     recordings = [one for one in recordings if one.has_link]
     if not recordings:
         return None
     witness, varies = TorsionWitness(arm, recordings), _varies(recordings)
-    if not witness.tells:
+    if not witness.is_observed:
         return None
     bends = varies > BENDS and arm.joints[0].torsion.knee_1 == 0.0
     more = tuple(make for make in TORSION_MORE if make is not stiffening or bends)
@@ -90,10 +90,11 @@ def torsion_of(arm: Arm, recordings: Sequence[Measured]) -> Heard | None:
 
     problem, found = _zeroed([_searched(_asked(arm, witness, search, varies, stays=stays), search,
                                         starts, varies) for stays in _may_stay(recordings)])
-    return _told(problem, found, 'link_encoder.zero', witness)
+    return _fit_of(problem, found, 'link_encoder.zero', witness)
 
 
-def motor_of(arm: Arm, recordings: Sequence[Measured], *, resting: bool = False) -> Heard | None:
+def motor_of(arm: Arm, recordings: Sequence[Measured], *,
+             resting: bool = False) -> WitnessFit | None:
     """
     Return what the motor of recordings tells; None where it has no torque, or stands.
 
@@ -119,7 +120,7 @@ def motor_of(arm: Arm, recordings: Sequence[Measured], *, resting: bool = False)
         return _worthwhile(problem, found, search._replace(more=(cogging(order),)), varies)
 
     problem, found = _zeroed([found_with(stays) for stays in _may_stay(recordings)])
-    return _told(problem, found, OFFSET, witness)
+    return _fit_of(problem, found, OFFSET, witness)
 
 
 def _may_stay(recordings: Sequence[Measured]) -> tuple[bool, ...]:
@@ -159,7 +160,7 @@ def _zeroed(fits: Sequence[Fit]) -> Fit:
     return stays if believed else moves
 
 
-def _crossed(problem: Referenced, found: Found) -> Fit:
+def _crossed(problem: Referenced, found: Minimum) -> Fit:
     """Return the fit of the same terms whose zeros stay where they moved, or the other way."""
     other = replace(problem, stays=not problem.stays, spread=problem.witness.usual_zero)
     start = np.concatenate([found.scaled[:len(found.scaled) - problem.moving],
@@ -171,7 +172,7 @@ def _varies(recordings: Sequence[Measured]) -> float:
     return rms(np.concatenate([one.reference - one.reference.mean() for one in recordings]))
 
 
-def _worthwhile(problem: Referenced, found: Found, search: Search,
+def _worthwhile(problem: Referenced, found: Minimum, search: Search,
                 varies: float) -> Fit:
     """
     Return the fit with all that lowers its error where it has not seen, the best first.
@@ -204,12 +205,12 @@ def _worth(search: Search, make: Maker | None) -> float:
     return CLEARLY if make is None else search.worth
 
 
-def _may_be(problem: Referenced, found: Found) -> bool:
-    """Tell whether a lag is none, or longer than a sample: below that, nobody can tell it."""
+def _may_be(problem: Referenced, found: Minimum) -> bool:
+    """Return whether a lag is none, or longer than a sample: below that, nobody can tell it."""
     return not problem.lags or problem.lag(found.scaled) > problem.witness.dt
 
 
-def _with(problem: Referenced, found: Found, make: Maker | None,
+def _with(problem: Referenced, found: Minimum, make: Maker | None,
           varies: float) -> Fit:
     """Return where a fit with one more term begins, or with a lag of the references: None."""
     if make is None:
@@ -225,10 +226,10 @@ def _with(problem: Referenced, found: Found, make: Maker | None,
     elif wider.lags:
         start[len(start) - wider.beside] = _likely_lag(problem, found) / LAG
     rows = wider.rows(start, wider.error(start))
-    return wider, Found(tuple(wider.terms), start, wider.prior, rows, found.noise)
+    return wider, Minimum(tuple(wider.terms), start, wider.prior, rows, found.noise)
 
 
-def _likely_lag(problem: Referenced, found: Found) -> float:
+def _likely_lag(problem: Referenced, found: Minimum) -> float:
     """
     Return the lag from which a search for it begins [s].
 
@@ -244,8 +245,8 @@ def _likely_lag(problem: Referenced, found: Found) -> float:
     return float(min(lags, key=left))
 
 
-def _told(problem: Referenced, found: Found, zero: str,
-          witness: TorsionWitness | MotorWitness) -> Heard:
+def _fit_of(problem: Referenced, found: Minimum, zero: str,
+            witness: TorsionWitness | MotorWitness) -> WitnessFit:
     """Return what a fit tells; `zero` is the number that moves between recordings."""
     scaled, reference = found.scaled, witness.reference(0.0)
     given = witness.torque(problem.arm, np.zeros(0))    # as the arm was given
@@ -253,17 +254,18 @@ def _told(problem: Referenced, found: Found, zero: str,
     spread = problem.spread / ratio if problem.moving else 0.0
     unsure = spread if len(witness.recordings) > 1 else _zero_known(problem.arm, zero)
     fitted_numbers = numbers(found, found.covariance())
-    told, known = ([number(one.name, one.value, math.hypot(
+    fitted, known = ([number(one.name, one.value, math.hypot(
         share * one.sigma, unsure if one.name == zero else 0.0)) for one in fitted_numbers]
         for share in (1.0, independent_share(problem, found)))
     before, varies = (_about_means(values, witness.blocks.recording)
                       for values in (given - reference, reference))
     error = error_left_out(problem, found)
-    return Heard(tuple(told), tuple(known), spread, problem.lag(scaled),
-                 error, lawless(problem, found, error), _moved(problem, found), before, varies,
-                 doubtful(found), tuple(witness.recordings),
-                 tuple(_numbers_without(problem, found, int(fold))
-                       for fold in np.unique(found.rows.fold)))
+    return WitnessFit(tuple(fitted), tuple(known), spread, problem.lag(scaled),
+                      error, lawless(problem, found, error), _moved(problem, found), before,
+                      varies,
+                      doubtful(found), tuple(witness.recordings),
+                      tuple(_numbers_without(problem, found, int(fold))
+                            for fold in np.unique(found.rows.fold)))
 
 
 def _zero_known(arm: Arm, zero: str) -> float:
@@ -272,7 +274,7 @@ def _zero_known(arm: Arm, zero: str) -> float:
     return known.drive_offset if zero == OFFSET else known.torsion_zero
 
 
-def _numbers_without(problem: Referenced, found: Found, fold: int) -> dict[str, float]:
+def _numbers_without(problem: Referenced, found: Minimum, fold: int) -> dict[str, float]:
     """
     Return the numbers, by their names, of a fit that has not seen a fold.
 
@@ -287,7 +289,7 @@ def _numbers_without(problem: Referenced, found: Found, fold: int) -> dict[str, 
             for name, value in term.numbers().items()}
 
 
-def lawless(problem: Referenced, found: Found, error: float) -> float:
+def lawless(problem: Referenced, found: Minimum, error: float) -> float:
     """
     Return what is left of an error [N*m rms] by no number that the fit is unsure of.
 
@@ -297,7 +299,7 @@ def lawless(problem: Referenced, found: Found, error: float) -> float:
     return math.sqrt(max(error ** 2 - together / len(rows), float(np.mean(rows ** 2))))
 
 
-def independent_share(problem: Referenced, found: Found) -> float:
+def independent_share(problem: Referenced, found: Minimum) -> float:
     """
     Return by which share numbers are better known where each is taken for independent.
 
@@ -310,7 +312,7 @@ def independent_share(problem: Referenced, found: Found) -> float:
     return math.sqrt(min(together / max(alone, TINY), 1.0))
 
 
-def _unsure(problem: Referenced, found: Found) -> tuple[float, float]:
+def _unsure(problem: Referenced, found: Minimum) -> tuple[float, float]:
     """Return the variances of all rows by unsure numbers, together and each for itself."""
     last = len(found.scaled) - problem.moving
     slopes, covariance = found.rows.slopes[:, :last], found.covariance()[:last, :last]
@@ -324,7 +326,7 @@ def _about_means(values: Floats, recording: Ints) -> float:
     return rms(values - means[recording])
 
 
-def _moved(problem: Referenced, found: Found) -> float:
+def _moved(problem: Referenced, found: Minimum) -> float:
     """Return what a zero that is one spread off makes of the torque [N*m rms]."""
     if not problem.moving:
         return 0.0

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from .joint_recording import CalibrationError
 from .loads import loads
 from .passage import Passage, passages
-from .stated_conditions import Stated
+from .stated_conditions import StatedConditions
 from .suitability import check_alike
 from ...measurements.even_grid import on_grid
 from ...measurements.measurement import Measurement, measurement_from
@@ -22,16 +22,16 @@ from ...measurements.recording_checks import check_names
 from ...samples.readings import readings
 
 Floats = NDArray[np.float64]
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 FEWEST = 100            # samples from which a motion can be differentiated
 
 
-class Heard(NamedTuple):
+class CalibrationRecording(NamedTuple):
     """What one recording tells."""
 
     name: str
     passages: dict[str, Passage]
-    stated: Stated
+    stated: StatedConditions
     sensed: frozenset[str]          # joints with a torque sensor
     pushed: bool                    # whether a known force acted on the tip
     weighed: bool                   # whether links have weight as the arm file has them
@@ -47,7 +47,7 @@ class Heard(NamedTuple):
 
 
 def heard(states: JointSamples, wrenches: Mapping[str, WrenchSamples], name: str, arm: Arm,
-          known: Stated) -> Heard:
+          known: StatedConditions) -> CalibrationRecording:
     """
     Return what a recording of an arm tells: its joint states, and wrenches by their topics.
 
@@ -67,13 +67,14 @@ def heard(states: JointSamples, wrenches: Mapping[str, WrenchSamples], name: str
     sensed = {label: _interpolated(stamps, sensor, sensor.torque[:, 2])
               for label in arm.labels
               if (sensor := wrenches.get(reference_joint_torque(label).name)) is not None}
-    if known != Stated() or pushed:
+    if known != StatedConditions() or pushed:
         own = loads(stood, motion_of(seen, stood), wrench).torque
         for place, label in enumerate(arm.labels):
             if label in sensed:
                 check_alike(label, name, sensed[label], own[:, place])
-    return Heard(name, passages(name, stood, seen, wrench, sensed), known, frozenset(sensed),
-                 pushed, arm.base.tilt > 0.0 or isinstance(arm.links, ChainLinks))
+    return CalibrationRecording(name, passages(name, stood, seen, wrench, sensed), known,
+                                frozenset(sensed),
+                                pushed, arm.base.tilt > 0.0 or isinstance(arm.links, ChainLinks))
 
 
 def _grid(states: JointSamples, arm: Arm, seen: Measurement) -> NDArray[np.int64]:
@@ -90,8 +91,8 @@ def _wrench(wrenches: Mapping[str, WrenchSamples],
     source = wrenches.get(EXTERNAL_WRENCH.name) if sensor is None else sensor
     if source is None:
         return np.zeros((len(stamps), 6)), False
-    told = np.column_stack([source.force, source.torque])
-    wrench = np.stack([_interpolated(stamps, source, column) for column in told.T], axis=1)
+    columns = np.column_stack([source.force, source.torque])
+    wrench = np.stack([_interpolated(stamps, source, column) for column in columns.T], axis=1)
     if sensor is None:                      # a push that was asked for is known to end
         wrench = np.nan_to_num(wrench)
     return wrench, bool(np.nanmax(np.abs(wrench), initial=0.0) > 0.0)

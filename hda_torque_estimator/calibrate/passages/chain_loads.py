@@ -8,7 +8,7 @@ from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY
 from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
 
-from ...measurements.motion import Motion
+from ...measurements.motion import MeasuredMotion
 
 
 @compiled
@@ -22,7 +22,7 @@ def _needs(c: Array, moved: Array, wrench: Array, torque: Array) -> None:
         torque[k] = c[1:-1, chain.TORQUE]
 
 
-def chain_needs(arm: Arm, motion: Motion, wrench: Array) -> Array:
+def chain_needs(arm: Arm, motion: MeasuredMotion, wrench: Array) -> Array:
     """Return the torques (k, n) of a motion under a wrench (k, 6) on the tip [N*m]."""
     moved = np.ascontiguousarray(np.stack(
         [motion.state[:, :, LINK_ANGLE], motion.state[:, :, LINK_VELOCITY],

@@ -15,13 +15,12 @@ from scipy.signal import savgol_filter
 
 from .thinning import row_means, samples_of_row
 from ...measurements.even_stamps import evened
-from ...samples.readings import (LINK_RATE, LINK_READING, MOTOR_RATE, MOTOR_READING, READINGS,
-                                 SIDES)
+from ...samples.readings import LINK_RATE, LINK_READING, MOTOR_RATE, MOTOR_READING, READINGS, SIDES
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 FEWEST = 20         # samples of a joint, fewer say nothing about any parameter
 BRIEFEST = 0.1      # time that they last, less cannot be differentiated [s]
 BURST = 0.25        # of the mean time between samples, below which stamps come in bursts
@@ -34,7 +33,7 @@ class CalibrationError(HdaError):
     """Recordings from which nothing can be calibrated."""
 
 
-class Turning(NamedTuple):
+class ShaftMotion(NamedTuple):
     """How a shaft turned, without delay, k samples."""
 
     rate: Floats                    # (k,) [rad/s]
@@ -70,12 +69,12 @@ class Measured:
 
     @property
     def has_link(self) -> bool:
-        """Tell whether the angle of the link is known."""
+        """Return whether the angle of the link is known."""
         return bool(np.isfinite(self.readings[:, 0, LINK_READING]).all())
 
     @property
     def has_command(self) -> bool:
-        """Tell whether the motor torque is known, for most of the recording."""
+        """Return whether the motor torque is known, for most of the recording."""
         return bool(np.isfinite(self.command).mean() > 0.5)
 
     @property
@@ -130,14 +129,14 @@ class Measured:
         """Return the reference at a time after each sample [N*m]; at the end it stays."""
         return np.interp(self.time + lag, self.time, self.reference)
 
-    def turning(self) -> Turning:
+    def turning(self) -> ShaftMotion:
         """Return how the shaft turned, by local polynomials on an even grid."""
         grid = self.time[0] + self.dt * np.arange(1 + round(self.time[-1] / self.dt))
         angle = np.interp(grid, self.time, self.readings[:, 0, MOTOR_READING])
         beside = max(FEWEST_BESIDE, round(0.5 * SMOOTHED / self.dt))
         rate, acceleration = (np.interp(self.time, grid, savgol_filter(
             angle, 2 * beside + 1, DEGREE, order, self.dt)) for order in (1, 2))
-        return Turning(rate, acceleration, beside)
+        return ShaftMotion(rate, acceleration, beside)
 
 
 def measured(recording: str, joint: str, states: JointSamples,

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .chain_loads import chain_needs
-from ...measurements.motion import Motion
+from ...measurements.motion import MeasuredMotion
 
 Floats = NDArray[np.float64]
 DOUBTS = 3              # p1, p2, p3; of a chain none (layout)
@@ -31,7 +31,7 @@ class Loads(NamedTuple):
     doubt: Floats
 
 
-def loads(arm: Arm, motion: Motion, wrench: Floats) -> Loads:
+def loads(arm: Arm, motion: MeasuredMotion, wrench: Floats) -> Loads:
     """Return what moves the links of an arm under a wrench (k, 6) on its tip [N, N*m, base]."""
     pulled = [sum(arm.effect(kind.name, label)(link_angle=motion.state[:, j, LINK_ANGLE])
                   for kind in effects_at(LINK_TORQUE)) for j, label in enumerate(arm.labels)]
@@ -41,7 +41,7 @@ def loads(arm: Arm, motion: Motion, wrench: Floats) -> Loads:
     return _of_pair(arm, motion, wrench, pulled)
 
 
-def _of_pair(arm: Arm, motion: Motion, wrench: Floats, pulled: list[Floats]) -> Loads:
+def _of_pair(arm: Arm, motion: MeasuredMotion, wrench: Floats, pulled: list[Floats]) -> Loads:
     """Return what moves links in a plane: forces in it push them, nothing else."""
     body = arm.record().body
     inertia, joints = loaded_inertia(body), len(arm.joints)
@@ -60,7 +60,7 @@ def _pair(columns: Floats) -> tuple[Floats, Floats]:
     return columns[:, 0], (columns[:, 1] if columns.shape[1] > 1 else np.zeros(len(columns)))
 
 
-def _moving(inertia: Inertia, motion: Motion) -> tuple[Floats, Floats]:
+def _moving(inertia: Inertia, motion: MeasuredMotion) -> tuple[Floats, Floats]:
     """Return M(q) ddq + C(q, dq) dq of both joints (k,) [N*m]."""
     _, elbow = _pair(motion.state[:, :, LINK_ANGLE])
     rate1, rate2 = _pair(motion.state[:, :, LINK_VELOCITY])

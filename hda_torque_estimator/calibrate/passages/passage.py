@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from .loads import DOUBTS, loads
 from .thinning import row_means, samples_of_row
 from ...measurements.measurement import Measurement
-from ...measurements.motion import Motion, motion_of, smoothed
+from ...measurements.motion import MeasuredMotion, motion_of, smoothed
 from ...samples.readings import READINGS
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 SLOWEST = 0.004         # period in which an estimator still follows all that a joint does [s]
 EDGE = 0.25             # time at the end, and about lost samples, that is not used [s]
 BEGIN = 1.0             # time at the beginning, until a loop has forgotten where it began [s]
@@ -77,7 +77,7 @@ def passages(name: str, arm: Arm, seen: Measurement, wrench: Floats,
     return found
 
 
-def _passage(name: str, seen: Measurement, motion: Motion, j: int, torque: Floats,
+def _passage(name: str, seen: Measurement, motion: MeasuredMotion, j: int, torque: Floats,
              doubt: Floats) -> Passage:
     readings = np.full((len(torque), 1, READINGS), np.nan)
     readings[:, 0, :2] = seen.reading[:, j]

@@ -15,7 +15,7 @@ from ...significance import SIGN_CERTAIN
 Floats = NDArray[np.float64]
 
 
-class Wrong(NamedTuple):
+class SignFaults(NamedTuple):
     """Why a joint, its torsion or its motor cannot be calibrated, '' where it can."""
 
     joint: str = ''
@@ -23,7 +23,7 @@ class Wrong(NamedTuple):
     motor: str = ''
 
 
-def wrong_signs(arm: Arm, recordings: Sequence[Measured]) -> Wrong:
+def wrong_signs(arm: Arm, recordings: Sequence[Measured]) -> SignFaults:
     """
     Return what is wrong with signs and units of one joint, as references tell it.
 
@@ -34,17 +34,18 @@ def wrong_signs(arm: Arm, recordings: Sequence[Measured]) -> Wrong:
         motor, link = one.readings[:, 0, (MOTOR_READING, LINK_READING)].T
         if one.has_link and (wrong := wrong_angles(arm.joints[0], motor, link,
                                                    disc_slope(arm, 0))):
-            return Wrong(f'{one.recording}: {wrong.mended_on_import()}')
+            return SignFaults(f'{one.recording}: {wrong.mended_on_import()}')
     torsion, motor = (_correlation(recordings, arm, side) for side in (_torsion, _motor))
     falls = [seen < -SIGN_CERTAIN for seen in (torsion, motor)]
     if all(falls) or (falls[0] and motor == 0.0):
-        return Wrong(f'its torsion falls where the reference grows (correlation {torsion:.2f}): '
-                     'the sign of the reference is wrong, or that of both angles')
-    return Wrong('', 'its torsion falls where reference and motor torque grow (correlation '
-                 f'{torsion:.2f}): check the signs of both angles' if falls[0] else '',
-                 'its motor torques fall where the reference grows (correlation '
-                 f'{motor:.2f}): they have the wrong sign; import them with the other one'
-                 if falls[1] else '')
+        return SignFaults(f'its torsion falls where the reference grows (correlation '
+                          f'{torsion:.2f}): the sign of the reference is wrong, or that of '
+                          'both angles')
+    return SignFaults('', 'its torsion falls where reference and motor torque grow (correlation '
+                      f'{torsion:.2f}): check the signs of both angles' if falls[0] else '',
+                      'its motor torques fall where the reference grows (correlation '
+                      f'{motor:.2f}): they have the wrong sign; import them with the other one'
+                      if falls[1] else '')
 
 
 class _Seen(NamedTuple):

@@ -12,12 +12,12 @@ from hda_arm_sim.model.effects.place import LOAD
 
 from .joint_recording import CalibrationError
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 STEEPEST = 90.0         # tilt that may be stated [degrees]
 HEAVIEST = 100.0        # payload that may be stated [kg]
 
 
-class Stated(NamedTuple):
+class StatedConditions(NamedTuple):
     """What is known of one recording beyond the arm file, None where nothing is stated."""
 
     tilt: tuple[float, float] | None = None     # of the base and its downhill direction [rad]
@@ -43,13 +43,13 @@ class Stated(NamedTuple):
 
 
 def stated(bags: Sequence[Path], tilts: Sequence[Sequence[str]],
-           payloads: Sequence[Sequence[str]]) -> list[Stated]:
+           payloads: Sequence[Sequence[str]]) -> list[StatedConditions]:
     """
     Return what is stated of each bag: tilts (bag, degrees, direction), payloads (bag, kg).
 
     Raises CalibrationError naming what cannot be meant.
     """
-    found = [Stated() for _ in bags]
+    found = [StatedConditions() for _ in bags]
     for bag, degrees, direction in tilts:
         angle = _number('--tilt', degrees, STEEPEST)
         towards = _number('--tilt direction', direction, 360.0, -360.0)

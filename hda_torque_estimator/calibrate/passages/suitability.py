@@ -13,7 +13,7 @@ from ...measurements.conventions import disc_slope, wrong_convention
 from ...significance import SIGN_CERTAIN
 
 Floats = NDArray[np.float64]
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 SHORTEST = 10.0         # of usable samples [s]
 TURN = 2.0 * math.pi    # of the motor, the least travel each way [rad]
 FEWEST_LOADS = 1.0      # between the small and the large torques [N*m]

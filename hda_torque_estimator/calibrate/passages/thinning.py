@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 THIN = 0.008        # time over which errors are averaged to one row [s]
 
 

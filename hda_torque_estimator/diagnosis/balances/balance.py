@@ -29,17 +29,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
-from .known import Known
 from .low_pass import LowPass
 from .parts import Parts
+from .recent_cache import RecentCache
 from .sensed_motion import sensing
 from .whitening import Whitening, whitening_of
 from .whole_runs import hands_on, remembered, run_whole
 from ...measurements.measurement import Measurement
-from ...measurements.motion import jolts, Motion, MOTOR
+from ...measurements.motion import jolts, MeasuredMotion, MOTOR
 from ...measurements.upsampling import between, is_held
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 BANDWIDTH = 40.0        # of the balances [Hz]
 RATE = 125.0            # at which balances are kept [Hz]
 _ENOUGH = 500.0         # samples that tell what a change of the arm changes in them [1/s]
@@ -86,9 +86,9 @@ class Balancer:
         self.filtered = LowPass(measurement, BANDWIDTH, self.every)
         self._reach = self.filtered.reach + _MARGIN
         self._parts = parts or Parts(measurement, self.filtered)
-        self._runs, self._valid = Known[Array](_KEPT), Known[NDArray[np.bool_]](_KEPT)
-        self.predictions = Known[Array](_KEPT)      # how far off those of arms end (`predict`)
-        self.noises = Known[tuple[Array, Array]](_KEPT)     # of arms (`healthy`)
+        self._runs, self._valid = RecentCache[Array](_KEPT), RecentCache[NDArray[np.bool_]](_KEPT)
+        self.predictions = RecentCache[Array](_KEPT)  # how far off those of arms end (`predict`)
+        self.noises = RecentCache[tuple[Array, Array]](_KEPT)     # of arms (`healthy`)
 
     def like(self, measurement: Measurement) -> 'Balancer':
         """Return the balances of another measurement along the same motion."""
@@ -119,7 +119,7 @@ class Balancer:
         return self if whitening is None else Balancer(self.measurement, self.turning,
                                                        self.unknown, whitening, self._parts)
 
-    def motion(self, arm: Arm) -> Motion:
+    def motion(self, arm: Arm) -> MeasuredMotion:
         """Return the motion behind the measurement if the arm senses as `arm` does."""
         return self._parts.motions.of(arm)
 
@@ -164,7 +164,7 @@ class Balancer:
 
     @cached_property
     def is_commanded(self) -> bool:
-        """Tell whether all commands were recorded: by a loop of the recording's own rate."""
+        """Return whether all commands were recorded: by a loop of the recording's own rate."""
         return self.unknown is None and is_held(self.measurement.as_recorded())
 
     @cached_property

@@ -18,10 +18,10 @@ from hda_arm_sim.model.link_side import base_coupling, base_push, loaded_inertia
 import numpy as np
 from scipy.signal import cont2discrete
 
-from ...measurements.motion import Motion
+from ...measurements.motion import MeasuredMotion
 
 
-def base_motion(arm: Arm, motion: Motion, dt: float) -> Array:
+def base_motion(arm: Arm, motion: MeasuredMotion, dt: float) -> Array:
     """Return offset [m] and rate [m/s] of the base (k, 2) from rest, zero where it is rigid."""
     body = arm.record().body
     if not any_acts(body, BASE):
@@ -32,12 +32,12 @@ def base_motion(arm: Arm, motion: Motion, dt: float) -> Array:
     mode = np.array([[0.0, 1.0], [-pace ** 2, -2.0 * damping * pace]])
     step = cont2discrete((mode, np.array([[0.0], [amplitude]]), np.eye(2),
                           np.zeros((2, 1))), dt, 'foh')     # a push straight between samples
-    past, push, told, now = (np.ascontiguousarray(part) for part in step[:4])
-    _march(past, push, told, now, stirring(arm, motion, direction)[0], answer)
+    past, push, driven, now = (np.ascontiguousarray(part) for part in step[:4])
+    _march(past, push, driven, now, stirring(arm, motion, direction)[0], answer)
     return answer
 
 
-def stirring(arm: Arm, motion: Motion, direction: float) -> tuple[Array, Array]:
+def stirring(arm: Arm, motion: MeasuredMotion, direction: float) -> tuple[Array, Array]:
     """Return the push (k,) of the links on a base [N], and its coupling (k, n) [kg*m]."""
     inertia, joints = loaded_inertia(arm.record().body), motion.state.shape[1]
     if isinstance(inertia, Chain):
@@ -51,7 +51,7 @@ def stirring(arm: Arm, motion: Motion, direction: float) -> tuple[Array, Array]:
     return push - (coupling * motion.acceleration[:, :, 1]).sum(axis=1), coupling
 
 
-def _chain_stirring(links: Chain, motion: Motion, direction: float) -> tuple[Array, Array]:
+def _chain_stirring(links: Chain, motion: MeasuredMotion, direction: float) -> tuple[Array, Array]:
     """Return push (k,) and coupling (k, n) of a chain; its weight is where the base has sagged."""
     samples, joints = motion.state.shape[:2]
     push, coupling = np.empty(samples), np.empty((samples, joints))
@@ -77,12 +77,13 @@ def _stir(c: Array, along: Vector, moved: Array, push: Array, coupling: Array) -
 
 
 @compiled
-def _march(past: Array, push: Array, told: Array, now: Array, course: Array,
+def _march(past: Array, push: Array, driven: Array, now: Array, course: Array,
            answer: Array) -> None:
     """Fill the answer (k, 2) of a mode, given in discrete steps, to the course (k,) of a push."""
     first, second = 0.0, 0.0
     for k in range(course.shape[0]):
         for row in range(2):
-            answer[k, row] = told[row, 0] * first + told[row, 1] * second + now[row, 0] * course[k]
+            answer[k, row] = driven[row, 0] * first + driven[row, 1] * second + now[row,
+                                                                                    0] * course[k]
         first, second = (past[0, 0] * first + past[0, 1] * second + push[0, 0] * course[k],
                          past[1, 0] * first + past[1, 1] * second + push[1, 0] * course[k])

@@ -20,10 +20,10 @@ from scipy.ndimage import gaussian_filter1d
 from .balance import Balancer, RATE
 from ...measurements.measurement import Measurement
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _FAST = 4.0             # samples of the balances over which what is slower is another's effect
 _CHANGES = 5            # stretches of a second with changes of the command, at least
-_TOLD = 0.25            # share of the power there that the way to the next command must explain
+_EXPLAINED = 0.25  # share of the power there that the way to the next command must explain
 _CERTAIN = 4.0          # deviations from held, and from the other end, that tell a way
 # (source: half of the least way of a log of a faster loop, that of every second sample)
 _HELD_WAY = 0.25        # below which commands were held
@@ -43,8 +43,8 @@ def way_between(balancer: Balancer, arm: Arm, noise: Array) -> float | None:
     valid = held.valid[:, :joints]
     shift = _quick(even.residual[:, :joints] - held.residual[:, :joints])
     rest = _quick(held.residual[:, :joints])
-    told = valid & (np.abs(shift) > noise[:joints])
-    weight = np.where(told, 1.0, 0.0) / noise[:joints] ** 2
+    resolved = valid & (np.abs(shift) > noise[:joints])
+    weight = np.where(resolved, 1.0, 0.0) / noise[:joints] ** 2
     against, own = _by_second(-rest * shift * weight), _by_second(shift ** 2 * weight)
     if (own > 0.0).sum() < _CHANGES:
         return None
@@ -53,9 +53,9 @@ def way_between(balancer: Balancer, arm: Arm, noise: Array) -> float | None:
     way = min(max(share, 0.0), 1.0)
     as_held, as_even, after = (float(((rest + part * shift) ** 2 * weight).sum())
                                for part in (0.0, 1.0, way))
-    if way > _CERTAIN * unsure and after < (1.0 - _TOLD) * as_held:
+    if way > _CERTAIN * unsure and after < (1.0 - _EXPLAINED) * as_held:
         return way
-    surely_held = share + _CERTAIN * unsure < _HELD_WAY and as_held < (1.0 - _TOLD) * as_even
+    surely_held = share + _CERTAIN * unsure < _HELD_WAY and as_held < (1.0 - _EXPLAINED) * as_even
     return 0.0 if surely_held else None
 
 

@@ -20,11 +20,11 @@ from hda_arm_sim.model.link_side import link_torque
 import numpy as np
 
 from .fields import key_of, places_of
-from .known import Known
-from .sensed_motion import Moved, SensedMotion, sensing
+from .recent_cache import RecentCache
+from .sensed_motion import JointMotion, SensedMotion, sensing
 from ...measurements.measurement import Measurement
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _KEPT = 4               # of what each gear does
 # What each of its runs reads of a joint's record.
 _TWISTS = places_of('ratio', *effects_at(TRANSMISSION))
@@ -65,9 +65,9 @@ class Gears:
         self._motions, self._pieces = motions, measurement.pieces()
         self._shape = len(measurement.command)
         joints = range(len(measurement.labels))
-        self._twists = [Known[Twist](_KEPT) for _ in joints]
-        self._springs = [Known[Array](_KEPT) for _ in joints]
-        self._torques = [Known[Geared](_KEPT) for _ in joints]
+        self._twists = [RecentCache[Twist](_KEPT) for _ in joints]
+        self._springs = [RecentCache[Array](_KEPT) for _ in joints]
+        self._torques = [RecentCache[Geared](_KEPT) for _ in joints]
 
     def key(self, arm: Arm, joint: int) -> bytes:
         """Return all that the torques of a gear depend on."""
@@ -115,7 +115,7 @@ class Gears:
 
 
 @compiled
-def _fill_twist(joints: Record, j: int, moved: Moved, twisted: Twist) -> None:
+def _fill_twist(joints: Record, j: int, moved: JointMotion, twisted: Twist) -> None:
     """Fill how a gear is twisted."""
     joint = joints[j]
     torsion, rate, ratio = twisted
@@ -134,7 +134,7 @@ def _fill_spring(joints: Record, j: int, angle: Array, torsion: Array, spring: A
 
 
 @compiled
-def _fill_torques(joints: Record, j: int, moved: Moved, twisted: Twist, spring: Array,
+def _fill_torques(joints: Record, j: int, moved: JointMotion, twisted: Twist, spring: Array,
                   geared: Geared) -> None:
     """Fill the torques of a gear with those of its spring (k,)."""
     joint, w = joints[j], np.zeros((1, REGISTERS))

@@ -24,9 +24,9 @@ import numpy as np
 
 from .gears import Geared
 from .sample_residuals import missed_torques, motor_missed
-from .sensed_motion import Moved
+from .sensed_motion import JointMotion
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _REST = 2e-3            # link speed at which a bearing may stick [rad/s]
 MEASURED = 4           # states that a motion gives; the kernel's others are its memory (layout)
 _wire_of, _bent_after = record_at(WIRE), sole_at(BRISTLES).law_after
@@ -86,7 +86,8 @@ def fill_along(arm: ArmRecord, inertia: Inertia, driven: Driven, dt: float, resi
 
 
 @compiled
-def fill_missed(joints: Record, j: int, moved: Moved, geared: Geared, command: Array, dt: float,
+def fill_missed(joints: Record, j: int, moved: JointMotion, geared: Geared, command: Array,
+                dt: float,
                 missed: Array) -> None:
     """Fill what the motor of a joint misses under the torques of its gear (k,) [N*m, output]."""
     joint, w = joints[j], np.zeros((1, REGISTERS))

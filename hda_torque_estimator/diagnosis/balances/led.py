@@ -11,14 +11,14 @@ import numpy as np
 from .coordinates import torques_of
 from ...measurements.measurement import Measurement
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 # (source: a motor that moves its link gives all of that torque, and friction beside it)
 _NOTHING = 0.05         # share of the torque through a gear below which its motor does nothing
 _ENOUGH = 5000          # samples that tell, evenly over a recording
 
 
 def is_led(measurement: Measurement, arm: Arm) -> bool:
-    """Tell whether the motors of a recording do nothing while torque goes through the gears."""
+    """Return whether the motors of a recording do nothing while torque goes through the gears."""
     every = max(1, len(measurement.command) // _ENOUGH)
     angle, command = measurement.reading[::every], measurement.command[::every]
     torque = torques_of(arm, angle[:, :, 0], angle[:, :, 1])

@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 from hda_arm_sim.foundation import chain
 from hda_arm_sim.foundation.arrays import Array
-from hda_arm_sim.foundation.chain import (Chain, CONSTANTS, inverse_dynamics, lent, MASS,
-                                          of_links)
+from hda_arm_sim.foundation.chain import Chain, CONSTANTS, inverse_dynamics, lent, MASS, of_links
 from hda_arm_sim.foundation.chain_others import torques_with_others
 from hda_arm_sim.foundation.compiled import compiled, inlined
 from hda_arm_sim.foundation.rigid import Inertia, mass_matrix
@@ -21,7 +20,7 @@ from hda_arm_sim.model.link_side import free_torque, loaded_inertia, Pose, tip_f
 import numpy as np
 from numpy.typing import NDArray
 
-from ...measurements.motion import Course
+from ...measurements.motion import DifferentiatedAngle
 
 
 class Others(NamedTuple):
@@ -72,7 +71,7 @@ _needed = of_links(_planar_needed, _spatial_needed)
 
 
 @compiled
-def fill_needed(arm: ArmRecord, inertia: Inertia, links: Course, dt: float,
+def fill_needed(arm: ArmRecord, inertia: Inertia, links: DifferentiatedAngle, dt: float,
                 needed: Array) -> None:
     """Fill what the links need for a course (k, n) on a base at rest (k, n) [N*m, output]."""
     joints = needed.shape[1]
@@ -84,7 +83,7 @@ def fill_needed(arm: ArmRecord, inertia: Inertia, links: Course, dt: float,
 
 
 @inlined
-def _stand(w: Array, links: Course, k: int, dt: float) -> None:
+def _stand(w: Array, links: DifferentiatedAngle, k: int, dt: float) -> None:
     """Put the links where they are at one sample of a course."""
     w[0, NOW] = k * dt
     for j in range(links.angle.shape[1]):
@@ -93,7 +92,8 @@ def _stand(w: Array, links: Course, k: int, dt: float) -> None:
 
 
 @compiled
-def fill_needed_with(arm: ArmRecord, inertia: Chain, others: Others, links: Course, dt: float,
+def fill_needed_with(arm: ArmRecord, inertia: Chain, others: Others, links: DifferentiatedAngle,
+                     dt: float,
                      needed: Array) -> None:
     """Fill what a chain needs (v, k, n) with each of other links in place of its own, likewise."""
     joints, c = needed.shape[2], lent(inertia).table

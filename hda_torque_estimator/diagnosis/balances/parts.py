@@ -20,15 +20,15 @@ import numpy as np
 from .fields import key_of, places_of
 from .gears import Gears
 from .kernel_along import centred, deliver, fill_missed
-from .known import Known
 from .low_pass import LowPass
 from .needed_torques import fill_needed, fill_needed_with, other_link, Others
+from .recent_cache import RecentCache
 from .sensed_motion import SensedMotion, sensing
 from ...measurements.measurement import Measurement
-from ...measurements.motion import Course, LINK
+from ...measurements.motion import DifferentiatedAngle, LINK
 from ...measurements.running_clock import arm_during
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _KEPT = 4               # of each part
 # What each part reads of a joint's record.
 _DRIVE = (WIRE, LIMIT, CURRENT_LOOP, SHAFT)
@@ -47,9 +47,9 @@ class Parts:
         self._joints = range(len(measurement.labels))
         self.motions = SensedMotion(measurement)
         self._commands, self._carried, self._missed = (
-            [Known[Array](_KEPT) for _ in self._joints] for _ in range(3))
+            [RecentCache[Array](_KEPT) for _ in self._joints] for _ in range(3))
         self._gears = Gears(measurement, self.motions)
-        self._needed = Known[Array](_KEPT)
+        self._needed = RecentCache[Array](_KEPT)
         self._ahead: dict[bytes, Array] = {}
 
     def missed(self, arm: Arm) -> Array:
@@ -132,10 +132,10 @@ class Parts:
                              measurement.dt, needed[:, piece])
         return needed
 
-    def _courses(self, arm: Arm) -> Course:
+    def _courses(self, arm: Arm) -> DifferentiatedAngle:
         """Return what the links do, (k, n) each."""
         courses = [self.motions.course(arm, joint, LINK) for joint in self._joints]
-        return Course(*(np.stack(parts, axis=1) for parts in zip(*courses)))
+        return DifferentiatedAngle(*(np.stack(parts, axis=1) for parts in zip(*courses)))
 
     def _delivered(self, arm: Arm, joint: int) -> Array:
         """Run the drive of a joint (k,)."""

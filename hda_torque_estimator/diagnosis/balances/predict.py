@@ -25,14 +25,14 @@ from .balance import Balancer
 from .kernel_along import MEASURED
 from ...measurements.running_clock import arm_during, Spans, within
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 HORIZON = 0.2           # length of a window [s]
 EVERY = 0.1             # from window to window [s]
 _LINK = [LINK_ANGLE, LINK_VELOCITY]
 _EDGE = 0.05            # of the recording, where its motion is not known well [s]
 
 
-class Window(NamedTuple):
+class PredictionWindow(NamedTuple):
     """What was recorded of a window; the first reading is where it starts."""
 
     command: Array              # (k, n) motor torques [N*m]
@@ -72,8 +72,9 @@ def _errors(balancer: Balancer, arm: Arm, spans: Spans, piece: slice, horizon: f
         _remember(w, measurement.command[piece.start:begin])
         end = begin + steps + 1
         moved = motion.state[begin:end if measurement.led else begin, :, _LINK]
-        window = Window(measurement.command[begin:end - 1], measurement.reading[begin:end],
-                        np.ascontiguousarray(moved))
+        window = PredictionWindow(measurement.command[begin:end - 1],
+                                  measurement.reading[begin:end],
+                                  np.ascontiguousarray(moved))
         _predict(record, inertia, w, window, dt, count, errors)
     return squared
 
@@ -96,7 +97,8 @@ def _starts(spans: Spans, duration: float, dt: float) -> list[int]:
 
 
 @compiled
-def _predict(arm: ArmRecord, inertia: Inertia, w: Array, window: Window, dt: float, count: int,
+def _predict(arm: ArmRecord, inertia: Inertia, w: Array, window: PredictionWindow, dt: float,
+             count: int,
              errors: Array) -> None:
     """Fill the mean squared errors (3 n,) of one window."""
     command, reading, led = window

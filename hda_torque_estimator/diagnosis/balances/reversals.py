@@ -13,7 +13,7 @@ import numpy as np
 
 from .balance import Balancer
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 # (null: short stops of 24 joints of healthy arms left 167 to 474, presliding 1109 and more)
 _LOUD = 800.0           # power where a shaft turns round, over that of noise
 _APART = 20.0           # ... and over the power elsewhere

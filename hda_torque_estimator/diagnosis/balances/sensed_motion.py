@@ -17,12 +17,12 @@ from hda_arm_sim.model.effects.place import (CLOCK, LINK_READING, MOTOR_READING,
 import numpy as np
 
 from .fields import key_of, places_of
-from .known import Known
+from .recent_cache import RecentCache
 from ...measurements.measurement import Measurement
-from ...measurements.motion import (angle_behind, Course, course_of, lateness, LINK, Motion,
-                                    motion_of, MOTOR, SHORT)
+from ...measurements.motion import (angle_behind, course_of, DifferentiatedAngle, lateness, LINK,
+                                    MeasuredMotion, motion_of, MOTOR, SHORT)
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _KEPT = 4               # courses of each encoder
 _WHOLE = 2              # motions of all joints
 _ROUNDING = 1e-15       # of an angle, to which a difference from another one is constant
@@ -35,15 +35,15 @@ _BEHIND = {
                                         for effect in effects_at(place))) for side in _SHOWN}
 
 
-class Moved(NamedTuple):
+class JointMotion(NamedTuple):
     """What the two sides of one joint did."""
 
-    motor: Course
-    link: Course
+    motor: DifferentiatedAngle
+    link: DifferentiatedAngle
 
-    def during(self, piece: slice) -> 'Moved':
+    def during(self, piece: slice) -> 'JointMotion':
         """Return what they did in some of their samples."""
-        return Moved(self.motor.during(piece), self.link.during(piece))
+        return JointMotion(self.motor.during(piece), self.link.during(piece))
 
 
 class _Differentiated(NamedTuple):
@@ -51,7 +51,7 @@ class _Differentiated(NamedTuple):
 
     angle: Array
     late: float
-    course: Course
+    course: DifferentiatedAngle
 
 
 class SensedMotion:
@@ -62,28 +62,28 @@ class SensedMotion:
         self._measurement = measurement
         sides = [(joint, side) for joint in range(len(measurement.labels))
                  for side in (MOTOR, LINK)]
-        self._courses: dict[tuple[int, int], Known[Course]] = {
-            place: Known(_KEPT) for place in sides}
+        self._courses: dict[tuple[int, int], RecentCache[DifferentiatedAngle]] = {
+            place: RecentCache(_KEPT) for place in sides}
         self._differentiated: dict[tuple[int, int], list[_Differentiated]] = {
             place: [] for place in sides}
-        self._motions: Known[Motion] = Known(_WHOLE)
+        self._motions: RecentCache[MeasuredMotion] = RecentCache(_WHOLE)
 
-    def of(self, arm: Arm) -> Motion:
+    def of(self, arm: Arm) -> MeasuredMotion:
         """Return the motion of all joints."""
-        return self._motions.of(sensing(arm, range(len(arm.joints))), lambda: Motion(*map(
+        return self._motions.of(sensing(arm, range(len(arm.joints))), lambda: MeasuredMotion(*map(
             np.concatenate, zip(*(motion_of(one, arm, SHORT)
                                   for one in self._measurement.recordings())))))
 
-    def moved(self, arm: Arm, joint: int) -> Moved:
+    def moved(self, arm: Arm, joint: int) -> JointMotion:
         """Return what both sides of a joint did."""
-        return Moved(self.course(arm, joint, MOTOR), self.course(arm, joint, LINK))
+        return JointMotion(self.course(arm, joint, MOTOR), self.course(arm, joint, LINK))
 
-    def course(self, arm: Arm, joint: int, side: int) -> Course:
+    def course(self, arm: Arm, joint: int, side: int) -> DifferentiatedAngle:
         """Return what one side of a joint did."""
         return self._courses[joint, side].of(sensing(arm, [joint], [side]),
                                              lambda: self._found(arm, joint, side))
 
-    def _found(self, arm: Arm, joint: int, side: int) -> Course:
+    def _found(self, arm: Arm, joint: int, side: int) -> DifferentiatedAngle:
         """Return a course that is not known, from one of the same shape if there is such."""
         angle = angle_behind(self._measurement.reading, arm, joint, side)
         late, before = lateness(arm, joint, side), self._differentiated[joint, side]
@@ -95,11 +95,11 @@ class SensedMotion:
         before[:] = [_Differentiated(angle, late, course), *before[:_KEPT - 1]]
         return course
 
-    def _derived(self, angle: Array, late: float) -> Course:
+    def _derived(self, angle: Array, late: float) -> DifferentiatedAngle:
         """Return the course of an angle (k,), of every recording on its own."""
         parts = [course_of(angle[piece, None], np.array([late]), SHORT, self._measurement.dt)
                  for piece in self._measurement.pieces()]
-        return Course(*(np.concatenate(part)[:, 0] for part in zip(*parts)))
+        return DifferentiatedAngle(*(np.concatenate(part)[:, 0] for part in zip(*parts)))
 
 
 def sensing(arm: Arm, joints: Sequence[int], sides: Sequence[int] = (MOTOR, LINK)) -> bytes:

@@ -8,20 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 # (source: one turn in rad)
 TURN = 2.0 * math.pi    # one turn [rad]
 _FINER = 4              # points of a spectrum in the width of a line
 
 
-class Wave(NamedTuple):
+class StrongestWave(NamedTuple):
     """The strongest wave in a residual."""
 
     frequency: float
     share: float                    # of the power, in [0, 1]
 
 
-def strongest_wave(time: Array, rest: Array, valid: NDArray[np.bool_]) -> Wave:
+def strongest_wave(time: Array, rest: Array, valid: NDArray[np.bool_]) -> StrongestWave:
     """Return the sine over time [Hz] that tells most of a residual (m,), 0 where invalid."""
     count = _FINER * len(time)
     step = float(time[1] - time[0])
@@ -31,7 +31,7 @@ def strongest_wave(time: Array, rest: Array, valid: NDArray[np.bool_]) -> Wave:
     moments, chosen = time[valid], rest[valid]
     found = minimize_scalar(lambda place: -wave_share(TURN * place * moments, chosen),
                             bounds=(peak - width, peak + width), method='bounded')
-    return Wave(float(found.x), -float(found.fun))
+    return StrongestWave(float(found.x), -float(found.fun))
 
 
 def wave_share(phase: Array, rest: Array, weight: Array | float = 1.0) -> float:
@@ -39,5 +39,5 @@ def wave_share(phase: Array, rest: Array, weight: Array | float = 1.0) -> float:
     columns = np.stack([np.ones_like(phase), np.cos(phase), np.sin(phase)], axis=1)
     columns *= np.reshape(weight, (-1, 1))
     against = columns.T @ rest
-    told = against @ np.linalg.lstsq(columns.T @ columns, against, rcond=1e-9)[0]
-    return float(told / max(float(rest @ rest), 1e-300))
+    explained = against @ np.linalg.lstsq(columns.T @ columns, against, rcond=1e-9)[0]
+    return float(explained / max(float(rest @ rest), 1e-300))

@@ -23,7 +23,7 @@ from ...measurements.running_clock import arm_during
 
 
 def hands_on(arm: Arm) -> bool:
-    """Tell whether a bearing may hold its link, or a base give way: there links answer gears."""
+    """Return whether a bearing may hold its link, or a base give way: there links answer gears."""
     record = arm.record()
     return any_acts(record.joints, BEARING) or any_acts(record.body, BASE)
 

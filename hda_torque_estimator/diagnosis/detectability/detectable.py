@@ -21,23 +21,23 @@ from .visibility import Imagined, Visibility
 from ..findings.smallest import hidden, places, size_numbers, Smallest, WEAKER
 from ..fitting.derivatives import IMPOSSIBLE
 from ..fitting.fit import Fit, Fitter
-from ..judging.chance import Chances
-from ..judging.screen import shifts
-from ..judging.search import Found
+from ..judging.null_distribution import Chances
+from ..judging.screening import shifts
+from ..judging.search import SearchResult
 from ...least_squares.term import Term
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _BEYOND = 3.0           # values that were tried, to which lines through them go on
 
 
-class Point(NamedTuple):
+class SizeAboveBar(NamedTuple):
     """A value of a number, and how far above what is needed an effect of it is."""
 
     value: float
     strength: float
 
 
-def smallest_in_balances(fitter: Fitter, found: Found, fit: Fit,
+def smallest_in_balances(fitter: Fitter, found: SearchResult, fit: Fit,
                          names: Sequence[str]) -> Iterator[Smallest]:
     """Yield the smallest size of each effect and place that shows beside what `fit` knows."""
     coarse = replace(fitter, balancer=fitter.balancer.thinned)
@@ -51,17 +51,18 @@ def _of_effect(sight: Visibility, chances: Chances, name: str) -> Iterator[Small
     """Yield the smallest size of one effect at every place."""
     arm = sight.fitter.on(sight.fit.terms)
     sizes: dict[str | None, list[Smallest]] = {place: [] for place in places(arm, name)}
-    points: dict[str | None, list[Point]] = {place: [] for place in sizes}
+    points: dict[str | None, list[SizeAboveBar]] = {place: [] for place in sizes}
     for start, seen in _shifts(sight, chances, arm, name):
         if start.grown:
-            points[start.joint].append(Point(start.vector()[0], sight.strength(start, seen)))
+            points[start.joint].append(SizeAboveBar(start.vector()[0],
+                                                    sight.strength(start, seen)))
         else:
             sizes[start.joint] += [*_in_steps(sight, arm, start, seen)] or [
                 hidden(name, start.joint)]
     chosen = max if name in AT_LEAST_SEEN else min
     for place, grown in points.items():
-        told = [*sizes[place], *_between(arm, name, place, grown)]
-        yield chosen(told, key=lambda one: math.inf if one.size is None else one.size,
+        tried = [*sizes[place], *_between(arm, name, place, grown)]
+        yield chosen(tried, key=lambda one: math.inf if one.size is None else one.size,
                      default=hidden(name, place))
 
 
@@ -69,11 +70,11 @@ def _shifts(sight: Visibility, chances: Chances, arm: Arm,
             name: str) -> list[tuple[Term, Imagined]]:
     """Return the shapes of one effect and what they change, none where no arm can have it."""
     try:
-        told = list(shifts(sight.fitter, sight.fit, list(shapes(sight.fitter, arm, name))))
+        found = list(shifts(sight.fitter, sight.fit, list(shapes(sight.fitter, arm, name))))
     except IMPOSSIBLE:
         return []
     return [(start, Imagined(shift, chance))
-            for (start, shift), chance in zip(told, chances.of([start for start, _ in told]))]
+            for (start, shift), chance in zip(found, chances.of([start for start, _ in found]))]
 
 
 def _in_steps(sight: Visibility, arm: Arm, start: Term, seen: Imagined) -> Iterator[Smallest]:
@@ -91,7 +92,7 @@ def _in_steps(sight: Visibility, arm: Arm, start: Term, seen: Imagined) -> Itera
 
 
 def _between(arm: Arm, name: str, place: str | None,
-             points: Sequence[Point]) -> Iterator[Smallest]:
+             points: Sequence[SizeAboveBar]) -> Iterator[Smallest]:
     """Return the sizes at which the strengths of an effect, found at some values, pass 1."""
     number = size_numbers(name)[0]
     rule, now = effect_named(name).declaration(number), getattr(arm.effect(name, place), number)

@@ -17,7 +17,7 @@ from ...least_squares.term import looked_for, Term
 # Whose shapes nobody chooses: the faintest counts.
 AT_LEAST_SEEN = tuple(name for name, sought in HYPOTHESES.items()
                       if sought.start is SearchStart.SWING)
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _CLIPPED = (0.6, 0.8, 0.92, 1.0)    # limits of torque, over the largest command: one a start
 _TOUCH = 1.0            # duration of a contact [s]
 _CREEPS = 2.0           # damping of a base that shows least: twice what keeps it from ringing
@@ -40,7 +40,7 @@ def shapes(fitter: Fitter, arm: Arm, name: str) -> Iterator[Term]:
 
 
 def _stands(term: Term) -> bool:
-    """Tell whether a shape stands for the others of its effect, or for itself."""
+    """Return whether a shape stands for the others of its effect, or for itself."""
     return all(getattr(term.effect, number) == value
                for number, value in HYPOTHESES[term.name].stands.items())
 

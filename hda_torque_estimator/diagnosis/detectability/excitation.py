@@ -15,7 +15,7 @@ from .detectable import smallest_in_balances
 from ..findings.smallest import hidden, places, Smallest, WEAKER
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
-from ..judging.search import Found
+from ..judging.search import SearchResult
 from ..readings.encoder_steps import SIDES, smallest_step
 from ..readings.line_error import LINK, smallest_wave
 from ..readings.lost_samples import slips_of, smallest_rate
@@ -24,19 +24,20 @@ from ...least_squares.term import Place
 from ...measurements.measurement import Measurement
 from ...measurements.running_clock import inside, Spans
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _SEEN = 0.6            # share of the effects that must have been seen for silence to mean health
 _PLAN = 'hda plan finds motions that separate two of them'
 _LISTED = 6             # effects that a sentence names
 
 
-def smallest_sizes(fitter: Fitter, found: Found, fit: Fit, raw: RawReadings, training: Spans,
+def smallest_sizes(fitter: Fitter, found: SearchResult, fit: Fit, raw: RawReadings,
+                   training: Spans,
                    names: Sequence[str]) -> tuple[Smallest, ...]:
     """Return the smallest sizes of effects, in the order of their names, by place."""
-    told = list(smallest_in_balances(fitter, found, fit,
-                                     [name for name in names if name in HYPOTHESES]))
-    told += _in_readings(raw.measurement.as_recorded(), raw.arm, training)
-    return tuple(one for name in names for one in told if one.effect == name)
+    smallest = list(smallest_in_balances(fitter, found, fit,
+                                         [name for name in names if name in HYPOTHESES]))
+    smallest += _in_readings(raw.measurement.as_recorded(), raw.arm, training)
+    return tuple(one for name in names for one in smallest if one.effect == name)
 
 
 def nothing_seen(arm: Arm, names: Sequence[str]) -> tuple[Smallest, ...]:
@@ -44,8 +45,8 @@ def nothing_seen(arm: Arm, names: Sequence[str]) -> tuple[Smallest, ...]:
     return tuple(hidden(name, place) for name in names for place in places(arm, name))
 
 
-def cannot_tell(sizes: Sequence[Smallest], arm: Arm, about: Sequence[Place]) -> bool:
-    """Tell whether silence says nothing about the effects asked about, or else about too many."""
+def shows_too_little(sizes: Sequence[Smallest], arm: Arm, about: Sequence[Place]) -> bool:
+    """Return if silence says nothing about the effects asked about, or else about too many."""
     if about:
         return bool(_missed(sizes, arm, about))
     return len(_unseen(sizes, arm)) > (1.0 - _SEEN) * len({one.effect for one in sizes})
@@ -58,16 +59,16 @@ def remarks(sizes: Sequence[Smallest], arm: Arm, about: Sequence[Place],
 
     A `rate` [Hz] is to blame where it is given: the same motion, sampled so, would have.
     """
-    told = [f'asked about {one.effect} at {one.joint or "the arm"}: {_limit(one)}'
-            for one in _missed(sizes, arm, about)]
+    lines = [f'asked about {one.effect} at {one.joint or "the arm"}: {_limit(one)}'
+             for one in _missed(sizes, arm, about)]
     unseen = _unseen(sizes, arm)
     if unseen:
         rest = f' and {len(unseen) - _LISTED} more' if len(unseen) > _LISTED else ''
-        told.append(f'{len(unseen)} of {len({one.effect for one in sizes})} effects could not '
-                    f'have been seen at a typical size ({", ".join(unseen[:_LISTED])}{rest}); '
-                    + (_PLAN if rate is None else f'the rate is to blame: the same motion at '
-                       f'{rate:g} samples per second would have shown enough'))
-    return tuple(told)
+        lines.append(f'{len(unseen)} of {len({one.effect for one in sizes})} effects could not '
+                     f'have been seen at a typical size ({", ".join(unseen[:_LISTED])}{rest}); '
+                     + (_PLAN if rate is None else f'the rate is to blame: the same motion at '
+                        f'{rate:g} samples per second would have shown enough'))
+    return tuple(lines)
 
 
 def asked(arm: Arm, words: Sequence[str]) -> tuple[Place, ...]:

@@ -13,18 +13,18 @@ from hda_arm_sim.motions import Motion
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from .excitation import cannot_tell, smallest_sizes
+from .excitation import shows_too_little, smallest_sizes
 from ..balances.balance import Balancer
-from ..balances.healthy import noise_of
+from ..balances.healthy_twin import noise_of
 from ..fitting.fit import Fitter
-from ..judging.search import Found
+from ..judging.search import SearchResult
 from ..readings.raw_readings import raw_readings
 from ...least_squares.term import Place
 from ...measurements.measurement import Measurement
 from ...measurements.running_clock import inside, split
 from ...simulating.closed_loop import run
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 # (source: the rate of the records of docs/accuracy.md)
 FAST = 1000.0           # rate at which the diagnosis was measured [Hz]
 SLOWER = 0.9           # share of it, below which a rate may be to blame
@@ -33,7 +33,7 @@ _LONGEST = 60.0         # of the motion that is simulated [s]
 
 def rate_hides(balancer: Balancer, arm: Arm, names: Sequence[str], about: Sequence[Place],
                effective: float) -> bool:
-    """Tell whether the same motion, sampled faster, would show what this recording does not."""
+    """Return whether the same motion, sampled faster, would show what this recording does not."""
     if 1.0 / balancer.measurement.as_recorded().dt > SLOWER * FAST:
         return False
     twin = _faster(balancer, arm)
@@ -42,8 +42,8 @@ def rate_hides(balancer: Balancer, arm: Arm, names: Sequence[str], about: Sequen
     fast = Balancer(raw.measurement)
     fitter = Fitter(fast, arm, noise_of(fast, arm)[0], effective, inside(fast.time, training))
     fit = fitter.fit(())
-    sizes = smallest_sizes(fitter, Found(fit, fit, ()), fit, raw, training, names)
-    return not cannot_tell(sizes, arm, about)
+    sizes = smallest_sizes(fitter, SearchResult(fit, fit, ()), fit, raw, training, names)
+    return not shows_too_little(sizes, arm, about)
 
 
 def _faster(balancer: Balancer, arm: Arm) -> Measurement:

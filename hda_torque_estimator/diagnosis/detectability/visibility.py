@@ -14,11 +14,11 @@ import numpy as np
 
 from ..fitting.fit import Fit, Fitter
 from ..fitting.solve import Columns, condense, condense_more, score, solve
-from ..judging.acceptance import material, threshold
-from ..judging.search import Found
+from ..judging.search import SearchResult
+from ..judging.selection_criteria import material, threshold
 from ...least_squares.term import Term
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _PHASES = np.linspace(0.0, math.pi, 12, endpoint=False)     # of a wave, one of which shows least
 _CLOSE = 0.03           # of what is needed: near enough
 _ROUNDS = 12            # of a bisection, at most
@@ -35,7 +35,7 @@ class Imagined(NamedTuple):
 class Visibility:
     """What the residuals of one recording show beyond what is known already."""
 
-    def __init__(self, fitter: Fitter, found: Found, fit: Fit) -> None:
+    def __init__(self, fitter: Fitter, found: SearchResult, fit: Fit) -> None:
         """`fit` is what is known, `found.first` tells what was wrong at first."""
         self.fitter, self.fit = fitter, fit
         self._valid = fitter.valid(fit.balance)
@@ -119,5 +119,5 @@ def _faintest(weighed: Columns, extra: int, weight: Array, tolerances: Array,
             + taken.T @ others @ taken)
     directions = np.stack([np.cos(_PHASES), np.sin(_PHASES)], axis=1)
     power = np.einsum('dp,cpq,dq->dc', directions, left, directions)
-    told = power / np.maximum(needed * weighed.samples, 1e-300)         # no sample tells nothing
-    return directions[np.argmin(told.max(axis=1))]
+    information = power / np.maximum(needed * weighed.samples, 1e-300)  # no sample tells nothing
+    return directions[np.argmin(information.max(axis=1))]

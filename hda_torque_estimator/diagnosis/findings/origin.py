@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 
 @dataclass(frozen=True)
-class Part:
+class RecordingPart:
     """One of several recordings, on their running clock [s]."""
 
     bag: str
@@ -23,7 +23,7 @@ class RecordingFacts:
     rate: float
     training: tuple[tuple[float, float], ...]
     held_out: tuple[tuple[float, float], ...]
-    bags: tuple[Part, ...] = ()
+    bags: tuple[RecordingPart, ...] = ()
 
 
 class Origin(NamedTuple):

@@ -21,7 +21,7 @@ RATE_TOO_LOW = ('Insufficient rate: this motion would show what is wrong, sample
 
 
 @dataclass(frozen=True)
-class Number:
+class FittedNumber:
     """A fitted number with its 90 % interval; one that was chosen from a list has no width."""
 
     value: float
@@ -31,16 +31,16 @@ class Number:
 
     @property
     def chosen(self) -> bool:
-        """Tell whether the number was chosen from a list, as the order of a wave is."""
+        """Return whether the number was chosen from a list, as the order of a wave is."""
         return self.low == self.high
 
 
 @dataclass(frozen=True)
-class Rival:
+class RunnerUp:
     """The next best cause in the place of one that is named, as large as it would be there."""
 
     joint: str | None
-    parameters: Mapping[str, Number]    # without intervals; none where nothing of it is left
+    parameters: Mapping[str, FittedNumber]    # without intervals; none where nothing of it is left
     probability: float                  # that it is this one in the place of the other
 
 
@@ -52,7 +52,7 @@ class Evidence:
     threshold: float
     runner_up: str | None
     odds: float
-    rival: Rival | None = None          # the runner-up with its size, where it was fitted
+    rival: RunnerUp | None = None          # the runner-up with its size, where it was fitted
 
 
 @dataclass(frozen=True)
@@ -87,13 +87,13 @@ class Finding:
     joint: str | None
     site: str
     cause: str
-    parameters: Mapping[str, Number]
+    parameters: Mapping[str, FittedNumber]
     evidence: Evidence
     gain: Gain
     probability: float = math.nan       # that it is this cause (eq:certainty)
 
 
-def told(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+def with_gain(findings: Iterable[Finding]) -> tuple[Finding, ...]:
     """
     Return the findings that may be told: each gains on data that no fit has seen.
 
@@ -108,7 +108,7 @@ class Candidate:
 
     effect: str
     joint: str | None
-    parameters: Mapping[str, Number]
+    parameters: Mapping[str, FittedNumber]
     in_model: bool              # whether the extended arm holds it
     probability: float = math.nan       # that it is this one
 
@@ -210,15 +210,15 @@ class Diagnosis:
 
     def notes(self) -> list[str]:
         """Return what must be known of the extended arm beside its numbers."""
-        told = []
+        lines = []
         for alike in self.ambiguous:
             held = [one for one in alike.candidates if one.in_model]
             others = [one for one in alike.candidates if not one.in_model]
             if others:
-                told.append(f'holds {held[0].sentence() if held else "none of these"}')
-                told += [f'{"as well explained by" if held else "either"} {one.sentence()}'
-                         for one in others]
-        return told
+                lines.append(f'holds {held[0].sentence() if held else "none of these"}')
+                lines += [f'{"as well explained by" if held else "either"} {one.sentence()}'
+                          for one in others]
+        return lines
 
     def document(self) -> dict[str, Any]:
         """Return the JSON document; numbers that do not exist are null."""
@@ -254,11 +254,11 @@ def _finding_sentence(found: Finding) -> str:
             f'{100.0 * found.gain.removed:.1f} % of the excess error{_placebo(found.gain)}')
 
 
-def _numbers(parameters: Mapping[str, Number]) -> str:
+def _numbers(parameters: Mapping[str, FittedNumber]) -> str:
     return ', '.join(_written(name, number) for name, number in parameters.items())
 
 
-def _written(name: str, number: Number) -> str:
+def _written(name: str, number: FittedNumber) -> str:
     within = '' if number.chosen else f' [{number.low:.4g}, {number.high:.4g}]'
     return f'{name} = {number.value:.4g}{within} {number.unit}'.rstrip()
 

@@ -37,7 +37,7 @@ class Smallest(NamedTuple):
         return Detectable(self.effect, self.joint, self.size, unit)
 
     def is_shown(self, arm: Arm) -> bool:
-        """Tell whether the effect would have been found at a typical size."""
+        """Return whether the effect would have been found at a typical size."""
         if self.size is None or self.effect not in SIZED:
             return self.size is not None
         usual = typical(arm, self.effect, self.joint)

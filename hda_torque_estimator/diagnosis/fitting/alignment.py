@@ -20,7 +20,7 @@ from ...measurements.measurement import joined, Measurement, resampled
 from ...measurements.rates import check_rate
 from ...measurements.upsampling import parts_of
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _PASSES = 3             # the torsion law is not straight
 _LINK = 1               # side of a reading (layout)
 _SETTLED = 0.5          # of the noise, that a zero may still be off
@@ -82,7 +82,7 @@ def _by_recording(balancer: Balancer, rows: Array) -> Array:
 
 
 def is_aligned(balancer: Balancer, arm: Arm, noise: Array) -> bool:
-    """Tell whether the zeros of all recordings differ by less than the noise (2 n,) can show."""
+    """Return whether the zeros of all recordings differ by less than the noise (2 n,) can show."""
     if len(balancer.measurement.begins) == 1:
         return True
     zeros = zeros_of(balancer, arm)

@@ -20,7 +20,7 @@ from .steps import columns_of
 from ...least_squares.normal import RIDGE, TINY
 from ...least_squares.term import Place
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _BANDS = 24             # of frequency, in each of which noise has one power
 
 
@@ -44,8 +44,8 @@ class ColumnNoise:
         return cls(places, twin, _in_bands(np.abs(loud) ** 2),
                    _in_bands(loud * of_rest.conj()[:, :, None]), _in_bands(np.abs(of_rest) ** 2))
 
-    def told(self, terms: Sequence[AnyTerm], columns: Array, rest: Array,
-             valid: NDArray[np.bool_], weight: Array) -> dict[Place, Array]:
+    def noise_in(self, terms: Sequence[AnyTerm], columns: Array, rest: Array,
+                 valid: NDArray[np.bool_], weight: Array) -> dict[Place, Array]:
         """
         Return what of the columns (m, c, p) of terms is noise, by the places of tolerated numbers.
 
@@ -59,7 +59,7 @@ class ColumnNoise:
             return {}
         ours = np.concatenate([np.arange(own.start, own.stop) for _, own, _ in wanted])
         theirs = np.concatenate([np.arange(part.start, part.stop) for _, _, part in wanted])
-        apart = columns[:, :, ours] - told_by(columns[:, :, ours], self.twin, weight)
+        apart = columns[:, :, ours] - projection(columns[:, :, ours], self.twin, weight)
         noise = self._as_loud_as_noise(np.where(valid[:, :, None], apart, 0.0), theirs,
                                        np.where(valid, rest, 0.0), weight)
         ends = np.cumsum([own.stop - own.start for _, own, _ in wanted])
@@ -97,7 +97,7 @@ class ColumnNoise:
         return np.asarray(of_readings * max(whole / float(of_readings.sum()), 1.0))
 
 
-def told_by(columns: Array, twin: Array, weight: Array) -> Array:
+def projection(columns: Array, twin: Array, weight: Array) -> Array:
     """
     Return what the columns (m, c, q) of a twin tell of columns (m, c, p), weighed by (m, c).
 
@@ -109,9 +109,9 @@ def told_by(columns: Array, twin: Array, weight: Array) -> Array:
         own = weight[:, channel, None]
         theirs, ours = (np.where(own > 0.0, some[:, channel] * own, 0.0)    # no number elsewhere
                         for some in (twin, columns))
-        shown, told = (np.flatnonzero(some.any(axis=0)) for some in (theirs, ours))
+        shown, own_shown = (np.flatnonzero(some.any(axis=0)) for some in (theirs, ours))
         gram[np.ix_(shown, shown)] += theirs[:, shown].T @ theirs[:, shown]
-        against[np.ix_(shown, told)] += theirs[:, shown].T @ ours[:, told]
+        against[np.ix_(shown, own_shown)] += theirs[:, shown].T @ ours[:, own_shown]
     size = np.sqrt(np.maximum(np.diag(gram), TINY))
     scaled = gram / np.outer(size, size) + RIDGE * np.eye(count)
     shares = np.linalg.solve(scaled, against / size[:, None]) / size[:, None]

@@ -15,11 +15,11 @@ from .column_noise import ColumnNoise
 from .nuisance import AnyTerm, nuisances
 from .steps import groups_at_once, stepped
 from ..balances.balance import Balancer
-from ..balances.known import Known
+from ..balances.recent_cache import RecentCache
 from ...least_squares.term import with_terms
 
 IMPOSSIBLE = (ArmError, ParameterError)     # no arm can have such numbers
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _ARMS = 4               # that were asked for last and are known
 _TWINS = 2              # beside which noise is known
 
@@ -39,7 +39,7 @@ class _Step(NamedTuple):
     size: float
 
 
-class _Trial(NamedTuple):
+class _SteppedArm(NamedTuple):
     """An arm that is some steps on, which do not meet."""
 
     arm: Arm
@@ -61,7 +61,8 @@ class Derivatives:
     arm: Arm
     _base: list[_With] = field(default_factory=list, init=False, repr=False)  # the last, if any
     _arms: list[_With] = field(default_factory=list, init=False, repr=False)
-    _noise: Known[_Beside] = field(default_factory=lambda: Known(_TWINS), init=False, repr=False)
+    _noise: RecentCache[_Beside] = field(default_factory=lambda: RecentCache(_TWINS), init=False,
+                                         repr=False)
 
     def on(self, terms: Sequence[AnyTerm]) -> Arm:
         """Return the arm as given with these terms, which may have been asked for before."""
@@ -119,7 +120,7 @@ class Derivatives:
             self._base[:] = [_With(tuple(terms), self.on(terms))]
         return self._base[0].arm
 
-    def _trials(self, terms: Sequence[AnyTerm], among: Sequence[AnyTerm]) -> Iterator[_Trial]:
+    def _trials(self, terms: Sequence[AnyTerm], among: Sequence[AnyTerm]) -> Iterator[_SteppedArm]:
         """Yield arms that are steps on from terms, one for all that a simulation can vary."""
         for group in groups_at_once(terms):
             changed, steps = {id(term): term for term in among}, []
@@ -132,7 +133,7 @@ class Derivatives:
                 if size:
                     steps.append(_Step(column, channels, size))
             try:
-                yield _Trial(self.on(list(changed.values())), steps)
+                yield _SteppedArm(self.on(list(changed.values())), steps)
             except IMPOSSIBLE:
                 continue                            # no way to go: the column stays zero
 
@@ -144,5 +145,5 @@ def channels_of_joint(arm: Arm, joint: str) -> list[int]:
 
 
 def same(terms: Sequence[AnyTerm], others: Sequence[AnyTerm]) -> bool:
-    """Tell whether terms are the very same."""
+    """Return whether terms are the very same."""
     return len(terms) == len(others) and all(map(is_, terms, others))

@@ -16,12 +16,12 @@ from .slopes import has_noise, of_noise, Slopes, without
 from .solve import condense, covariance, ends, score
 from .steps import columns_of, places_of
 from ..balances.balance import Balance, Balancer, RATE
-from ..balances.known import Known
+from ..balances.recent_cache import RecentCache
 from ...least_squares.descent import damped, improved
 from ...least_squares.sandwich import sandwich
 from ...least_squares.term import Place, Term
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 PASSES = 4              # of a fit of all numbers, at most
 _REFINEMENTS = 6        # further passes of a fit that still gains
 _TWINS = 2              # of other rows, for which what fits them is kept
@@ -83,12 +83,14 @@ class Fitter:
     twin: Balancer | None = None    # of a healthy arm, recorded with as much noise
     instruments: Balancer | None = None     # of the same motion with other noise, if not the twin
     # What fits the twin does not depend on the noise, and is handed on to a fitter with less.
-    _healthy: Known['Fitter'] = field(default_factory=lambda: Known(_TWINS), repr=False)
-    _known: Known[Derivatives] = field(default_factory=lambda: Known(_BALANCES), repr=False)
+    _healthy: RecentCache['Fitter'] = field(default_factory=lambda: RecentCache(_TWINS),
+                                            repr=False)
+    _known: RecentCache[Derivatives] = field(default_factory=lambda: RecentCache(_BALANCES),
+                                             repr=False)
 
     @property
     def led(self) -> bool:
-        """Tell whether links are led: then motor balances alone tell, of motor and torsion."""
+        """Return whether links are led: then motor balances alone tell, of motor and torsion."""
         return self.balancer.measurement.led
 
     @property
@@ -219,7 +221,7 @@ class Fitter:
         if other is None:
             return Slopes(columns, {})
         balance = self.balancer(self.on(terms))
-        noise = derivatives.noise_beside(self._derivatives_of(other)).told(
+        noise = derivatives.noise_beside(self._derivatives_of(other)).noise_in(
             terms, columns, balance.residual, balance.valid,
             np.where(self.valid(balance), 1.0 / self.noise, 0.0))
         return Slopes(without(terms, columns, noise), noise)

@@ -13,13 +13,13 @@ from dataclasses import replace
 from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 
-from .column_noise import told_by
+from .column_noise import projection
 from .derivatives import IMPOSSIBLE
 from .fit import Fit, Fitter, moved
 from .solve import condense, solve
 from ..balances.balance import Balancer
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _ALIKE = 0.85           # correlation with the twin's column from which it can stand for one
 _FAR = 8.0              # deviations by which no bias of noise moves a cause
 
@@ -53,4 +53,4 @@ def _projected(own: Array, theirs: Array, weight: Array) -> Array:
     ours, instruments = (columns * weight[:, :, None] for columns in (own, theirs))
     power = np.sqrt((ours ** 2).sum(axis=(0, 1)) * (instruments ** 2).sum(axis=(0, 1)))
     alike = (ours * instruments).sum(axis=(0, 1)) > _ALIKE * power
-    return told_by(own, np.where(alike, theirs, own), weight)
+    return projection(own, np.where(alike, theirs, own), weight)

@@ -16,10 +16,10 @@ from hda_arm_sim.model.effects.place import LINK_INERTIA
 from hda_arm_sim.model.parts import Joint, Links
 import numpy as np
 
-from ...least_squares.charts import Plain
+from ...least_squares.charts import Identity
 from ...least_squares.term import Place, Term
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _FLOOR = 1e-3           # of a relative tolerance: nothing is known exactly
 _ZERO_STEP = 1e-6       # of an encoder's zero, for a derivative [rad]
 # Effect, number and tolerance of all numbers that an arm is given with: errors, and sizes.
@@ -142,4 +142,4 @@ def _link(arm: Arm, joint: str) -> dict[str, float]:
 
 def _term(arm: Arm, name: str, joint: str, known: Mapping[str, float]) -> Term:
     return Term(arm.effect(name, joint), joint, tuple(
-        Plain((number,), deviation, deviation) for number, deviation in known.items()))
+        Identity((number,), deviation, deviation) for number, deviation in known.items()))

@@ -49,5 +49,5 @@ def of_noise(term: AnyTerm, given: Arm, noise: Mapping[Place, Array]) -> Array |
 
 
 def has_noise(term: AnyTerm, noise: Mapping[Place, Array]) -> bool:
-    """Tell whether the noise of a term's numbers is known, all of which have a tolerance."""
+    """Return whether the noise of a term's numbers is known, all of which have a tolerance."""
     return term.place in noise and noise[term.place].shape[2] == term.size

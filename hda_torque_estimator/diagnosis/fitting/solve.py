@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...least_squares.normal import RIDGE, TINY, within
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 REACH = 3.5             # standard deviations that a nuisance may go from its nominal value
 _SAME = 1e-3            # by which variances differ at one and the same end
 _PASSES = 12            # of weights and bounds, at most

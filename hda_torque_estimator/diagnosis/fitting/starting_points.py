@@ -31,7 +31,7 @@ from ..balances.swinging import swing_in
 from ...least_squares.term import looked_for, Term
 from ...measurements.running_clock import Spans
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 DURATIONS = np.geomspace(0.2, 6.0, 18)      # of contacts that are tried [s]
 _STANDS_OUT = 5.0       # least power of a contact, over the best one at any other time
 _FITS = 0.7             # least share of the power around a contact that one force explains
@@ -41,7 +41,7 @@ _AGREES = 0.35          # largest difference of motor and torsion balance, of th
 Numbers: TypeAlias = dict[str, float]           # of an effect, by their names
 
 
-class Contact(NamedTuple):
+class ContactStart(NamedTuple):
     """One force on the tip for some time, with the power that it explains."""
 
     power: float                # over that of noise
@@ -57,7 +57,7 @@ def located(fitter: Fitter, fit: Fit, name: str) -> list[Term]:
 
 
 def contact_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np.bool_],
-               noise: Array) -> Contact | None:
+               noise: Array) -> ContactStart | None:
     """
     Return the force on the tip that stands out of a residual (m, 2 n), None if there is none.
 
@@ -164,27 +164,27 @@ def _forces(sums: Array, profile: Array) -> tuple[Array, Array]:
     return np.asarray(force, float), np.asarray((force * right).sum(axis=1), float)
 
 
-def _best(sums: Array) -> tuple[Contact | None, float]:
+def _best(sums: Array) -> tuple[ContactStart | None, float]:
     """Return the contact that explains most, and what one as long explains at other times."""
     best, elsewhere = None, 0.0
     for duration in DURATIONS[len(sums) > 2 * RATE * DURATIONS]:
         force, power = _forces(sums, _profile(duration))
         at = int(np.argmax(power))
         if best is None or power[at] > best.power:
-            best = Contact(float(power[at]), tuple(force[at].tolist()), at / RATE, duration)
+            best = ContactStart(float(power[at]), tuple(force[at].tolist()), at / RATE, duration)
             apart = np.abs(np.arange(len(power)) - at) > 1.25 * duration * RATE
             elsewhere = float(power[apart].max(initial=0.0))
     return best, elsewhere
 
 
-def _at(sums: Array, contact: Contact) -> Array:
+def _at(sums: Array, contact: ContactStart) -> Array:
     """Return the force that other sums tell for the time of a contact [N]."""
     profile = _profile(contact.duration)
     first = round(contact.onset * RATE)
     return np.asarray(_forces(sums[first:first + len(profile)], profile)[0][0])
 
 
-def _around(time: Array, contact: Contact) -> NDArray[np.bool_]:
+def _around(time: Array, contact: ContactStart) -> NDArray[np.bool_]:
     """Tell which times are within a contact or close to it."""
     margin = 0.25 * contact.duration
     return np.asarray((time > contact.onset - margin)

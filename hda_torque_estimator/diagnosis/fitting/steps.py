@@ -6,7 +6,7 @@ from hda_arm_sim.model.effects import effect_named, Scope, Site
 
 from .nuisance import AnyTerm, CouplingInertia, Zero
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _FINE = 0.01            # share of the usual step in a derivative: noise is the same at both ends
 
 
@@ -56,7 +56,7 @@ def groups_at_once(terms: Sequence[AnyTerm]) -> list[list[tuple[int, int, int]]]
 
 
 def acts_apart(term: AnyTerm) -> bool:
-    """Tell whether a term shows in its own joint only."""
+    """Return whether a term shows in its own joint only."""
     if isinstance(term, Zero):
         return True
     if isinstance(term, CouplingInertia):

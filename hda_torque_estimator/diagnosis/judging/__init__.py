@@ -1,1 +1,1 @@
-"""Which causes are named: search, acceptance, rivals, backing, verdict."""
+"""Which causes are named: search, model comparison, goodness of fit, discrepancy, verdict."""

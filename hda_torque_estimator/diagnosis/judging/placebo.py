@@ -17,20 +17,20 @@ from ..fitting.solve import condense, solve
 from ...least_squares.term import Term
 
 Array = NDArray[np.float64]
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _NEAREST = 0.25         # of the recording, that a placebo is away from the cause at least
 _PLACEBOS = 4           # of each cause
 _REMOVABLE = 0.01       # of the power of noise, beyond which there is something to remove
 
 
-class Shares(NamedTuple):
+class RemovedShares(NamedTuple):
     """Shares of what held-out balances have beyond noise that a cause and a placebo remove."""
 
     cause: float
     placebo: float
 
 
-def placebo_shares(fitter: Fitter, fit: Fit, term: Term) -> Shares:
+def placebo_shares(fitter: Fitter, fit: Fit, term: Term) -> RemovedShares:
     """
     Return what an accepted cause removes from held-out balances, and what its best placebo does.
 
@@ -57,7 +57,7 @@ def placebo_shares(fitter: Fitter, fit: Fit, term: Term) -> Shares:
                  _REMOVABLE * float(rows.sum()))
     gone = float((without - _powers(fitter, fit.balance.residual, rows)).sum())
     best = max(float((without - left(moved)).sum()) for moved in moved_away(own))
-    return Shares(gone / excess, best / excess)
+    return RemovedShares(gone / excess, best / excess)
 
 
 def moved_away(columns: Array) -> Iterator[Array]:

@@ -12,17 +12,17 @@ from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
 
-from .acceptance import accepted, confirmed, freedom, material, open_rest, threshold
-from .forms import formed_gain, reformed
-from .rivals import leading
-from .screen import Prospect, screen
+from .law_forms import formed_gain, reformed
+from .model_comparison import leading
+from .screening import Prospect, screen
+from .selection_criteria import accepted, confirmed, freedom, material, open_rest, threshold
 from ..fitting.derivatives import IMPOSSIBLE
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES, terms_of
 from ...least_squares.term import Place, Term
 from ...significance import SCORE_BAR
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _CANDIDATES = 6         # fitted in every round, with two steps,
 _FINALISTS = 3          # and the best places of them to the end
 _NEAR = 0.5             # share of an improvement that a cause may lack to be tried in its stead
@@ -41,7 +41,7 @@ class Reason(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class SearchResult:
     """
     The outcome of a search: the first and the last fit, and the evidence of every cause.
 
@@ -63,61 +63,62 @@ class Found:
             return self.last
         return fitter.fit(kept, self.first.nuisance) if kept else self.first
 
-    def keeping(self, fitter: Fitter, kept: Sequence[Term]) -> 'Found':
+    def keeping(self, fitter: Fitter, kept: Sequence[Term]) -> 'SearchResult':
         """Return what was found with some of its terms alone, fitted again."""
         reasons = self.reasons()
-        return Found(self.first, self.with_only(fitter, kept),
-                     tuple(reasons[term.place] for term in kept))
+        return SearchResult(self.first, self.with_only(fitter, kept),
+                            tuple(reasons[term.place] for term in kept))
 
     def reasons(self) -> dict[Place, Reason]:
         """Return the evidence by the places of the accepted terms."""
         return {term.place: reason for term, reason in zip(self.last.accepted, self.evidence)}
 
 
-def search(fitter: Fitter, names: Sequence[str], begun: Found | None = None,
-           tell: Callable[[str], None] = lambda text: None) -> Found:
+def search(fitter: Fitter, names: Sequence[str], begun: SearchResult | None = None,
+           notify: Callable[[str], None] = lambda text: None) -> SearchResult:
     """
     Return the causes that explain a measurement, among the effects of these names.
 
-    A search that was `begun` with another noise goes on from what it had found. `tell` hears
+    A search that was `begun` with another noise goes on from what it had found. `notify` hears
     what is being done.
     """
     names = [name for name in names if name in HYPOTHESES]
-    tell('fitting the arm as it is known')
+    notify('fitting the arm as it is known')
     first = fitter.fit(())
-    found = Found(first, first, ())
+    found = SearchResult(first, first, ())
     if begun is not None and begun.last.accepted:
-        found = Found(first, fitter.fit(begun.last.accepted, begun.last.nuisance), begun.evidence)
-    found = _extended(fitter, names, found, tell)
+        found = SearchResult(first, fitter.fit(begun.last.accepted, begun.last.nuisance),
+                             begun.evidence)
+    found = _extended(fitter, names, found, notify)
     for start in _turns(fitter, found):
         if not is_stuck(fitter, found):
             break
-        other = _extended(fitter, names, start, tell)
+        other = _extended(fitter, names, start, notify)
         if _better(fitter, other.last, found.last):
             found = other
     return _weighed_again(fitter, found)
 
 
-def without_noise(fitter: Fitter, found: Found) -> Found:
+def without_noise(fitter: Fitter, found: SearchResult) -> SearchResult:
     """Return what was found without causes that do not stand out of noise as it is known now."""
     return found.keeping(fitter, confirmed(fitter, found.first, found.last))
 
 
-def _extended(fitter: Fitter, names: Sequence[str], found: Found,
-              tell: Callable[[str], None]) -> Found:
+def _extended(fitter: Fitter, names: Sequence[str], found: SearchResult,
+              notify: Callable[[str], None]) -> SearchResult:
     """Return what was found with further causes, the best at every step."""
     first, evidence = found.first, found.reasons()
     fit = _simplified(fitter, without_unneeded(fitter, first, found.last), names,
                       evidence)                                 # it may begin with another law
     while open_rest(fitter, fit):
-        tell(f'looking for cause {len(fit.accepted) + 1}')
+        notify(f'looking for cause {len(fit.accepted) + 1}')
         step = next_cause(fitter, first, fit, names)
         taken = None if step is None else with_cause(
             fitter, first, fit, step, names, evidence)
         if taken is None:
             break
         fit = taken
-    return Found(first, fit, tuple(evidence[term.place] for term in fit.accepted))
+    return SearchResult(first, fit, tuple(evidence[term.place] for term in fit.accepted))
 
 
 def with_cause(fitter: Fitter, first: Fit, fit: Fit, step: tuple[Fit, Reason],
@@ -135,14 +136,14 @@ def with_cause(fitter: Fitter, first: Fit, fit: Fit, step: tuple[Fit, Reason],
     return _simplified(fitter, extended, names, evidence)
 
 
-def is_stuck(fitter: Fitter, found: Found) -> bool:
-    """Tell whether more is left than noise, and than the laws that were found may leave."""
+def is_stuck(fitter: Fitter, found: SearchResult) -> bool:
+    """Return whether more is left than noise, and than the laws that were found may leave."""
     left = reformed(fitter, found.last).variance
     return bool((left - fitter.noise ** 2
                  > material(fitter, found.first, found.last)).any())
 
 
-def _turns(fitter: Fitter, found: Found) -> Iterator[Found]:
+def _turns(fitter: Fitter, found: SearchResult) -> Iterator[SearchResult]:
     """
     Yield where a search may begin again.
 
@@ -168,10 +169,10 @@ def _turns(fitter: Fitter, found: Found) -> Iterator[Found]:
         if accepted(fitter, found.first, before, fit, fit.accepted[-1]):
             taken = Reason(before.score - fit.score, threshold(fitter, reason.runner_up),
                            terms[place], SCORE_BAR)           # by which it must win
-            yield Found(found.first, fit, (*found.evidence[:place], taken))
+            yield SearchResult(found.first, fit, (*found.evidence[:place], taken))
 
 
-def _other_law(fitter: Fitter, found: Found, term: Term) -> Iterator[Found]:
+def _other_law(fitter: Fitter, found: SearchResult, term: Term) -> Iterator[SearchResult]:
     """Yield what was found with the law of a cause that fits best beside all others."""
     others = found.last.causes_beside(term)
     without = fitter.fit(others, found.last.nuisance)
@@ -179,10 +180,11 @@ def _other_law(fitter: Fitter, found: Found, term: Term) -> Iterator[Found]:
     best = _exact(fitter, _refits(fitter, without, laws))
     if best and _better(fitter, best[0], found.last):
         reasons = found.reasons()
-        yield Found(found.first, best[0], tuple(reasons[other.place] for other in (*others, term)))
+        yield SearchResult(found.first, best[0],
+                           tuple(reasons[other.place] for other in (*others, term)))
 
 
-def _weighed_again(fitter: Fitter, found: Found) -> Found:
+def _weighed_again(fitter: Fitter, found: SearchResult) -> SearchResult:
     """Return what was found with each cause compared to its near rival beside all others."""
     for place in [term.place for term in found.last.accepted]:
         fit, reasons = found.last, found.reasons()
@@ -198,7 +200,7 @@ def _weighed_again(fitter: Fitter, found: Found) -> Found:
         if _place(best) != place and not accepted(
                 fitter, found.first, fitter.fit(others, fit.nuisance), best, best.accepted[-1]):
             continue
-        found = Found(found.first, best, (
+        found = SearchResult(found.first, best, (
             *(reasons[term.place] for term in others),
             reason._replace(runner_up=other, runner_up_gap=gap)))
     return found
@@ -247,7 +249,7 @@ def _cost_formed(fitter: Fitter, fit: Fit) -> float:
 
 
 def _better(fitter: Fitter, fit: Fit, than: Fit) -> bool:
-    """Tell whether a fit, in its best form, costs so much less that it is worth a change."""
+    """Return whether a fit, in its best form, costs so much less that it is worth a change."""
     return _cost_formed(fitter, fit) < _cost_formed(fitter, than) - SCORE_BAR
 
 
@@ -282,7 +284,7 @@ def _exact(fitter: Fitter, trials: Iterable[Fit]) -> list[Fit]:
 
 
 def _can_lack_each(fitter: Fitter, fit: Fit) -> bool:
-    """Tell whether an arm can be without each cause of a fit: none only makes others possible."""
+    """Return if an arm can be without each cause of a fit: none only makes others possible."""
     try:
         for term in fit.accepted:
             fitter.on(fit.terms_beside(term))

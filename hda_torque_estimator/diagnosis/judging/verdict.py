@@ -7,14 +7,14 @@ from hda_arm_sim.model.effects.hypothesis import Hypothesis
 import numpy as np
 from numpy.typing import NDArray
 
-from .backing import Backing
+from .goodness_of_fit import GoodnessOfFit
 from .placebo import placebo_shares
-from .search import Found, Reason
+from .search import Reason, SearchResult
 from ..balances.balance import Balancer
 from ..findings.certainty import probability
 from ..findings.gains import gains
 from ..findings.report import (
-    Alike, Evidence, Finding, Number, OwnGain, Residual, Rival, told)
+    Alike, Evidence, Finding, FittedNumber, OwnGain, Residual, RunnerUp, with_gain)
 from ..findings.smallest import size_numbers
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
@@ -52,18 +52,18 @@ def findings(fitter: Fitter, fit: Fit, reasons: Mapping[Place, Reason], nameable
             reason = reasons[term.place]
             gaining.append(_finding(fitter, term, part, reason, gain.beside(shares.placebo),
                                     rival_of(reason, fit)))
-    return tuple(sorted(told(gaining), key=lambda finding: -finding.evidence.score))
+    return tuple(sorted(with_gain(gaining), key=lambda finding: -finding.evidence.score))
 
 
 def _vanished(term: Term) -> bool:
-    """Tell whether nothing is left of an effect but its shape."""
+    """Return whether nothing is left of an effect but its shape."""
     kind = type(term.effect)
     return all(getattr(term.effect, number) == kind.declaration(number).default
                for number in size_numbers(term.name))
 
 
 def _finding(fitter: Fitter, term: Term, covariance: Array, reason: Reason,
-             gain: OwnGain, rival: Rival | None) -> Finding:
+             gain: OwnGain, rival: RunnerUp | None) -> Finding:
     kind = effect_named(term.name)
     name = None if reason.runner_up is None else reason.runner_up.name
     odds = float(np.exp(min(0.5 * reason.runner_up_gap, 700.0)))
@@ -72,7 +72,7 @@ def _finding(fitter: Fitter, term: Term, covariance: Array, reason: Reason,
         Evidence(reason.improvement, reason.threshold, name, odds, rival), gain)
 
 
-def rival_of(reason: Reason, fit: Fit) -> Rival | None:
+def rival_of(reason: Reason, fit: Fit) -> RunnerUp | None:
     """
     Return the runner-up as it was fitted in the place of a cause, None without one.
 
@@ -85,10 +85,10 @@ def rival_of(reason: Reason, fit: Fit) -> Rival | None:
     numbers = {} if _vanished(term) else {
         name: _number(term, name, np.nan) for name in
         dict.fromkeys([*HYPOTHESES[term.name].chosen, *named]) if getattr(term.effect, name)}
-    return Rival(term.joint, numbers, 1.0 - probability(_lead(reason)))
+    return RunnerUp(term.joint, numbers, 1.0 - probability(_lead(reason)))
 
 
-def numbers_of(fitter: Fitter, term: Term, covariance: Array) -> dict[str, Number]:
+def numbers_of(fitter: Fitter, term: Term, covariance: Array) -> dict[str, FittedNumber]:
     """Return the numbers of a term with 90 % intervals; waves as order, amplitude and phase."""
     reach = NORMAL_90 * np.sqrt(np.maximum(np.diag(covariance), 0.0))
     numbers = {name: _number(term, name, 0.0) for name in HYPOTHESES[term.name].chosen
@@ -116,13 +116,14 @@ def _doubt(fitter: Fitter, term: Term, name: str) -> float:
     return float(np.sqrt(sought.form_error)) * abs(getattr(term.effect, name) - nominal)
 
 
-def _number(term: Term, name: str, reach: float) -> Number:
+def _number(term: Term, name: str, reach: float) -> FittedNumber:
     """Return a number within a reach, NaN where that is not known."""
     value, rule = getattr(term.effect, name), type(term.effect).declaration(name)
-    return Number(value, rule.unit, max(value - reach, rule.low), min(value + reach, rule.high))
+    return FittedNumber(value, rule.unit, max(value - reach, rule.low),
+                        min(value + reach, rule.high))
 
 
-def alike(found: Found, judged: Backing) -> tuple[Alike, ...]:
+def alike(found: SearchResult, judged: GoodnessOfFit) -> tuple[Alike, ...]:
     """
     Return the backed causes that a rival, or a twin by nature, explains as well.
 
@@ -151,7 +152,7 @@ def alike(found: Found, judged: Backing) -> tuple[Alike, ...]:
     return tuple(pairs)
 
 
-def certain(judged: Backing, reason: Reason, place: Place) -> float:
+def certain(judged: GoodnessOfFit, reason: Reason, place: Place) -> float:
     """Return the probability of a cause: that of the weakest of what it rests on."""
     return probability(min(judged.margins[place], reason.improvement / reason.threshold,
                            _lead(reason)))

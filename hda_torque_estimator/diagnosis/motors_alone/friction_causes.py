@@ -20,11 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .motor_record import Sweep
-from .posterior import Cause, Law
+from .posterior import Law, PossibleCause
 from ..fitting.hypotheses import HYPOTHESES
-from ..judging.forms import factors_along, spread_of
+from ..judging.law_forms import factors_along, spread_of
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _USUAL = 0.3            # share of a motor's torque that a cause usually has, rms
 _NAMED = 0.1            # prior probability of each cause of the catalogue
 _NAMELESS = 0.02        # prior probability of a curve without a name along each coordinate
@@ -106,7 +106,7 @@ def friction_laws(motion: Along, rows: Rows,
 
 def _shows(law: FrictionLaw, motion: Along, rows: Rows, several: Sequence[FrictionLaw],
            basis: Array) -> bool:
-    """Tell whether a law does anything in some rows, and one of several what no plain one does."""
+    """Return if a law does anything in some rows, and one of several what no plain one does."""
     own = law.columns(motion)[rows]
     size = float(np.linalg.norm(own))
     if float(np.abs(own).max()) <= _IDLE * law.unit:
@@ -153,7 +153,7 @@ def spacing(finer: int) -> float:
 
 
 def causes(motion: Along, laws: Mapping[str, list[FrictionLaw]], rows: Rows, torque: float,
-           stated: Mapping[str, float]) -> list[Cause]:
+           stated: Mapping[str, float]) -> list[PossibleCause]:
     """
     Return what may be at work in some rows of a motion, with and without a name.
 
@@ -161,11 +161,11 @@ def causes(motion: Along, laws: Mapping[str, list[FrictionLaw]], rows: Rows, tor
     of the number that is `stated`, which may be too large.
     """
     plain = [several[0].columns(motion)[rows] for several in laws.values() if len(several) == 1]
-    named = [Cause(name, tuple(
+    named = [PossibleCause(name, tuple(
         _law(law, motion, rows, torque, plain if len(several) > 1 else [])._replace(
             least=_least(law, stated.get(name, 0.0))) for law in several), _NAMED)
         for name, several in laws.items()]
-    return named + [Cause(name, tuple(
+    return named + [PossibleCause(name, tuple(
         Law(curves[rows], np.full(curves.shape[1], size * torque / np.sqrt(curves.shape[1])),
             np.zeros((len(rows), 0))) for size in _SIZES), _NAMELESS, named=False)
         for name, curves in nameless(motion, rows).items()]

@@ -12,15 +12,15 @@ from hda_arm_sim.model.effects.place import DRY_LEVEL
 import numpy as np
 
 from .motor_fit import Explained, gain_without, placebo_of
-from .motor_friction import Found
+from .motor_friction import FrictionCause
 from .posterior import Posterior
-from ..findings.certainty import ODDS, TOLD
-from ..findings.report import Alike, Candidate, Evidence, Finding, Number, OwnGain
+from ..findings.certainty import NAMED, ODDS
+from ..findings.report import Alike, Candidate, Evidence, Finding, FittedNumber, OwnGain
 from ..fitting.hypotheses import HYPOTHESES
 from ...significance import NORMAL_90
 
 
-class Rival(NamedTuple):
+class Alternative(NamedTuple):
     """Another cause that a set may hold in the place of one, and the probability of either."""
 
     name: str
@@ -62,9 +62,9 @@ def _finding(part: Explained, number: int, arm: Arm) -> Finding | None:
 
 
 def is_sure(finding: Finding) -> bool:
-    """Tell whether a friction cause is told: it is sure, and gains more than its placebo."""
+    """Return whether a friction cause is told: it is sure, and gains more than its placebo."""
     gain = finding.gain
-    return finding.probability >= TOLD and (
+    return finding.probability >= NAMED and (
         not isinstance(gain, OwnGain) or gain.removed > gain.placebo)
 
 
@@ -75,7 +75,7 @@ def friction_pairs(part: Explained, arm: Arm) -> Iterator[Alike]:
     for found in part.friction.causes:
         rival = rival_of(part.friction.posterior, found)
         numbers = _numbers(part, found, arm)
-        if found.probability >= TOLD or rival is None or numbers is None or rival.either < TOLD:
+        if found.probability >= NAMED or rival is None or numbers is None or rival.either < NAMED:
             continue
         yield Alike(((found.name, label), (rival.name, label)),
                     HYPOTHESES[found.name].experiment, (
@@ -83,7 +83,7 @@ def friction_pairs(part: Explained, arm: Arm) -> Iterator[Alike]:
                     rival.either, found.probability / rival.either)
 
 
-def rival_of(posterior: Posterior, found: Found) -> Rival | None:
+def rival_of(posterior: Posterior, found: FrictionCause) -> Alternative | None:
     """Return the named cause that most likely acts where a cause does not, None without one."""
     beside = posterior.names(posterior.sets[0])
     others = [cause.name for cause in posterior.causes if cause.named
@@ -91,10 +91,10 @@ def rival_of(posterior: Posterior, found: Found) -> Rival | None:
     if not others:
         return None
     best = max(others, key=lambda name: posterior.either(found.name, name))
-    return Rival(best, posterior.either(found.name, best))
+    return Alternative(best, posterior.either(found.name, best))
 
 
-def _numbers(part: Explained, found: Found, arm: Arm) -> dict[str, Number] | None:
+def _numbers(part: Explained, found: FrictionCause, arm: Arm) -> dict[str, FittedNumber] | None:
     """Return the numbers of a cause with 90 % intervals, those of a grid as chosen."""
     law, label = found.law, part.sweep.joint.label
     kind, stated = type(law.effect), arm.effect(found.name, label)
@@ -116,15 +116,15 @@ def _numbers(part: Explained, found: Found, arm: Arm) -> dict[str, Number] | Non
         found_numbers['phase'] = _within(kind, 'phase', turned, reach / max(value, 1e-300))
     chosen = {rule.name: getattr(law.effect, rule.name) for rule in kind.declarations()
               if rule.name not in law.numbers}
-    return {**{name: Number(each, kind.declaration(name).unit, each, each)
+    return {**{name: FittedNumber(each, kind.declaration(name).unit, each, each)
                for name, each in chosen.items()}, **found_numbers}
 
 
-def _within(kind: type[Effect], name: str, value: float, reach: float) -> Number:
+def _within(kind: type[Effect], name: str, value: float, reach: float) -> FittedNumber:
     """Return a number with its interval, within the declared bounds."""
     rule = kind.declaration(name)
     inside: Array = np.clip([value, value - reach, value + reach], rule.low, rule.high)
-    return Number(float(inside[0]), rule.unit, float(inside[1]), float(inside[2]))
+    return FittedNumber(float(inside[0]), rule.unit, float(inside[1]), float(inside[2]))
 
 
 def _dry_level(part: Explained, arm: Arm) -> float:

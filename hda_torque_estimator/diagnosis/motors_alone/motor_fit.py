@@ -13,15 +13,15 @@ from hda_arm_sim.model.arm import Arm
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from .motor_friction import (
-    fewer, friction_of, FrictionFound, load_columns, Stated, stated_friction)
+from .motor_friction import (fewer, friction_of, FrictionFound, load_columns, stated_friction,
+                             StatedFriction)
 from .motor_record import Sweep
-from .ripple import Line, strongest_line, waves
+from .ripple import RippleLine, strongest_line, waves
 from ..findings.gains import Gains
 from ..judging.placebo import moved_away
 from ...significance import FOURTH_DIFFERENCES, NORMAL_MEDIAN
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 MOST = 12               # lines of one motor that are tried
 _PERIODS = 3.0          # of a line, over which slower errors are taken out of it
 _WINDOW = 0.1           # of held-out errors [s]
@@ -38,7 +38,7 @@ class Explained(NamedTuple):
 
     sweep: Sweep
     columns: Array
-    lines: tuple[Line, ...]
+    lines: tuple[RippleLine, ...]
     numbers: Array          # (p,)
     spread: Array           # (p,) standard deviations
     friction: FrictionFound | None = None
@@ -74,7 +74,7 @@ def explained(sweep: Sweep, arm: Arm) -> Explained:
     stated = stated_friction(arm, sweep)
     if sweep.both_ways:
         sweep = sweep._replace(torque=sweep.torque - stated.torque)
-    columns, lines = base(sweep), list[Line]()
+    columns, lines = base(sweep), list[RippleLine]()
     tried: list[float] = []
     use = sweep.moving & ~sweep.held_out
     while len(tried) < MOST:
@@ -91,7 +91,7 @@ def explained(sweep: Sweep, arm: Arm) -> Explained:
     return _with_friction(part, stated) if sweep.both_ways else part
 
 
-def _with_friction(part: Explained, stated: Stated) -> Explained:
+def _with_friction(part: Explained, stated: StatedFriction) -> Explained:
     """Return what explains a torque with the friction that it shows in the place of the usual."""
     turning = part.columns[:, part.first_wave:]
     found = friction_of(part.sweep, turning, stated)
@@ -111,8 +111,8 @@ def _without_losses(part: Explained) -> Explained:
                                    part.lines[:worst] + part.lines[worst + 1:]))
 
 
-def _repeats(sweep: Sweep, line: Line, before: Array, after: Array) -> bool:
-    """Tell whether a line gains on the held-out stretches, slower errors left aside."""
+def _repeats(sweep: Sweep, line: RippleLine, before: Array, after: Array) -> bool:
+    """Return whether a line gains on the held-out stretches, slower errors left aside."""
     pace = line.order * float(np.median(np.abs(sweep.speed[sweep.moving])))
     span = max(3, round(_PERIODS * 2.0 * math.pi / pace / sweep.dt))
     fast = [rest - uniform_filter1d(rest, span) for rest in (before, after)]
@@ -143,7 +143,7 @@ def _rest(sweep: Sweep, columns: Array) -> Array:
     return sweep.torque - columns @ _solve(sweep, columns)[0]
 
 
-def _fitted(sweep: Sweep, columns: Array, lines: tuple[Line, ...]) -> Explained:
+def _fitted(sweep: Sweep, columns: Array, lines: tuple[RippleLine, ...]) -> Explained:
     """Return the fit with standard deviations that know how long the rest remembers."""
     numbers, inverse = _solve(sweep, columns)
     rest = (sweep.torque - columns @ numbers)[sweep.moving]

@@ -18,9 +18,9 @@ import numpy as np
 from .friction_causes import (
     Along, along, causes, friction_effects, friction_laws, FrictionLaw, Rows, spacing)
 from .motor_record import Sweep
-from .posterior import Cause, Posterior, posterior, Weigher
+from .posterior import PossibleCause, Posterior, posterior, Weigher
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _ROUNDS = 3             # in which the load and the scales of laws are found more closely
 MEMORY = 0.3            # time over which errors of a torque may go together [s]
 _EXACT = 1e-3           # of a relative tolerance: nothing is known exactly
@@ -28,7 +28,7 @@ _DIGITS = 6             # of a log evidence: the last ones depend on how a machi
 _HELD = 0.5             # probability from which a cause is part of what explains a torque
 
 
-class Found(NamedTuple):
+class FrictionCause(NamedTuple):
     """One friction cause of a motor: its law, its numbers and how probable it is."""
 
     law: FrictionLaw
@@ -44,7 +44,7 @@ class Found(NamedTuple):
         return self.law.effect.name
 
 
-class Stated(NamedTuple):
+class StatedFriction(NamedTuple):
     """The friction that an arm's file states: its torque (k,), and columns of its tolerances."""
 
     torque: Array               # [N*m at the shaft]
@@ -56,7 +56,7 @@ class Stated(NamedTuple):
 class FrictionFound(NamedTuple):
     """What friction a sweep shows, and what else its torque follows."""
 
-    causes: tuple[Found, ...]
+    causes: tuple[FrictionCause, ...]
     posterior: Posterior
     nameless: str | None        # coordinate of a curve without a name that is needed
 
@@ -67,7 +67,7 @@ def load_columns(sweep: Sweep) -> Array:
     return np.stack([sweep.acceleration, np.cos(link), np.sin(link), np.ones_like(link)], axis=1)
 
 
-def friction_of(sweep: Sweep, waves: Array, stated: Stated) -> FrictionFound:
+def friction_of(sweep: Sweep, waves: Array, stated: StatedFriction) -> FrictionFound:
     """
     Return the friction that a sweep shows beside waves (k, q) over the angle of its motor.
 
@@ -94,7 +94,7 @@ def friction_of(sweep: Sweep, waves: Array, stated: Stated) -> FrictionFound:
                          _needed(found))
 
 
-def stated_friction(arm: Arm, sweep: Sweep) -> Stated:
+def stated_friction(arm: Arm, sweep: Sweep) -> StatedFriction:
     """Return what the motor of a sweep needs against the friction that an arm's file states."""
     rows = np.flatnonzero(sweep.moving & ~sweep.held_out)
     motion = along(sweep, _load(sweep, _rubbing(sweep, load_columns(sweep), rows)))
@@ -106,11 +106,11 @@ def stated_friction(arm: Arm, sweep: Sweep) -> Stated:
                if _acts(effect)]
     torques = {effect.name: motion.opposed(effect) for effect in effects}
     loose = [torques[name][:, None] for name in tolerances if name in torques]
-    return Stated(sum(torques.values(), np.zeros_like(sweep.time)),
-                  np.concatenate([np.zeros((len(sweep.time), 0)), *loose], axis=1),
-                  np.array([max(share, _EXACT) for name, share in tolerances.items()
-                            if name in torques]),
-                  {effect.name: effect.values()[0] for effect in effects})
+    return StatedFriction(sum(torques.values(), np.zeros_like(sweep.time)),
+                          np.concatenate([np.zeros((len(sweep.time), 0)), *loose], axis=1),
+                          np.array([max(share, _EXACT) for name, share in tolerances.items()
+                                    if name in torques]),
+                          {effect.name: effect.values()[0] for effect in effects})
 
 
 def _rubbing(sweep: Sweep, free: Array, rows: Rows) -> Array:
@@ -120,7 +120,7 @@ def _rubbing(sweep: Sweep, free: Array, rows: Rows) -> Array:
 
 
 def _acts(effect: Effect) -> bool:
-    """Tell whether an effect does anything."""
+    """Return whether an effect does anything."""
     names = effect.acts or tuple(each.name for each in effect.declarations())
     return any(getattr(effect, name) != 0.0 for name in names)
 
@@ -139,7 +139,7 @@ def _least_squares(columns: Array, values: Array) -> Array:
     return np.asarray(np.linalg.lstsq(columns / scale, values, rcond=1e-6)[0] / scale)
 
 
-def _variance(sweep: Sweep, known: Array, sought: Sequence[Cause], rows: Rows) -> float:
+def _variance(sweep: Sweep, known: Array, sought: Sequence[PossibleCause], rows: Rows) -> float:
     """Return the power of what all named causes leave, over the share that is independent."""
     laws = [law.columns for cause in sought if cause.named
             for law in cause.laws[::max(1, len(cause.laws) // 2)]]
@@ -158,7 +158,7 @@ def fewer(rest: Array, dt: float) -> float:
 
 
 def _held(found: Posterior, laws: dict[str, list[FrictionLaw]], motion: Along,
-          first: int) -> list[Found]:
+          first: int) -> list[FrictionCause]:
     """Return the named causes of the most probable set that more likely act than not."""
     best, held = found.sets[0], []
     for place, number in best.chosen:
@@ -166,7 +166,7 @@ def _held(found: Posterior, laws: dict[str, list[FrictionLaw]], motion: Along,
         size = law.columns.shape[1]
         if cause.named and found.of(cause.name) > _HELD:
             own = slice(first, first + size)
-            held.append(Found(
+            held.append(FrictionCause(
                 laws[cause.name][number], laws[cause.name][number].columns(motion),
                 best.numbers[own], best.covariance[own, own], found.of(cause.name),
                 round(best.evidence - max((one.evidence for one in found.sets

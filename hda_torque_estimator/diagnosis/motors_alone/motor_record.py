@@ -14,7 +14,7 @@ from scipy.signal import savgol_coeffs, savgol_filter
 
 from ...measurements.recording_checks import check_duration, check_torque
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 SHORTEST = 2.0          # recording of a sweep from which friction and ripple can be told [s]
 _WINDOW, _DEGREE = 0.041, 3     # of the polynomials that give speeds [s]
 _TRAVEL = 0.02          # link travel below which a joint was held still [rad]
@@ -55,13 +55,13 @@ class Sweep(NamedTuple):
 
     @property
     def both_ways(self) -> bool:
-        """Tell whether it moves in both directions."""
+        """Return whether it moves in both directions."""
         ways = np.sign(self.speed[self.moving])
         return bool((ways > 0.0).any() and (ways < 0.0).any())
 
 
 def is_motor_side(samples: JointSamples, arm: Arm) -> bool:
-    """Tell whether a recording has the motor side alone: no link angle of any joint."""
+    """Return whether a recording has the motor side alone: no link angle of any joint."""
     links = [label for label in arm.labels if label in samples.names]
     motors = [label for label in arm.labels if motor_name(label) in samples.names]
     return bool(motors) and not np.isfinite(samples.select(links).position).any()

@@ -25,13 +25,13 @@ from .motor_record import HELD, Sweep
 from .ripple import STANDS_OUT
 from ..findings.certainty import margin_of, probability
 from ..findings.gains import Gains
-from ..findings.origin import Part, RecordingFacts
-from ..findings.report import (Alike, Candidate, Detectable, Diagnosis, Evidence, Finding, Number,
-                               Residual, told, TotalGain)
+from ..findings.origin import RecordingFacts, RecordingPart
+from ..findings.report import (Alike, Candidate, Detectable, Diagnosis, Evidence, Finding,
+                               FittedNumber, Residual, TotalGain, with_gain)
 from ..findings.rest import NOTHING, Unexplained
 from ...significance import NORMAL_90
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 REST = 2.5              # rms left over white noise that asks for an explanation
 METRIC = ('mean squared error of the motor torque that the measured motion calls for, on held-out '
           'stretches, over white noise')
@@ -50,10 +50,10 @@ class MotorConclusion(NamedTuple):
 
 
 def diagnose_motors(sweeps: Sequence[Sweep], arm: Arm, *, arm_file: str = '',
-                    version: str = '', bags: Sequence[Part] = ()) -> MotorConclusion:
+                    version: str = '', bags: Sequence[RecordingPart] = ()) -> MotorConclusion:
     """Return what the torques of motors show; several recordings are `bags`."""
     parts = tuple(explained(sweep, arm) for sweep in sweeps)
-    findings = told(found for part in parts for found in _findings(part, arm))
+    findings = with_gain(found for part in parts for found in _findings(part, arm))
     pairs = tuple(pair for part in parts for pair in _pairs(part, arm))
     rests = [rest for part in parts for rest in _unexplained(part)]
     verdict = ('insufficient_excitation' if not parts else 'unknown' if rests else
@@ -66,7 +66,7 @@ def diagnose_motors(sweeps: Sequence[Sweep], arm: Arm, *, arm_file: str = '',
     return MotorConclusion(diagnosis, _extended(arm, findings), parts)
 
 
-def _facts(sweeps: Sequence[Sweep], bags: Sequence[Part]) -> RecordingFacts:
+def _facts(sweeps: Sequence[Sweep], bags: Sequence[RecordingPart]) -> RecordingFacts:
     """Return what was diagnosed, and what of the first joint's motion was held out."""
     if not sweeps:
         return RecordingFacts(0.0, 0, math.nan, (), ())
@@ -111,8 +111,8 @@ def _wave(part: Explained, number: int) -> Any:
 
 def _finding(part: Explained, effect: Effect, label: str, places: Sequence[int],
              numbers: dict[str, tuple[float, float]], score: float, least: float) -> Finding:
-    known = {name: Number(value, type(effect).declaration(name).unit,
-                          value - NORMAL_90 * spread, value + NORMAL_90 * spread)
+    known = {name: FittedNumber(value, type(effect).declaration(name).unit,
+                                value - NORMAL_90 * spread, value + NORMAL_90 * spread)
              for name, (value, spread) in numbers.items()}
     evidence = Evidence(score, least, None, math.exp(min(0.5 * score, 700.0)))
     return Finding(effect.name, label, effect.site.value, effect.cause, known, evidence,
@@ -126,8 +126,8 @@ def _one_way(part: Explained) -> Alike:
     sizes = ((known_as('dry_friction'), 'level', resists),
              (known_as('drive_offset'), 'offset', -way * resists))
     return Alike(tuple((kind.name, label) for kind, _, _ in sizes), 'the same sweep back', tuple(
-        Candidate(kind.name, label, {name: Number(size, kind.declaration(name).unit,
-                                                  size - reach, size + reach)}, False)
+        Candidate(kind.name, label, {name: FittedNumber(size, kind.declaration(name).unit,
+                                                        size - reach, size + reach)}, False)
         for kind, name, size in sizes) if resists > 0.0 else ())
 
 
@@ -165,12 +165,12 @@ def _residual(part: Explained) -> Residual:
     """Return what the motor balance misses on held-out stretches, rms at the output."""
     use, ratio = part.sweep.moving & part.sweep.held_out, part.sweep.joint.ratio
     before, after = (ratio * float(np.sqrt(np.mean(part.without(taken)[use] ** 2)))
-                     for taken in (_told(part), ()))
+                     for taken in (_found_columns(part), ()))
     return Residual('motor', part.sweep.joint.label, before, after,
                     ratio * math.sqrt(floor_of(part)), 'N*m')
 
 
-def _told(part: Explained) -> list[int]:
+def _found_columns(part: Explained) -> list[int]:
     """Return the columns of what is told: waves, and friction where motion both ways shows it."""
     first = part.first_wave if part.friction is None else load_columns(part.sweep).shape[1]
     return list(range(first, part.columns.shape[1]))
@@ -178,7 +178,7 @@ def _told(part: Explained) -> list[int]:
 
 def _total(parts: Sequence[Explained]) -> TotalGain:
     """Return the gain of friction and waves of all motors together."""
-    each = [gain_without(part, _told(part)) for part in parts if _told(part)]
+    each = [gain_without(part, _found_columns(part)) for part in parts if _found_columns(part)]
     if not each:
         none = math.nan
         return TotalGain(none, none, none, none, none, none, METRIC, '1')

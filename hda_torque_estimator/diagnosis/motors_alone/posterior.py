@@ -14,7 +14,7 @@ from typing import NamedTuple
 from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _BEAM = 12              # sets of different causes that are extended in every round,
 _ROUNDS = 10            # of which there are at most so many
 _NONE = 1e-9            # prior of a form of a law that does nothing: it has none
@@ -37,7 +37,7 @@ class Law(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Cause:
+class PossibleCause:
     """What may be at work: its laws, of which each is as likely, and how likely it is at all."""
 
     name: str
@@ -49,7 +49,7 @@ class Cause:
 Set = tuple[tuple[int, int], ...]       # causes, and which law of each
 
 
-class Weighed(NamedTuple):
+class WeighedSet(NamedTuple):
     """One set of causes: its log evidence with the prior, and the numbers of its columns."""
 
     chosen: Set
@@ -61,8 +61,8 @@ class Weighed(NamedTuple):
 class Posterior(NamedTuple):
     """The sets that were looked at, the most probable first, and their probabilities."""
 
-    causes: tuple[Cause, ...]
-    sets: tuple[Weighed, ...]
+    causes: tuple[PossibleCause, ...]
+    sets: tuple[WeighedSet, ...]
     probability: Array
 
     def of(self, name: str) -> float:
@@ -80,7 +80,7 @@ class Posterior(NamedTuple):
         return float(sum(share for share, one in zip(self.probability, self.sets)
                          if {name, other} & set(self.names(one))))
 
-    def names(self, one: Weighed) -> list[str]:
+    def names(self, one: WeighedSet) -> list[str]:
         """Return the causes of a set."""
         return [self.causes[place].name for place, _ in one.chosen]
 
@@ -89,7 +89,7 @@ class Weigher:
     """The evidence of sets of causes for one residual (k,) with white noise of a variance."""
 
     def __init__(self, residual: Array, known: Array, deviations: Array,
-                 causes: Sequence[Cause], variance: float) -> None:
+                 causes: Sequence[PossibleCause], variance: float) -> None:
         """Condense all columns; `known` ones (k, q) of these priors (q,) are in every set."""
         self._precision = 1.0 / deviations ** 2         # of infinite ones, zero
         self.causes = tuple(causes)
@@ -106,7 +106,7 @@ class Weigher:
         self._gram = together.T @ together / variance
         self._against = together.T @ residual / variance
 
-    def weigh(self, chosen: Set) -> Weighed | None:
+    def weigh(self, chosen: Set) -> WeighedSet | None:
         """Return what a set of causes is worth, None where a number is beyond its bounds."""
         laws = [self.causes[place].laws[number] for place, number in chosen]
         plain = self._solved(chosen, [np.r_[law.deviations, np.full(law.forms.shape[1], _NONE)]
@@ -127,7 +127,7 @@ class Weigher:
         sizes = [law.columns.shape[1] + law.forms.shape[1] for law in laws]
         return [self._known + sum(sizes[:place]) for place in range(len(laws))]
 
-    def _solved(self, chosen: Set, deviations: Sequence[Array]) -> Weighed:
+    def _solved(self, chosen: Set, deviations: Sequence[Array]) -> WeighedSet:
         """Return the numbers of a set and its log evidence, for these priors."""
         rows = np.concatenate([np.arange(self._known), *(
             np.arange(self._places[each].start, self._places[each].stop) for each in chosen)])
@@ -139,15 +139,15 @@ class Weigher:
         numbers = inverse @ self._against[rows]
         freedom = (float(np.linalg.slogdet(scaled)[1]) - 2.0 * float(np.log(scale).sum())
                    - float(np.log(precision[self._known:]).sum()))
-        return Weighed(chosen, 0.5 * float(self._against[rows] @ numbers) - 0.5 * freedom,
-                       numbers, inverse)
+        return WeighedSet(chosen, 0.5 * float(self._against[rows] @ numbers) - 0.5 * freedom,
+                          numbers, inverse)
 
 
 def posterior(weigher: Weigher) -> Posterior:
     """Return how probable sets of causes are, by a beam from the empty one."""
     empty = weigher.weigh(())
     assert empty is not None
-    known: dict[Set, Weighed | None] = {(): empty}
+    known: dict[Set, WeighedSet | None] = {(): empty}
     extended: set[Set] = set()
     for _ in range(_ROUNDS):
         best = _apart(_best(known))
@@ -165,21 +165,21 @@ def posterior(weigher: Weigher) -> Posterior:
     return Posterior(weigher.causes, tuple(best), odds / odds.sum())
 
 
-def _best(known: Mapping[Set, Weighed | None]) -> list[Weighed]:
+def _best(known: Mapping[Set, WeighedSet | None]) -> list[WeighedSet]:
     """Return the sets that an arm can have, the most probable first."""
     return sorted((one for one in known.values() if one is not None),
                   key=lambda one: -one.evidence)
 
 
-def _apart(best: Sequence[Weighed]) -> list[Weighed]:
+def _apart(best: Sequence[WeighedSet]) -> list[WeighedSet]:
     """Return the first set of each choice of causes: other laws of them are near it anyway."""
-    first: dict[tuple[int, ...], Weighed] = {}
+    first: dict[tuple[int, ...], WeighedSet] = {}
     for one in best:
         first.setdefault(tuple(place for place, _ in one.chosen), one)
     return list(first.values())
 
 
-def _neighbours(causes: Sequence[Cause], chosen: Set) -> Iterator[Set]:
+def _neighbours(causes: Sequence[PossibleCause], chosen: Set) -> Iterator[Set]:
     """Yield a set with one cause more, one less, another one, or another law of one."""
     taken = {place for place, _ in chosen}
     others = [(place, number) for place, cause in enumerate(causes) if place not in taken

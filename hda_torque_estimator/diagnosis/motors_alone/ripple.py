@@ -13,7 +13,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 from scipy.optimize import minimize_scalar
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 STANDS_OUT = 20.0       # power over the median about it (null: passed in 1 % of spectra)
 SHARE = 0.01            # of the power, below which a line is immaterial
 _LOWEST = 0.5           # order: slower waves are loads [1/turn]
@@ -24,7 +24,7 @@ _APART = 3.0            # widths of a line within which there is no other
 _TURN = 2.0 * np.pi     # one turn [rad]
 
 
-class Line(NamedTuple):
+class RippleLine(NamedTuple):
     """A wave over the motor angle: its order [1/turn], and its power over that about it."""
 
     order: float
@@ -32,7 +32,7 @@ class Line(NamedTuple):
 
 
 def strongest_line(angle: Array, rest: Array, dt: float,
-                   known: Sequence[float] = ()) -> Line | None:
+                   known: Sequence[float] = ()) -> RippleLine | None:
     """
     Return the line that stands out most in a rest (k,) over an angle (k,), if one does.
 
@@ -48,12 +48,13 @@ def strongest_line(angle: Array, rest: Array, dt: float,
     if ratio[best] <= STANDS_OUT:
         return None
     step = float(orders[1])
-    found = minimize_scalar(lambda order: -told(angle, rest, float(order)), method='bounded',
+    found = minimize_scalar(lambda order: -explained_power(angle, rest, float(order)),
+                            method='bounded',
                             bounds=(orders[best] - 2.0 * step, orders[best] + 2.0 * step))
     order = _whole(float(found.x), _TURN / float(np.ptp(angle)))
-    if order < 1.0 or told(angle, rest, order) < SHARE * float(rest @ rest):
+    if order < 1.0 or explained_power(angle, rest, order) < SHARE * float(rest @ rest):
         return None
-    return Line(order, float(ratio[best]))
+    return RippleLine(order, float(ratio[best]))
 
 
 def _whole(order: float, width: float) -> float:
@@ -73,7 +74,7 @@ def spectrum(angle: Array, rest: Array, dt: float) -> tuple[Array, Array]:
     return orders[orders < highest], size[orders < highest]
 
 
-def told(angle: Array, rest: Array, order: float) -> float:
+def explained_power(angle: Array, rest: Array, order: float) -> float:
     """Return how much of the power of a rest (k,) a wave of this order tells."""
     columns = waves(angle, order)
     against = columns.T @ rest

@@ -23,7 +23,7 @@ from ...measurements.measurement import Measurement
 from ...significance import NORMAL_MEDIAN, SCORE_BAR
 
 SIDES = ('motor_step', 'link_step')
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _SAME = 1e-9            # changes of an angle that rounding may make [rad]
 _COARSER = 1.5          # steps, in those stated, from which an encoder is coarser
 _NEAR = 0.05            # of a step, how far a change may be from a whole multiple

@@ -13,7 +13,7 @@ import math
 from hda_arm_sim.foundation.arrays import Array, Mask
 import numpy as np
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 STRETCHES = 6           # in time, and in each of both directions, that must agree
 _CYCLES = 0.45          # of a wave between two samples that are told apart; at 0.5 none is
 # Least share of what stretches gain alone that one wave gains
@@ -40,7 +40,7 @@ def counting(step: float) -> float:
 
 def agrees(speed: Array, columns: Array, rest: Array) -> bool:
     """
-    Tell whether stretches of a recording, each alone, show the wave that they show together.
+    Return whether stretches of a recording, each alone, show the wave that they show together.
 
     `columns` (2, k) are its sine and cosine, `rest` (k,) what they are to explain.
     """
@@ -59,7 +59,7 @@ def agrees(speed: Array, columns: Array, rest: Array) -> bool:
 
 def moves(columns: Array, link: Array, motor: Array) -> bool:
     """
-    Tell whether a wave in the link's rest (k,) is in the motor's (k,), over the ratio, as well.
+    Return whether a wave in the link's rest (k,) is in the motor's (k,), over the ratio, as well.
 
     Then it is a movement, or a sample that was taken at another time: no error of one encoder.
     """

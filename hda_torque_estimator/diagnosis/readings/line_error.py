@@ -23,7 +23,7 @@ from ...measurements.measurement import Measurement
 from ...significance import NORMAL_90, SCORE_BAR
 
 MOTOR, LINK = 0, 1      # sides of a reading
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _WINDOW, _DEGREE = 0.021, 5     # of the polynomials [s]
 _BINS = 2 ** 18         # of one turn
 _FEWEST, _MOST = 1000, 2 ** 16  # lines per turn that are looked for; fewer, the arm may follow
@@ -38,7 +38,7 @@ _PASSED = 0.01          # least power of a wave of 1 that the polynomials must l
 _INVERSE = 12           # rounds to the angle behind a reading
 
 
-class Wave(NamedTuple):
+class LineWave(NamedTuple):
     """A wave over the angle behind the readings, as fitted: what it leaves, how sure it is."""
 
     effect: EncoderInterpolationError
@@ -75,8 +75,8 @@ def uneven_lines(measurement: Measurement, arm: Arm, seen: Mask) -> Iterator[Raw
             }, wave.score, ((column, LINK),))
 
 
-def _of_one_encoder(wave: Wave, motor: Array, link: Array, dt: float, step: float) -> bool:
-    """Tell whether a wave is the link encoder's: no counting, no movement, one phase always."""
+def _of_one_encoder(wave: LineWave, motor: Array, link: Array, dt: float, step: float) -> bool:
+    """Return whether a wave is the link encoder's: no counting, no movement, one phase always."""
     window, rows = _window(dt), wave.rows
     rest = _fast(link, window)[rows]
     return (wave.effect.amplitude > counting(step)
@@ -118,7 +118,7 @@ def without_waves(measurement: Measurement, causes: list[RawCause],
     return replace(measurement, reading=reading)
 
 
-def wave_of(angle: Array, dt: float, seen: Mask, step: float) -> Wave | None:
+def wave_of(angle: Array, dt: float, seen: Mask, step: float) -> LineWave | None:
     """Return the strongest wave in readings (k,) of an encoder with this step [rad]."""
     window, travel = _window(dt), _speed(angle, dt) * dt
     rest, good = _fast(angle, window), _inner(seen, window)
@@ -180,7 +180,7 @@ def _strongest(angle: Array, rest: Array, good: Mask, travel: Array, window: int
     return strongest
 
 
-def _fitted(behind: Array, rest: Array, window: int, rows: Mask, lines: int) -> Wave:
+def _fitted(behind: Array, rest: Array, window: int, rows: Mask, lines: int) -> LineWave:
     """Return the wave of so many lines over the angle behind the readings."""
     turn = lines * behind
     columns = np.stack([_fast(np.sin(turn), window)[rows], _fast(np.cos(turn), window)[rows]])
@@ -192,7 +192,7 @@ def _fitted(behind: Array, rest: Array, window: int, rows: Mask, lines: int) -> 
                                        math.atan2(across, along))
     size = math.sqrt(float(left @ left) / count * np.linalg.inv(normal).trace() / 2.0)
     slope = size / max(effect.amplitude, 1e-30) / max(float(behind[rows].std()), 1e-12)
-    return Wave(effect, power, float(left @ left), rows, columns, np.array([size, slope]))
+    return LineWave(effect, power, float(left @ left), rows, columns, np.array([size, slope]))
 
 
 def _fast(signal: Array, window: int) -> Array:

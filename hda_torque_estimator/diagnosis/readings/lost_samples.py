@@ -20,11 +20,11 @@ from scipy.stats import chi2
 
 from .raw_cause import RawCause
 from .repeats import repeats_of
-from ..findings.report import Number
+from ..findings.report import FittedNumber
 from ...measurements.measurement import Measurement
 from ...significance import NORMAL_MEDIAN, SCORE_BAR
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 TOLERABLE = 1e-4        # share of slipped samples that nobody would call wrong
 _SLIP = 0.2            # slip that counts [samples]
 _SURE = 8.0             # standard deviations of the slip that it must be away from zero
@@ -62,7 +62,8 @@ def lost_samples(slips: Slips, seen: Mask) -> RawCause | None:
     low, high = (rate * float(0.5 * chi2.ppf(share, 2 * hits + more) / hits)
                  for share, more in ((0.05, 0), (0.95, 2)))
     joints, sides = slips.reading.shape[1:]
-    return RawCause(DroppedSamples(rate=rate), None, {'rate': Number(rate, '', low, high)}, score,
+    return RawCause(DroppedSamples(rate=rate), None, {'rate': FittedNumber(rate, '', low, high)},
+                    score,
                     tuple((column, side) for column in range(joints) for side in range(sides)))
 
 

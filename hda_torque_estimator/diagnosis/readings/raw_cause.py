@@ -6,9 +6,9 @@ from typing import NamedTuple
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import Effect
 
-from ..findings.report import Number
+from ..findings.report import FittedNumber
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 SHARE = 0.02            # of what the readings scatter, below which a cause is immaterial
 
 
@@ -17,7 +17,7 @@ class RawCause(NamedTuple):
 
     effect: Effect
     joint: str | None
-    numbers: Mapping[str, Number]
+    numbers: Mapping[str, FittedNumber]
     score: float
     channels: tuple[tuple[int, int], ...]       # columns and sides of the readings that show it
     recording: int = 0                          # the one of several that shows it best
@@ -27,7 +27,7 @@ class RawCause(NamedTuple):
         return arm.with_effect(self.effect, self.joint)
 
 
-def number(effect: Effect, name: str, reach: float) -> Number:
+def number(effect: Effect, name: str, reach: float) -> FittedNumber:
     """Return a number of an effect that is known to within `reach`."""
     value = getattr(effect, name)
-    return Number(value, type(effect).declaration(name).unit, value - reach, value + reach)
+    return FittedNumber(value, type(effect).declaration(name).unit, value - reach, value + reach)

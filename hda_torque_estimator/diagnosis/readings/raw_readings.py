@@ -25,7 +25,7 @@ from .raw_cause import RawCause
 from ..balances.balance import Balancer
 from ..findings.certainty import margin_of, probability
 from ..findings.gains import Gains
-from ..findings.report import Evidence, Finding, told, TotalGain
+from ..findings.report import Evidence, Finding, TotalGain, with_gain
 from ...measurements.even_grid import on_grid
 from ...measurements.measurement import joined, Measurement
 from ...measurements.running_clock import inside, Spans, within
@@ -33,7 +33,7 @@ from ...measurements.upsampling import finer
 from ...significance import SCORE_BAR
 from ...simulating.closed_loop import run
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _ASIDE = 1e-4           # moves a motion so that its counts fall elsewhere [rad]
 WHOLE: Spans = ((0.0, float('inf')),)
 RAW_EFFECTS = (CoarseQuantisation.name, DroppedSamples.name, EncoderInterpolationError.name)
@@ -127,7 +127,7 @@ def raw_findings(raw: RawReadings, measured: Measurement, balancer: Balancer, gi
         gaining.append(Finding(cause.effect.name, cause.joint, cause.effect.site.value,
                                cause.effect.cause, cause.numbers, evidence, gain,
                                probability(margin_of(evidence))))
-    return told(gaining)
+    return with_gain(gaining)
 
 
 def raw_total(findings: Sequence[Finding]) -> TotalGain:

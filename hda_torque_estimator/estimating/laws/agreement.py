@@ -19,7 +19,7 @@ from .fusion_memory import (AGAINST, AGREED, APART, CHANGED, DIFFERENCE, doubt_z
                             LONG, MISFIT, share, shift_apart, SLIPPED, UNEXPLAINED, usual_misfit)
 from .route_errors import ERRORS, ZERO
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _WORST = 1e4            # misfit that a single window may show
 _PATIENCE = 1.0         # over which misfits are averaged, and contradictions endured [s]
 _FAR = 10.0             # deviations of all errors, beyond which neither way corrects the other
@@ -30,7 +30,7 @@ _EXPLAINED = 3.0        # deviations at which a difference is cut off, as in `le
 _UNKNOWN = 0.5          # of its first variance: above that little is known of the zero
 
 
-class Window(NamedTuple):
+class AgreementWindow(NamedTuple):
     """One window's difference of both witnesses, and what is known of it."""
 
     difference: float           # [N*m]
@@ -52,7 +52,7 @@ class Expected(NamedTuple):
 
 
 @inlined
-def expected(memory: Array, window: Window) -> Expected:
+def expected(memory: Array, window: AgreementWindow) -> Expected:
     """Return what a window's difference was before, and how large its square may be."""
     learnt, effect = errors_learnt(memory), window.effect
     freed = memory[FREED] * effect[ZERO] * learnt[ZERO]
@@ -62,7 +62,7 @@ def expected(memory: Array, window: Window) -> Expected:
 
 
 @compiled
-def hold_against(memory: Array, window: Window) -> None:
+def hold_against(memory: Array, window: AgreementWindow) -> None:
     """
     Judge a window, and free the zero if its difference is not to be explained.
 
@@ -112,7 +112,7 @@ def _free(memory: Array, unexplained: float, effect: float) -> None:
 
 
 @compiled
-def _confine(memory: Array, window: Window, slack: float, excess: float) -> None:
+def _confine(memory: Array, window: AgreementWindow, slack: float, excess: float) -> None:
     """
     Learn at rest that the difference lies within a slack either way [N*m], (eq:confined).
 
@@ -152,7 +152,7 @@ def _density(x: float) -> float:
 
 
 @compiled
-def _compare(memory: Array, window: Window, known: Expected) -> None:
+def _compare(memory: Array, window: AgreementWindow, known: Expected) -> None:
     """Follow how much larger differences are than expected, (eq:misfit)."""
     square = window.difference ** 2
     misfit = square / known.now

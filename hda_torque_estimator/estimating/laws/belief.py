@@ -43,7 +43,7 @@ PULL = STANDING + standstill.MEMORY     # at the link at the last sample [N*m]
 PULLED = PULL + 1                       # at the one before, which a slip has not spoilt
 MEMORY = PULLED + 1
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 SHOWN = 0.1             # time for which a fault is told: 5 states at 50 Hz (choice) [s]
 LONGEST = 0.1           # of unbelieved samples in a row, then the watch begins anew (choice) [s]
 LEAST_STILL = 0.01      # of angle and velocity that repeat, half of the time to tell it [s]
@@ -78,7 +78,7 @@ def begin(memory: Array, watch: Array) -> None:
 
 @compiled
 def look(record: ArmRecord, limits: Array, watch: Array, memory: Array, reading: Array,
-         seconds: float, told: Array) -> float:
+         seconds: float, details: Array) -> float:
     """
     Judge a sample; returns the time since the last one that was believed, negative if this is not.
 
@@ -88,7 +88,7 @@ def look(record: ArmRecord, limits: Array, watch: Array, memory: Array, reading:
         begin(memory, watch)
     since = memory[0, HELD] + seconds
     anew = watch[0, STARTED] == 0.0
-    fault = judge(limits, watch, reading, since, told)
+    fault = judge(limits, watch, reading, since, details)
     memory[0, AGE] += seconds
     if _stuck(limits, memory, reading, seconds):
         memory[0, FAULT], memory[0, AGE] = FROZEN, 0.0
@@ -116,7 +116,7 @@ def look(record: ArmRecord, limits: Array, watch: Array, memory: Array, reading:
 @inlined
 def _stuck(limits: Array, memory: Array, reading: Array, seconds: float) -> bool:
     """
-    Tell whether an angle and its velocity, which is not zero, repeat to the last bit.
+    Return whether an angle and its velocity, which is not zero, repeat to the last bit.
 
     A velocity may be filtered and late, but then it decays where a shaft stands. So it must not
     gain a way either, above its least since the angle repeats.
@@ -139,7 +139,7 @@ def _stuck(limits: Array, memory: Array, reading: Array, seconds: float) -> bool
 @inlined
 def _gains(limits: Array, memory: Array, angle: float, rate: float, j: int, side: int,
            seconds: float) -> bool:
-    """Tell whether a velocity grows and tells of many counts while its angle repeats."""
+    """Return whether a velocity grows and tells of many counts while its angle repeats."""
     if angle != memory[j, ANGLE + side] or not np.isfinite(rate):
         memory[j, LEAST + side], memory[j, GAINED + side] = abs(rate), 0.0
         return False
@@ -216,7 +216,7 @@ def blame(memory: Array, fault: float) -> None:
 @compiled
 def doubt(memory: Array, j: int, of_joint: float) -> float:
     """Return the worst doubt of joint j, with what motor and torsion say of each other."""
-    kind = memory[j, coupling.TOLD]
+    kind = memory[j, coupling.KIND]
     if kind != coupling.RIGHT:
         return COUPLED + kind
     fault = memory[0, FAULT]

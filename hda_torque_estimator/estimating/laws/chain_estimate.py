@@ -23,7 +23,7 @@ from .observer import observe, observed_variance, shares_of
 from .tip_wrench import tip_wrench
 
 
-class Moved(NamedTuple):
+class ChainMotion(NamedTuple):
     """Where the links are at a sample."""
 
     angles: Array               # (n,) [rad]
@@ -31,7 +31,7 @@ class Moved(NamedTuple):
 
 
 @compiled
-def in_space(model: Model, memory: Array, moved: Moved, result: Array, tip: Array) -> None:
+def in_space(model: Model, memory: Array, moved: ChainMotion, result: Array, tip: Array) -> None:
     """Fill external torques and tip of a chain."""
     c = model.inertia.table
     for j in range(len(moved.angles)):
@@ -47,7 +47,7 @@ def in_space(model: Model, memory: Array, moved: Moved, result: Array, tip: Arra
 
 
 @inlined
-def _observe(model: Model, c: Array, memory: Array, moved: Moved, result: Array) -> None:
+def _observe(model: Model, c: Array, memory: Array, moved: ChainMotion, result: Array) -> None:
     """Renew the momentum observer, (eq:observer): p = M dq, dp/dt = tau + g + C^T dq."""
     share = shares_of(model.settings, moved.dt)
     momenta(c)
@@ -62,7 +62,7 @@ def _observe(model: Model, c: Array, memory: Array, moved: Moved, result: Array)
 
 
 @inlined
-def _precision(model: Model, c: Array, memory: Array, moved: Moved, result: Array) -> Array:
+def _precision(model: Model, c: Array, memory: Array, moved: ChainMotion, result: Array) -> Array:
     """
     Return the inverse covariance (n, n) of the external torques, and fill their deviations.
 

@@ -17,7 +17,7 @@ FREE, CONTACT, COLLISION = 0.0, 1.0, 2.0  # (layout)
 _NAMES = {CONTACT: 'contact', COLLISION: 'collision'}
 
 FEW = 2                 # joints of which `contact_deviations` tell (choice)
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _RELEASE = 0.5          # of the level, below which a contact is over
 _HOLD = 0.1             # time for which it must be [s]
 

@@ -22,9 +22,9 @@ from hda_arm_sim.model.weight import weights
 import numpy as np
 
 from . import belief, chain_estimate, contact, fusion_memory, payload
-from .chain_estimate import Moved
+from .chain_estimate import ChainMotion
 from .compiled_settings import CompiledSettings, Model
-from .joint_torque import joint_torque, Twisted
+from .joint_torque import GearState, joint_torque
 from .layout import (
     ACCELERATION, BASE_COVARIANCE, BASE_X, BEYOND_RANGE, CONDITIONING, CONTACT,
     CONTACT_DEVIATIONS, CONTACT_LEVEL, DOUBT, EXTERNAL, EXTERNAL_DEVIATION, EXTERNAL_TORQUE,
@@ -33,16 +33,16 @@ from .layout import (
     QUICK_MOTOR, SINGULAR, STRETCH, TARE_SUM, TOOL_COVARIANCE, TOOL_X, TORQUE,
     TORQUE_DEVIATION, TORSION, TURNED_TORSION, ZERO, ZERO_TAKEN)
 from .low_pass import lateness, share_of
-from .momentum import expected_rate, hold, inertia_doubt, Links, momentum
-from .motor_witness import Heard
-from .observer import observe, observed_variance, Shares, shares_of
+from .momentum import expected_rate, hold, inertia_doubt, LinkMotion, momentum
+from .motor_witness import MotorSample
+from .observer import LowPassShares, observe, observed_variance, shares_of
 from .route_errors import ERRORS, STIFFNESS, torsion_effects, ZERO as ZERO_ERROR
 from .tip_force import base_force, Posture, tool_force
 from .torsion_torque import link, shaft, slide, torsions
 from ...samples.readings import LINK_READING, MOTOR_RATE, MOTOR_READING
 
 
-class Sample(NamedTuple):
+class EncoderSample(NamedTuple):
     """One sample: what the encoders show and what is in force from then on."""
 
     reading: Array              # (n, READINGS)
@@ -52,7 +52,7 @@ class Sample(NamedTuple):
 
 @compiled
 def usable(reading: Array) -> bool:
-    """Tell whether all angles of a reading (n, READINGS) are finite."""
+    """Return whether all angles of a reading (n, READINGS) are finite."""
     for j in range(reading.shape[0]):
         if not (np.isfinite(reading[j, MOTOR_READING]) and np.isfinite(reading[j, LINK_READING])):
             return False
@@ -74,7 +74,7 @@ def _rates(settings: CompiledSettings, memory: Array, reading: Array, dt: float)
 
 
 @inlined
-def _joint(model: Model, tilt_moment: float, memory: Array, sample: Sample, j: int,
+def _joint(model: Model, tilt_moment: float, memory: Array, sample: EncoderSample, j: int,
            result: Array) -> float:
     """Fill one joint's torsions, torque and deviation; returns its link angle [rad]."""
     joint, dt, learning = model.record.joints[j], sample.dt, memory[FUSION:]
@@ -97,16 +97,16 @@ def _joint(model: Model, tilt_moment: float, memory: Array, sample: Sample, j: i
     if dt > 0.0:
         gain = share_of(settings.torsion_bandwidth, dt) / dt
         late = lateness(settings.velocity_bandwidth, dt)
-    told = joint_torque(
+    estimated = joint_torque(
         joint, settings, learning,
-        Twisted(elastic, rate, loop, wrong - certain, gain,
-                fusion_memory.stiffness_factor(joint.tolerances.stiffness,
-                                               learnt[STIFFNESS])),
-        Heard(sample.command[j], motor_angle, memory[MOTOR_VELOCITY], link_angle, dt, late),
+        GearState(elastic, rate, loop, wrong - certain, gain,
+                  fusion_memory.stiffness_factor(joint.tolerances.stiffness,
+                                                 learnt[STIFFNESS])),
+        MotorSample(sample.command[j], motor_angle, memory[MOTOR_VELOCITY], link_angle, dt, late),
         effect)
     result[TORSION], result[KINEMATIC_TORSION] = total, kinematic
-    result[TORQUE], result[TORQUE_DEVIATION] = told.torque, told.deviation
-    result[MOTOR_SHARE], result[DOUBT] = told.motor_share, belief.of_fusion(learning)
+    result[TORQUE], result[TORQUE_DEVIATION] = estimated.torque, estimated.deviation
+    result[MOTOR_SHARE], result[DOUBT] = estimated.motor_share, belief.of_fusion(learning)
     result[BEYOND_RANGE] = 1.0 if abs(elastic) > joint.torsion.valid_torsion else 0.0
     result[ZERO_TAKEN] = memory[ZERO] + slipped
     return link_angle
@@ -125,7 +125,7 @@ def _loop(joint: Record, memory: Array, elastic: float, dt: float) -> float:
 
 
 @inlined
-def _external(model: Model, memory: Array, at: Links, dt: float, result: Array) -> None:
+def _external(model: Model, memory: Array, at: LinkMotion, dt: float, result: Array) -> None:
     """Renew the momentum observer and fill the external torques, (eq:observer)."""
     record, settings, inertia = model.record, model.settings, model.inertia
     joints = record.joints.shape[0]
@@ -147,7 +147,7 @@ def _external(model: Model, memory: Array, at: Links, dt: float, result: Array) 
 
 
 @inlined
-def _carried(model: Model, memory: Array, at: Links, dt: float) -> None:
+def _carried(model: Model, memory: Array, at: LinkMotion, dt: float) -> None:
     """Let the payload hear of a sample, once the momentum observer has."""
     last = model.record.joints.shape[0] - 1
     carried = memory[0, PAYLOAD:]
@@ -160,7 +160,7 @@ def _carried(model: Model, memory: Array, at: Links, dt: float) -> None:
 
 @inlined
 def _external_deviation(settings: CompiledSettings, memory: Array, doubts: tuple[float, float],
-                        share: Shares, result: Array) -> None:
+                        share: LowPassShares, result: Array) -> None:
     """Fill how sure an external torque is: gear, inertia, lag, bearing at rest, (eq:sigma-ext)."""
     result[EXTERNAL_DEVIATION] = np.sqrt(
         observed_variance(memory, result[TORQUE_DEVIATION], share)
@@ -168,7 +168,7 @@ def _external_deviation(settings: CompiledSettings, memory: Array, doubts: tuple
 
 
 @inlined
-def _tip(model: Model, at: Links, result: Array, tip: Array) -> None:
+def _tip(model: Model, at: LinkMotion, result: Array, tip: Array) -> None:
     tool, base = tip[TOOL_X:TOOL_X + 2], tip[BASE_X:BASE_X + 2]
     tool_covariance = tip[TOOL_COVARIANCE:TOOL_COVARIANCE + 4].reshape((2, 2))
     base_covariance = tip[BASE_COVARIANCE:BASE_COVARIANCE + 4].reshape((2, 2))
@@ -181,11 +181,11 @@ def _tip(model: Model, at: Links, result: Array, tip: Array) -> None:
 
 
 @compiled
-def _in_plane(model: Model, memory: Array, moved: Moved, result: Array, tip: Array) -> None:
+def _in_plane(model: Model, memory: Array, moved: ChainMotion, result: Array, tip: Array) -> None:
     """Fill external torques and tip of one or two links in a plane."""
     last = model.record.joints.shape[0] - 1
     q2, dq2 = (moved.angles[1], memory[1, QUICK_LINK]) if last == 1 else (0.0, 0.0)
-    at = Links(moved.angles[0], q2, memory[0, QUICK_LINK], dq2)
+    at = LinkMotion(moved.angles[0], q2, memory[0, QUICK_LINK], dq2)
     _external(model, memory, at, moved.dt, result)
     _carried(model, memory, at, moved.dt)
     _tip(model, at, result, tip)
@@ -198,7 +198,7 @@ _of_links = of_links(_in_plane, chain_estimate.in_space)
 
 
 @compiled
-def step(model: Model, memory: Array, sample: Sample, result: Array, tip: Array) -> None:
+def step(model: Model, memory: Array, sample: EncoderSample, result: Array, tip: Array) -> None:
     """
     Estimate from one sample; `result` (n, RESULTS) and `tip` (TIP_RESULTS,) are filled.
 
@@ -207,7 +207,7 @@ def step(model: Model, memory: Array, sample: Sample, result: Array, tip: Array)
     memory, result, tip = borrowed(memory), borrowed(result), borrowed(tip)
     record = ArmRecord(borrowed(model.record.joints), model.record.body)
     model = Model(record, model.settings, lent(model.inertia))
-    sample = Sample(borrowed(sample.reading), borrowed(sample.command), sample.dt)
+    sample = EncoderSample(borrowed(sample.reading), borrowed(sample.command), sample.dt)
     settings, dt = model.settings, sample.dt
     joints = record.joints.shape[0]
     angles = np.empty(joints)
@@ -223,7 +223,7 @@ def step(model: Model, memory: Array, sample: Sample, result: Array, tip: Array)
         result[:, EXTERNAL_DEVIATION] = np.nan
         tip[:] = np.nan
         return
-    _of_links(model, memory, Moved(angles, dt), result, tip)
+    _of_links(model, memory, ChainMotion(angles, dt), result, tip)
     tip[CONTACT_LEVEL] = contact.feel(
         memory[0, CONTACT:], tip[CONTACT_DEVIATIONS], result[:, EXTERNAL_TORQUE],
         settings.contact_deviations, settings.collision_torque, dt)

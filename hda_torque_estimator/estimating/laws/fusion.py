@@ -12,7 +12,7 @@ from hda_arm_sim.foundation.compiled import compiled, inlined, Record
 from hda_arm_sim.model.encoders import counts_of
 import numpy as np
 
-from .agreement import expected, hold_against, Window
+from .agreement import AgreementWindow, expected, hold_against
 from .compiled_settings import CompiledSettings
 from .fusion_memory import (BEFORE, BEGIN, doubt_zero, ELAPSED, errors_learnt, EXCESS, FREED,
                             gained, LEARNT, MISFIT, MOMENTS, RISEN, SAMPLES, SENSE, shift_apart,
@@ -20,7 +20,7 @@ from .fusion_memory import (BEFORE, BEGIN, doubt_zero, ELAPSED, errors_learnt, E
 from .learning import fade, renew
 from .route_errors import ERRORS, ZERO
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 FEWEST = 5              # samples in half a window
 SETTLED = 3             # halves in one sense before friction is what it is while sliding
 _COUNTS = 8.0           # of the motor encoder that a half must pass
@@ -94,7 +94,7 @@ def _sense(joint: Record, moved: float) -> float:
 
 @inlined
 def _window(joint: Record, memory: Array, moved: float, stiffness: float,
-            friction: float) -> Window:
+            friction: float) -> AgreementWindow:
     """Return the window that a half completes in which the shaft has moved so far [rad]."""
     time, span = memory[ELAPSED], memory[SPAN]
     mean, last = 0.5 * (time + span), (memory[BEGIN] - memory[BEFORE]) / span
@@ -102,11 +102,11 @@ def _window(joint: Record, memory: Array, moved: float, stiffness: float,
     for i in range(ERRORS):
         effect[i] = _hat(memory, 1 + i, time) / mean
     turning = joint.ratio * joint.motor_inertia * (moved / time - last) / mean
-    return Window(_hat(memory, 0, time) / mean + turning, effect,
-                  _noise(joint, stiffness, mean, memory[SAMPLES]),
-                  joint.torsion.deviation ** 2 + joint.motor_deviation ** 2, friction,
-                  memory[STEADY] >= SETTLED,
-                  abs(moved) / time > _GOES_ON * abs(last), time)
+    return AgreementWindow(_hat(memory, 0, time) / mean + turning, effect,
+                           _noise(joint, stiffness, mean, memory[SAMPLES]),
+                           joint.torsion.deviation ** 2 + joint.motor_deviation ** 2, friction,
+                           memory[STEADY] >= SETTLED,
+                           abs(moved) / time > _GOES_ON * abs(last), time)
 
 
 @inlined
@@ -125,15 +125,16 @@ def _noise(joint: Record, stiffness: float, time: float, samples: float) -> floa
 
 
 @inlined
-def _teachable(memory: Array, window: Window) -> bool:
-    """Tell whether errors of a size that is thinkable may be behind a difference."""
+def _teachable(memory: Array, window: AgreementWindow) -> bool:
+    """Return whether errors of a size that is thinkable may be behind a difference."""
     known = expected(memory, window)
     return (memory[EXCESS] == 0.0
             and known.alone ** 2 < _HOPELESS ** 2 * max(known.now, known.before))
 
 
 @compiled
-def _learn(joint: Record, memory: Array, window: Window, time: float, span: float) -> None:
+def _learn(joint: Record, memory: Array, window: AgreementWindow, time: float,
+           span: float) -> None:
     """
     Renew errors and covariance from one window, a step of a Kalman filter, (eq:learning, misfit).
 

@@ -39,7 +39,7 @@ LEARNT = RISEN + 1 + ERRORS             # errors (ERRORS,) in units of their sig
 GAINED = LEARNT + ERRORS                # their covariance less the identity, by rows
 MEMORY = GAINED + ERRORS * ERRORS
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 LONG = 5.0              # over which misfits tell that something changed [s]
 PRIOR = 0.3             # time that what was known counts for as a first scatter [s]
 STIFFEST, SOFTEST = 2.0, 0.5    # factor of the stiffness that may be learnt
@@ -56,7 +56,7 @@ def errors_learnt(memory: Array) -> Array:
 
 @inlined
 def falls_back(memory: Array) -> bool:
-    """Tell whether torsion and motor are too far apart to correct each other."""
+    """Return whether torsion and motor are too far apart to correct each other."""
     return memory[APART] > 0.0 or memory[IMPOSSIBLE] > 0.0
 
 

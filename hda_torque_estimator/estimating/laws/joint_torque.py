@@ -18,18 +18,18 @@ from .compiled_settings import CompiledSettings
 from .fusion import close_half, gather
 from .fusion_memory import (effect_variance, errors_apart, EXCESS, falls_back, follow_apart,
                             gained, MOTOR_ALONE, SLOW_APART, SLOW_TIME, UNEXPLAINED)
-from .motor_witness import (bound, first_bound, follow_scatter, has_friction, hear, Heard, Motor,
-                            Own, own_variance, Seen, tell)
+from .motor_witness import (bound, first_bound, follow_scatter, has_friction, hear, Motor,
+                            motor_estimate, MotorSample, Own, own_variance, Seen)
 from .route_errors import ERRORS, torque_effects, TORSION_ERRORS, ZERO
 from .torsion_scatter import follow_twist
 from .torsion_torque import reading_deviation, torque_aside, torque_through_gear
 from .witnesses import beyond, Bound, FAINT, is_near, share_of_second, Spring, tangent, within
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _QUICK = 0.1            # of the variance of what no law tells, that is quick
 
 
-class Twisted(NamedTuple):
+class GearState(NamedTuple):
     """What the encoders tell of a gear, already without what was learnt to be wrong."""
 
     elastic: float              # torsion [rad]
@@ -48,7 +48,7 @@ class Reading(NamedTuple):
     other: Own
 
 
-class Told(NamedTuple):
+class TorqueEstimate(NamedTuple):
     """A joint's torque and how sure it is [N*m], and the share of the motor in that."""
 
     torque: float
@@ -57,8 +57,8 @@ class Told(NamedTuple):
 
 
 @compiled
-def joint_torque(joint: Record, settings: CompiledSettings, memory: Array, seen: Twisted,
-                 heard: Heard, effect: Array) -> Told:
+def joint_torque(joint: Record, settings: CompiledSettings, memory: Array, seen: GearState,
+                 heard: MotorSample, effect: Array) -> TorqueEstimate:
     """
     Return the torque of one joint at a sample.
 
@@ -84,8 +84,8 @@ def joint_torque(joint: Record, settings: CompiledSettings, memory: Array, seen:
             if single + now > (first.slack + first.doubt) ** 2:     # the motor knows more
                 held = first.middle
         sure = _as_found(joint, memory, effect, single + now)
-        return Told(held, np.sqrt(sure + far), _share(single + now, single + before))
-    motor = tell(joint, memory, heard, settings.window, effect)
+        return TorqueEstimate(held, np.sqrt(sure + far), _share(single + now, single + before))
+    motor = motor_estimate(joint, memory, heard, settings.window, effect)
     scatter = follow_twist(memory, seen.elastic + seen.learnt, motor.moving, heard.dt)
     random = reading_deviation(joint, torque, seen.gain, scatter)[1]
     allowed = bound(memory, motor, effect)
@@ -112,19 +112,19 @@ def joint_torque(joint: Record, settings: CompiledSettings, memory: Array, seen:
 
 
 @inlined
-def _as_stated(seen: Twisted) -> Twisted:
+def _as_stated(seen: GearState) -> GearState:
     """Return what the encoders tell by the arm as it was stated, without what was learnt."""
-    return Twisted(seen.elastic + seen.learnt, seen.rate, seen.loop, 0.0, seen.gain, 1.0)
+    return GearState(seen.elastic + seen.learnt, seen.rate, seen.loop, 0.0, seen.gain, 1.0)
 
 
 @inlined
-def _through(joint: Record, heard: Heard, seen: Twisted) -> float:
+def _through(joint: Record, heard: MotorSample, seen: GearState) -> float:
     """Return the torque that a torsion tells, by the law as it is known [N*m]."""
     return torque_through_gear(joint, heard.angle, seen.elastic, seen.rate, seen.loop, seen.factor)
 
 
 @inlined
-def _softer(joint: Record, seen: Twisted, torque: float) -> float:
+def _softer(joint: Record, seen: GearState, torque: float) -> float:
     """Return the torsion that a softer flexspline adds, for each 1 of the factor [rad]."""
     return flexed(joint.torsion, torque) / seen.factor ** 2
 
@@ -137,7 +137,8 @@ def _near(other: float, allowed: Bound, seen: Reading) -> float:
 
 
 @inlined
-def _touched(joint: Record, heard: Heard, seen: Twisted, near: float) -> tuple[float, float]:
+def _touched(joint: Record, heard: MotorSample, seen: GearState, near: float) -> tuple[float,
+                                                                                       float]:
     """Return torque [N*m] and stiffness [N*m/rad] of a torsion by the law's tangent."""
     spring = Spring(played_torsion(joint, seen.elastic),
                     torque_aside(joint, seen.elastic, seen.rate, seen.loop),
@@ -163,7 +164,7 @@ def _whole(own: Own) -> float:
 
 @compiled
 def _weighed(joint: Record, memory: Array, effect: Array, motor: Motor, allowed: Bound,
-             seen: Reading, dt: float) -> Told:
+             seen: Reading, dt: float) -> TorqueEstimate:
     """Weigh the torsion's torque and the motor's, (eq:weight, sigma-torque)."""
     if falls_back(memory):
         return _alone(joint, memory, effect, motor, allowed, seen)
@@ -187,7 +188,7 @@ def _weighed(joint: Record, memory: Array, effect: Array, motor: Motor, allowed:
     now = (_as_found(joint, memory, effect, usual)
            + max(weight, 1.0 - weight) ** 2 * memory[UNEXPLAINED]
            + (_held(joint, torque) - held) ** 2 + beyond(allowed, held) ** 2)
-    return Told(held, np.sqrt(now), _share(now, joint.deviation_factor ** 2 * before))
+    return TorqueEstimate(held, np.sqrt(now), _share(now, joint.deviation_factor ** 2 * before))
 
 
 @inlined
@@ -217,7 +218,7 @@ def _clear(weight: float) -> float:
 
 @compiled
 def _alone(joint: Record, memory: Array, effect: Array, motor: Motor, allowed: Bound,
-           seen: Reading) -> Told:
+           seen: Reading) -> TorqueEstimate:
     """Return what the better of both tells alone, as before anything was learnt."""
     own, other = _whole(seen.own), _whole(seen.other)
     first = _squares(effect, 0, TORSION_ERRORS) + own
@@ -228,7 +229,7 @@ def _alone(joint: Record, memory: Array, effect: Array, motor: Motor, allowed: B
     held = within(allowed, torque)
     now = (min(first, second) + memory[UNEXPLAINED] + (_held(joint, torque) - held) ** 2
            + beyond(allowed, held) ** 2 + min(memory[EXCESS], joint.torsion.valid_torque) ** 2)
-    return Told(held, np.sqrt(now), _share(now, first))
+    return TorqueEstimate(held, np.sqrt(now), _share(now, first))
 
 
 @inlined

@@ -8,7 +8,7 @@ from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled
 import numpy as np
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _LARGEST = 3.0          # deviations at which a difference is cut off
 
 

@@ -7,11 +7,11 @@ from hda_arm_sim.foundation.rigid import gravity_torque, Inertia, mass_matrix, m
 from hda_arm_sim.model.link_side import bearing_level, link_torque
 import numpy as np
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _AT_REST = 1e-3         # speed below which a link bearing may hold either way [rad/s]
 
 
-class Links(NamedTuple):
+class LinkMotion(NamedTuple):
     """Where the links are [rad] and how they move [rad/s]; a second one may be missing."""
 
     q1: float
@@ -21,7 +21,7 @@ class Links(NamedTuple):
 
 
 @compiled
-def momentum(inertia: Inertia, joints: int, at: Links) -> tuple[float, float]:
+def momentum(inertia: Inertia, joints: int, at: LinkMotion) -> tuple[float, float]:
     """Return the generalised momentum M(q) dq of one or two links [kg*m^2/s]."""
     if joints == 1:
         return inertia.p1 * at.dq1, 0.0
@@ -43,7 +43,8 @@ def hold(joint: Record, angle: float, velocity: float) -> tuple[float, float]:
 
 
 @compiled
-def inertia_doubt(inertia: Inertia, at: Links, ddq1: float, ddq2: float) -> tuple[float, float]:
+def inertia_doubt(inertia: Inertia, at: LinkMotion, ddq1: float, ddq2: float) -> tuple[float,
+                                                                                       float]:
     """
     Return the squared torques that p1, p2 and p3 make, each alone, on both joints (eq:sigma-ext).
 
@@ -58,7 +59,7 @@ def inertia_doubt(inertia: Inertia, at: Links, ddq1: float, ddq2: float) -> tupl
 
 
 @compiled
-def expected_rate(inertia: Inertia, body: Record, joints: int, at: Links,
+def expected_rate(inertia: Inertia, body: Record, joints: int, at: LinkMotion,
                   torque: tuple[float, float]) -> tuple[float, float]:
     """Return dp/dt of links that only gears and gravity move, (eq:expected-rate) [N*m]."""
     weight1, weight2 = gravity_torque(inertia, body.pull, body.direction, at.q1, at.q2)

@@ -15,12 +15,12 @@ import numpy as np
 from .fusion import FEWEST, restart, SETTLED
 from .fusion_memory import (errors_learnt, LAG, LAST_COMMAND, LONG, MEAN_APART, MEAN_MOTOR,
                             PRIOR, SCATTER, share, SLOW_TIME, STEADY, TIME, WEIGHED)
-from .route_errors import dry_friction, motor_effects, motor_torque, TORSION_ERRORS, Turning
+from .route_errors import dry_friction, motor_effects, motor_torque, ShaftState, TORSION_ERRORS
 from .shaft_motion import begin_motion, follow_motion
 from .torsion_scatter import forget_twist
 from .witnesses import Bound
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _STILL = 1.25e-4        # [rad] in which a shaft may rest, for encoders without counts
 _STILL_COUNTS = 2.0     # of the motor encoder within the time of its low-pass
 _RECENT = 0.1           # over which a torque lasts, beside which it scatters [s]
@@ -29,7 +29,7 @@ _CERTAIN = 4.0          # deviations beyond what the motor can give
 _ROUNDS = 3             # of a torque and the friction it loads: usual shares leave below 1 %
 
 
-class Heard(NamedTuple):
+class MotorSample(NamedTuple):
     """What a sample gives of a motor."""
 
     command: float              # torque in force from now on, at the shaft [N*m], NaN for unknown
@@ -68,22 +68,22 @@ class Own(NamedTuple):
 
 @inlined
 def has_friction(joint: Record) -> bool:
-    """Tell whether a motor is known: by its deviation, or dry friction, if only under load."""
+    """Return whether a motor is known: by its deviation, or dry friction, if only under load."""
     if joint.motor_deviation > 0.0:
         return True
-    return dry_friction(joint, Turning(0.0, 0.0, 0.0, 0.0), joint.torsion.valid_torque) > 0.0
+    return dry_friction(joint, ShaftState(0.0, 0.0, 0.0, 0.0), joint.torsion.valid_torque) > 0.0
 
 
 @inlined
 def turns(joint: Record, velocity: float, time: float) -> bool:
-    """Tell whether a shaft turns for certain by what it passes in a time [s]."""
+    """Return whether a shaft turns for certain by what it passes in a time [s]."""
     still = max(counts_of(joint).motor_step, _STILL)
     return abs(velocity) * time > _STILL_COUNTS * still
 
 
 @compiled
-def hear(memory: Array, heard: Heard) -> bool:
-    """Tell whether a motor tells anything at a sample; if not, begin a window anew."""
+def hear(memory: Array, heard: MotorSample) -> bool:
+    """Return whether a motor tells anything at a sample; if not, begin a window anew."""
     if heard.dt > 0.0 and np.isfinite(memory[LAST_COMMAND] + heard.command):
         return True
     restart(memory, heard.angle)
@@ -95,7 +95,8 @@ def hear(memory: Array, heard: Heard) -> bool:
 
 
 @compiled
-def tell(joint: Record, memory: Array, heard: Heard, window: float, effect: Array) -> Motor:
+def motor_estimate(joint: Record, memory: Array, heard: MotorSample, window: float,
+                   effect: Array) -> Motor:
     """
     Return what a motor tells, and fill the effects of its errors (ERRORS,).
 
@@ -107,8 +108,8 @@ def tell(joint: Record, memory: Array, heard: Heard, window: float, effect: Arra
     moving = turns(joint, heard.velocity, max(heard.dt, 0.4 * window))
     span, through = max(window, FEWEST * heard.dt), joint.ratio * joint.motor_inertia
     speeding = follow_motion(memory, heard.angle, window, heard.dt)
-    at = Turning(heard.angle, heard.velocity + heard.late * speeding.now,
-                 np.sign(heard.velocity) if moving else 0.0, heard.link_angle)
+    at = ShaftState(heard.angle, heard.velocity + heard.late * speeding.now,
+                    np.sign(heard.velocity) if moving else 0.0, heard.link_angle)
     memory[LAG] += share(heard.dt, span) * (through * speeding.lag - memory[LAG])
     inertia = through * speeding.now
     plain = joint.ratio * mean
@@ -131,13 +132,13 @@ def bound(memory: Array, motor: Motor, effect: Array) -> Bound:
 
 
 @compiled
-def first_bound(joint: Record, heard: Heard, torque: float) -> Bound:
+def first_bound(joint: Record, heard: MotorSample, torque: float) -> Bound:
     """
     Return what a motor allows at a first sample, when only its torque is known.
 
     `torque` loads its friction [N*m].
     """
-    at = Turning(heard.angle, heard.velocity, 0.0, heard.link_angle)
+    at = ShaftState(heard.angle, heard.velocity, 0.0, heard.link_angle)
     slack = _FRICTION * dry_friction(joint, at, torque)
     return Bound(joint.ratio * heard.command, slack,
                  joint.ratio * abs(heard.command) + _CERTAIN * joint.motor_deviation)
@@ -160,9 +161,9 @@ def follow_scatter(memory: Array, motor: Motor, seen: Seen, dt: float) -> None:
     shares with the torsion is the torque's. The less the law of a torsion tells, the slower it
     teaches. A motor of which more is told scatters at first by its deviation, others by friction.
     """
-    told, apart = motor.driving - motor.inertia, seen.apart
+    torque, apart = motor.driving - motor.inertia, seen.apart
     if not motor.moving or memory[STEADY] < SETTLED:
-        memory[MEAN_APART], memory[MEAN_MOTOR] = apart, told
+        memory[MEAN_APART], memory[MEAN_MOTOR] = apart, torque
         return
     if memory[WEIGHED] == 0.0:
         better = 0.0 < motor.lawless < seen.lawless
@@ -173,6 +174,6 @@ def follow_scatter(memory: Array, motor: Motor, seen: Seen, dt: float) -> None:
     memory[WEIGHED] += max(passed, 1e-12)
     recent = share(dt, _RECENT)
     memory[MEAN_APART] += recent * (apart - memory[MEAN_APART])
-    memory[MEAN_MOTOR] += recent * (told - memory[MEAN_MOTOR])
-    own = (told - memory[MEAN_MOTOR]) * (memory[MEAN_APART] - apart)
+    memory[MEAN_MOTOR] += recent * (torque - memory[MEAN_MOTOR])
+    own = (torque - memory[MEAN_MOTOR]) * (memory[MEAN_APART] - apart)
     memory[SCATTER] += part * (own - memory[SCATTER])

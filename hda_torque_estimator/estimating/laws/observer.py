@@ -11,7 +11,7 @@ from .layout import (
 from .low_pass import share_of
 
 
-class Shares(NamedTuple):
+class LowPassShares(NamedTuple):
     """What low-passes take of a sample; the first one is taken whole for the expected rate."""
 
     observer: float
@@ -20,14 +20,14 @@ class Shares(NamedTuple):
 
 
 @inlined
-def shares_of(settings: CompiledSettings, dt: float) -> Shares:
+def shares_of(settings: CompiledSettings, dt: float) -> LowPassShares:
     """Return the shares of a sample dt after the last one [s]."""
-    return Shares(share_of(settings.observer_bandwidth, dt) if dt > 0.0 else 0.0,
-                  share_of(settings.torsion_bandwidth, dt) if dt > 0.0 else 1.0, dt)
+    return LowPassShares(share_of(settings.observer_bandwidth, dt) if dt > 0.0 else 0.0,
+                         share_of(settings.torsion_bandwidth, dt) if dt > 0.0 else 1.0, dt)
 
 
 @inlined
-def observe(memory: Array, now: float, rate: float, share: Shares) -> None:
+def observe(memory: Array, now: float, rate: float, share: LowPassShares) -> None:
     """Let a joint's observer hear of a momentum and of the rate without what acts outside."""
     if share.dt > 0.0:
         change = (now - memory[LAST_MOMENTUM]) / share.dt
@@ -42,7 +42,7 @@ def observe(memory: Array, now: float, rate: float, share: Shares) -> None:
 
 
 @inlined
-def observed_variance(memory: Array, deviation: float, share: Shares) -> float:
+def observed_variance(memory: Array, deviation: float, share: LowPassShares) -> float:
     """
     Return the variance of the torques that an observer holds, of this deviation now [N^2*m^2].
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from .compiled_settings import Model
 from .learning import fade, renew
-from .momentum import expected_rate, Links, momentum
+from .momentum import expected_rate, LinkMotion, momentum
 
 # What is told apart, per unit or sigma: the mass, p1 to p3, an offset of either torque.
 MASS, INERTIA, OFFSET = 0, 1, 4
@@ -32,7 +32,7 @@ LEARNT = _RISEN + _BOTH
 _GAINED = LEARNT + ERRORS
 MEMORY = _GAINED + ERRORS * ERRORS
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 HEAVIEST = 5.0          # one sigma of a mass nobody knows [kg]
 _OFFSET = 0.05          # of a torque, one sigma [N*m]
 _NOISE = 0.02           # of a window's torque [N*m]
@@ -50,7 +50,7 @@ def mass(memory: Array) -> tuple[float, float]:
 
 
 @compiled
-def gather(memory: Array, model: Model, at: Links, seen: tuple[float, float],
+def gather(memory: Array, model: Model, at: LinkMotion, seen: tuple[float, float],
            rates: tuple[float, float], dt: float) -> None:
     """Add a sample: momenta `seen` of known links, and expected `rates`, (eq:momenta)."""
     body, joints = model.record.body, model.record.joints.shape[0]

@@ -24,7 +24,7 @@ ERRORS = 21
 _viscous_of = record_of(known_as('viscous_friction'))
 
 
-class Turning(NamedTuple):
+class ShaftState(NamedTuple):
     """A shaft in motion: angle [rad], velocity [rad/s], its sign, 0 where it may stick."""
 
     angle: float
@@ -63,7 +63,7 @@ def torque_effects(known: Record, flexed: float, stiffness: float, effect: Array
 
 
 @compiled
-def motor_effects(joint: Record, known: Record, command: float, at: Turning, friction: float,
+def motor_effects(joint: Record, known: Record, command: float, at: ShaftState, friction: float,
                   effect: Array) -> None:
     """
     Fill what one sigma of each error takes from the motor's torque, (eq:motor-torque).
@@ -80,14 +80,14 @@ def motor_effects(joint: Record, known: Record, command: float, at: Turning, fri
 
 
 @inlined
-def dry_friction(joint: Record, at: Turning, torque: float) -> float:
+def dry_friction(joint: Record, at: ShaftState, torque: float) -> float:
     """Return the most that dry friction opposes, sliding or at rest [N*m at the link]."""
     sense = at.sense if at.sense != 0.0 else 1.0
     return joint.ratio * friction_budget(joint, at.velocity, sense, torque, at.link_angle)
 
 
 @compiled
-def motor_torque(joint: Record, command: float, at: Turning, torque: float,
+def motor_torque(joint: Record, command: float, at: ShaftState, torque: float,
                  time: float) -> float:
     """Return the gear's torque that a motor without inertia tells [N*m], (eq:motor-torque)."""
     dry = at.sense * friction_budget(joint, at.velocity, at.sense, torque, at.link_angle)

@@ -22,7 +22,7 @@ _LAG, _MISSED, _SIZE = 3, 4, 5          # [rad/s^2]; mean squared miss [rad^2]
 # Patience of the quicker parabolas in half windows (measured: the errors of two arms with 16384
 # and 65536 counts at 1 kHz are least at 0.2 to 0.3).
 _QUICKEST = 0.25
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _LATE = 3.0             # times as patient are the others: noise is a fifteenth then
 _REGULAR = 0.6          # of the time between samples, by which stamps of a host are late or early
 _BURST = 0.1            # of the least patience: samples that follow in less came late in a burst

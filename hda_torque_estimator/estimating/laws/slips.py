@@ -20,7 +20,7 @@ NOTHING, OF_MOTOR, OF_LINK = 0, 1, 2
 TIME, LAST_TIME, COUNT = range(8, 11)   # of the last way and the one before [s]; samples so far
 MEMORY = 11  # (layout)
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _FEWEST = 4.0           # samples that tell a step from a change of speed
 _LATE = 3.0             # periods by which one side may be late: a reading held for two of them
 # A body speeds up and stops by a constant acceleration A around one period T. In it, the body goes

@@ -23,7 +23,7 @@ from ...samples.sample_limits import RATIO, STEP
  ) = range(7)
 MEMORY = 7  # (layout)
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 # (source: step response of the low-pass)
 _SETTLED = 0.1          # of the observer: at 20 Hz a force of before has faded to e^-12 [s]
 _FADES = 10.0           # of what was usual (choice) [s]
@@ -35,7 +35,7 @@ CERTAIN = 4.0           # deviations, as where a motor gives a torque that it ca
 def frozen(joint: Record, limits: Array, memory: Array, reading: Array, held: Array,
            dt: float) -> bool:
     """
-    Tell whether a joint stands as none can; dt [s] since the last sample, 0 begins anew.
+    Return whether a joint stands as none can; dt [s] since the last sample, 0 begins anew.
 
     `limits` is its row of the watch. `held` (3,) is the external torque, its deviation, both NaN
     without links, and the torque of the gear [N*m].

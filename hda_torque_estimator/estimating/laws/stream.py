@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from . import belief, estimate, layout
 from .compiled_settings import CompiledSettings, Model
 from .contact import level
-from .estimate import Sample
+from .estimate import EncoderSample
 from ...samples.stamp_order import AFRESH, BACK, TWO
 
 
-class Plain(NamedTuple):
+class StreamArrays(NamedTuple):
     """An arm and settings in arrays alone, which a call passes on quickest."""
 
     joints: NDArray[Any]
@@ -48,7 +48,7 @@ class Scratch(NamedTuple):
     clean: Array                # (n, READINGS) without absurd velocities
     given: Array                # (n,) without absurd motor torques
     held: Array                 # (n, 3) what pulls at a joint, as `belief.feel_standstill` has it
-    told: Array                 # (5,) what is wrong with a sample
+    details: Array                 # (5,) what is wrong with a sample
 
 
 @inlined
@@ -60,7 +60,7 @@ def _settings(numbers: Array) -> CompiledSettings:
 
 
 @compiled
-def run(plain: Plain, of: Remembered, stream: Stream, result: Array, tip: Array) -> None:
+def run(plain: StreamArrays, of: Remembered, stream: Stream, result: Array, tip: Array) -> None:
     """
     Estimate samples.
 
@@ -74,34 +74,34 @@ def run(plain: Plain, of: Remembered, stream: Stream, result: Array, tip: Array)
 
 
 @inlined
-def _lent(plain: Plain, of: Remembered, stream: Stream,
-          scratch: Scratch) -> tuple[Plain, Remembered, Stream, Scratch]:
+def _lent(plain: StreamArrays, of: Remembered, stream: Stream,
+          scratch: Scratch) -> tuple[StreamArrays, Remembered, Stream, Scratch]:
     """Return the same arrays, of which nobody counts who holds them: that took half of a step."""
-    return (Plain(borrowed(plain.joints), borrowed(plain.body), borrowed(plain.inertia),
-                  borrowed(plain.settings)),
+    return (StreamArrays(borrowed(plain.joints), borrowed(plain.body), borrowed(plain.inertia),
+                         borrowed(plain.settings)),
             Remembered(borrowed(of.limits), borrowed(of.watch), borrowed(of.doubts),
                        borrowed(of.memory)),
             Stream(borrowed(stream.reading), borrowed(stream.command), borrowed(stream.seconds)),
             Scratch(borrowed(scratch.clean), borrowed(scratch.given), borrowed(scratch.held),
-                    borrowed(scratch.told)))
+                    borrowed(scratch.details)))
 
 
 @compiled
-def _run(plain: Plain, of: Remembered, stream: Stream, scratch: Scratch, result: Array,
+def _run(plain: StreamArrays, of: Remembered, stream: Stream, scratch: Scratch, result: Array,
          tip: Array) -> None:
     """Estimate samples; the caller keeps all arrays alive."""
     plain, of, stream, scratch = _lent(plain, of, stream, scratch)
     result, tip = borrowed(result), borrowed(tip)
     model = Model(ArmRecord(plain.joints, plain.body[0]), _settings(plain.settings),
                   inertia_of(plain.inertia))
-    reading, (clean, given, held, told) = stream.reading, scratch
+    reading, (clean, given, held, details) = stream.reading, scratch
     for i in range(reading.shape[0]):
         back, two = stream.seconds[i] <= BACK, stream.seconds[i] >= TWO
         passed = AFRESH if back else stream.seconds[i] - TWO if two else stream.seconds[i]
         if back:
             _forget(of.memory, of.doubts)
         belief.sane(of.limits, plain.joints, reading[i], stream.command[i], clean, given)
-        dt = belief.look(model.record, of.limits, of.watch, of.doubts, reading[i], passed, told)
+        dt = belief.look(model.record, of.limits, of.watch, of.doubts, reading[i], passed, details)
         if back or two:
             belief.blame(of.doubts, belief.CLOCK_BACK if back else belief.TWO_PUBLISHERS)
         if dt < 0.0:
@@ -112,7 +112,7 @@ def _run(plain: Plain, of: Remembered, stream: Stream, scratch: Scratch, result:
         else:
             belief.feel_slips(model.record, of.limits, of.doubts, of.memory[:, layout.FUSION:],
                               clean, dt)
-            estimate.step(model, of.memory, Sample(clean, given, dt), result[i], tip[i])
+            estimate.step(model, of.memory, EncoderSample(clean, given, dt), result[i], tip[i])
             for j in range(result.shape[1]):
                 held[j, 0] = result[i, j, layout.EXTERNAL_TORQUE]
                 held[j, 1] = result[i, j, layout.EXTERNAL_DEVIATION]

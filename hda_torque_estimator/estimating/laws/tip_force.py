@@ -7,7 +7,7 @@ from hda_arm_sim.foundation.compiled import compiled, Record
 from hda_arm_sim.foundation.rigid import tool_jacobian
 import numpy as np
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _ALIGNED = 0.01         # share of an unobserved force that may leak into an observed component
 
 

@@ -15,9 +15,9 @@ from .layout import (BASE_COVARIANCE, BASE_WRENCH, BASE_X, CONDITIONING, SINGULA
                      TOOL_COVARIANCE, TOOL_WRENCH, TOOL_X, WRENCH_COVARIANCE)
 
 AXES = 6
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _LIKELY = (1000.0, 1000.0, 1000.0, 300.0, 300.0, 300.0)     # more than arms stand [N, N*m]
-_TOLD = 0.1             # of that, a deviation from which on a component is as good as unknown
+_OBSERVABLE = 0.1  # of that, a deviation from which on a component is as good as unknown
 
 
 @compiled
@@ -32,9 +32,9 @@ def tip_wrench(c: Array, torque: Array, precision: Array, tip: Array) -> None:
     known = AXES if len(torque) >= AXES else AXES // 2
     jacobian = np.empty((AXES, len(torque)))
     chain.tip_jacobian(c, jacobian)
-    told = np.ascontiguousarray(jacobian[:known])
-    weighed = told @ precision
-    normal, right = weighed @ told.T, weighed @ torque
+    observable = np.ascontiguousarray(jacobian[:known])
+    weighed = observable @ precision
+    normal, right = weighed @ observable.T, weighed @ torque
     for a in range(known):
         normal[a, a] += 1.0 / _LIKELY[a] ** 2
     tip[BASE_WRENCH:] = np.nan
@@ -45,14 +45,14 @@ def tip_wrench(c: Array, torque: Array, precision: Array, tip: Array) -> None:
         return
     covariance = np.linalg.inv(normal).astype(np.float64)
     wrench = covariance @ right
-    _tell(wrench, covariance, tip[BASE_WRENCH:])
+    _write_observable(wrench, covariance, tip[BASE_WRENCH:])
     spread = tip[WRENCH_COVARIANCE:].reshape((AXES, AXES))
     for a in range(known):
         for b in range(known):
             if np.isfinite(tip[BASE_WRENCH + a] + tip[BASE_WRENCH + b]):
                 spread[a, b] = covariance[a, b]
     turn = _to_tool(c, known)
-    _tell(turn @ wrench, turn @ covariance @ turn.T, tip[TOOL_WRENCH:])
+    _write_observable(turn @ wrench, turn @ covariance @ turn.T, tip[TOOL_WRENCH:])
     hidden = not np.isfinite(tip[BASE_WRENCH:BASE_WRENCH + known]).all()
     tip[SINGULAR], tip[CONDITIONING] = 1.0 if hidden else 0.0, conditioning(jacobian)
     for a in range(2):
@@ -62,11 +62,11 @@ def tip_wrench(c: Array, torque: Array, precision: Array, tip: Array) -> None:
 
 
 @inlined
-def _tell(wrench: Array, covariance: Array, told: Array) -> None:
+def _write_observable(wrench: Array, covariance: Array, written: Array) -> None:
     """Fill the components that are known well enough; others stay NaN."""
     for a in range(len(wrench)):
-        if covariance[a, a] < (_TOLD * _LIKELY[a]) ** 2:
-            told[a] = wrench[a]
+        if covariance[a, a] < (_OBSERVABLE * _LIKELY[a]) ** 2:
+            written[a] = wrench[a]
 
 
 @inlined

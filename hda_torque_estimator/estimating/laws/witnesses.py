@@ -12,7 +12,7 @@ from hda_arm_sim.foundation.compiled import compiled, inlined, Record
 from hda_arm_sim.model.torsion import stiffer_torsion
 import numpy as np
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 FAINT = 0.01            # weight below which a witness is left out: it makes 0.5 % more certain
 _ALIKE = 1e-3           # share of a deviation, within which a law is its own tangent
 
@@ -68,5 +68,5 @@ def share_of_second(first: float, second: float) -> float:
 
 @inlined
 def is_near(torque: float, near: float, random: float) -> bool:
-    """Tell whether the law between two torques is straight enough."""
+    """Return whether the law between two torques is straight enough."""
     return abs(torque - near) <= _ALIKE * np.sqrt(random)

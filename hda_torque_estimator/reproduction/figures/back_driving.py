@@ -9,7 +9,7 @@ from hda_arm_sim.motions import HOME, Motion
 import numpy as np
 
 from ..rig import bench
-from ..rig.exhibit import Arms, Drawing, Exhibit, Look, Number, Panel, Trace
+from ..rig.exhibit import Arms, Drawing, Exhibit, Look, Panel, PaperNumber, Trace
 from ..rig.printed import PRINTED
 from ..rig.shapes import hand
 from ...controlling.controller import ControllerSettings
@@ -42,21 +42,24 @@ def back_driving(arms: Arms) -> Exhibit:
     stick = PRINTED.ratio * PRINTED.starting_torque
     counts = 1e4 * _STEP / PRINTED.ratio
     numbers = (
-        Number('torque that back-drives a joint without current', 'N*m', None, None, stick,
-               'N T_fs; breaking away takes more'),
-        *(Number(f'share of the pushes in which motor {joint + 1} stands', '%', None, None,
-                 100.0 * found.standing) for joint, found in enumerate(slips)),
-        *(Number(f'slips of motor {joint + 1}', '1', None, None, float(found.onsets))
+        PaperNumber('torque that back-drives a joint without current', 'N*m', None, None, stick,
+                    'N T_fs; breaking away takes more'),
+        *(PaperNumber(f'share of the pushes in which motor {joint + 1} stands', '%', None, None,
+                      100.0 * found.standing) for joint, found in enumerate(slips)),
+        *(PaperNumber(f'slips of motor {joint + 1}', '1', None, None, float(found.onsets))
           for joint, found in enumerate(slips)),
-        *(Number(f'slips of motor {joint + 1} with a peak of the sign of the motion', '%', 100.0,
-                 None, 100.0 * found.one_sided) for joint, found in enumerate(slips)),
-        *(Number(f'torque at which motor {joint + 1} gives way, median', 'N*m', None, None,
-                 found.torque) for joint, found in enumerate(slips)),
-        *(Number(f'torque of joint {joint + 1} while its motor stands, deviation', 'N*m', None,
-                 None, found.spread) for joint, found in enumerate(slips)),
-        Number('one count of the motor encoder', 'N*m', None, None, counts, '4096 counts, at K_f'),
-        Number('torque of 2.66e-2 N*m at joint 2', 'N*m', None, None, PRINTED.ratio * _MOTOR,
-               f'below the {stick:g} N*m that move it'))
+        *(PaperNumber(f'slips of motor {joint + 1} with a peak of the sign of the motion', '%',
+                      100.0,
+                      None, 100.0 * found.one_sided) for joint, found in enumerate(slips)),
+        *(PaperNumber(f'torque at which motor {joint + 1} gives way, median', 'N*m', None, None,
+                      found.torque) for joint, found in enumerate(slips)),
+        *(PaperNumber(f'torque of joint {joint + 1} while its motor stands, deviation', 'N*m',
+                      None,
+                      None, found.spread) for joint, found in enumerate(slips)),
+        PaperNumber('one count of the motor encoder', 'N*m', None, None, counts,
+                    '4096 counts, at K_f'),
+        PaperNumber('torque of 2.66e-2 N*m at joint 2', 'N*m', None, None, PRINTED.ratio * _MOTOR,
+                    f'below the {stick:g} N*m that move it'))
     return Exhibit(numbers, (
         'Where the displacement is flat the motor stands: friction at the shaft holds '
         f'{stick:.1f} N*m at the joint, within which only the gear twists, by less than half a '
@@ -77,7 +80,7 @@ def back_driving(arms: Arms) -> Exhibit:
         ('The pushes were those of a hand; here they are random, of the same order.',))
 
 
-def _pushed(arm: Arm, current: float) -> closed_loop.Run:
+def _pushed(arm: Arm, current: float) -> closed_loop.ClosedLoopRun:
     """Return an arm without control whose tip is pushed by a hand in the three stretches."""
     for label in arm.labels:
         arm = arm.with_effect(CoarseQuantisation(motor_step=_STEP, link_step=2.0 * np.pi / 4e6),
@@ -94,7 +97,7 @@ def _pushed(arm: Arm, current: float) -> closed_loop.Run:
                            estimator=bench.TORSION_ALONE)
 
 
-def _slips(made: closed_loop.Run, joint: int) -> _Slips:
+def _slips(made: closed_loop.ClosedLoopRun, joint: int) -> _Slips:
     """Return how a motor stands and slips during the pushes."""
     pushed = np.any([(made.time > begin) & (made.time < end) for begin, end in _PUSHES], axis=0)
     speed = made.state[:, joint, 1]
@@ -109,7 +112,7 @@ def _slips(made: closed_loop.Run, joint: int) -> _Slips:
                   float(made.estimated_torque[pushed & standing, joint].std()))
 
 
-def _drawing(name: str, title: str, made: closed_loop.Run) -> Drawing:
+def _drawing(name: str, title: str, made: closed_loop.ClosedLoopRun) -> Drawing:
     thin = slice(None, None, 50)
     angle = made.state[thin, :, 2] - made.state[0, :, 2]
     return Drawing(name, f'Displacement and torque of the environment, {title}; the pushes are '
@@ -123,7 +126,7 @@ def _drawing(name: str, title: str, made: closed_loop.Run) -> Drawing:
                            ('torque', 'torque [N·m]', -made.estimated_torque[thin]))),))
 
 
-def _peaks(made: closed_loop.Run) -> Drawing:
+def _peaks(made: closed_loop.ClosedLoopRun) -> Drawing:
     """Draw displacement and torque of joint 1 over a few seconds, and where the motor stands."""
     part = (made.time > 22.0) & (made.time < 32.0)
     time, standing = made.time[part], (made.state[part, 0, 1] == 0.0)

@@ -12,7 +12,7 @@ import numpy as np
 
 from .responses import printed_plant
 from ..rig.bench import stamps, STEP
-from ..rig.exhibit import Arms, Block, Diagram, Drawing, Exhibit, Number, Wire
+from ..rig.exhibit import Arms, Diagram, DiagramBlock, Drawing, Exhibit, PaperNumber, Wire
 from ..rig.linear import Linear, linearised
 from ..rig.printed import PRINTED
 from ...controlling.controller import Controller, ControllerSettings
@@ -32,14 +32,14 @@ def arm_diagram(arms: Arms) -> Exhibit:
     consistent = linearised(arms.two_axis, (0.3, _ELBOW))
     m11, m12, m22 = (_link_gain(consistent, i, j) for i, j in ((0, 0), (0, 1), (1, 1)))
     numbers = (
-        Number('link 1 from gear torque 1', '1/(kg*m^2)', 1.0 / PRINTED.link_inertia,
-               _link_gain(printed, 0, 0), m11, 'elbow at 90 deg'),
-        Number('link 2 from gear torque 2', '1/(kg*m^2)', 1.0 / PRINTED.link_inertia,
-               _link_gain(printed, 1, 1), m22, 'elbow at 90 deg'),
-        Number('link 1 from gear torque 2', '1/(kg*m^2)', 0.0, _link_gain(printed, 0, 1), m12,
-               'the coupling that (4) and (5) leave out'),
-        Number('shaft from gear torque', '1/(kg*m^2)', None, _load(printed, 0),
-               _load(consistent, 0), '-1/(N J)'))
+        PaperNumber('link 1 from gear torque 1', '1/(kg*m^2)', 1.0 / PRINTED.link_inertia,
+                    _link_gain(printed, 0, 0), m11, 'elbow at 90 deg'),
+        PaperNumber('link 2 from gear torque 2', '1/(kg*m^2)', 1.0 / PRINTED.link_inertia,
+                    _link_gain(printed, 1, 1), m22, 'elbow at 90 deg'),
+        PaperNumber('link 1 from gear torque 2', '1/(kg*m^2)', 0.0, _link_gain(printed, 0, 1), m12,
+                    'the coupling that (4) and (5) leave out'),
+        PaperNumber('shaft from gear torque', '1/(kg*m^2)', None, _load(printed, 0),
+                    _load(consistent, 0), '-1/(N J)'))
     return Exhibit(numbers, (
         'The arrows are derivatives of the compiled equation of motion at an elbow of 90 deg. By '
         'the printed equations each joint stands alone; in the arm each gear drives both links, '
@@ -77,28 +77,30 @@ def _arm(title: str, linear: Linear) -> Diagram:
         row, y = f'{j + 1}', 2.2 * j
         names = ('motor\ntorque', 'shaft\nspeed', 'shaft\nangle', 'gear\ntorque', 'link\nspeed',
                  'link\nangle')
-        blocks += [Block(f'{name}{row}', f'{name} {row}', 1.6 * x, y)
+        blocks += [DiagramBlock(f'{name}{row}', f'{name} {row}', 1.6 * x, y)
                    for x, name in enumerate(names)]
         s = 4 * j
         wires += [
-            Wire(f'{names[0]}{row}', f'{names[1]}{row}', _told(linear.motor[s + 1, j]) + '/s'),
+            Wire(f'{names[0]}{row}', f'{names[1]}{row}',
+                 _gain_label(linear.motor[s + 1, j]) + '/s'),
             Wire(f'{names[1]}{row}', f'{names[2]}{row}', '1/s'),
-            Wire(f'{names[2]}{row}', f'{names[3]}{row}', _told(linear.gear[j, s])),
+            Wire(f'{names[2]}{row}', f'{names[3]}{row}', _gain_label(linear.gear[j, s])),
             Wire(f'{names[4]}{row}', f'{names[5]}{row}', '1/s'),
-            Wire(f'{names[3]}{row}', f'{names[1]}{row}', _told(_load(linear, j)) + '/s', 0.35),
-            Wire(f'{names[5]}{row}', f'{names[3]}{row}', _told(linear.gear[j, s + 2]), 0.35),
-            Wire(f'{names[1]}{row}', f'{names[0]}{row}', _told(_drag(linear, j)), 0.6)]
+            Wire(f'{names[3]}{row}', f'{names[1]}{row}', _gain_label(_load(linear, j)) + '/s',
+                 0.35),
+            Wire(f'{names[5]}{row}', f'{names[3]}{row}', _gain_label(linear.gear[j, s + 2]), 0.35),
+            Wire(f'{names[1]}{row}', f'{names[0]}{row}', _gain_label(_drag(linear, j)), 0.6)]
         wires += [Wire(f'{names[3]}{j + 1}', f'{names[4]}{i + 1}',
-                       _told(_link_gain(linear, i, j)) + '/s')
+                       _gain_label(_link_gain(linear, i, j)) + '/s')
                   for i in range(linear.joints)
                   if abs(_link_gain(linear, i, j)) > _NOTHING]
         damping = linear.gear[j, s + 3]
         if damping:
-            wires.append(Wire(f'{names[4]}{row}', f'{names[3]}{row}', _told(damping), -0.5))
+            wires.append(Wire(f'{names[4]}{row}', f'{names[3]}{row}', _gain_label(damping), -0.5))
     return Diagram(title, tuple(blocks), tuple(wires))
 
 
-def _told(gain: float) -> str:
+def _gain_label(gain: float) -> str:
     return f'{gain:.0f}' if abs(gain) >= 1000.0 else f'{gain:.3g}'
 
 
@@ -106,23 +108,27 @@ def control_diagram(arms: Arms) -> Exhibit:
     """Return the control loop as a block diagram, its gains measured from its functions."""
     paper = ControllerSettings(position_gain=0.003, velocity_gain=0.01, torque_feedback=0.1)
     gains, slope = _law(arms.rig, paper), _stiffness(arms.rig)
-    blocks = (Block('target', 'target of\nthe link', 0.0, 0.0),
-              Block('law', 'PD law', 1.8, 0.0), Block('sum', 'motor\ntorque', 3.5, 0.0),
-              Block('arm', 'arm, Fig. 2', 5.2, 0.0), Block('shaft', 'shaft\nangle', 7.0, 0.0),
-              Block('link', 'link\nangle', 7.0, 1.3),
-              Block('estimate', 'estimated\ntorque', 4.4, 1.3))
+    blocks = (DiagramBlock('target', 'target of\nthe link', 0.0, 0.0),
+              DiagramBlock('law', 'PD law', 1.8, 0.0),
+              DiagramBlock('sum', 'motor\ntorque', 3.5, 0.0),
+              DiagramBlock('arm', 'arm, Fig. 2', 5.2, 0.0),
+              DiagramBlock('shaft', 'shaft\nangle', 7.0, 0.0),
+              DiagramBlock('link', 'link\nangle', 7.0, 1.3),
+              DiagramBlock('estimate', 'estimated\ntorque', 4.4, 1.3))
     wires = (Wire('target', 'law', f'{gains["target"]:.3g} + {gains["rate"]:.3g} s'),
              Wire('law', 'sum', '1'), Wire('sum', 'arm', ''), Wire('arm', 'shaft', ''),
              Wire('arm', 'link', ''), Wire('shaft', 'law', f'{gains["shaft"]:.3g}', 0.2),
-             Wire('shaft', 'estimate', _told(slope[0])), Wire('link', 'estimate', _told(slope[1])),
+             Wire('shaft', 'estimate', _gain_label(slope[0])),
+             Wire('link', 'estimate', _gain_label(slope[1])),
              Wire('estimate', 'sum', f'{gains["torque"]:.3g} = K_J/N'))
     numbers = (
-        Number('K_P at the shaft', 'N*m/rad', 0.003, None, -gains['shaft'], 'unit not printed'),
-        Number('K_D at the shaft', 'N*m*s/rad', 0.01, None, gains['rate'] / PRINTED.ratio),
-        Number('feedback of the estimated torque, K_J = 0.1', 'N*m/(N*m)', 0.1, None,
-               gains['torque'], 'K_J/N; by (17) it would be K_J'),
-        Number('(17) as an equation at K_J = 1', 'N*m/(N*m)', None, math.inf, None,
-               'K_J/(1 - K_J): an algebraic loop'))
+        PaperNumber('K_P at the shaft', 'N*m/rad', 0.003, None, -gains['shaft'],
+                    'unit not printed'),
+        PaperNumber('K_D at the shaft', 'N*m*s/rad', 0.01, None, gains['rate'] / PRINTED.ratio),
+        PaperNumber('feedback of the estimated torque, K_J = 0.1', 'N*m/(N*m)', 0.1, None,
+                    gains['torque'], 'K_J/N; by (17) it would be K_J'),
+        PaperNumber('(17) as an equation at K_J = 1', 'N*m/(N*m)', None, math.inf, None,
+                    'K_J/(1 - K_J): an algebraic loop'))
     return Exhibit(numbers, (
         'The law of the controller is (16) with the estimated torque on top, '
         'K_P (N q_d - theta_m) + K_D (N dq_d - dtheta_m) + (K_J/N) tau. (17) gives one symbol to '

@@ -8,7 +8,7 @@ import numpy as np
 
 from .responses import AMPERE, printed_plant
 from ..rig import bench
-from ..rig.exhibit import Arms, Drawing, Exhibit, Look, Number, Panel, Trace
+from ..rig.exhibit import Arms, Drawing, Exhibit, Look, Panel, PaperNumber, Trace
 from ..rig.loop_margins import frequencies, limits, loop_response
 from ..rig.printed import PRINTED
 from ...controlling.controller import ControllerSettings
@@ -79,7 +79,7 @@ def _position_mode(arms: Arms) -> list[Case]:
                                        (0.9, Look.THIRD), (-1.0, Look.FOURTH))]
 
 
-def _run(case: Case) -> bench.Run:
+def _run(case: Case) -> bench.BenchRun:
     inputs = bench.quiet(1, _SECONDS)
     inputs.current[inputs.time >= _SWITCHED_ON] = case.current * AMPERE
     during = (inputs.time >= PUSH[0]) & (inputs.time < PUSH[1])
@@ -87,62 +87,64 @@ def _run(case: Case) -> bench.Run:
     return bench.run(case.arm, case.arm, inputs, (0.0,), controller=case.settings)
 
 
-def moved(made: bench.Run) -> float:
+def moved(made: bench.BenchRun) -> float:
     """Return how far the link goes while it is pushed [rad]."""
     begin, end = (round(time / bench.STEP) for time in PUSH)
     return float(made.link_angle[end - 1, 0] - made.link_angle[begin, 0])
 
 
-def _furthest(made: bench.Run) -> float:
+def _furthest(made: bench.BenchRun) -> float:
     """Return how far the push takes the link from where it began [rad]."""
     begin, end = (round(time / bench.STEP) for time in PUSH)
     return float(np.abs(made.link_angle[begin:end, 0] - made.link_angle[begin, 0]).max())
 
 
-def _following(runs: dict[str, bench.Run]) -> tuple[Number, ...]:
+def _following(runs: dict[str, bench.BenchRun]) -> tuple[PaperNumber, ...]:
     rows = (('1 A, push of 8.5 N*m, without feedback', 'printed, without', 'consistent, without'),
             ('1 A, push of 8.5 N*m, K_J = -1', 'printed, K_J = -1', 'consistent, K_J = -1'),
             ('1 A, push of 8.5 N*m, K_J = 0.9', None, 'consistent, K_J = 0.9'),
             ('3 A, push of 12 N*m, without feedback', None, '3 A, without'),
             ('3 A, push of 12 N*m, K_J = -1', None, '3 A, K_J = -1'))
-    return tuple(Number(f'link during the push: {name}', 'rad', None,
-                        None if printed is None else moved(runs[printed]),
-                        moved(runs[consistent])) for name, printed, consistent in rows)
+    return tuple(PaperNumber(f'link during the push: {name}', 'rad', None,
+                             None if printed is None else moved(runs[printed]),
+                             moved(runs[consistent])) for name, printed, consistent in rows)
 
 
-def _rejecting(runs: dict[str, bench.Run]) -> tuple[Number, ...]:
+def _rejecting(runs: dict[str, bench.BenchRun]) -> tuple[PaperNumber, ...]:
     found = []
     for gain in ('0', '0.1', '0.9', '-1'):
         printed = runs.get(f'printed, K_J = {gain}, held')
-        found.append(Number(
+        found.append(PaperNumber(
             f'position mode, link pushed off by 6 N*m, K_J = {gain}', 'rad', None,
             None if printed is None else _furthest(printed),
             _furthest(runs[f'consistent, K_J = {gain}, held'])))
     push, share = _HELD_PUSH, 0.1
     return (*found,
-            Number('position mode, lasting offset left with K_J = 0.1', '%', None,
-                   100.0 * (1.0 - share),
-                   100.0 * (push * (1.0 - share) - _STICK) / (push - _STICK),
-                   'of that without; dry friction takes its share first'),
-            Number('stick band T_fs/K_P, at the link', 'deg', None, None,
-                   math.degrees(PRINTED.starting_torque / 0.003 / PRINTED.ratio)),
-            Number('largest push that the motor does not feel at all, K_J = 0', 'N*m', None, 0.0,
-                   _STICK),
-            Number('largest push that the motor does not feel at all, K_J = 0.1', 'N*m', None,
-                   0.0, _STICK / (1.0 - share)))
+            PaperNumber('position mode, lasting offset left with K_J = 0.1', '%', None,
+                        100.0 * (1.0 - share),
+                        100.0 * (push * (1.0 - share) - _STICK) / (push - _STICK),
+                        'of that without; dry friction takes its share first'),
+            PaperNumber('stick band T_fs/K_P, at the link', 'deg', None, None,
+                        math.degrees(PRINTED.starting_torque / 0.003 / PRINTED.ratio)),
+            PaperNumber('largest push that the motor does not feel at all, K_J = 0', 'N*m', None,
+                        0.0,
+                        _STICK),
+            PaperNumber('largest push that the motor does not feel at all, K_J = 0.1', 'N*m', None,
+                        0.0, _STICK / (1.0 - share)))
 
 
-def _limits(rig: Arm) -> tuple[Number, ...]:
+def _limits(rig: Arm) -> tuple[PaperNumber, ...]:
     free, held = limits(rig, held=False), limits(rig, held=True)
-    return (Number('largest K_J, link free', '1', None, None, free.rejecting),
-            Number('largest K_J, link held', '1', None, None, held.rejecting,
-                   'from there on positive feedback'),
-            Number('smallest K_J, link free', '1', None, None, free.following,
-                   f'swings at {free.at:.0f} Hz'),
-            Number('smallest K_J, link held', '1', None, None, held.following,
-                   f'swings at {held.at:.0f} Hz'),
-            Number('K_J = 0.1 without 1/N, as (17) has it, in units of the scaled K_J', '1', 0.1,
-                   0.1 * PRINTED.ratio, None, 'beyond the largest: it runs off'))
+    return (PaperNumber('largest K_J, link free', '1', None, None, free.rejecting),
+            PaperNumber('largest K_J, link held', '1', None, None, held.rejecting,
+                        'from there on positive feedback'),
+            PaperNumber('smallest K_J, link free', '1', None, None, free.following,
+                        f'swings at {free.at:.0f} Hz'),
+            PaperNumber('smallest K_J, link held', '1', None, None, held.following,
+                        f'swings at {held.at:.0f} Hz'),
+            PaperNumber('K_J = 0.1 without 1/N, as (17) has it, in units of the scaled K_J', '1',
+                        0.1,
+                        0.1 * PRINTED.ratio, None, 'beyond the largest: it runs off'))
 
 
 def _findings(rig: Arm) -> tuple[str, ...]:
@@ -168,7 +170,7 @@ def _findings(rig: Arm) -> tuple[str, ...]:
         'K_J = 0.1 is the difference between an arm that yields and one that stands.')
 
 
-def _drawing(name: str, caption: str, cases: list[list[Case]], runs: dict[str, bench.Run],
+def _drawing(name: str, caption: str, cases: list[list[Case]], runs: dict[str, bench.BenchRun],
              label: str) -> Drawing:
     row = tuple(Panel(('printed', 'consistent', 'consistent, 3 A')[place], 'time [s]', label,
                       tuple(_trace(case, runs[case.name]) for case in part), shaded=(PUSH,))
@@ -176,7 +178,7 @@ def _drawing(name: str, caption: str, cases: list[list[Case]], runs: dict[str, b
     return Drawing(name, caption, (row,))
 
 
-def _trace(case: Case, made: bench.Run) -> Trace:
+def _trace(case: Case, made: bench.BenchRun) -> Trace:
     gain = case.settings.torque_feedback
     name = f'K_J = {gain:g}' if gain else 'without feedback'
     return Trace(made.time[::20], made.link_angle[::20, 0], f'{case.name.split(",")[0]}, {name}',

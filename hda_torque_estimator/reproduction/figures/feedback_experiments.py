@@ -6,7 +6,7 @@ from hda_arm_sim.model.arm import Arm
 import numpy as np
 
 from ..rig import bench
-from ..rig.exhibit import Arms, Drawing, Exhibit, Look, Number, Panel, Trace
+from ..rig.exhibit import Arms, Drawing, Exhibit, Look, Panel, PaperNumber, Trace
 from ..rig.imperfections import imperfect, TOGETHER
 from ..rig.printed import PRINTED
 from ..rig.rig_calibration import calibrated
@@ -28,17 +28,18 @@ def feedback_experiments(arms: Arms) -> Exhibit:
     followed = {gain: _followed((true, known), gain) for gain in (0.0, -1.0)}
     held = {gain: _held((true, known), gain) for gain in _GAINS}
     numbers = (
-        *(Number(f'first experiment, travel of the link, K_J = {gain:g}', 'deg', None, None,
-                 math.degrees(float(np.ptp(made.link_angle)))) for gain, made in followed.items()),
-        Number('push at which the motor gives way, no feedback', 'N*m', None, None, _STICK,
-               'without a motor torque'),
-        Number('push at which the motor gives way, K_J = -1', 'N*m', None, None, 0.5 * _STICK,
-               'without a motor torque'),
-        *(Number(f'second experiment, largest departure from where it stood, K_J = {gain:g}',
-                 'deg', None, None, _departure(made)) for gain, made in held.items()),
-        Number('second experiment, distance from 90 deg before the push', 'deg', None, None,
-               abs(90.0 - math.degrees(_before(held[0.0]))),
-               'the stick band of K_P: up to 7.1 deg'))
+        *(PaperNumber(f'first experiment, travel of the link, K_J = {gain:g}', 'deg', None, None,
+                      math.degrees(float(np.ptp(made.link_angle)))) for gain,
+          made in followed.items()),
+        PaperNumber('push at which the motor gives way, no feedback', 'N*m', None, None, _STICK,
+                    'without a motor torque'),
+        PaperNumber('push at which the motor gives way, K_J = -1', 'N*m', None, None, 0.5 * _STICK,
+                    'without a motor torque'),
+        *(PaperNumber(f'second experiment, largest departure from where it stood, K_J = {gain:g}',
+                      'deg', None, None, _departure(made)) for gain, made in held.items()),
+        PaperNumber('second experiment, distance from 90 deg before the push', 'deg', None, None,
+                    abs(90.0 - math.degrees(_before(held[0.0]))),
+                    'the stick band of K_P: up to 7.1 deg'))
     departures = [_departure(made) for made in held.values()]
     return Exhibit(numbers, (
         f'First experiment: pushes of {_PUSH:g} N*m do not overcome the friction of the gear '
@@ -51,7 +52,7 @@ def feedback_experiments(arms: Arms) -> Exhibit:
         ('The torques of the hand: random, and no scale in the text.',))
 
 
-def _followed(arms: tuple[Arm, Arm], gain: float) -> bench.Run:
+def _followed(arms: tuple[Arm, Arm], gain: float) -> bench.BenchRun:
     """Return the rig under a constant motor torque and pushes either way."""
     inputs = bench.quiet(1, _FOLLOW_SECONDS)
     inputs.current[:] = _CURRENT
@@ -61,7 +62,7 @@ def _followed(arms: tuple[Arm, Arm], gain: float) -> bench.Run:
     return bench.run(*arms, inputs, (0.0,), controller=settings)
 
 
-def _held(arms: tuple[Arm, Arm], gain: float) -> bench.Run:
+def _held(arms: tuple[Arm, Arm], gain: float) -> bench.BenchRun:
     """Return the rig moved to 90 deg and held there against a hand."""
     time = bench.quiet(1, _HOLD_SECONDS).time
     rate = 0.25 * math.pi * step(time, 1.0, 4.0, 1.0)
@@ -69,18 +70,18 @@ def _held(arms: tuple[Arm, Arm], gain: float) -> bench.Run:
     return bench.follow(*arms, rate, hand(time, 4, *_PUSHED, _HARD_PUSH), controller=settings)
 
 
-def _before(made: bench.Run) -> float:
+def _before(made: bench.BenchRun) -> float:
     """Return the link angle just before the hand begins [rad]."""
     return float(made.link_angle[round(_PUSHED[0] / bench.STEP), 0])
 
 
-def _departure(made: bench.Run) -> float:
+def _departure(made: bench.BenchRun) -> float:
     """Return how far the hand takes the link from where it stood [deg]."""
     pushed = (made.time > _PUSHED[0]) & (made.time < _PUSHED[1])
     return math.degrees(float(np.abs(made.link_angle[pushed, 0] - _before(made)).max()))
 
 
-def _follow_drawing(followed: dict[float, bench.Run]) -> Drawing:
+def _follow_drawing(followed: dict[float, bench.BenchRun]) -> Drawing:
     looks = {0.0: Look.PLAIN, -1.0: Look.CONSISTENT}
     traces = [(made, _name(gain), looks[gain]) for gain, made in followed.items()]
     torque, angle = _panels(traces, 0.0)
@@ -90,14 +91,14 @@ def _follow_drawing(followed: dict[float, bench.Run]) -> Drawing:
                    ((torque._replace(bottom=-8.0, top=8.0), angle),))
 
 
-def _hold_drawing(held: dict[float, bench.Run]) -> Drawing:
+def _hold_drawing(held: dict[float, bench.BenchRun]) -> Drawing:
     traces = [(made, _name(gain), _LOOKS[gain]) for gain, made in held.items()]
     row = tuple(panel._replace(shaded=(_PUSHED,)) for panel in _panels(traces, _PUSHED[0] - 2.0))
     return Drawing('hold', 'Second experiment: 90 deg are commanded, a hand pushes while shaded.',
                    (row,))
 
 
-def _panels(traces: list[tuple[bench.Run, str, Look]], begin: float) -> tuple[Panel, Panel]:
+def _panels(traces: list[tuple[bench.BenchRun, str, Look]], begin: float) -> tuple[Panel, Panel]:
     """Return torque and angle of some runs from a time on [s]."""
     shown = slice(round(begin / bench.STEP), None, 20)
     torque = tuple(Trace(made.time[shown], -made.torque[shown, 0], name, look)

@@ -6,7 +6,7 @@ from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 
 from ..rig import bench
-from ..rig.exhibit import Arms, Drawing, Exhibit, Look, Number, Panel, Trace
+from ..rig.exhibit import Arms, Drawing, Exhibit, Look, Panel, PaperNumber, Trace
 from ..rig.imperfections import imperfect, TOGETHER
 from ..rig.printed import PRINTED
 from ..rig.rig_calibration import LINK_ORDERS, SHAFT_ORDERS, waves
@@ -82,25 +82,27 @@ def _rms(values: Array) -> float:
 
 
 def _numbers(turns: dict[tuple[int, float], _Turn], own: dict[str, float],
-             held_out: dict[str, float], quintic: Array) -> tuple[Number, ...]:
+             held_out: dict[str, float], quintic: Array) -> tuple[PaperNumber, ...]:
     scale = PRINTED.linear_stiffness
     ends = np.polynomial.legendre.legvander(np.array([-1.0, 1.0]), 5) @ quintic
     spread = float(np.mean([_rms(turn.torsion) for turn in turns.values()]))
-    rows = [Number('kinematic torsion, rms', 'N*m', None, None, scale * spread,
-                   'as torque at K_f'),
-            Number('jump of the quintic where the turn closes', 'N*m', None,
-                   scale * float(abs(ends[1] - ends[0])), 0.0, 'Fourier: none')]
+    rows = [PaperNumber('kinematic torsion, rms', 'N*m', None, None, scale * spread,
+                        'as torque at K_f'),
+            PaperNumber('jump of the quintic where the turn closes', 'N*m', None,
+                        scale * float(abs(ends[1] - ends[0])), 0.0, 'Fourier: none')]
     for name in _BASES:
         printed = name.startswith('quintic')
         for what, value in (('on the turn it is fitted to', own[name]),
                             ('held out', held_out[name])):
-            rows.append(Number(f'{name}, left {what}', 'N*m', None,
-                               scale * value if printed else None,
-                               None if printed else scale * value, f'{1e6 * value:.1f} urad rms'))
-    return (*rows, Number('difference of both directions, same angle', 'N*m', 0.0, None,
-                          scale * _difference(turns[1, 3.0], turns[-1, 3.0]), 'paper: unique'),
-            Number('difference of two torques, same angle', 'N*m', 0.0, None,
-                   scale * _difference(turns[1, 0.0], turns[1, 6.0]), 'paper: unique'))
+            rows.append(PaperNumber(f'{name}, left {what}', 'N*m', None,
+                                    scale * value if printed else None,
+                                    None if printed else scale * value,
+                                    f'{1e6 * value:.1f} urad rms'))
+    return (*rows, PaperNumber('difference of both directions, same angle', 'N*m', 0.0, None,
+                               scale * _difference(turns[1, 3.0], turns[-1, 3.0]),
+                               'paper: unique'),
+            PaperNumber('difference of two torques, same angle', 'N*m', 0.0, None,
+                        scale * _difference(turns[1, 0.0], turns[1, 6.0]), 'paper: unique'))
 
 
 def _difference(first: _Turn, second: _Turn) -> float:

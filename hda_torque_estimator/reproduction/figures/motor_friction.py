@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ..rig.exhibit import Arms, Drawing, Exhibit, Look, Number, Panel, Trace
+from ..rig.exhibit import Arms, Drawing, Exhibit, Look, Panel, PaperNumber, Trace
 from ..rig.printed import PRINTED, viscous_friction
 
 # EC 60 flat, 100 W, 24 V: torque constant [N*m/A] and no-load speed [1/min] of two windings.
@@ -19,16 +19,16 @@ def motor_friction(arms: Arms) -> Exhibit:
     slopes = [viscous_friction(constant, _CURRENT, speed) for _, constant, speed in _WINDINGS]
     idle = _WINDINGS[0][1] * _CURRENT
     numbers = (
-        *(Number(f'r_m, {name}', 'N*m*s/rad', None, slope)
+        *(PaperNumber(f'r_m, {name}', 'N*m*s/rad', None, slope)
           for (name, _, _), slope in zip(_WINDINGS, slopes)),
-        Number('r_m of the arm files', 'N*m*s/rad', None, None,
-               arms.table1.joints[0].viscous_friction),
-        Number('no-load torque of the motor, at the joint', 'N*m', None,
-               PRINTED.ratio * idle),
-        Number('starting torque T_fs, at the joint', 'N*m', None,
-               PRINTED.ratio * PRINTED.starting_torque),
-        Number('share of the no-load torque that (A.1) knows at 10 rad/s', '%', None,
-               100.0 * slopes[0] * _SLOW / idle, None, 'if that torque is all dry'))
+        PaperNumber('r_m of the arm files', 'N*m*s/rad', None, None,
+                    arms.table1.joints[0].viscous_friction),
+        PaperNumber('no-load torque of the motor, at the joint', 'N*m', None,
+                    PRINTED.ratio * idle),
+        PaperNumber('starting torque T_fs, at the joint', 'N*m', None,
+                    PRINTED.ratio * PRINTED.starting_torque),
+        PaperNumber('share of the no-load torque that (A.1) knows at 10 rad/s', '%', None,
+                    100.0 * slopes[0] * _SLOW / idle, None, 'if that torque is all dry'))
     return Exhibit(numbers, (
         'The text swaps its references: by their units, r_m [N*m*s/rad] is (A.1), the torsion of '
         'the wave generator [rad] is (B.1) and the torque of the flexspline [N*m] is (B.2).',

@@ -11,7 +11,7 @@ from hda_arm_sim.model.torsion import TorsionLaw
 import numpy as np
 
 from ..rig import bench
-from ..rig.exhibit import Arms, Drawing, Exhibit, Look, Number, Panel, Trace
+from ..rig.exhibit import Arms, Drawing, Exhibit, Look, Panel, PaperNumber, Trace
 from ..rig.linear import free_resonances, Linear, linearised, locked_resonances
 from ..rig.printed import PRINTED
 
@@ -56,7 +56,7 @@ def responses(arms: Arms) -> Exhibit:
                     'but for J_l.'))
 
 
-def _findings(idle: bench.Run, sine: bench.Run) -> tuple[str, ...]:
+def _findings(idle: bench.BenchRun, sine: bench.BenchRun) -> tuple[str, ...]:
     growth = _printed_pole()
     return (
         'With the signs of (3) and (4) as printed the link runs away from the motor: a real pole '
@@ -87,19 +87,19 @@ def _sine(time: Array) -> Array:
     return AMPERE * np.sin(2.0 * np.pi * _SINE * time)
 
 
-def _moved(plant: Arm, wave: Callable[[Array], Array]) -> bench.Run:
+def _moved(plant: Arm, wave: Callable[[Array], Array]) -> bench.BenchRun:
     """Return an arm from rest under the same current in both motors [N*m, shaft]."""
     inputs = bench.quiet(2, _SECONDS)
     inputs.current[:] = wave(inputs.time)[:, None]
     return bench.run(plant, plant, inputs, _START)
 
 
-def _turned(made: bench.Run, joint: int) -> float:
+def _turned(made: bench.BenchRun, joint: int) -> float:
     """Return how far a link is from its start at the end [rad]."""
     return float(made.link_angle[-1, joint] - made.link_angle[0, joint])
 
 
-def _over_time(step: tuple[bench.Run, ...], sine: tuple[bench.Run, ...]) -> Drawing:
+def _over_time(step: tuple[bench.BenchRun, ...], sine: tuple[bench.BenchRun, ...]) -> Drawing:
     """Draw the link angles: after a step, after a sine, and the sine's small motion alone."""
     looks = (('printed', Look.PRINTED), ('consistent', Look.CONSISTENT))
     panels = [_panel(f'step, joint {joint + 1}', step, joint, looks)
@@ -113,45 +113,46 @@ def _over_time(step: tuple[bench.Run, ...], sine: tuple[bench.Run, ...]) -> Draw
         (tuple(panels), (both, small._replace(traces=small.traces + second.traces))))
 
 
-def _panel(title: str, runs: tuple[bench.Run, ...], joint: int,
+def _panel(title: str, runs: tuple[bench.BenchRun, ...], joint: int,
            looks: tuple[tuple[str, Look], ...]) -> Panel:
     return Panel(title, 'time [s]', 'link angle moved [rad]', tuple(
         Trace(made.time[::10], made.link_angle[::10, joint] - made.link_angle[0, joint], name,
               look) for made, (name, look) in zip(runs, looks)))
 
 
-def _time_numbers(step: tuple[bench.Run, ...], sine: tuple[bench.Run, ...],
-                  idle: bench.Run) -> tuple[Number, ...]:
+def _time_numbers(step: tuple[bench.BenchRun, ...], sine: tuple[bench.BenchRun, ...],
+                  idle: bench.BenchRun) -> tuple[PaperNumber, ...]:
     """Return how far the links get."""
     return (
-        Number('acceleration of an idle motor by (1)', 'rad/s^2', None,
-               PRINTED.starting_torque / PRINTED.motor_inertia, 0.0, 'gear let go'),
-        Number('speed it heads for', 'rad/s', None, _idle_speed(), 0.0),
-        Number('link angle of joint 1 after 4 s without current', 'rad', None, _turned(idle, 0),
-               0.0),
-        *(Number(f'link angle of joint {joint + 1} after 4 s of {name}', 'rad', None,
-                 _turned(runs[0], joint), _turned(runs[1], joint))
+        PaperNumber('acceleration of an idle motor by (1)', 'rad/s^2', None,
+                    PRINTED.starting_torque / PRINTED.motor_inertia, 0.0, 'gear let go'),
+        PaperNumber('speed it heads for', 'rad/s', None, _idle_speed(), 0.0),
+        PaperNumber('link angle of joint 1 after 4 s without current', 'rad', None,
+                    _turned(idle, 0),
+                    0.0),
+        *(PaperNumber(f'link angle of joint {joint + 1} after 4 s of {name}', 'rad', None,
+                      _turned(runs[0], joint), _turned(runs[1], joint))
           for name, runs in (('a step of 1 A', step), ('a sine of 1 A', sine))
           for joint in range(2)))
 
 
-def _resonances(arms: Arms, printed: Linear) -> tuple[Number, ...]:
+def _resonances(arms: Arms, printed: Linear) -> tuple[PaperNumber, ...]:
     """Return the resonances: one joint by Table I, then the coupled arm over its elbow."""
-    unstable = Number('real pole by (3) and (4) as printed', 'rad/s', None, _printed_pole())
+    unstable = PaperNumber('real pole by (3) and (4) as printed', 'rad/s', None, _printed_pole())
     single = linearised(arms.rig, (0.3,))
     found = [unstable,
-             Number('resonance, motor held, one axis', 'Hz', None,
-                    float(locked_resonances(printed)[0]), float(locked_resonances(single)[0]),
-                    'small torque'),
-             Number('resonance, motor free, one axis', 'Hz', None,
-                    float(free_resonances(printed)[0]), float(free_resonances(single)[0]),
-                    'small torque')]
+             PaperNumber('resonance, motor held, one axis', 'Hz', None,
+                         float(locked_resonances(printed)[0]), float(locked_resonances(single)[0]),
+                         'small torque'),
+             PaperNumber('resonance, motor free, one axis', 'Hz', None,
+                         float(free_resonances(printed)[0]), float(free_resonances(single)[0]),
+                         'small torque')]
     for name, elbow in _ELBOWS.items():
         linear = linearised(arms.two_axis, (0.3, elbow))
         for kind, values in (('held', locked_resonances(linear)),
                              ('free', free_resonances(linear))):
-            found += [Number(f'two axes {name}, motors {kind}, mode {mode}', 'Hz', None, None,
-                             float(value)) for mode, value in enumerate(values, 1)]
+            found += [PaperNumber(f'two axes {name}, motors {kind}, mode {mode}', 'Hz', None, None,
+                                  float(value)) for mode, value in enumerate(values, 1)]
     return tuple(found)
 
 

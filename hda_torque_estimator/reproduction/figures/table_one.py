@@ -9,7 +9,7 @@ from hda_arm_sim.model.torsion import (segmented_torsion, stiffness_at, torsion_
                                        wave_generator_torsion)
 import numpy as np
 
-from ..rig.exhibit import Arms, Drawing, Exhibit, Look, Number, Panel, Trace
+from ..rig.exhibit import Arms, Drawing, Exhibit, Look, Panel, PaperNumber, Trace
 from ..rig.printed import CATALOGUE, flexspline_torque, PRINTED
 
 _RATED = 31.0                       # torque of a CSG-17-100 [N*m]
@@ -35,62 +35,66 @@ def table_one(arms: Arms) -> Exhibit:
          'not said.',))
 
 
-def _itself() -> tuple[Number, ...]:
+def _itself() -> tuple[PaperNumber, ...]:
     """Return the numbers that Table I holds more than once."""
     n, start, soft = PRINTED.ratio, PRINTED.starting_torque, PRINTED.wave_generator_stiffness
     psi = 2.0 * start / (n * soft)
     curve = PRINTED.wave_generator_curvature
     return (
-        Number('c_w from K_w0 and psi', '1/(N*m)', 27.027, 2.0 / (n * soft * psi), 1.0 / start,
-               '1/T_fs: the definition collapses'),
-        Number('psi from K_w0 and T_fs', 'arcmin', None, psi / ARC_MINUTE, None,
-               "the catalogue's 1.0 arcmin, rounded to 2.9e-4 rad"),
-        Number('K_w0 from psi = 1 arcmin', 'N*m/rad', 2.5517, 2.0 * start / (n * ARC_MINUTE)),
-        Number('saturation of the wave generator, shaft', 'rad', None, 1.0 / (curve * soft)),
-        Number('the same at the output', 'rad', None, 1.0 / (n * curve * soft), psi / 2.0,
-               'psi/2, by construction'),
-        Number('share of it reached at N T_fs', '%', None, None,
-               100.0 * float(wave_generator_torsion(n * start, n, soft, curve))
-               * n * curve * soft, 'at 3.7 N*m'))
+        PaperNumber('c_w from K_w0 and psi', '1/(N*m)', 27.027, 2.0 / (n * soft * psi),
+                    1.0 / start,
+                    '1/T_fs: the definition collapses'),
+        PaperNumber('psi from K_w0 and T_fs', 'arcmin', None, psi / ARC_MINUTE, None,
+                    "the catalogue's 1.0 arcmin, rounded to 2.9e-4 rad"),
+        PaperNumber('K_w0 from psi = 1 arcmin', 'N*m/rad', 2.5517, 2.0 * start / (n * ARC_MINUTE)),
+        PaperNumber('saturation of the wave generator, shaft', 'rad', None, 1.0 / (curve * soft)),
+        PaperNumber('the same at the output', 'rad', None, 1.0 / (n * curve * soft), psi / 2.0,
+                    'psi/2, by construction'),
+        PaperNumber('share of it reached at N T_fs', '%', None, None,
+                    100.0 * float(wave_generator_torsion(n * start, n, soft, curve))
+                    * n * curve * soft, 'at 3.7 N*m'))
 
 
-def _laws(joint: Joint) -> tuple[Number, ...]:
+def _laws(joint: Joint) -> tuple[PaperNumber, ...]:
     """Return how the tangent law meets the catalogue, alone and with the wave generator."""
     law, n = joint.torsion.record(joint.ratio), joint.ratio
     knee_1, knee_2 = (float(_catalogue(torque)) for torque in (CATALOGUE.knee_1, CATALOGUE.knee_2))
     pole = math.pi / (2.0 * PRINTED.flexspline_curvature * PRINTED.tangent_stiffness)
     at_pole = CATALOGUE.knee_2 + (pole - knee_2) * CATALOGUE.third_stiffness
     return (
-        Number('tangent law at the first knee', 'N*m', None, float(flexspline_torque(knee_1)),
-               CATALOGUE.knee_1, f'catalogue: {1e6 * knee_1:.0f} urad'),
-        Number('tangent law at the second knee', 'N*m', None, float(flexspline_torque(knee_2)),
-               CATALOGUE.knee_2, f'catalogue: {1e6 * knee_2:.1f} urad'),
-        Number('pole of the tangent law', 'mrad', None, 1e3 * pole),
-        Number('torque at which the gear gets there', 'N*m', None, None, at_pole,
-               f'rated: {_RATED:g} N*m'),
-        Number('K_f0 against K_f', '%', None,
-               100.0 * (PRINTED.tangent_stiffness / PRINTED.linear_stiffness - 1.0)),
-        Number('stiffness at small torque, with the wave generator', 'N*m/rad', None,
-               float(stiffness_at(law, n, 0.0)), CATALOGUE.first_stiffness,
-               "consistent: the catalogue's K_1"),
-        Number('torsion at 12 N*m, with the wave generator', 'urad', None,
-               1e6 * float(torsion_of_torque(law, n, CATALOGUE.knee_2)), 1e6 * knee_2,
-               "consistent: the catalogue's"),
-        Number('stiffness of the tangent law at the rated torque', 'N*m/rad', None,
-               PRINTED.tangent_stiffness * (1.0 + (PRINTED.flexspline_curvature * _RATED) ** 2),
-               CATALOGUE.third_stiffness, "consistent: the catalogue's K_3"))
+        PaperNumber('tangent law at the first knee', 'N*m', None, float(flexspline_torque(knee_1)),
+                    CATALOGUE.knee_1, f'catalogue: {1e6 * knee_1:.0f} urad'),
+        PaperNumber('tangent law at the second knee', 'N*m', None,
+                    float(flexspline_torque(knee_2)),
+                    CATALOGUE.knee_2, f'catalogue: {1e6 * knee_2:.1f} urad'),
+        PaperNumber('pole of the tangent law', 'mrad', None, 1e3 * pole),
+        PaperNumber('torque at which the gear gets there', 'N*m', None, None, at_pole,
+                    f'rated: {_RATED:g} N*m'),
+        PaperNumber('K_f0 against K_f', '%', None,
+                    100.0 * (PRINTED.tangent_stiffness / PRINTED.linear_stiffness - 1.0)),
+        PaperNumber('stiffness at small torque, with the wave generator', 'N*m/rad', None,
+                    float(stiffness_at(law, n, 0.0)), CATALOGUE.first_stiffness,
+                    "consistent: the catalogue's K_1"),
+        PaperNumber('torsion at 12 N*m, with the wave generator', 'urad', None,
+                    1e6 * float(torsion_of_torque(law, n, CATALOGUE.knee_2)), 1e6 * knee_2,
+                    "consistent: the catalogue's"),
+        PaperNumber('stiffness of the tangent law at the rated torque', 'N*m/rad', None,
+                    PRINTED.tangent_stiffness * (
+                        1.0 + (PRINTED.flexspline_curvature * _RATED) ** 2),
+                    CATALOGUE.third_stiffness, "consistent: the catalogue's K_3"))
 
 
-def _inertia(arms: Arms) -> tuple[Number, ...]:
+def _inertia(arms: Arms) -> tuple[PaperNumber, ...]:
     """Return what the inertia and the length of a link mean together."""
     inertia, length = PRINTED.link_inertia, PRINTED.link_length
     return (
-        Number('mass of a rod of 0.15 m with J_l', 'kg', None, 3.0 * inertia / length ** 2, None,
-               'not a link: J_l must hold a fixture'),
-        Number('point mass at 0.15 m with J_l', 'kg', None, inertia / length ** 2),
-        Number('J_w as a share of J_m', '%', None,
-               100.0 * PRINTED.wave_generator_inertia / PRINTED.motor_inertia, None,
-               'listed and never used in (1)'))
+        PaperNumber('mass of a rod of 0.15 m with J_l', 'kg', None, 3.0 * inertia / length ** 2,
+                    None,
+                    'not a link: J_l must hold a fixture'),
+        PaperNumber('point mass at 0.15 m with J_l', 'kg', None, inertia / length ** 2),
+        PaperNumber('J_w as a share of J_m', '%', None,
+                    100.0 * PRINTED.wave_generator_inertia / PRINTED.motor_inertia, None,
+                    'listed and never used in (1)'))
 
 
 def _catalogue(torque: Array | float) -> Array:

@@ -5,7 +5,7 @@ import math
 from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 
-from ..rig.exhibit import Arms, Drawing, Exhibit, Look, Number, Panel, Trace
+from ..rig.exhibit import Arms, Drawing, Exhibit, Look, Panel, PaperNumber, Trace
 from ..rig.printed import PRINTED
 
 READABLE = (6.5719e-5, 0.0018, 0.0032)      # in the order in which the table prints them
@@ -18,18 +18,20 @@ def table_two(arms: Arms) -> Exhibit:
     """Return what three coefficients without their rows may mean, and what a quintic can hold."""
     stiffness = PRINTED.linear_stiffness
     numbers = (
-        *(Number(f'largest torsion, {name}', 'N*m', None, stiffness * float(np.abs(curve).max()),
-                 None, 'as torque at K_f') for name, curve in _readings().items()),
-        Number('the term 0.0018 alone, as rad per rad of the link', 'N*m', None,
-               stiffness * READABLE[1] * 2.0 * math.pi, None, 'after one turn, at K_f'),
-        Number('the same as a disc off its axis', 'um', None, 1e6 * READABLE[1] * _RADIUS, None,
-               'disc of 50 mm'),
-        Number('accuracy class of such gears', 'N*m', None, None, stiffness * _CLASS,
-               '1.5 arcmin at K_f'),
-        Number('power of 200 waves per turn that a quintic can hold', '%', None,
-               100.0 * quintic_share(_CYCLES), 100.0, 'consistent: Fourier terms'),
-        Number('power of 1 wave per turn that a quintic can hold', '%', None,
-               100.0 * quintic_share(1.0), 100.0))
+        *(PaperNumber(f'largest torsion, {name}', 'N*m', None,
+                      stiffness * float(np.abs(curve).max()),
+                      None, 'as torque at K_f') for name, curve in _readings().items()),
+        PaperNumber('the term 0.0018 alone, as rad per rad of the link', 'N*m', None,
+                    stiffness * READABLE[1] * 2.0 * math.pi, None, 'after one turn, at K_f'),
+        PaperNumber('the same as a disc off its axis', 'um', None, 1e6 * READABLE[1] * _RADIUS,
+                    None,
+                    'disc of 50 mm'),
+        PaperNumber('accuracy class of such gears', 'N*m', None, None, stiffness * _CLASS,
+                    '1.5 arcmin at K_f'),
+        PaperNumber('power of 200 waves per turn that a quintic can hold', '%', None,
+                    100.0 * quintic_share(_CYCLES), 100.0, 'consistent: Fourier terms'),
+        PaperNumber('power of 1 wave per turn that a quintic can hold', '%', None,
+                    100.0 * quintic_share(1.0), 100.0))
     return Exhibit(numbers, (
         'Three of six coefficients can be read, 6.5719e-5, 0.0018 and 0.0032, and which of a_0 to '
         'a_5 the last two are is lost. The curve cannot be drawn from that.',

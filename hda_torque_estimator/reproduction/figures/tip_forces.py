@@ -6,7 +6,7 @@ from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.rigid import tool_jacobian
 import numpy as np
 
-from ..rig.exhibit import Arms, Drawing, Exhibit, Look, Map, Number, Panel, Trace
+from ..rig.exhibit import Arms, Drawing, Exhibit, Look, Map, Panel, PaperNumber, Trace
 from ..rig.printed import force_direction, PRINTED, tip_force as printed_force
 from ...estimating.laws.tip_force import Posture, tool_force
 
@@ -16,7 +16,7 @@ _EXAMPLE = (1.2, np.radians(30.67))     # elbow and direction of the force in th
 _ELBOWS = (90.0, 30.0, 10.0, 1.0)       # [deg]
 
 
-class _Told(NamedTuple):
+class _TipForce(NamedTuple):
     """A tip force in the tool frame [N] and its direction from link 2 [rad]."""
 
     axial: float
@@ -33,21 +33,22 @@ def tip_forces(arms: Arms) -> Exhibit:
     corrected = _corrected_error(links, elbows[::8], directions[::9])
     printed, consistent = _printed(*_EXAMPLE), _consistent(links, *_EXAMPLE)
     numbers = (
-        Number('direction of the example, elbow at 69 deg', 'deg', None,
-               np.degrees(printed.direction).item(), np.degrees(consistent.direction).item(),
-               'true: 30.67 deg from link 2'),
-        Number('the same by (15) with 1 + cos', 'deg', None, float(np.degrees(
+        PaperNumber('direction of the example, elbow at 69 deg', 'deg', None,
+                    np.degrees(printed.direction).item(), np.degrees(consistent.direction).item(),
+                    'true: 30.67 deg from link 2'),
+        PaperNumber('the same by (15) with 1 + cos', 'deg', None, float(np.degrees(
             _half_corrected(*_EXAMPLE))), None, 'the quadrant is lost: arctan, not atan2'),
-        Number('size of the example', 'N', None, float(np.hypot(printed.axial, printed.across)),
-               float(np.hypot(consistent.axial, consistent.across)), 'true: 20 N'),
-        Number('median error of the size over the workspace', '%', None,
-               100.0 * float(np.median(size)), 100.0 * corrected),
-        Number('share of the workspace with an error above 100 %', '%', None,
-               100.0 * float(np.mean(size > 1.0)), 0.0),
-        Number('median error of the direction over the workspace', 'deg', None,
-               float(np.degrees(np.median(turned)))),
-        *(Number(f'noise of the axial force, elbow at {elbow:g} deg', 'N/(N*m)', None, None,
-                 _noise(links, np.radians(elbow)), 'deviation per deviation of a torque')
+        PaperNumber('size of the example', 'N', None,
+                    float(np.hypot(printed.axial, printed.across)),
+                    float(np.hypot(consistent.axial, consistent.across)), 'true: 20 N'),
+        PaperNumber('median error of the size over the workspace', '%', None,
+                    100.0 * float(np.median(size)), 100.0 * corrected),
+        PaperNumber('share of the workspace with an error above 100 %', '%', None,
+                    100.0 * float(np.mean(size > 1.0)), 0.0),
+        PaperNumber('median error of the direction over the workspace', 'deg', None,
+                    float(np.degrees(np.median(turned)))),
+        *(PaperNumber(f'noise of the axial force, elbow at {elbow:g} deg', 'N/(N*m)', None, None,
+                      _noise(links, np.radians(elbow)), 'deviation per deviation of a torque')
           for elbow in _ELBOWS))
     return Exhibit(numbers, (
         '(14b) adds 1 to a length: equal links give 1 + cos(theta_2). It also lost its '
@@ -67,12 +68,12 @@ def _torques(elbow: Array | float, direction: Array | float) -> tuple[Array, Arr
     return np.asarray(j11 * axial + j21 * across), np.asarray(j22 * across)
 
 
-def _printed(elbow: float, direction: float) -> _Told:
+def _printed(elbow: float, direction: float) -> _TipForce:
     """Return (14) and (15); its y is against link 2."""
     torques = _torques(elbow, direction)
     across, against = printed_force(*torques, np.asarray(elbow))
-    return _Told(-float(against), float(across),
-                 float(force_direction(*torques, np.asarray(elbow))))
+    return _TipForce(-float(against), float(across),
+                     float(force_direction(*torques, np.asarray(elbow))))
 
 
 def _half_corrected(elbow: float, direction: float) -> float:
@@ -81,10 +82,10 @@ def _half_corrected(elbow: float, direction: float) -> float:
     return float(np.arctan(second * np.sin(elbow) / (second * (1.0 + np.cos(elbow)) - first)))
 
 
-def _consistent(links: Any, elbow: float, direction: float) -> _Told:
+def _consistent(links: Any, elbow: float, direction: float) -> _TipForce:
     """Return what the estimator makes of the torques."""
     force, _ = _solved(links, elbow, np.array(_torques(elbow, direction)))
-    return _Told(float(force[0]), float(force[1]), float(np.arctan2(force[1], force[0])))
+    return _TipForce(float(force[0]), float(force[1]), float(np.arctan2(force[1], force[0])))
 
 
 def _solved(links: Any, elbow: float, torque: Array) -> tuple[Array, Array]:
@@ -109,9 +110,9 @@ def _corrected_error(links: Any, elbows: Array, directions: Array) -> float:
     errors = []
     for elbow in elbows.tolist():
         for direction in directions.tolist():
-            told = _consistent(links, elbow, direction)
-            errors.append(np.hypot(told.axial - _FORCE * np.cos(direction),
-                                   told.across - _FORCE * np.sin(direction)) / _FORCE)
+            found = _consistent(links, elbow, direction)
+            errors.append(np.hypot(found.axial - _FORCE * np.cos(direction),
+                                   found.across - _FORCE * np.sin(direction)) / _FORCE)
     return float(max(errors))
 
 

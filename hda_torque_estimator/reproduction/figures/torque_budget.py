@@ -10,7 +10,7 @@ from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
 
 from ..rig import bench
-from ..rig.exhibit import Arms, Bars, Drawing, Exhibit, Look, Number, Panel, Trace
+from ..rig.exhibit import Arms, Bars, Drawing, Exhibit, Look, Panel, PaperNumber, Trace
 from ..rig.imperfections import CAUSES, imperfect, SUSPECTED, TOGETHER
 from ..rig.printed import PRINTED
 from ..rig.rig_calibration import calibrated
@@ -29,7 +29,7 @@ _LOADS: dict[str, Callable[[Array], Array]] = {
     'periodic': lambda time: 8.0 * sine(time, 0.25, 3.0)}
 
 
-class Errors(NamedTuple):
+class BudgetErrors(NamedTuple):
     """Mean and largest absolute error against the force sensor, and against the gear [N*m]."""
 
     mean: float
@@ -41,9 +41,9 @@ class Errors(NamedTuple):
 class _Measured(NamedTuple):
     """A run, what the sensor beyond the link showed [N*m], and the errors."""
 
-    run: bench.Run
+    run: bench.BenchRun
     sensor: Array
-    errors: Errors
+    errors: BudgetErrors
 
 
 def resting(arms: Arms) -> Exhibit:
@@ -64,7 +64,7 @@ def turning(arms: Arms) -> Exhibit:
     """Return the same for the turning rig, beside the errors that the paper gives."""
     found = _budget(arms.rig, SPEED)
     per_torque = 1.0 / (PRINTED.ratio ** 2 * PRINTED.viscous_friction)
-    coupling = Number(
+    coupling = PaperNumber(
         'what (4) misses at joint 1 when joint 2 speeds up by 5 rad/s^2', 'N*m', None, 0.0,
         5.0 * float(mass_matrix(loaded_inertia(arms.two_axis.record().body), np.pi / 3.0)[1]),
         'two axes only, elbow at 60 deg')
@@ -107,7 +107,7 @@ def _measured(true: Arm, known: Arm, load: Callable[[Array], Array], speed: floa
     used = made.time > _SETTLED
     error = np.abs(made.torque[:, 0] - sensor)[used]
     inner = np.abs(made.torque - made.joint_torque)[used, 0]
-    return _Measured(made, sensor, Errors(*(float(value) for value in (
+    return _Measured(made, sensor, BudgetErrors(*(float(value) for value in (
         error.mean(), error.max(), inner.mean(), inner.max()))))
 
 
@@ -119,24 +119,24 @@ def _mean(found: dict[tuple[str, str], _Measured], cause: str, *,
 
 
 def _numbers(found: dict[tuple[str, str], _Measured],
-             paper: dict[str, tuple[float, float]]) -> tuple[Number, ...]:
+             paper: dict[str, tuple[float, float]]) -> tuple[PaperNumber, ...]:
     """Return the errors: all together beside the paper's, then cause by cause."""
     sizes = {cause.name: cause.size for cause in CAUSES}
     rows = []
     for load in _LOADS:
         mean, largest = paper.get(load, (None, None))
         errors, left = found[load, _ALL].errors, found[load, _LEFT].errors
-        rows += [Number(f'{load}: mean error, together', 'N*m', mean, errors.mean, left.mean,
-                        'against the sensor; consistent: after calibration'),
-                 Number(f'{load}: largest error, together', 'N*m', largest, errors.largest,
-                        left.largest, 'against the sensor; consistent: after calibration'),
-                 Number(f'{load}: mean error against the gear', 'N*m', None,
-                        errors.mean_of_gear, left.mean_of_gear, 'without vibration'),
-                 Number(f'{load}: largest error against the gear', 'N*m', None,
-                        errors.largest_of_gear, left.largest_of_gear, 'without vibration')]
-        rows += [Number(f'{load}: mean error by {name}', 'N*m', None, one.errors.mean, None,
-                        f'largest {one.errors.largest:.2f} N*m'
-                        + (f'; {sizes[name]}' if name in sizes else ''))
+        rows += [PaperNumber(f'{load}: mean error, together', 'N*m', mean, errors.mean, left.mean,
+                             'against the sensor; consistent: after calibration'),
+                 PaperNumber(f'{load}: largest error, together', 'N*m', largest, errors.largest,
+                             left.largest, 'against the sensor; consistent: after calibration'),
+                 PaperNumber(f'{load}: mean error against the gear', 'N*m', None,
+                             errors.mean_of_gear, left.mean_of_gear, 'without vibration'),
+                 PaperNumber(f'{load}: largest error against the gear', 'N*m', None,
+                             errors.largest_of_gear, left.largest_of_gear, 'without vibration')]
+        rows += [PaperNumber(f'{load}: mean error by {name}', 'N*m', None, one.errors.mean, None,
+                             f'largest {one.errors.largest:.2f} N*m'
+                             + (f'; {sizes[name]}' if name in sizes else ''))
                  for (at, name), one in found.items() if at == load
                  and name not in (_ALL, _LEFT)]
     return tuple(rows)

@@ -9,7 +9,7 @@ import numpy as np
 
 from .responses import AMPERE, printed_plant
 from ..rig import bench
-from ..rig.exhibit import Arms, Drawing, Exhibit, Look, Number, Panel, Trace
+from ..rig.exhibit import Arms, Drawing, Exhibit, Look, Panel, PaperNumber, Trace
 from ..rig.printed import estimated_torque, flexspline_torque, PRINTED
 from ..rig.shapes import sine, step
 from ...controlling.controller import ControllerSettings
@@ -57,7 +57,7 @@ def _time() -> Array:
     return bench.quiet(2, _SECONDS).time
 
 
-def _loaded(plant: Arm, load: Array) -> bench.Run:
+def _loaded(plant: Arm, load: Array) -> bench.BenchRun:
     """Run an arm that is held by its controller under a load on both joints (k,) [N*m]."""
     inputs = bench.quiet(2, _SECONDS)
     inputs.load[:] = -load[:, None]
@@ -90,37 +90,37 @@ def _of_one_ampere() -> float:
     return drive * PRINTED.link_inertia / (PRINTED.link_inertia + motor)
 
 
-def _errors(pairs: dict[tuple[str, str], _Pair]) -> tuple[Number, ...]:
+def _errors(pairs: dict[tuple[str, str], _Pair]) -> tuple[PaperNumber, ...]:
     """Return mean and largest error of every curve."""
-    found: list[Number] = []
+    found: list[PaperNumber] = []
     for joint in range(2):
         for shape in ('step', 'sine'):
             printed, consistent = (
                 np.abs(pairs[shape, kind].estimated - pairs[shape, kind].true)[:, joint]
                 for kind in ('printed', 'consistent'))
             where = f'error, arm {joint + 1}, {shape} of {_SIZE:g} N*m'
-            found += [Number(f'mean {where}', 'N*m', None, float(printed.mean()),
-                             float(consistent.mean())),
-                      Number(f'largest {where}', 'N*m', None, float(printed.max()),
-                             float(consistent.max()))]
+            found += [PaperNumber(f'mean {where}', 'N*m', None, float(printed.mean()),
+                                  float(consistent.mean())),
+                      PaperNumber(f'largest {where}', 'N*m', None, float(printed.max()),
+                                  float(consistent.max()))]
     return tuple(found)
 
 
-def _levels() -> tuple[Number, ...]:
+def _levels() -> tuple[PaperNumber, ...]:
     """Return what the printed estimator says of constant torques in the linear plant."""
-    return tuple(Number(f'estimate of {level:g} N*m', 'N*m', None,
-                        float(flexspline_torque(level / PRINTED.linear_stiffness)), level)
+    return tuple(PaperNumber(f'estimate of {level:g} N*m', 'N*m', None,
+                             float(flexspline_torque(level / PRINTED.linear_stiffness)), level)
                  for level in _LEVELS)
 
 
-def _doubled(arms: Arms) -> tuple[Number, ...]:
+def _doubled(arms: Arms) -> tuple[PaperNumber, ...]:
     """Return what (13) says of the consistent arm when tau_w has the sign of (1)."""
     joint = arms.two_axis.joints[0]
     law = joint.torsion.record(joint.ratio)
-    return tuple(Number(f'(13) with tau_w = +tau/N at {level:g} N*m', 'N*m', None,
-                        float(estimated_torque(torsion_of_torque(law, joint.ratio, level),
-                                               level / joint.ratio)), level,
-                        'on the consistent arm') for level in (5.0, 12.0))
+    return tuple(PaperNumber(f'(13) with tau_w = +tau/N at {level:g} N*m', 'N*m', None,
+                             float(estimated_torque(torsion_of_torque(law, joint.ratio, level),
+                                                    level / joint.ratio)), level,
+                             'on the consistent arm') for level in (5.0, 12.0))
 
 
 def _over_time(pairs: dict[tuple[str, str], _Pair]) -> Drawing:

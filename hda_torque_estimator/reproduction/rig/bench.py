@@ -40,7 +40,7 @@ class Inputs(NamedTuple):
         return STEP * np.arange(float(len(self.current)))
 
 
-class Run(NamedTuple):
+class BenchRun(NamedTuple):
     """What was true, what the encoders showed and what was estimated, (k, n)."""
 
     time: Array                     # (k,) [s]
@@ -71,7 +71,7 @@ def quiet(joints: int, seconds: float) -> Inputs:
 
 
 def run(true: Arm, known: Arm, inputs: Inputs, start: tuple[float, ...], *,
-        controller: ControllerSettings | None = None, seed: int = 0) -> Run:
+        controller: ControllerSettings | None = None, seed: int = 0) -> BenchRun:
     """
     Run an arm from rest at link angles `start` [rad] under its inputs.
 
@@ -100,7 +100,7 @@ def run(true: Arm, known: Arm, inputs: Inputs, start: tuple[float, ...], *,
 
 
 def follow(true: Arm, known: Arm, rate: Array, load: Array, *,
-           controller: ControllerSettings = ControllerSettings(), seed: int = 0) -> Run:
+           controller: ControllerSettings = ControllerSettings(), seed: int = 0) -> BenchRun:
     """
     Let a single axis follow a rate (k,) [rad/s] from angle 0 under a load (k,) [N*m].
 
@@ -112,10 +112,11 @@ def follow(true: Arm, known: Arm, rate: Array, load: Array, *,
     force = np.stack([-across * np.sin(angle), across * np.cos(angle)], axis=1)
     made = closed_loop.run(true, known, Motion(time, angle[:, None], rate[:, None], force), seed,
                            controller=controller, estimator=TORSION_ALONE)
-    told = _tared(known, made.reading)
-    return Run(time, made.state[:, :, MOTOR_ANGLE], made.state[:, :, LINK_ANGLE],
-               made.joint_torque, made.reading, told[:, :, TORQUE], told[:, :, TORSION],
-               told[:, :, KINEMATIC_TORSION], made.command)
+    estimated = _tared(known, made.reading)
+    return BenchRun(time, made.state[:, :, MOTOR_ANGLE], made.state[:, :, LINK_ANGLE],
+                    made.joint_torque, made.reading, estimated[:, :, TORQUE],
+                    estimated[:, :, TORSION],
+                    estimated[:, :, KINEMATIC_TORSION], made.command)
 
 
 def _tared(known: Arm, reading: Array) -> Array:
@@ -130,11 +131,11 @@ def _tared(known: Arm, reading: Array) -> Array:
     return np.concatenate([np.array(first), later.joints])
 
 
-def _empty(samples: int, joints: int) -> Run:
+def _empty(samples: int, joints: int) -> BenchRun:
     shape = samples, joints
-    return Run(STEP * np.arange(float(samples)), np.empty(shape), np.empty(shape),
-               np.empty(shape), np.empty((*shape, 4)), np.empty(shape), np.empty(shape),
-               np.empty(shape), np.empty(shape))
+    return BenchRun(STEP * np.arange(float(samples)), np.empty(shape), np.empty(shape),
+                    np.empty(shape), np.empty((*shape, 4)), np.empty(shape), np.empty(shape),
+                    np.empty(shape), np.empty(shape))
 
 
 def _pair(arm: Arm) -> Links:

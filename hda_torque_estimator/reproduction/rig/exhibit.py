@@ -83,7 +83,7 @@ class Map(NamedTuple):
     top: float
 
 
-class Block(NamedTuple):
+class DiagramBlock(NamedTuple):
     """A box of a diagram at a place in its grid."""
 
     name: str
@@ -105,7 +105,7 @@ class Diagram(NamedTuple):
     """A block diagram."""
 
     title: str
-    blocks: tuple[Block, ...]
+    blocks: tuple[DiagramBlock, ...]
     wires: tuple[Wire, ...]
 
 
@@ -120,7 +120,7 @@ class Drawing(NamedTuple):
     rows: tuple[tuple[Content, ...], ...]
 
 
-class Number(NamedTuple):
+class PaperNumber(NamedTuple):
     """
     A number beside the paper's.
 
@@ -139,7 +139,7 @@ class Number(NamedTuple):
 class Exhibit(NamedTuple):
     """All that is made of one figure or table; `not_computed` says what a computer cannot give."""
 
-    numbers: tuple[Number, ...]
+    numbers: tuple[PaperNumber, ...]
     findings: tuple[str, ...]
     drawings: tuple[Drawing, ...] = ()
     not_computed: tuple[str, ...] = ()

@@ -47,7 +47,7 @@ def calibrated(true: Arm, known: Arm) -> Arm:
     return _with_values(known, _fit(with_loop[used], torsion[used]))
 
 
-def _recorded(true: Arm, known: Arm) -> tuple[bench.Run, Array]:
+def _recorded(true: Arm, known: Arm) -> tuple[bench.BenchRun, Array]:
     """Return a slow turn forth and back under a slowly changing load, and the measured torque."""
     time = bench.quiet(1, 2.0 * _SECONDS).time
     rate = _SPEED * (step(time, 1.0, _SECONDS, 1.0) - step(time, _SECONDS, 2.0 * _SECONDS, 1.0))

@@ -13,7 +13,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from .screen import shifts, solved
+from .screening import shifts, solved
 from ..fitting.derivatives import IMPOSSIBLE
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import variant_of

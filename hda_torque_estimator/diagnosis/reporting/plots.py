@@ -62,15 +62,15 @@ def finding_figure(finding: Finding, exhibits: Exhibits) -> Figure:
     return _against(own, column, finding.effect, ('without this cause', 'with it'))
 
 
-def rest_figure(told: Unexplained, rest: Rest) -> Figure:
+def rest_figure(unexplained: Unexplained, rest: Rest) -> Figure:
     """Draw the map of a rest: what it follows, how, and its spectrum."""
-    found = dependence_of(told, rest)
+    found = dependence_of(unexplained, rest)
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(7.6, 3.3))
         bars, curve, lines = figure.subplots(1, 3, width_ratios=(0.8, 1.2, 1.0))
         figure.subplots_adjust(0.16, 0.25, 0.99, 0.88, 0.45)
         _bars(bars, found.found)
-        _curve(curve, against(found.told, found.column, (('median', rest, 'after'),)), AFTER)
+        _curve(curve, against(found.following, found.column, (('median', rest, 'after'),)), AFTER)
         curve.set_ylabel(RESIDUAL)
         _spectrum(lines, spectrum(rest, found.column))
         figure.suptitle(plain(f'unexplained: {where(rest.labels, found.column)}'), x=0.01,
@@ -82,9 +82,9 @@ def rest_figure(told: Unexplained, rest: Rest) -> Figure:
 
 def _bars(axes: Axes, found: list[Following]) -> None:
     """Draw what each coordinate tells, the most on top."""
-    names = [told.coordinate.replace('_', ' ') + (f'\nby {told.carrier}' if told.carrier else '')
-             for told in found]
-    axes.barh(names, [100.0 * told.share for told in found], color=AFTER)
+    names = [one.coordinate.replace('_', ' ') + (f'\nby {one.carrier}' if one.carrier else '')
+             for one in found]
+    axes.barh(names, [100.0 * one.share for one in found], color=AFTER)
     axes.invert_yaxis()
     axes.set_xlim(0.0, 100.0)
     axes.grid(visible=False, axis='y')
@@ -115,13 +115,13 @@ def _spectrum(axes: Axes, plot: Plot) -> None:
 def _against(exhibits: Exhibits, column: int, title: str, names: tuple[str, ...]) -> Figure:
     """Draw one panel for each name: the residual before, and after, over what it follows."""
     missed = exhibits.missed()
-    told = missed.followed(column)[0]
+    following = missed.followed(column)[0]
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(7.6 if len(names) > 1 else 4.8, 3.3), layout='constrained')
         panels = figure.subplots(1, len(names), sharey=True, sharex=True, squeeze=False)[0]
         for axes, name, rest, colour in zip(panels, names, (missed, exhibits.rest()),
                                             (BEFORE, AFTER)):
-            _curve(axes, against(told, column, (('median', rest, 'after'),)), colour)
+            _curve(axes, against(following, column, (('median', rest, 'after'),)), colour)
             axes.set_title(name)
         figure.suptitle(plain(f'{title}: {where(exhibits.labels, column)}'), x=0.01, ha='left',
                         fontsize=9.5)

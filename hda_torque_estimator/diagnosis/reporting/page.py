@@ -6,12 +6,12 @@ from typing import Any
 
 from hda_arm_sim.model.effects import EFFECTS
 
-from . import story
+from . import summary
 from .curves import charts, rest_charts
 from .detectability_chart import by_site
 from .exhibits import Exhibits
-from ..findings.origin import Part
-from ..findings.report import Diagnosis, Number
+from ..findings.origin import RecordingPart
+from ..findings.report import Diagnosis, FittedNumber
 from ...pages.badge import badge_of
 from ...pages.render import render
 from ...pages.wording import figure, spoken
@@ -36,9 +36,9 @@ def page(diagnosis: Diagnosis, figures: Mapping[str, str],
     followed = [] if exhibits is None else rest_charts(diagnosis, exhibits)[0]
     return render(
         'diagnosis.html', title=f'Diagnosis: {diagnosis.verdict.replace("_", " ")}',
-        badge=badge_of(diagnosis.verdict), charts=drawn, found=diagnosis, story=story,
+        badge=badge_of(diagnosis.verdict), charts=drawn, found=diagnosis, summary=summary,
         figures={name: (svg, _caption(name)) for name, svg in figures.items()},
-        followed=followed, marks=story.marks(diagnosis), labels=labels_of(diagnosis),
+        followed=followed, marks=summary.marks(diagnosis), labels=labels_of(diagnosis),
         numbers=numbers_of, stirred=by_site(diagnosis.excitation), facts=_facts(diagnosis))
 
 
@@ -55,7 +55,7 @@ def _in_order(label: str) -> tuple[str, int]:
     return stem, int(label[len(stem):] or 0)
 
 
-def numbers_of(effect: str, parameters: Mapping[str, Number]) -> list[dict[str, Any]]:
+def numbers_of(effect: str, parameters: Mapping[str, FittedNumber]) -> list[dict[str, Any]]:
     """Return the rows of a table of parameters: name, meaning, value, interval, unit."""
     return [{'name': name, 'meaning': _MEANINGS.get((effect, name), ''), 'number': number}
             for name, number in parameters.items()]
@@ -75,7 +75,7 @@ def _facts(diagnosis: Diagnosis) -> list[tuple[str, str]]:
             ('time taken', f'{figure(diagnosis.seconds)} s')]
 
 
-def _bags(bags: Iterable[Part]) -> list[tuple[str, str]]:
+def _bags(bags: Iterable[RecordingPart]) -> list[tuple[str, str]]:
     """Return the rows of several recordings."""
     return [(f'recording {place}', f'{part.bag}, from {figure(part.begin)} s of the running '
              'clock') for place, part in enumerate(bags, 1)]

@@ -12,17 +12,17 @@ from hda_arm_sim.model.effects import effect_named, Site
 import numpy as np
 from numpy.typing import NDArray
 
-from .search import Found
+from .search import SearchResult
 from ..fitting.fit import Fit, Fitter
 from ...least_squares.term import Term
 
 Array = NDArray[np.float64]
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _ALIKE = 0.25           # most of the power that A - B may hold where both are of one link torque
 _LOUD = 3.0             # rms over noise from which a balance shows a pattern
 
 
-class Pair(NamedTuple):
+class BalancePair(NamedTuple):
     """Residuals of one joint where both of its balances hold (k,) [N*m], and their noise."""
 
     motor: Array
@@ -38,21 +38,21 @@ class Pair(NamedTuple):
         return min(left, key=lambda site: left[site])
 
     def is_one_link_torque(self) -> bool:
-        """Tell whether both balances show the same, far above their noise."""
+        """Return whether both balances show the same, far above their noise."""
         least = min(power(self.motor), power(self.torsion))
         return (least > (_LOUD * max(self.motor_noise, self.torsion_noise)) ** 2
                 and power(self.motor - self.torsion) < _ALIKE * least)
 
 
-def pair_of(residual: Array, valid: NDArray[np.bool_], noise: Array, place: int) -> Pair:
+def pair_of(residual: Array, valid: NDArray[np.bool_], noise: Array, place: int) -> BalancePair:
     """Return the residuals of one joint from those of all, columns A then B (m, 2 n)."""
     motor, torsion = place, len(noise) // 2 + place
     both = valid[:, motor] & valid[:, torsion]
-    return Pair(residual[both, motor], residual[both, torsion], float(noise[motor]),
-                float(noise[torsion]))
+    return BalancePair(residual[both, motor], residual[both, torsion], float(noise[motor]),
+                       float(noise[torsion]))
 
 
-def misplaced(fitter: Fitter, found: Found) -> tuple[Term, ...]:
+def misplaced(fitter: Fitter, found: SearchResult) -> tuple[Term, ...]:
     """
     Return the accepted causes that take one link torque for something else.
 
@@ -72,7 +72,7 @@ def misplaced(fitter: Fitter, found: Found) -> tuple[Term, ...]:
 
 
 def _doubtful(fitter: Fitter, fit: Fit, here: list[Term]) -> bool:
-    """Tell whether causes at one joint leave much there, or sit at both of its sides."""
+    """Return whether causes at one joint leave much there, or sit at both of its sides."""
     if not here:
         return False
     own = fitter.own_channels(here[0].joint)

@@ -16,11 +16,11 @@ from .following import follow, Following, VELOCITIES
 from ..balances.coordinates import coordinates_of
 from ..findings.rest import GEAR, NOTHING, Unexplained
 from ..fitting.fit import Fit, Fitter
-from ..judging.pattern import pair_of, power
+from ..judging.site_pattern import pair_of, power
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 LEAST = 2.0             # rms left over noise from which there is a rest
-_TELLS = 0.1            # least share of the power that a coordinate must tell
+_FOLLOWED = 0.1            # least share of the power that a coordinate must tell
 _TIMING = 0.5           # least share that follows the velocity if angles are sampled apart
 _ARM = 0.1              # least power at each joint, over the largest, of what loads the whole arm
 
@@ -37,7 +37,7 @@ class Rest(NamedTuple):
 
     @property
     def is_of_gears(self) -> bool:
-        """Tell whether nothing is known of links, as they are led: only motor balances hold."""
+        """Return whether nothing is known of links, as they are led: only motor balances hold."""
         return not self.valid[:, len(self.labels):].any()
 
     def column(self, place: int, site: str) -> int:
@@ -73,7 +73,7 @@ def unexplained(fitter: Fitter, fit: Fit, is_sure: bool = False) -> Unexplained 
     Where there is a rest for certain, it is that of most power, even if it hardly is above noise.
     """
     rest = rest_of(fitter, fit)
-    return told_of(rest) or (told_of(rest, 1.0) if is_sure else None)
+    return described(rest) or (described(rest, 1.0) if is_sure else None)
 
 
 def rest_of(fitter: Fitter, fit: Fit) -> Rest:
@@ -83,22 +83,22 @@ def rest_of(fitter: Fitter, fit: Fit) -> Rest:
                 fitter.noise, coordinates_of(balancer, fitter.on(fit.terms)))
 
 
-def told_of(rest: Rest, least: float = LEAST) -> Unexplained | None:
+def described(rest: Rest, least: float = LEAST) -> Unexplained | None:
     """Return where a rest sits and what it follows, None if it is not `least` times noise."""
     joints, powers = len(rest.labels), rest.powers(least)
     if not powers.any():
         return None
     place = int(np.argmax(powers))
     site = site_of(rest, place)
-    told = rest.followed(rest.column(place, site))[0]
+    following = rest.followed(rest.column(place, site))[0]
     whole = site == 'link' and joints > 1 and all(
         found > _ARM * powers[place] and site_of(rest, other) == 'link'
         for other, found in enumerate(powers))
     return Unexplained(
-        _timed(site, told), None if whole else rest.labels[place],
-        told.coordinate if told.share > _TELLS else NOTHING,
-        told.line if told.share > _TELLS else None,
-        min(told.share, 1.0) * (1.0 if whole else float(powers[place] / powers.sum())))
+        _timed(site, following), None if whole else rest.labels[place],
+        following.coordinate if following.share > _FOLLOWED else NOTHING,
+        following.line if following.share > _FOLLOWED else None,
+        min(following.share, 1.0) * (1.0 if whole else float(powers[place] / powers.sum())))
 
 
 def site_of(rest: Rest, place: int) -> str:
@@ -108,7 +108,7 @@ def site_of(rest: Rest, place: int) -> str:
     return pair_of(rest.residual, rest.valid, rest.noise, place).site()
 
 
-def _timed(site: str, told: Following) -> str:
+def _timed(site: str, following: Following) -> str:
     """Return `timing` for a torsion that is off as the speed is: the angles are of two times."""
-    late = told.coordinate in VELOCITIES and told.share > _TIMING
+    late = following.coordinate in VELOCITIES and following.share > _TIMING
     return 'timing' if site == 'torsion' and late else site

@@ -16,8 +16,8 @@ from hda_arm_sim.model.kernel import LINK_ANGLE, MOTOR_ANGLE, MOTOR_VELOCITY
 import numpy as np
 from numpy.typing import NDArray
 
-from .acceptance import cost_of_number
-from .nameless import sites, SLIDING, SLOW
+from .discrepancy_curves import sites, SLIDING, SLOW
+from .selection_criteria import cost_of_number
 from ..balances.balance import Shape
 from ..balances.coordinates import torques_of
 from ..balances.strongest_wave import strongest_wave, TURN
@@ -25,7 +25,7 @@ from ..findings.rest import IN_WORDS
 from ..fitting.fit import Fit, Fitter
 from ..fitting.solve import score
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _POWERS = (1, 2, 3)     # of a torque and of an angle
 # The most waves per turn of each angle.
 _ORDERS = {'motor_angle': 12, 'link_angle': 12, 'other_link_angle': 6}
@@ -34,7 +34,7 @@ _OWN = 0.01             # of a curve's power, that is its own beside all that a 
 _SAME = 1e-6            # singular value over the largest, below which columns are the same
 
 
-class NamelessCause(NamedTuple):
+class DiscrepancyTerm(NamedTuple):
     """What something without a name does at one site of a joint, of any size."""
 
     joint: str
@@ -67,24 +67,24 @@ class _Form(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class NamelessCauses:
+class DiscrepancyTerms:
     """All causes without a name that a motion could show."""
 
     _forms: dict[str, list[_Form]]          # by joint
 
     @classmethod
-    def along(cls, fitter: Fitter) -> 'NamelessCauses':
+    def along(cls, fitter: Fitter) -> 'DiscrepancyTerms':
         """Return those along the motion of a fitter's arm as it is known."""
         return cls({label: [one._replace(curves=fitter.balancer.filtered(one.curves))
                             for one in _forms_of(fitter, place)]
                     for place, label in enumerate(fitter.arm.labels)})
 
-    def best(self, fitter: Fitter, fit: Fit, joints: Collection[str]) -> NamelessCause:
+    def best(self, fitter: Fitter, fit: Fit, joints: Collection[str]) -> DiscrepancyTerm:
         """Return the one at these joints that improves the score of a fit most."""
-        return max((cause for label in joints for cause in self._told(fitter, fit, label)),
+        return max((cause for label in joints for cause in self._of_joint(fitter, fit, label)),
                    key=lambda cause: cause.improvement)
 
-    def _told(self, fitter: Fitter, fit: Fit, label: str) -> Iterator[NamelessCause]:
+    def _of_joint(self, fitter: Fitter, fit: Fit, label: str) -> Iterator[DiscrepancyTerm]:
         """Yield what each does at each site of a joint beside a fit."""
         own = fitter.own_channels(label)
         rests = {channel: _Rest.of(fitter, fit, channel) for channel in own}
@@ -95,9 +95,9 @@ class NamelessCauses:
             gains = {channel: rest.gain(fitter, one.curves) for channel, rest in rests.items()}
             for site, channels in sites(fitter, label).items():
                 freedom = price * one.curves.shape[1] * len(channels)
-                yield NamelessCause(label, site, one.coordinate, one.form, tuple(channels),
-                                    one.curves,
-                                    sum(gains[channel] for channel in channels) - freedom)
+                yield DiscrepancyTerm(label, site, one.coordinate, one.form, tuple(channels),
+                                      one.curves,
+                                      sum(gains[channel] for channel in channels) - freedom)
 
 
 class _Rest(NamedTuple):
@@ -144,11 +144,11 @@ class _Rest(NamedTuple):
         if ((own ** 2).sum(axis=0) <= _OWN * (made ** 2).sum(axis=0)).any():
             return 0.0                      # the fit could move as much
         against = own.T @ self.values
-        told = float(against @ np.linalg.lstsq(own.T @ own, against, rcond=1e-9)[0])
+        explained = float(against @ np.linalg.lstsq(own.T @ own, against, rcond=1e-9)[0])
         noise, power = fitter.noise[[self.channel]], float(self.values @ self.values)
         before, after = (score(np.maximum(left / self.samples, noise ** 2),
                                np.array([self.samples]), noise, fitter.effective)
-                         for left in (power, power - told))
+                         for left in (power, power - explained))
         return before - after
 
 

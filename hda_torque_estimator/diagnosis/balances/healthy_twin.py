@@ -16,7 +16,7 @@ from ...measurements.running_clock import arm_during
 from ...measurements.upsampling import between
 from ...simulating.closed_loop import run
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _MOST = 2.0             # times what white noise makes, that rounding or jitter may make
 _UNSEEN = 1.0           # noise of a balance that never holds, for which any will do [N*m]
 
@@ -86,22 +86,22 @@ def _noise_beside(balancer: Balancer, arm: Arm, twin: Measurement,
     ours = balancer(arm)
     added = balancer.noisier(arm).residual - ours.residual
     made = balancer.like(twin)(arm)
-    told = _rms(added, ours.valid)
-    plain = np.clip(_rms(made.residual, made.valid), told, _MOST * told)
+    added_level = _rms(added, ours.valid)
+    plain = np.clip(_rms(made.residual, made.valid), added_level, _MOST * added_level)
     joints = len(arm.joints)
     rough = [_roughness(values[:, :joints], ours.valid[:, :joints])
              for values in (ours.residual, added)]
     of_white = _of_white(balancer, joints, seed)
     share = _roughness(of_white / of_white.std(axis=0), np.ones(of_white.shape, bool))
     white = np.nan_to_num((rough[0] ** 2 - rough[1] ** 2) / share ** 2)
-    untold = balancer.measurement.command_noise() * arm.record().joints['ratio']
+    command_noise = balancer.measurement.command_noise() * arm.record().joints['ratio']
     noise = plain.copy()
     noise[:joints] = np.sqrt(plain[:joints] ** 2 + np.maximum(
-        white, (untold * of_white.std(axis=0)) ** 2))
+        white, (command_noise * of_white.std(axis=0)) ** 2))
     usual = [_roughness(values[:, joints:], ours.valid[:, joints:], 0.5)
              for values in (ours.residual, added)]
     ratio = np.divide(usual[0], usual[1], where=usual[1] > 0.0, out=np.ones(joints))
-    jittering = told[joints:] * np.minimum(np.nan_to_num(ratio, nan=1.0), _MOST)
+    jittering = added_level[joints:] * np.minimum(np.nan_to_num(ratio, nan=1.0), _MOST)
     noise[joints:] = np.maximum(plain[joints:], jittering)
     return noise, plain
 

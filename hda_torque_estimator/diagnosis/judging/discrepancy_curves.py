@@ -23,7 +23,7 @@ from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.solve import Columns, condense, condense_more, Solution, solve
 
 Array = NDArray[np.float64]
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 SLOW = 1.0              # shaft speed over which a sense of motion sets in [rad/s]
 # (source: what noise moves has no less at high frequency; motions of robots end below 7 Hz)
 _SMOOTH = 3.0           # samples of the balances over which a rate is one of the motion
@@ -90,7 +90,7 @@ def _chance(fitter: Fitter) -> dict[tuple[str, str, str], float]:
 
 def is_worth_a_look(fitter: Fitter, fit: Fit, joints: Collection[str], bar: float) -> bool:
     """
-    Tell whether a curve at these joints improves the score by more than a bar.
+    Return whether a curve at these joints improves the score by more than a bar.
 
     What is quick may be of noise, and is among the curves: whether it is, a law must tell.
     """
@@ -127,10 +127,10 @@ def _curves(fitter: Fitter, fit: Fit, joints: Collection[str],
             for number, form in enumerate(forms):
                 if form == _SCALE and site in ('motor', GEAR) and scaled:
                     continue
-                told = _solved(fitter, away, fit.deviations, _one_of(wide, number, len(forms)))
-                yield Curve(label, site, form, told.score,
-                            min(plain.score - told.score,
-                                float((plain.scores - told.scores)[own].sum())))
+                solution = _solved(fitter, away, fit.deviations, _one_of(wide, number, len(forms)))
+                yield Curve(label, site, form, solution.score,
+                            min(plain.score - solution.score,
+                                float((plain.scores - solution.scores)[own].sum())))
 
 
 def _drop_noise(forms: dict[str, Array], noise: float) -> None:
@@ -175,13 +175,13 @@ def _rates_are_motion(fitter: Fitter, fit: Fit, coordinates: Mapping[str, Array]
     """Tell for each joint whether its quick rates are those of its motion, hardly of noise."""
     time = fitter.balancer.time
     noisier = coordinates_of(fitter.balancer.noisier, fitter.on(fit.terms))
-    told = []
+    alike = []
     for place in range(len(fitter.arm.labels)):
         rates, more = (_quick_rates(time, {name: each[name][:, place] for name in _RATED})
                        for each in (coordinates, noisier))
-        told.append(all(np.var(more[name] - rate) <= _OF_NOISE * np.var(rate)
-                        for name, rate in rates.items()))
-    return told
+        alike.append(all(np.var(more[name] - rate) <= _OF_NOISE * np.var(rate)
+                         for name, rate in rates.items()))
+    return alike
 
 
 def _forms(time: Array, along: Mapping[str, Array]) -> Iterator[tuple[str, Array]]:

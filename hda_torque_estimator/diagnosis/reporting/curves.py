@@ -13,14 +13,14 @@ from .dependence import against, dependence_of, spectrum, where
 from .exhibits import Exhibits
 from .following import Following
 from ..findings.report import Diagnosis
-from ...pages.plot import Chart, Line, Plot
+from ...pages.plot import Plot, PlotGroup, PlotLine
 from ...pages.wording import spoken
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _STRETCH = 3.0          # of a recording that is shown at first [s]
 
 
-class Cause(NamedTuple):
+class CauseSite(NamedTuple):
     """An effect, its joint or None for the arm, and the site that it breaks."""
 
     effect: str
@@ -28,7 +28,7 @@ class Cause(NamedTuple):
     site: str
 
 
-def overview(diagnosis: Diagnosis, exhibits: Exhibits) -> Chart:
+def overview(diagnosis: Diagnosis, exhibits: Exhibits) -> PlotGroup:
     """Return the residual of every balance over time, before and after."""
     joints = len(exhibits.labels)
     floors = {(row.site, row.joint): row.floor for row in diagnosis.residuals}
@@ -38,20 +38,20 @@ def overview(diagnosis: Diagnosis, exhibits: Exhibits) -> Chart:
         floor = floors.get((('motor', 'torsion')[side], label), math.nan)
         plots[where(exhibits.labels, column)] = Plot(
             COORDINATES['time'], RESIDUAL, exhibits.time, [
-                Line('arm as given', _shown(exhibits, column, exhibits.before), 'before'),
-                Line('extended arm', _shown(exhibits, column, exhibits.after), 'after'),
+                PlotLine('arm as given', _shown(exhibits, column, exhibits.before), 'before'),
+                PlotLine('extended arm', _shown(exhibits, column, exhibits.after), 'after'),
                 *_floor(floor, len(exhibits.time))], 'time')
-    return Chart('What each balance misses over time', (
+    return PlotGroup('What each balance misses over time', (
         'The arm as given leaves the wide trace. The extended arm should stay mostly between the '
         'dashed lines, as noise and encoder resolution alone do. Gaps are standstill, where '
         'friction is not known.'), plots)
 
 
-def _floor(floor: float, count: int) -> list[Line]:
+def _floor(floor: float, count: int) -> list[PlotLine]:
     """Return twice the rms of noise on both sides of zero."""
     if not math.isfinite(floor):
         return []
-    return [Line(name, np.full(count, sign * floor), 'floor')
+    return [PlotLine(name, np.full(count, sign * floor), 'floor')
             for name, sign in (('twice the noise', 2.0), ('', -2.0))]
 
 
@@ -59,22 +59,22 @@ def _shown(exhibits: Exhibits, column: int, residual: Array) -> Array:
     return np.where(exhibits.valid[:, column], residual[:, column], np.nan)
 
 
-def giveaway(cause: Cause, exhibits: Exhibits) -> Chart:
+def giveaway(cause: CauseSite, exhibits: Exhibits) -> PlotGroup:
     """Return the residual against what gives a cause away, without it and with it."""
     own = exhibits.of(cause.effect, cause.joint)
     column = own.column(cause.site, cause.joint)
     missed, rest = own.missed(), own.rest()
-    told = missed.followed(column)[0]
-    plot = against(told, column, (('without this cause', missed, 'before'),
-                                  ('with it', rest, 'after')))
-    return Chart(f'What gives it away: {where(own.labels, column)}', (
+    following = missed.followed(column)[0]
+    plot = against(following, column, (('without this cause', missed, 'before'),
+                                       ('with it', rest, 'after')))
+    return PlotGroup(f'What gives it away: {where(own.labels, column)}', (
         'The line is the median of the residual, the band its middle half. Without the cause it '
         'follows the coordinate; with it, it should be flat at zero.'),
         {where(own.labels, column): plot})
 
 
 def through_time(exhibits: Exhibits, columns: Sequence[int], names: tuple[str, str],
-                 site: str = 'link') -> Chart | None:
+                 site: str = 'link') -> PlotGroup | None:
     """
     Return torques over time in columns of balances: one measured, and what two arms make of it.
 
@@ -88,7 +88,7 @@ def through_time(exhibits: Exhibits, columns: Sequence[int], names: tuple[str, s
     sides = {column // len(exhibits.labels) for column in columns}
     said = [*([_MOTOR] if 0 in sides else []),
             *([_GEAR if site in _IN_TORSION else _LINKS] if 1 in sides else []), _SHOWN]
-    return Chart('Torque, measured and simulated', ' '.join(said), {
+    return PlotGroup('Torque, measured and simulated', ' '.join(said), {
         _timed_name(exhibits.labels, column): _timed(exhibits, column, names, site)
         for column in columns})
 
@@ -116,11 +116,13 @@ def _timed(own: Exhibits, column: int, names: tuple[str, str], site: str) -> Plo
     if side == 1 and site in _IN_TORSION:
         measured, before, after = measured + own.after[:, column], -before, -after
     return Plot(COORDINATES['time'], 'torque, output [N·m]', own.time, [
-        Line('measured', measured, 'measured'), Line(names[0], measured + before, 'before'),
-        Line(names[1], measured + after, 'after')], 'time', _telling(own.time, measured, before))
+        PlotLine('measured', measured, 'measured'),
+        PlotLine(names[0], measured + before, 'before'),
+        PlotLine(names[1], measured + after, 'after')], 'time',
+                _clearest_stretch(own.time, measured, before))
 
 
-def _telling(time: Array, measured: Array, missed: Array) -> tuple[float, float] | None:
+def _clearest_stretch(time: Array, measured: Array, missed: Array) -> tuple[float, float] | None:
     """Return the stretch in which a trace misses most, over how far the measured one goes."""
     count = round(_STRETCH / float(time[1] - time[0])) if len(time) > 1 else 0
     if count < 1 or len(time) <= count:
@@ -134,35 +136,38 @@ def _telling(time: Array, measured: Array, missed: Array) -> tuple[float, float]
 
 
 def rest_charts(diagnosis: Diagnosis, exhibits: Exhibits) -> tuple[list[Following],
-                                                                   dict[str, Chart]]:
+                                                                   dict[str, PlotGroup]]:
     """Return what an unexplained rest follows, and its curve and spectrum."""
-    told, rest = diagnosis.unexplained, exhibits.rest()
-    if told is None:
+    unexplained, rest = diagnosis.unexplained, exhibits.rest()
+    if unexplained is None:
         return [], {}
-    found = dependence_of(told, rest)
+    found = dependence_of(unexplained, rest)
     name = where(rest.labels, found.column)
     return found.found, {
-        'rest_curve': Chart(f'Along what it follows: {name}', 'The line is the median of what no '
-                            'backed cause explains, the band its middle half.',
-                            {name: against(found.told, found.column, (('rest', rest, 'after'),))}),
-        'rest_spectrum': Chart(f'Its spectrum: {name}', 'Amplitude of each frequency in it.',
-                               {name: spectrum(rest, found.column)})}
+        'rest_curve': PlotGroup(f'Along what it follows: {name}',
+                                'The line is the median of what no '
+                                'backed cause explains, the band its middle half.',
+                                {name: against(found.following, found.column,
+                                               (('rest', rest, 'after'),))}),
+        'rest_spectrum': PlotGroup(f'Its spectrum: {name}', 'Amplitude of each frequency in it.',
+                                   {name: spectrum(rest, found.column)})}
 
 
-def prediction(exhibits: Exhibits) -> Chart:
+def prediction(exhibits: Exhibits) -> PlotGroup:
     """Return the error of predictions from measured states over how far ahead they look."""
-    told = (exhibits.predicted_before, exhibits.predicted_after, exhibits.predicted_floor)
-    before, after, floor = (1e3 * error for error in told)
-    return Chart('Error of the simulation, by how far it looks ahead', (
+    errors = (exhibits.predicted_before, exhibits.predicted_after, exhibits.predicted_floor)
+    before, after, floor = (1e3 * error for error in errors)
+    return PlotGroup('Error of the simulation, by how far it looks ahead', (
         'From measured states, held out. The extended arm should lie on the noise; the gap '
         'between the two is what is still missed.'), {'all joints': Plot(
             'time ahead of the measured state [s]', 'rms error, output [mrad]',
             exhibits.horizons, [
-                Line('arm as given', before, 'before'), Line('extended arm', after, 'after'),
-                Line('noise alone', floor, 'floor')], 'log')})
+                PlotLine('arm as given', before, 'before'),
+                PlotLine('extended arm', after, 'after'),
+                PlotLine('noise alone', floor, 'floor')], 'log')})
 
 
-def charts(diagnosis: Diagnosis, exhibits: Exhibits) -> dict[str, Chart]:
+def charts(diagnosis: Diagnosis, exhibits: Exhibits) -> dict[str, PlotGroup]:
     """Return all charts of a diagnosis by the names under which its page places them."""
     found = {'overview': overview(diagnosis, exhibits), 'prediction': prediction(exhibits)}
     columns = _worst_first(exhibits)
@@ -188,16 +193,16 @@ def _worst_first(exhibits: Exhibits) -> list[int]:
             if exhibits.valid[:, column].any()]
 
 
-def causes(diagnosis: Diagnosis) -> dict[str, Cause]:
+def causes(diagnosis: Diagnosis) -> dict[str, CauseSite]:
     """Return all causes that the extended arm holds, by where the page shows them."""
-    named = {str(number): Cause(one.effect, one.joint, one.site)
+    named = {str(number): CauseSite(one.effect, one.joint, one.site)
              for number, one in enumerate(diagnosis.findings, 1)}
     held = [one for alike in diagnosis.ambiguous for one in alike.candidates if one.in_model]
-    return named | {f'alike_{one.effect}_{one.joint}': Cause(
+    return named | {f'alike_{one.effect}_{one.joint}': CauseSite(
         one.effect, one.joint, effect_named(one.effect).site.value) for one in held}
 
 
-def _columns_of(own: Exhibits, cause: Cause) -> list[int]:
+def _columns_of(own: Exhibits, cause: CauseSite) -> list[int]:
     """Return where a cause shows best: of a joint its own, of the arm every joint."""
     side, place = divmod(own.column(cause.site, cause.joint), len(own.labels))
     rest = [] if cause.joint else [one for one in range(len(own.labels)) if one != place]

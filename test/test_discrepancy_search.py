@@ -7,7 +7,7 @@ from hda_arm_sim.motions import motion
 from hda_torque_estimator.diagnosis.balances.balance import Balancer, Shape
 from hda_torque_estimator.diagnosis.diagnose import diagnose, sought_effects
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
-from hda_torque_estimator.diagnosis.judging.nameless_causes import NamelessCauses
+from hda_torque_estimator.diagnosis.judging.discrepancy_terms import DiscrepancyTerms
 from hda_torque_estimator.measurements.measurement import Measurement
 import numpy as np
 import pytest
@@ -44,7 +44,7 @@ def fitter_of(measurement):
     (FRICTION, LINE, 'motor', 'time'),
     pytest.param(SOFTER, TOOTH, 'link', 'link_angle', marks=pytest.mark.study),
     (LAG, DRIFT, 'torsion', 'time')], ids=lambda one: getattr(one, 'effect', ''))
-def test_a_cause_is_told_beside_what_has_no_name_at_its_joint(known, nameless, site, follows):
+def test_a_cause_is_named_beside_what_has_no_name_at_its_joint(known, nameless, site, follows):
     said = diagnose(measured(known, nameless), ARM).diagnosis
     assert [(one.effect, one.joint) for one in said.findings] == [(known.effect, known.joint)]
     assert said.verdict == 'unknown'
@@ -72,7 +72,7 @@ def test_nothing_stands_for_a_cause_that_the_catalogue_lacks():
      '3 per turn, by sense')], ids=lambda one: getattr(one, 'effect', ''))
 def test_the_best_cause_without_a_name_is_what_was_hidden(hidden, coordinate, form):
     fitter = fitter_of(measured(hidden))
-    best = NamelessCauses.along(fitter).best(fitter, fitter.first, ARM.labels)
+    best = DiscrepancyTerms.along(fitter).best(fitter, fitter.first, ARM.labels)
     assert (best.joint, best.site, best.coordinate, best.form) == (
         hidden.joint, hidden.site, coordinate, form)
 

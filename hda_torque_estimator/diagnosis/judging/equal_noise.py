@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 from ..fitting.fit import Fit, Fitter
 from ..fitting.solve import score
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _STAYS = 0.1            # share of a rest that stays at least, without what noise makes,
 _SHARES = (0.5, 1.5)    # and how much less or more noise one arm may make than another
 
 
-def fair_score(fitter: Fitter, fit: Fit, usual: Array) -> float:
+def equal_noise_score(fitter: Fitter, fit: Fit, usual: Array) -> float:
     """Return the score of a fit as if noise had its `usual` power (c,)."""
     valid = fitter.valid(fit.balance)
     count = np.maximum(valid.sum(axis=0), 1)

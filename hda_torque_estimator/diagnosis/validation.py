@@ -17,11 +17,11 @@ from .findings.report import Alike, Finding
 from .fitting.fit import Fit, Fitter
 from .fitting.instruments import unbiased
 from .fitting.nuisance import Zero
-from .judging.acceptance import accepted
-from .judging.backing import Backing, backing
-from .judging.pattern import misplaced
-from .judging.search import Found
-from .judging.straight import straight
+from .judging.curvature import straight
+from .judging.goodness_of_fit import goodness_of_fit, GoodnessOfFit
+from .judging.search import SearchResult
+from .judging.selection_criteria import accepted
+from .judging.site_pattern import misplaced
 from .judging.verdict import alike, certain, findings
 from ..least_squares.term import Term, with_terms
 from ..measurements.running_clock import Spans
@@ -47,8 +47,8 @@ class Grounds(NamedTuple):
 class Proven(NamedTuple):
     """What remains of what was found, each cause judged and proven beside all others."""
 
-    found: Found                    # without the causes that were dropped
-    judged: Backing
+    found: SearchResult                    # without the causes that were dropped
+    judged: GoodnessOfFit
     kept: Fit                       # of the backed causes, before the last step of their numbers
     evidence: Grounds
     pairs: tuple[Alike, ...]        # of which one gains
@@ -56,20 +56,20 @@ class Proven(NamedTuple):
     remarks: tuple[str, ...] = ()   # on dropped causes that explained what has no name now
 
 
-def proven(fitter: Fitter, found: Found, twin: Balancer, given: Arm, held_out: Spans,
-           tell: Callable[[str], None]) -> Proven:
+def proven(fitter: Fitter, found: SearchResult, twin: Balancer, given: Arm, held_out: Spans,
+           notify: Callable[[str], None]) -> Proven:
     """
     Return what remains when causes that gain nothing on held-out stretches are gone.
 
     `twin` is a healthy recording of the arm with all that was found, `given` the arm as it is
-    stated. `tell` hears what is being done.
+    stated. `notify` hears what is being done.
     """
     nameless: list[Term] = []
     while True:
-        tell('judging the causes')
+        notify('judging the causes')
         doubted = (*misplaced(fitter, found), *straight(fitter, found.last))
-        judged = backing(fitter, found, doubted)
-        tell('measuring the gain on held-out stretches')
+        judged = goodness_of_fit(fitter, found, doubted)
+        notify('measuring the gain on held-out stretches')
         kept = found.with_only(fitter, judged.backed)
         left = _tried(found, judged, kept, _evidence(fitter, kept, twin, given, held_out))
         dropped = _dropped(left)
@@ -91,7 +91,7 @@ def _evidence(fitter: Fitter, kept: Fit, twin: Balancer, given: Arm,
                    held_out)
 
 
-def _tried(found: Found, judged: Backing, kept: Fit, evidence: Grounds) -> Proven:
+def _tried(found: SearchResult, judged: GoodnessOfFit, kept: Fit, evidence: Grounds) -> Proven:
     """Return what was found with the gains of its backed causes on held-out stretches."""
     pairs = tuple(pair for pair in alike(found, judged) if _gains(evidence, pair))
     return Proven(found, judged, kept, evidence, pairs,
@@ -100,14 +100,14 @@ def _tried(found: Found, judged: Backing, kept: Fit, evidence: Grounds) -> Prove
 
 def _dropped(left: Proven) -> list[Term]:
     """Return the backed causes that are neither found to gain nor one of two that do."""
-    told = {(one.effect, one.joint) for one in left.findings}
-    told.update(place for pair in left.pairs for place in pair.effects)
-    return [term for term in left.judged.backed if term.place not in told]
+    named = {(one.effect, one.joint) for one in left.findings}
+    named.update(place for pair in left.pairs for place in pair.effects)
+    return [term for term in left.judged.backed if term.place not in named]
 
 
-def _is_worth_a_cause(fitter: Fitter, found: Found, term: Term) -> bool:
+def _is_worth_a_cause(fitter: Fitter, found: SearchResult, term: Term) -> bool:
     """
-    Tell whether what a cause explains would still be accepted, on held-out stretches as well.
+    Return whether what a cause explains would still be accepted, on held-out stretches as well.
 
     What chance explained on the others alone is no rest.
     """
@@ -122,8 +122,8 @@ def _unproven(term: Term) -> str:
             'stretches that no fit has seen, so what it explained has no name')
 
 
-def _findings(evidence: Grounds, found: Found, pairs: Sequence[Alike],
-              judged: Backing) -> tuple[Finding, ...]:
+def _findings(evidence: Grounds, found: SearchResult, pairs: Sequence[Alike],
+              judged: GoodnessOfFit) -> tuple[Finding, ...]:
     """Return the backed causes that no rival ties with, as findings."""
     tied = {place for pair in pairs for place in pair.effects}
     nameable = [term for term in evidence.fit.accepted if term.place not in tied]
@@ -136,7 +136,7 @@ def _findings(evidence: Grounds, found: Found, pairs: Sequence[Alike],
 
 
 def _gains(evidence: Grounds, pair: Alike) -> bool:
-    """Tell whether one of two causes gains on held-out data: that of them which a fit holds."""
+    """Return whether one of two causes gains on held-out data: that of them which a fit holds."""
     fitter, fit = evidence.fitter, evidence.fit
     return any(gains(fitter.balancer, evidence.twin, fitter.on(fit.terms_beside(term)),
                      fitter.on(fit.terms), evidence.held_out).removed() > 0.0

@@ -15,12 +15,12 @@ from hda_arm_sim.model.effects.hypothesis import Hypothesis
 import numpy as np
 from numpy.typing import NDArray
 
-from .chance import by_chance
-from .fair import fair_score, noise_in
-from .forms import evidence, powers, reformed
-from .limits import ends_at_limit
-from .nameless import is_worth_a_look
-from .slow import gain_below, power_below
+from .bounds_reached import ends_at_limit
+from .discrepancy_curves import is_worth_a_look
+from .equal_noise import equal_noise_score, noise_in
+from .law_forms import evidence, powers, reformed
+from .low_frequency import gain_below, power_below
+from .null_distribution import by_chance
 from ..balances.balance import BANDWIDTH
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
@@ -28,7 +28,7 @@ from ...least_squares.term import Term
 from ...significance import SCORE_BAR
 
 Array = NDArray[np.float64]
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _MATERIAL = 0.7         # least explained rms, in rms that a healthy arm leaves
 # (source: what laws do along motions of robots is nearly all below this)
 _SLOW = 10.0            # frequency [Hz] below which as much of the noise there is enough
@@ -57,12 +57,12 @@ def threshold(fitter: Fitter, term: Term) -> float:
 
 
 def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term) -> bool:
-    """Tell whether a term of an `extended` fit earns its place in it, by a fit without it."""
+    """Return whether a term of an `extended` fit earns its place in it, by a fit without it."""
     beside = extended.causes_beside(term)
     improvement = without.score - extended.score
     if improvement < threshold(fitter, term) or ends_at_limit(fitter, extended, term):
         return False
-    fair = fair_score(fitter, extended, noise_in(fitter, without))
+    fair = equal_noise_score(fitter, extended, noise_in(fitter, without))
     improvement = min(improvement, without.score - fair) - by_chance(fitter, term)
     if improvement < threshold(fitter, term):
         return False
@@ -89,14 +89,14 @@ def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term
 
 
 def alone(fitter: Fitter, term: Term, beside: Sequence[Term]) -> bool:
-    """Tell whether no other term shows where a term does."""
+    """Return whether no other term shows where a term does."""
     own = set(fitter.channels_of(term))
     return not any(own.intersection(fitter.channels_of(other)) for other in beside)
 
 
 def _is_material(fitter: Fitter, form: Array, without: Fit, extended: Fit) -> bool:
     """
-    Tell whether an extended fit explains what is worth a cause beside others in some channel.
+    Return whether an extended fit explains what is worth a cause beside others in some channel.
 
     It does at all frequencies, or where arms move: there noise is less, and effects are not. The
     others may leave the power `form` (c,) as one form of several [N^2*m^2].
@@ -138,7 +138,7 @@ def _slow_floor(fitter: Fitter) -> Array:
 
 
 def open_rest(fitter: Fitter, fit: Fit) -> bool:
-    """Tell whether more is left than noise, or less that a simple curve tells for certain."""
+    """Return whether more is left than noise, or less that a simple curve tells for certain."""
     left = reformed(fitter, fit).variance
     if (left - fitter.noise ** 2 > _floor(fitter)).any():
         return True
@@ -157,7 +157,7 @@ def confirmed(fitter: Fitter, first: Fit, last: Fit) -> tuple[Term, ...]:
     before = fitter.at(first.terms, 0, first.slopes)
     after = fitter.at(last.terms, len(last.accepted), last.slopes)
     slow = power_below(fitter, before, _SLOW) - power_below(fitter, after, _SLOW)
-    told = (before.variance - after.variance > _floor(fitter)) | (slow > _slow_floor(fitter))
+    is_clear = (before.variance - after.variance > _floor(fitter)) | (slow > _slow_floor(fitter))
     return tuple(term for place, term in enumerate(last.accepted)
                  if not alone(fitter, term, last.accepted[:place] + last.accepted[place + 1:])
-                 or told[fitter.channels_of(term)].any())
+                 or is_clear[fitter.channels_of(term)].any())

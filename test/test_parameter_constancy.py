@@ -5,14 +5,14 @@ from dataclasses import replace
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
-from hda_torque_estimator.diagnosis.balances.healthy import noise_of
+from hda_torque_estimator.diagnosis.balances.healthy_twin import noise_of
 from hda_torque_estimator.diagnosis.diagnose import EFFECTIVE
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
-from hda_torque_estimator.diagnosis.judging import steady
-from hda_torque_estimator.diagnosis.judging.search import Found, Reason
-from hda_torque_estimator.diagnosis.judging.steady import (only_steady, steady_shares,
+from hda_torque_estimator.diagnosis.judging import parameter_constancy
+from hda_torque_estimator.diagnosis.judging.parameter_constancy import (only_steady, steady_shares,
                                                            unsteady_shares)
+from hda_torque_estimator.diagnosis.judging.search import Reason, SearchResult
 from hda_torque_estimator.measurements.measurement import Measurement
 import numpy as np
 import pytest
@@ -75,10 +75,10 @@ def test_a_size_does_not_hang_on_the_unit_of_a_channel(fitter, fits):
 
 
 def test_a_rest_beside_few_causes_is_held_against_all_of_them(fitter, fits, monkeypatch):
-    found = Found(fitter.first, fits[2], (Reason(1e3, 60.0, None, np.inf),) * 2)
+    found = SearchResult(fitter.first, fits[2], (Reason(1e3, 60.0, None, np.inf),) * 2)
     assert steady_shares(fitter, fits[0]) == {} and only_steady(
         fitter, found, ()) is None
-    monkeypatch.setattr(steady, 'MANY', 1)
+    monkeypatch.setattr(parameter_constancy, 'MANY', 1)
     assert set(steady_shares(fitter, fits[0])) == set(zip(RIGHT, JOINTS))
     kept = only_steady(fitter, found, RIGHT)
     assert [term.place for term in kept.last.accepted] == [(RIGHT[0], JOINTS[0])]
@@ -87,10 +87,11 @@ def test_a_rest_beside_few_causes_is_held_against_all_of_them(fitter, fits, monk
 
 def test_a_steady_cause_gives_way_to_one_that_is_better_beside_all_others(
         fitter, fits, monkeypatch):
-    monkeypatch.setattr(steady, 'MANY', 1)
-    monkeypatch.setattr(steady, '_VARIES', 10.0)
-    found = Found(fitter.first, fits[2], (Reason(1e3, 60.0, None, np.inf),) * 2)
+    monkeypatch.setattr(parameter_constancy, 'MANY', 1)
+    monkeypatch.setattr(parameter_constancy, '_VARIES', 10.0)
+    found = SearchResult(fitter.first, fits[2], (Reason(1e3, 60.0, None, np.inf),) * 2)
     kept = only_steady(fitter, found, (*RIGHT, *STAND_INS))
     assert {term.place for term in kept.last.accepted} == set(zip(RIGHT, JOINTS))
-    monkeypatch.setattr(steady, 'unsteady_shares', None)        # what is known is not asked again
+    # what is known is not asked again
+    monkeypatch.setattr(parameter_constancy, 'unsteady_shares', None)
     assert steady_shares(fitter, kept.last, kept.steady) == kept.steady

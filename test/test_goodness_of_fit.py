@@ -3,11 +3,11 @@
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
-from hda_torque_estimator.diagnosis.balances.healthy import noise_of
+from hda_torque_estimator.diagnosis.balances.healthy_twin import noise_of
 from hda_torque_estimator.diagnosis.diagnose import diagnose, EFFECTIVE, sought_effects
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
-from hda_torque_estimator.diagnosis.judging.nameless import best_curves
+from hda_torque_estimator.diagnosis.judging.discrepancy_curves import best_curves
 from hda_torque_estimator.measurements.measurement import Measurement
 from hda_torque_estimator.measurements.running_clock import inside, stretches
 import numpy as np

@@ -19,7 +19,7 @@ from ..fitting.steps import acts_apart
 from ...least_squares.term import Term
 
 Array = NDArray[np.float64]
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 LOUD = 1.4              # variance over that of noise from which something is left in a channel
 
 
@@ -44,7 +44,7 @@ def screen(fitter: Fitter, fit: Fit, names: Sequence[str]) -> list[Prospect]:
 
 
 def _may_show(fitter: Fitter, fit: Fit, site: Site) -> bool:
-    """Tell whether more than noise is left where effects of a site show most, or nowhere."""
+    """Return whether more than noise is left where effects of a site show most, or nowhere."""
     joints = len(fitter.arm.labels)
     loud = fit.variance > LOUD * fitter.noise ** 2
     loud |= not loud.any()

@@ -9,11 +9,10 @@ from typing import Any
 from hda_arm_sim.model.effects.words import Words
 
 from .effect_words import ELEMENTS, WORDS
-from ..findings.report import Diagnosis, Evidence, Gain, Number, OwnGain
-from ...pages.wording import (
-    capital, figure, handy, in_unit, percent, short, spoken, unbroken)
+from ..findings.report import Diagnosis, Evidence, FittedNumber, Gain, OwnGain
+from ...pages.wording import capital, figure, handy, in_unit, percent, short, spoken, unbroken
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _CERTAIN = 1e6          # odds beyond which the number says nothing more
 _SURE = 0.999           # probability beyond which more digits say nothing
 _NAMED = 2              # causes that one sentence can hold
@@ -31,19 +30,20 @@ class Mark:
 
 def headline(diagnosis: Diagnosis) -> str:
     """Return the verdict as a sentence that names cause, joint and size."""
-    told = [cause_sentence(one.effect, one.joint, one.parameters) for one in diagnosis.findings]
+    sentences = [cause_sentence(one.effect, one.joint,
+                                one.parameters) for one in diagnosis.findings]
     if diagnosis.verdict == 'ambiguous' and diagnosis.ambiguous:
-        told.append('; or '.join(cause_sentence(*place, parameters) for place, parameters in
-                                 _candidates(diagnosis)) + ': this recording cannot tell which')
+        sentences.append('; or '.join(cause_sentence(*place, parameters) for place, parameters in
+                                      _candidates(diagnosis)) + ': this recording cannot decide')
     if diagnosis.verdict == 'unknown':
-        told.append(_rest_sentence(diagnosis))
-    if not told:
+        sentences.append(_rest_sentence(diagnosis))
+    if not sentences:
         return _NOTHING.get(diagnosis.verdict, diagnosis.headline)
-    more = len(told) - _NAMED - (diagnosis.verdict != 'explained')
+    more = len(sentences) - _NAMED - (diagnosis.verdict != 'explained')
     if more > 0:
-        kept = told[:_NAMED] + told[len(diagnosis.findings):]
-        told = [*kept, f'{more} more cause{"s" * (more > 1)} below']
-    return '. '.join(map(capital, told)) + '.'
+        kept = sentences[:_NAMED] + sentences[len(diagnosis.findings):]
+        sentences = [*kept, f'{more} more cause{"s" * (more > 1)} below']
+    return '. '.join(map(capital, sentences)) + '.'
 
 
 _NOTHING = {
@@ -52,7 +52,7 @@ _NOTHING = {
 }
 
 
-def cause_sentence(effect: str, joint: str | None, parameters: Mapping[str, Number]) -> str:
+def cause_sentence(effect: str, joint: str | None, parameters: Mapping[str, FittedNumber]) -> str:
     """
     Return a cause in words, as `joint 1 has 0.2 mrad (0.69 arcmin) of play`.
 
@@ -71,14 +71,15 @@ def cause_sentence(effect: str, joint: str | None, parameters: Mapping[str, Numb
     return f'{where(joint)} has {spoken(effect)}' + (f' of {size}' if size else '')
 
 
-def _largest(effect: str, parameters: Mapping[str, Number]) -> tuple[Words, Number | None]:
+def _largest(effect: str, parameters: Mapping[str, FittedNumber]) -> tuple[Words,
+                                                                           FittedNumber | None]:
     """Return the words of an effect, and the largest of the numbers that they call its size."""
     words = WORDS.get(effect, _PLAIN)
     return words, max((parameters[name] for name in words.size if name in parameters),
                       key=lambda number: abs(number.value), default=None)
 
 
-def _size(words: Words, number: Number) -> str:
+def _size(words: Words, number: FittedNumber) -> str:
     value = abs(number.value) if words.less else number.value
     return handy(words.scale * value, number.unit)
 
@@ -89,7 +90,7 @@ def where(joint: str | None) -> str:
 
 
 def _candidates(diagnosis: Diagnosis) -> list[tuple[tuple[str, str | None],
-                                                    Mapping[str, Number]]]:
+                                                    Mapping[str, FittedNumber]]]:
     alike = diagnosis.ambiguous[0]
     numbers = {(one.effect, one.joint): one.parameters for one in alike.candidates}
     return [(place, numbers.get(place, {})) for place in alike.effects]
@@ -124,25 +125,25 @@ _SITES = {'motor': 'motor', 'torsion': 'flexspline', 'link': 'link', 'timing': '
 assert set(_SITES.values()) <= set(ELEMENTS)
 
 
-def probability(told: Any) -> str:
+def probability(judged: Any) -> str:
     """Return how probable something is, '' where that is not known."""
-    value = getattr(told, 'probability', None)
+    value = getattr(judged, 'probability', None)
     if value is None or not math.isfinite(value):
         return ''
     return f'more than {100.0 * _SURE:.1f} %' if value > _SURE else percent(value)
 
 
-def rival(told: Evidence) -> list[str]:
+def rival(grounds: Evidence) -> list[str]:
     """Return the next best cause, how large it would be, its probability and the odds."""
-    other = told.rival
-    if other is None or told.runner_up is None:
+    other = grounds.rival
+    if other is None or grounds.runner_up is None:
         return []
     small = other.probability < 1.0 - _SURE
     return [unbroken(cell) for cell in (
-        f'{spoken(told.runner_up)} at {where(other.joint)}',
-        capital(cause_sentence(told.runner_up, other.joint, other.parameters)),
+        f'{spoken(grounds.runner_up)} at {where(other.joint)}',
+        capital(cause_sentence(grounds.runner_up, other.joint, other.parameters)),
         f'less than {100.0 * (1.0 - _SURE):.1f} %' if small else percent(other.probability),
-        f'{odds(told.odds)} to 1')]
+        f'{odds(grounds.odds)} to 1')]
 
 
 def certainty(diagnosis: Diagnosis) -> str:
@@ -174,12 +175,12 @@ def _sizes(diagnosis: Diagnosis) -> str:
     spans = [(one, within(one.effect, one.parameters)) for one in diagnosis.findings[:_NAMED]]
     if len(diagnosis.findings) == 1:
         return ''.join(f'; with 90 % its size is within {span}' for _, span in spans if span)
-    told = [f'the {spoken(one.effect)} of {where(one.joint)} is within {span}'
-            for one, span in spans if span]
-    return '; ' + 'each ' * (len(told) > 1) + 'with 90 % ' + ', '.join(told) if told else ''
+    sizes = [f'the {spoken(one.effect)} of {where(one.joint)} is within {span}'
+             for one, span in spans if span]
+    return '; ' + 'each ' * (len(sizes) > 1) + 'with 90 % ' + ', '.join(sizes) if sizes else ''
 
 
-def within(effect: str, parameters: Mapping[str, Number]) -> str:
+def within(effect: str, parameters: Mapping[str, FittedNumber]) -> str:
     """Return the 90 % interval of the size that a sentence names, '' where it has none."""
     words, largest = _largest(effect, parameters)
     if largest is None or largest.chosen:
@@ -195,12 +196,12 @@ def within(effect: str, parameters: Mapping[str, Number]) -> str:
     return f'{low} and {high}'
 
 
-def evidence(told: Evidence) -> str:
+def evidence(why: Evidence) -> str:
     """Return what speaks for a cause: the odds against the next best, or its score."""
-    if told.runner_up is None:
-        return f'its score is {short(told.score / told.threshold)} times the threshold, and no ' \
+    if why.runner_up is None:
+        return f'its score is {short(why.score / why.threshold)} times the threshold, and no ' \
                'other cause comes near'
-    return f'{odds(told.odds)} to 1 against the next best cause, {spoken(told.runner_up)}'
+    return f'{odds(why.odds)} to 1 against the next best cause, {spoken(why.runner_up)}'
 
 
 def odds(value: float) -> str:
@@ -246,14 +247,14 @@ def placebo(gain: Gain) -> str:
 
 def steps(diagnosis: Diagnosis) -> list[str]:
     """Return what to do next: what the diagnosis itself asks for, then checks and files."""
-    told = [step if step.endswith('.') else f'{step}.' for step in diagnosis.steps]
+    stated = [step if step.endswith('.') else f'{step}.' for step in diagnosis.steps]
     checks = _checks((one.effect, one.joint) for one in diagnosis.findings)
-    checks += [f'What decides: {alike.experiment}.' for alike in diagnosis.ambiguous if not told]
+    checks += [f'What decides: {alike.experiment}.' for alike in diagnosis.ambiguous if not stated]
     checks += _checks(place for alike in diagnosis.ambiguous for place in alike.effects)
     after = _AFTER.get(diagnosis.verdict, ())
     if diagnosis.verdict == 'unknown' and diagnosis.unexplained is None:
         after = after[1:]               # no place, no coordinate: there is nothing to look at
-    return [*told, *(capital(one) for one in checks if one not in told), *after,
+    return [*stated, *(capital(one) for one in checks if one not in stated), *after,
             *_file(diagnosis)]
 
 

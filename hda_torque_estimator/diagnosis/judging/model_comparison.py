@@ -12,11 +12,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .acceptance import freedom
-from .fair import fair_score, noise_in
-from .forms import formed_gain
-from .screen import Prospect
-from .slow import gain_below
+from .equal_noise import equal_noise_score, noise_in
+from .law_forms import formed_gain
+from .low_frequency import gain_below
+from .screening import Prospect
+from .selection_criteria import freedom
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Term
@@ -36,7 +36,7 @@ def leading(fitter: Fitter, fit: Fit, exact: Sequence[Fit],
     if len(exact) > 1:
         usual = noise_in(fitter, fit)
         formed = [formed_gain(fitter, each) for each in exact]
-        costs = [fair_score(fitter, each, usual) - form + freedom(fitter, each.accepted[-1])
+        costs = [equal_noise_score(fitter, each, usual) - form + freedom(fitter, each.accepted[-1])
                  for each, form in zip(exact, formed)]
         first, second = np.argsort(costs)[:2]
         best, other, lack = exact[first], exact[second], costs[second] - costs[first]

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ..balances.strongest_wave import strongest_wave, TURN, wave_share
 
 Bins = NDArray[np.int64]
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 WRAPPED = 'motor_angle'             # the coordinate that counts modulo one turn
 TRAVEL = 2.0                        # least motor turns in which a period of one turn shows
 _ANGLES = ('link_angle', 'other_link_angle')
@@ -69,26 +69,26 @@ def follow(time: Array, values: Array, valid: NDArray[np.bool_],
                               for carrier, weight in carriers.items()
                               if carrier not in _HELD.get(name, ())), key=_rank))
     other = velocity and VELOCITIES[VELOCITIES.index(velocity) - 1]
-    return sorted(found, reverse=True, key=lambda told: _rank(told) - _OTHER_SIDE * (
-        told.coordinate == other))
+    return sorted(found, reverse=True, key=lambda one: _rank(one) - _OTHER_SIDE * (
+        one.coordinate == other))
 
 
 def _varies(name: str, along: Array) -> bool:
-    """Tell whether a coordinate varies enough; a part of a turn looks like the link angle."""
+    """Return whether a coordinate varies enough; a part of a turn looks like the link angle."""
     travel = float(np.ptp(along))
     return travel >= TRAVEL * TURN if name == WRAPPED else travel > 0.0
 
 
-def _rank(told: Following) -> float:
+def _rank(following: Following) -> float:
     """Return what dependences are ordered by: the simpler one wins where two tell the same."""
-    return (told.share - _CARRIED * bool(told.carrier)
-            - _EVERYTHING * (told.coordinate == 'time'))
+    return (following.share - _CARRIED * bool(following.carrier)
+            - _EVERYTHING * (following.coordinate == 'time'))
 
 
 def over_time(time: Array, rest: Array, valid: NDArray[np.bool_]) -> Following:
     """Return how far a residual (m,), 0 where invalid, follows time: a slow curve or a line."""
     bins, count = _bins('time', time, valid)
-    slow = _told(bins, count, valid.astype(float), rest)
+    slow = _explained_share(bins, count, valid.astype(float), rest)
     line = strongest_wave(time, rest, valid)
     if line.share > slow:
         return Following('time', '', line.share, line.frequency)
@@ -99,14 +99,15 @@ def _carried(name: str, along: Array, carrier: str, weight: Array, rest: Array,
              valid: NDArray[np.bool_]) -> Following:
     """Return how far a residual (m,), 0 where invalid, follows a coordinate with a carrier."""
     bins, count = _bins(name, along, valid)
-    told = _told(bins, count, weight, rest)
-    chance = float(np.median([_told(shifted, count, weight, rest) for shifted in _shifted(bins)]))
-    share = (told - chance) / max(1.0 - chance, 1e-12)
+    explained = _explained_share(bins, count, weight, rest)
+    chance = float(np.median([_explained_share(shifted, count, weight,
+                                               rest) for shifted in _shifted(bins)]))
+    share = (explained - chance) / max(1.0 - chance, 1e-12)
     return Following(name, carrier, max(share, 0.0),
-                     _line(name, along[valid], weight[valid], rest[valid], told, count))
+                     _line(name, along[valid], weight[valid], rest[valid], explained, count))
 
 
-def _line(name: str, along: Array, weight: Array, rest: Array, told: float,
+def _line(name: str, along: Array, weight: Array, rest: Array, explained: float,
           count: int) -> float | None:
     """Return the order [1/turn] of the wave that a dependence on an angle is, if it is one."""
     if name == WRAPPED:
@@ -118,7 +119,7 @@ def _line(name: str, along: Array, weight: Array, rest: Array, told: float,
     shares = [wave_share(order * along, rest, weight) for order in orders]
     best = float(orders[int(np.argmax(shares))])
     whole = best * float(np.ptp(along)) >= TURN     # a part of a wave could be any curve
-    return best if whole and max(shares) > _WAVE * told else None
+    return best if whole and max(shares) > _WAVE * explained else None
 
 
 def _bins(name: str, along: Array, valid: NDArray[np.bool_]) -> tuple[Bins, int]:
@@ -136,7 +137,7 @@ def _bins(name: str, along: Array, valid: NDArray[np.bool_]) -> tuple[Bins, int]
     return np.searchsorted(edges, along, side='right').astype(np.int64), count
 
 
-def _told(bins: Bins, count: int, weight: Array, rest: Array) -> float:
+def _explained_share(bins: Bins, count: int, weight: Array, rest: Array) -> float:
     """Return the share of a residual (m,) that a curve over bins (m,) times a weight tells."""
     against = np.bincount(bins, weight * rest, count)
     own = np.bincount(bins, weight * weight, count)

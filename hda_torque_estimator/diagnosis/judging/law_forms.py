@@ -18,7 +18,7 @@ from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.effects.effect import Effect
 import numpy as np
 
-from .nameless import SLOW
+from .discrepancy_curves import SLOW
 from ..balances.balance import Balance
 from ..balances.coordinates import coordinates_of
 from ..fitting.fit import Fit, Fitter
@@ -26,7 +26,7 @@ from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.solve import Columns, condense, Solution, solve
 from ...least_squares.term import Term
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _APART = 0.05           # of a form, that is its own beside those before it
 _ORDERS = (1, 2, 4)     # waves per motor turn by which a cause that is a wave is changed
 RATE_OF = 'rate'        # of what a cause does: laws of a drive differ by its time behaviour

@@ -18,7 +18,7 @@ from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Term
 from ...significance import NORMAL_90
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _NEAR = 0.3             # of a number, from its bound, within which its interval is looked at
 _ROUND = ('phase', 'direction')     # what these begin with turns round and has no end
 
@@ -34,7 +34,7 @@ def limits_of(effect: str, number: str) -> tuple[float, float]:
 
 
 def ends_at_limit(fitter: Fitter, fit: Fit, term: Term) -> bool:
-    """Tell whether the interval of a free number of a term in a fit reaches a limit."""
+    """Return whether the interval of a free number of a term in a fit reaches a limit."""
     near = [place for place, number in enumerate(term.free)
             if _distance(term, number) <= _NEAR * abs(getattr(term.effect, number))]
     if not near:
@@ -67,8 +67,8 @@ def limited(finding: Finding) -> str | None:
         least, most = ((number.value, number.value) if loose or name in sought.doubts else
                        (number.low, number.high))
         if least <= low or most >= high:
-            told = f'{number.value:.4g} [{number.low:.4g}, {number.high:.4g}] {number.unit}'
+            interval = f'{number.value:.4g} [{number.low:.4g}, {number.high:.4g}] {number.unit}'
             return (f'{finding.effect} at {finding.joint or "the arm"} is not told: its {name} = '
-                    f'{told.rstrip()} reaches the bound {low if least <= low else high:g}, '
+                    f'{interval.rstrip()} reaches the bound {low if least <= low else high:g}, '
                     'so another law is at work')
     return None

@@ -14,14 +14,14 @@ from dataclasses import replace
 from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 
-from .search import Found, next_cause
+from .search import next_cause, SearchResult
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.solve import condense, prior_weights, step_of
 from ...least_squares.normal import TINY
 from ...least_squares.term import Place, Term
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _STRETCHES = 12         # parts of a recording in which sizes are compared
 # (measured: of two arms with fifteen, 11 of 14 right causes varied by less than half of it, and
 # stand-ins by more, up to 8, but for a kinematic error in place of an eccentric encoder)
@@ -48,7 +48,7 @@ def steady_shares(fitter: Fitter, fit: Fit,
     return steady if len(steady) >= MANY else {}
 
 
-def only_steady(fitter: Fitter, found: Found, names: Sequence[str]) -> Found | None:
+def only_steady(fitter: Fitter, found: SearchResult, names: Sequence[str]) -> SearchResult | None:
     """
     Return what was found without causes that are not steady; None where few are left.
 
@@ -63,7 +63,7 @@ def only_steady(fitter: Fitter, found: Found, names: Sequence[str]) -> Found | N
     return _steady(fitter, kept)
 
 
-def _steady(fitter: Fitter, found: Found) -> Found | None:
+def _steady(fitter: Fitter, found: SearchResult) -> SearchResult | None:
     """
     Return what was found without causes that are not steady, None where few are left.
 
@@ -80,7 +80,8 @@ def _steady(fitter: Fitter, found: Found) -> Found | None:
     return None
 
 
-def _best_of_alike(fitter: Fitter, found: Found, place: Place, names: Sequence[str]) -> Found:
+def _best_of_alike(fitter: Fitter, found: SearchResult, place: Place,
+                   names: Sequence[str]) -> SearchResult:
     """Return what was found with the best of what the cause at a place is confused with there."""
     fit, reasons = found.last, found.reasons()
     own, = (term for term in fit.accepted if term.place == place)
@@ -92,7 +93,7 @@ def _best_of_alike(fitter: Fitter, found: Found, place: Place, names: Sequence[s
     if best.accepted[-1].place == place:
         return replace(found, evidence=tuple(
             reason if term is own else reasons[term.place] for term in fit.accepted))
-    return Found(found.first, best, (*(reasons[term.place] for term in others), reason))
+    return SearchResult(found.first, best, (*(reasons[term.place] for term in others), reason))
 
 
 def _alike(name: str, names: Sequence[str]) -> list[str]:

@@ -12,30 +12,30 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from .acceptance import freedom, open_rest
-from .backing import backing
-from .nameless_causes import NamelessCause, NamelessCauses
-from .search import Found, is_stuck, next_cause, Reason, with_cause, without_unneeded
-from .steady import only_steady
+from .discrepancy_terms import DiscrepancyTerm, DiscrepancyTerms
+from .goodness_of_fit import goodness_of_fit
+from .parameter_constancy import only_steady
+from .search import is_stuck, next_cause, Reason, SearchResult, with_cause, without_unneeded
+from .selection_criteria import freedom, open_rest
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Place, Term
 from ...significance import SCORE_BAR
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 # (measured: right causes left some 100 to the best curve, others 700 to 5500)
-_TOLD = 300.0           # improvement of the score by a cause without a name that is taken
+_IMPROVES = 300.0           # improvement of the score by a cause without a name that is taken
 # (choice: a law and its curve tell the same, and then the law has the name)
 _AHEAD = 1.2            # of what the best of the catalogue improves, that one taken first does
 _MOST = 6               # causes without a name: more are a rest that none describes
 
 
-class Beside(NamedTuple):
+class BesideDiscrepancy(NamedTuple):
     """What was found of the catalogue, beside what has no name."""
 
     fitter: Fitter                          # of balances without what has no name
-    found: Found
-    nameless: tuple[NamelessCause, ...]
+    found: SearchResult
+    nameless: tuple[DiscrepancyTerm, ...]
 
     @property
     def channels(self) -> list[int]:
@@ -43,24 +43,25 @@ class Beside(NamedTuple):
         return sorted({channel for cause in self.nameless for channel in cause.channels})
 
 
-def beside_nameless(fitter: Fitter, found: Found, names: Sequence[str],
-                    tell: Callable[[str], None] = lambda text: None) -> Beside:
+def search_beside_discrepancy(fitter: Fitter, found: SearchResult, names: Sequence[str],
+                              notify: Callable[[str],
+                                               None] = lambda text: None) -> BesideDiscrepancy:
     """
     Return what stays of the catalogue beside causes without a name, what was `found` without any.
 
     The search is done anew among effects of these names where that left a rest which takes names
-    back. `tell` hears what is being done.
+    back. `notify` hears what is being done.
     """
-    if not is_stuck(fitter, found) or not backing(fitter, found).unexplained.any():
-        return Beside(fitter, found, ())
+    if not is_stuck(fitter, found) or not goodness_of_fit(fitter, found).unexplained.any():
+        return BesideDiscrepancy(fitter, found, ())
     names = [name for name in names if name in HYPOTHESES]
-    tell('looking which causes are steady beside the rest')
+    notify('looking which causes are steady beside the rest')
     steady = only_steady(fitter, found, names)
     if steady is not None:              # what is left are small imperfections, one after another
-        return Beside(fitter, steady, ())
-    tell('looking for causes beside what has no name')
+        return BesideDiscrepancy(fitter, steady, ())
+    notify('looking for causes beside what has no name')
     other = _Search(fitter, names).run()
-    return other if other.nameless else Beside(fitter, found, ())
+    return other if other.nameless else BesideDiscrepancy(fitter, found, ())
 
 
 @dataclass(eq=False)
@@ -69,15 +70,15 @@ class _Search:
 
     _plain: Fitter
     _names: Sequence[str]
-    _nameless: list[NamelessCause] = field(default_factory=list)
+    _nameless: list[DiscrepancyTerm] = field(default_factory=list)
     _reasons: dict[Place, Reason] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Begin with an arm as it is known."""
-        self._all = NamelessCauses.along(self._plain)
+        self._all = DiscrepancyTerms.along(self._plain)
         self._fitter, self._fit = self._plain, self._plain.first
 
-    def run(self) -> Beside:
+    def run(self) -> BesideDiscrepancy:
         """Return what is found in the end."""
         while open_rest(self._fitter, self._fit) and self._extended():
             pass
@@ -86,15 +87,16 @@ class _Search:
                 pass
             self._weigh()
         evidence = tuple(self._reasons[term.place] for term in self._fit.accepted)
-        return Beside(self._fitter, Found(self._fitter.first, self._fit, evidence),
-                      tuple(self._nameless))
+        return BesideDiscrepancy(self._fitter,
+                                 SearchResult(self._fitter.first, self._fit, evidence),
+                                 tuple(self._nameless))
 
     def _extended(self) -> bool:
         """Take the best cause, with a name or without; tell whether there was one."""
         fitter, fit = self._fitter, self._fit
         step = next_cause(fitter, fitter.first, fit, self._names)
         curve = self._all.best(fitter, fit, fitter.arm.labels)
-        if self._is_room and curve.improvement > max(_TOLD, _AHEAD * (
+        if self._is_room and curve.improvement > max(_IMPROVES, _AHEAD * (
                 fit.score - step[0].score if step else 0.0)):
             self._take(curve, fit.accepted)
             return True
@@ -107,7 +109,7 @@ class _Search:
     def _is_room(self) -> bool:
         return len(self._nameless) < _MOST
 
-    def _take(self, cause: NamelessCause, beside: Sequence[Term]) -> None:
+    def _take(self, cause: DiscrepancyTerm, beside: Sequence[Term]) -> None:
         """Take out of all balances what a cause without a name does, beside some others."""
         self._nameless.append(cause)
         plain = self._plain
@@ -130,7 +132,7 @@ class _Search:
             curve = self._all.best(self._fitter, without, (
                 self._fitter.arm.labels if term.joint is None else (term.joint,)))
             lead = SCORE_BAR if len(term.free) > 1 else -SCORE_BAR
-            if curve.improvement > max(_TOLD, own - lead):
+            if curve.improvement > max(_IMPROVES, own - lead):
                 self._take(curve, others)
                 return True
         return False

@@ -3,18 +3,18 @@
 from collections.abc import Callable, Hashable
 from typing import Generic, TypeVar
 
-Found = TypeVar('Found')
+Kept = TypeVar('Kept')
 
 
-class Known(Generic[Found]):
+class RecentCache(Generic[Kept]):
     """What was found or asked for last; what was not for longest is forgotten first."""
 
     def __init__(self, most: int) -> None:
         """Keep so many at most."""
         self._most = most
-        self._kept: dict[Hashable, Found] = {}
+        self._kept: dict[Hashable, Kept] = {}
 
-    def of(self, key: Hashable, find: Callable[[], Found]) -> Found:
+    def of(self, key: Hashable, find: Callable[[], Kept]) -> Kept:
         """Return what belongs to a key, found anew if it is not known."""
         found = self._kept.pop(key) if key in self._kept else find()
         self._kept[key] = found                         # the newest stands last

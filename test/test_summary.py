@@ -12,14 +12,14 @@ from types import SimpleNamespace
 from hda_arm_sim.model.effects import EFFECTS
 from hda_torque_estimator.calibrate.page import page as calibration_page
 from hda_torque_estimator.diagnosis.findings.report import (
-    Candidate, Detectable, Number, Rival, VERDICTS)
-from hda_torque_estimator.diagnosis.telling import story
-from hda_torque_estimator.diagnosis.telling.detectability_chart import by_site
-from hda_torque_estimator.diagnosis.telling.effect_words import ELEMENTS, WORDS
-from hda_torque_estimator.diagnosis.telling.page import page
+    Candidate, Detectable, FittedNumber, RunnerUp, VERDICTS)
+from hda_torque_estimator.diagnosis.reporting import summary
+from hda_torque_estimator.diagnosis.reporting.detectability_chart import by_site
+from hda_torque_estimator.diagnosis.reporting.effect_words import ELEMENTS, WORDS
+from hda_torque_estimator.diagnosis.reporting.page import page
 from hda_torque_estimator.pages.badge import badge_of, BADGES
 from hda_torque_estimator.pages.glossary import terms_in
-from hda_torque_estimator.pages.plot import Line, MOST, Plot, thinned, written
+from hda_torque_estimator.pages.plot import MOST, Plot, PlotLine, thinned, written
 from hda_torque_estimator.pages.render import asset
 from hda_torque_estimator.pages.wording import handy, in_unit, spoken, unbroken
 import numpy as np
@@ -30,16 +30,17 @@ from test_page import diagnosis, Reader
 KINDS = {effect.name: effect for effect in EFFECTS}
 
 
-def numbers(**values: float) -> Mapping[str, Number]:
+def numbers(**values: float) -> Mapping[str, FittedNumber]:
     """Return fitted numbers with the unit of an angle, each known to a tenth."""
-    return {name: Number(value, 'rad', 0.9 * value, 1.1 * value)
+    return {name: FittedNumber(value, 'rad', 0.9 * value, 1.1 * value)
             for name, value in values.items()}
 
 
-def typical(name: str, sign: float = 1.0) -> dict[str, Number]:
+def typical(name: str, sign: float = 1.0) -> dict[str, FittedNumber]:
     """Return all numbers of an effect, as large as they may be, with their units."""
-    return {rule.name: Number(sign * (rule.high if math.isfinite(rule.high) else 1.0), rule.unit,
-                              0.0, 1.0) for rule in KINDS[name].declarations()}
+    return {rule.name: FittedNumber(sign * (rule.high if math.isfinite(rule.high) else 1.0),
+                                    rule.unit,
+                                    0.0, 1.0) for rule in KINDS[name].declarations()}
 
 
 def test_every_effect_has_words_of_its_own():
@@ -63,39 +64,39 @@ def test_words_speak_of_numbers_that_the_effect_has(name):
 @pytest.mark.parametrize('sign', [1.0, -1.0])
 @pytest.mark.parametrize('name', WORDS)
 def test_every_effect_makes_a_sentence(name, sign):
-    said = story.cause_sentence(name, 'joint1', typical(name, sign))
+    said = summary.cause_sentence(name, 'joint1', typical(name, sign))
     assert said.startswith('joint 1 ')
     assert '{' not in said and 'unknown' not in said and '_' not in said
-    bare = story.cause_sentence(name, None, {})
+    bare = summary.cause_sentence(name, None, {})
     assert bare.startswith('the arm ') and '  ' not in bare and '{' not in bare
 
 
 def test_the_sentence_names_cause_joint_and_size():
-    told = replace(diagnosis(), findings=(replace(
+    shown = replace(diagnosis(), findings=(replace(
         diagnosis().findings[0], effect='backlash', parameters=numbers(half_width=1e-4)),))
-    assert story.headline(told) == 'Joint 1 has 0.2 mrad (0.69 arcmin) of play.'
-    assert 'within 0.18 mrad (0.62 arcmin) and 0.22 mrad (0.76 arcmin)' in story.certainty(told)
-    assert '<h1>Joint 1 has 0.2 mrad (0.69 arcmin) of play.</h1>' in page(told, {})
+    assert summary.headline(shown) == 'Joint 1 has 0.2 mrad (0.69 arcmin) of play.'
+    assert 'within 0.18 mrad (0.62 arcmin) and 0.22 mrad (0.76 arcmin)' in summary.certainty(shown)
+    assert '<h1>Joint 1 has 0.2 mrad (0.69 arcmin) of play.</h1>' in page(shown, {})
 
 
 def test_a_negative_size_is_said_the_other_way_round():
-    error = {'error': Number(-0.12, '', -0.13, -0.11)}
-    assert story.cause_sentence('stiffness_error', 'joint2', error) == (
+    error = {'error': FittedNumber(-0.12, '', -0.13, -0.11)}
+    assert summary.cause_sentence('stiffness_error', 'joint2', error) == (
         'joint 2 has a flexspline that is 12 % softer than stated')
-    assert story.within('stiffness_error', error) == '11 % and 13 %'
-    sharp = {'amplitude': Number(3.01e-3, 'N*m', 2.99e-3, 3.03e-3)}
-    assert story.within('motor_cogging', sharp) == '2.99 and 3.03 mN\N{MIDDLE DOT}m'
+    assert summary.within('stiffness_error', error) == '11 % and 13 %'
+    sharp = {'amplitude': FittedNumber(3.01e-3, 'N*m', 2.99e-3, 3.03e-3)}
+    assert summary.within('motor_cogging', sharp) == '2.99 and 3.03 mN\N{MIDDLE DOT}m'
 
 
 def test_every_size_of_the_headline_has_its_interval_and_every_named_gear_is_drawn():
     play = replace(diagnosis().findings[0], effect='backlash',
                    parameters=numbers(half_width=1e-4))
-    told = replace(diagnosis(), ambiguous=(), probability=0.9,
-                   findings=tuple(replace(play, joint=f'joint{n}') for n in (2, 1, 3)))
-    said = story.certainty(told)
+    judged = replace(diagnosis(), ambiguous=(), probability=0.9,
+                     findings=tuple(replace(play, joint=f'joint{n}') for n in (2, 1, 3)))
+    said = summary.certainty(judged)
     assert said.startswith('90.0 % probable; each with 90 % the backlash of joint 2 is within ')
     assert ', the backlash of joint 1 is within ' in said and 'joint 3' not in said
-    shown = Reader(page(told, {})).text
+    shown = Reader(page(judged, {})).text
     for expected in ('gear of joint 2, in section', 'gear of joint 1, in section',
                      'Hatched: flange of joint 2 (backlash), flange of joint 1 (backlash).',
                      'Not drawn: flange of joint 3 (backlash).'):
@@ -103,7 +104,7 @@ def test_every_size_of_the_headline_has_its_interval_and_every_named_gear_is_dra
 
 
 def test_an_ambiguous_sentence_gives_every_size():
-    said = story.headline(replace(diagnosis('ambiguous'), findings=()))
+    said = summary.headline(replace(diagnosis('ambiguous'), findings=()))
     assert said == ('Joint 1 has 86 µrad (0.3 arcmin) of play; or joint 1 has a link encoder '
                     'that is read 0.88 ms after its motor encoder: this recording cannot tell '
                     'which.')
@@ -111,20 +112,20 @@ def test_an_ambiguous_sentence_gives_every_size():
 
 def test_many_causes_are_counted():
     found = diagnosis().findings[0]
-    told = replace(diagnosis(), findings=(found,) * 5)
-    assert story.headline(told).endswith('. 3 more causes below.')
-    unknown = replace(told, verdict='unknown', findings=(found,) * 3)
-    assert story.headline(unknown).count('. ') == 3
-    assert 'no effect of the catalogue explains. 1 more cause below.' in story.headline(unknown)
+    shown = replace(diagnosis(), findings=(found,) * 5)
+    assert summary.headline(shown).endswith('. 3 more causes below.')
+    unknown = replace(shown, verdict='unknown', findings=(found,) * 3)
+    assert summary.headline(unknown).count('. ') == 3
+    assert 'no effect of the catalogue explains. 1 more cause below.' in summary.headline(unknown)
 
 
 @pytest.mark.parametrize(('verdict', 'said'), [
     ('no_discrepancy', 'Nothing is wrong'), ('insufficient_excitation', 'cannot tell whether'),
     ('unknown', 'Something is wrong at the motor side of joint 1')])
 def test_verdicts_without_causes_are_sentences_too(verdict, said):
-    told = replace(diagnosis(verdict), findings=(), ambiguous=())
-    assert said in story.headline(told)
-    assert story.steps(told)
+    shown = replace(diagnosis(verdict), findings=(), ambiguous=())
+    assert said in summary.headline(shown)
+    assert summary.steps(shown)
 
 
 def test_verdicts_differ_in_word_shape_and_colour():
@@ -162,13 +163,13 @@ def test_all_text_stands_out_from_its_ground(theme):
 
 
 def test_what_marks_the_arm_is_what_the_causes_say():
-    told = diagnosis('ambiguous')
-    assert [(mark.joint, mark.element) for mark in story.marks(told)] == [
+    shown = diagnosis('ambiguous')
+    assert [(mark.joint, mark.element) for mark in summary.marks(shown)] == [
         ('joint1', 'wave_generator'), (None, 'tip'),
         ('joint1', 'flange'), ('joint1', 'link_encoder')]
-    assert 'class="guilty"' in page(told, {})
+    assert 'class="guilty"' in page(shown, {})
     healthy = replace(diagnosis('no_discrepancy'), findings=(), ambiguous=(), unexplained=None)
-    assert story.marks(healthy) == []
+    assert summary.marks(healthy) == []
     assert 'class="guilty"' not in page(healthy, {})
 
 
@@ -176,22 +177,22 @@ def test_probabilities_and_next_steps_are_shown_where_they_are_known():
     """Where a diagnosis holds them they stand in the place of odds and general advice."""
     plain = diagnosis('ambiguous')
     assert 'probable' not in Reader(page(plain, {})).text
-    told = replace(plain, probability=0.87, steps=('hang 2 kg on it.',))
-    assert story.certainty(told).startswith(
+    shown = replace(plain, probability=0.87, steps=('hang 2 kg on it.',))
+    assert summary.certainty(shown).startswith(
         '87.0 % probable; with 90 % the kinematic error of joint 1 is within 0.12 mrad')
-    assert story.steps(told)[0] == 'hang 2 kg on it.'
-    assert story.steps(replace(told, steps=('record at 1 kHz',)))[0] == 'record at 1 kHz.'
-    assert not any('decides' in step for step in story.steps(told))
-    assert story.probability(SimpleNamespace(probability=0.99999)) == 'more than 99.9 %'
+    assert summary.steps(shown)[0] == 'hang 2 kg on it.'
+    assert summary.steps(replace(shown, steps=('record at 1 kHz',)))[0] == 'record at 1 kHz.'
+    assert not any('decides' in step for step in summary.steps(shown))
+    assert summary.probability(SimpleNamespace(probability=0.99999)) == 'more than 99.9 %'
 
 
-def test_the_next_best_cause_is_told_with_probability_and_size():
+def test_the_next_best_cause_is_reported_with_probability_and_size():
     found, *_ = diagnosis().findings
-    play = {'half_width': Number(1e-4, 'rad', math.nan, math.nan)}
+    play = {'half_width': FittedNumber(1e-4, 'rad', math.nan, math.nan)}
 
     def rows(sure: float) -> str:
         evidence = replace(found.evidence, runner_up='backlash', odds=250.0,
-                           rival=Rival('joint2', play, sure))
+                           rival=RunnerUp('joint2', play, sure))
         return Reader(page(replace(diagnosis(), findings=(
             replace(found, evidence=evidence),)), {})).text.replace('\N{NO-BREAK SPACE}', ' ')
     assert 'Joint 2 has 0.2 mrad (0.69 arcmin) of play' in rows(0.04)
@@ -230,13 +231,14 @@ def test_something_else_is_as_sure_as_it_says_itself():
     """Beside a rest without a name, a cause and the rest each have a probability of their own."""
     plain = diagnosis('unknown')
     first = replace(plain.findings[0], probability=0.97)
-    told = replace(plain, probability=0.9, findings=(first,), unexplained=None)
-    assert story.certainty(told).startswith('what is named: 97.0 % probable; with 90 % its size')
-    assert story.certainty(told).endswith('That something else is wrong: 90.0 % probable')
+    shown = replace(plain, probability=0.9, findings=(first,), unexplained=None)
+    assert summary.certainty(shown).startswith(
+        'what is named: 97.0 % probable; with 90 % its size')
+    assert summary.certainty(shown).endswith('That something else is wrong: 90.0 % probable')
     assert ('Beside what is named so far, something else is wrong that no effect'
-            in story.headline(told))
-    assert not any('what the rest follows' in step for step in story.steps(told))
-    assert any('what the rest follows' in step for step in story.steps(plain))
+            in summary.headline(shown))
+    assert not any('what the rest follows' in step for step in summary.steps(shown))
+    assert any('what the rest follows' in step for step in summary.steps(plain))
 
 
 def test_names_are_spoken():
@@ -266,19 +268,19 @@ def test_gaps_stay_gaps_and_numbers_keep_their_figures():
 
 def test_a_plot_is_strict_json_with_its_bands():
     ends = np.array([1.0, math.inf])
-    plot = Plot('x', 'y', np.arange(2.0), [Line('a', ends, 'after', ends - 1.0, ends)],
+    plot = Plot('x', 'y', np.arange(2.0), [PlotLine('a', ends, 'after', ends - 1.0, ends)],
                 focus=(0.0, 1.0))
-    told = json.loads(json.dumps(plot.document(), allow_nan=False))
-    assert told['lines'] == [{'name': 'a', 'look': 'after', 'y': [1.0, None],
-                              'low': [0.0, None], 'high': [1.0, None]}]
+    report = json.loads(json.dumps(plot.document(), allow_nan=False))
+    assert report['lines'] == [{'name': 'a', 'look': 'after', 'y': [1.0, None],
+                                'low': [0.0, None], 'high': [1.0, None]}]
 
 
 def test_the_bundled_library_is_the_one_that_the_docs_name():
-    told = (ROOT / 'docs' / 'dependencies.md').read_text()
+    reported = (ROOT / 'docs' / 'dependencies.md').read_text()
     for name in ('uPlot.iife.min.js', 'uPlot.min.css'):
         digest = sha256(asset(f'uplot/{name}').encode()).hexdigest()
-        assert name in told and digest in told
-    assert 'uPlot 1.6.32' in told and 'v1.6.32' in asset('uplot/uPlot.iife.min.js')
+        assert name in reported and digest in reported
+    assert 'uPlot 1.6.32' in reported and 'v1.6.32' in asset('uplot/uPlot.iife.min.js')
     assert 'MIT License' in asset('uplot/LICENSE')
 
 
@@ -315,10 +317,10 @@ def test_every_effect_worth_finding_has_a_place_in_the_picture():
         assert dot.place == pytest.approx(0.5), name
 
 
-def test_a_candidate_without_numbers_is_told_by_its_cause_alone():
-    told = diagnosis('ambiguous')
-    pair = replace(told.ambiguous[0], candidates=(Candidate('backlash', 'joint1', {}, True),))
-    said = story.headline(replace(told, ambiguous=(pair,), findings=()))
+def test_a_candidate_without_numbers_is_named_by_its_cause_alone():
+    shown = diagnosis('ambiguous')
+    pair = replace(shown.ambiguous[0], candidates=(Candidate('backlash', 'joint1', {}, True),))
+    said = summary.headline(replace(shown, ambiguous=(pair,), findings=()))
     assert said.startswith('Joint 1 has backlash; or joint 1 has clock skew: ')
 
 

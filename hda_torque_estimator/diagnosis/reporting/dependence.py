@@ -13,10 +13,10 @@ from .unexplained import Rest
 from ..balances.balance import BANDWIDTH
 from ..balances.strongest_wave import TURN
 from ..findings.rest import Unexplained
-from ...pages.plot import Line, Plot
+from ...pages.plot import Plot, PlotLine
 from ...pages.wording import spoken
 
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 _FEWEST = 20            # samples of a bin, on average: fewer draw noise
 _LINES = 1500           # of a spectrum: as many as can be seen
 _CARRIERS = {'direction': 'motor_velocity', 'torque': 'joint_torque'}
@@ -27,7 +27,7 @@ class Dependence(NamedTuple):
 
     column: int
     found: list[Following]          # the most first
-    told: Following
+    following: Following
 
 
 class _Part(NamedTuple):
@@ -37,17 +37,17 @@ class _Part(NamedTuple):
     rows: Mask
 
 
-def dependence_of(told: Unexplained, rest: Rest) -> Dependence:
+def dependence_of(unexplained: Unexplained, rest: Rest) -> Dependence:
     """Return where an unexplained rest shows best and what it follows there."""
-    place = (int(np.argmax(rest.powers())) if told.joint is None
-             else rest.labels.index(told.joint))
-    column = rest.column(place, told.site)
+    place = (int(np.argmax(rest.powers())) if unexplained.joint is None
+             else rest.labels.index(unexplained.joint))
+    column = rest.column(place, unexplained.site)
     found = rest.followed(column)
     return Dependence(column, found, next(
-        (each for each in found if each.coordinate == told.depends_on), found[0]))
+        (each for each in found if each.coordinate == unexplained.depends_on), found[0]))
 
 
-def against(told: Following, column: int, shown: Sequence[tuple[str, Rest, str]]) -> Plot:
+def against(following: Following, column: int, shown: Sequence[tuple[str, Rest, str]]) -> Plot:
     """
     Return residuals in bins of what they follow: medians and quartiles, apart for both signs.
 
@@ -55,8 +55,8 @@ def against(told: Following, column: int, shown: Sequence[tuple[str, Rest, str]]
     """
     first = shown[0][1]
     valid = first.valid[:, column]
-    coordinate = _along(first, told, column)[valid]
-    count = max(1, min(TURN_BINS if told.coordinate == WRAPPED else BINS,
+    coordinate = _along(first, following, column)[valid]
+    count = max(1, min(TURN_BINS if following.coordinate == WRAPPED else BINS,
                        len(coordinate) // _FEWEST))
     bins = np.minimum(np.argsort(np.argsort(coordinate, kind='stable'), kind='stable') * count
                       // max(len(coordinate), 1), count - 1)
@@ -64,35 +64,37 @@ def against(told: Following, column: int, shown: Sequence[tuple[str, Rest, str]]
     lines = [_binned(f'{name}{part.name}', rest.residual[valid, column], bins, count,
                      _Part(look + ('' if place == 0 else '_other'), part.rows))
              for name, rest, look in shown
-             for place, part in enumerate(_parts(first, told, column, valid))]
-    return Plot(_axis(told), RESIDUAL, centre, lines,
-                'turn' if told.coordinate == WRAPPED else 'linear')
+             for place, part in enumerate(_parts(first, following, column, valid))]
+    return Plot(_axis(following), RESIDUAL, centre, lines,
+                'turn' if following.coordinate == WRAPPED else 'linear')
 
 
-def _along(rest: Rest, told: Following, column: int) -> Array:
+def _along(rest: Rest, following: Following, column: int) -> Array:
     """Return the coordinate (m,) that a column follows, within its period if it has one."""
-    if told.coordinate == 'time':
-        return rest.time if told.line is None else np.mod(rest.time, 1.0 / told.line)
-    values = rest.along(column % len(rest.labels))[told.coordinate]
-    return np.mod(values, TURN) if told.coordinate == WRAPPED else values
+    if following.coordinate == 'time':
+        return rest.time if following.line is None else np.mod(rest.time, 1.0 / following.line)
+    values = rest.along(column % len(rest.labels))[following.coordinate]
+    return np.mod(values, TURN) if following.coordinate == WRAPPED else values
 
 
-def _parts(rest: Rest, told: Following, column: int, valid: Mask) -> list[_Part]:
+def _parts(rest: Rest, following: Following, column: int, valid: Mask) -> list[_Part]:
     """Return all samples, or those of both signs of what a curve multiplies."""
-    if not told.carrier:
+    if not following.carrier:
         return [_Part('', np.ones(int(valid.sum()), bool))]
-    carrier = rest.coordinates[_CARRIERS[told.carrier]]
+    carrier = rest.coordinates[_CARRIERS[following.carrier]]
     sign = carrier[valid, column % len(rest.labels)] > 0.0
-    return [_Part(f', {told.carrier} positive', sign), _Part(f', {told.carrier} negative', ~sign)]
+    return [_Part(f', {following.carrier} positive', sign),
+            _Part(f', {following.carrier} negative', ~sign)]
 
 
-def _binned(name: str, values: Array, bins: NDArray[np.int64], count: int, part: _Part) -> Line:
+def _binned(name: str, values: Array, bins: NDArray[np.int64], count: int,
+            part: _Part) -> PlotLine:
     """Return the median of values in bins, and the quartiles around it."""
     spread = np.full((3, count), np.nan)
     for k in range(count):
         if (rows := part.rows & (bins == k)).any():
             spread[:, k] = np.quantile(values[rows], (0.25, 0.5, 0.75))
-    return Line(name, spread[1], part.name, spread[0], spread[2])
+    return PlotLine(name, spread[1], part.name, spread[0], spread[2])
 
 
 def spectrum(rest: Rest, column: int) -> Plot:
@@ -103,7 +105,7 @@ def spectrum(rest: Rest, column: int) -> Plot:
     rows = np.flatnonzero((frequency > 0.0) & (frequency <= BANDWIDTH))
     cuts = np.unique(np.geomspace(1, len(rows), _LINES).astype(int)) - 1
     return Plot('frequency [Hz]', 'amplitude, output [N·m]', frequency[rows[cuts]],
-                [Line('amplitude', np.maximum.reduceat(size[rows], cuts), 'after')], 'log_x')
+                [PlotLine('amplitude', np.maximum.reduceat(size[rows], cuts), 'after')], 'log_x')
 
 
 def where(labels: tuple[str, ...], column: int) -> str:
@@ -111,8 +113,8 @@ def where(labels: tuple[str, ...], column: int) -> str:
     return f'{spoken(labels[column % len(labels)])}, balance {BALANCES[column // len(labels)]}'
 
 
-def _axis(told: Following) -> str:
+def _axis(following: Following) -> str:
     """Return what stands at the axis of what a residual follows."""
-    if told.coordinate == 'time' and told.line is not None:
-        return f'time in the period of {told.line:.4g} Hz [s]'
-    return COORDINATES[told.coordinate]
+    if following.coordinate == 'time' and following.line is not None:
+        return f'time in the period of {following.line:.4g} Hz [s]'
+    return COORDINATES[following.coordinate]

@@ -16,12 +16,12 @@ from hda_arm_sim.model.effects.hypothesis import Hypothesis
 import numpy as np
 from numpy.typing import NDArray
 
-from .forms import evidence, reformed
-from .nameless import best_curves, Curve
-from .search import Found
-from .steady import steady_shares
+from .discrepancy_curves import best_curves, Curve
+from .law_forms import evidence, reformed
+from .parameter_constancy import steady_shares
+from .search import SearchResult
 from ..balances.balance import RATE
-from ..balances.healthy import healthy_twin, noise_of
+from ..balances.healthy_twin import healthy_twin, noise_of
 from ..findings.certainty import margin_of_rest
 from ..findings.rest import GEAR
 from ..fitting.fit import Fit, Fitter
@@ -30,7 +30,7 @@ from ...least_squares.term import Place, Term
 from ...significance import SCORE_BAR
 
 Array = NDArray[np.float64]
-# Choices unless told otherwise.
+# Choices unless stated otherwise.
 REST = 0.8              # rms left beside noise, in rms of noise, that asks for an explanation
 # (null: over ten seconds the noise is known to 40 %; one healthy arm in two left more)
 _ENOUGH = 40.0          # of motion; over less, the level of noise is known less well [s]
@@ -39,7 +39,7 @@ _CRUDE = 0.02           # share of what has no name, below which a rest at its s
 _NOISE = 2              # seed of the noise of an arm that is simulated here; any other will do
 
 
-class Backing(NamedTuple):
+class GoodnessOfFit(NamedTuple):
     """What was found, judged by what it leaves."""
 
     backed: tuple[Term, ...]            # accepted causes that may be named
@@ -48,7 +48,7 @@ class Backing(NamedTuple):
     margins: Mapping[Place, float]      # by which each is no stand-in for what has no name
     nothing_left: float                 # margin by which all else is noise
 
-    def with_rest(self, channels: Sequence[int]) -> 'Backing':
+    def with_rest(self, channels: Sequence[int]) -> 'GoodnessOfFit':
         """Return the judgement where something in these channels has no name, for certain."""
         if not channels:
             return self
@@ -57,7 +57,8 @@ class Backing(NamedTuple):
         return self._replace(unexplained=unexplained, nothing_left=min(self.nothing_left, -1.0))
 
 
-def backing(fitter: Fitter, found: Found, doubted: Sequence[Term] = ()) -> Backing:
+def goodness_of_fit(fitter: Fitter, found: SearchResult,
+                    doubted: Sequence[Term] = ()) -> GoodnessOfFit:
     """
     Return which accepted causes are backed, and where something is unexplained.
 
@@ -97,7 +98,7 @@ def backing(fitter: Fitter, found: Found, doubted: Sequence[Term] = ()) -> Backi
         shares |= {place: steady[place] for place in blamed & steady.keys()}
         blamed -= steady.keys() - {term.place for term in apart}
     backed = tuple(term for term in found.last.accepted if term.place not in blamed)
-    return Backing(backed, unexplained, over, {
+    return GoodnessOfFit(backed, unexplained, over, {
         place: margin_of_rest(share) for place, share in shares.items()},
         _margin(rests, unexplained))
 
@@ -188,7 +189,7 @@ def _acts(power: Array) -> NDArray[np.bool_]:
     return (power > REST ** 2) | (power >= 0.5 * power.max())
 
 
-def _formed(fitter: Fitter, fit: Fit, found: Found, powers: Mapping[Place, Array],
+def _formed(fitter: Fitter, fit: Fit, found: SearchResult, powers: Mapping[Place, Array],
             trained: float) -> dict[Place, float]:
     """
     Return the causes beside which a simple curve tells what they leave, by its share of the bar.
@@ -243,7 +244,7 @@ def _shapeless(fitter: Fitter, fit: Fit, lacking: Sequence[Fit]) -> list[Term]:
             is_law = (curve.form in HYPOTHESES[term.name].contains
                       or bool(term.waves) and 'angle' in curve.form)
             of_law = is_law and curve.site in (GEAR, effect_named(term.name).site.value)
-            tells = curve.improvement > SCORE_BAR and not of_law
-            if tells and curve.score - evidence(fitter, fit, [term]) < SCORE_BAR:
+            explains = curve.improvement > SCORE_BAR and not of_law
+            if explains and curve.score - evidence(fitter, fit, [term]) < SCORE_BAR:
                 shapeless.append(term)
     return shapeless
