@@ -30,7 +30,7 @@ class SimulationSettings(Declared):
     name: ClassVar[str] = 'arm_sim'
     rate: float = parameter(1000.0, 'Hz', 10.0, 20000.0, 'samples per second of its time')
     truth_rate: float = parameter(
-        20000.0, 'Hz', 0.1, 20000.0, 'what is true is told at most so often')
+        20000.0, 'Hz', 0.1, 20000.0, 'what is true is published at most so often')
     speed: float = parameter(
         1.0, '', 0.001, 1000.0, 'its time over real time; other than 1 publishes /clock')
     seed: float = parameter(0.0, '', 0.0, 2.0 ** 32, 'whole number that the noise starts from')
@@ -44,7 +44,7 @@ class SimulationSettings(Declared):
 
     @property
     def truth_divisor(self) -> int:
-        """Return of how many samples one is told with what is true."""
+        """Return of how many samples one is published with what is true."""
         return max(1, round(self.rate / self.truth_rate))
 
 

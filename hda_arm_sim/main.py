@@ -7,7 +7,7 @@ from .ros.process import run
 
 
 def main() -> int:
-    """Simulate the arm until told to end, and return the exit code."""
+    """Simulate the arm until asked to end, and return the exit code."""
     return run('arm_sim', lambda: [ArmSim()], kinds=[ArmSim])
 
 

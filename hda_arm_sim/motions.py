@@ -22,7 +22,7 @@ _EASE = 1.0                     # time over which a motion is faded in and out [
 _BENT = (0.3, 0.6, -0.3, -1.2, 0.4, 0.9, 0.2, -0.7, 0.5, 0.8, -0.4, 0.6)
 _ROOM = 0.25                    # share of a joint's range that a chosen home leaves at either end
 _SHARE = 0.5                    # of a joint's declared speed that a motion takes
-# For each joint its own, so that joints tell themselves apart: periods [s], shifts of tones [Hz].
+# For each joint its own, so that joints can be distinguished: periods [s], shifts of tones [Hz].
 _SLOW = (11.0, 13.7, 12.1, 9.7, 14.9, 10.3, 8.9, 12.7, 9.1, 13.1, 10.9, 11.9)
 _QUICK = (4.3, 3.6, 3.9, 4.7, 3.3, 4.1, 5.1, 3.5, 4.5, 3.7, 4.9, 3.1)
 _TURNS = (16.0, 12.0, 14.0, 11.0, 17.0, 13.0, 10.0, 15.0, 9.0, 18.0, 12.5, 10.5)

@@ -1,4 +1,4 @@
-"""The messages that tell a sample of the simulated arm."""
+"""The messages that describe a sample of the simulated arm."""
 
 from hda_msgs_json.cdr import JointStateEncoder, WrenchEncoder
 from hda_msgs_json.topics import (
@@ -13,7 +13,7 @@ UNKNOWN = (np.nan, np.nan, np.nan)
 
 
 def truth_topics(arm: Arm) -> tuple[Topic, ...]:
-    """Return the topics that tell what is true."""
+    """Return the topics of what is true."""
     return (*(truth_joint_torque(label) for label in arm.labels), TRUTH_TIP_WRENCH)
 
 

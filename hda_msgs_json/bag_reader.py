@@ -179,7 +179,7 @@ class Recording:
         The slice says which of all messages they are, if the indexes are right.
         """
         for slots in self._slots(name):
-            # The indexes could tell which parts have none of them, but they may be damaged.
+            # The indexes could show which parts have none of them, but they may be damaged.
             for found, warning in ahead(partial(_worked, work=work), slots):
                 self._warn(warning)
                 if found is not None:

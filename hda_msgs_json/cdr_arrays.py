@@ -82,7 +82,7 @@ def decode_wrench_batch(batch: Batch, number: int = 0) -> WrenchSamples:
 
 
 def joint_form(message: bytes) -> ArrayLayout[JointSamples]:
-    """Return what a JointState tells of others like it; raise CdrError if it is not sound."""
+    """Return what a JointState shows of others like it; raise CdrError if it is not sound."""
     state, layout = read_joint_state(message)
     _check_joint_state(state)
 
@@ -95,7 +95,7 @@ def joint_form(message: bytes) -> ArrayLayout[JointSamples]:
 
 
 def wrench_form(message: bytes) -> ArrayLayout[WrenchSamples]:
-    """Return what a WrenchStamped tells of others like it; raise CdrError if it is none."""
+    """Return what a WrenchStamped shows of others like it; raise CdrError if it is none."""
     wrench, layout = read_wrench(message)
 
     def room(count: int) -> WrenchSamples:

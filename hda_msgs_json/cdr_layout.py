@@ -45,7 +45,7 @@ class Wrench(NamedTuple):
 
 class Layout:
     """
-    Tell the numbers of a message from its structure.
+    Separate the numbers of a message from its structure.
 
     Two messages have the same layout when all their counts and texts are equal. Then their numbers
     mean the same and lie in the same place. A mask leaves time, numbers and padding out of the
@@ -132,7 +132,7 @@ def _words(mask: bytes, message: bytes) -> tuple[_Word, ...]:
 
 
 def read_joint_state(message: bytes) -> tuple[JointState, Layout]:
-    """Read a JointState and tell its layout; raise CdrError if the bytes are not one."""
+    """Read a JointState and find its layout; raise CdrError if the bytes are not one."""
     fields = FieldReader(message)
     stamp, frame_id = fields.stamp(), fields.string('frame_id')
     names = fields.strings('name')
@@ -144,7 +144,7 @@ def read_joint_state(message: bytes) -> tuple[JointState, Layout]:
 
 
 def read_wrench(message: bytes) -> tuple[Wrench, Layout]:
-    """Read a WrenchStamped and tell its layout; raise CdrError if the bytes are not one."""
+    """Read a WrenchStamped and find its layout; raise CdrError if the bytes are not one."""
     fields = FieldReader(message)
     stamp, frame_id = fields.stamp(), fields.string('frame_id')
     doubles = [fields.doubles(what, 3) for what in ('force', 'torque')]

@@ -2,4 +2,4 @@
 
 
 class HdaError(ValueError):
-    """A mistake that one line tells: what is wrong, what was got, what would be right."""
+    """A mistake that one line explains: what is wrong, what was got, what would be right."""

@@ -32,7 +32,7 @@ class MessageError(HdaError):
 @dataclasses.dataclass(frozen=True)
 class EstimatorState:
     """
-    Tell what the estimator knows after one sample; all tuples but the force have one per joint.
+    State what the estimator knows after one sample; all tuples but the force have one per joint.
 
     Numbers that could not be estimated are NaN. `valid` says whether the estimate of a joint may
     be used, `flags` why not, or what else is remarkable about a joint or the arm.

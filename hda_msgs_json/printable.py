@@ -1,6 +1,6 @@
 """Text from files and names as a terminal may show it: nothing in it moves the cursor."""
 
-LONGEST = 1000          # characters of one line: an error tells what is wrong, not all that is
+LONGEST = 1000          # characters of one line: an error says what is wrong, not all that is
 
 
 def printable(text: str, keep: str = '') -> str:

@@ -10,7 +10,7 @@ from .estimating.estimator_node import TorqueEstimator
 
 
 def main() -> int:
-    """Run all three until told to end, and return the exit code."""
+    """Run all three until asked to end, and return the exit code."""
     kinds = (ArmSim, TorqueEstimator, JtfController)
     return run('composed_node', lambda: [kind() for kind in kinds], kinds=kinds)
 

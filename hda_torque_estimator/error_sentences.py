@@ -14,7 +14,7 @@ DEBUG = 'HDA_DEBUG'
 
 class OneLineErrors(AbstractContextManager['OneLineErrors']):
     """
-    End a `with` statement at an error, and keep the sentence that tells it in `sentence`.
+    End a `with` statement at an error, and keep the sentence that explains it in `sentence`.
 
     What is no mistake of anybody, as an interrupt or an exit, goes on.
     """
@@ -33,7 +33,7 @@ class OneLineErrors(AbstractContextManager['OneLineErrors']):
 
 
 def sentence(error: Exception) -> str:
-    """Return what is told of an error: its own words, or what it is where nobody foresaw it."""
+    """Return what is said of an error: its own words, or what it is where nobody foresaw it."""
     words = one_line(str(error))
     if isinstance(error, HdaError):
         return words

@@ -55,5 +55,5 @@ def _run(module: str) -> int:
 
 
 def _leave(number: int, frame: FrameType | None) -> None:
-    """End as if it had been told so a moment later: nothing has begun yet."""
+    """End as if it had been asked to a moment later: nothing has begun yet."""
     os._exit(0)

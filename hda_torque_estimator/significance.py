@@ -7,7 +7,7 @@ NORMAL_MEDIAN = 0.6745      # median of absolute noise over deviation (source: n
 # (source: squares of the binomial coefficients).
 FOURTH_DIFFERENCES = 70.0
 
-# Improvement of the score beyond what its freedom costs, from which a cause is told. The score is
+# Improvement of the score beyond what its freedom costs, from which a cause is named. The score is
 # twice a log likelihood, so this asks for odds of e^30 to 1 (choice).
 SCORE_BAR = 60.0
 SIGN_CERTAIN = 0.6      # correlation, of either sign, from which the sign is certain (choice)

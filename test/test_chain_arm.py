@@ -187,7 +187,7 @@ def test_what_a_chain_cannot_be_is_refused(effect, label, reported):
     (Payload(mass=1.0, y=0.1), None), (Payload(mass=1.0, z=0.1), None),
     (LinkInertiaError(mass=0.1), 'joint1'), (LinkInertiaError(centre_z=0.1), 'joint1')])
 def test_numbers_of_chains_are_refused_by_links_in_a_plane(effect, label):
-    with pytest.raises(ArmError, match='is told of chains'):
+    with pytest.raises(ArmError, match='is for chains'):
         FLAT.with_effect(effect, label)
     assert SPACE.with_effect(effect, label) is not None
 

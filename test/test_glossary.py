@@ -25,6 +25,12 @@ def test_every_effect_has_a_section(name):
     assert f'\n### `{name}`\n' in MODEL
 
 
+def test_every_part_of_the_judgement_is_a_term():
+    stems = {path.stem.replace('_', ' ') for path in
+             (ROOT / 'hda_torque_estimator' / 'diagnosis' / 'judging').glob('[a-z]*.py')}
+    assert stems - {*TERMS, *(f'{term}s' for term in TERMS)} == set()
+
+
 @pytest.mark.parametrize('name', ['README.md', 'docs/model.md'])
 def test_the_glossary_is_linked(name):
     assert re.search(r'\]\((?:docs/)?glossary\.md\)', (ROOT / name).read_text())

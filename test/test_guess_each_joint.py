@@ -61,7 +61,7 @@ def test_a_joint_that_stands_determines_no_sign():
     columns = table()
     columns['motor_pos_3'], columns['link_pos_3'] = np.full(1000, 7.0), np.full(1000, 0.07)
     entry = guess(columns).entries['motor.position']
-    assert entry.signs == {} and 'its sign is not told at 3' in entry.reason
+    assert entry.signs == {} and 'its sign is not known at 3' in entry.reason
 
 
 def test_a_column_of_zeros_is_no_encoder():

@@ -357,7 +357,7 @@ def test_page_of_a_healthy_arm_names_nothing():
     text = Reader(page(healthy, {})).text
     assert 'No cause is named' in text
     assert 'Causes' not in text
-    assert 'cannot tell apart' not in text
+    assert 'cannot distinguish' not in text
     assert 'unexplained rest' not in text
 
 

@@ -27,8 +27,7 @@ from hda_torque_estimator.fleet.fleet_page import fleet_page
 from hda_torque_estimator.fleet.lines import BagLine, NamedCause
 from hda_torque_estimator.pages.render import asset
 from hda_torque_estimator.reproduction.page import page as reproduction_page
-from hda_torque_estimator.reproduction.rig.exhibit import Exhibit
-from hda_torque_estimator.reproduction.rig.exhibit import PaperNumber
+from hda_torque_estimator.reproduction.rig.exhibit import Exhibit, PaperNumber
 import numpy as np
 import pytest
 from test_page import diagnosis

@@ -81,6 +81,17 @@ def test_no_type_is_found_by_trying_its_attributes():
             if isinstance(node, ast.Name) and node.id == 'hasattr'] == []
 
 
+def test_a_class_name_stands_for_one_thing():
+    homes: dict[str, list[str]] = {}
+    for path, tree in TREES.items():
+        name = str(path.relative_to(ROOT))
+        for node in ast.walk(tree) if name.startswith(PACKAGES) else ():
+            if isinstance(node, ast.ClassDef):
+                homes.setdefault(node.name, []).append(f'{name}:{node.lineno}')
+    assert len(homes) > 300
+    assert {name: places for name, places in homes.items() if len(places) > 1} == {}
+
+
 def test_names_can_be_typed_on_any_keyboard():
     assert [(text, place) for path in SOURCES for text, place in tokens(path, tokenize.NAME)
             if not text.isascii()] == []

@@ -3,7 +3,7 @@ Rigid dynamics of a chain of turning joints in space, compiled (docs/model.md#ch
 
 A chain stands in one table. Row 0 is the base, the last row the tip, and between them is a row for
 each joint with the link that it turns. Each link's frame has its z axis along its joint.
-Everything is told in the base frame about its origin. So velocities, forces and inertias of
+Everything is expressed in the base frame about its origin. So velocities, forces and inertias of
 different links add without being carried from frame to frame. Fill ANGLE, SPEED and SPEEDING,
 then ask.
 """
@@ -66,7 +66,7 @@ def of_links(planar: Planar, spatial: Any) -> Planar:
     """
     Return what compiled code calls for one of two laws: links in a plane, or a chain in space.
 
-    Which of them is told by the types of the arguments, when the caller is compiled.
+    Which of them follows from the types of the arguments, when the caller is compiled.
     """
     made: Any = either(planar, spatial, _is_spatial)
     result: Planar = made

@@ -145,7 +145,7 @@ class _Listener(event.Listener):
 
 
 def say_when_compiling(say: Callable[[str], None]) -> None:
-    """Have `say` told, once, if anything has to be compiled, which takes long."""
+    """Call `say`, once, if anything has to be compiled, which takes long."""
     event.register('numba:compile', _Listener(say))
 
 

@@ -172,7 +172,7 @@ class Arm:
     def _moving_links(self) -> Links:
         links = self.links or Links()
         if isinstance(links, ChainLinks):
-            raise ArmError('this is told of two links in a plane; the arm has a chain of '
+            raise ArmError('this is for two links in a plane; the arm has a chain of '
                            f'{len(self.joints)} joints')
         if len(self.joints) > 2:
             return links
@@ -194,7 +194,7 @@ class Arm:
     @cached_property
     def _moving_parts(self) -> NDArray[np.float64]:
         if not isinstance(self.links, ChainLinks):
-            raise ArmError('this is told of chains; the arm has links in a plane, or none')
+            raise ArmError('this is for chains; the arm has links in a plane, or none')
         parts = self.links.parts.copy()
         for row, joint in zip(parts[1:], self.joints):
             differ(row, self._in_force(LINK_INERTIA, joint.label))
@@ -253,7 +253,7 @@ def _check_flat(arm: Arm) -> None:
     for effect, _ in arm.effects:
         for name in effect.spatial:
             if getattr(effect, name):
-                raise ArmError(f'{effect.name}.{name} is told of chains; links in a plane have no '
+                raise ArmError(f'{effect.name}.{name} is for chains; links in a plane have no '
                                'such number')
 
 
@@ -263,7 +263,7 @@ def _check_chain(arm: Arm, links: ChainLinks) -> None:
                        f'({", ".join(links.names)}), got {len(arm.joints)} joints')
     coupling = sole_at(COUPLING).name
     if not arm.effect(coupling).is_neutral():
-        raise ArmError(f'{coupling} is told of two links in a plane; the links of a chain '
+        raise ArmError(f'{coupling} is for two links in a plane; the links of a chain '
                        'always feel each other')
     for label, row in zip(arm.labels, arm.moving_parts()[1:]):
         if not is_definite(row.tobytes()):

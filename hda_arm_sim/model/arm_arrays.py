@@ -1,9 +1,9 @@
 """
 An arm as plain arrays, for compiled code that is called sample by sample.
 
-numba tells the types of the arguments at every call from Python. For records and tuples that takes
-four times as long as a step of the arm, for arrays hardly any time. Whoever steps sample by sample
-passes arrays, and has compiled code make `ArmRecord(joints, body[0])` of them.
+numba infers the types of the arguments at every call from Python. For records and tuples that
+takes four times as long as a step of the arm, for arrays hardly any time. Whoever steps sample by
+sample passes arrays, and has compiled code make `ArmRecord(joints, body[0])` of them.
 """
 
 from typing import Any, NamedTuple

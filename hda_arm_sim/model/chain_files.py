@@ -18,7 +18,7 @@ CHAIN_KEYS = ('urdf', 'tip', 'joints', 'home', 'rpy', 'tolerances')
 
 
 def chain_links(value: Any, labels: Sequence[str], source: Path) -> ChainLinks:
-    """Return the links that a mapping tells of an arm with these joints; raises ArmError."""
+    """Return the links that a mapping states of an arm with these joints; raises ArmError."""
     given = mapping(value, 'links with a URDF', CHAIN_KEYS)
     for key in CHAIN_KEYS[:2]:
         if not isinstance(given.get(key), str) or not given[key]:

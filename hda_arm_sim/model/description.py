@@ -1,7 +1,7 @@
 """
 The arm as a URDF, for RViz, Foxglove and TF.
 
-It tells how the arm looks and how its frames lie. Masses are not in it: the model file has the
+It describes how the arm looks and how its frames lie. Masses are not in it: the model file has the
 numbers that matter, and those of single links cannot be known from them.
 """
 

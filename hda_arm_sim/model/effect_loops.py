@@ -77,7 +77,7 @@ def numbers_at(owner: Any, place: Place) -> Any:
 
 
 def any_acts(owner: Any, *places: Place) -> bool:
-    """Tell of one owner or of many whether an effect does anything at one of these places."""
+    """Return whether, in one owner or many, an effect does anything at one of these places."""
     return any(owner[effect.name][number].any() for place in places
                for effect in effects_at(place) for number in effect.acts)
 
@@ -146,7 +146,7 @@ def _latter(value: Any, changed: Any) -> Any:
 
 
 def _condition(numbers: tuple[str, ...]) -> Compiled:
-    """Return what tells of a record whether one of its numbers is not zero; true without any."""
+    """Return a test of whether one of a record's numbers is not zero; true without any."""
     always = not numbers
 
     @_unrolled

@@ -1,4 +1,4 @@
-"""How fast an arm can swing or settle by itself, which tells how short a step must be."""
+"""How fast an arm can swing or settle by itself, which determines how short a step must be."""
 
 from typing import Any
 

@@ -144,8 +144,8 @@ def stiffer_torque(law: Record, ratio: float, torque: float, factor: float,
     """
     Return the torque of a torsion if the flexspline is stiffer by a factor, (eq:stiffer) [N*m].
 
-    `torque` is what the law tells of that torsion as it stands. The law is concave: so its tangent
-    at zero bounds the torque from below, and from there Newton's steps do not pass it.
+    `torque` is what the law gives for that torsion as it stands. The law is concave: so its
+    tangent at zero bounds the torque from below, and from there Newton's steps do not pass it.
     """
     if factor == 1.0 or torque == 0.0:
         return torque

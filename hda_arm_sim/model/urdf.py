@@ -58,7 +58,7 @@ class Element:
 
 
 class _Reader:
-    """What expat tells, made into elements; all but links and joints is passed over."""
+    """What expat reads, made into elements; all but links and joints is passed over."""
 
     def __init__(self) -> None:
         self.root: Element | None = None

@@ -78,7 +78,7 @@ def joint_of(element: Element) -> UrdfJoint:
 
 
 def frame_of(element: Element, owner: str) -> Frame:
-    """Return the frame that an element's origin tells."""
+    """Return the frame of an element's origin."""
     origin = element.part('origin')
     return Frame(turned(*_numbers(origin, 'rpy', (0.0, 0.0, 0.0), owner)),
                  _numbers(origin, 'xyz', (0.0, 0.0, 0.0), owner))

@@ -30,7 +30,7 @@ class ReportingNode(Node):
     PURPOSE = ''            # what the node does, in one sentence
     OPTIONS: ClassVar[Mapping[str, tuple[Any, str]]] = {}     # default and meaning, by name
     GROUPS: ClassVar[Sequence[type[Declared]]] = ()           # of numbers
-    LINGER = 0.0            # time to go on after the process is told to end [s]
+    LINGER = 0.0            # time to go on after the process is asked to end [s]
     hardware = ''           # what the node is about: the arm, or a recording
     failure = ''            # why the node cannot go on, once it cannot
     finished = False        # whether the node has done all that it had to do

@@ -1,4 +1,4 @@
-"""The quality of service that publishers offered, as rosbag2 tells it, for publishing again."""
+"""The quality of service that publishers offered, as rosbag2 records it, for publishing again."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -17,7 +17,7 @@ FOREVER = 1 << 62       # and beyond: no bound [ns]
 
 def strongest(texts: Sequence[str]) -> QoSProfile:
     """
-    Return the strongest of the qualities that texts tell: it suits every subscriber of them.
+    Return the strongest of the qualities that texts state: it suits every subscriber of them.
 
     It is reliable without any. Depth is no part of what ROS matches, so queues are deep, except
     where it says how much a late subscriber gets. Messages do not expire.

@@ -23,7 +23,7 @@ class Parameters:
     The parameters of one node.
 
     The node must be made with `automatically_declare_parameters_from_overrides`: only so can it
-    be told which of the given values nobody asked for.
+    be informed which of the given values nobody asked for.
     """
 
     def __init__(self, node: Node) -> None:
@@ -42,7 +42,7 @@ class Parameters:
         """
         Declare a group of numbers and return it with the values given; raises ParameterError.
 
-        With `changed` the numbers can be set while the node runs, and it is told of the new group.
+        With `changed` the numbers can be set while the node runs, and it is given the new group.
         What `allowed` then raises a ParameterError for is not set.
         """
         rules = kind.declarations()

@@ -1,7 +1,7 @@
 """
-Run nodes as a process that starts, or says in one line why not, and ends when it is told to.
+Run nodes as a process that starts, or says in one line why not, and ends when it is asked to.
 
-The terminal and `ros2 launch` both send SIGINT, so a process is told twice within milliseconds.
+The terminal and `ros2 launch` both send SIGINT, so a process is asked twice within milliseconds.
 The first signal ends the spinning while topics still work, so that nodes can say their last word,
 and have it arrive. What a busy listener has not taken yet ends with the process that sent it.
 """
@@ -57,7 +57,7 @@ def run(name: str, make_nodes: Callable[[], Sequence[ReportingNode]],
     Make nodes, spin them until SIGINT, SIGTERM or the end of their work; returns the exit code.
 
     It is 0 then, and 2 after one line on standard error for arguments, parameters or files that
-    cannot be used. `--help` alone tells the parameters of nodes of these kinds.
+    cannot be used. `--help` alone lists the parameters of nodes of these kinds.
     """
     given = list(sys.argv if arguments is None else arguments)
     if set(given[1:2]) & set(ASKING):
@@ -112,7 +112,7 @@ def _plain(error: str) -> str:
 
 
 def _spin(name: str, nodes: Sequence[ReportingNode], stop: _Stop) -> int:
-    """Spin until told to end, or until a node is done or cannot go on; returns the exit code."""
+    """Spin until asked to end, or until a node is done or cannot go on; returns the exit code."""
     executor = QuickExecutor()
     for node in nodes:
         executor.add_node(node)

@@ -25,7 +25,7 @@ class RemoteParameters:
 
     def __init__(self, node: Node, names: Sequence[str],
                  heard: Callable[[str, dict[str, Any]], None]) -> None:
-        """Tell `heard` the parameters of every node that answers."""
+        """Pass to `heard` the parameters of every node that answers."""
         self._heard = heard
         self._lists = {name: node.create_client(ListParameters, f'{name}/list_parameters')
                        for name in names}

@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 # Choices unless stated otherwise.
 FIXED = 0.7             # of what was known: a number that stays this unsure says nothing new
 BENT = 5.0              # torque from which laws of the flexspline part [N*m]
-FORM_GAIN = 0.03        # by which another form of the law must tell torques better
+FORM_GAIN = 0.03        # by which another form of the law must predict torques better
 Progress = Callable[[str], None]
 
 
@@ -63,7 +63,7 @@ class JointFinding:
                 f'    scale of the torque: {self.scale}',
                 *([SPARSE] if self.torque < HARDLY else []),
                 *(f'    {number}' for number in self.numbers),
-                *([f'    nominal, because the recordings do not tell: {", ".join(self.nominal)}']
+                *([f'    nominal, because the recordings do not show: {", ".join(self.nominal)}']
                   if self.nominal else [])]
 
     def document(self) -> dict[str, Any]:
@@ -123,7 +123,7 @@ def law_terms(arm: Arm) -> list[Term]:
 
 
 def _decided(fits: TorsionFits, arm: Arm) -> tuple[Minimum, tuple[str, ...]]:
-    """Return the fit with the waves and laws that recordings tell, and the numbers left out."""
+    """Return the fit with the waves and laws that recordings show, and the numbers left out."""
     terms = law_terms(arm)
     light = [terms[0], terms[-1]]               # stiffness and skew; loops come after waves
     orders = chosen(fits, fits.fit(light), ())
@@ -142,7 +142,7 @@ def _decided(fits: TorsionFits, arm: Arm) -> tuple[Minimum, tuple[str, ...]]:
 
 def _best_form(fits: TorsionFits, arm: Arm, fitted: Fitted,
                terms: list[Term]) -> tuple[Fitted, list[Term]]:
-    """Return the fit with three straight segments, if that tells torques better, and its terms."""
+    """Return the fit with three straight segments if it predicts better, and its terms."""
     largest = max(float(np.abs(p.reference[p.usable]).max()) for p in fits.passages)
     law = arm.joints[0].torsion
     if law.flexspline_curvature == 0.0 or law.knee_1 > 0.0 or largest < BENT:
@@ -155,7 +155,7 @@ def _best_form(fits: TorsionFits, arm: Arm, fitted: Fitted,
 
 
 def _determined(found: Minimum) -> list[bool]:
-    """Return for each term whether the recordings tell more of it than was known."""
+    """Return for each term whether the recordings show more of it than was known."""
     sigma = np.sqrt(np.diag(found.covariance()))
     # of its size; a shape follows
     return [bool(sigma[place.start] < FIXED) for place in places(found.terms)]

@@ -1,9 +1,9 @@
 """
 Calibrate the joints of an arm against reference torques, with nothing known of its links.
 
-A joint has two witnesses: its torsion, and its motor. Each is written where it tells something of
+A joint has two witnesses: its torsion, and its motor. Each is written where it shows something of
 recordings that the fit has not seen, with its error there as its deviation. The estimator weighs
-them by that. What both then tell together is examined on the same recordings, beside other
+them by that. What both then give together is examined on the same recordings, beside other
 weights. A joint whose calibration would make its torque worse stays as it was, and so does one
 without a witness. The calibration says why.
 """
@@ -30,9 +30,9 @@ from ..least_squares.rows import rms
 from ..samples.readings import knows_motor
 
 # Choices unless stated otherwise.
-USEFUL = 0.9            # of what its rows see vary, an error above which a witness tells nothing
+USEFUL = 0.9            # of what its rows see vary, an error above which a witness shows nothing
 BESIDE = 0.9            # of an error, below which a motor beside a torsion, or at rest, counts
-MOVES = 0.1             # of the torque's deviation, from which a zero that moves is told
+MOVES = 0.1             # of the torque's deviation, from which a zero that moves is reported
 STIFFNESS = 'torsion.flexspline_stiffness'
 Progress = Callable[[str], None]
 
@@ -62,7 +62,7 @@ class JointCalibration:
     given: float = 0.0
     by_hand: float = 0.0
     constant: float = 0.0
-    leader: str = ''            # the witness that tells the torque alone, '' for both
+    leader: str = ''            # the witness that gives the torque alone, '' for both
     zero_moves: float = 0.0     # zero of the link encoder over recordings, one sigma [rad]
     zero_torque: float = 0.0    # what that makes of the torque [N*m]
     offset_moves: float = 0.0   # offset of the motor over recordings, one sigma [N*m motor]
@@ -94,7 +94,7 @@ class JointCalibration:
         """Return what the estimator makes of the witnesses, and what a line would."""
         if self.together == 0.0:
             return []
-        who = f'; the {self.leader} alone tells the torque' if self.leader else ''
+        who = f'; the {self.leader} alone gives the torque' if self.leader else ''
         if 0.0 < self.constant <= self.together:
             who += f'; the mean torque of the others errs by no more ({self.constant:.3g})'
         return [f'the estimator errs by {self.together:.3g} N*m rms there, zeros included, by '
@@ -106,7 +106,7 @@ class JointCalibration:
         found = []
         if self.zero_torque > MOVES * self.reference:
             found.append(f'its zero moves by {self.zero_moves:.2g} rad from recording to recording'
-                         f', which is {self.zero_torque:.3g} N*m: tare, or let the motor tell it')
+                         f', which is {self.zero_torque:.3g} N*m: tare, or let the motor give it')
         if self.lag != 0.0:
             found.append(f'its reference lags by {1e3 * self.lag:.3g} ms')
         return found
@@ -170,7 +170,7 @@ def _calibrated(arm: Arm, recordings: Sequence[Measured]) -> JointCalibration:
 
 
 def _least(heard: WitnessFit) -> float:
-    """Return the error below which a witness tells something [N*m rms]."""
+    """Return the error below which a witness shows something [N*m rms]."""
     return min(heard.before, USEFUL * heard.varies)
 
 
@@ -182,7 +182,7 @@ def _is_no_gear(used: Witnesses) -> bool:
 
 
 class _WitnessChoice(NamedTuple):
-    """Some witnesses of a joint, and what the estimator tells by them."""
+    """Some witnesses of a joint, and what the estimator reaches by them."""
 
     used: Witnesses
     numbers: tuple[ArmNumber, ...]
@@ -191,7 +191,7 @@ class _WitnessChoice(NamedTuple):
 
 
 def _trial(arm: Arm, recordings: Sequence[Measured], heard: Witnesses) -> _WitnessChoice | None:
-    """Return what the witnesses that tell something tell together, None if none does."""
+    """Return what the useful witnesses reach together, None if none is useful."""
     used = Witnesses(*(one if one is not None and one.error < _least(one) else None
                        for one in heard))
     if _is_no_gear(used):
@@ -222,7 +222,7 @@ def _weighed(said: JointCalibration, arm: Arm, recordings: Sequence[Measured],
 def _as_unsure(arm: Arm, recordings: Sequence[Measured], used: Witnesses,
                numbers: Sequence[ArmNumber]) -> tuple[ArmNumber, ...]:
     """
-    Return numbers with intervals that hold what no law tells of the motor's torque.
+    Return numbers with intervals that hold what no law describes of the motor's torque.
 
     It is friction, or follows the torque, and nobody knows which.
     """
@@ -250,7 +250,7 @@ def _best(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> _Witness
 
 
 def _earns(found: Examined, than: Examined) -> bool:
-    """Return whether one tells the torque better by a tenth, and its changes not worse by that."""
+    """Return if one predicts the torque better by a tenth, and its changes not worse by that."""
     return found.error < BESIDE * than.error and BESIDE * found.about <= than.about
 
 
@@ -272,9 +272,9 @@ def _of_both(recordings: Sequence[Measured]) -> Sequence[Measured]:
 
 def _deviations(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> dict[str, float]:
     """
-    Return the deviation of each witness that there is, as given where it tells nothing [N*m].
+    Return the deviation of each witness that there is, as given where it shows nothing [N*m].
 
-    A motor that tells nothing, and that nobody knows, stays unknown: its torque is not used.
+    A motor that shows nothing, and that nobody knows, stays unknown: its torque is not used.
     """
     torsion, motor = used
     found = {}
@@ -289,7 +289,7 @@ def _deviations(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> di
 
 
 def _with_torsion(said: JointCalibration, torsion: WitnessFit | None) -> JointCalibration:
-    """Return what is said of a joint, with what its torsion told."""
+    """Return what is said of a joint, with the fit of its torsion."""
     if torsion is None:
         return said
     return replace(said, before=torsion.before, after=torsion.error, zero_moves=torsion.spread,
@@ -297,7 +297,7 @@ def _with_torsion(said: JointCalibration, torsion: WitnessFit | None) -> JointCa
 
 
 def _with_motor(said: JointCalibration, motor: WitnessFit | None) -> JointCalibration:
-    """Return what is said of a joint, with what its motor told."""
+    """Return what is said of a joint, with the fit of its motor."""
     if motor is None:
         return said
     return replace(said, motor=motor.error, offset_moves=motor.spread)
@@ -312,5 +312,5 @@ def _why(heard: Witnesses, varies: float) -> str:
     if heard.motor is not None:
         parts.append(f'its motor would be {heard.motor.error:.3g} N*m rms off')
     if not parts:
-        return 'neither its torsion nor a motor that turns tells anything'
+        return 'neither its torsion nor a motor that turns determines it'
     return f'{", ".join(parts)}, and its torque varies by {varies:.3g}'

@@ -60,7 +60,7 @@ def run_calibration(sources: Sources, arm_file: str, out: Path, *,
 
 
 def _are_snatches(recordings: Sequence[Recording], labels: Sequence[str]) -> bool:
-    """Return whether sensors were recorded, but for too short a time to tell laws apart."""
+    """Return whether sensors were recorded, but for too short a time to distinguish laws."""
     sensed = any(_has(recording, reference_joint_torque(label).name)
                  for recording in recordings for label in labels)
     return sensed and sum(recording.duration for recording in recordings) < SHORTEST

@@ -1,4 +1,4 @@
-"""What `hda new` is told of each joint, and of the links."""
+"""What `hda new` must know of each joint, and of the links."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -63,7 +63,7 @@ ANSWERS = (
 
 @dataclass(frozen=True)
 class JointAnswers:
-    """What is known of one joint; None for what was not told, in the units of `ANSWERS`."""
+    """What is known of one joint; None for what was not stated, in the units of `ANSWERS`."""
 
     label: str
     gear: Gear
@@ -79,7 +79,7 @@ class JointAnswers:
     starting_torque: float | None = None
     viscous_friction: float | None = None
     hysteresis_loss: float | None = None
-    origins: Mapping[str, str] = field(default_factory=dict)    # of what a recording told
+    origins: Mapping[str, str] = field(default_factory=dict)    # of what a recording showed
 
     def origin(self, name: str) -> str:
         """Return where an answer comes from."""

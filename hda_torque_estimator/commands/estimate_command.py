@@ -61,7 +61,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_out(parser, 'BAG2', 'bag to write')
     add_page(parser)
     parser.add_argument('--default-settings', action='store_true',
-                        help='ignore the settings of the estimator that the bag tells')
+                        help='ignore the settings of the estimator that the bag holds')
     parser.add_argument('--fusion', choices=('on', 'off'),
                         help='let torsion and motor torque correct each other, or not; else as '
                              'the settings say')
@@ -176,7 +176,7 @@ def _outcome(options: argparse.Namespace, arm: Arm, made: _EstimatedBag, refused
              f'joint torques up to {torques} N*m']
     lines += [f'  {100.0 * share:.3g} % of the samples: {words}'
               for words, share in doubted.items()]
-    lines += [f'  {label}: no link angle is in the bag; its motor alone tells its torque'
+    lines += [f'  {label}: no link angle is in the bag; its motor alone gives its torque'
               for label in alone]
     if zero:
         lines.append(f'  {tare_words(zero)}')

@@ -73,7 +73,7 @@ def search(path: Path, besides: Iterable[Path] = ()) -> FoundBags:
 
 
 def _look(folder: Path, found: FoundBags, seen: set[Path], depth: int) -> None:
-    """Add what a folder holds; it is told if that is no recording."""
+    """Add what a folder holds; that it is no recording is noted."""
     real = Path(os.path.realpath(folder))
     if real in seen:                                    # the output, or a link that leads back
         return

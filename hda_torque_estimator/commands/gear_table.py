@@ -18,7 +18,7 @@ COLUMNS = tuple(dict.fromkeys((*_OWN, *(answer.name for answer in ANSWERS))))
 
 
 class UrdfLinks(NamedTuple):
-    """Links that a description tells: its path beside the arm file, its tip, its joints."""
+    """Links that a description states: its path beside the arm file, its tip, its joints."""
 
     urdf: str
     tip: str
@@ -44,7 +44,7 @@ def described(urdf: Path, tip: str | None, out: Path) -> UrdfLinks:
 
 
 def gears_of(table: Path, joints: tuple[str, ...]) -> list[dict[str, Any]]:
-    """Return what a table tells of each of these joints, in their order; raises NewError."""
+    """Return what a table states of each of these joints, in their order; raises NewError."""
     try:
         with table.open(encoding='utf-8-sig', newline='') as file:
             reader = csv.DictReader(file)
@@ -58,7 +58,7 @@ def gears_of(table: Path, joints: tuple[str, ...]) -> list[dict[str, Any]]:
         raise NewError(f'{table} lacks the columns {", ".join(lacking)}')
     names = [row['joint'] for row in given]
     if strange := [str(name) for name in names if name not in joints]:
-        raise NewError(f'{table} tells of {", ".join(strange)}; the joints to the tip are '
+        raise NewError(f'{table} states {", ".join(strange)}; the joints to the tip are '
                        f'{", ".join(joints)}')
     if lacking := [name for name in joints if names.count(name) != 1]:
         raise NewError(f'{table} needs one row for each of {", ".join(lacking)}')

@@ -1,4 +1,4 @@
-"""What a bag knows of torques and forces that an estimator was not told: truths and sensors."""
+"""What a bag knows of torques and forces that no estimator knows: truths and sensors."""
 
 from typing import NamedTuple
 

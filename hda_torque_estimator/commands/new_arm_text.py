@@ -34,7 +34,7 @@ _TOLERANCES = (
     ('eccentricity', usual_at(LINK_READING).sigma['amplitude'],
      'of an encoder nobody has measured [rad]'),
     ('clock_skew', usual_at(CLOCK).sigma['skew'], 'of encoders nobody has measured [s]'))
-_DRAWN = 'masses of a drawing; links.tolerances tells each link apart'
+_DRAWN = 'masses of a drawing; links.tolerances states each link'
 _OF_MOTOR = 0.02        # one sigma of ripple and offset, as a share of the largest torque
 
 
@@ -135,7 +135,7 @@ def _stated(value: float | None) -> str:
 
 def _link_lines(rods: Rods | UrdfLinks | None) -> Iterator[str]:
     if isinstance(rods, UrdfLinks):
-        yield _beside('links:', 'as the robot description tells')
+        yield _beside('links:', 'as the robot description states')
         yield from (f'  {name}: {_word(value)}' for name, value in
                     (('urdf', rods.urdf), ('tip', rods.tip)))
         return
@@ -166,7 +166,7 @@ def _effect_lines(joints: Sequence[JointAnswers]) -> Iterator[str]:
 
 
 def _tolerance_lines(joints: Sequence[JointAnswers], drawn: bool) -> Iterator[str]:
-    """Yield how well numbers are known; links are `drawn` if a description tells them."""
+    """Yield how well numbers are known; links are `drawn` if a description states them."""
     yield _beside('tolerances:', 'one sigma, relative unless a unit is given')
     for name, size, why in _TOLERANCES:
         yield _row(2, name, size, _DRAWN if drawn and name == 'link_inertia' else why)
@@ -176,7 +176,7 @@ def _tolerance_lines(joints: Sequence[JointAnswers], drawn: bool) -> Iterator[st
 
 
 def _provenance_lines(joints: Sequence[JointAnswers]) -> Iterator[str]:
-    yield _beside('provenance:', 'by the names under which hda calibrate tells its own')
+    yield _beside('provenance:', 'by the names under which hda calibrate states its own')
     for joint in joints:
         origins = {
             'torsion': f'{joint.gear.name}, catalogue',

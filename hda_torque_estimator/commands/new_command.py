@@ -36,7 +36,7 @@ EXAMPLES = (
 def configure(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument('--from', dest='source', type=Path, metavar='BAG',
-                        help='a recording that tells names, counts of the encoders, the ratio to '
+                        help='a recording that shows names, counts of the encoders, the ratio to '
                              'check, and the torque that the motor reaches at least')
     parser.add_argument('--joints', nargs='+', metavar='NAME',
                         help='names of the joints; joint1 and so on unless given')
@@ -85,21 +85,21 @@ def execute(options: argparse.Namespace) -> Outcome:
 
 def _of_answers(options: argparse.Namespace, origins: Mapping[str, str],
                 ) -> tuple[list[JointAnswers], Rods | None]:
-    """Return what options and answers tell of joints and links; raises NewError or GearError."""
+    """Return what options and answers state of joints and links; raises NewError or GearError."""
     _complete(options)
     return _joints(options, origins), _rods(options)
 
 
 def _of_description(options: argparse.Namespace) -> tuple[list[JointAnswers], UrdfLinks] | None:
-    """Return what a description and a table tell, None without them; raises NewError."""
+    """Return what a description and a table state, None without them; raises NewError."""
     if options.urdf is None and options.gears is None and options.tip is None:
         return None
     if options.urdf is None or options.gears is None:
-        raise NewError('--urdf and --gears are told together, --tip with both')
+        raise NewError('--urdf and --gears go together, --tip with both')
     names = (_GEAR.name, *(answer.name for answer in ANSWERS), 'joints', 'lengths', 'masses',
              'source')
     if given := [name for name in names if getattr(options, name)]:
-        raise NewError(f'the table of --gears tells all of a joint, and --urdf its links; leave '
+        raise NewError(f'the table of --gears states all of a joint, and --urdf its links; leave '
                        f'out --{given[0].replace("_", "-").replace("source", "from")}')
     links = described(options.urdf, options.tip, options.out)
     rows = gears_of(options.gears, links.joints)
@@ -118,7 +118,7 @@ def _size(text: str) -> float:
 
 
 def _missing(options: argparse.Namespace) -> list[JointOption]:
-    """Return what has to be told and is not."""
+    """Return what has to be stated and is not."""
     missing = [answer for answer in (_GEAR, *ANSWERS)
                if answer.required and not getattr(options, answer.name)]
     return [answer for answer in missing if answer.name != 'motor_torque' or not (
@@ -176,17 +176,17 @@ def _joints(options: argparse.Namespace, origins: Mapping[str, str]) -> list[Joi
 def _joint(label: str, stated: dict[str, Any]) -> JointAnswers:
     constant, current = stated['torque_constant'], stated['motor_current']
     if (constant is None) != (current is None):
-        raise NewError('--torque-constant and --motor-current are told together, or neither')
+        raise NewError('--torque-constant and --motor-current go together, or neither')
     if constant is not None:
         if stated['motor_torque'] is not None:
-            raise NewError('the largest torque is told twice: give --motor-torque, or '
+            raise NewError('the largest torque is given twice: give --motor-torque, or '
                            '--torque-constant and --motor-current')
         stated['motor_torque'] = constant * current
     return JointAnswers(label, gear(stated.pop('gear')), **stated)
 
 
 def _rods(options: argparse.Namespace) -> Rods | None:
-    """Return the links, if they are told; raises NewError."""
+    """Return the links, if they are stated; raises NewError."""
     lengths, masses = options.lengths, options.masses
     if not lengths and not masses:
         return None

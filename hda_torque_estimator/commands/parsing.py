@@ -10,7 +10,7 @@ from hda_msgs_json.printable import one_line
 
 MISUSED = 2
 _NAMES = 26             # columns of the names in a help
-_ITSELF = 'unless given'        # in a help that tells its default in words
+_ITSELF = 'unless given'        # in a help that states its default in words
 
 
 class HelpFormatter(argparse.RawDescriptionHelpFormatter):
@@ -48,7 +48,7 @@ class Parser(argparse.ArgumentParser):
         self._given: Sequence[str] = ()
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Read words; what a command does not know is told by its own parser."""
+        """Read words; what a command does not know is refused by its own parser."""
         self._given = list(args or ())
         options, unknown = super().parse_known_args(args, namespace)
         if unknown:

@@ -27,7 +27,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--arm', required=True, help='model file, or the name of a shipped one')
     asked = parser.add_mutually_exclusive_group(required=True)
     asked.add_argument('--between', nargs=2, metavar='EFFECT',
-                       help='two effects of the catalogue to tell apart; EFFECT@JOINT names the '
+                       help='two effects of the catalogue to distinguish; EFFECT@JOINT names the '
                             'joint')
     asked.add_argument('--show', nargs='+', metavar='EFFECT',
                        help='effects of the catalogue that a diagnosis shall see')

@@ -1,4 +1,4 @@
-"""What a recording tells of an arm for `hda new --from`: names, ratio, counts, torque at least."""
+"""What a recording shows of an arm for `hda new --from`: names, ratio, counts, torque at least."""
 
 from collections.abc import Iterator
 import math
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .arm_answers import NewError
 
-TRAVEL = 0.05           # of the link, from which a ratio can be told (choice) [rad]
+TRAVEL = 0.05           # of the link, from which a ratio is observable (choice) [rad]
 NEAR = 0.02             # relative, by which torsion and a disc may bend the ratio (choice)
 ON_GRID = 0.05          # of a step, by which changes may miss whole steps (choice)
 MOST_COUNTS = 1e9       # per turn; finer is no encoder
@@ -22,7 +22,7 @@ _HALF = 0.5             # of the one turn that a gear has more with its other ou
 
 
 class RecordedJoint(NamedTuple):
-    """What a recording tells of one joint; None for what it does not."""
+    """What a recording shows of one joint; None for what it does not."""
 
     label: str
     ratio: float | None
@@ -32,7 +32,7 @@ class RecordedJoint(NamedTuple):
 
 
 def recorded_joints(recording: Recording) -> list[RecordedJoint]:
-    """Return what a recording tells of each joint; raises NewError or BagError."""
+    """Return what a recording shows of each joint; raises NewError or BagError."""
     samples = recording.joint_states()
     labels = [name for name in samples.names
               if not name.endswith(MOTOR_SUFFIX) and motor_name(name) in samples.names]
@@ -78,7 +78,7 @@ def _ratios(options: Any, recorded: list[RecordedJoint]) -> dict[str, float | No
     if not options.gear:
         fit = [name for name in gear_names() if any(_is_near(gear(name).ratio, r) for r in ratios)]
         some = f' such as {", ".join(fit[:MOST_NAMED])}' if fit else ''
-        shown = ', '.join(f'{ratio:.4g}' for ratio in ratios) or 'not told: nothing moves enough'
+        shown = ', '.join(f'{ratio:.4g}' for ratio in ratios) or 'not known: nothing moves enough'
         raise NewError(f'an arm needs --gear{some}; the ratio of the recording is {shown}')
     names, stated = (values * len(recorded) if len(values) == 1 else values
                      for values in (options.gear, options.ratio or [None]))

@@ -11,7 +11,7 @@ _HANGING = 4            # of the lines that go on
 COLOURS: Mapping[str, str] = {
     'no_discrepancy': 'green', 'explained': 'cyan', 'ambiguous': 'yellow', 'unknown': 'magenta',
     'insufficient_excitation': 'yellow'}
-"""The colour of each verdict: healthy, explained, several explanations, none, cannot tell."""
+"""The colour of each verdict: healthy, explained, several explanations, none, not visible."""
 
 
 def show(text: str, report: Mapping[str, Any], stream: TextIO) -> None:

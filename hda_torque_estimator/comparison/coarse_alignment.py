@@ -46,7 +46,7 @@ def correlations(first: Array, second: Array) -> tuple[NDArray[np.int64], Array]
               * np.maximum(correlate(ones[0], (two ** 2).sum(axis=1), method='fft'), 0.0))
     lags = np.arange(len(one) + len(two) - 1) - (len(two) - 1)
     overlap = np.minimum(len(one), lags + len(two)) - np.maximum(lags, 0)
-    # Where either hardly moves in the overlap, nothing is told by being alike.
+    # Where either hardly moves in the overlap, being alike shows nothing.
     observable = energy > 0.01 * energy.max()
     kept = (overlap >= _SHARE * min(len(one), len(two))) & observable
     return lags[kept], np.asarray(both)[kept] / np.sqrt(energy[kept])

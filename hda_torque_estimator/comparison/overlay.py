@@ -9,7 +9,7 @@ from scipy.interpolate import CubicSpline
 from .align import Alignment
 from .signals import Signal
 
-_GAP = 2.5                          # usual periods between samples that tell nothing of between
+_GAP = 2.5                          # usual periods between samples that show nothing of between
 
 
 class Overlay(NamedTuple):

@@ -11,7 +11,7 @@ from .signals import BagSignals
 
 SCHEMA = 'hda.compare/1'
 _USUAL_DRIFT = 3e-4                 # crystals stay below
-_SMALL = 1e-3           # offset of clocks that is told in microseconds (choice) [s]
+_SMALL = 1e-3           # offset of clocks that is stated in microseconds (choice) [s]
 _DRAWN, _DRAWN_ALIKE = 6, 2         # signals worth a figure, and those if none differs
 _HEADS = ('signal', 'unit', 'rms', 'max', 'mean', 'of motion', 'noise', 'starts', 'lines')
 

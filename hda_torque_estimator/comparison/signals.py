@@ -101,7 +101,7 @@ def _columns(samples: JointSamples | WrenchSamples) -> list[tuple[str, str, Arra
 
 
 def _later(stamps: Stamps) -> NDArray[np.bool_]:
-    """Tell which stamps are later than all before them."""
+    """Return which stamps are later than all before them."""
     latest = np.maximum.accumulate(stamps)
     return np.append(True, stamps[1:] > latest[:-1])
 

@@ -16,7 +16,7 @@ _AROUND = 41                        # bins whose median is the floor of the one 
 _FALSE = 1e-4                       # chance of a line in noise
 _MARGIN = 1.5                       # for a floor that is not flat
 _LOBE = 2                           # bins on both sides that belong to a line
-_MOST = 3                           # lines worth telling
+_MOST = 3                           # lines worth a mention
 _EXACT = 1e-9                       # of a signal: differences below it are those of arithmetic
 
 
@@ -52,7 +52,7 @@ def _lines(frequency: Array, power: Array, segments: int) -> tuple[SpectralLine,
     freedom = 2.0 * segments
     least = _MARGIN * chi2.isf(_FALSE / len(power), freedom) / chi2.median(freedom)
     peaks = find_peaks(power)[0]
-    # Below a few bins a line cannot be told from a drift.
+    # Below a few bins a line cannot be distinguished from a drift.
     peaks = peaks[(power[peaks] > least * floor[peaks]) & (peaks > _LOBE)]
     found = [_line(frequency, power, floor, int(peak)) for peak in peaks]
     return tuple(sorted(found, key=lambda line: -line.amplitude)[:_MOST])

@@ -11,9 +11,9 @@ from .signals import BagSignals, CompareError, Signal
 
 FASTEST = 250.0                     # rate that is enough to align by [Hz]
 _BAND = 0.1                         # of the rate: what is faster is left out
-_SLOWER = 4.0                       # times the shortest period: slower signals tell little
+_SLOWER = 4.0                       # times the shortest period: slower signals show little
 _MOVES = 5.0                        # times the fast rest that a signal must move
-_MOST = 16                          # signals: more tell no more
+_MOST = 16                          # signals: more show no more
 _FEWEST = 40                         # even samples
 
 

@@ -155,7 +155,7 @@ class JtfController(ArmNode):
 
 
 def main() -> int:
-    """Control until told to end, and return the exit code."""
+    """Control until asked to end, and return the exit code."""
     return run('jtf_controller', lambda: [JtfController()], kinds=[JtfController])
 
 

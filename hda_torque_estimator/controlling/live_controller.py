@@ -31,7 +31,7 @@ from ..samples.sample_faults import Fault
 from ..samples.sample_reader import not_later, SampleReader
 from ..samples.sample_watch import SampleWatch
 
-NOMINAL_PERIOD = 1e-3   # of samples until their stamps tell it [s]
+NOMINAL_PERIOD = 1e-3   # of samples until their stamps show it [s]
 BEYOND = 10.0           # of the torque for which a gear's law is valid: no estimate of this arm
 
 

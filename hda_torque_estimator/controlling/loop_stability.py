@@ -1,5 +1,5 @@
 """
-Tell which torque feedback K_J an arm bears at its rate, with the gains that it has.
+Find which torque feedback K_J an arm bears at its rate, with the gains that it has.
 
 The arm is linear near rest: sliding motors, gears without load, the links stretched, bent and
 folded, free and held by what they touch. (A gear that stiffens under load bears less, which dry
@@ -27,7 +27,7 @@ ELBOWS = (0.0, 0.5 * math.pi, math.pi)     # of the plants: stretched, bent, fol
 POSTURES = 4            # of a chain: its zero and some at random
 LOWEST, HIGHEST = -2.0, 0.99    # what `torque_feedback` may be at all
 _GROWS = 1.0 + 1e-7             # beyond it an eigenvalue is no rounded one
-_HALVINGS = 7                   # of a range: ends are told to about 0.01
+_HALVINGS = 7                   # of a range: ends are known to about 0.01
 
 
 class SampledPlant(NamedTuple):

@@ -1,1 +1,1 @@
-"""The estimator: from samples to messages, live or over a bag, and what it tells."""
+"""The estimator: from samples to messages, live or over a bag, and what it reports."""

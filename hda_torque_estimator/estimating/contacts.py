@@ -12,7 +12,7 @@ from .state_messages import touched_beyond
 
 # Choices unless stated otherwise.
 _APART = 0.1            # pauses between two contacts that are none, as in laws/contact.py [s]
-_LINES = 5              # contacts that are told one by one
+_LINES = 5              # contacts that are listed one by one
 
 
 class Contact(NamedTuple):
@@ -32,8 +32,8 @@ def contacts(arm: Arm, estimates: Estimates, level: float) -> list[Contact]:
     Return the contacts of a recording; none where links are unknown.
 
     A contact lasts while some joint feels it, and is one if all joints together exceed `level`
-    deviations meanwhile. So a collision, which stays told until the reset, is over when the arm is
-    let go.
+    deviations meanwhile. So a collision, which stays reported until the reset, is over when the
+    arm is let go.
     """
     touched = np.array(touched_beyond(arm.labels, estimates.joints, estimates.tip))
     rows = np.flatnonzero(touched != '')

@@ -1,5 +1,5 @@
 """
-The messages that tell estimates: of one sample for the node, of a recording for the command.
+The messages that hold estimates: of one sample for the node, of a recording for the command.
 
 Both give the same bytes. What cannot be observed is NaN, or zero for tools that refuse NaN. Of two
 links that is all of a tip wrench but its force in the plane. Of any arm it is what the pose hides.

@@ -74,6 +74,6 @@ class Estimates(NamedTuple):
 
 
 def tip_results(arm: Arm) -> int:
-    """Return how many numbers tell of the tip: a chain's has a wrench in space."""
+    """Return how many numbers describe the tip: a chain's has a wrench in space."""
     return (layout.CHAIN_TIP_RESULTS if isinstance(arm.links, ChainLinks)
             else layout.TIP_RESULTS)

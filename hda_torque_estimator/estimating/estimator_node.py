@@ -100,7 +100,7 @@ class TorqueEstimator(ArmNode):
 
 
 def main() -> int:
-    """Estimate until told to end, and return the exit code."""
+    """Estimate until asked to end, and return the exit code."""
     return run('torque_estimator', lambda: [TorqueEstimator()], kinds=[TorqueEstimator])
 
 

@@ -25,7 +25,7 @@ from ..samples.sample_reader import not_later, SampleReader
 
 @dataclass(frozen=True)
 class StateSettings(Declared):
-    """How often the state of the estimator is told."""
+    """How often the state of the estimator is published."""
 
     name: ClassVar[str] = 'estimator_state'
     state_rate: float = parameter(STATE_RATE, 'Hz', 0.01, 1e4, 'messages on estimator_state')
@@ -36,7 +36,7 @@ class SampleAnswer(NamedTuple):
 
     stamp: int                  # [ns]
     messages: list[bytes]       # in the order of the topics of `estimate_topics`
-    state: bytes | None         # of samples that are due to tell it
+    state: bytes | None         # of samples at which it is due
     numbers: list[bytes]        # of these, in the order of the topics of `number_topics`
 
 
@@ -85,7 +85,7 @@ class LiveEstimator:
         self.gaps.restart()
 
     def set_state(self, settings: StateSettings) -> None:
-        """Tell the state at another rate from now on."""
+        """Publish the state at another rate from now on."""
         self._pacer = Pacer(settings.state_rate)
 
     def _state(self, stamp: int) -> bytes:

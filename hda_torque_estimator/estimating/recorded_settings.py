@@ -21,12 +21,12 @@ class RecordedSettingsError(HdaError):
 
 
 class RecordedSettings(NamedTuple):
-    """What a live estimator was told, as far as it changes what it publishes."""
+    """The settings that a live estimator had, as far as it changes what it publishes."""
 
     estimator: EstimatorSettings = EstimatorSettings()
     state: StateSettings = StateSettings()
     unobserved: str = 'nan'             # what stands in wrenches for it
-    driver: Driver = Driver()           # of which no estimate tells
+    driver: Driver = Driver()           # which no estimate shows
 
     def to_metadata(self) -> dict[str, str]:
         """Return what a recording says of these settings."""
@@ -37,7 +37,7 @@ class RecordedSettings(NamedTuple):
 
 def recorded_settings(metadata: Mapping[str, str]) -> RecordedSettings:
     """
-    Return the settings that a recording tells, defaults where it tells none.
+    Return the settings that a recording states, defaults where it states none.
 
     Raise RecordedSettingsError or ParameterError for what cannot be settings.
     """

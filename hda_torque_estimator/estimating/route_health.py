@@ -27,7 +27,7 @@ WELL, UNTAUGHT = 'well', 'nothing learnt yet'
 # (null: misfits of healthy arms wander up to 6 over one second, and these are over five)
 MISFITTING = 8.0        # squared differences over those that tolerances allow
 
-# Errors by the tolerances of the arm file in which they are told.
+# Errors by the tolerances of the arm file in which they are stated.
 _WAVES = ((SHAFT_1, 'kinematic_error', 'order 1 of the motor'),
           (SHAFT_2, 'kinematic_error', 'order 2 of the motor'),
           (SHAFT_4, 'kinematic_error', 'order 4 of the motor'),

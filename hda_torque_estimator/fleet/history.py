@@ -13,7 +13,7 @@ Place = tuple[str, str | None]
 FIRST, NEW, GROWING, SHRINKING, STEADY, GONE, UNSEEN = (
     'first seen', 'new', 'growing', 'shrinking', 'steady', 'gone', 'not seen')
 _CERTAIN = 2.576        # deviations of a change that chance makes once in a hundred (choice)
-_FOR_SCATTER = 3        # recordings that tell how a number differs between any two (choice)
+_FOR_SCATTER = 3        # recordings that show how a number differs between any two (choice)
 _COMPLETE = ('no_discrepancy', 'explained')      # verdicts by which what is not named is not there
 
 

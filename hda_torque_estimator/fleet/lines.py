@@ -15,7 +15,7 @@ class NamedCause:
     """
     A cause that one diagnosis names, and the share of the excess error that it removes.
 
-    Beside it the number that tells its size, with its 90 % interval.
+    Beside it the number that is its size, with its 90 % interval.
     """
 
     effect: str
@@ -37,7 +37,7 @@ class BagLine:
     """
     The diagnosis of one bag; one that could not be diagnosed has an error and no verdict.
 
-    `date` is the start of the recording (UTC, ISO 8601), None where its clock tells none.
+    `date` is the start of the recording (UTC, ISO 8601), None where its clock has none.
     `severity` says how many times what noise leaves the simulation errs, 1 if healthy. `state` is
     a digest of all that the diagnosis depends on.
     """
@@ -71,7 +71,7 @@ def line_of(bag: str, directory: str, report: dict[str, Any]) -> BagLine:
 
 
 def line_from(document: dict[str, Any]) -> BagLine:
-    """Return a line that a fleet.json tells; raises KeyError or TypeError where it is damaged."""
+    """Return a line of a fleet.json; raises KeyError or TypeError where it is damaged."""
     return BagLine(**{**document,
                       'findings': tuple(NamedCause(**cause) for cause in document['findings'])})
 
@@ -84,7 +84,7 @@ def _cause(found: dict[str, Any]) -> NamedCause:
 
 
 def _size_name(effect: str, parameters: dict[str, Any]) -> str:
-    """Return the number that tells the size of an effect: the first by which it acts."""
+    """Return the number that is the size of an effect: the first by which it acts."""
     acting = [name for name in effect_named(effect).acts if name in parameters]
     return next(iter([*acting, *parameters]), '')
 

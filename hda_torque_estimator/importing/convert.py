@@ -155,7 +155,7 @@ def _joint_states(column_map: ColumnMap, stamps: Stamps, rows: NDArray[np.intp],
 
 
 def _speed(side: Side, stamps: Stamps, position: Floats, velocity: Floats) -> Floats:
-    """Return the speed of a shaft (n,) [rad/s]; raises ColumnMapError where nothing tells it."""
+    """Return the speed of a shaft (n,) [rad/s]; raises ColumnMapError where nothing states it."""
     if side.velocity is not None:
         return velocity
     if side.position is None or len(stamps) < 2:

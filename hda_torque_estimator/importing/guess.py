@@ -18,7 +18,7 @@ NANO = 1e-9
 LONGEST_NAMES = 200             # letters of two columns that a formula has room for
 SPLITTERS = ('run', 'sample', 'trial', 'episode', 'experiment', 'recording', 'segment', 'seq',
              'test', 'id', 'index')
-"""Words of columns that tell recordings apart, the likeliest first."""
+"""Words of columns that separate recordings, the likeliest first."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class TimeEntry:
     parts: str | None = None        # column of nanoseconds, beside one of whole seconds
 
     def seconds(self, columns: Columns) -> Floats:
-        """Return the time of every row [s], nothing where no column tells it."""
+        """Return the time of every row [s], nothing where no column states it."""
         if self.column is None:
             return np.empty(0)
         seconds = numbers(columns, self.column) * TIME.units[self.unit].factor
@@ -150,7 +150,7 @@ def _entry(heading: Heading, step: float, values: Floats, columns: Columns) -> T
 
 
 def _split(times: Floats, columns: Columns) -> str | None:
-    """Return the column that tells recordings apart, where the time starts again."""
+    """Return the column that separates recordings, where the time starts again."""
     if (np.diff(times) > 0.0).all():
         return None
     named = [name for word in SPLITTERS for name in columns if word in read_heading(name).words]

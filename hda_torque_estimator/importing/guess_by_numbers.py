@@ -1,7 +1,7 @@
 """
 Guess by the numbers in columns what their names leave open: units, sides and signs.
 
-Every joint tells for itself: encoders count the other way at one joint and not at the next.
+Every joint counts for itself: encoders count the other way at one joint and not at the next.
 """
 
 from collections import Counter
@@ -67,7 +67,7 @@ class Settling:
             reason = 'unit as the link' if LINK_POSITION in self.entries else (
                 self.entries[place].reason)
         if UNKNOWN_UNIT in units.values():
-            reason = 'behind a gear the size of an angle does not tell its unit'
+            reason = 'behind a gear the size of an angle does not show its unit'
         self._state(place, 'unit', units, reason=reason)
 
     def _as_the_link(self, joint: int) -> str:
@@ -124,7 +124,7 @@ class Settling:
         if against:
             reason += '; it runs against the link' + _of(against, slopes)
         if still:
-            reason += f'; its sign is not told{_of(still, ())}, too little moves'
+            reason += f'; its sign is not known{_of(still, ())}, too little moves'
         self._state(MOTOR_POSITION, 'sign',
                     {n: self._sign(LINK_POSITION, n) * (-1 if n in against else 1)
                      for n in self._joints(MOTOR_POSITION)},

@@ -20,7 +20,7 @@ def map_text(guess: Guess, table: Path) -> str:
     return '\n'.join([
         f'# Guessed from the names and numbers in {_shown(table.name)}. Check every line: units, '
         'signs, sides.',
-        f'# {FILL_IN} marks what only the documents of the arm tell. Then:',
+        f'# {FILL_IN} marks what only the documents of the arm state. Then:',
         f'#   hda import {_shown(table.name)} --map THIS_FILE --out BAG',
         *_time(guess.time), *_joints(guess), *_unused(guess), ''])
 

@@ -91,7 +91,8 @@ def motor_over_link(motor: Floats, link: Floats) -> float | None:
 
 def way_of_work(torque: Floats, angle: Floats) -> int | None:
     """
-    Return 1 where a torque drives the motion of an angle, -1 where it brakes, None if not told.
+    Return 1 where a torque drives the motion of an angle, -1 where it brakes, None if neither is
+    clear.
 
     Friction takes work from whatever drives a joint. A load gives back what it took where the
     joint comes back. So in sum the work of the drive is positive.

@@ -123,7 +123,7 @@ def _entry(place: str, pattern: Pattern, patterns: list[Pattern],
             and weight(other.heading, place)]
     others = sorted(left, key=lambda other: -weight(other.heading, place))
     unit = heading.unit or UNITS[str(heading.kind)]
-    reason = 'unit by its name' if heading.unit else 'the unit is not told'
+    reason = 'unit by its name' if heading.unit else 'the unit is not stated'
     return MapEntry((pattern, *alike), unit, reason, tuple(other.name for other in others))
 
 

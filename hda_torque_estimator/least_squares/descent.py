@@ -71,7 +71,7 @@ class Minimum:
     scaled: Floats              # (p,)
     prior: Floats               # (p,)
     rows: Rows
-    noise: float                # that a row has if its neighbours told nothing new [N*m]
+    noise: float                # that a row has if its neighbours held nothing new [N*m]
 
     @property
     def unknowns(self) -> int:

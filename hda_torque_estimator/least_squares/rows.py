@@ -81,7 +81,7 @@ def rms(values: Floats) -> float:
 
 
 def noise_of(error: Floats, stretch: Ints) -> float:
-    """Return the noise of a row if its neighbours told nothing new: by means over few rows."""
+    """Return the noise of a row if its neighbours held nothing new: by means over few rows."""
     following = error[1:] * error[:-1]
     inside = stretch[1:] == stretch[:-1]
     power = float(np.mean(error ** 2))

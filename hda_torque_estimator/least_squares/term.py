@@ -47,7 +47,7 @@ class Term:
 
     @property
     def place(self) -> Place:
-        """Return what tells a term from all others of a fit."""
+        """Return what distinguishes a term from all others of a fit."""
         return self.name, self.joint
 
     @cached_property

@@ -121,7 +121,7 @@ def _answer(request: Request, future: Any) -> None:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Serve until told to end, and return the exit code."""
+    """Serve until asked to end, and return the exit code."""
     return run('live_view', lambda: [LiveView()], arguments, kinds=[LiveView])
 
 

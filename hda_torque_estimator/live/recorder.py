@@ -10,7 +10,7 @@ from typing import Any
 
 from .requests import Done
 
-PATIENCE = 10.0         # with a node that was told to end [s]
+PATIENCE = 10.0         # with a node that was asked to end [s]
 MODULE = 'hda_torque_estimator.recording.recorder_node'
 
 
@@ -56,7 +56,7 @@ class Recorder:
 
 
 def ended(process: subprocess.Popen[bytes]) -> int:
-    """Return the exit code of a node that is told to end, or killed if it does not."""
+    """Return the exit code of a node that is asked to end, or killed if it does not."""
     if process.poll() is None:
         process.send_signal(signal.SIGINT)
     try:

@@ -1,9 +1,10 @@
 """
-Tell a recording in other conventions: a reversed sign, degrees, another ratio, motor at the link.
+Detect a recording in other conventions: a reversed sign, degrees, another ratio, motor at the
+link.
 
 The motor of a right joint turns `ratio` times as far as its link, the same way. Only torsion and
 what is wrong with a disc differ. Slopes are local, so that a slip or an absurd reading spoils
-one stretch only. A recording with too little travel tells nothing and is accepted.
+one stretch only. A recording with too little travel shows nothing and is accepted.
 """
 
 import math
@@ -25,14 +26,14 @@ from ..significance import SIGN_CERTAIN
 # Choices unless stated otherwise.
 STRETCHES = 9           # of a recording, each with a slope of its own; their median counts
 SANE = 1e9              # angle beyond which a reading is no angle [rad]
-ENOUGH = 20_000         # samples that tell a sign, evenly over a recording (choice)
+ENOUGH = 20_000         # samples that show a sign, evenly over a recording (choice)
 BRAKING = 0.2           # of the power that goes through a motor, from which it is a brake
 SLOWEST = 0.02          # share of the largest speed below which a motor rests
 FEWEST = 100            # samples of each way
 SMOOTHED = 200          # parts of a recording, over each of which speeds are averaged
 WORTHLESS = 1e-9        # of a signal, a share that is rounding (choice)
 LEFT = 0.1              # of torsion and motor torque, that no angle explains (choice)
-ALIKE = 0.3             # correlation with the acceleration, from which inertia tells the sign
+ALIKE = 0.3             # correlation with the acceleration, from which inertia shows the sign
 # (null: of 200 windows that have nothing in common, one in ten thousand is above it)
 
 
@@ -70,7 +71,7 @@ def check_conventions(arm: Arm, reading: Array, command: Array, source: str) -> 
 
 
 def signed(arm: Arm, motor: Array, command: Array) -> Array:
-    """Return motor torques (k,) whose sign friction can tell, NaN where only inertia can."""
+    """Return motor torques (k,) whose sign friction can show, NaN where only inertia can."""
     handed_on = isinstance(arm.links, ChainLinks) and speeds_up(motor, command)
     return np.full_like(command, np.nan) if handed_on else command
 

@@ -2,7 +2,7 @@
 Readings at the ticks of an even clock, from stamps that say when each was really taken.
 
 At speed a microsecond of jitter is worth more than the noise of a good encoder. But the stamps of
-some drivers tell when a sample was handed on, not when it was taken. They are believed where the
+some drivers state when a sample was handed on, not when it was taken. They are believed where the
 readings become smoother by them, and left aside elsewhere.
 """
 

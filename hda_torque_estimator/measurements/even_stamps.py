@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Stamps = NDArray[np.int64]
-REACH = 64              # samples to either side that tell the period, and the least delay (choice)
+REACH = 64              # samples to either side that show the period, and the least delay (choice)
 LOST = 0.75             # periods by which the least delay jumps where a sample was lost (choice)
 
 

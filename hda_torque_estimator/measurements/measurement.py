@@ -37,7 +37,7 @@ class Measurement:
     `command` (k, n) the motor torque in force from a sample until the next [N*m, shaft]. Samples
     that never came, and were put in to keep the grid, are listed in `absent`.
 
-    `past` (k,) tells by how much each was taken after its tick [s], as far as its stamp
+    `past` (k,) says by how much each was taken after its tick [s], as far as its stamp
     knows. It is empty if nothing is known. What lies between samples has that of the one before.
 
     A measurement may hold several recordings of an arm, one after another on one running clock;
@@ -195,7 +195,7 @@ def measurement_from(labels: tuple[str, ...], samples: JointSamples,
     """
     Return the joint states on the even grid of their usual period.
 
-    Stamps that jitter by less than half a period only tell by how much a sample was past its tick.
+    Stamps that jitter by less than half a period only show by how much a sample was past its tick.
     One so late that the next shares its tick belongs to the tick before, if that has none.
     Where samples are missing, angles are joined by straight lines and commands held. Raises
     StampsError, naming the source, for stamps that are on no such grid.
@@ -258,7 +258,7 @@ def _period(since: Array) -> float:
 
     The mean of usual intervals would be wrong by whole samples in the end. So it counts those in a
     stretch of twice the length each time, and lays a line through their stamps. That of a short
-    stretch tells less than the mean: it counts where the two differ by more than jitter makes.
+    stretch shows less than the mean: it counts where the two differ by more than jitter makes.
     """
     steps = np.diff(since)
     usual = np.median(steps)

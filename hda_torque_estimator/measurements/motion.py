@@ -111,7 +111,7 @@ def angle_behind(reading: Array, arm: Arm, joint: int, side: int) -> Array:
 
 def jolts(measurement: Measurement) -> NDArray[np.bool_]:
     """
-    Return where a link is jolted faster than the samples tell (k,).
+    Return where a link is jolted faster than the samples resolve (k,).
 
     There the accelerations by the short and the long window fall apart, far beyond noise and
     beyond all that the link usually does.

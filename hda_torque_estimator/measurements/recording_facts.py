@@ -1,4 +1,4 @@
-"""What raw samples alone tell: rate, gaps, resolution, travel; and what they cannot show."""
+"""What raw samples alone show: rate, gaps, resolution, travel; and what they cannot show."""
 
 from dataclasses import dataclass
 

@@ -39,7 +39,7 @@ def arm_during(arm: Arm, piece: slice, dt: float) -> Arm:
 
 
 def inside(time: NDArray[np.float64], spans: Spans) -> NDArray[np.bool_]:
-    """Tell which times (k,) lie in stretches [s]."""
+    """Return which times (k,) lie in stretches [s]."""
     rows = np.zeros(len(time), bool)
     for begin, end in spans:
         rows |= (time >= begin) & (time < end)

@@ -2,7 +2,7 @@
 Upsample a slow recording: the motion between its samples, and the command that acted there.
 
 Laws switch and filters settle within milliseconds. Between samples that are further apart, angles
-follow a cubic spline, which passes what the samples tell. The command is either that of a loop of
+follow a cubic spline, which passes the samples. The command is either that of a loop of
 the recording's own rate, which held it. Or the recording has every so many samples of a faster
 loop. Then it is known at the samples alone, and joined by a spline as well; what it did in between
 is noise.
@@ -25,9 +25,9 @@ FINE = 1e-3             # longest period of the grid [s]
 _SAME_RATE = 0.02       # share by which clocks of one rate differ: 1.000002 ms is 1 ms
 # (measured: 3.3e-3 to 0.2 with every 2nd to 20th sample of a loop, with all at most 6e-6 of
 # healthy arms and 9e-4 of others; the bar is the geometric mean)
-_HELD_LEFT = 1.7e-3     # of a command, that its loop's own readings and clock leave untold,
+_HELD_LEFT = 1.7e-3     # of a command, that its loop's own readings and clock leave unexplained,
 # (measured: up to 0.1 with all samples, so the motor is asked as well, `balances/commands.py`)
-_CLOCKLESS = 0.05       # and its readings alone, where nothing tells the clock
+_CLOCKLESS = 0.05       # and its readings alone, where nothing shows the clock
 _READINGS, _COMMANDS = 8, 3     # before a command, that its loop may remember [samples]
 _USUAL, _PASSES = 4.0, 4        # medians within which what is left is usual, and rounds to find it
 _FAST = 3               # differences that leave of a motion what its loop answers at once
@@ -64,9 +64,9 @@ def is_held(measurement: Measurement) -> bool:
     Return whether commands were held from sample to sample: those of a loop of this rate.
 
     Such a loop answers the noise of readings that were recorded, and of no others. So what it
-    recorded tells its quick commands. A clock that jitters moves readings, but not the speed that
+    recorded shows its quick commands. A clock that jitters moves readings, but not the speed that
     a loop takes from them. So stamps that know the jitter are part of what was recorded. Without
-    them commands are told less well. What was asked before is known.
+    them commands are known less well. What was asked before is known.
     """
     if measurement.held is not None:
         return measurement.held
@@ -100,7 +100,7 @@ def _answered(command: Array, first: int) -> NDArray[np.bool_]:
 
 
 def _recorded(measurement: Measurement) -> Array:
-    """Return readings (k, n, c) of each joint and, if stamps tell it, what jitter made of them."""
+    """Return readings (k, n, c) of each joint and, if stamps show it, what jitter made of them."""
     reading, past = measurement.reading, measurement.past
     if not len(past):
         return reading
@@ -110,7 +110,7 @@ def _recorded(measurement: Measurement) -> Array:
 
 
 def _unexplained(values: Array, columns: Array) -> float:
-    """Return the share of usual values (k,) that columns (k, p) do not tell, 0 of nothing."""
+    """Return the share of usual values (k,) that columns (k, p) do not explain, 0 of nothing."""
     scaled = columns / np.maximum(np.sqrt((columns ** 2).mean(axis=0)), 1e-300)
     left, kept = values, np.ones(len(values), bool)
     for _ in range(_PASSES):                    # lost samples and readings beside them are others

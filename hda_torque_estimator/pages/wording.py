@@ -10,7 +10,7 @@ ARCMIN = 10800.0 / math.pi      # one radian [arcmin]
 _PREFIXES = ((1e-6, 'µ'), (1e-3, 'm'), (1.0, ''))
 _COARSE = 0.1           # angle from which degrees say more than mrad [rad]
 _FIGURES = 4            # of the largest number of a row
-_TINY, _HUGE = 1e-5, 1e7        # beyond which a number is told with an exponent
+_TINY, _HUGE = 1e-5, 1e7        # beyond which a number is written with an exponent
 _SCALED = ('s', 'rad', 'N*m', 'm', 'N')
 
 

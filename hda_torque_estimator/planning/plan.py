@@ -1,4 +1,4 @@
-"""Find the motion that tells effects best: weigh candidates, then refine the best one."""
+"""Find the motion that distinguishes effects best: weigh candidates, then refine the best one."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -28,7 +28,7 @@ _ATTEMPTS = 8           # to bring a path within the limits
 
 
 class WeighedPath(NamedTuple):
-    """A path within the limits, and how strongly it tells the suspects."""
+    """A path within the limits, and how strongly it separates the suspects."""
 
     path: Path
     strength: Strength

@@ -36,7 +36,7 @@ class Question(NamedTuple):
 
     arm: Arm
     suspects: tuple[Suspect, ...]
-    between: bool = True        # two are to be told apart; else each is to be seen
+    between: bool = True        # two are to be distinguished; else each is to be seen
 
 
 def shown(arm: Arm, words: Sequence[str]) -> Question:
@@ -57,7 +57,7 @@ def question(arm: Arm, first: str, second: str) -> Question:
     Return the question which of two effects an arm has, each written EFFECT or EFFECT@JOINT.
 
     An effect of a joint without a joint belongs to that of the other effect, else to the first.
-    Raises PlanError, ParameterError or ArmError for effects that cannot be told apart, that do
+    Raises PlanError, ParameterError or ArmError for effects that cannot be distinguished, that do
     not exist, or that the arm cannot have.
     """
     words = [_split(text, '--between') for text in (first, second)]

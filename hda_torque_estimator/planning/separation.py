@@ -74,7 +74,7 @@ def separation(asked: Question, motion: Motion, healthy: ClosedLoopRun,
     """
     Return how strongly a motion separates or shows suspects; `healthy` is a run without any.
 
-    Those after one that it tells by no more than `least` are not tried.
+    Those after one that it separates by no more than `least` are not tried.
     """
     plain = Balancer(_measured(asked.arm, healthy))(asked.arm)
     noise = np.array([column[valid].std() if valid.any() else 1.0

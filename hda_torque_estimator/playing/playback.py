@@ -72,7 +72,7 @@ class Playback(Generic[Message]):
         return self._timeline.given_up * 1e-9
 
     def play(self) -> bool:
-        """Play until the end, or until told to; returns whether it was the end."""
+        """Play until the end, or until asked to end; returns whether it was the end."""
         with self._changed:
             if self._next is not None:
                 self._timeline.jump(self._next.log_time, monotonic_ns())
@@ -138,7 +138,7 @@ class Playback(Generic[Message]):
         self._next = following
 
     def _publish_time(self, now: int, message: Message) -> None:
-        """Tell the time if that is due, never beyond a message that is still to come."""
+        """Publish the time if that is due, never beyond a message that is still to come."""
         if now >= self._tick:
             self._tick = max(self._tick + self._outlets.period, now)
             self._outlets.publish_time(min(self._timeline.time(now), message.log_time))

@@ -199,7 +199,7 @@ def _answering(act: Callable[[], str]) -> Callable[[Trigger.Request, Trigger.Res
 
 
 def main() -> int:
-    """Play until the end, or until told to end, and return the exit code."""
+    """Play until the end, or until asked to end, and return the exit code."""
     sys.setswitchinterval(TAKE_TURNS)
     return run('bag_player', lambda: [BagPlayer()], kinds=[BagPlayer])
 

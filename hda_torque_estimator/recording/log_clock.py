@@ -1,4 +1,4 @@
-"""At which time messages are recorded: by simulated time, if anybody tells it."""
+"""At which time messages are recorded: by simulated time, if anybody publishes it."""
 
 PATIENCE = 2_000_000_000        # with /clock, after the first message [ns]
 
@@ -7,7 +7,7 @@ class LogClock:
     """
     Choose the clock of a recording once, so that all of its times are of the same.
 
-    Times are given, none is read. Simulated time is 0 as long as nobody has told it.
+    Times are given, none is read. Simulated time is 0 as long as nobody has published it.
     """
 
     def __init__(self, *, simulated: bool) -> None:

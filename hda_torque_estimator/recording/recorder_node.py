@@ -128,7 +128,7 @@ class BagRecorder(ArmNode):
             return
         if self._log_clock.gave_up and not self._gave_up:
             self._gave_up = True
-            self.get_logger().warning('use_sim_time is true, but nobody tells the time on /clock: '
+            self.get_logger().warning('use_sim_time is true, but nobody publishes /clock: '
                                       'messages are recorded at the time of this machine')
         early, self._early = self._early, []
         for topic, message in early:
@@ -197,7 +197,7 @@ class BagRecorder(ArmNode):
 
 
 def main() -> int:
-    """Record until told to end, and return the exit code."""
+    """Record until asked to end, and return the exit code."""
     return run('bag_recorder', lambda: [BagRecorder()], kinds=[BagRecorder])
 
 

@@ -17,7 +17,7 @@ import numpy as np
 RIGHT, FLIPPED, AT_LINK, MOTOR_DEGREES, LINK_DEGREES, OTHER = 0, -1, 2, 3, 4, 5
 
 # Choices unless stated otherwise.
-TRAVEL = 0.02           # of the link, from which anything can be told (choice) [rad]
+TRAVEL = 0.02           # of the link, from which anything can be judged (choice) [rad]
 # (source: a gear of N teeth pairs turns N or N + 1 to 1)
 WHOLE = 0.5             # teeth: gears of one size have N or N + 1 to 1, so half a tooth is between
 # (measured: a disc of a real arm made 3e-3)
@@ -33,7 +33,7 @@ WORST = 3.0             # slope of a torsion of either sign on an even travel, o
 # running stretch begins anew (choice) [rad].
 STRETCH = 0.3
 
-# Memory: sums over a stretch from its first angles on, and what was told.
+# Memory: sums over a stretch from its first angles on, and the kind that was found.
 (BEGUN, FIRST_MOTOR, FIRST_LINK, COUNT, SUM_MOTOR, SUM_LINK, SUM_LINK_2, SUM_BOTH,
  LOW_MOTOR, HIGH_MOTOR, LOW_LINK, HIGH_LINK, KIND) = range(13)
 MEMORY = 13  # (layout)
@@ -81,7 +81,7 @@ def kind_of(slope: float, span: float, ratio: float, bend: float) -> int:
 
 @inlined
 def restart(memory: Array) -> None:
-    """Begin a stretch anew; what was told of the last one stays."""
+    """Begin a stretch anew; what was found of the last one stays."""
     memory[BEGUN] = 0.0
 
 

@@ -24,7 +24,7 @@ SIDES = 2
 # A reading, per joint: angles [rad] and velocities [rad/s] of shaft and link, NaN if not given.
 MOTOR_READING, LINK_READING, MOTOR_RATE, LINK_RATE = range(4)
 READINGS = 4
-NOTHING = 1e3           # deviation of a torsion that tells no torque, the largest there is [N*m]
+NOTHING = 1e3           # deviation of a torsion without a torque, the largest there is [N*m]
 
 
 def motor_commands(labels: Sequence[str], samples: JointSamples) -> Array:
@@ -49,7 +49,7 @@ def with_links_of(arm: Arm, samples: JointSamples) -> tuple[JointSamples, tuple[
     Return joint states with all link angles that motors can stand in for, and these joints.
 
     They are joints without a link encoder, whose motor has a torque and is known. Their angle is
-    what a rigid gear would make of the motor's. It tells nothing of a torque: see `by_motor`.
+    what a rigid gear would make of the motor's. It shows nothing of a torque: see `by_motor`.
     """
     ratios = {joint.label: joint.ratio for joint in arm.joints if knows_motor(arm, joint)}
     alone = tuple(label for label in ratios
@@ -67,7 +67,7 @@ def with_links_of(arm: Arm, samples: JointSamples) -> tuple[JointSamples, tuple[
 
 
 def by_motor(arm: Arm, labels: Sequence[str]) -> Arm:
-    """Return the arm whose torsion tells nothing of these joints, so that their motors do."""
+    """Return the arm whose torsion shows nothing of these joints, so that their motors do."""
     return replace(arm, joints=tuple(
         replace(joint, torsion=replace(joint.torsion, deviation=NOTHING))
         if joint.label in labels else joint for joint in arm.joints))

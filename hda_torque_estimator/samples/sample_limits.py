@@ -1,7 +1,7 @@
 """
 The limits of an arm's samples: what its numbers allow, wide enough that no healthy arm is accused.
 
-Bounds tell what no arm can do, not what this arm should do.
+Bounds state what no arm can do, not what this arm should do.
 """
 
 import math
@@ -26,7 +26,7 @@ LIMITS = 12  # (layout)
 # Choices unless stated otherwise.
 FASTER = 1.5            # than the declared limit: choice; supply and overhauling loads add 10-20 %
 WIDER = 0.05            # than the angle limit: a step of the reference that is let through [rad]
-STRONGER = 2.0          # than limits and declared inertia tell: inertia of an unnamed rotor
+STRONGER = 2.0          # than limits and declared inertia give: inertia of an unnamed rotor
 LATENESS = 2e-3         # between two stamps of a host: each is up to 1 ms late (choice) [s]
 POSTURES = 64           # of a chain, drawn at random: choice, a tenth of a second
 POSED = 2.0             # than in the lightest of them: choice; in others links are lighter still

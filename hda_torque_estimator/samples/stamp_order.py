@@ -31,7 +31,7 @@ def follow_one(memory: Stamps, stamp: int, finite: bool, longest_gap: float) -> 
     """
     Return whether a sample is used, and the time since the last one [s] or what stands for it.
 
-    `stamp` [ns]; `finite` tells whether it has angles; after `longest_gap` [s] all begins afresh.
+    `stamp` [ns]; `finite` says whether it has angles; after `longest_gap` [s] all begins afresh.
     """
     if not finite:
         return NOT_FINITE, AFRESH
@@ -60,7 +60,7 @@ def follow(memory: Stamps, stamps: Stamps, finite: NDArray[np.bool_], longest_ga
 
 @compiled
 def _went_back(memory: Stamps, stamp: int) -> bool:
-    """Count stamps of the past that grow, and tell whether they are enough."""
+    """Count stamps of the past that grow, and return whether they are enough."""
     far = stamp <= memory[LAST] - FAR_BACK
     grows = memory[IN_A_ROW] > 0 and stamp > memory[PAST]
     memory[IN_A_ROW] = memory[IN_A_ROW] + 1 if grows and far else 1

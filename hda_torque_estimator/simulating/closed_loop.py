@@ -116,7 +116,7 @@ def _lost(arm: Arm, samples: int, seed: int) -> NDArray[np.bool_]:
 
 def _thinned(made: ClosedLoopRun, motion: Motion, every: int,
              lost: NDArray[np.bool_]) -> ClosedLoopRun:
-    """Return every so many of the samples; a lost one repeats the one before that is told."""
+    """Return every so many of the samples; a lost one repeats the one before that arrived."""
     rows = np.arange(0, len(made.time), every)
     latest = np.maximum.accumulate(np.where(lost[rows], 0, rows))
     reading = made.reading[latest]

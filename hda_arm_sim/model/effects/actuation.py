@@ -157,8 +157,8 @@ class TorqueConstantError(Effect):
         'torque_constant', ('error',),
         'the motor gives {percent:+.0f} % of its torque more')
     words: ClassVar[Words] = Words(
-        'gives {size} more torque than its motor is told', 'motor', CHECK_DRIVE, ('error',),
-        less='gives {size} less torque than its motor is told')
+        'gives {size} more torque than its motor is commanded', 'motor', CHECK_DRIVE, ('error',),
+        less='gives {size} less torque than its motor is commanded')
     error: float = parameter(0.0, '', -0.9, 2.0, 'relative error of torque per command')
 
 

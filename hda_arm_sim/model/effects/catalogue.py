@@ -104,7 +104,7 @@ def unmeasured_at(place: Place) -> type[Effect]:
     """
     Return the effect of a place that a calibration looks for.
 
-    Raises ParameterError where not just one tells how it scatters from joint to joint.
+    Raises ParameterError where not just one states how it scatters from joint to joint.
     """
     found = [effect for effect in effects_at(place) if effect.unmeasured is not None]
     if len(found) != 1:

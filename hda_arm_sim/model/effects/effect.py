@@ -61,7 +61,7 @@ class Effect(Declared):
     by where these stand there.
 
     What the place asks for beside the law is declared here too. A law with a state, as bristles
-    have, tells where that stands after a while (`law_after`).
+    have, states where that stands after a while (`law_after`).
     """
 
     name: ClassVar[str]
@@ -81,13 +81,13 @@ class Effect(Declared):
     law_stiffness: ClassVar[Any] = None     # torque per deflection of that state
     law_damping: ClassVar[Any] = None   # torque per rate, where the law has one
     law_energy: ClassVar[Any] = None    # of which the law is the slope [J]
-    hypothesis: ClassVar[Hypothesis | None] = None      # how balances tell it
+    hypothesis: ClassVar[Hypothesis | None] = None      # how balances identify it
     typical: ClassVar[Typical | None] = None            # size worth finding
     unmeasured: ClassVar[Unmeasured | None] = None      # scatter, where calibrations look for it
     words: ClassVar[Words]              # how a page speaks of it
     # its number that an arm is given with, and which of the arm's tolerances that number has
     tolerance: ClassVar[tuple[str, str] | None] = None
-    known_by: ClassVar[KnownBy | None] = None   # which tolerance its numbers may tell anew
+    known_by: ClassVar[KnownBy | None] = None   # which tolerance its numbers may replace
 
     @classmethod
     def as_stated(cls, part: Any) -> 'Effect':

@@ -51,15 +51,15 @@ class Hypothesis:
     of what the effect improves it. It may explain `form_power`, a share of the effect's power.
     `doubts` are half-widths that intervals have for the same reason, as shares of another number
     or absolute. `ends` are numbers at whose lower bound a part of the arm is gone: it means
-    something. `twin` is an effect that no motion tells from this one. What acts on the command
-    acts on the noise of the encoders that it repeats. Two such effects are compared `below` a
-    frequency [Hz]. One of which the power over that of noise is less than `clear` is not told
-    from the first of `alike`. No other `form` than the usual one is asked of it.
+    something. `twin` is an effect that no motion distinguishes from this one. What acts on the
+    command acts on the noise of the encoders that it repeats. Two such effects are compared
+    `below` a frequency [Hz]. One of which the power over that of noise is less than `clear` is not
+    distinguished from the first of `alike`. No other `form` than the usual one is asked of it.
     `varies` are the coordinates along which published laws of the cause differ from this one.
     A form that does more than `reach`, a share of its power, is another law.
     `contains` are curves without a name that are this law at some of its numbers. One of them
-    tells as much as the law and is the law. A `passing` effect acts for a part of a recording,
-    from its `onset` on. A search begins as `start` tells. Of many shapes one `stands` for all,
+    explains as much as the law and is the law. A `passing` effect acts for a part of a recording,
+    from its `onset` on. A search begins as `start` says. Of many shapes one `stands` for all,
     where the smallest size that shows is asked for. A `weaker` effect does less the larger its
     number is. One that `scales` a torque lets a balance shrink beside another such. A wave of one
     that `bends` must be seen to do so: a straight part of it may be any error.
@@ -92,11 +92,11 @@ class Hypothesis:
     bends: bool = False
     varies: tuple[str, ...] = ()
     # share of its power that another form of its law may do (source: published laws differ by
-    # 0.002 to 0.1 of it, unless an effect tells otherwise)
+    # 0.002 to 0.1 of it, unless an effect declares otherwise)
     reach: float = 0.1
     contains: tuple[str, ...] = ()
     twin: str = ''
-    # power over that of noise, from which it is told from its like (choice: at once)
+    # power over that of noise, from which it is distinguished from its like (choice: at once)
     clear: float = 0.0
     # frequency below which it is compared with its like [Hz] (choice: at all of them)
     below: float = math.inf

@@ -225,7 +225,7 @@ class TorsionalHysteresis(Effect):
     law = staticmethod(hysteresis_torque)
     law_after = staticmethod(slid)
     law_stiffness = staticmethod(sticking_stiffness)
-    # (measured: a curve told up to 0.15 of the gain of a loop that was named rightly)
+    # (measured: a curve explained up to 0.15 of the gain of a loop that was named rightly)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         free={'level': 0.3, 'width': 2e-05}, grid={'width': (3e-05, 0.0001, 0.0003)},
         alike=('backlash', 'clock_skew', 'structural_damping'), form_share=0.2, form_error=0.12,

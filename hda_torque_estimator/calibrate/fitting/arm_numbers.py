@@ -25,7 +25,7 @@ STEP = 1e-3                     # of a sigma, for the slopes of numbers over unk
 NOTHING = 1e-12             # of a number, to have a share of
 LEAST = 0.2                     # of a tolerance, that a calibration leaves: arms change
 
-# Numbers of a joint by the tolerance that they tell anew.
+# Numbers of a joint by the tolerance that they replace.
 _KNOWN_BY = {
     'stiffness': ('torsion.flexspline_stiffness',), 'torsion_zero': ('link_encoder.zero',),
     **{known.tolerance: tuple(f'{effect.name}.{number}' for number in known.numbers)
@@ -117,8 +117,8 @@ def with_tolerances(arm: Arm, found: Mapping[str, Sequence[ArmNumber]], *,
     """
     Return the arm with each joint as well known as the numbers that were found of it.
 
-    What no number of a joint tells stays as wide as it was. With `wider` a tolerance grows where
-    numbers are less sure than was known, else it stays.
+    What no number of a joint determines stays as wide as it was. With `wider` a tolerance grows
+    where numbers are less sure than was known, else it stays.
     """
     origins, joints = dict(arm.provenance), []
     for joint in arm.joints:

@@ -1,9 +1,9 @@
 """
 Examine an arm on what no fit has seen: the estimator itself, with one weight of its ways or other.
 
-A witness is worth what it tells of recordings left out. Its error there is its deviation, and the
-estimator weighs both ways by their deviations. Whether that is right shows in what both tell
-together. So other weights are tried as well, up to those that leave the torque to one way.
+A witness is worth what it predicts of recordings left out. Its error there is its deviation, and
+the estimator weighs both ways by their deviations. Whether that is right shows in what both
+predict together. So other weights are tried as well, up to those that leave the torque to one way.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -31,8 +31,8 @@ Ints = NDArray[np.int64]
 WEIGHTS = ((1.0, 1.0), (3.0, 1.0), (1.0, 3.0), (30.0, 1.0), (1.0, 30.0))
 BETTER = 0.97           # of the error with the deviations as they are, below which others count
 # (asked: both ways together err by 1.05 times the better one at most)
-ALONE = 1.0 / 1.05      # the same where one way alone would tell the torque
-LEADS = 10.0            # factor from which one way alone tells the torque
+ALONE = 1.0 / 1.05      # the same where one way alone would give the torque
+LEADS = 10.0            # factor from which one way alone gives the torque
 WIDER = 3.0             # factor by which all deviations may be too small, or too large
 FARTHEST = 1e3          # deviation that an arm file takes, and no torque needs more [N*m]
 LEAST = 1e-9            # deviation that anything may be over [N*m]
@@ -42,7 +42,7 @@ ROUNDS = 2              # in which a factor is found
 
 
 class Witnesses(NamedTuple):
-    """What both ways of a joint have told, None of one that tells nothing."""
+    """What the fits of both ways of a joint gave, None of one that gives nothing."""
 
     torsion: WitnessFit | None
     motor: WitnessFit | None
@@ -67,16 +67,16 @@ class Witnesses(NamedTuple):
 
 
 class Examined(NamedTuple):
-    """What the estimator tells with the best weights."""
+    """What the estimator reaches with the best weights."""
 
     error: float                    # [N*m rms]
     about: float                    # the same about the mean of each recording [N*m rms]
     deviations: tuple[ArmNumber, ...]  # of torsion and motor
-    leader: str                     # 'torsion' or 'motor' where that alone tells the torque
+    leader: str                     # 'torsion' or 'motor' where that alone gives the torque
 
 
 class EstimatorErrors(NamedTuple):
-    """What the estimator tells of samples (m,) that are believed."""
+    """Errors of the estimator over samples (m,) that are believed."""
 
     error: Floats                   # [N*m]
     deviation: Floats               # [N*m]
@@ -114,7 +114,7 @@ def too_sure(errors: EstimatorErrors, recordings: int) -> float:
     """
     Return by which factor deviations are too small for nine in ten to hold.
 
-    Pieces err by sizes of their own. The more these differ, the less do few of them tell of
+    Pieces err by sizes of their own. The more these differ, the less do few of them say of
     others. Satterthwaite gives their squares degrees of freedom, and these Student's t. Fifths of
     one recording do not show how others differ. There each of its fewest stretches counts once.
     """
@@ -142,14 +142,14 @@ def _asked(torsion: float, motor: float) -> float:
 
 
 def _leader(torsion: float, motor: float) -> str:
-    """Return which way alone tells the torque with such factors of their deviations."""
+    """Return which way alone gives the torque with such factors of their deviations."""
     if max(torsion, motor) < LEADS:
         return ''
     return 'motor' if torsion > motor else 'torsion'
 
 
 def left_out(arm: Arm, witnesses: Witnesses, recordings: Sequence[Measured]) -> EstimatorErrors:
-    """Return what the estimator tells of recordings, by numbers that have not seen them."""
+    """Return the estimator's errors over recordings, by numbers that have not seen them."""
     return _joined([
         _errors_of(entered(arm, arm.labels[0], numbers), recording, rows, witnesses.lag)
         for recording in recordings for rows, numbers in witnesses.pieces(recording)])
@@ -157,7 +157,7 @@ def left_out(arm: Arm, witnesses: Witnesses, recordings: Sequence[Measured]) -> 
 
 def as_given(arm: Arm, recordings: Sequence[Measured], lag: float, *,
              fused: bool = True) -> EstimatorErrors:
-    """Return what the estimator tells of recordings with the arm as it was given."""
+    """Return the estimator's errors over recordings with the arm as it was given."""
     settings = EstimatorSettings(fusion=float(fused))
     return _joined([_errors_of(arm, recording, slice(None), lag, settings)
                     for recording in recordings])
@@ -171,7 +171,7 @@ def _joined(parts: Sequence[EstimatorErrors]) -> EstimatorErrors:
 
 def _errors_of(arm: Arm, recording: Measured, rows: slice, lag: float,
                settings: EstimatorSettings = EstimatorSettings()) -> EstimatorErrors:
-    """Return what the estimator, from the begin of a recording on, tells of some samples."""
+    """Return the errors over some samples; the estimator runs from the begin of the recording."""
     if not recording.has_link:
         arm, recording = by_motor(arm, arm.labels), recording.with_link(arm.joints[0].ratio)
     seen = slice(0, rows.stop)          # it has its zero from what came before

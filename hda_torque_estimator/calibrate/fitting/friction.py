@@ -35,7 +35,7 @@ FEWEST = 200            # rows that slide
 GAIN = 0.01             # least relative gain that makes a part worth it
 CERTAIN = 3.0           # sigmas from zero, from which a part is there
 MOMENT = 1.0            # time that is left out to see what the numbers rest on [s]
-LEAST = 1e-9            # dry friction of which a share can be told [N*m]
+LEAST = 1e-9            # dry friction of which a share is observable [N*m]
 FEWEST_BESIDE = 3       # samples that derivatives see on either side at low rates
 LARGE = 3e-3            # error that counts less, for it passes for another cause [N*m motor]
 PASSES = 40             # of a fit at most
@@ -43,7 +43,7 @@ SMALLEST = 1e-9         # gain of the score of a fit that ends it
 SLIGHT = 1e-6           # of a number, or of its usual size, for a slope
 _LEVEL, _DRAG = known_as('dry_friction'), known_as('viscous_friction')
 _OF_LOAD, _NEAR_REST = unmeasured_at(MESH), unmeasured_at(BREAKAWAY)
-# Fitted in N*m, told as a share of the dry level.
+# Fitted in N*m, stated as a share of the dry level.
 ASYMMETRY = f'{unmeasured_at(DRY_LEVEL).name}.asymmetry'
 
 

@@ -1,8 +1,8 @@
 """
 The motor as a witness: its torque less friction and inertia, where the shaft slides one way.
 
-At rest friction takes any value up to its level, and the motor tells nothing for certain. A joint
-may rest for most of the time, or bear one load. Then that may still be more than sliding tells.
+At rest friction takes any value up to its level, and the motor determines no torque. A joint
+may rest for most of the time, or bear one load. Then that may still be more than sliding shows.
 The torque is in the middle of what friction allows.
 """
 
@@ -34,7 +34,7 @@ COMMAND, ANGLE, RATE, LOAD, LINK, TIME = range(6)
 
 @compiled
 def motor_torques(joint: Record, seen: Array, period: float, torque: Array) -> None:
-    """Fill the torques (k,) that a motor without inertia tells, from its columns (k, 6)."""
+    """Fill the torques (k,) of a motor without inertia, from its columns (k, 6)."""
     for k in range(seen.shape[0]):
         slides = abs(seen[k, RATE]) > SLOWEST or turns(joint, seen[k, RATE], period)
         at = route_errors.ShaftState(seen[k, ANGLE], seen[k, RATE],
@@ -80,7 +80,7 @@ class MotorWitness:
         return self._rows([seen[:, COMMAND] for seen in self._seen])
 
     def torque(self, arm: Arm, zeros: Floats) -> Floats:
-        """Return the torque of the rows (m,) [N*m], by (r,) more than the motor tells."""
+        """Return the torque of the rows (m,) [N*m], by (r,) more than that of the motor."""
         joint, found = arm.joints[0], []
         inertia = joint.ratio * float(arm.record().joints['motor_inertia'][0])
         for one, seen, turned, zero in zip(self.recordings, self._seen, self._turning,

@@ -2,8 +2,8 @@
 A witness held against references: terms of the joint, the references' lag, moving zeros.
 
 The zero may be another one in every recording. By how much it moves between recordings is found
-beside everything else. So a zero that moves tells nothing. That it stays is tried as well. (With
-few recordings a zero of each may pass for a law of the gear.)
+beside everything else. So a zero that moves explains nothing. That it stays is tried as well.
+(With few recordings a zero of each may pass for a law of the gear.)
 """
 
 from collections.abc import Sequence
@@ -35,7 +35,7 @@ class Referenced:
     """
     One witness of one joint with the terms that are looked for.
 
-    `spread` is one sigma of the zeros over recordings, 0 where there is only one. `lags` tells
+    `spread` is one sigma of the zeros over recordings, 0 where there is only one. `lags` says
     whether a lag of the references is looked for. Behind the terms come the lag, then zeros.
     """
 

@@ -27,7 +27,7 @@ from ...samples.readings import LINK_READING
 Floats = NDArray[np.float64]
 # Choices unless stated otherwise.
 STRETCH = 3.0           # of a recording, left out of a fit or kept as a whole [s]
-PIECES = 3              # fewest recordings, or parts of them, that tell how laws fail
+PIECES = 3              # fewest recordings, or parts of them, that show how laws fail
 STEP = 0.02             # of a sigma, for the slopes
 ZERO_KNOWN = 1.0        # [rad], as good as nothing
 BESIDE = 1 + DOUBTS     # unknowns that are no terms: the zero, then the doubts
@@ -59,7 +59,7 @@ class TorsionFits:
                                in zip(self.passages, columns, self._used)])
 
     def estimated(self, arm: Arm, zero: float) -> list[Estimates]:
-        """Return what the estimator of an arm tells of every passage."""
+        """Return the estimates of an arm over every passage."""
         estimator, found = Estimator(arm, UNFUSED), []
         for passage in self.passages:
             readings = passage.readings.copy()

@@ -20,7 +20,7 @@ Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 # Choices unless stated otherwise.
 STRETCH = 3.0           # longest block of rows whose errors follow each other [s]
-FEWEST_BLOCKS = 12      # of all recordings: a spread over fewer tells little
+FEWEST_BLOCKS = 12      # of all recordings: a spread over fewer means little
 LAGS = 16               # of which references are known: most fits have one
 
 

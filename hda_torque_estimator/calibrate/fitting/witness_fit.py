@@ -39,7 +39,7 @@ FOLLOWED = 1.0          # times that of zeros that are followed, above which the
 
 @dataclass(frozen=True)
 class WitnessFit:
-    """What one witness of a joint tells."""
+    """What the fit of one witness of a joint gave."""
 
     numbers: tuple[ArmNumber, ...]
     known: tuple[ArmNumber, ...]   # the same, as well known as if they were independent
@@ -71,7 +71,7 @@ class Search(NamedTuple):
 
 
 def torsion_of(arm: Arm, recordings: Sequence[Measured]) -> WitnessFit | None:
-    """Return what the torsion of recordings tells of a joint; None where none is believed."""
+    """Return the fit of a joint's torsion to recordings; None where none is believed."""
     recordings = [one for one in recordings if one.has_link]
     if not recordings:
         return None
@@ -96,7 +96,7 @@ def torsion_of(arm: Arm, recordings: Sequence[Measured]) -> WitnessFit | None:
 def motor_of(arm: Arm, recordings: Sequence[Measured], *,
              resting: bool = False) -> WitnessFit | None:
     """
-    Return what the motor of recordings tells; None where it has no torque, or stands.
+    Return the fit of the motor to recordings; None where it has no torque, or stands.
 
     Where it is `resting`, friction that may hold either way counts as none. Else only rows count
     in which the shaft slides, and there is None where these are few.
@@ -144,10 +144,11 @@ def _searched(problem: Referenced, search: Search,
 
 def _zeroed(fits: Sequence[Fit]) -> Fit:
     """
-    Return the fit whose zeros move, or that with one zero where that tells others' torque better.
+    Return the fit whose zeros move, or that with one zero where that predicts others' torque
+    better.
 
     Both are judged on recordings left out, with the zero that the others have in common. One zero
-    must do hardly worse than zeros that follow, for another witness can tell how they move. The
+    must do hardly worse than zeros that follow, for another witness can show how they move. The
     terms of one are tried with the other as well: a search may find a disc with one alone.
     """
     if len(fits) == 1:
@@ -206,7 +207,7 @@ def _worth(search: Search, make: Maker | None) -> float:
 
 
 def _may_be(problem: Referenced, found: Minimum) -> bool:
-    """Return whether a lag is none, or longer than a sample: below that, nobody can tell it."""
+    """Return whether a lag is none, or longer than a sample: below that, it is not observable."""
     return not problem.lags or problem.lag(found.scaled) > problem.witness.dt
 
 
@@ -247,7 +248,7 @@ def _likely_lag(problem: Referenced, found: Minimum) -> float:
 
 def _fit_of(problem: Referenced, found: Minimum, zero: str,
             witness: TorsionWitness | MotorWitness) -> WitnessFit:
-    """Return what a fit tells; `zero` is the number that moves between recordings."""
+    """Return what a fit gave; `zero` is the number that moves between recordings."""
     scaled, reference = found.scaled, witness.reference(0.0)
     given = witness.torque(problem.arm, np.zeros(0))    # as the arm was given
     ratio = problem.arm.joints[0].ratio if zero == OFFSET else 1.0
@@ -269,7 +270,7 @@ def _fit_of(problem: Referenced, found: Minimum, zero: str,
 
 
 def _zero_known(arm: Arm, zero: str) -> float:
-    """Return how well a zero is known before: one recording does not tell how far it moves."""
+    """Return how well a zero is known before: one recording does not show how far it moves."""
     known = arm.tolerances
     return known.drive_offset if zero == OFFSET else known.torsion_zero
 

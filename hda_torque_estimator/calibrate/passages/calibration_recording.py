@@ -27,7 +27,7 @@ FEWEST = 100            # samples from which a motion can be differentiated
 
 
 class CalibrationRecording(NamedTuple):
-    """What one recording tells."""
+    """What a calibration reads of one recording."""
 
     name: str
     passages: dict[str, Passage]
@@ -49,7 +49,7 @@ class CalibrationRecording(NamedTuple):
 def heard(states: JointSamples, wrenches: Mapping[str, WrenchSamples], name: str, arm: Arm,
           known: StatedConditions) -> CalibrationRecording:
     """
-    Return what a recording of an arm tells: its joint states, and wrenches by their topics.
+    Return a recording of an arm from its joint states, and wrenches by their topics.
 
     `known` is what is stated of it.
 

@@ -25,7 +25,7 @@ class SignFaults(NamedTuple):
 
 def wrong_signs(arm: Arm, recordings: Sequence[Measured]) -> SignFaults:
     """
-    Return what is wrong with signs and units of one joint, as references tell it.
+    Return what is wrong with signs and units of one joint, as references show it.
 
     A wrong sign of one witness spoils that witness alone. Where both fall as the reference grows,
     it is the reference's.

@@ -19,7 +19,7 @@ TURN = 2.0 * math.pi    # of the motor, the least travel each way [rad]
 FEWEST_LOADS = 1.0      # between the small and the large torques [N*m]
 SMALL, LARGE = 5.0, 95.0        # percentiles of the torque
 APART = 0.10            # by which two torques of one joint may differ in scale
-LEAST_TORQUE = 0.5      # deviation from which the scale of a sensor can be told [N*m]
+LEAST_TORQUE = 0.5      # deviation from which the scale of a sensor is observable [N*m]
 LARGE_TORQUE = 2.0      # deviation from which errors of the model do not pass for a scale [N*m]
 
 
@@ -122,7 +122,7 @@ def check_alike(label: str, recording: str, sensed: Floats, known: Floats) -> No
 
 def check_of_one_piece(label: str, errors: Sequence[tuple[str, Floats, Floats]]) -> None:
     """
-    Raise CalibrationError where recordings (name, errors (k,), torques (k,)) tell other scales.
+    Raise CalibrationError where recordings (name, errors (k,), torques (k,)) have other scales.
 
     One law fits all of them, unless the loads that were stated for some are wrong.
     """

@@ -88,7 +88,7 @@ class Balancer:
         self._parts = parts or Parts(measurement, self.filtered)
         self._runs, self._valid = RecentCache[Array](_KEPT), RecentCache[NDArray[np.bool_]](_KEPT)
         self.predictions = RecentCache[Array](_KEPT)  # how far off those of arms end (`predict`)
-        self.noises = RecentCache[tuple[Array, Array]](_KEPT)     # of arms (`healthy`)
+        self.noises = RecentCache[tuple[Array, Array]](_KEPT)     # of arms (`healthy_twin`)
 
     def like(self, measurement: Measurement) -> 'Balancer':
         """Return the balances of another measurement along the same motion."""

@@ -2,7 +2,7 @@
 Look for causes beside what has no name: where names alone leave a rest, curves compete with them.
 
 What no catalogue lists makes a search take whatever stands for it a little. So a search that ends
-with a rest is done anew, with causes that have no name (`nameless_causes`). At every step one of
+with a rest is done anew, with causes that have no name (`discrepancy_terms`). At every step one of
 them is taken if it tells more than the best of the catalogue. What it does is taken out of all
 balances (eq:beside). In the end each cause of the catalogue must tell more than the best without a
 name in its place. It must be the best of the catalogue there as well.

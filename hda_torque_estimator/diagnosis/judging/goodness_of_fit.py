@@ -4,8 +4,8 @@ Whether the causes that were found are backed: nothing is named on a rest that n
 A wrong cause takes the place of the right one and leaves a part of what it cannot describe. So a
 joint takes back every cause that rests on it where much more is left than noise. It must also be
 more than the accepted laws may leave as one form of several (`Hypothesis.form_error`). And so does
-a rest of any size that a simple curve tells (`nameless`). What a simulated arm with the same
-causes leaves as well, where none of them acts, is no rest.
+a rest of any size that a simple curve explains (`discrepancy_curves`). What a simulated arm with
+the same causes leaves as well, where none of them acts, is no rest.
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,11 +1,11 @@
 """
 The best other cause, and by how much it explains less.
 
-Fits are compared as if all made as much noise (`fair`), and in the forms of their laws that fit
-best (`forms`). A form is a product of curves and not quite exact, so a part of what it improves
-tells nothing. Effects of the command act on the noise of the encoders that it repeats, and the
-balances have the same noise. At high frequency it speaks for one of two such effects whatever the
-truth. They are compared where a motion has more.
+Fits are compared as if all made as much noise (`equal_noise`), and in the forms of their laws
+that fit best (`law_forms`). A form is a product of curves and not quite exact, so a part of what
+it improves tells nothing. Effects of the command act on the noise of the encoders that it repeats,
+and the balances have the same noise. At high frequency it speaks for one of two such effects
+whatever the truth. They are compared where a motion has more.
 """
 
 from collections.abc import Sequence

@@ -1,9 +1,9 @@
 """
 Look for the causes: accept the best hypothesis, simulate with it, look again.
 
-What a cause must do to be accepted is told in `acceptance`. Where the way that was best at every
-step ends with a rest, it weighs the laws of each cause again beside all others. Then it goes back
-to where another cause was nearly as good.
+What a cause must do to be accepted stands in `selection_criteria`. Where the way that was best at
+every step ends with a rest, it weighs the laws of each cause again beside all others. Then it goes
+back to where another cause was nearly as good.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

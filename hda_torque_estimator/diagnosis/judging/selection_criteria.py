@@ -4,9 +4,9 @@ When a cause earns its place: by the score, and materially.
 It must explain much more than its freedom buys, and be well above what a healthy arm leaves. What
 the causes beside it may leave as one form of several is no reason for another, unless it explains
 nearly all of that. More is asked of one that they are confused with. One that fits best where
-a number of it is at its bound stands for another (`limits`). Where none is beside it, a certain
-one may even be less than noise. One that is quick enough passes for noise until it is known, and
-must stand out of what is noise then.
+a number of it is at its bound stands for another (`bounds_reached`). Where none is beside it, a
+certain one may even be less than noise. One that is quick enough passes for noise until it is
+known, and must stand out of what is noise then.
 """
 
 from collections.abc import Sequence

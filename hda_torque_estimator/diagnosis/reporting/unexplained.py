@@ -1,8 +1,8 @@
 """
 What no effect of the catalogue explains: where it sits, and what it follows.
 
-The site is told by the pattern of both balances (`pattern`), the coordinate by how much of the
-power a curve along it tells (`following`).
+The site is identified by the pattern of both balances (`site_pattern`), the coordinate by how much
+of the power a curve along it tells (`following`).
 """
 
 from collections.abc import Mapping

@@ -4,7 +4,7 @@ Judge by one window whether two witnesses can both be right, and free the zero w
 A contradiction that no tolerance explains is most often a zero: nothing else has no bound of its
 own. So the zero's variance grows by what is not explained, and the zero is learnt anew. It grows
 at once while little is known of it, later only where the contradiction lasts. What then still
-contradicts is no zero, and is told. Equations: docs/estimation.md.
+contradicts is no zero, and is reported. Equations: docs/estimation.md.
 """
 
 from math import erf, sqrt
@@ -36,7 +36,7 @@ class AgreementWindow(NamedTuple):
     difference: float           # [N*m]
     effect: Array               # of a sigma of each error on it (ERRORS,) [N*m]
     noise: float                # variance by readings [N^2*m^2]
-    lawless: float              # variance of what no law tells [N^2*m^2]
+    lawless: float              # variance of what no law describes [N^2*m^2]
     friction: float             # the dry friction known, at the link [N*m]
     settled: bool               # the motor turned one way long enough
     goes_on: bool               # and did not slow to less than half

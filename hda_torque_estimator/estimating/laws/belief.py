@@ -44,9 +44,9 @@ PULLED = PULL + 1                       # at the one before, which a slip has no
 MEMORY = PULLED + 1
 
 # Choices unless stated otherwise.
-SHOWN = 0.1             # time for which a fault is told: 5 states at 50 Hz (choice) [s]
+SHOWN = 0.1             # time for which a fault is reported: 5 states at 50 Hz (choice) [s]
 LONGEST = 0.1           # of unbelieved samples in a row, then the watch begins anew (choice) [s]
-LEAST_STILL = 0.01      # of angle and velocity that repeat, half of the time to tell it [s]
+LEAST_STILL = 0.01      # of angle and velocity that repeat, half of the time to detect it [s]
 GROWN = 32.0            # counts by a velocity that grows while its angle repeats (choice)
 PASSED = 2.0            # counts that a shaft would have passed: coarse encoders repeat one
 ABSURD = 3.0            # times what the watch allows, from which a velocity is no velocity
@@ -139,7 +139,7 @@ def _stuck(limits: Array, memory: Array, reading: Array, seconds: float) -> bool
 @inlined
 def _gains(limits: Array, memory: Array, angle: float, rate: float, j: int, side: int,
            seconds: float) -> bool:
-    """Return whether a velocity grows and tells of many counts while its angle repeats."""
+    """Return whether a velocity grows and means many counts while its angle repeats."""
     if angle != memory[j, ANGLE + side] or not np.isfinite(rate):
         memory[j, LEAST + side], memory[j, GAINED + side] = abs(rate), 0.0
         return False
@@ -209,7 +209,7 @@ def feel_standstill(record: ArmRecord, limits: Array, memory: Array, reading: Ar
 
 @compiled
 def blame(memory: Array, fault: float) -> None:
-    """Tell a fault that the stamps show."""
+    """Report a fault that the stamps show."""
     memory[0, FAULT], memory[0, AGE] = fault, 0.0
 
 

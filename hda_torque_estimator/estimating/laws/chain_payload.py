@@ -2,7 +2,7 @@
 The mass at the tip of a chain that its model does not know, from the external torques.
 
 What is wrong with torques and links lasts, so time adds nothing to how sure the mass is. Means
-over a few seconds are told, with the deviation of one moment.
+over a few seconds are reported, with the deviation of one moment.
 """
 
 from typing import NamedTuple

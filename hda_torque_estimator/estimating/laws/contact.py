@@ -1,5 +1,5 @@
 """
-Tell contacts from free motion by the external torques and how sure they are (eq:chi).
+Distinguish contacts from free motion by the external torques and how sure they are (eq:chi).
 
 Two levels: a contact ends by itself when the arm is let go, a collision stays until the reset.
 """
@@ -16,7 +16,7 @@ MEMORY = 4  # (layout)
 FREE, CONTACT, COLLISION = 0.0, 1.0, 2.0  # (layout)
 _NAMES = {CONTACT: 'contact', COLLISION: 'collision'}
 
-FEW = 2                 # joints of which `contact_deviations` tell (choice)
+FEW = 2                 # joints to which `contact_deviations` refer (choice)
 # Choices unless stated otherwise.
 _RELEASE = 0.5          # of the level, below which a contact is over
 _HOLD = 0.1             # time for which it must be [s]
@@ -29,7 +29,7 @@ def contact_name(level: float) -> str:
 
 def contact_level(deviations: float, joints: int) -> float:
     """
-    Return the deviations of all joints together from which on they tell of a contact.
+    Return the deviations of all joints together from which on they mean a contact.
 
     `deviations` are those of one or two joints. More exceed them by chance more often. So their
     level is the one with the same chance, by the chi-square distribution.

@@ -26,7 +26,7 @@ SETTLED = 3             # halves in one sense before friction is what it is whil
 _COUNTS = 8.0           # of the motor encoder that a half must pass
 _LEAST_MOTION = 1e-3    # [rad], for encoders without counts
 _CORRELATED = 10.0      # windows that share one error of the model
-_LASTING = 1.0          # for which what no law of either way tells is one error [s]
+_LASTING = 1.0          # for which what no law of either way describes is one error [s]
 _FITTING = 5.0          # misfit up to which errors are as large as their tolerances say
 _GOES_ON = 0.5          # of the last half's speed: below a third a shaft stops inside this one
 _HOPELESS = 30.0        # deviations beyond which there is nothing to learn
@@ -138,7 +138,7 @@ def _learn(joint: Record, memory: Array, window: AgreementWindow, time: float,
     """
     Renew errors and covariance from one window, a step of a Kalman filter, (eq:learning, misfit).
 
-    Noise of counts is another in every window, what no law of either way tells lasts. A large
+    Noise of counts is another in every window, what no law of either way describes lasts. A large
     difference is only as well known as the stiffness that turned a torsion into it.
     """
     learnt, gain, effect = errors_learnt(memory), gained(memory), window.effect

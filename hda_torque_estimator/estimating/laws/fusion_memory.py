@@ -40,7 +40,7 @@ GAINED = LEARNT + ERRORS                # their covariance less the identity, by
 MEMORY = GAINED + ERRORS * ERRORS
 
 # Choices unless stated otherwise.
-LONG = 5.0              # over which misfits tell that something changed [s]
+LONG = 5.0              # over which misfits show that something changed [s]
 PRIOR = 0.3             # time that what was known counts for as a first scatter [s]
 STIFFEST, SOFTEST = 2.0, 0.5    # factor of the stiffness that may be learnt
 # (source: a hand changes a torque in tenths of a second; friction of load and gear follow that)
@@ -119,7 +119,7 @@ def errors_apart(memory: Array, effect: Array) -> tuple[float, float]:
     """
     Return the variance by errors of the difference, and how much goes with the torsion's own.
 
-    What was learnt to be common to both ways does not tell one from the other (eq:weight).
+    What was learnt to be common to both ways does not distinguish them (eq:weight).
     """
     gain, both, first = gained(memory), 0.0, 0.0
     for i in range(ERRORS):

@@ -2,8 +2,8 @@
 The torque of one joint from two witnesses, at one sample: torsion and motor, docs/estimation.md.
 
 Each is corrected by what was learnt of it. Then they are weighed by what changes from sample to
-sample, and no torque is told that motor, inertia and friction do not allow. Where they contradict
-each other beyond what can be learnt, the better one stands alone.
+sample, and no torque is reported that motor, inertia and friction do not allow. Where they
+contradict each other beyond what can be learnt, the better one stands alone.
 """
 
 from typing import NamedTuple
@@ -19,18 +19,18 @@ from .fusion import close_half, gather
 from .fusion_memory import (effect_variance, errors_apart, EXCESS, falls_back, follow_apart,
                             gained, MOTOR_ALONE, SLOW_APART, SLOW_TIME, UNEXPLAINED)
 from .motor_witness import (bound, first_bound, follow_scatter, has_friction, hear, Motor,
-                            motor_estimate, MotorSample, Own, own_variance, Seen)
+                            MotorSample, notify, Own, own_variance, Seen)
 from .route_errors import ERRORS, torque_effects, TORSION_ERRORS, ZERO
 from .torsion_scatter import follow_twist
 from .torsion_torque import reading_deviation, torque_aside, torque_through_gear
 from .witnesses import beyond, Bound, FAINT, is_near, share_of_second, Spring, tangent, within
 
 # Choices unless stated otherwise.
-_QUICK = 0.1            # of the variance of what no law tells, that is quick
+_QUICK = 0.1            # of the variance of what no law describes, that is quick
 
 
 class GearState(NamedTuple):
-    """What the encoders tell of a gear, already without what was learnt to be wrong."""
+    """What the encoders show of a gear, already without what was learnt to be wrong."""
 
     elastic: float              # torsion [rad]
     rate: float                 # [rad/s]
@@ -41,7 +41,7 @@ class GearState(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """What one reading of a torsion tells, and how sure it and the motor are."""
+    """What one reading of a torsion determines, and how sure it and the motor are."""
 
     torque: float               # [N*m]
     own: Own
@@ -85,7 +85,7 @@ def joint_torque(joint: Record, settings: CompiledSettings, memory: Array, seen:
                 held = first.middle
         sure = _as_found(joint, memory, effect, single + now)
         return TorqueEstimate(held, np.sqrt(sure + far), _share(single + now, single + before))
-    motor = motor_estimate(joint, memory, heard, settings.window, effect)
+    motor = notify(joint, memory, heard, settings.window, effect)
     scatter = follow_twist(memory, seen.elastic + seen.learnt, motor.moving, heard.dt)
     random = reading_deviation(joint, torque, seen.gain, scatter)[1]
     allowed = bound(memory, motor, effect)
@@ -100,7 +100,7 @@ def joint_torque(joint: Record, settings: CompiledSettings, memory: Array, seen:
     close_half(joint, memory, heard.angle, settings, stiffness, motor.friction)
     follow_scatter(memory, motor, Seen(torque - motor.driving + motor.inertia, lawless),
                    heard.dt)
-    if falls_back(memory):                      # what was learnt is not told, but stays learnt
+    if falls_back(memory):                      # what was learnt is not used, but stays learnt
         plain = _as_stated(seen)
         torque = _through(joint, heard, plain)
         near = _near(motor.plain - motor.inertia, allowed,
@@ -113,13 +113,13 @@ def joint_torque(joint: Record, settings: CompiledSettings, memory: Array, seen:
 
 @inlined
 def _as_stated(seen: GearState) -> GearState:
-    """Return what the encoders tell by the arm as it was stated, without what was learnt."""
+    """Return what the encoders show by the arm as it was stated, without what was learnt."""
     return GearState(seen.elastic + seen.learnt, seen.rate, seen.loop, 0.0, seen.gain, 1.0)
 
 
 @inlined
 def _through(joint: Record, heard: MotorSample, seen: GearState) -> float:
-    """Return the torque that a torsion tells, by the law as it is known [N*m]."""
+    """Return the torque that belongs to a torsion, by the law as it is known [N*m]."""
     return torque_through_gear(joint, heard.angle, seen.elastic, seen.rate, seen.loop, seen.factor)
 
 
@@ -196,7 +196,7 @@ def _as_found(joint: Record, memory: Array, effect: Array, usual: float) -> floa
     """
     Return a variance with the factor that left-out recordings asked for, (eq:sigma-torque).
 
-    Of what a zero adds nothing is taken: how far it moves, few recordings tell.
+    Of what a zero adds nothing is taken: how far it moves, few recordings show.
     """
     found = joint.deviation_factor ** 2
     zero = effect[ZERO] ** 2 * max(1.0 + gained(memory)[ZERO, ZERO], 0.0)
@@ -219,7 +219,7 @@ def _clear(weight: float) -> float:
 @compiled
 def _alone(joint: Record, memory: Array, effect: Array, motor: Motor, allowed: Bound,
            seen: Reading) -> TorqueEstimate:
-    """Return what the better of both tells alone, as before anything was learnt."""
+    """Return the estimate of the better of both alone, as before anything was learnt."""
     own, other = _whole(seen.own), _whole(seen.other)
     first = _squares(effect, 0, TORSION_ERRORS) + own
     second = _squares(effect, TORSION_ERRORS, ERRORS) + other

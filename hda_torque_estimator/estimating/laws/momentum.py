@@ -34,7 +34,7 @@ def hold(joint: Record, angle: float, velocity: float) -> tuple[float, float]:
     """
     Return what cable and bearing do to a link, and how far that is in doubt [N*m].
 
-    A bearing at rest holds any torque up to its level, which nobody can tell from outside.
+    A bearing at rest holds any torque up to its level, which cannot be observed from outside.
     """
     level = bearing_level(joint, angle)
     if abs(velocity) < _AT_REST:

@@ -1,5 +1,5 @@
 """
-What the motor tells of a joint's torque at one sample, how sure that is, and what it allows.
+A joint's torque as its motor determines it at one sample, how sure that is, and what it allows.
 
 Its inertia needs an acceleration, `shaft_motion.py`. How good it is shows in how far both
 witnesses differ from sample to sample.
@@ -41,29 +41,29 @@ class MotorSample(NamedTuple):
 
 
 class Motor(NamedTuple):
-    """What a motor tells [N*m at the link]."""
+    """The estimate of a motor [N*m at the link]."""
 
     moving: bool
     driving: float              # without inertia, with what was learnt of it
     plain: float                # the same before anything was learnt
     inertia: float              # what speeds up its shaft
     friction: float             # the most that dry friction opposes
-    lawless: float              # variance of what no law tells [N^2*m^2]
+    lawless: float              # variance of what no law describes [N^2*m^2]
 
 
 class Seen(NamedTuple):
-    """What a sample of the torsion tells of a motor."""
+    """What a sample of the torsion shows of a motor."""
 
-    apart: float                # by how much the torsion tells more [N*m]
-    lawless: float              # variance of what no law of it tells [N^2*m^2]
+    apart: float                # by how much the torsion's is larger [N*m]
+    lawless: float              # variance of what no law of it describes [N^2*m^2]
 
 
 class Own(NamedTuple):
-    """Variances of what a witness tells, but for errors that are learnt [N^2*m^2]."""
+    """Variances of a witness's torque, but for errors that are learnt [N^2*m^2]."""
 
     random: float               # another from sample to sample
     held: float                 # by friction that may hold either way
-    lawless: float              # of what no law tells, which lasts
+    lawless: float              # of what no law describes, which lasts
 
 
 @inlined
@@ -83,7 +83,7 @@ def turns(joint: Record, velocity: float, time: float) -> bool:
 
 @compiled
 def hear(memory: Array, heard: MotorSample) -> bool:
-    """Return whether a motor tells anything at a sample; if not, begin a window anew."""
+    """Return whether a motor determines a torque at a sample; if not, begin a window anew."""
     if heard.dt > 0.0 and np.isfinite(memory[LAST_COMMAND] + heard.command):
         return True
     restart(memory, heard.angle)
@@ -95,13 +95,13 @@ def hear(memory: Array, heard: MotorSample) -> bool:
 
 
 @compiled
-def motor_estimate(joint: Record, memory: Array, heard: MotorSample, window: float,
-                   effect: Array) -> Motor:
+def notify(joint: Record, memory: Array, heard: MotorSample, window: float,
+           effect: Array) -> Motor:
     """
-    Return what a motor tells, and fill the effects of its errors (ERRORS,).
+    Return the torque of a motor, and fill the effects of its errors (ERRORS,).
 
     `window` is the least time of half a window [s]. Its friction is loaded by the torque that it
-    tells itself. What the torsion tells may be far off until its zero is known.
+    has itself. The torque of the torsion may be far off until its zero is known.
     """
     mean = 0.5 * (memory[LAST_COMMAND] + heard.command)
     memory[LAST_COMMAND] = heard.command
@@ -158,8 +158,9 @@ def follow_scatter(memory: Array, motor: Motor, seen: Seen, dt: float) -> None:
     Follow how much the motor's torque scatters from sample to sample, (eq:scatter).
 
     What changes in the motor's torque and in its difference to the torsion's is its own; what it
-    shares with the torsion is the torque's. The less the law of a torsion tells, the slower it
-    teaches. A motor of which more is told scatters at first by its deviation, others by friction.
+    shares with the torsion is the torque's. The less the law of a torsion determines, the slower
+    it teaches. A motor of which more is known scatters at first by its deviation, others by
+    friction.
     """
     torque, apart = motor.driving - motor.inertia, seen.apart
     if not motor.moving or memory[STEADY] < SETTLED:

@@ -15,7 +15,7 @@ from .compiled_settings import Model
 from .learning import fade, renew
 from .momentum import expected_rate, LinkMotion, momentum
 
-# What is told apart, per unit or sigma: the mass, p1 to p3, an offset of either torque.
+# What is distinguished, per unit or sigma: the mass, p1 to p3, an offset of either torque.
 MASS, INERTIA, OFFSET = 0, 1, 4
 ERRORS = 6  # (layout)
 _COLUMNS = 5            # what is observed, and what mass and p1 to p3 would do (layout)

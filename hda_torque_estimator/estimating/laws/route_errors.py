@@ -1,9 +1,9 @@
 """
 What may be wrong with the two ways to a joint's torque (docs/estimation.md#equations).
 
-The torsion tells the torque through the gear, and so does the motor: its torque less friction and
-inertia. Each error is one number in units of how well it is known, and has an effect on the torque
-that its way tells. So before anything is learnt the covariance of all errors is the identity.
+The torsion determines the torque through the gear, and so does the motor: its torque less friction
+and inertia. Each error is one number in units of how well it is known, and has an effect on the
+torque of its way. So before anything is learnt the covariance of all errors is the identity.
 """
 
 from typing import NamedTuple
@@ -54,7 +54,7 @@ def _wave(size: float, angle: float, effect: Array, place: int) -> None:
 @compiled
 def torque_effects(known: Record, flexed: float, stiffness: float, effect: Array) -> None:
     """
-    Turn effects on the torsion into those on the torque it tells [N*m], (eq:two-routes).
+    Turn effects on the torsion into those on its torque [N*m], (eq:two-routes).
 
     `flexed` is the torsion that a softer flexspline adds, for each 1 of its factor [rad].
     """
@@ -89,7 +89,7 @@ def dry_friction(joint: Record, at: ShaftState, torque: float) -> float:
 @compiled
 def motor_torque(joint: Record, command: float, at: ShaftState, torque: float,
                  time: float) -> float:
-    """Return the gear's torque that a motor without inertia tells [N*m], (eq:motor-torque)."""
+    """Return the gear's torque that a motor without inertia has [N*m], (eq:motor-torque)."""
     dry = at.sense * friction_budget(joint, at.velocity, at.sense, torque, at.link_angle)
     driving = shaft_torque(joint, command) + ripple(joint, at.angle)
     return joint.ratio * (driving - drag(joint, at.velocity, time) - dry)

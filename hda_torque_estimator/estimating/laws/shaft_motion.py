@@ -1,10 +1,10 @@
 """
 How fast a shaft speeds up, by its angle alone: a parabola that forgets (eq:parabola).
 
-Stamps of a host tell when a busy computer handed readings on, those of a drive when they were
+Stamps of a host say when a busy computer handed readings on, those of a drive when they were
 taken. An encoder may be coarse, or its shaft quick. So parabolas are followed on two clocks, that
 of the stamps and one that counts samples evenly, and each forgets soon or late. The one that has
-foretold angles best is believed.
+predicted angles best is believed.
 """
 
 from typing import NamedTuple
@@ -46,7 +46,7 @@ def begin_motion(memory: Array, angle: float) -> None:
 
 @compiled
 def follow_motion(memory: Array, angle: float, window: float, dt: float) -> Speeding:
-    """Follow a shaft's angle [rad] after a time [s] and tell how fast it speeds up."""
+    """Follow a shaft's angle [rad] after a time [s] and return how fast it speeds up."""
     memory[WAITED] += dt
     if memory[WAITED] >= _BURST * _QUICKEST * window:
         _renew(memory, angle, window, memory[WAITED])
@@ -91,7 +91,7 @@ def _follow(memory: Array, place: int, angle: float, dt: float, patience: float)
     keep = np.exp(-dt / patience)
     new = 1.0 - keep
     memory[place + _ANGLE] = angle - keep ** 3 * missed
-    if memory[READ] < 2.0:                          # two angles tell a speed, and no more
+    if memory[READ] < 2.0:                          # two angles determine a speed, and no more
         memory[place + _SPEED] = missed / dt
         return
     memory[place + _SPEED] = speed + 1.5 * new ** 2 * (1.0 + keep) * missed / dt

@@ -1,5 +1,6 @@
 """
-Tell an angle that stepped by itself: an encoder that slipped. Compiled, one joint and one sample.
+Detect an angle that stepped by itself: an encoder that slipped. Compiled, one joint and one
+sample.
 
 A slip is one step of one side; the other side and the samples around it are as still as before.
 A shaft or link that does so in truth must speed up and stop within one period, which its inertia
@@ -21,7 +22,7 @@ TIME, LAST_TIME, COUNT = range(8, 11)   # of the last way and the one before [s]
 MEMORY = 11  # (layout)
 
 # Choices unless stated otherwise.
-_FEWEST = 4.0           # samples that tell a step from a change of speed
+_FEWEST = 4.0           # samples that distinguish a step from a change of speed
 _LATE = 3.0             # periods by which one side may be late: a reading held for two of them
 # A body speeds up and stops by a constant acceleration A around one period T. In it, the body goes
 # at most 5/12 A T^2 farther than 3 times what it goes in the period before or after.
@@ -36,7 +37,7 @@ def look(limits: Array, memory: Array, reading: Array, torque: float, dt: float)
     Return which side slipped one sample ago; dt [s] since the last sample, 0 begins anew.
 
     `limits` is the joint's row of the watch, `torque` what may pull at its link [N*m]. Where
-    samples come so seldom that a body has the time, nothing is told.
+    samples come so seldom that a body has the time, nothing is detected.
     """
     if dt == 0.0:
         memory[:] = 0.0
@@ -59,7 +60,7 @@ def look(limits: Array, memory: Array, reading: Array, torque: float, dt: float)
 
 @inlined
 def size(memory: Array, side: int, ratio: float) -> float:
-    """Return the size of the slip that was just told, at the output [rad]."""
+    """Return the size of the slip that was just detected, at the output [rad]."""
     way = memory[BEFORE + side - OF_MOTOR] * memory[LAST_TIME]
     return way / ratio if side == OF_MOTOR else way
 

@@ -1,5 +1,5 @@
 """
-Tell a joint whose readings froze while it stood: compiled, one joint and one sample.
+Detect a joint whose readings froze while it stood: compiled, one joint and one sample.
 
 Where neither angle changes, the torque through the gear does not either, nor does what pulls at
 the link but for the environment. Then what pushes on the joint cannot change without an angle

@@ -1,8 +1,8 @@
 """
 The wrench on the tip of a chain from its external joint torques (docs/model.md#estimator).
 
-Six joints and more tell force and moment. Fewer tell the force, and the push is taken for one
-without a moment, as on two links. What the pose hides is told by nobody: it is NaN.
+Six joints and more determine force and moment. Fewer determine the force, and the push is taken
+for one without a moment, as on two links. What the pose hides cannot be observed: it is NaN.
 """
 
 from hda_arm_sim.foundation import chain
@@ -27,7 +27,7 @@ def tip_wrench(c: Array, torque: Array, precision: Array, tip: Array) -> None:
 
     `torque` (n,) are the external torques [N*m] and `precision` (n, n) their inverse covariance,
     at the frames placed. What was likely before, a wrench up to what arms stand, keeps a hidden
-    component finite until it is told as NaN.
+    component finite until it is reported as NaN.
     """
     known = AXES if len(torque) >= AXES else AXES // 2
     jacobian = np.empty((AXES, len(torque)))

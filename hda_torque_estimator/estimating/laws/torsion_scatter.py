@@ -2,7 +2,7 @@
 How much a torsion scatters from sample to sample, learnt from its second differences.
 
 A torque that changes steadily leaves none, and neither does a gear's slow error. So what the motor
-tells is not asked: beside a motor that scatters more, a product of both would be mostly chance.
+shows is not asked: beside a motor that scatters more, a product of both would be mostly chance.
 """
 
 from hda_arm_sim.foundation.arrays import Array

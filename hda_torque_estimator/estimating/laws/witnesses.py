@@ -1,9 +1,9 @@
 """
 Weigh two witnesses of one torque sample by sample, and hold one within what the other allows.
 
-The first witness is a torsion, which tells the torque by a law that stiffens. The second tells it
-directly. What lasts in their difference is learnt elsewhere (`fusion.py`); here is what changes
-from sample to sample. Nothing here knows of motors. Equations: docs/estimation.md.
+The first witness is a torsion, which determines the torque by a law that stiffens. The second
+determines it directly. What lasts in their difference is learnt elsewhere (`fusion.py`); here is
+what changes from sample to sample. Nothing here knows of motors. Equations: docs/estimation.md.
 """
 
 from typing import NamedTuple
@@ -37,7 +37,7 @@ class Bound(NamedTuple):
 @compiled
 def tangent(joint: Record, seen: Spring, near: float) -> tuple[float, float]:
     """
-    Return torque [N*m] and stiffness [N*m/rad] that a torsion tells by a tangent, (eq:tangent).
+    Return torque [N*m] and stiffness [N*m/rad] of a torsion by a tangent, (eq:tangent).
 
     `near` is the torque at which it touches the law [N*m]. So the stiffening of the law does not
     enlarge a reading that is off by much.

@@ -130,8 +130,8 @@ function write(target, text) {
 }
 
 function pushed(force) {
-  const told = force.map((value, axis) => value != null && `${'xyz'[axis]} ${known(value, 1)}`);
-  return `${told.filter(Boolean).join(', ')} N`;
+  const axes = force.map((value, axis) => value != null && `${'xyz'[axis]} ${known(value, 1)}`);
+  return `${axes.filter(Boolean).join(', ')} N`;
 }
 
 function scaled(value, factor) {

@@ -1,7 +1,7 @@
 /* Draw the plots of a page: zoom, hover, switch; by mouse, by touch and by keyboard. */
 'use strict';
 (() => {
-  const TOLD = JSON.parse(document.getElementById('plots').textContent);
+  const DRAWN = JSON.parse(document.getElementById('plots').textContent);
   const LOOKS = {
     measured: {colour: '--ink', width: 2.4, dash: []},
     before: {colour: '--before', width: 1.4, dash: [7, 4]},
@@ -123,7 +123,7 @@
   class Chart {
     constructor(figure) {
       this.box = figure.querySelector('.plot');
-      this.plots = TOLD[figure.dataset.chart];
+      this.plots = DRAWN[figure.dataset.chart];
       this.made = null;
       this.buttons = [...figure.querySelectorAll('[data-choice]')];
       this.buttons.forEach(button => button.addEventListener('click', () => this.choose(button)));

@@ -38,9 +38,9 @@ def table_two(arms: Arms) -> Exhibit:
         'Read as a_0, a_1, a_2 in radians of the link the torsion would be a hundred times what '
         'such gears err by. Only in degrees over turns would it be in their class; the table '
         'gives no unit.',
-        'A polynomial is not periodic: it jumps where the turn closes, and its a_0 cannot be told '
-        "from the encoders' zero or a constant torque. It holds the eccentricity of a disc and "
-        'nothing of the wave generator, whose 200 waves per turn the estimator needs as '
+        'A polynomial is not periodic: it jumps where the turn closes, and its a_0 cannot be '
+        "separated from the encoders' zero or a constant torque. It holds the eccentricity of a "
+        'disc and nothing of the wave generator, whose 200 waves per turn the estimator needs as '
         'sin(2 theta_m).'),
         (_curves(),),
         ('a_3 to a_5 and the rows of the two others: not in the table as it is stored.',
