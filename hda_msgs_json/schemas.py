@@ -60,7 +60,7 @@ HASHES = {
     'trajectory_msgs/JointTrajectory':
         'RIHS01_179b33eba59d676f6d967ac71fe35e7ca2f64b2f3928f4a018cec115e213796e',
 }
-"""What ROS 2 compares to tell whether two programs mean the same by a type (REP 2011)."""
+"""What ROS 2 compares to decide whether two programs mean the same by a type (REP 2011)."""
 
 
 class SchemaError(HdaError):

@@ -38,7 +38,7 @@ def report(verdict, rate=1000.0, rest=None, pairs=(), limited_by=None, hidden=()
 def test_a_cause_that_is_not_sure_says_why_it_is_not_named_beside_a_rest():
     assert unsure(cause(0.96)) is None and unsure(cause(math.nan)) is None
     assert unsure(cause(0.63)) == (
-        'coulomb_friction at joint1 is not told: it is 63 % sure, and beside a rest without a '
+        'coulomb_friction at joint1 is not named: it is 63 % sure, and beside a rest without a '
         'name 95 % are needed')
 
 

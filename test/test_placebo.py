@@ -70,7 +70,7 @@ def test_what_a_dropped_cause_explained_is_a_rest_without_a_name(monkeypatch):
     assert left.verdict == 'unknown' and left.unexplained.joint == 'joint2'
     assert [(found.effect, found.joint) for found in left.findings] == [
         ('coulomb_friction', 'joint1')]
-    assert any('kinematic_error at joint2 is not told' in remark for remark in left.remarks)
+    assert any('kinematic_error at joint2 is not named' in remark for remark in left.remarks)
 
 
 def test_what_chance_explained_is_no_rest():

@@ -120,7 +120,7 @@ def test_many_causes_are_counted():
 
 
 @pytest.mark.parametrize(('verdict', 'said'), [
-    ('no_discrepancy', 'Nothing is wrong'), ('insufficient_excitation', 'cannot tell whether'),
+    ('no_discrepancy', 'Nothing is wrong'), ('insufficient_excitation', 'cannot show whether'),
     ('unknown', 'Something is wrong at the motor side of joint 1')])
 def test_verdicts_without_causes_are_sentences_too(verdict, said):
     shown = replace(diagnosis(verdict), findings=(), ambiguous=())

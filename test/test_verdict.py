@@ -52,7 +52,7 @@ def test_what_removes_nothing_is_not_named(removed):
     ('asymmetric_friction', {'asymmetry': (0.95, 0.94, 0.96)})])
 def test_a_number_that_reaches_the_bound_of_its_law_is_not_named(effect, numbers):
     said = limited(finding(effect, **numbers))
-    assert said is not None and f'{effect} at joint1 is not told' in said
+    assert said is not None and f'{effect} at joint1 is not named' in said
     assert next(iter(numbers)) in said and 'reaches the bound' in said
 
 

@@ -2,7 +2,7 @@
 Diagnose a measurement: from raw readings to causes, an extended arm, and its gain on unseen data.
 
 Fits see the training stretches only. What they claim is confirmed by simulation on the held-out
-stretches; a cause that does not gain there is not told.
+stretches; a cause that does not gain there is not named.
 """
 
 from collections.abc import Callable, Sequence
@@ -149,13 +149,13 @@ def _sought(arm: Arm, names: Sequence[str] | None,
 
 
 def _held_back(finding: Finding, judged: GoodnessOfFit) -> str | None:
-    """Return why a finding is not told, None where it is."""
+    """Return why a finding is not named, None where it is."""
     return limited(finding) or (unsure(finding) if judged.unexplained.any() else None)
 
 
 def _model(evidence: Grounds, raw: RawReadings, findings: Sequence[Finding],
            pairs: Sequence[Alike]) -> Arm:
-    """Return the arm with what is told, the first of what looks alike, and all tolerances."""
+    """Return the arm with what is named, the first of what looks alike, and all tolerances."""
     named = {(one.effect, one.joint) for one in findings}
     named.update(place for pair in pairs for place in pair.effects)
     fit = evidence.fit
@@ -229,7 +229,7 @@ def _without_turns(raw: RawReadings, training: Spans, fitter: Fitter, found: Sea
 
 
 def _fitter(raw: RawReadings, training: Spans, turns: tuple[int, ...] | None = None) -> Fitter:
-    """Return what fits the training stretches; rows that turn are those told, unless given."""
+    """Return what fits the training stretches; rows that turn are found, unless given."""
     balancer = Balancer(raw.measurement)
     quiet = healthy_twin(balancer, raw.arm, _FIRST_NOISE)
     noise, plain = noise_of(balancer, raw.arm, quiet)

@@ -33,7 +33,7 @@ def exhibits_of(evidence: Grounds) -> Exhibits:
 
 
 def predictions(exhibits: Exhibits) -> tuple[Prediction, ...]:
-    """Return the errors of predictions by horizon as the report tells them."""
+    """Return the errors of predictions by horizon as the report states them."""
     return tuple(Prediction(float(horizon), float(before), float(after), float(floor), 'rad')
                  for horizon, before, after, floor in zip(
                      exhibits.horizons, exhibits.predicted_before, exhibits.predicted_after,

@@ -118,7 +118,7 @@ def _is_worth_a_cause(fitter: Fitter, found: SearchResult, term: Term) -> bool:
 
 
 def _unproven(term: Term) -> str:
-    return (f'{term.name} at {term.joint or "the arm"} is not told: it gains nothing on '
+    return (f'{term.name} at {term.joint or "the arm"} is not named: it gains nothing on '
             'stretches that no fit has seen, so what it explained has no name')
 
 

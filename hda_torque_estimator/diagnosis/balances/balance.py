@@ -42,7 +42,7 @@ from ...measurements.upsampling import between, is_held
 # Choices unless stated otherwise.
 BANDWIDTH = 40.0        # of the balances [Hz]
 RATE = 125.0            # at which balances are kept [Hz]
-_ENOUGH = 500.0         # samples that tell what a change of the arm changes in them [1/s]
+_ENOUGH = 500.0         # samples that show what a change of the arm changes in them [1/s]
 _KEPT = 3               # runs of whole arms, where balances hold, predictions, and noises
 _MARGIN = 12            # samples beyond the filter's reach, for the polynomials
 _STOP = 0.006           # for which a shaft that turns round is slow [s]
@@ -169,7 +169,7 @@ class Balancer:
 
     @cached_property
     def thinned(self) -> 'Balancer':
-        """Return balances at the same times from fewer samples, to tell changes of the arm."""
+        """Return balances at the same times from fewer samples, to find changes of the arm."""
         made = self.measurement
         part = max((part for part in range(1, self.every + 1)
                     if self.every % part == 0 and made.dt * part * _ENOUGH < 1.01),

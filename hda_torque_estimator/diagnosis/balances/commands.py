@@ -2,11 +2,11 @@
 The command between the samples of a log: held there, or on its way to the next one.
 
 A controller that was faster than its log changed the command between two samples. Of every n-th
-of its samples, the mean command is (n - 1) / 2n of the way to the next one. The motor tells how
+of its samples, the mean command is (n - 1) / 2n of the way to the next one. The motor shows how
 far: where the command changes by more than noise, its acceleration shows which torque acted.
 
-Whether commands were held, readings tell for certain if stamps know when they were taken. The
-stamps of a host do not. Then the motor tells that as well.
+Whether commands were held, readings show for certain if stamps know when they were taken. The
+stamps of a host do not. Then the motor shows that as well.
 """
 
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ from ...measurements.measurement import Measurement
 _FAST = 4.0             # samples of the balances over which what is slower is another's effect
 _CHANGES = 5            # stretches of a second with changes of the command, at least
 _EXPLAINED = 0.25  # share of the power there that the way to the next command must explain
-_CERTAIN = 4.0          # deviations from held, and from the other end, that tell a way
+_CERTAIN = 4.0          # deviations from held, and from the other end, that determine a way
 # (source: half of the least way of a log of a faster loop, that of every second sample)
 _HELD_WAY = 0.25        # below which commands were held
 
@@ -34,7 +34,7 @@ def way_between(balancer: Balancer, arm: Arm, noise: Array) -> float | None:
     Return how far, of the way to the next command, commands went between two samples.
 
     0 if they were held, 1 if they went all the way at an even rate; None where no change of the
-    command tells. `noise` (c,) is that of the balances [N*m]. Its way must explain much of what
+    command shows. `noise` (c,) is that of the balances [N*m]. Its way must explain much of what
     motors do there that it would not, had commands been held, or gone all the way.
     """
     held, even = (Balancer(_on_way(balancer.measurement, share), balancer.turning)(arm)
@@ -61,11 +61,12 @@ def way_between(balancer: Balancer, arm: Arm, noise: Array) -> float | None:
 
 def on_its_way(balancer: Balancer, arm: Arm, noise: Array) -> Balancer:
     """
-    Return balances with commands that went as far between samples as the motors tell.
+    Return balances with commands that went as far between samples as the motors show.
 
     Where a command changed so much that what is not known of its way is more than noise, the
-    motor balances tell nothing. Those of commands that were held are returned as they are.
-    A delay looks as if commands had been held. So that is not asked of motors where readings tell.
+    motor balances hold nothing. Those of commands that were held are returned as they are.
+    A delay looks as if commands had been held. So that is not asked of motors where readings show
+    it.
     """
     way = way_between(balancer, arm, noise)
     if way is None or way == 0.0 and len(balancer.measurement.past):

@@ -119,7 +119,7 @@ def _of_white(balancer: Balancer, joints: int, seed: int) -> Array:
 
 
 def _white(random: np.random.Generator, measurement: Measurement, columns: int) -> Array:
-    """Return white noise of recorded samples (k, columns), and between them what they tell."""
+    """Return white noise of recorded samples (k, columns), and between them their spline."""
     recorded = random.standard_normal((len(measurement.command[::measurement.parts]), columns))
     return between(recorded, measurement.parts)
 

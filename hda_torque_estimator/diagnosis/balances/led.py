@@ -1,8 +1,8 @@
 """
 Whether something unknown leads the links: motors do nothing, and yet torque goes through gears.
 
-Then the links' equation of motion holds a force that nobody measured, and tells nothing. The two
-sides of the gears still do: what twists a gear must move its motor (eq:balance-led).
+Then the links' equation of motion holds a force that nobody measured, and determines nothing. The
+two sides of the gears still do: what twists a gear must move its motor (eq:balance-led).
 """
 
 from hda_arm_sim.model.arm import Arm
@@ -14,7 +14,7 @@ from ...measurements.measurement import Measurement
 # Choices unless stated otherwise.
 # (source: a motor that moves its link gives all of that torque, and friction beside it)
 _NOTHING = 0.05         # share of the torque through a gear below which its motor does nothing
-_ENOUGH = 5000          # samples that tell, evenly over a recording
+_ENOUGH = 5000          # samples that suffice, evenly over a recording
 
 
 def is_led(measurement: Measurement, arm: Arm) -> bool:

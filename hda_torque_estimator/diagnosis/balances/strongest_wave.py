@@ -1,4 +1,4 @@
-"""The strongest wave in a residual, of any frequency, and how much of a residual a wave tells."""
+"""The strongest wave in a residual, of any frequency, and how much of it a wave explains."""
 
 import math
 from typing import NamedTuple
@@ -22,7 +22,7 @@ class StrongestWave(NamedTuple):
 
 
 def strongest_wave(time: Array, rest: Array, valid: NDArray[np.bool_]) -> StrongestWave:
-    """Return the sine over time [Hz] that tells most of a residual (m,), 0 where invalid."""
+    """Return the sine over time [Hz] that explains most of a residual (m,), 0 where invalid."""
     count = _FINER * len(time)
     step = float(time[1] - time[0])
     power = np.abs(np.fft.rfft(rest, count)) ** 2
@@ -35,7 +35,7 @@ def strongest_wave(time: Array, rest: Array, valid: NDArray[np.bool_]) -> Strong
 
 
 def wave_share(phase: Array, rest: Array, weight: Array | float = 1.0) -> float:
-    """Return the share of a residual (k,) that a wave of this phase tells, with a level."""
+    """Return the share of a residual (k,) that a wave of this phase explains, with a level."""
     columns = np.stack([np.ones_like(phase), np.cos(phase), np.sin(phase)], axis=1)
     columns *= np.reshape(weight, (-1, 1))
     against = columns.T @ rest

@@ -3,7 +3,7 @@ Read a swinging base from what is left: it answers the links' own acceleration a
 
 Along a measured motion the push of the links on the base is known. So the torque of a mode of
 given frequency and damping is linear in its amplitude, and quadratic in the components of its
-direction. The wider a mode is, the fewer frequencies tell it.
+direction. The wider a mode is, the fewer frequencies show it.
 """
 
 from collections.abc import Iterator

@@ -1,9 +1,10 @@
 """
 The smallest size of every effect that a recording could have shown.
 
-Every effect is tried with the shapes in which it is looked for; the smallest size of all is told.
-Of waves it is that of the phase that shows least, and of a base that of the mode that does. What
-would not show within the bounds that are declared for an effect, this motion cannot show.
+Every effect is tried with the shapes in which it is looked for; the smallest size of all is
+stated. Of waves it is that of the phase that shows least, and of a base that of the mode that
+does. What would not show within the bounds that are declared for an effect, this motion cannot
+show.
 """
 
 from collections.abc import Iterator, Sequence

@@ -22,7 +22,7 @@ from ...least_squares.term import Term
 _PHASES = np.linspace(0.0, math.pi, 12, endpoint=False)     # of a wave, one of which shows least
 _CLOSE = 0.03           # of what is needed: near enough
 _ROUNDS = 12            # of a bisection, at most
-_FURTHEST = 1e4         # least strength that tells how far to go on
+_FURTHEST = 1e4         # least strength that shows how far to go on
 
 
 class Imagined(NamedTuple):
@@ -36,7 +36,7 @@ class Visibility:
     """What the residuals of one recording show beyond what is known already."""
 
     def __init__(self, fitter: Fitter, found: SearchResult, fit: Fit) -> None:
-        """`fit` is what is known, `found.first` tells what was wrong at first."""
+        """`fit` is what is known, `found.first` what was wrong at first."""
         self.fitter, self.fit = fitter, fit
         self._valid = fitter.valid(fit.balance)
         self._known = condense(fit.balance.residual, fit.columns, self._valid)
@@ -69,7 +69,7 @@ class Visibility:
         return self._strength(term, seen)(1.0)
 
     def _strength(self, term: Term, seen: Imagined) -> Callable[[float], float]:
-        """Return what tells the strength of any share of a shift."""
+        """Return what determines the strength of any share of a shift."""
         shift = seen.shift
         known, columns, kept = self._others(term)
         weighed = condense_more(known, self.fit.balance.residual, columns, shift, self._valid)
@@ -119,5 +119,5 @@ def _faintest(weighed: Columns, extra: int, weight: Array, tolerances: Array,
             + taken.T @ others @ taken)
     directions = np.stack([np.cos(_PHASES), np.sin(_PHASES)], axis=1)
     power = np.einsum('dp,cpq,dq->dc', directions, left, directions)
-    information = power / np.maximum(needed * weighed.samples, 1e-300)  # no sample tells nothing
+    information = power / np.maximum(needed * weighed.samples, 1e-300)  # at least one sample
     return directions[np.argmin(information.max(axis=1))]

@@ -12,7 +12,7 @@ from .report import Evidence, Finding
 
 # Choices unless stated otherwise.
 ODDS = 19.0             # to 1 at a margin of one bar: those of 95 %
-NAMED = 0.95             # probability of a cause that is told beside a rest without a name
+NAMED = 0.95             # probability of a cause that is named beside a rest without a name
 _MOST = 40.0                    # bars beyond which a number of this size holds nothing more
 
 
@@ -36,10 +36,10 @@ def margin_of(evidence: Evidence) -> float:
 
 
 def unsure(finding: Finding) -> str | None:
-    """Return why a finding is not told beside a rest without a name, None where it is."""
+    """Return why a finding is not named beside a rest without a name, None where it is."""
     if not finding.probability < NAMED:
         return None
-    return (f'{finding.effect} at {finding.joint or "the arm"} is not told: it is '
+    return (f'{finding.effect} at {finding.joint or "the arm"} is not named: it is '
             f'{100.0 * finding.probability:.0f} % sure, and beside a rest without a name '
             f'{100.0 * NAMED:.0f} % are needed')
 

@@ -42,6 +42,6 @@ def _held(pair: Alike, extended: Arm, given: Arm, number: int) -> Arm:
 
 
 def _with(arm: Arm, one: Candidate) -> Arm:
-    """Return an arm with a candidate, as large as it was told."""
+    """Return an arm with a candidate, as large as it was reported."""
     sizes = {name: number.value for name, number in one.parameters.items()}
     return arm.with_effect(replace(arm.effect(one.effect, one.joint), **sizes), one.joint)

@@ -48,7 +48,7 @@ class Gains(NamedTuple):
         return float(low), float(high)
 
     def gain(self) -> Gain:
-        """Return the gain as the report tells it."""
+        """Return the gain as the report states it."""
         low, high = self.interval()
         return Gain(float(self.before.mean()), float(self.after.mean()),
                     float(self.floor.mean()), self.removed(), low, high)

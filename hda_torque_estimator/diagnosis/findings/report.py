@@ -1,4 +1,4 @@
-"""Findings as the report tells them: JSON for machines, sentences for people."""
+"""Findings as the report states them: JSON for machines, sentences for people."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
@@ -95,7 +95,7 @@ class Finding:
 
 def with_gain(findings: Iterable[Finding]) -> tuple[Finding, ...]:
     """
-    Return the findings that may be told: each gains on data that no fit has seen.
+    Return the findings that may be named: each gains on data that no fit has seen.
 
     All routes ask this, whatever else they ask: what removes nothing there explains nothing.
     """

@@ -1,8 +1,8 @@
-"""The rest of a diagnosis: what no effect of the catalogue explains, as the report tells it."""
+"""The rest of a diagnosis: what no effect of the catalogue explains, as the report states it."""
 
 from dataclasses import dataclass
 
-NOTHING = 'nothing'     # what a rest follows that no coordinate tells
+NOTHING = 'nothing'     # what a rest follows that no coordinate explains
 GEAR = 'gear'           # site of a rest that may be of a motor or in its torsion
 IN_WORDS = {
     'time': 'time', 'motor_velocity': 'the speed of the motor',
@@ -20,7 +20,7 @@ class Unexplained:
     joint: str | None
     depends_on: str
     line: float | None          # of a wave: over time [Hz], over an angle [1/turn]; or None
-    share: float                # of the unexplained power that is told by this, in [0, 1]
+    share: float                # of the unexplained power that is explained by this, in [0, 1]
 
     def sentence(self) -> str:
         """Return where the rest is and what it follows."""

@@ -32,7 +32,7 @@ class Smallest(NamedTuple):
     size: float | None
 
     def row(self) -> Detectable:
-        """Return what the report tells."""
+        """Return what the report states."""
         unit = effect_named(self.effect).declaration(self.number).unit
         return Detectable(self.effect, self.joint, self.size, unit)
 

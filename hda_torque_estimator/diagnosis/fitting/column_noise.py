@@ -1,10 +1,10 @@
 """
 What of the derivative columns of tolerated numbers is noise (eq:column-noise).
 
-A healthy twin has the same motion and other noise: what its columns do not tell of ours is noise.
-But no twin moves quite as the arm did. Where readings are fine, what it lacks is more than noise.
-So in each band of frequency noise has no more power than noise of the readings makes. Where a band
-holds more, its noise is what goes with the noise of the residual.
+A healthy twin has the same motion and other noise: what its columns do not explain of ours is
+noise. But no twin moves quite as the arm did. Where readings are fine, what it lacks is more than
+noise. So in each band of frequency noise has no more power than noise of the readings makes. Where
+a band holds more, its noise is what goes with the noise of the residual.
 """
 
 from collections.abc import Mapping, Sequence
@@ -49,7 +49,7 @@ class ColumnNoise:
         """
         Return what of the columns (m, c, p) of terms is noise, by the places of tolerated numbers.
 
-        The `rest` (m, c) is what they leave. What the twin tells is weighed by `weight` (m, c),
+        The `rest` (m, c) is what they leave. What the twin explains is weighed by `weight` (m, c),
         one over the standard deviation of noise, or 0.
         """
         wanted = [(term.place, own, self.places[term.place]) for term, own in columns_of(terms)
@@ -99,7 +99,7 @@ class ColumnNoise:
 
 def projection(columns: Array, twin: Array, weight: Array) -> Array:
     """
-    Return what the columns (m, c, q) of a twin tell of columns (m, c, p), weighed by (m, c).
+    Return what the columns (m, c, q) of a twin explain of columns (m, c, p), weighed by (m, c).
 
     It is their projection onto those of the twin, all balances at once (two-stage least squares).
     """

@@ -90,7 +90,7 @@ class Derivatives:
         """
         Return what the residual (m, c) of an arm has more than that of the terms [N*m].
 
-        Noise is the same in both, so fewer samples tell as much.
+        Noise is the same in both, so fewer samples show as much.
         """
         return self.balancer.thinned.change(arm, self._about(terms))
 

@@ -90,7 +90,7 @@ class Fitter:
 
     @property
     def led(self) -> bool:
-        """Return whether links are led: then motor balances alone tell, of motor and torsion."""
+        """Return whether links are led: then motor balances alone count, of motor and torsion."""
         return self.balancer.measurement.led
 
     @property

@@ -4,7 +4,7 @@ Estimates without the bias of noisy regressors: instrumental variables (eq:instr
 What a fit moves along, accelerations and torsions, is measured with noise, and noise of the torque
 moves the arm as well. Least squares therefore read inertias, stiffnesses and torque constants too
 small, by a few of their own deviations over a minute. A simulated twin that follows the same
-motion has other noise. Its derivatives tell the same directions and go with nothing that was
+motion has other noise. Its derivatives have the same directions and go with nothing that was
 random in the recording (Janot, Vandanjon and Gautier 2014, for rigid robots).
 """
 
@@ -49,7 +49,7 @@ def unbiased(fitter: Fitter, fit: Fit, twin: Balancer) -> Fit:
 
 
 def _projected(own: Array, theirs: Array, weight: Array) -> Array:
-    """Return columns (m, c, p) as far as the twin's tell them, weighed by (m, c)."""
+    """Return columns (m, c, p) as far as the twin's explain them, weighed by (m, c)."""
     ours, instruments = (columns * weight[:, :, None] for columns in (own, theirs))
     power = np.sqrt((ours ** 2).sum(axis=(0, 1)) * (instruments ** 2).sum(axis=(0, 1)))
     alike = (ours * instruments).sum(axis=(0, 1)) > _ALIKE * power

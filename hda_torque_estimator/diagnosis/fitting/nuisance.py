@@ -40,7 +40,7 @@ class Zero:
 
     @property
     def place(self) -> Place:
-        """Return what tells a term from all others of a fit."""
+        """Return what distinguishes a term from all others of a fit."""
         return self.name, self.joint
 
     def all_steps(self) -> Array:
@@ -82,7 +82,7 @@ class CouplingInertia:
 
     @property
     def place(self) -> Place:
-        """Return what tells a term from all others of a fit."""
+        """Return what distinguishes a term from all others of a fit."""
         return self.name, self.joint
 
     def all_steps(self) -> Array:

@@ -178,14 +178,14 @@ def _best(sums: Array) -> tuple[ContactStart | None, float]:
 
 
 def _at(sums: Array, contact: ContactStart) -> Array:
-    """Return the force that other sums tell for the time of a contact [N]."""
+    """Return the force by other sums for the time of a contact [N]."""
     profile = _profile(contact.duration)
     first = round(contact.onset * RATE)
     return np.asarray(_forces(sums[first:first + len(profile)], profile)[0][0])
 
 
 def _around(time: Array, contact: ContactStart) -> NDArray[np.bool_]:
-    """Tell which times are within a contact or close to it."""
+    """Return which times are within a contact or close to it."""
     margin = 0.25 * contact.duration
     return np.asarray((time > contact.onset - margin)
                       & (time < contact.onset + contact.duration + margin))

@@ -68,7 +68,7 @@ def limited(finding: Finding) -> str | None:
                        (number.low, number.high))
         if least <= low or most >= high:
             interval = f'{number.value:.4g} [{number.low:.4g}, {number.high:.4g}] {number.unit}'
-            return (f'{finding.effect} at {finding.joint or "the arm"} is not told: its {name} = '
+            return (f'{finding.effect} at {finding.joint or "the arm"} is not named: its {name} = '
                     f'{interval.rstrip()} reaches the bound {low if least <= low else high:g}, '
                     'so another law is at work')
     return None

@@ -3,7 +3,7 @@ Whether a wave over the link's angle was seen to bend: a straight part of it is 
 
 Over one radian a disc off its centre can stand in for any error that grows with the angle. Under
 one load it can stand in for any law of the torsion, as the torque follows the angle as well. What
-tells a disc is what it reads beside the best straight line and the best law of the torque. That
+shows a disc is what it reads beside the best straight line and the best law of the torque. That
 must show in the balances.
 """
 

@@ -2,7 +2,7 @@
 Laws without a name: simple curves along each coordinate, at each site of each joint.
 
 They belong to no cause. But a cause that is named rightly leaves none of them, whatever the size
-of its rest. One with several numbers tells more than any single curve does. A cause that
+of its rest. One with several numbers explains more than any single curve does. A cause that
 stands in for another passes neither.
 """
 
@@ -50,7 +50,7 @@ class Curve(NamedTuple):
     """
     One curve at one site of a joint, with the score of a fit that has it as well.
 
-    It may help what is left at another joint, through masses that are not quite known. That tells
+    It may help what is left at another joint, through masses that are not quite known. That says
     nothing of its own, so the `improvement` is not more than in the channels of its joint.
     """
 
@@ -63,9 +63,9 @@ class Curve(NamedTuple):
 
 def best_curves(fitter: Fitter, fit: Fit, joints: Collection[str]) -> dict[str, Curve]:
     """
-    Return the curve that tells most of each of these joints beside the terms of a fit.
+    Return the curve that explains most of each of these joints beside the terms of a fit.
 
-    What the same curve tells of a healthy arm, recorded with as much noise, does not count.
+    What the same curve explains of a healthy arm, recorded with as much noise, does not count.
     """
     chance = _chance(fitter)
     curves: dict[str, Curve] = {}
@@ -92,7 +92,7 @@ def is_worth_a_look(fitter: Fitter, fit: Fit, joints: Collection[str], bar: floa
     """
     Return whether a curve at these joints improves the score by more than a bar.
 
-    What is quick may be of noise, and is among the curves: whether it is, a law must tell.
+    What is quick may be of noise, and is among the curves: whether it is, a law must show.
     """
     return any(curve.improvement > bar for curve in _curves(fitter, fit, joints, quick=True))
 
@@ -172,7 +172,7 @@ def _quick_rates(time: Array, along: Mapping[str, Array]) -> dict[str, Array]:
 
 
 def _rates_are_motion(fitter: Fitter, fit: Fit, coordinates: Mapping[str, Array]) -> list[bool]:
-    """Tell for each joint whether its quick rates are those of its motion, hardly of noise."""
+    """Return for each joint whether its quick rates are those of its motion, hardly of noise."""
     time = fitter.balancer.time
     noisier = coordinates_of(fitter.balancer.noisier, fitter.on(fit.terms))
     alike = []

@@ -3,9 +3,9 @@ Look for causes beside what has no name: where names alone leave a rest, curves 
 
 What no catalogue lists makes a search take whatever stands for it a little. So a search that ends
 with a rest is done anew, with causes that have no name (`discrepancy_terms`). At every step one of
-them is taken if it tells more than the best of the catalogue. What it does is taken out of all
-balances (eq:beside). In the end each cause of the catalogue must tell more than the best without a
-name in its place. It must be the best of the catalogue there as well.
+them is taken if it explains more than the best of the catalogue. What it does is taken out of all
+balances (eq:beside). In the end each cause of the catalogue must explain more than the best
+without a name in its place. It must be the best of the catalogue there as well.
 """
 
 from collections.abc import Callable, Sequence
@@ -25,7 +25,7 @@ from ...significance import SCORE_BAR
 # Choices unless stated otherwise.
 # (measured: right causes left some 100 to the best curve, others 700 to 5500)
 _IMPROVES = 300.0           # improvement of the score by a cause without a name that is taken
-# (choice: a law and its curve tell the same, and then the law has the name)
+# (choice: a law and its curve explain the same, and then the law has the name)
 _AHEAD = 1.2            # of what the best of the catalogue improves, that one taken first does
 _MOST = 6               # causes without a name: more are a rest that none describes
 
@@ -92,7 +92,7 @@ class _Search:
                                  tuple(self._nameless))
 
     def _extended(self) -> bool:
-        """Take the best cause, with a name or without; tell whether there was one."""
+        """Take the best cause, with a name or without; return whether there was one."""
         fitter, fit = self._fitter, self._fit
         step = next_cause(fitter, fitter.first, fit, self._names)
         curve = self._all.best(fitter, fit, fitter.arm.labels)
@@ -122,9 +122,9 @@ class _Search:
 
     def _replaced(self) -> bool:
         """
-        Take a cause without a name for one with a name that tells no more, if there is one.
+        Take a cause without a name for one with a name that explains no more, if there is one.
 
-        A law of one number is a curve, and may tell as much as that.
+        A law of one number is a curve, and may explain as much as that.
         """
         for term in self._fit.accepted if self._is_room else ():
             without, others = self._without(term), self._fit.causes_beside(term)

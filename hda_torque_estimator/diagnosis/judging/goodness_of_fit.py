@@ -68,7 +68,7 @@ def goodness_of_fit(fitter: Fitter, found: SearchResult,
     trained = fitter.rows.mean()
     fitter = fitter.everywhere()
     noise = fitter.noise ** 2
-    fit = fitter.settled(found.last)        # numbers within tolerances, as all rows tell them
+    fit = fitter.settled(found.last)        # numbers within tolerances, by all rows
     lacking = [fitter.lacking(fit, term) for term in fit.accepted]
     powers = [np.maximum(without.variance - fit.variance, 0.0) for without in lacking]
     counted = {term.place: np.minimum(power, found.first.variance) / noise
@@ -136,7 +136,7 @@ def _left_at_all_frequencies(fitter: Fitter, fit: Fit) -> Array:
     Return the power (c,) that a fit leaves beyond noise, over that of noise, without whitening.
 
     A whitened balance shows what is far below the noise of the readings. That is worth a cause
-    that a law or a curve tells, but by its level alone it is nothing that is wrong with an arm.
+    that a law or a curve explains, but by its level alone it is nothing that is wrong with an arm.
     """
     balancer, arm = fitter.balancer.unwhitened, fitter.on(fit.terms)
     if balancer is fitter.balancer:
@@ -148,7 +148,7 @@ def _left_at_all_frequencies(fitter: Fitter, fit: Fit) -> Array:
 
 
 def _where_none_acts(fitter: Fitter, fit: Fit) -> NDArray[np.bool_]:
-    """Tell the channels (c,) in which none of the accepted causes acts, none without a cause."""
+    """Return the channels (c,) in which none of the accepted causes acts, none without a cause."""
     none = np.full(len(fitter.noise), bool(fit.accepted))
     for term in fit.accepted:
         none[fitter.channels_of(term)] = False
@@ -185,20 +185,22 @@ def _unsure(fit: Fit) -> Array:
 
 
 def _acts(power: Array) -> NDArray[np.bool_]:
-    """Tell in which channels (c,) a cause acts by its power over noise: most, or much."""
+    """Return in which channels (c,) a cause acts by its power over noise: most, or much."""
     return (power > REST ** 2) | (power >= 0.5 * power.max())
 
 
 def _formed(fitter: Fitter, fit: Fit, found: SearchResult, powers: Mapping[Place, Array],
             trained: float) -> dict[Place, float]:
     """
-    Return the causes beside which a simple curve tells what they leave, by its share of the bar.
+    Return the causes beside which a simple curve explains what they leave, by its share of the
+    bar.
 
     A curve at the motor is not what a cause in the torsion leaves, nor the reverse, where another
     cause of the joint is nearer; at a joint without one it is held against those of the whole arm.
-    Whose curve it is cannot be told among those that are near, so it may be what all of their laws
-    leave together, and laws of several forms of the whole arm. The `powers` (c,) of the causes are
-    over noise; what these improve was found on the share `trained` of the rows that are looked at.
+    Whose curve it is cannot be identified among those that are near, so it may be what all of
+    their laws leave together, and laws of several forms of the whole arm. The `powers` (c,) of the
+    causes are over noise; what these improve was found on the share `trained` of the rows that are
+    looked at.
     """
     whole = [term for term in fit.accepted if term.joint is None]
     joints = fitter.arm.labels if whole else {str(term.joint) for term in fit.accepted}
@@ -232,10 +234,10 @@ def _least(curve: Curve, term: Term, power: float) -> float:
 
 def _shapeless(fitter: Fitter, fit: Fit, lacking: Sequence[Fit]) -> list[Term]:
     """
-    Return the causes of several numbers without which one curve tells as much.
+    Return the causes of several numbers without which one curve explains as much.
 
-    They have their best forms. A curve along an angle tells what a wave along it is, and one that
-    tells nothing for certain is no rival of what chance explains.
+    They have their best forms. A curve along an angle explains what a wave along it is, and one
+    that explains nothing for certain is no rival of what chance explains.
     """
     shapeless = []
     for term, without in zip(fit.accepted, lacking):

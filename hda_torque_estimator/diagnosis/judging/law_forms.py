@@ -115,7 +115,7 @@ def _within_reach(fitter: Fitter, fit: Fit, condensed: Columns,
     """
     Return the best forms of causes, none of them another law, and the spread (p,) they have.
 
-    `owner` (p,) tells whose each form is. A law that would go farther has less spread.
+    `owner` (p,) says whose each form is. A law that would go farther has less spread.
     """
     reach = np.array([HYPOTHESES[term.name].reach for term in fit.accepted])
     spread = spread_of(reach)[owner]

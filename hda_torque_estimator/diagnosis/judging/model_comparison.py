@@ -3,7 +3,7 @@ The best other cause, and by how much it explains less.
 
 Fits are compared as if all made as much noise (`equal_noise`), and in the forms of their laws
 that fit best (`law_forms`). A form is a product of curves and not quite exact, so a part of what
-it improves tells nothing. Effects of the command act on the noise of the encoders that it repeats,
+it improves says nothing. Effects of the command act on the noise of the encoders that it repeats,
 and the balances have the same noise. At high frequency it speaks for one of two such effects
 whatever the truth. They are compared where a motion has more.
 """
@@ -22,7 +22,7 @@ from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Term
 
 # (measured: the harmonic of a disc as a form lacked 6 % of what the exact one explained)
-_UNSURE = 0.1           # share of what forms improve that does not tell two causes apart
+_UNSURE = 0.1           # share of what forms improve that does not separate two causes
 
 
 def leading(fitter: Fitter, fit: Fit, exact: Sequence[Fit],
@@ -31,7 +31,7 @@ def leading(fitter: Fitter, fit: Fit, exact: Sequence[Fit],
     Return the leading of `exact` fits beyond `fit`, the best other cause, and what that lacks.
 
     The score is that of an equal noise and of the best forms of the laws. Of two effects of the
-    command it is what tells them apart. Where one fit is left, its rival is the best prospect.
+    command it is what distinguishes them. Where one fit is left, its rival is the best prospect.
     """
     if len(exact) > 1:
         usual = noise_in(fitter, fit)

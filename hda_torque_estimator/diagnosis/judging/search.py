@@ -45,7 +45,7 @@ class SearchResult:
     """
     The outcome of a search: the first and the last fit, and the evidence of every cause.
 
-    Where it was asked, it tells by how much the size of each varies (`unsteady_shares`).
+    Where it was asked, it says by how much the size of each varies (`unsteady_shares`).
     """
 
     first: Fit
@@ -271,7 +271,7 @@ def _exact(fitter: Fitter, trials: Iterable[Fit]) -> list[Fit]:
     """
     Return the fits of the most promising places to the end, the best first.
 
-    A place may have several laws, and two steps do not tell which of them will fit.
+    A place may have several laws, and two steps do not show which of them will fit.
     """
     tried = sorted(trials, key=lambda trial: _cost(fitter, trial))
     finalists = list(dict.fromkeys(map(_place, tried)))[:_FINALISTS]
@@ -301,7 +301,7 @@ def without_unneeded(fitter: Fitter, first: Fit, fit: Fit) -> Fit:
     """
     for term in fit.accepted:
         if accepted(fitter, first, fitter.without(fit, term), fit, term):
-            continue                    # the others give way as far as slopes at hand tell
+            continue                    # the others give way as far as slopes at hand show
         fewer = fitter.fit(fit.causes_beside(term), fit.nuisance)
         if not accepted(fitter, first, fewer, fit, term):
             return without_unneeded(fitter, first, fewer)

@@ -38,7 +38,7 @@ _SURE = 1000.0          # improvement and
 _NEARLY_ALL = 0.9       # share of a rest that no law leaves to one of another form,
 _ALL_OF_ALIKE = 0.98    # and to one that it is confused with,
 # (measured: a soft wind-up named a stiffness left a rest of 8.6 times noise)
-_ALIKE_REST = 50.0      # of which there must be so much, over noise, that this can be told
+_ALIKE_REST = 50.0      # of which there must be so much, over noise, that this can be judged
 
 
 def freedom(fitter: Fitter, term: Term) -> float:
@@ -138,7 +138,7 @@ def _slow_floor(fitter: Fitter) -> Array:
 
 
 def open_rest(fitter: Fitter, fit: Fit) -> bool:
-    """Return whether more is left than noise, or less that a simple curve tells for certain."""
+    """Return whether more is left than noise, or less that a simple curve explains for certain."""
     left = reformed(fitter, fit).variance
     if (left - fitter.noise ** 2 > _floor(fitter)).any():
         return True

@@ -1,5 +1,5 @@
 """
-The pattern that a rest makes in the two balances of a joint tells its site.
+The pattern that a rest makes in the two balances of a joint identifies its site.
 
 What acts on the motor shows in A alone, what acts on the torsion in B alone, what acts on the link
 in both alike. Each of the three says that something must vanish (B, A, or A - B); the one of which

@@ -36,7 +36,7 @@ def findings(fitter: Fitter, fit: Fit, reasons: Mapping[Place, Reason], nameable
     Return the causes of a fit that may be named, with numbers, evidence and own gain.
 
     A cause that does not gain on the held-out stretches, or no more there than its placebo, is
-    not told. Nor is one that has vanished without others. The largest comes first.
+    not named. Nor is one that has vanished without others. The largest comes first.
     """
     covariance, gaining = fitter.covariance(fit), []
     for term in fit.accepted:

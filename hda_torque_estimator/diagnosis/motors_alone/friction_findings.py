@@ -62,7 +62,7 @@ def _finding(part: Explained, number: int, arm: Arm) -> Finding | None:
 
 
 def is_sure(finding: Finding) -> bool:
-    """Return whether a friction cause is told: it is sure, and gains more than its placebo."""
+    """Return whether a friction cause is named: it is sure, and gains more than its placebo."""
     gain = finding.gain
     return finding.probability >= NAMED and (
         not isinstance(gain, OwnGain) or gain.removed > gain.placebo)

@@ -126,7 +126,7 @@ def _acts(effect: Effect) -> bool:
 
 
 def _load(sweep: Sweep, numbers: Array) -> Array:
-    """Return the torque through the gear (k,) [N*m at the output] that a fit tells."""
+    """Return the torque through the gear (k,) [N*m at the output] by a fit."""
     inertia = max(float(numbers[0]) - sweep.joint.motor_inertia, 0.0)
     columns = load_columns(sweep)
     return np.asarray(sweep.joint.ratio * (
@@ -150,7 +150,7 @@ def _variance(sweep: Sweep, known: Array, sought: Sequence[PossibleCause], rows:
 
 
 def fewer(rest: Array, dt: float) -> float:
-    """Return how many samples of a rest (k,) tell as much as one of white noise, 1 at least."""
+    """Return how many samples of a rest (k,) count as much as one of white noise, 1 at least."""
     centred = rest - rest.mean()
     memory = np.fft.irfft(np.abs(np.fft.rfft(centred, 2 * len(rest))) ** 2)
     memory = memory[:max(1, round(MEMORY / dt))]

@@ -2,7 +2,7 @@
 Diagnose a recording of motors alone: what balance A says without a link angle.
 
 The motor torque is explained by inertia, a load that varies slowly with the link angle, friction,
-and waves over the motor angle. Which friction is told by the evidence of sets of causes
+and waves over the motor angle. Which friction acts is decided by the evidence of sets of causes
 (`posterior`). The gear's torsion cancels in the balance of motor and link together. So nothing
 that sits in it, in the timing or in the link encoder can be seen.
 """
@@ -120,7 +120,7 @@ def _finding(part: Explained, effect: Effect, label: str, places: Sequence[int],
 
 
 def _one_way(part: Explained) -> Alike:
-    """Return what a sweep in one direction cannot tell apart, each as if it alone resisted."""
+    """Return what a sweep in one direction cannot distinguish, each as if it alone resisted."""
     label, (resists, reach) = part.sweep.joint.label, _resistance(part)
     way = float(np.sign(np.median(part.sweep.speed[part.sweep.moving])))
     sizes = ((known_as('dry_friction'), 'level', resists),
@@ -152,7 +152,7 @@ def _level(part: Explained) -> str:
 
 
 def _unexplained(part: Explained) -> Iterator[Unexplained]:
-    """Return the rest of a motor if a curve tells it, or if it is far above white noise."""
+    """Return the rest of a motor if a curve explains it, or if it is far above white noise."""
     rest = part.without(())[part.sweep.moving]
     power, floor = float(np.mean(rest ** 2)), floor_of(part)
     follows = part.friction.nameless if part.friction else None
@@ -171,7 +171,7 @@ def _residual(part: Explained) -> Residual:
 
 
 def _found_columns(part: Explained) -> list[int]:
-    """Return the columns of what is told: waves, and friction where motion both ways shows it."""
+    """Return the columns of what is named: waves, and friction where motion both ways shows it."""
     first = part.first_wave if part.friction is None else load_columns(part.sweep).shape[1]
     return list(range(first, part.columns.shape[1]))
 
@@ -196,7 +196,7 @@ def _unseen(parts: Sequence[Explained]) -> Iterator[Detectable]:
 
 
 def _extended(arm: Arm, findings: Sequence[Finding]) -> Arm:
-    """Return the arm with the friction that is told and the strongest line of each motor."""
+    """Return the arm with the friction that is named and the strongest line of each motor."""
     strongest: dict[str | None, float] = {}
     for found in findings:
         numbers = {name: number.value for name, number in found.parameters.items()}

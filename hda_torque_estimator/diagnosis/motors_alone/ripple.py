@@ -17,7 +17,7 @@ from scipy.optimize import minimize_scalar
 STANDS_OUT = 20.0       # power over the median about it (null: passed in 1 % of spectra)
 SHARE = 0.01            # of the power, below which a line is immaterial
 _LOWEST = 0.5           # order: slower waves are loads [1/turn]
-_ABOUT = 201            # frequencies about a line that tell its surroundings
+_ABOUT = 201            # frequencies about a line that show its surroundings
 _PER_SAMPLE = 0.4       # waves in a sample: faster ones are not seen
 _APART = 3.0            # widths of a line within which there is no other
 # (source: one turn in rad)
@@ -75,7 +75,7 @@ def spectrum(angle: Array, rest: Array, dt: float) -> tuple[Array, Array]:
 
 
 def explained_power(angle: Array, rest: Array, order: float) -> float:
-    """Return how much of the power of a rest (k,) a wave of this order tells."""
+    """Return how much of the power of a rest (k,) a wave of this order explains."""
     columns = waves(angle, order)
     against = columns.T @ rest
     return float(against @ np.linalg.solve(columns.T @ columns, against))

@@ -1,5 +1,5 @@
 """
-What else looks like a wave over the lines of an encoder, and how it is told from one.
+What else looks like a wave over the lines of an encoder, and how it is distinguished from one.
 
 Between two samples a wave must not pass more than half a cycle: a faster one is the alias of any
 other. At rest none passes, and noise alone is proportional to a wave of any number of lines.
@@ -15,7 +15,7 @@ import numpy as np
 
 # Choices unless stated otherwise.
 STRETCHES = 6           # in time, and in each of both directions, that must agree
-_CYCLES = 0.45          # of a wave between two samples that are told apart; at 0.5 none is
+_CYCLES = 0.45          # of a wave between two samples that are distinguished; at 0.5 none is
 # Least share of what stretches gain alone that one wave gains
 # (null: aliases of counts have 0.71 to 0.82 of it, waves of encoders more than 0.99).
 _AGREED = 0.9

@@ -153,7 +153,7 @@ def _inner(seen: Mask, window: int) -> Mask:
 
 
 def _most(step: float) -> int:
-    """Return the most lines per turn of an encoder with this step [rad] that can be told."""
+    """Return the most lines per turn of an encoder with this step [rad] that can be resolved."""
     return _MOST if step <= 0.0 else min(_MOST, int(2.0 * math.pi / step / _WHOLE_STEPS))
 
 

@@ -4,7 +4,7 @@ Find samples that were lost, repeated or late, and put in what the encoders woul
 A reading of another time than its stamp says is off by speed times that time, in all encoders at
 once. Against the curve through its neighbours, each sample gives the time by which it slipped.
 What slips by itself, where an encoder counts coarsely, a clock jitters or a motion is quicker than
-the samples tell, does so all about. A sample must slip far more than those near it usually do.
+the samples resolve, does so all about. A sample must slip far more than those near it usually do.
 """
 
 from typing import NamedTuple
@@ -30,7 +30,7 @@ _SLIP = 0.2            # slip that counts [samples]
 _SURE = 8.0             # standard deviations of the slip that it must be away from zero
 _COMMON = 0.8           # least share of a sample's deviation that one slip must explain
 _REACH = 4              # neighbours on each side through which a curve is laid
-_NEARBY = 25            # samples on each side that tell how much samples slip by themselves
+_NEARBY = 25            # samples on each side that show how much samples slip by themselves
 _PASSES = 12            # slipped samples next to each other come to light one by one
 _RATES = 200            # that are tried
 _GAP = 10               # samples absent in a row that are lost samples, not a pause
@@ -42,7 +42,7 @@ class Slips(NamedTuple):
     reading: Array
     slipped: Mask           # seen in the readings
     watched: Mask           # moved fast enough to be seen if they had slipped or repeated
-    lost: Mask              # told by the stamps
+    lost: Mask              # by the stamps
     repeated: Mask          # of the slipped ones: the reading before once more
 
 

@@ -96,7 +96,7 @@ def through_time(exhibits: Exhibits, columns: Sequence[int], names: tuple[str, s
 _IN_TORSION = ('torsion', 'timing', 'sensing')
 _MOTOR = ('Of a motor, measured is the torque that it was commanded, times the gear ratio; '
           'simulated is what the model needs there to move as measured.')
-_LINKS = ('Of a joint, measured is the torque of the gear, as the torsion tells it; simulated is '
+_LINKS = ('Of a joint, measured is the torque of the gear, as the torsion gives it; simulated is '
           'what the links of the model need to move as measured.')
 _GEAR = ('Of a joint, measured is the torque that the motion of the links asked for; simulated '
          'is what the gear of the model gives at the measured torsion.')

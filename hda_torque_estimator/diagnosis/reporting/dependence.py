@@ -23,7 +23,7 @@ _CARRIERS = {'direction': 'motor_velocity', 'torque': 'joint_torque'}
 
 
 class Dependence(NamedTuple):
-    """The column in which a rest shows best, what it follows there, and which of that is told."""
+    """The column in which a rest shows best, what it follows there, and which of that is shown."""
 
     column: int
     found: list[Following]          # the most first
@@ -31,7 +31,7 @@ class Dependence(NamedTuple):
 
 
 class _Part(NamedTuple):
-    """Samples of a residual (k,), and what tells them from the others."""
+    """Samples of a residual (k,), and what distinguishes them from the others."""
 
     name: str
     rows: Mask

@@ -3,8 +3,8 @@ How far a residual follows a coordinate, alone or as the size of something that 
 
 A residual follows a coordinate x if r = w f(x) for some curve f, found by least squares in bins of
 x. The carrier w is 1, the direction of the shaft (friction along x) or the torque (stiffness or
-mesh loss along x). What the carrier alone tells is not the coordinate's:
-it is what x tells when it is shifted in time against the residual. Over time a residual follows
+mesh loss along x). What the carrier alone explains is not the coordinate's:
+it is what x explains when it is shifted in time against the residual. Over time a residual follows
 a slow curve, or one line. The text of a report and all of its figures ask here.
 """
 
@@ -24,18 +24,18 @@ WRAPPED = 'motor_angle'             # the coordinate that counts modulo one turn
 TRAVEL = 2.0                        # least motor turns in which a period of one turn shows
 _ANGLES = ('link_angle', 'other_link_angle')
 VELOCITIES = ('motor_velocity', 'link_velocity')
-# Carriers that a coordinate is, or goes with: a curve along it holds what they would tell.
+# Carriers that a coordinate is, or goes with: a curve along it holds what they would explain.
 _HELD = {**dict.fromkeys(VELOCITIES, ('direction', 'torque')), 'joint_torque': ('torque',),
          'motor_torque': ('direction', 'torque')}
 BINS = 24               # of a coordinate
 TURN_BINS = 120                    # of a motor turn: cogging has up to 42 periods in it
 _FASTEST = 0.98                     # share of the speeds within the bins of a velocity
 _PER_BIN = 15                       # least samples in a bin, on average
-_SHIFTS = 16            # of a coordinate along the recording, to see what chance tells
-_CARRIED = 0.05                     # by which a carrier must tell more than none
-_EVERYTHING = 0.05                  # by which time, which everything follows, must tell more
-_OTHER_SIDE = 0.02                  # by which the velocity of the other side must tell more
-_ORDERS = np.arange(0.5, 13.0, 0.25)        # of a link turn: higher ones move too fast to tell
+_SHIFTS = 16            # of a coordinate along the recording, to see what chance explains
+_CARRIED = 0.05                     # by which a carrier must explain more than none
+_EVERYTHING = 0.05                  # by which time, which everything follows, must explain more
+_OTHER_SIDE = 0.02                  # by which the velocity of the other side must explain more
+_ORDERS = np.arange(0.5, 13.0, 0.25)        # of a link turn: higher ones move too fast to separate
 _WAVE = 0.7                         # least share of a curve that makes it a wave
 
 
@@ -80,7 +80,7 @@ def _varies(name: str, along: Array) -> bool:
 
 
 def _rank(following: Following) -> float:
-    """Return what dependences are ordered by: the simpler one wins where two tell the same."""
+    """Return what dependences are ordered by: the simpler one wins where two explain the same."""
     return (following.share - _CARRIED * bool(following.carrier)
             - _EVERYTHING * (following.coordinate == 'time'))
 
@@ -138,7 +138,7 @@ def _bins(name: str, along: Array, valid: NDArray[np.bool_]) -> tuple[Bins, int]
 
 
 def _explained_share(bins: Bins, count: int, weight: Array, rest: Array) -> float:
-    """Return the share of a residual (m,) that a curve over bins (m,) times a weight tells."""
+    """Return the share of a residual (m,) that a curve over bins (m,) times a weight explains."""
     against = np.bincount(bins, weight * rest, count)
     own = np.bincount(bins, weight * weight, count)
     return float(np.sum(against ** 2 / np.maximum(own, 1e-12)) / max(float(rest @ rest), 1e-300))

@@ -81,14 +81,14 @@ def rest_figure(unexplained: Unexplained, rest: Rest) -> Figure:
 
 
 def _bars(axes: Axes, found: list[Following]) -> None:
-    """Draw what each coordinate tells, the most on top."""
+    """Draw what each coordinate explains, the most on top."""
     names = [one.coordinate.replace('_', ' ') + (f'\nby {one.carrier}' if one.carrier else '')
              for one in found]
     axes.barh(names, [100.0 * one.share for one in found], color=AFTER)
     axes.invert_yaxis()
     axes.set_xlim(0.0, 100.0)
     axes.grid(visible=False, axis='y')
-    axes.set_xlabel('power told [%]')
+    axes.set_xlabel('power explained [%]')
 
 
 def _curve(axes: Axes, plot: Plot, colour: str) -> None:

@@ -1,4 +1,4 @@
-"""A diagnosis as one tells it: what is wrong, how sure, what it costs, what to do next."""
+"""A diagnosis in sentences: what is wrong, how sure, what it costs, what to do next."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -48,7 +48,7 @@ def headline(diagnosis: Diagnosis) -> str:
 
 _NOTHING = {
     'no_discrepancy': 'Nothing is wrong: the arm moves as its model says.',
-    'insufficient_excitation': 'This recording cannot tell whether anything is wrong.',
+    'insufficient_excitation': 'This recording cannot show whether anything is wrong.',
 }
 
 
@@ -190,7 +190,7 @@ def within(effect: str, parameters: Mapping[str, FittedNumber]) -> str:
         ends = (abs(largest.low), abs(largest.high)) if largest.value > 0.0 else (
             abs(largest.high), abs(largest.low))
     low, high = (handy(words.scale * end, largest.unit) for end in ends)
-    if low == high:                     # two figures do not tell them apart
+    if low == high:                     # two figures do not distinguish them
         (low, high), scale = in_unit([words.scale * end for end in ends], largest.unit)
         high = f'{high} {scale}'.rstrip()
     return f'{low} and {high}'

@@ -2,7 +2,7 @@
 What no effect of the catalogue explains: where it sits, and what it follows.
 
 The site is identified by the pattern of both balances (`site_pattern`), the coordinate by how much
-of the power a curve along it tells (`following`).
+of the power a curve along it explains (`following`).
 """
 
 from collections.abc import Mapping
@@ -20,7 +20,7 @@ from ..judging.site_pattern import pair_of, power
 
 # Choices unless stated otherwise.
 LEAST = 2.0             # rms left over noise from which there is a rest
-_FOLLOWED = 0.1            # least share of the power that a coordinate must tell
+_FOLLOWED = 0.1            # least share of the power that a coordinate must explain
 _TIMING = 0.5           # least share that follows the velocity if angles are sampled apart
 _ARM = 0.1              # least power at each joint, over the largest, of what loads the whole arm
 
