@@ -188,7 +188,7 @@ def called(words: Sequence[str]) -> tuple[int, str]:
 
 
 def contents(place: Place) -> dict[Path, bytes]:
-    """Return every plain file below a place, but for what the command was told to write."""
+    """Return every plain file below a place, but for what the command was asked to write."""
     return {path: path.read_bytes() for path in place.folder.rglob('*')
             if path.is_file() and not path.is_symlink() and place.out not in path.parents}
 

@@ -101,7 +101,7 @@ def estimate_options(bag: Path, out: Path) -> Namespace:
 
 
 def faster(bag: Path, name: str, ours: float, wanted: np.ndarray) -> bool:
-    """Print how long another reader takes [s]; tell whether ours is as much faster as asked."""
+    """Print how long another reader takes [s]; return whether ours is as much faster as asked."""
     seconds, arrays = timed(partial(gathered, PEERS[name], bag))
     same = np.array_equal(arrays[0], wanted)
     print(f'{name:24}{seconds:>8.3f} s{seconds / ours:>10.1f} times as long, '

@@ -83,7 +83,7 @@ class Measured(TorqueEstimator):
             self._cpu = cpu()
 
     def close(self) -> None:
-        """Tell median and ninth decile of work and callback, and CPU time per sample, in us."""
+        """Return median and ninth decile of work and callback, and CPU time per sample, in us."""
         samples = len(self._callbacks) - self._skipped
         sys.stdout.write(json.dumps({
             'samples': samples, 'cpu': (cpu() - self._cpu) / samples * MICROSECONDS,
@@ -113,7 +113,7 @@ def deciles(times: list[float]) -> list[float]:
 
 
 def measure(kind: str, seconds: int, skipped: int) -> dict[str, Any]:
-    """Return what a kind of node tells after a stream of samples."""
+    """Return what a kind of node reports after a stream of samples."""
     listener = Listener()
     with process(__file__, 'sink'), process(__file__, kind, str(skipped)) as measured:
         send = publisher(listener.node, JOINT_STATES)

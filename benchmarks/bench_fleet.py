@@ -93,7 +93,7 @@ def watched(folder: Path) -> tuple[list[Look], float]:
 
 
 def main() -> int:
-    """Print time and memory, and tell whether the bar is kept."""
+    """Print time and memory, and return whether the bar is kept."""
     arguments = parser(__doc__)
     arguments.add_argument('--bags', type=int, default=BAGS, help='recordings (%(default)s)')
     options = arguments.parse_args()

@@ -151,7 +151,7 @@ def table(pages: list[Page]) -> str:
 
 
 def main() -> int:
-    """Print the table, and tell whether all bars are kept."""
+    """Print the table, and return whether all bars are kept."""
     quick = parser(__doc__).parse_args().quick
     if driven.CHROMIUM is None:
         print('there is no Chromium: nothing is measured')

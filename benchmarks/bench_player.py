@@ -3,7 +3,7 @@ Measure how far the spacing of played messages is from the recorded one, beside 
 
 A bag of joint states at 1 kHz is played at rate 1, and the loop publishes the same messages when
 they are due. A process of its own hears both. At the 99th percentile the player's error must stay
-under 1 ms; on a busy machine that of the loop tells how much of it is the machine's.
+under 1 ms; on a busy machine that of the loop shows how much of it is the machine's.
 """
 
 from collections.abc import Callable
@@ -50,7 +50,7 @@ class Ear(ReportingNode):
         return Report(Level.OK, '', {})
 
     def close(self) -> None:
-        """Tell how many came, and median, 99th percentile and largest error of spacing [us]."""
+        """Return how many came, and median, 99th percentile and largest error of spacing [us]."""
         stamps = [STAMP.unpack_from(message, STAMP_AT) for _, message in self._heard]
         should = np.diff([seconds * 10**9 + rest for seconds, rest in stamps])
         errors = np.abs(np.diff([came for came, _ in self._heard]) - should) * 1e-3

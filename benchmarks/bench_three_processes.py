@@ -17,7 +17,7 @@ from size import parser, verdict
 SECONDS, RATES = 60.0, (500.0, 1000.0)
 TINY = 1.0, (50.0, 100.0)           # of a tiny case, which even a busy machine can do
 ACHIEVED = 0.97         # of 1 kHz
-COMPLETE = 0.999        # of 500 Hz, as far as reports once a second can tell
+COMPLETE = 0.999        # of 500 Hz, as far as reports once a second can show
 CONTROL = ('torque_feedback:=0.5', 'position_gain:=0.1', 'velocity_gain:=0.008',
            'sample_timeout:=0.2', 'enabled:=true')
 

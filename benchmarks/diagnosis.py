@@ -32,7 +32,7 @@ from size import parser
 
 ROOT = Path(__file__).resolve().parents[1]
 ARM = read_arm('hda_arm.yaml')
-LAST = ('outside', 'left out', 'poor')  # groups whose rates a part of the records tells
+LAST = ('outside', 'left out', 'poor')  # groups whose rates a part of the records shows
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Case:
     without: str | None = None      # an effect that the catalogue lacks
 
     def key(self) -> str:
-        """Return what tells it from all others."""
+        """Return what distinguishes it from all others."""
         return json.dumps(asdict(self))
 
 

@@ -6,7 +6,7 @@ Measure how often a diagnosis of seven joints is right, and how long it takes.
 
 Every arm is off in stiffness, friction, damping, torque constant, and of each link in mass, centre
 and inertia, by as much as its tolerances say. Waves, skew and offsets, which the diagnosis would
-tell, are exact. One effect of typical size is hidden at a joint drawn at random. Where it changes
+show, are exact. One effect of typical size is hidden at a joint drawn at random. Where it changes
 not one bit of the recording, as a limit that no command reaches, the arm is a healthy one. The
 arm's equations are the library's own, so what this finds is a bound: arms of another physics are
 in `diagnosis.py`.
@@ -33,7 +33,7 @@ from size import parser, verdict
 from torque_chain import numbers_off
 
 ARM = read_arm('cobot7.yaml')
-BARS = {'told': 0.95, 'accused': 0.01, 'seconds': 60.0}
+BARS = {'named': 0.95, 'accused': 0.01, 'seconds': 60.0}
 QUICK, TINY = 'kinematic_error', 6.0        # of a tiny case: what is looked for, its length [s]
 Place = tuple[str, str | None]
 
@@ -51,7 +51,7 @@ class Outcome:
 
     @property
     def right(self) -> bool:
-        """Return whether exactly what is hidden was told, alone or with what looks like it."""
+        """Return whether exactly what is hidden was named, alone or with what looks like it."""
         if not self.acts:
             return not self.named and not self.alike
         return self.hidden in (*self.named, *self.alike) and set(self.named) <= {self.hidden}
@@ -95,7 +95,7 @@ def recorded(true: Arm, seconds: float, rate: float, seed: int) -> Measurement:
 
 def outcome(place: Place | None, seconds: float, rate: float, seed: int,
             names: Sequence[str] | None = None) -> Outcome:
-    """Return what is told of one arm, all effects being looked for unless some are named."""
+    """Return what is named of one arm, all effects being looked for unless some are named."""
     true = tolerated(seed)
     made, acts = recorded(true, seconds, rate, seed), False
     if place is not None:
@@ -145,12 +145,12 @@ def _summed(found: list[Outcome], *, quick: bool) -> int:
     healthy = [one for one in found if not one.acts]
     reported, accused = sum(one.right for one in single), sum(not one.right for one in healthy)
     spent = statistics.median(one.seconds for one in found)
-    print(f'single causes told: {reported} of {len(single)}; something else named: '
+    print(f'single causes named: {reported} of {len(single)}; something else named: '
           f'{sum(one.wrong for one in single)}; healthy accused: {accused} of {len(healthy)}; '
           f'processor time, median: {spent:.0f} s')
-    kept = (reported >= BARS['told'] * len(single) and accused <= BARS['accused'] * len(healthy)
+    kept = (reported >= BARS['named'] * len(single) and accused <= BARS['accused'] * len(healthy)
             and spent <= BARS['seconds'])
-    return verdict('95 % told, at most 1 % of healthy arms accused, 60 s', kept, quick=quick)
+    return verdict('95 % named, at most 1 % of healthy arms accused, 60 s', kept, quick=quick)
 
 
 if __name__ == '__main__':

@@ -17,14 +17,14 @@ Written by `benchmarks/diagnosis.py`. Every record is 60 s at 1 kHz of the indep
 Its seeds were used nowhere else. {done} of {planned} planned records were run.
 
 An asymmetric friction and an offset of the drive are one equation while a motor turns. No motion
-tells them apart (`hda plan --between asymmetric_friction drive_offset` says so), and a diagnosis
-tells them together. They are 2 of 40 effects. So the rows that ask for one name can reach 95 % of
-single effects, 90 % of pairs and 85 % of triples. The rows beneath count the two as told.
+separates them (`hda plan --between asymmetric_friction drive_offset` says so), and a diagnosis
+names them together. They are 2 of 40 effects. So the rows that ask for one name can reach 95 % of
+single effects, 90 % of pairs and 85 % of triples. The rows beneath count the two as named.
 """
 
 
 class Sized(NamedTuple):
-    """A number that was told: its error as a share of what is hidden, and its interval."""
+    """A number that was fitted: its error as a share of what is hidden, and its interval."""
 
     effect: str
     number: str
@@ -48,7 +48,7 @@ def all_named(result: Outcome) -> bool:
 
 
 def all_identified(result: Outcome) -> bool:
-    """Return whether everything hidden is named, or told together with what is one equation."""
+    """Return whether everything hidden is named, or named together with what is one equation."""
     together = {tuple(place) for pair in result['alike'] for place in pair
                 if {name for name, _ in pair} == set(ONE_EQUATION)}
     return set(pairs_of(result['hidden'])) <= set(pairs_of(result['said'])) | together
@@ -60,7 +60,7 @@ def extras(result: Outcome) -> int:
 
 
 def named_together(result: Outcome) -> bool:
-    """Return whether two causes that are one equation are told together, and nothing else."""
+    """Return whether two causes that are one equation are named together, and nothing else."""
     joint = result['hidden'][0][1]
     return (result['verdict'] == 'ambiguous' and not result['said'] and all(
         sorted(map(tuple, pair)) == [(name, joint) for name in sorted(ONE_EQUATION)]
@@ -105,18 +105,18 @@ def _bars(by_group: dict[str, list[Outcome]], sized: list[Sized]) -> list[str]:
     rows = [
         ('one effect: named with its joint, nothing else', '97 %', percent(one, exact)),
         ('the same without asymmetric friction and drive offset', '-', percent(apart, exact)),
-        ('those two, one equation while turning: told together', '-',
+        ('those two, one equation while turning: named together', '-',
          percent([result for result in one if result not in apart], named_together)),
         ('one effect: another cause named', '-', percent(one, lambda r: extras(r) > 0)),
         ('healthy, doubled noise: `no_discrepancy`', '99.7 %',
          percent(by_group['healthy'], lambda r: r['verdict'] == 'no_discrepancy')),
         ('two effects: both named', '93 %', percent(two, all_named)),
-        ('the same with the two that are one equation told together', '-',
+        ('the same with the two that are one equation named together', '-',
          percent(two, all_identified)),
         ('two effects: extras per record', 'at most 0.05',
          f'{extra / len(two):.2f}' if two else '-'),
         ('three effects: all named', '80 %', percent(by_group['three'], all_named)),
-        ('the same with the two that are one equation told together', '-',
+        ('the same with the two that are one equation named together', '-',
          percent(by_group['three'], all_identified)),
         ('outside the catalogue: `unknown`, site and coordinate', '95 %',
          percent(by_group['outside'], located)),

@@ -5,8 +5,8 @@ Inject faults into the streams that the estimator reads, and count what it belie
 
 A fault is survived where every torque stays right (within 3.3 deviations or 0.5 N*m), flagged
 where `valid` is false within 50 ms of the first wrong torque, and silent else. Healthy arms of
-several sizes, each wrong within its tolerances, move for the given minutes; nothing may be told
-of them.
+several sizes, each wrong within its tolerances, move for the given minutes; nothing may be
+reported of them.
 """
 
 from argparse import ArgumentParser
@@ -156,7 +156,7 @@ FAULTS: dict[str, Spoil] = {
 
 
 def valid(found: Estimates) -> NDArray[np.bool_]:
-    """Return which estimates are told to be right (k, n)."""
+    """Return which estimates are said to be right (k, n)."""
     doubts = found.joints[:, :, layout.DOUBT]
     values, places = np.unique(doubts, return_inverse=True)
     is_right = np.array([believed(value) for value in values.tolist()])[places]
@@ -201,7 +201,7 @@ def _row(name: str, counts: Counter[str]) -> None:
 
 
 def alarms(arm: Arm, seen: Stream) -> list[str]:
-    """Return what is told of an arm, each sentence once."""
+    """Return what is reported of an arm, each sentence once."""
     made, found = Estimator(arm), []
     second = round(1e9 / (seen.stamps[1] - seen.stamps[0]))
     for begin in range(0, len(seen.stamps), second):
@@ -217,7 +217,7 @@ def alarms(arm: Arm, seen: Stream) -> list[str]:
 
 def healthy(cases: Iterator[tuple[float, str, float]], minutes: int, seconds: float,
             first: int) -> None:
-    """Print what is told of healthy arms."""
+    """Print what is reported of healthy arms."""
     remarked = [(case, words) for k, case in enumerate(islice(cases, minutes))
                 for words in alarms(*moving(*case, seconds, first + k))]
     hours = minutes * seconds / 3600.0

@@ -47,13 +47,13 @@ joints: [joint1, joint2]
 
 
 class Place(NamedTuple):
-    """A folder with the files of one input, and where the command is told to write."""
+    """A folder with the files of one input, and where the command is to write."""
 
     folder: Path
 
     @property
     def out(self) -> Path:
-        """Return where the command is told to write."""
+        """Return where the command is to write."""
         return self.folder / 'out'
 
     def put(self, name: str, content: bytes) -> str:

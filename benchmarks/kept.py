@@ -22,7 +22,7 @@ class Case(Protocol):
         """Return the row of the table it belongs to."""
 
     def key(self) -> str:
-        """Return what tells it from all others."""
+        """Return what distinguishes it from all others."""
 
 
 AnyCase = TypeVar('AnyCase', bound=Case)

@@ -70,7 +70,7 @@ class Found(NamedTuple):
 
 
 def knee() -> Arm:
-    """Return the knee as its arm file tells it: the nominal joint with coarse encoders."""
+    """Return the knee as its arm file states it: the nominal joint with coarse encoders."""
     whole = read_arm('hda_arm.yaml')
     joint = replace(whole.joints[KNEE], motor_encoder=Encoder(counts=COUNTS),
                     link_encoder=Encoder(counts=COUNTS))
@@ -96,7 +96,7 @@ def recorded(arm_seed: int, seed: int, seconds: float) -> Seen:
 
 
 def _held(command: Array) -> Array:
-    """Return the mean motor torque from each reading to the next: a drive tells no less."""
+    """Return the mean motor torque from each reading to the next: a drive logs no less."""
     padded = np.concatenate([command, np.full(-len(command) % EVERY, command[-1])])
     means: Array = padded.reshape(-1, EVERY).mean(axis=1)
     return means

@@ -53,7 +53,7 @@ def nodes(*parts: tuple[str, ...]) -> Iterator[list[subprocess.Popen[str]]]:
             words = [word for parameter in parameters for word in ('-p', parameter)]
             started.append(running.enter_context(process('-m', module, '--ros-args', *words)))
         yield started
-        for one in started:             # all are told first: each may take a second
+        for one in started:             # all are asked first: each may take a second
             one.send_signal(signal.SIGINT)
 
 

@@ -1,4 +1,4 @@
-"""Pushes at the tip: how close the force is told, when a push is felt, what free motion feigns."""
+"""Pushes at the tip: how close the force is, when a push is felt, what free motion feigns."""
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_torque_estimator.estimating.estimates import Estimates
@@ -26,7 +26,7 @@ def sudden(samples: int, random: np.random.Generator) -> tuple[NDArray[np.int64]
 
 
 def force_error(estimated: Estimates, seen: TruthRecord, force: Array) -> float:
-    """Return the rms error of a component of the tip force where both can be told [N]."""
+    """Return the rms error of a component of the tip force where both are observable [N]."""
     reached = np.abs(np.sin(seen.states[:, 1, 2])) > REACHED
     reached[:BEGUN] = False
     return float(np.sqrt(((estimated.base_force - force)[reached] ** 2).mean()))

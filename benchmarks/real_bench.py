@@ -78,7 +78,7 @@ def _said(states: Mapping[str, JointSamples], names: Sequence[str], arm: Arm) ->
         if part.friction is not None:
             known = part.friction.posterior
             frictions = {cause.name: known.of(cause.name) for cause in known.causes if cause.named}
-    return {'verdict': said.verdict, 'told': {
+    return {'verdict': said.verdict, 'named': {
         cause.effect: {'probability': cause.probability,
                        **{name: number.value for name, number in cause.parameters.items()}}
         for cause in said.findings}, 'probabilities': frictions,

@@ -81,7 +81,7 @@ def _lines(part: Explained, findings: tuple) -> Iterator[Numbers]:
 
 
 def _own_order(part: Explained, number: int) -> float:
-    """Return the order with which a line tells most, whole or not."""
+    """Return the order with which a line explains most, whole or not."""
     sweep, order = part.sweep, part.lines[number].order
     angle, rest = (values[sweep.moving] for values in (
         sweep.angle, part.without(part.wave(number))))
@@ -110,7 +110,7 @@ def _beside(part: Explained, number: int, left: tuple[Floats, Floats]) -> float:
 
 
 def _unsure(part: Explained) -> list[float]:
-    """Return orders that stand out of what is left, and are not told."""
+    """Return orders that stand out of what is left, and are not named."""
     orders, size = _spectrum_left(part)
     ratio = size ** 2 / np.maximum(median_filter(size ** 2, ABOUT), 1e-300)
     ratio[orders < 0.5] = 0.0

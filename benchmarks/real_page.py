@@ -2,7 +2,7 @@
 The page of the real recordings: its template, filled with the numbers that stand beside it.
 
 What a sentence says of a result is held against the numbers: where it is not so any more, no page
-is written, and an error tells which sentence must be written anew.
+is written, and an error says which sentence must be written anew.
 """
 
 from collections.abc import Iterable, Mapping, Sequence

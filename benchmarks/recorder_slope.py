@@ -4,7 +4,7 @@ Record what the arm and the estimator publish at 1 kHz, and see whether the reco
 `recorder_slope.py [MINUTES] [--quick]`, ten unless given. Six topics at 1 kHz each go to one
 recorder that never splits its bag. A line through its resident memory after the first minute
 may rise by 1 MB an hour at most, and no message may be missing. With `--quick` it runs for
-seconds, which tell nothing of the slope: only the messages are judged.
+seconds, which show nothing of the slope: only the messages are judged.
 
 In the first minute the recorder is held until its queues overflow: the pools of DDS grow with
 the fullest moment and never shrink. Messages count from the end of that minute on.

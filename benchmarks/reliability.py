@@ -1,4 +1,4 @@
-"""The reliability diagram: of the causes told with a probability, the share that is right."""
+"""The reliability diagram: of the causes named with a probability, the share that is right."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,7 +10,7 @@ from world_tables import binned, calibration_error
 
 
 def draw_diagram(results: Sequence[dict[str, Any]], path: Path) -> None:
-    """Write the diagram, or nothing where no probability is told."""
+    """Write the diagram, or nothing where no probability is stated."""
     pairs = [pair for result in results if 'said' in result for pair in probabilities(result)]
     if not pairs:
         return
@@ -21,6 +21,6 @@ def draw_diagram(results: Sequence[dict[str, Any]], path: Path) -> None:
     axes.plot(means, rights, 'o-', color='tab:blue')
     for mean, right, count in zip(means, rights, counts):
         axes.annotate(str(count), (mean, right), textcoords='offset points', xytext=(6, -10))
-    axes.set(xlabel='probability told', ylabel='share that is right', xlim=(0.0, 1.02),
+    axes.set(xlabel='probability stated', ylabel='share that is right', xlim=(0.0, 1.02),
              ylim=(0.0, 1.02), title=f'calibration error {calibration_error(pairs):.3f}')
     figure.savefig(path, dpi=150)

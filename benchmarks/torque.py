@@ -1,5 +1,5 @@
 """
-Measure how well a calibrated arm tells its joint torques, on an arm that hides what is wrong.
+Measure how well a calibrated arm estimates its joint torques, on an arm that hides what is wrong.
 
     torque.py [--chain] [--arms N] [--first SEED] [--quick]
 
@@ -170,7 +170,7 @@ def _pushed(estimator: Estimator,
 
 
 def _estimates(estimator: Estimator, seen: TruthRecord) -> Estimates:
-    """Return what an estimator tells of a recording, as if it were the first."""
+    """Return the estimates of a recording, as if it were the first."""
     estimator.reset()
     return estimator.run(seen.stamps, reading(seen), seen.command)
 

@@ -1,5 +1,6 @@
 """
-Measure how well an arm of seven joints tells its torques, the wrench on its tip, and how quickly.
+Measure how well an arm of seven joints estimates its torques, the wrench on its tip, and how
+quickly.
 
 The arm is wrong in every number by as much as its tolerances say: gears, friction, drives,
 encoders, and of each link mass, centre and the inertia about its joint. Its equations are the
@@ -157,7 +158,7 @@ def judged(seed: int, name: str, seconds: float) -> Judged:
 
 
 def conditioning(arm: Arm, angles: Array) -> Array:
-    """Return how well the torques tell all of a wrench at angles (k, n), from 0 to 1 (k,)."""
+    """Return how well the torques determine all of a wrench at angles (k, n), from 0 to 1 (k,)."""
     table, jacobian = loaded_inertia(arm.record().body).table, np.empty((6, angles.shape[1]))
     found = np.empty(len(angles))
     for k, each in enumerate(angles):
@@ -172,7 +173,7 @@ def conditioning(arm: Arm, angles: Array) -> Array:
 
 def _held(found: Estimates, pushed: ClosedLoopRun, calm: Estimates, off: Array,
           rows: Array) -> dict[str, float]:
-    """Return which share of torques, free external torques and wrenches is as sure as told."""
+    """Return which share of torques, free external torques and wrenches is as sure as stated."""
     from scipy.stats import chi2
     torque = np.abs(found.torque - pushed.joint_torque) < WITHIN * found.torque_deviation
     external = np.abs(calm.joints[:, :, layout.EXTERNAL_TORQUE]) < WITHIN * (
@@ -190,7 +191,7 @@ def _rms(values: Array) -> float:
 
 
 def estimated(arm: Arm, made: ClosedLoopRun) -> Estimates:
-    """Return what an estimator tells of a run, from angles and commands."""
+    """Return the estimates of a run, from angles and commands."""
     stamps = np.round(made.time * 1e9).astype(np.int64) + 1
     return Estimator(arm).run(stamps, made.reading, made.command)
 

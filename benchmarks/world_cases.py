@@ -40,7 +40,7 @@ class Case:
     joints: int | None = None
 
     def key(self) -> str:
-        """Return what tells it from all others."""
+        """Return what distinguishes it from all others."""
         return json.dumps(asdict(self))
 
 

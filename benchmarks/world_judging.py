@@ -1,4 +1,4 @@
-"""What counts as told, wrong, placed: judgements of one record of the study of worlds."""
+"""What counts as identified, wrong, placed: judgements of one record of the study of worlds."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -24,12 +24,12 @@ def allowed(result: Outcome) -> set[Place]:
 
 
 def groups(result: Outcome) -> list[set[Place]]:
-    """Return the sets of causes that are told together as alike."""
+    """Return the sets of causes that are reported together as alike."""
     return [{(name, joint) for name, joint in pair} for pair in result['alike']]
 
 
 def identified(result: Outcome) -> set[Place]:
-    """Return what is hidden and named, or told together with its twin."""
+    """Return what is hidden and named, or reported together with its twin."""
     named = set(pairs_of(result['said'])) | set().union(*groups(result))
     return {place for place in hidden_places(result)
             if place in named or _twin_named(result, place, named)}
@@ -43,14 +43,14 @@ def _twin_named(result: Outcome, place: Place, named: set[Place]) -> bool:
 
 
 def wrong(result: Outcome) -> set[Place]:
-    """Return causes that are named and not hidden, and sets told alike that hold no true one."""
+    """Return causes that are named and not hidden, and sets called alike that hold no true one."""
     fair = allowed(result)
     named = {place for place in pairs_of(result['said']) if place not in fair}
     return named | {sorted(group, key=str)[0] for group in groups(result) if not group & fair}
 
 
 def all_identified(result: Outcome) -> bool:
-    """Return whether everything hidden is told, and nothing wrong."""
+    """Return whether everything hidden is identified, and nothing wrong."""
     return identified(result) == hidden_places(result) and not wrong(result)
 
 
@@ -77,7 +77,7 @@ def follows(result: Outcome) -> bool:
 
 
 def largest_identified(result: Outcome, most: int = 5) -> float:
-    """Return which share of the largest causes by what they do is told."""
+    """Return which share of the largest causes by what they do is identified."""
     places = [(one[0], one[1]) for one in result['hidden']]
     order = sorted(range(len(places)), key=lambda place: -result['powers'][place])[:most]
     return sum(places[place] in identified(result) for place in order) / len(order)
@@ -95,7 +95,7 @@ def intervals(result: Outcome) -> Iterator[bool]:
 
 
 def probabilities(result: Outcome) -> Iterator[tuple[float, bool]]:
-    """Yield each cause that is told with a probability, and whether it is right."""
+    """Yield each cause that is named with a probability, and whether it is right."""
     for name, joint, _, probability in result['said']:
         if probability is not None:
             yield probability, (name, joint) in allowed(result)

@@ -14,7 +14,7 @@ Numbers = dict[str, tuple[float, float]]        # the whole number, and what of 
 
 def library_numbers(world: Any, hidden: Any) -> Numbers:
     """
-    Return what the library should tell of a hidden effect: its number, and how much is hidden.
+    Return what the library should report of a hidden effect: its number, and how much is hidden.
 
     Nothing where the law has another form: its numbers then mean something else. Angles of waves
     and forces are left out.

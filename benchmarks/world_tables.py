@@ -39,9 +39,9 @@ def page(results: Sequence[Outcome], planned: int, *, first: int, last: int, fin
     return head + '\n'.join([
         *_table(('', 'asked', 'reached', 'baseline'), _rows(good)), '',
         '## By motion and rate', '',
-        *_table(('single cause, above the smallest size', 'told', 'wrong', 'records'),
+        *_table(('single cause, above the smallest size', 'named', 'wrong', 'records'),
                 _strata(good)), '',
-        '## By effect and form', '', *_table(('hidden', 'told', 'otherwise'), _effects(good)), '',
+        '## By effect and form', '', *_table(('hidden', 'named', 'otherwise'), _effects(good)), '',
         '## Reliability', '', *_reliability(good), '', *_failures(judged), ''])
 
 
@@ -56,7 +56,7 @@ def _rows(good: Sequence[Outcome]) -> Iterator[Row]:
         by[result['group']].append(result)
     for group, asked in zip(SINGLE, ('98 %', '95 %', '95 %', '-')):
         seen = list(filter(visible, by[group]))
-        yield (f'one cause told, {group}, above the stated smallest', asked,
+        yield (f'one cause named, {group}, above the stated smallest', asked,
                percent(seen, all_identified), percent(seen, simple_is_right))
     hiding = [result for result in good if result['group'] not in ('healthy', 'left out')]
     yield ('a wrong cause named, anywhere', 'at most 1 %', percent(hiding, wrong),
@@ -65,7 +65,7 @@ def _rows(good: Sequence[Outcome]) -> Iterator[Row]:
         by['healthy'], accused), percent(by['healthy'], simple_is_wrong))
     yield ('healthy: a cause named', '-', percent(by['healthy'], wrong), '-')
     for group, asked in (('two', '95 %'), ('three', '88 %')):
-        yield (f'{group} told, 1 kHz', asked,
+        yield (f'{group} named, 1 kHz', asked,
                percent(list(filter(visible, by[group])), all_identified), '-')
     yield from _fifteen(by['fifteen'])
     yield ('outside the catalogue: `unknown`, with site and joint', '97 %',
@@ -124,7 +124,7 @@ def _times(by: dict[str, list[Outcome]]) -> Iterator[Row]:
 
 
 def _strata(good: Sequence[Outcome]) -> Iterator[Sequence[str]]:
-    """Yield how single causes are told by motion, by rate and by number of joints."""
+    """Yield how single causes are named by motion, by rate and by number of joints."""
     single = [result for result in good if result['group'] in SINGLE and visible(result)]
     for what, key in (('', 'motion'), (' Hz', 'rate'), (' joint(s)', 'joints')):
         for value in sorted({result[key] for result in single}):
@@ -158,13 +158,13 @@ def _said(result: Outcome) -> str:
 
 
 def _reliability(good: Sequence[Outcome]) -> list[str]:
-    """Return the reliability of probabilities: told with p, right in how many."""
+    """Return the reliability of probabilities: stated as p, right in how many."""
     pairs = [pair for result in good for pair in probabilities(result)]
     if not pairs:
         return ['The reports of this study give no probabilities.']
     rows = [(f'{low:.1f} to {low + 1.0 / BINS:.1f}', f'{mean:.3f}', f'{right:.3f}', str(count))
             for low, mean, right, count in binned(pairs)]
-    return [*_table(('told with', 'mean', 'right', 'causes'), rows), '',
+    return [*_table(('stated', 'mean', 'right', 'causes'), rows), '',
             f'Expected calibration error: {calibration_error(pairs):.3f} (asked: at most 0.03).']
 
 

@@ -7,7 +7,7 @@ Measure a diagnosis on worlds: arms, motions, rates and forms of law that are dr
 The study of development draws nothing that is held out, and its seeds are below a million. Those
 of the final study (`--final`) are above, and used for nothing else. Outcomes are kept in FILE as
 they come: a study that was stopped goes on where it was, for one state of the code. FIRST counts
-within the study. One page of Markdown and, where probabilities are told, a reliability diagram.
+within the study. One page of Markdown and, where probabilities are stated, a reliability diagram.
 """
 
 from argparse import Namespace

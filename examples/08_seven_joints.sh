@@ -1,6 +1,6 @@
 #!/bin/sh -e
 # Seven joints from a robot description: pushed at the tip, torques and the wrench estimated.
-# Then pushed at the elbow: the joint that the contact lies beyond is told.
+# Then pushed at the elbow: the joint that the contact lies beyond is named.
 out=${1:-out/08}
 mkdir -p "$out"
 hda simulate --arm cobot7.yaml --motion push --duration 6 --seed 5 --out "$out/bag"

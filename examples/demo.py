@@ -107,7 +107,7 @@ def _end(number: int, frame: object) -> None:
 
 @contextmanager
 def _domain(out: Path) -> Iterator[None]:
-    """Use a ROS domain that no other run has, and stay on this machine unless told otherwise."""
+    """Use a ROS domain that no other run has, and stay on this machine unless asked otherwise."""
     with ExitStack() as claims:
         for domain in range(1, 102):
             claim = claims.enter_context(socket.socket(socket.AF_UNIX))
@@ -132,7 +132,7 @@ def _command(name: str) -> list[str]:
 
 @contextmanager
 def _node(name: str, options: argparse.Namespace) -> Iterator[Running]:
-    """Run a node; at the end it is told to stop, and must do so cleanly."""
+    """Run a node; at the end it is asked to stop, and must do so cleanly."""
     parameters = [*PARAMETERS.get(name, ['open:=true']), f'arm:={options.arm}']
     if name == 'bag_recorder':
         parameters.append(f'output:={options.out / "recording"}')

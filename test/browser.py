@@ -45,10 +45,10 @@ setTimeout(() => {
 
 # All widths at once, each in a frame of its own.
 FRAMES = """<!DOCTYPE html><title>{}</title><script>
-const told = {};
+const sizes = {};
 addEventListener('message', event => {
-  told[event.data.name.slice(1)] = event.data;
-  document.title = JSON.stringify(told);
+  sizes[event.data.name.slice(1)] = event.data;
+  document.title = JSON.stringify(sizes);
 });
 </script>"""
 FRAME = '<iframe src="page.html#%d" style="width: %dpx; height: 1200px; border: 0"></iframe>'

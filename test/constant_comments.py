@@ -1,4 +1,4 @@
-"""Read what the comment of a constant tells: its meaning, its unit and where it comes from."""
+"""Read what the comment of a constant says: its meaning, its unit and where it comes from."""
 
 import ast
 import re
@@ -16,7 +16,7 @@ class Constant(NamedTuple):
     value: str
     unit: str
     meaning: str
-    origin: str         # empty where the source tells none
+    origin: str         # empty where the source states none
 
 
 def comment_of(lines: list[str], node: ast.stmt) -> str:
@@ -29,7 +29,7 @@ def comment_of(lines: list[str], node: ast.stmt) -> str:
 
 
 def origin_of_group(lines: list[str], number: int) -> str:
-    """Return the origin that the head of a group tells for a constant at a line."""
+    """Return the origin that the head of a group states for a constant at a line."""
     while number > 1 and lines[number - 2].strip():
         number -= 1
         if lines[number - 1].startswith(GROUP):
@@ -38,7 +38,7 @@ def origin_of_group(lines: list[str], number: int) -> str:
 
 
 def constant_of(names: tuple[str, ...], value: str, comment: str, origin: str) -> Constant:
-    """Return a constant by its comment, with the origin of its group if it tells none itself."""
+    """Return a constant by its comment, with the origin of its group if it states none itself."""
     own, unit = ORIGIN.search(comment), UNIT.findall(comment)
     meaning = UNIT.sub('', ORIGIN.sub('', comment))
     return Constant(names, value.strip('()'), unit[-1] if unit else '',

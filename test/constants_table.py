@@ -2,7 +2,7 @@
 Write docs/constants.md: every constant of judgement with its meaning, origin and tests.
 
 The table is read from the source. A constant is a number in capitals at the top level of a module
-that judges. Its comment tells its meaning, its unit in brackets, and in parentheses where the
+that judges. Its comment states its meaning, its unit in brackets, and in parentheses where the
 number comes from: `(choice)`, or `(null: ...)`, `(measured: ...)`, `(source: ...)` with words. A
 comment `Choices unless stated otherwise` speaks for all constants down to the next blank line.
 Positions in an array are marked `(layout)` and are no judgement.
@@ -41,7 +41,7 @@ Origins are of four kinds:
 - **null**: simulated or counted where nothing is wrong;
 - **measured**: seen on simulated arms with a known truth, or on real arms;
 - **source**: a formula, a standard or a paper;
-- **choice**: a plain choice for the purpose that the meaning tells; no experiment set the number.
+- **choice**: a plain choice for the purpose that the meaning states; no experiment set the number.
 """
 
 

@@ -41,7 +41,7 @@ class Page:
                 return message['result']
 
     def _note(self, message: dict[str, Any]) -> None:
-        """Keep errors that the page or its console tells."""
+        """Keep errors that the page or its console reports."""
         reported = message.get('params', {})
         if message.get('method') == 'Runtime.exceptionThrown':
             details = reported['exceptionDetails']

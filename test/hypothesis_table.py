@@ -2,7 +2,7 @@
 Write the last parts of docs/constants.md: what is forgiven an effect, and how it scatters.
 
 A field of `Hypothesis` that judges has a comment with its origin in parentheses, as a constant
-has. An effect that declares other values tells why in a comment above its declaration.
+has. An effect that declares other values says why in a comment above its declaration.
 """
 
 import ast
@@ -88,7 +88,7 @@ def departures() -> Iterator[tuple[str, str, str]]:
 
 
 def origin(effect: type[Effect], field: str = 'hypothesis') -> str:
-    """Return what the comment on a declaration of an effect tells of where it comes from."""
+    """Return what the comment on a declaration of an effect says of where it comes from."""
     text = inspect.getsource(effect)
     lines = [line.strip() for line in text.split('\n')]
     node = next(node for node in ast.walk(ast.parse(text))

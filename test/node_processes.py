@@ -70,7 +70,7 @@ class Process:
         return self._process.poll() is None
 
     def interrupt(self) -> None:
-        """Tell it to end."""
+        """Ask it to end."""
         if self.running():
             self.send(signal.SIGCONT, signal.SIGINT)
 
@@ -158,7 +158,7 @@ def running(folder: Path, **nodes: tuple[str, ...]) -> Iterator[dict[str, Proces
             started[name] = Process(name, folder, *parameters)
         yield started
     finally:
-        for process in started.values():        # all are told first: each may take a second
+        for process in started.values():        # all are asked first: each may take a second
             process.interrupt()
         for process in started.values():
             process.end()

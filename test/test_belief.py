@@ -1,4 +1,4 @@
-"""What no arm can show is not believed, leaves no trace, and is told within 50 ms."""
+"""What no arm can show is not believed, leaves no trace, and is reported within 50 ms."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -29,7 +29,7 @@ def moving(path: str = 'rich', seed: int = 4) -> ClosedLoopRun:
 
 
 def estimates(reading: np.ndarray, command: np.ndarray) -> Estimates:
-    """Return what the estimator tells of a stream at 1 kHz."""
+    """Return the estimates of a stream at 1 kHz."""
     return Estimator(ARM).run(np.arange(1, len(reading) + 1) * 1_000_000, reading, command)
 
 
@@ -42,7 +42,7 @@ def spoilt(spoil: Spoil) -> tuple[Estimates, np.ndarray]:
 
 
 def valid(found: Estimates) -> np.ndarray:
-    """Return which samples are told to be believed in all joints (k,)."""
+    """Return which samples are said to be believed in all joints (k,)."""
     doubts = found.joints[:, :, layout.DOUBT]
     known = {value: believed(value) for value in np.unique(doubts).tolist()}
     return np.array([all(known[value] for value in row) for row in doubts.tolist()])
@@ -221,7 +221,7 @@ def test_a_reversed_encoder_is_reported_within_a_second(sign):
 
 
 def test_a_loop_begins_anew_by_itself():
-    """The second round gives the bits of the first, but for the samples that tell of the jump."""
+    """The second round gives the bits of the first, but for the samples that show the jump."""
     made, stamps = moving(), np.arange(2_000_000_000, 7_000_000_000, 1_000_000)[:5001]
     count = len(stamps)
     found = Estimator(ARM).run(np.tile(stamps, 2), np.tile(made.reading[:count], (2, 1, 1)),

@@ -37,7 +37,7 @@ def no_limit_is_broken(said: str) -> None:
 
 
 def no_fault_is_silent(said: str) -> None:
-    """Check that the estimator tells every fault of its streams, and no other."""
+    """Check that the estimator reports every fault of its streams, and no other."""
     rows = {line.rsplit(maxsplit=4)[0]: line.split()[-4:] for line in said.splitlines()
             if line[-1:].isdigit()}
     assert int(rows['all'][0]) == 20

@@ -85,7 +85,7 @@ def test_a_zero_is_learnt_within_half_a_second_of_motion(zero):
 
 
 def test_a_zero_is_confined_at_rest():
-    """Standing still the motor tells no more than its dry friction leaves open."""
+    """Standing still the motor shows no more than its dry friction leaves open."""
     found = estimated(ARM, 0.0044, moving('standstill').command, 'standstill')
     off = np.abs(found.torque - moving('standstill').joint_torque)[:, 0]
     friction = ARM.joints[0].ratio * ARM.joints[0].dry_friction

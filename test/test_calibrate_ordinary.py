@@ -1,4 +1,4 @@
-"""An arm is calibrated from ordinary recordings, by the command, and tells its torques better."""
+"""An arm is calibrated from ordinary recordings, by the command, and estimates better."""
 
 from dataclasses import replace
 import json

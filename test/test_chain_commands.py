@@ -1,4 +1,4 @@
-"""Every command that takes a recording takes one of seven joints, and tells of all of them."""
+"""Every command that takes a recording takes one of seven joints, and reports all of them."""
 
 import json
 from typing import Any

@@ -1,4 +1,4 @@
-"""Arms of many joints are diagnosed: the balances of a chain, and what seven joints tell."""
+"""Arms of many joints are diagnosed: the balances of a chain, and what seven joints show."""
 
 from dataclasses import replace
 
@@ -161,7 +161,7 @@ def test_weight_and_friction_within_tolerances_build_up_at_no_turn():
 
 
 def test_weight_that_is_off_hides_no_friction_that_builds_up():
-    """By the arm as stated, what is left elsewhere is too loud to tell it."""
+    """By the arm as stated, what is left elsewhere is too loud to identify it."""
     true = COBOT.with_effect(typical(COBOT, 'presliding_friction', 'joint4'), 'joint4')
     for label, size in zip(COBOT.labels, (1.0, -1.2, 0.8, 1.3, -0.7, 1.1, -0.9)):
         true = true.with_effect(LinkInertiaError(mass=0.01 * size), label)
@@ -173,7 +173,7 @@ def test_weight_that_is_off_hides_no_friction_that_builds_up():
 
 
 def test_bristles_are_named_with_their_damping():
-    """Their stiffness alone leaves a rest where they damp, and is told too large."""
+    """Their stiffness alone leaves a rest where they damp, and is estimated too large."""
     hidden = typical(SPACE, 'presliding_friction', 'joint1')
     true = SPACE.with_effect(hidden, 'joint1').with_effect(LinkInertiaError(mass=0.01), 'joint2')
     said = diagnose(recorded(true, SPACE, 20.0, 4), SPACE, names=[

@@ -109,7 +109,7 @@ def placed(angles: np.ndarray) -> Chain:
 @settings(deadline=None, max_examples=30)
 @given(ANGLES, st.lists(st.floats(-30.0, 30.0), min_size=6, max_size=6))
 def test_torques_of_a_wrench_determine_the_wrench(angles, wrench):
-    """Virtual work: tau = J^T F; what the pose hides is told as unknown, never wrongly."""
+    """Virtual work: tau = J^T F; what the pose hides is reported as unknown, never wrongly."""
     links, jacobian = placed(np.array(angles)), np.empty((6, 7))
     chain.tip_jacobian(links.table, jacobian)
     tip = np.empty(layout.CHAIN_TIP_RESULTS)
@@ -164,7 +164,7 @@ def test_a_base_turned_about_gravity_changes_no_torque(pushed):
 @pytest.mark.parametrize('mass', [0.0, 0.8])
 @pytest.mark.parametrize('motion', ['standstill', 'sine'])
 def test_a_mass_at_the_tip_is_weighed(mass, motion):
-    """Held still as in motion, and as surely as it is told."""
+    """Held still as in motion, and as surely as it is stated."""
     true = COBOT.with_effect(Payload(mass=mass))
     made = run(true, COBOT, motion_of(COBOT, motion, 6.0, DT, 3), 3, estimator=None)
     weighed, deviation = estimated(made).tip[4000:, [layout.MASS, layout.MASS_DEVIATION]].T

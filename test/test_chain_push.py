@@ -1,4 +1,4 @@
-"""A push on any link of a chain: what it does to the arm, and where it is told to be."""
+"""A push on any link of a chain: what it does to the arm, and where it is said to be."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Commands between the samples of a log: held, or on their way, as the motor tells."""
+"""Commands between the samples of a log: held, or on their way, as the motor shows."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""A recording in other conventions is told from one of an imperfect joint, in one sentence."""
+"""A recording in other conventions is no imperfect joint: one sentence says so."""
 
 from dataclasses import replace
 
@@ -163,7 +163,7 @@ def test_a_joint_that_sets_off_is_no_other(still, rate, twist, waves, phase):
 
 @pytest.mark.parametrize('friction', [0.0, 0.05])
 def test_joints_of_a_chain_that_hand_on_energy_are_not_accused(friction):
-    """Without friction only inertia tells the sign; with friction a wrong one is still told."""
+    """Without friction only inertia shows the sign; with friction a wrong one is still found."""
     cobot = read_arm('cobot7.yaml')
     cobot = replace(cobot, effects=(), joints=tuple(
         replace(joint, dry_friction=friction, viscous_friction=0.0) for joint in cobot.joints))

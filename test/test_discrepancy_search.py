@@ -1,4 +1,4 @@
-"""What is in the catalogue is told beside what no catalogue lists, and nothing stands for that."""
+"""What is in the catalogue is named beside what no catalogue lists, nothing stands for that."""
 
 from dataclasses import replace
 

@@ -116,7 +116,7 @@ def test_names_that_do_not_fit_are_reported(driver, said):
 
 @pytest.mark.parametrize('driver', [NAMED, APART])
 def test_the_command_gives_the_bits_of_the_node(driver, usual, tmp_path, capsys):
-    """The recording tells which names the node was given."""
+    """The recording states which names the node was given."""
     given = json.dumps({'torque_estimator': {**driver._asdict(), 'unobserved': 'zero'}})
     with BagWriter(tmp_path / 'bag', {'parameters': given}) as bag:
         for number, (topic, message) in enumerate(as_sent(driver, usual)):

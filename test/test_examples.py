@@ -35,7 +35,7 @@ def has(*names: str):
 
 
 def feels_the_push(out: Path) -> None:
-    """Check that the wrench on the tip is the one that pushed, and that a joint tells of it."""
+    """Check that the wrench on the tip is the one that pushed, and that a joint shows it."""
     truth = open_recording(out / 'bag').wrenches('truth/tip/wrench')
     found = open_recording(out / 'estimates').wrenches('tip/wrench')
     force = np.stack([np.interp(found.stamps, truth.stamps, column)

@@ -93,7 +93,7 @@ def test_a_motor_is_weighed_by_what_no_law_describes():
 
 
 def slowed(seen: TruthRecord, every: int) -> TruthRecord:
-    """Return a recording of which every so many samples are left; a drive tells mean torques."""
+    """Return a recording of which every so many samples are left; a drive logs mean torques."""
     count = len(seen.stamps) // every * every
     means = seen.command[:count].reshape(-1, every, seen.command.shape[1]).mean(axis=1)
     rest = {name: getattr(seen, name)[:count:every]

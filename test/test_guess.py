@@ -1,4 +1,4 @@
-"""A guessed column map: right where names or numbers tell, FILL_IN where neither does."""
+"""A guessed column map: right where names or numbers suffice, FILL_IN where neither does."""
 
 from pathlib import Path
 from typing import Any

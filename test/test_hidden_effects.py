@@ -22,7 +22,7 @@ TOLERANCE = {
     **{name: asked for asked, names in ASKED.values() for name in names},
     'presliding_friction': 0.25}            # the bristles of the truth are another law
 SIZES_OF_OTHER_KIND = {'coarse_quantisation'}
-ALONE = 30.0            # of a record of one effect: harder to tell by than a minute [s]
+ALONE = 30.0            # of a record of one effect: harder to identify by than a minute [s]
 
 
 def seed_of(name):
@@ -45,7 +45,7 @@ def test_hidden_effect_is_named_and_sized(name):
     assert found.verdict == 'explained'
     assert found.gain.removed > 0.9
     fitted = found.findings[0].parameters
-    if 'order' in hidden.parameters:                        # chosen, not fitted, and told as well
+    if 'order' in hidden.parameters:                        # chosen and reported, not fitted
         assert fitted['order'].value == hidden.parameters['order']
         assert fitted['order'].chosen
     wanted = expected(name, hidden.joint, hidden.parameters, scattered(seed_of(name)))

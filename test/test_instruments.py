@@ -29,7 +29,7 @@ def fitted(seed):
 
 
 def off(fitter, fit, seed):
-    """Return by how many deviations torque constants and stiffnesses are told too large."""
+    """Return by how many deviations torque constants and stiffnesses are estimated too large."""
     spread, errors, place = np.sqrt(np.diag(fitter.covariance(fit))), [], 0
     for term in fit.terms:
         if term.name in NAMES:

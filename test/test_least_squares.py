@@ -17,7 +17,7 @@ RIDGE = 1e-10          # of scaled equations, as a fit has it
 
 
 def drawn(seed, size):
-    """Return columns of sizes that differ by ten thousands, and what they shall tell."""
+    """Return columns of sizes that differ by ten thousands, and what they shall explain."""
     random = np.random.default_rng(seed)
     columns = random.normal(size=(4 * size, size)) * 10.0 ** random.uniform(-4.0, 4.0, size)
     return columns, columns @ (random.normal(size=size) / np.linalg.norm(columns, axis=0))

@@ -267,7 +267,7 @@ async def visit(url, nodes, push, folder: Path) -> None:
         os.kill(nodes['torque_estimator'].pid, signal.SIGKILL)
         await page.until(state('waiting'))
         await page.ask(press('tare'))
-        await page.until(answered('estimator'))         # is told: its end may be news to ROS
+        await page.until(answered('estimator'))         # is asked: its end may be news to ROS
         nodes['torque_estimator'] = Process('torque_estimator', folder)
         await page.until(state('well'))
         os.kill(nodes['arm_sim'].pid, signal.SIGKILL)

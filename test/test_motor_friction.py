@@ -51,7 +51,7 @@ MORE = {
 
 
 def named(samples, arm=ARM):
-    """Return what is said of a recording, and the names that are told."""
+    """Return what is said of a recording, and the names that are named."""
     found = diagnose_motors(sweeps_of(samples, arm, 'bag'), arm)
     return found, {cause.effect for cause in found.diagnosis.findings}
 
@@ -121,7 +121,7 @@ def test_twins_share_the_probability():
 
 
 def test_probabilities_of_causes_hold():
-    """Of what is told with a probability p, a share p is there: drawn from the priors."""
+    """Of what is named with a probability p, a share p is there: drawn from the priors."""
     random, said = np.random.default_rng(3), []
     for _ in range(400):
         columns = random.standard_normal((60, 3))

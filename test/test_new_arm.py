@@ -190,7 +190,7 @@ class Terminal(io.StringIO):
     """Somebody who types."""
 
     def isatty(self):
-        """Tell that there is a terminal."""
+        """Say that there is a terminal."""
         return True
 
 

@@ -1,4 +1,4 @@
-"""An arm file from a recording: what it tells is taken, what it contradicts is refused."""
+"""An arm file from a recording: what it shows is taken, what it contradicts is refused."""
 
 from hda_arm_sim.model.files import read_arm
 from hda_msgs_json.bag import BagWriter

@@ -229,7 +229,7 @@ def test_motors_are_let_go_when_something_stops(disturbance, settings, said):
         assert live.watch(k * 1e-3) is None
     assert 0.099 + 0.012 <= stopped_at(live, 0.099, disturbance(live)) <= 0.099 + 0.014
     assert said in live.stopped
-    assert live.watch(1.0) is None                      # told once
+    assert live.watch(1.0) is None                      # reported once
 
 
 def test_gap_between_stamps_stops_at_the_sample_behind_it():

@@ -214,7 +214,7 @@ def test_rate_of_states_can_change(pushed):
 
 
 def test_encoder_keeps_every_bit_of_a_nan():
-    """A NaN of the other sign is told as it is, by both encoders."""
+    """A NaN of the other sign is published as it is, by both encoders."""
     joints, tip = np.zeros((2, RESULTS)), np.full(TIP_RESULTS, -np.nan)
     live = EstimateEncoder(ARM)(5, joints, tip)
     estimates = Estimator(ARM).run(np.zeros(0, np.int64), np.zeros((0, 2, 4)))._replace(

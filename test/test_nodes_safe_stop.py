@@ -41,7 +41,7 @@ def reached(heard, count):
 
 
 def when_reported(watcher, log, reports):
-    """Return when the log and when the diagnostics first told of the stop [ns]."""
+    """Return when the log and when the diagnostics first reported the stop [ns]."""
     def reported():
         lines = [(at, deserialize_message(each, message_class(ROSOUT)).msg) for at, each in log]
         states = [(at, status.message) for at, each in reports

@@ -55,7 +55,7 @@ def content(place):
 
 
 def something_at(out, kind):
-    """Put something at a place that a command is told to write to."""
+    """Put something at a place that a command is asked to write to."""
     if kind == 'file':
         out.write_text(OTHERS)
     elif kind == 'folder':

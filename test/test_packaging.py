@@ -72,7 +72,7 @@ def tree(directory: Path) -> set[str]:
 
 @pytest.fixture
 def described(monkeypatch):
-    """Return what setup.py tells setuptools."""
+    """Return what setup.py passes to setuptools."""
     reported: dict[str, object] = {}
     monkeypatch.setattr(setuptools, 'setup', reported.update)
     monkeypatch.chdir(ROOT)

@@ -1,4 +1,4 @@
-"""A page shows all that a diagnosis holds, and a residual tells the coordinate it follows."""
+"""A page shows all that a diagnosis holds, and a residual shows the coordinate it follows."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -58,7 +58,7 @@ def exhibits_of(residual: Array, moved: dict[str, Array], seed: int = 0) -> Exhi
 
 
 def followed(exhibits: Exhibits, column: int) -> list[Following]:
-    """Return what a column follows before anything is extended, as text and figures tell it."""
+    """Return what a column follows before anything is extended, as text and figures state it."""
     return exhibits.missed().followed(column)
 
 

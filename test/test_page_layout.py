@@ -40,7 +40,7 @@ TIME = np.arange(3000) / 500.0
 
 
 def everything(effect: str) -> Finding:
-    """Return a finding that tells every parameter of an effect in the most figures."""
+    """Return a finding that states every parameter of an effect in the most figures."""
     kind = next(kind for kind in EFFECTS if kind.name == effect)
     numbers = {rule.name: FittedNumber(-1.2345e-11, rule.unit, -1.2456e-11, -1.2234e-11)
                for rule in kind.declarations()}

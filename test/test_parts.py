@@ -51,7 +51,7 @@ def others(arm, names=SIZED):
 
 
 def whole(balancer, arm):
-    """Return what a run of a whole arm tells, by balances that know nothing yet."""
+    """Return the residuals of a run of a whole arm, by balances that know nothing yet."""
     fresh = Balancer(balancer.measurement, balancer.turning, balancer.unknown, balancer.whitening)
     return fresh.whole(arm)
 
@@ -191,7 +191,7 @@ def test_links_that_are_run_at_once_need_what_each_needs_alone(monkeypatch):
 
 
 def _noted(function, name, ran):
-    """Return a function that tells when it is called."""
+    """Return a function that notes when it is called."""
     def noting(*arguments):
         ran.append(name)
         return function(*arguments)

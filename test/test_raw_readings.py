@@ -231,7 +231,7 @@ def test_stamps_of_a_host_that_come_late_stay_on_the_grid(period, late):
 
 @pytest.mark.parametrize('share', [0.15, 0.2])
 def test_stamps_that_jitter_by_much_keep_their_period(share):
-    """A line through few of them tells less than the mean of all their intervals."""
+    """A line through few of them shows less than the mean of all their intervals."""
     random = np.random.default_rng(11)
     off = []
     for _ in range(60):

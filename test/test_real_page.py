@@ -41,7 +41,7 @@ def changed(*path: object, value: object) -> dict:
 
 @pytest.mark.parametrize('path, value', [
     (('lara8', 'diagnosis', 'named'), ['backlash']),
-    (('bench', 'together', 'told'), {}),
+    (('bench', 'together', 'named'), {}),
     (('yucobot', 'refused'), None)])
 def test_a_sentence_that_is_not_true_any_more_stops_the_page(path, value):
     with pytest.raises(ProseError, match='no longer true'):

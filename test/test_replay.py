@@ -186,11 +186,11 @@ def test_command_refuses_what_the_node_refuses(sent, tmp_path, chosen, capsys):
 
 
 def test_settings_can_be_left_aside(sent, tmp_path):
-    for name, metadata in (('told', SETTINGS.to_metadata()), ('untold', {})):
+    for name, metadata in (('stated', SETTINGS.to_metadata()), ('unstated', {})):
         write(tmp_path / name, sent[:40], metadata)
         assert main(['estimate', str(tmp_path / name), '--arm', 'hda_arm.yaml',
                      '--out', str(tmp_path / f'{name}_out'), '--default-settings']) == 0
-    assert estimates(tmp_path / 'told_out') == estimates(tmp_path / 'untold_out')
+    assert estimates(tmp_path / 'stated_out') == estimates(tmp_path / 'unstated_out')
     assert estimates(tmp_path / 'told_out') != answered(sent[:40])
 
 

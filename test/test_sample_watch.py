@@ -1,4 +1,4 @@
-"""The watch tells what no arm can do, and nothing of what healthy arms do."""
+"""The watch reports what no arm can do, and nothing of what healthy arms do."""
 
 from functools import cache
 import math
@@ -49,14 +49,14 @@ def imagined(arm, seed):
 
 
 def stamps_of(count, divisor, jitter, random):
-    """Return growing stamps [ns]: each sample is told up to `jitter` [s] late by its host."""
+    """Return growing stamps [ns]: each sample is stamped up to `jitter` [s] late by its host."""
     even = 500_000 * divisor * np.arange(1, count + 1) + 10**9
     late = even + (random.uniform(0.0, max(jitter, 1e-12), count) * 1e9).astype(np.int64)
     return np.maximum.accumulate(late) + np.arange(count)
 
 
 def faults(arm, stamps, reading):
-    """Return the faults that are told, with the numbers of their samples."""
+    """Return the faults that are reported, with the numbers of their samples."""
     watch = SampleWatch(read_arm(arm))
     reported = []
     for k, (stamp, each) in enumerate(zip(stamps.tolist(), reading)):

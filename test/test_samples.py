@@ -8,7 +8,7 @@ import pytest
 
 
 def joints(names: str, start: int, count: int) -> JointSamples:
-    """Return samples of one-letter names; the numbers tell column and row."""
+    """Return samples of one-letter names; the numbers say column and row."""
     stamps = np.arange(start, start + count)
     position = stamps[:, np.newaxis] + np.array([ord(name) * 100.0 for name in names])
     return JointSamples(stamps, tuple(names), position, -position, 2 * position, 'base')

@@ -1,4 +1,4 @@
-"""Several recordings of one arm are one diagnosis; one recording is told as it always was."""
+"""Several recordings of one arm are one diagnosis; one recording is reported as it always was."""
 
 from dataclasses import replace
 import json

@@ -260,7 +260,7 @@ def test_a_delay_of_whole_samples_shifts_commands():
 
 
 def test_a_delay_of_part_of_a_sample_switches_within_it():
-    """Momentum after a step of torque tells when it came: nothing else acts on the shaft."""
+    """Momentum after a step of torque shows when it came: nothing else acts on the shaft."""
     arm = arm_with(0.0, 0.0, 0.0)
     arm = replace(arm, joints=tuple(replace(joint, torsion=TorsionLaw(
         1.0, 0.0, np.inf, 0.0, damping=0.0)) for joint in arm.joints))

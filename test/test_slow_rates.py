@@ -48,9 +48,9 @@ def slow_world(seed, effects=(), *, rate, controller=None, jitter=0.0):
     return arm, measurement_from(arm.labels, logged(world, arm))
 
 
-# At constant speed most of a quick command is of the motion, which is smooth and tells itself, so
-# that only a few per cent are not told. Beside samples in which a controller answered nothing,
-# half was not told.
+# At constant speed most of a quick command is of the motion, which is smooth and shows itself, so
+# that only a few per cent are not known. Beside samples in which a controller answered nothing,
+# half was not known.
 @pytest.mark.parametrize(('seed', 'effects', 'rate', 'controller', 'held'), [
     (660010, (), 125, 2000, False), (661001, ('dropped_samples',), 250, 250, True)])
 def test_clocks_that_jitter_and_lost_samples_hide_not_who_held_a_command(
@@ -119,7 +119,7 @@ def test_only_commands_of_a_faster_loop_have_noise_that_never_acted(held):
 
 
 # Of a slow sine most of the commands' noise is where an arm moves, below that of readings. Of
-# trapezoids no half second moves throughout, so those that do in parts tell the noise.
+# trapezoids no half second moves throughout, so those that do in parts show the noise.
 @pytest.mark.parametrize(('seed', 'motion', 'every'), [
     (610287, 'sine', 16), (650041, 'trapezoid', 4)])
 def test_commands_of_a_fast_loop_in_a_slow_log_accuse_no_healthy_arm(seed, motion, every):
@@ -131,7 +131,7 @@ def test_commands_of_a_fast_loop_in_a_slow_log_accuse_no_healthy_arm(seed, motio
 
 
 def test_commands_of_a_slow_loop_beside_late_stamps_accuse_no_healthy_arm():
-    """What jitter of the clock adds to commands is told by no stamp, so the motor tells."""
+    """What jitter of the clock adds to commands is in no stamp, so the motor shows it."""
     arm, measurement = slow_world(650008, rate=250, controller=250, jitter=6e-4)
     assert not is_held(on_grid(measurement))
     assert diagnose(measurement, arm).diagnosis.verdict == 'no_discrepancy'

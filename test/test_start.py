@@ -1,4 +1,4 @@
-"""The first start after an installation: it compiles, says so, and ends when it is told to."""
+"""The first start after an installation: it compiles, says so, and ends when it is asked to."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -41,7 +41,7 @@ def starting(name: str, folder: Path, **environment: str) -> Iterator[subprocess
 
 
 def interrupted(process: subprocess.Popen[str], *numbers: int) -> tuple[int, str]:
-    """Return the exit code of a process that is told to end, and what it said on the way."""
+    """Return the exit code of a process that is asked to end, and what it said on the way."""
     for number in numbers:
         process.send_signal(number)
     return process.wait(PATIENCE), process.stderr.read()

@@ -41,7 +41,7 @@ def test_coupling_is_found_both_ways(hides, arm, share):
 
 @pytest.fixture(scope='module')
 def touched():
-    """Return a contact and what is told of an arm that it hides in."""
+    """Return a contact and what is found of an arm that it hides in."""
     hidden = draw('external_contact', np.random.default_rng(102))
     hidden.parameters.update(onset=12.3)
     return hidden, diagnose(measured([hidden], 102), ARM).diagnosis

@@ -28,7 +28,7 @@ FIELDS = {'torsion': layout.TORSION, 'kinematic_torsion': layout.KINEMATIC_TORSI
 
 
 def known(values: np.ndarray) -> list[float]:
-    """Return numbers as a message tells them: what is infinite is as unknown as NaN."""
+    """Return numbers as a message holds them: what is infinite is as unknown as NaN."""
     return np.where(np.isfinite(values), values, np.nan).tolist()
 
 
@@ -68,7 +68,7 @@ def test_one_state_is_that_of_a_recording(joints: np.ndarray, tip: np.ndarray) -
 
 
 def test_no_estimates_have_no_states() -> None:
-    """A recording of which nothing was used tells nothing."""
+    """A recording of which nothing was used states nothing."""
     nothing = Estimates(np.empty(0, np.int64), np.empty((0, 2, layout.RESULTS)),
                         np.empty((0, layout.TIP_RESULTS)), np.empty(0, np.int64))
     assert len(state_samples(ARM, nothing)) == 0

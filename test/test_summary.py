@@ -106,8 +106,8 @@ def test_every_size_of_the_headline_has_its_interval_and_every_named_gear_is_dra
 def test_an_ambiguous_sentence_gives_every_size():
     said = summary.headline(replace(diagnosis('ambiguous'), findings=()))
     assert said == ('Joint 1 has 86 µrad (0.3 arcmin) of play; or joint 1 has a link encoder '
-                    'that is read 0.88 ms after its motor encoder: this recording cannot tell '
-                    'which.')
+                    'that is read 0.88 ms after its motor encoder: this recording cannot '
+                    'decide.')
 
 
 def test_many_causes_are_counted():
@@ -305,7 +305,7 @@ def test_what_a_recording_could_show_is_one_picture_by_site():
 
 
 def test_every_effect_worth_finding_has_a_place_in_the_picture():
-    """A typical size lies in the middle, in the unit in which the smallest is told."""
+    """A typical size lies in the middle, in the unit in which the smallest is stated."""
     for name, kind in KINDS.items():
         if kind.typical is None:
             continue

@@ -171,7 +171,7 @@ TORSION: list[Case] = [
 
 
 def at_speed(s: Seen, joint: int) -> NDArray[np.bool_]:
-    """Tell where a joint moves fast and pulls, neither at the beginning nor at the end (k,)."""
+    """Return where a joint moves fast and pulls, neither at the beginning nor at the end (k,)."""
     moving = (np.abs(s.v[:, joint]) > 15.0) & (np.abs(s.tau[:, joint]) > 0.3)
     moving[:100] = moving[-5:] = False
     return moving

@@ -1,4 +1,4 @@
-"""What may be told of a cause: it gains, and no number of it ends; and what verdicts say."""
+"""When a cause may be named: it gains, and no number of it ends; and what verdicts say."""
 
 import math
 from types import SimpleNamespace

@@ -1,4 +1,4 @@
-"""What RViz and Foxglove are told to show is there: topics, fields of messages, panels."""
+"""What RViz and Foxglove are asked to show is there: topics, fields of messages, panels."""
 
 import json
 import re

@@ -10,7 +10,7 @@ HIDDEN = [['stribeck_friction', 'joint1', {}, 'motor', 'motor_rate', 'tustin']]
 
 
 def outcome(**changes: object) -> dict[str, object]:
-    """Return the outcome of a record with one cause that is told, but for what is changed."""
+    """Return the outcome of a record with one cause that is named, but for what is changed."""
     return {'case': '{"seconds": 60.0}', 'group': 'rich, 1 kHz', 'seed': 7, 'motion': 'rich',
             'rate': 1000.0, 'joints': 2, 'tolerated': [], 'hidden': HIDDEN, 'numbers': [{}],
             'powers': None, 'seconds': 5.0, 'verdict': 'explained', 'removed': 0.99,

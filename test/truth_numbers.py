@@ -1,9 +1,9 @@
 """
-What the library should tell of a hidden effect: the truth's numbers in the library's terms.
+What the library should report of a hidden effect: the truth's numbers in the library's terms.
 
 The truth knows nothing of the library. Its numbers have other names, other meanings and are those
-of an arm that differs from the nominal one within its tolerances; what the library tells contains
-that.
+of an arm that differs from the nominal one within its tolerances; what the library reports
+contains that.
 """
 
 from collections.abc import Callable, Mapping
@@ -18,11 +18,13 @@ CONVERTED: dict[tuple[str, str], tuple[str, Callable[[float], float]]] = {
     ('wave_generator_compliance', 'psi'): (      # psi / 2 = compliance / (N c_w), (eq:compliance)
         'compliance', lambda value: 0.5 * 100.0 * 27.027 * value - 1.0 / 2.5517)}
 SAME = {'relative_error': 'error'}
-# Numbers that add to the arm's own, of which the library tells the sum: name there, nominal value.
+# Numbers that add to the arm's own, of which the library reports the sum: name there, nominal
+# value.
 ADDED = {('coulomb_friction', 'level'): ('dry', 0.037),                     # [N*m]
          ('viscous_friction', 'slope'): ('viscous', 5.96e-5),               # [N*m*s/rad]
          ('structural_damping', 'coefficient'): ('damping', 8.0)}           # [N*m*s/rad]
-# Relative errors, of which the library tells those of the nominal arm: name of what is scattered.
+# Relative errors, of which the library reports those of the nominal arm: name of what is
+# scattered.
 SCALED = {('stiffness_error', 'error'): 'stiffness', ('torque_constant_error', 'error'): 'gain',
           ('link_inertia_error', 'error'): 'inertia'}
 # Relative errors that are asked for in the median, and of which effects.
@@ -38,7 +40,7 @@ ASKED: dict[str, tuple[float, tuple[str, ...]]] = {
         'thermal_viscosity', 'position_dependent_friction', 'link_bearing_friction',
         'structural_damping', 'payload', 'external_contact', 'base_vibration'))}
 ONE_EQUATION = ('asymmetric_friction', 'drive_offset')      # while the motor turns
-NOT_ASKED = (*ONE_EQUATION, 'coarse_quantisation')          # or told by other numbers
+NOT_ASKED = (*ONE_EQUATION, 'coarse_quantisation')          # or reported by other numbers
 ASKED['stiffness, inertia, torque constant, lag, hysteresis'] = 0.12, tuple(
     effect.name for effect in CATALOGUE if effect.name not in NOT_ASKED
     and not any(effect.name in names for _, names in ASKED.values()))
@@ -58,7 +60,7 @@ def scattered(seed: int) -> dict[str, list[float]]:
 def expected(effect: str, joint: str | None, parameters: Mapping[str, float],
              scatter: Mapping[str, list[float]]) -> Expected:
     """
-    Return what the library should tell by its number's name, and how much of it is hidden.
+    Return what the library should report by its number's name, and how much of it is hidden.
 
     Angles of waves and forces are left out: without their amplitudes they mean little.
     """

@@ -44,7 +44,7 @@ def kept(seen: TruthRecord, logger: Logger, joints: int, rng: np.random.Generato
 
 
 def _differences(seen: TruthRecord) -> Array:
-    """Return the rates (k, 2, 2) that a driver tells: differences of readings, one sample old."""
+    """Return the rates (k, 2, 2) of a driver: differences of readings, one sample old."""
     angles = np.stack([seen.motor_angle, seen.link_angle], axis=2)
     spans = np.maximum(np.diff(seen.stamps), 1) * 1e-9
     rates = np.zeros_like(angles)

@@ -128,7 +128,7 @@ def catch(plant: Plant, state: State, step: Step, late: bool, log: Log) -> None:
     Keep the link angles at their own sampling times within a step.
 
     A skew behind the sample falls into the interval after it, one ahead into the interval before;
-    halfway through a step the present angles and rates tell both halves of it.
+    halfway through a step the present angles and rates give both halves of it.
     """
     for j in range(2):
         skew = plant.joints[j].clock_skew_skew
