@@ -191,7 +191,7 @@ def test_settings_can_be_left_aside(sent, tmp_path):
         assert main(['estimate', str(tmp_path / name), '--arm', 'hda_arm.yaml',
                      '--out', str(tmp_path / f'{name}_out'), '--default-settings']) == 0
     assert estimates(tmp_path / 'stated_out') == estimates(tmp_path / 'unstated_out')
-    assert estimates(tmp_path / 'told_out') != answered(sent[:40])
+    assert estimates(tmp_path / 'stated_out') != answered(sent[:40])
 
 
 def test_settings_come_back_from_metadata():

@@ -56,7 +56,7 @@ def test_the_clock_is_found_by_which_samples_were_taken(stamps, taken):
 
 
 def test_a_clock_that_is_wrong_would_cost_much():
-    """By stamps, samples that a host stamps late cannot be distinguished from a shaft that shakes."""
+    """By stamps, late samples of a host cannot be distinguished from a shaft that shakes."""
     speed = np.diff(angle(EVEN)) / np.diff(EVEN + LATE)
     shaken = np.diff(speed) / DT
     assert np.std(shaken) > 2.0 * WAVE[0] * WAVE[1] ** 2
