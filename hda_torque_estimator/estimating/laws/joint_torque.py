@@ -19,7 +19,7 @@ from .fusion import close_half, gather
 from .fusion_memory import (effect_variance, errors_apart, EXCESS, falls_back, follow_apart,
                             gained, MOTOR_ALONE, SLOW_APART, SLOW_TIME, UNEXPLAINED)
 from .motor_witness import (bound, first_bound, follow_scatter, has_friction, hear, Motor,
-                            MotorSample, notify, Own, own_variance, Seen)
+                            motor_estimate, MotorSample, Own, own_variance, Seen)
 from .route_errors import ERRORS, torque_effects, TORSION_ERRORS, ZERO
 from .torsion_scatter import follow_twist
 from .torsion_torque import reading_deviation, torque_aside, torque_through_gear
@@ -85,7 +85,7 @@ def joint_torque(joint: Record, settings: CompiledSettings, memory: Array, seen:
                 held = first.middle
         sure = _as_found(joint, memory, effect, single + now)
         return TorqueEstimate(held, np.sqrt(sure + far), _share(single + now, single + before))
-    motor = notify(joint, memory, heard, settings.window, effect)
+    motor = motor_estimate(joint, memory, heard, settings.window, effect)
     scatter = follow_twist(memory, seen.elastic + seen.learnt, motor.moving, heard.dt)
     random = reading_deviation(joint, torque, seen.gain, scatter)[1]
     allowed = bound(memory, motor, effect)

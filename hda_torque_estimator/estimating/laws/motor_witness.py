@@ -95,8 +95,8 @@ def hear(memory: Array, heard: MotorSample) -> bool:
 
 
 @compiled
-def notify(joint: Record, memory: Array, heard: MotorSample, window: float,
-           effect: Array) -> Motor:
+def motor_estimate(joint: Record, memory: Array, heard: MotorSample, window: float,
+                   effect: Array) -> Motor:
     """
     Return the torque of a motor, and fill the effects of its errors (ERRORS,).
 
