@@ -42,3 +42,13 @@ def test_rows_where_a_joint_turns_round_are_its_own():
     assert (wider[:, [0, 2, 3]] == plain[:, [0, 2, 3]]).all()
     assert wider[plain].all()
     assert 100 < (wider & ~plain).sum() < 1000
+
+
+def test_a_shaft_that_turns_round_within_a_sample_stands_still_there():
+    """It is never slow. What its friction leaves there looked like a fault of a healthy arm."""
+    made = run(ARM, ARM, motion('rich', 2, 60.0, 1e-3, 992801), 992801)
+    reading = np.ascontiguousarray(made.reading[:, :, :2])
+    balance = Balancer(Measurement(ARM.labels, 1e-3, reading, made.command))(ARM)
+    for joint in (0, 1):
+        left = np.abs(balance.residual[balance.valid[:, joint], joint])
+        assert left.max() < 20.0 * np.median(left)

@@ -24,7 +24,6 @@ from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.chain_links import ChainLinks
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
@@ -242,8 +241,7 @@ class Balancer:
             whole = slice(piece.start + reach, piece.stop - reach)
             smooth[whole] = ~self._jolted[whole]
         slow = np.abs(velocity) < _SLOW
-        if isinstance(arm.links, ChainLinks):       # light links turn round within a sample
-            slow[1:] |= velocity[1:] * velocity[:-1] < 0.0
+        slow[1:] |= velocity[1:] * velocity[:-1] < 0.0      # it may turn round within a sample
         for joint in joints:
             slow[:, joint] = _lasting(slow[:, joint], round(_STOP / self.measurement.dt))
         near = np.stack([_spread(column, reach) for column in slow.T], axis=1)

@@ -106,5 +106,6 @@ def sensing(arm: Arm, joints: Sequence[int], sides: Sequence[int] = (MOTOR, LINK
     """Return all that the courses of sides of some joints depend on."""
     record = arm.record()
     key = b''.join(key_of(record, joint, _BEHIND[side]) for joint in joints for side in sides)
-    tilts = LINK in sides and any_acts(record.joints[joints], TILTED_READING)
+    tilts = LINK in sides and any(any_acts(record.joints[joint], TILTED_READING)
+                                  for joint in joints)
     return key + record.body.tobytes() if tilts else key
