@@ -62,6 +62,15 @@ def test_shipped_gains_are_those_of_the_controller():
         assert bearable(ARMS[name], ControllerSettings()) == ControllerSettings()
 
 
+def test_a_light_rotor_does_not_chatter_under_gains_that_nobody_gave():
+    arm = ARMS['light']
+    asked = motion('rich', 2, 4.0, 1e-3, 0)
+    limit = np.array([joint.torque_limit for joint in arm.joints])
+    assert (np.abs(run(arm, arm, asked, 0, estimator=None).command) < limit).all()
+    chatters = run(arm, arm, asked, 0, controller=ControllerSettings(), estimator=None)
+    assert (np.abs(chatters.command) >= limit).any(axis=0).all()
+
+
 def test_a_slow_recording_is_that_of_a_faster_loop():
     asked = motion('sine', 2, 2.0, 5e-3, 0)
     slow = run(SHIPPED, SHIPPED, asked, 0)

@@ -21,7 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..controlling import control
-from ..controlling.controller import compiled_settings as controller_settings, ControllerSettings
+from ..controlling.controller import (
+    bearable, compiled_settings as controller_settings, ControllerSettings)
 from ..estimating.estimator import compiled_settings as estimator_settings, EstimatorSettings
 from ..estimating.laws import estimate, layout
 from ..estimating.laws.compiled_settings import Model
@@ -46,17 +47,20 @@ class ClosedLoopRun:
 
 
 def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
-        controller: ControllerSettings = ControllerSettings(),
+        controller: ControllerSettings | None = None,
         estimator: EstimatorSettings | None = EstimatorSettings()) -> ClosedLoopRun:
     """
     Let `true_arm` follow a motion under a controller that believes in `known_arm`.
 
     A command answers the sample before it, as over a bus. Where samples are further apart than
     CONTROL_PERIOD, the loop runs at a whole multiple of their rate. They are every so many of its
-    samples, as most logs come about. Where nobody reads estimated torques `estimator` may be
-    None. Raises ArmError where the arm cannot be simulated, ValueError where the controller needs
-    an estimator and has none.
+    samples, as most logs come about. Without a `controller` the gains are the usual ones, or less
+    where the lightest rotor of `known_arm` would chatter. Where nobody reads estimated torques
+    `estimator` may be None. Raises ArmError where the arm cannot be simulated, ValueError where
+    the controller needs an estimator and has none.
     """
+    if controller is None:
+        controller = bearable(known_arm, ControllerSettings())
     if estimator is None and controller.torque_feedback:
         raise ValueError('torque feedback needs an estimator: controller.torque_feedback is '
                          f'{controller.torque_feedback:g} and estimator is None')
