@@ -33,10 +33,10 @@ setup: $(READY)  ## make .venv from the pinned wheels, with this package in it
 demo: $(READY)  ## run the arm, push its tip, record and estimate, over real ROS 2; LIVE=1 shows it
 	$(BIN)/python examples/demo.py $(if $(LIVE),--live --duration 60)
 
-test: $(READY)  ## run all tests, of several records of one statement the first
+test: $(READY)  ## run the tests, of several records of one statement the first
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadgroup --durations 40 -m 'not study and not linter'
 
-study: $(READY)  ## run the tests' further records of statements that `make test` tests once
+study: $(READY)  ## run the other tests: further and long records, and tiny benchmarks
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadgroup --durations 40 -m study
 
 lint: $(READY)  ## check style and types

@@ -65,6 +65,7 @@ def test_benchmarks_are_found():
         path.stem for path in PROGRAMS}
 
 
+@pytest.mark.study
 @pytest.mark.parametrize('program', CASES)
 def test_a_tiny_case_of_a_benchmark_runs_to_its_end(program, tmp_path):
     before = contents()

@@ -272,6 +272,7 @@ def test_a_step_that_meets_a_bound_goes_on_along_it():
 
 @pytest.mark.skipif(not YUCOBOT.is_file(), reason='the licence of voraus_yucobot/test.parquet '
                     'keeps it out of the project; it is not at ../shared/data')
+@pytest.mark.study
 def test_the_yucobot_meets_its_numbers_on_recordings_left_out(tmp_path, capsys):
     """
     The mean of each recording removed, joint 1 is within 0.72 N*m rms and joint 2 within 0.40.

@@ -140,6 +140,7 @@ def test_what_is_wrong_with_seven_joints_is_reported_with_its_joint(effect, join
     assert said.verdict == ('no_discrepancy' if effect is None else 'explained')
 
 
+@pytest.mark.study
 def test_what_an_elbow_with_play_makes_the_shoulder_leave_is_no_rest():
     true = COBOT.with_effect(Backlash(half_width=3e-4), 'joint4')
     said = diagnose(recorded(true, COBOT, 30.0, 5), COBOT, names=['backlash']).diagnosis

@@ -125,7 +125,8 @@ def test_without_a_twin_nothing_is_chance():
 
 
 @pytest.mark.parametrize(('effect', 'form', 'seed', 'rate'), [
-    ('motor_encoder_eccentricity', 'two_orders', 610140, 1000),
+    pytest.param('motor_encoder_eccentricity', 'two_orders', 610140, 1000,
+                 marks=pytest.mark.study),
     ('torque_ripple', 'with_torque', 630053, None)])
 def test_a_cause_is_named_whose_wave_has_a_harmonic_or_grows_with_the_torque(
         effect, form, seed, rate):

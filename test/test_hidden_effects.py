@@ -57,7 +57,7 @@ def test_hidden_effect_is_named_and_sized(name):
 
 
 def more(*values):
-    """Return a record of a statement that another one tests already: `make study` runs it."""
+    """Return a record that `make study` runs: of a statement near that of another one, or long."""
     return pytest.param(*values, marks=pytest.mark.study)
 
 
@@ -82,7 +82,7 @@ def more(*values):
     (('clock_skew', 'wave_generator_compliance'), 5951),
     more(('base_vibration', 'stiffening_error', 'structural_damping'), 5989),
     # Whose order or waves show when the drag is known.
-    (('position_dependent_friction', 'viscous_friction'), 211582),
+    more(('position_dependent_friction', 'viscous_friction'), 211582),
     more(('position_dependent_friction', 'stribeck_friction'), 201029),     # as good as each other
     more(('stribeck_friction', 'position_dependent_friction'), 211618),     # waves of the level
     # For which a third cause or a curve stands in at first.
@@ -91,10 +91,10 @@ def more(*values):
     more(('bearing_crosstalk', 'wave_generator_compliance'), 4443),     # whose form is not its own
     more(('wave_generator_compliance', 'current_loop_lag'), 211669),    # a curve helps next door
     # Which nearly cancel, or together scale a balance.
-    (('link_inertia_error', 'payload', 'base_tilt'), 4802),
+    more(('link_inertia_error', 'payload', 'base_tilt'), 4802),
     more(('torsional_hysteresis', 'motor_inertia_error', 'torque_constant_error'), 191709),
     # Held out.
-    (('external_contact', 'bearing_crosstalk', 'load_dependent_friction'), 4810)])
+    more(('external_contact', 'bearing_crosstalk', 'load_dependent_friction'), 4810)])
 def test_causes_that_hide_behind_others_or_noise_are_named(names, seed):
     random = np.random.default_rng([seed, 1])
     hidden = [draw(name, random) for name in names]
