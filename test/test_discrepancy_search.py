@@ -43,7 +43,8 @@ def fitter_of(measurement):
 @pytest.mark.parametrize(('known', 'nameless', 'site', 'follows'), [
     (FRICTION, LINE, 'motor', 'time'),
     pytest.param(SOFTER, TOOTH, 'link', 'link_angle', marks=pytest.mark.study),
-    pytest.param(LAG, DRIFT, 'torsion', 'time', marks=pytest.mark.study)], ids=lambda one: getattr(one, 'effect', ''))
+    pytest.param(LAG, DRIFT, 'torsion', 'time', marks=pytest.mark.study)],
+    ids=lambda one: getattr(one, 'effect', ''))
 def test_a_cause_is_named_beside_what_has_no_name_at_its_joint(known, nameless, site, follows):
     said = diagnose(measured(known, nameless), ARM).diagnosis
     assert [(one.effect, one.joint) for one in said.findings] == [(known.effect, known.joint)]

@@ -6,7 +6,7 @@ Angles and rates of a cubic have their extremes in closed form. The torque does 
 so densely that it hardly bends between two samples, and what it may bend is added.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, TYPE_CHECKING
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.chain import Chain, torques_along
@@ -15,7 +15,9 @@ from hda_arm_sim.foundation.rigid import coriolis, gravity_torque, mass_matrix
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
-from scipy.interpolate import PPoly
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PPoly
 
 # Choices unless stated otherwise.
 PER_PIECE = 8           # samples of the torque in a piece: it bends with waves longer than a piece
@@ -38,7 +40,7 @@ class Worst(NamedTuple):
                 f'got {self.value:.4g} {self.unit} at {self.time:.3g} s')
 
 
-def worst(arm: Arm, curve: PPoly, pieces: int | None = None) -> Worst | None:
+def worst(arm: Arm, curve: 'PPoly', pieces: int | None = None) -> Worst | None:
     """Return what an arm cannot follow in a cubic curve or its first pieces; None if it can."""
     count = curve.c.shape[1] if pieces is None else min(pieces, curve.c.shape[1])
     with np.errstate(all='ignore'):

@@ -1,15 +1,17 @@
 """Turn trajectory points into a smooth reference that can be asked at any time."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TYPE_CHECKING
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_msgs_json.errors import HdaError
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 from .followable import worst
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PPoly
 
 # Choices unless stated otherwise.
 LARGEST_STEP = 0.05     # of the reference at its first point [rad]
@@ -36,8 +38,9 @@ class Reference:
         """Join points at `times` (k,) [s], `angles` (k, n) [rad], `rates` (k, n) [rad/s]."""
         self.end = float(times[-1])
         self._held = angles[-1]
-        self.curve: CubicHermiteSpline | None = None
+        self.curve: PPoly | None = None
         if len(times) > 1:
+            from scipy.interpolate import CubicHermiteSpline    # slow, and few need it
             with np.errstate(all='ignore'):     # what overflows is no reference for any arm
                 slopes = _slopes(times, angles, begin) if rates is None else rates
                 self.curve = CubicHermiteSpline(times, angles, slopes)
@@ -124,6 +127,7 @@ def joined(arm: Arm, way: Way, now: Array, *, pieces: int | None = None) -> Refe
 
 def _slopes(times: Array, angles: Array, begin: Array | None) -> Array:
     """Return rates (k, n) that do not overshoot, from a rate `begin` (n,) to rest [rad/s]."""
+    from scipy.interpolate import PchipInterpolator     # slow, and few need it
     slopes = np.asarray(PchipInterpolator(times, angles).derivative()(times))
     slopes[0] = 0.0 if begin is None else begin
     slopes[-1] = 0.0
