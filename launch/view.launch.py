@@ -6,7 +6,10 @@ the simulated arm with them. `view:=false` starts what TF needs, and no window.
 """
 
 from pathlib import Path
+import tempfile
 from typing import Any
+
+import yaml
 
 ARGUMENTS = {
     'nodes': ('false', 'true: start the simulated arm, estimator and controller as well'),
@@ -14,6 +17,7 @@ ARGUMENTS = {
     'view': ('true', 'false: no window, only the frames on /tf'),
 }
 TRUE = ('true', '1', 'yes')
+TORQUE = 'torque of '        # how the displays of joint torques are called
 
 
 def description(arm: str) -> str:
@@ -23,9 +27,17 @@ def description(arm: str) -> str:
     return urdf(read_arm(arm))
 
 
-def configuration() -> str:
-    """Return the path of what RViz shows."""
-    return str(Path(__file__).resolve().parent.parent / 'config' / 'view.rviz')
+def configuration(arm: str) -> dict[str, Any]:
+    """Return what RViz shows of an arm: `view.rviz` with the torque of each of its joints."""
+    from hda_arm_sim.model.files import read_arm
+    file = Path(__file__).resolve().parent.parent / 'config' / 'view.rviz'
+    shown = yaml.safe_load(file.read_text(encoding='utf-8'))
+    displays = shown['Visualization Manager']['Displays']
+    *_, torque = (one for one in displays if one['Name'].startswith(TORQUE))
+    displays[:] = [*(one for one in displays if not one['Name'].startswith(TORQUE)), *(
+        {**torque, 'Name': f'{TORQUE}{label}', 'Topic': {'Value': f'{label}/torque'}}
+        for label in read_arm(arm).labels)]
+    return shown
 
 
 def generate_launch_description() -> Any:
@@ -47,7 +59,9 @@ def _nodes(context: Any) -> list[Any]:
     given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
     frames = Node(package='robot_state_publisher', executable='robot_state_publisher',
                   parameters=[{'robot_description': description(given['arm'])}])
-    window = Node(package='rviz2', executable='rviz2', arguments=['-d', configuration()])
+    with tempfile.NamedTemporaryFile('w', suffix='.rviz', delete=False) as file:
+        yaml.safe_dump(configuration(given['arm']), file)
+    window = Node(package='rviz2', executable='rviz2', arguments=['-d', file.name])
     arm = IncludeLaunchDescription(
         PythonLaunchDescriptionSource(str(Path(__file__).with_name('arm.launch.py'))),
         launch_arguments={'arm': given['arm']}.items())

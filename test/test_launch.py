@@ -25,7 +25,6 @@ from rcl_interfaces.srv import GetParameters
 import rclpy
 from rclpy.parameter import parameter_value_to_python
 import setuptools
-import yaml
 
 PACKAGE = 'hda_torque_estimator'
 FILE = ROOT / 'launch' / 'arm.launch.py'
@@ -237,7 +236,7 @@ def test_the_view_shows_the_frames_of_the_arm():
                 for joint in robot.findall('joint'))
     links = read_arm('hda_arm.yaml').links
     assert reach == pytest.approx(links.length1 + links.length2)
-    shown = yaml.safe_load(Path(defined.configuration()).read_text())['Visualization Manager']
+    shown = defined.configuration('hda_arm.yaml')['Visualization Manager']
     assert shown['Global Options']['Fixed Frame'] == 'base'
 
 
