@@ -15,7 +15,7 @@ from hda_msgs_json.printable import one_line
 from .commands.outcome import without_nan
 from .commands.parsing import MISUSED, Parser
 from .commands.remarks import Remarks
-from .commands.terminal import show
+from .commands.terminal import complain, show
 from .error_sentences import DEBUG, OneLineErrors
 from .version import version
 
@@ -73,7 +73,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print('hda: interrupted', file=sys.stderr)
         return INTERRUPTED
-    print(one_line(f'hda {command}: {errors.sentence}'), file=sys.stderr)
+    complain(one_line(f'hda {command}: {errors.sentence}'), sys.stderr)
     return MISUSED
 
 

@@ -1,5 +1,6 @@
 """What is typed: mistakes get the word that was meant, help has examples that can be typed."""
 
+from contextlib import suppress
 import json
 import os
 import shlex
@@ -12,6 +13,7 @@ from hda_torque_estimator import cli
 from hda_torque_estimator.cli import COMMANDS, main
 from hda_torque_estimator.commands.progress import duration, how_far
 from hda_torque_estimator.commands.terminal import fitted, show
+from hda_torque_estimator.comparison.report import table
 import pytest
 
 OUT = ['--out', 'nothing']
@@ -35,6 +37,40 @@ def test_a_mistyped_word_gets_the_one_that_was_meant(words, meant, capsys, tmp_p
     monkeypatch.chdir(tmp_path)
     assert f'did you mean {meant}' in complaint_of(capsys, *words)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize('words', [
+    ['simulate', '--arm', 'hda_arm.yaml', '--motoin', 'rich', *OUT],
+    ['simulate', '--arm', 'hda_arm.yaml', '--motion', 'rihc', *OUT]])
+def test_a_complaint_ends_its_lines_between_words_on_a_terminal(words, capsys, monkeypatch,
+                                                                tmp_path):
+    """A terminal would cut them anywhere; a pipe gets one line."""
+    monkeypatch.chdir(tmp_path)
+    plain = complaint_of(capsys, *words)
+    assert len(plain) > 80
+    monkeypatch.setattr(sys.stderr, 'isatty', lambda: True)
+    monkeypatch.setenv('COLUMNS', '80')
+    with suppress(SystemExit):
+        main(words)
+    lines = [line for line in capsys.readouterr().err.splitlines() if line.strip()]
+    assert len(lines) > 1 and max(map(len, lines)) <= 80
+    assert ' '.join(line.strip() for line in lines) == plain.strip()
+
+
+def test_a_table_is_no_wider_than_its_screen():
+    """A line that goes on below its row cannot be read by columns."""
+    row = ('joint_states/joint1_motor/position', 'rad', '0.0121', '0.126', '-0.000899', '20.7 %',
+           '0.00153', '29.036 s', '2.68 Hz (0.001)')
+    rows = [('signal', 'unit', 'rms', 'max', 'mean', 'of motion', 'noise', 'starts', 'lines'), row]
+    whole = table(rows)
+    assert [line.split()[0] for line in whole] == ['signal', row[0]]
+    assert whole[1].endswith(row[-1])
+    narrow = table(rows, 80)
+    assert max(map(len, narrow)) <= 80
+    assert narrow[0].split() == ['signal', 'unit', 'rms', 'max', 'of', 'motion', 'starts']
+    assert narrow[1].split()[-1] == 's' and narrow[-1] == '  compare.html has 3 more columns'
+    assert table(rows, 200) == whole
+    assert len({len(line) for line in narrow[:2]}) == 1
 
 
 def test_words_far_from_all_names_get_no_advice():

@@ -2,6 +2,8 @@
 
 import argparse
 from pathlib import Path
+import shutil
+import sys
 from typing import Any
 
 from hda_msgs_json.bag import Recording
@@ -53,7 +55,8 @@ def _compared(options: argparse.Namespace) -> Outcome:
     report = {**document(found, version()), 'warnings': warnings}
     with whole_directory(options.out, force=options.force) as partial:
         _write(found, report, partial)
-    lines = [*sentences(found), *(f'  warning: {warning}' for warning in warnings)]
+    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+    lines = [*sentences(found, width), *(f'  warning: {warning}' for warning in warnings)]
     return Outcome('\n'.join(lines), report)
 
 

@@ -3,10 +3,13 @@
 import argparse
 from collections.abc import Sequence
 from gettext import gettext
+import sys
 from typing import Any, NoReturn
 
 from hda_msgs_json.nearest import did_you_mean, nearest
 from hda_msgs_json.printable import one_line
+
+from .terminal import complain
 
 MISUSED = 2
 _NAMES = 26             # columns of the names in a help
@@ -64,8 +67,9 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Print one line and leave with 2."""
-        said = one_line(f'{self.prog}: {message}{self._misspelt()}; see {self.prog} --help')
-        self.exit(MISUSED, said + '\n')
+        complain(one_line(f'{self.prog}: {message}{self._misspelt()}; see {self.prog} --help'),
+                 sys.stderr)
+        self.exit(MISUSED)
 
     def _misspelt(self) -> str:
         """Return what an option that does not exist may mean, or nothing."""

@@ -32,6 +32,12 @@ def show(text: str, report: Mapping[str, Any], stream: TextIO) -> None:
     Console(file=stream, width=width, soft_wrap=True).print(shown)
 
 
+def complain(line: str, stream: TextIO) -> None:
+    """Print one line, to a terminal in parts that end between words."""
+    width = shutil.get_terminal_size().columns
+    stream.write('\n'.join(fitted(line, width) if stream.isatty() else [line]) + '\n')
+
+
 def fitted(line: str, width: int) -> list[str]:
     """Return a line in parts of at most a width, those that go on behind a margin."""
     if len(line) <= width:

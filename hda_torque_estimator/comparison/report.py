@@ -1,5 +1,6 @@
 """What a comparison says: as a JSON document, and as lines for people."""
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -14,6 +15,8 @@ _USUAL_DRIFT = 3e-4                 # crystals stay below
 _SMALL = 1e-3           # offset of clocks that is stated in microseconds (choice) [s]
 _DRAWN, _DRAWN_ALIKE = 6, 2         # signals worth a figure, and those if none differs
 _HEADS = ('signal', 'unit', 'rms', 'max', 'mean', 'of motion', 'noise', 'starts', 'lines')
+_WORDS = ('signal', 'unit', 'lines')
+_DISPENSABLE = ('lines', 'mean', 'noise', 'max')       # columns, what a narrow screen loses first
 
 
 def document(found: Comparison, version: str) -> dict[str, Any]:
@@ -27,10 +30,10 @@ def document(found: Comparison, version: str) -> dict[str, Any]:
         'never_at_the_same_time': list(found.apart)}
 
 
-def sentences(found: Comparison) -> list[str]:
-    """Return the lines that a terminal shows."""
+def sentences(found: Comparison, width: int | None = None) -> list[str]:
+    """Return the lines for people, a table as wide as a terminal is where that is known."""
     return [headline(found), '', clock_sentence(found), *doubts(found.alignment), '',
-            *_table([_HEADS, *map(_row, found.differences)]), *_lists(found), '',
+            *table([_HEADS, *map(_row, found.differences)], width), *_lists(found), '',
             *_samplings(found)]
 
 
@@ -141,13 +144,23 @@ def _row(found: Difference) -> tuple[str, ...]:
             lines_text(found))
 
 
-def _table(rows: list[tuple[str, ...]]) -> list[str]:
-    """Return rows as lines, the first two columns and the last to the left."""
-    wide = [max(map(len, column)) for column in zip(*rows)]
-    left = (0, 1, len(wide) - 1)
-    return ['  ' + '  '.join(
-        cell.ljust(width) if place in left else cell.rjust(width)
-        for place, (cell, width) in enumerate(zip(row, wide))).rstrip() for row in rows]
+def table(rows: Sequence[Sequence[str]], width: int | None = None) -> list[str]:
+    """
+    Return rows as lines of at most a width, words to the left and numbers to the right.
+
+    Columns go until the others fit, those first that the page beside it is read for.
+    """
+    kept = {head: column for head, *column in zip(*rows)}
+    wide = {head: max(map(len, (head, *column))) for head, column in kept.items()}
+    for head in _DISPENSABLE:
+        if width is None or sum(wide[one] + 2 for one in kept) <= width:
+            break
+        del kept[head]
+    columns = [[cell.ljust(wide[head]) if head in _WORDS else cell.rjust(wide[head])
+                for cell in (head, *column)] for head, column in kept.items()]
+    lines = [f'  {"  ".join(row)}'.rstrip() for row in zip(*columns)]
+    missing = len(_HEADS) - len(kept)
+    return [*lines, f'  compare.html has {missing} more columns'] if missing else lines
 
 
 def _lists(found: Comparison) -> list[str]:
