@@ -1,10 +1,14 @@
 """Every page in a browser, at three widths: nothing sticks out, no complaint, plots are drawn."""
 
+import asyncio
 from dataclasses import replace
 from html.parser import HTMLParser
+from pathlib import Path
 import re
+import tempfile
 
 from browser import CHROMIUM, Shown, shown
+from driven_browser import browser
 from hda_arm_sim.model.effects import EFFECTS
 from hda_msgs_json.samples import JointSamples
 from hda_torque_estimator.calibrate.calibration import Calibration
@@ -191,8 +195,8 @@ def test_the_first_screen_holds_the_sentence(screens):
         if name == 'explained':
             assert 'transmission error of 0.12 mrad (0.42 arcmin)' in one['headline']
         if name == 'fleet':
-            assert 'The worst is arm 7: joint 1 has 0.4 mrad (1.4 arcmin) of play.' in one[
-                'headline']
+            assert ('The worst is arm 7: joint 1 has 0.4 mrad (1.4 arcmin) of play.'
+                    in one['headline'].replace('\N{NO-BREAK SPACE}', ' '))
 
 
 def test_every_plot_is_drawn_and_answers(screens):
@@ -212,3 +216,29 @@ def test_a_browser_shows_what_is_wrong(tmp_path):
     found = shown(bad, tmp_path, WIDTHS)
     assert all(one['page'] > 0 for one in found.measured.values())
     assert found.complaints
+
+
+def test_on_paper_all_folds_are_open_and_what_is_chosen_is_read():
+    """Also where a page has no script to open them."""
+    if CHROMIUM is None:
+        pytest.skip('there is no Chromium')
+
+    async def printed(text: str, folder: Path) -> tuple[list[int], bool, list[str]]:
+        """Return the heights [px] of what folds, whether a choice is legible, and complaints."""
+        (folder / 'page.html').write_text(text, encoding='utf-8')
+        async with browser() as page:
+            await page.visit((folder / 'page.html').as_uri())
+            await page.call('Emulation.setEmulatedMedia', media='print')
+            heights = await page.ask(
+                '[...document.querySelectorAll(".fold > :not(summary), .numbers > :not(summary)")]'
+                '.map(one => one.checkVisibility() ? one.getBoundingClientRect().height : 0)')
+            legible = await page.ask(
+                '[...document.querySelectorAll("button[aria-pressed=true]")].every(one => '
+                'getComputedStyle(one).color === getComputedStyle(document.body).color)')
+            return heights, legible, page.complaints
+    for made in (calibrated, whole_fleet, reproduced, estimated):
+        with tempfile.TemporaryDirectory() as folder:
+            heights, legible, complaints = asyncio.run(printed(made(), Path(folder)))
+        assert heights and min(heights) > 0.0, made
+        assert legible
+        assert complaints == []

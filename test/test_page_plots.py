@@ -8,7 +8,9 @@ import re
 
 from hda_torque_estimator.diagnosis.findings.report import Diagnosis
 from hda_torque_estimator.diagnosis.reporting.curves import charts, through_time
+from hda_torque_estimator.diagnosis.reporting.dependence import against
 from hda_torque_estimator.diagnosis.reporting.exhibits import Exhibits
+from hda_torque_estimator.diagnosis.reporting.following import Following
 from hda_torque_estimator.diagnosis.reporting.page import page
 import numpy as np
 from test_page import coordinates, diagnosis, exhibits_of, FREE_TEXT, loaded, RATIO, Reader
@@ -66,6 +68,19 @@ def test_every_cause_is_shown_over_time_and_over_what_gives_it_away():
             assert [line.look for line in plot.lines] == ['measured', 'before', 'after']
 
 
+def test_without_a_cause_no_arm_is_called_extended():
+    """What a healthy arm is compared with is itself, with numbers within their tolerances."""
+    healthy = replace(shown_diagnosis('no_discrepancy'), findings=(), ambiguous=(),
+                      unexplained=None)
+    text = page(healthy, {}, shown_exhibits())
+    main = text[text.index('<main'):text.index('</main>')]
+    assert 'extended arm' not in main.replace('the arm as given with the causes', '')
+    names = {line.name for plot in charts(healthy, shown_exhibits())['overview'].plots.values()
+             for line in plot.lines}
+    assert {'arm as given', 'within its tolerances'} <= names
+    assert 'extended arm' in page(shown_diagnosis(), {}, shown_exhibits())
+
+
 def test_simulated_torque_departs_from_the_measured_by_the_residual():
     """At the motor and the links the model needs more; in the torsion its gear gives less."""
     shown = shown_exhibits()
@@ -80,3 +95,40 @@ def test_simulated_torque_departs_from_the_measured_by_the_residual():
                                    sign * shown.before[rows, columns[0]], atol=1e-9)
         np.testing.assert_allclose((after - measured)[rows],
                                    sign * shown.after[rows, columns[0]], atol=1e-9)
+
+
+def test_seven_joints_of_a_minute_are_a_page_of_two_million_letters():
+    """Every balance of a minute as it is, before and after, and every torque: 7 joints."""
+    random, count, joints = np.random.default_rng(0), 7500, 7
+    plain = shown_exhibits()
+    wide = Exhibits(
+        np.arange(count) / 125.0, tuple(f'joint{k + 1}' for k in range(joints)),
+        *(random.normal(size=(count, 2 * joints)) for _ in range(2)),
+        np.ones((count, 2 * joints), bool), np.ones(2 * joints),
+        {name: random.normal(size=(count, joints)) for name in plain.coordinates},
+        plain.horizons, plain.predicted_before, plain.predicted_after, plain.predicted_floor,
+        commanded=random.normal(size=(count, joints)))
+    report = replace(diagnosis('explained'), ambiguous=(), unexplained=None)
+    text = page(report, {}, wide)
+    assert len(text) < 2e6
+    plots = json.loads(re.search(r'id="plots">(.*?)</script>', text)[1])
+    assert {plot['count'] for plot in plots['overview'].values()} == {count}
+
+
+def test_the_waves_of_a_fine_cogging_are_laid_over_each_other_where_they_pass_the_filter():
+    """A wave of 14 per turn fills 8 bins of a turn; fast turns are filtered out of the balance."""
+    moved = coordinates(0)
+    speed, filtered = moved['motor_velocity'], 14.0 * np.abs(moved['motor_velocity']) < 250.0
+    wave = np.cos(14.0 * moved['motor_angle'] + 1.0) * filtered
+    shown = exhibits_of(wave, moved)
+    plot = against(Following('motor_angle', '', 0.5, 14.0), 1, (('rest', shown.missed(), 'a'),))
+    assert plot.scale == 'linear'
+    assert plot.x_label == 'motor angle in its wave, 14 per turn [rad]'
+    assert 0.0 < plot.x[0] < plot.x[-1] < 2.0 * np.pi / 14.0
+    size = 1.0 / wave.std()
+    slow = 14.0 * np.abs(speed) < 0.5 * 40.0 * 2.0 * np.pi
+    assert slow.sum() > 240
+    np.testing.assert_allclose(plot.lines[0].values, size * np.cos(14.0 * plot.x + 1.0),
+                               atol=0.25 * size)
+    coarse = against(Following('motor_angle', '', 0.5, 2.0), 1, (('rest', shown.missed(), 'a'),))
+    assert (coarse.scale, coarse.x[-1] > 6.0) == ('turn', True)

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from .calibration import Calibration
+from ..least_squares.bounds import declaration
 from ..pages.badge import Badge
 from ..pages.render import render
 from ..pages.wording import short, spoken
@@ -51,7 +52,10 @@ def _joint(report: dict[str, Any]) -> dict[str, Any]:
         errors.append(('polynomial of degree 5', polynomial))
     most = max((value for _, value in errors), default=0.0) or 1.0
     seen = report.get('held_out', True)
-    return {**report, 'errors': [(name, value, value / most) for name, value in errors],
+    meant = [{**one, 'meaning': declaration(one['name']).meaning}
+             for one in report.get('numbers', [])]
+    return {**report, 'numbers': meant,
+            'errors': [(name, value, value / most) for name, value in errors],
             'torque': report.get('torque', report.get('reference', 0.0)),
             'scale': report.get('scale', ''), 'nominal': report.get('nominal', []),
             'doubtful': report.get('doubtful', []),

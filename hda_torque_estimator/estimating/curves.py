@@ -45,9 +45,11 @@ def charts(labels: Sequence[str], found: Estimates,
                                   'two standard deviations to both sides.', torques)}
     if np.isfinite(found.external_torque).any():
         groups['external'] = PlotGroup(
-            'External torque', 'Torque of the environment on each joint.', {
-                spoken(label): Plot(_TIME, 'external torque, output [N·m]', time, [
-                    PlotLine('estimated', found.external_torque[:, place], 'after')], 'time')
+            'External torque', 'Torque of the environment on each joint. The band is two standard '
+            'deviations to both sides.', {
+                spoken(label): _with_band(
+                    time, 'external torque, output [N·m]', found.external_torque[:, place],
+                    found.external_torque_deviation[:, place], [])
                 for place, label in enumerate(labels)})
     if np.isfinite(found.tip_force).any():
         groups['tip'] = PlotGroup(

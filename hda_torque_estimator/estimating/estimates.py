@@ -36,6 +36,11 @@ class Estimates(NamedTuple):
         return self.joints[:, :, layout.EXTERNAL_TORQUE]
 
     @property
+    def external_torque_deviation(self) -> Array:
+        """Return the standard deviations of the external torques (k, n) [N*m]."""
+        return self.joints[:, :, layout.EXTERNAL_DEVIATION]
+
+    @property
     def base_wrench(self) -> Array:
         """Return the wrench on the tip in the base frame (k, 6) [N, N*m]; of a chain alone."""
         return self.tip[:, layout.BASE_WRENCH:layout.BASE_WRENCH + 6]

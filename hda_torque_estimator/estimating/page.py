@@ -14,6 +14,7 @@ from ..pages.wording import figure, short, spoken
 
 BELIEVED = Badge('healthy', 'Believed', 'nothing speaks against the estimates')
 DOUBTED = Badge('ambiguous', 'Doubted', 'something speaks against part of the estimates')
+_APART = 2              # joints that have a clause each in a sentence (choice)
 
 
 class About(NamedTuple):
@@ -40,9 +41,13 @@ def page(found: Estimates, about: About,
 
 
 def _headline(found: Estimates, about: About) -> str:
-    """Return the largest torque of each joint in one sentence."""
+    """Return the largest torque of each joint in one sentence, of many joints in a row."""
     size = np.abs(found.torque)
     largest = np.where(np.isfinite(size), size, 0.0).max(axis=0, initial=0.0)
+    if len(about.labels) > _APART:
+        *most, last = [short(float(value)) for value in largest]
+        return (f'From {spoken(about.labels[0])} to {spoken(about.labels[-1])} the torques went '
+                f'up to {", ".join(most)} and {last} N·m.')
     loads = [f'{spoken(label)} carried up to {short(float(value))} N·m'
              for label, value in zip(about.labels, largest)]
     sentence = ', '.join(loads)

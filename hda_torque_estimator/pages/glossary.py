@@ -1,5 +1,6 @@
 """The terms that a page uses, as the glossary explains them."""
 
+from collections.abc import Mapping
 import re
 from typing import NamedTuple
 
@@ -20,6 +21,13 @@ def terms_in(text: str, glossary: str) -> tuple[GlossaryTerm, ...]:
     """Return the entries of a glossary (Markdown) whose terms stand in a plain text."""
     words = text.lower()
     return tuple(GlossaryTerm(name, _plain(meaning)) for name, meaning in _ENTRY.findall(glossary)
+                 if _stands(name.lower(), words))
+
+
+def named_in(text: str, meanings: Mapping[str, str]) -> tuple[GlossaryTerm, ...]:
+    """Return the terms that stand in a plain text, of `meanings` by name."""
+    words = text.lower()
+    return tuple(GlossaryTerm(name, f'{meaning}.') for name, meaning in meanings.items()
                  if _stands(name.lower(), words))
 
 

@@ -2,16 +2,17 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-import math
+import json
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import column
+
 Array = NDArray[np.float64]
 # Choices unless stated otherwise.
-MOST = 4000             # points of a line: two for each pixel of a wide screen
-_FIGURES = 5            # of a number in a page: a ten-thousandth of the largest
+MOST = 8000             # points of a line: four for each pixel of a wide screen
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,21 +37,26 @@ class Plot:
     scale: str = 'linear'
     focus: tuple[float, float] | None = None        # of x, what is shown at first; None for all
 
+    @property
+    def each(self) -> float:
+        """Return of how many samples the least and the largest are drawn; 1 draws all."""
+        return max(1.0, 2.0 * len(self.x) / MOST) if len(self.x) > MOST else 1.0
+
     def document(self) -> dict[str, Any]:
         """Return the plot as the script of a page reads it, thinned to `MOST` points."""
-        columns = [column for line in self.lines for column in (line.values, line.low, line.high)
-                   if column is not None]
+        columns = [values for line in self.lines for values in (line.values, line.low, line.high)
+                   if values is not None]
         x, thin = thinned(self.x, columns)
-        rest = iter(thin)
+        rest = (column(values, is_log=self.scale == 'log') for values in thin)
         return {'x_label': self.x_label, 'y_label': self.y_label, 'scale': self.scale,
-                'focus': self.focus, 'x': written(x),
+                'focus': self.focus, 'count': len(x), 'x': column(x, is_axis=True),
                 'lines': [self._line(line, rest) for line in self.lines]}
 
     @staticmethod
     def _line(line: PlotLine, rest: Any) -> dict[str, Any]:
-        document: dict[str, Any] = {'name': line.name, 'look': line.look, 'y': written(next(rest))}
+        document: dict[str, Any] = {'name': line.name, 'look': line.look, 'y': next(rest)}
         if line.low is not None:
-            document['low'], document['high'] = written(next(rest)), written(next(rest))
+            document['low'], document['high'] = next(rest), next(rest)
         return document
 
 
@@ -62,9 +68,32 @@ class PlotGroup:
     caption: str
     plots: Mapping[str, Plot]
 
+    @property
+    def thinning(self) -> str:
+        """Return how the plots are thinned, in a sentence; '' where every sample is drawn."""
+        each = max((plot.each for plot in self.plots.values()), default=1.0)
+        return '' if each == 1.0 else (
+            f'Of every {each:.0f} samples the least and the largest are drawn.')
+
     def document(self) -> dict[str, Any]:
         """Return all plots as the script of a page reads them."""
         return {name: plot.document() for name, plot in self.plots.items()}
+
+
+def documents(charts: Mapping[str, PlotGroup]) -> tuple[dict[str, Any], list[Any]]:
+    """
+    Return charts as the script of a page reads them, and the packed columns of all.
+
+    Each column stands once, however many plots show it: a plot states its place by `at`.
+    """
+    places: dict[str, int] = {}
+    plots = {name: chart.document() for name, chart in charts.items()}
+    for plot in (plot for chart in plots.values() for plot in chart.values()):
+        for part in (plot, *plot['lines']):
+            part |= {key: {'at': places.setdefault(json.dumps(value), len(places))}
+                     for key, value in part.items()
+                     if isinstance(value, dict) and 'data' in value}
+    return plots, [json.loads(text) for text in places]
 
 
 def thinned(x: Array, columns: Sequence[Array]) -> tuple[Array, list[Array]]:
@@ -88,13 +117,3 @@ def _extremes(column: Array, cuts: NDArray[np.int64]) -> Array:
     first, last = column[cuts[:-1]], column[cuts[1:] - 1]
     falls = first > last
     return np.stack([np.where(falls, high, low), np.where(falls, low, high)], axis=1).ravel()
-
-
-def written(values: Array) -> list[float | None]:
-    """Return numbers to be written, with as many decimals as the largest needs; NaN is None."""
-    known = np.abs(values[np.isfinite(values)])
-    largest = float(known.max()) if known.size else 0.0
-    if largest == 0.0:
-        return [0.0 if math.isfinite(value) else None for value in values]
-    decimals = _FIGURES - 1 - math.floor(math.log10(largest))
-    return [round(value, decimals) if math.isfinite(value) else None for value in values.tolist()]

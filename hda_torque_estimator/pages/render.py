@@ -4,18 +4,19 @@ import base64
 from collections.abc import Mapping
 from functools import cache
 import hashlib
-from html import unescape
+from html import escape, unescape
 from importlib.resources import files
 import json
 import re
 from typing import Any, NamedTuple
 
+from hda_arm_sim.model.effects import EFFECTS
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from . import wording
 from .badge import Badge, BADGES, DONE
-from .glossary import GlossaryTerm, terms_in
-from .plot import PlotGroup
+from .glossary import GlossaryTerm, named_in, terms_in
+from .plot import documents, PlotGroup
 
 ASSETS = files('hda_torque_estimator.pages') / 'assets'
 _SECTION = re.compile(r'<(?:section|details)[^>]* id="([^"]+)"[^>]*>\s*<(?:h2|summary)>([^<]+)')
@@ -40,10 +41,11 @@ def render(template: str, *, title: str, badge: Badge = DONE,
     A page without charts has no script.
     """
     charts = charts or {}
-    plots = {name: chart.document() for name, chart in charts.items()}
+    plots, columns = documents(charts)
     page = _environment().get_template(template)
     scripts = [_library(), asset('page.js')] if plots else []
     content |= {'title': title, 'badge': badge, 'charts': charts, 'plots': plots,
+                'columns': columns,
                 'scripts': scripts, 'policy': _policy(scripts), 'style': _style(bool(plots))}
     bare = page.render(content, terms=(), sections=())
     terms = _terms(bare)
@@ -55,7 +57,7 @@ def render(template: str, *, title: str, badge: Badge = DONE,
 def _environment() -> Environment:
     made = Environment(loader=PackageLoader('hda_torque_estimator.pages'), autoescape=True,
                        undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    made.filters |= FILTERS | {'json': _json}
+    made.filters |= FILTERS | {'json': _json, 'breakable': breakable}
     made.globals |= {'BADGES': BADGES, 'in_unit': wording.in_unit}
     return made
 
@@ -64,6 +66,11 @@ def _environment() -> Environment:
 def asset(name: str) -> str:
     """Return a file of the package that goes into pages as it is."""
     return ASSETS.joinpath(name).read_text(encoding='utf-8')
+
+
+def breakable(name: str) -> str:
+    """Return a name as HTML in which a line may end where the parts of the name do."""
+    return '<wbr>'.join(map(escape, re.split(r'(?<=[._/])(?=.)', name)))
 
 
 def _library() -> str:
@@ -99,6 +106,11 @@ def _sections(page: str, glossary: bool) -> tuple[Section, ...]:
 
 
 def _terms(page: str) -> tuple[GlossaryTerm, ...]:
-    """Return the terms of the glossary that a page uses."""
-    main = page[page.index('<main'):page.index('</main>')]
-    return terms_in(unescape(re.sub(r'<[^>]+>', ' ', main)), asset('glossary.md'))
+    """Return the terms of the glossary and the effects that a page uses, in their order."""
+    main = page[page.index('<main'):page.index('</main>')].replace('<wbr>', '')
+    shown = ' '.join(unescape(re.sub(r'<[^>]+>', ' ', main)).replace('_', ' ').split())
+    words = terms_in(shown, asset('glossary.md'))
+    effects = named_in(shown, {wording.spoken(one.name): one.cause for one in EFFECTS})
+    known = {one.name for one in words}
+    return tuple(sorted((*words, *(one for one in effects if one.name not in known)),
+                        key=lambda term: term.name.lower()))

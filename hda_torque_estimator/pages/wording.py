@@ -11,6 +11,7 @@ _PREFIXES = ((1e-6, 'µ'), (1e-3, 'm'), (1.0, ''))
 _COARSE = 0.1           # angle from which degrees say more than mrad [rad]
 _FIGURES = 4            # of the largest number of a row
 _TINY, _HUGE = 1e-5, 1e7        # beyond which a number is written with an exponent
+_BEFORE_UNIT = re.compile(r'(?<=\d) (?=[µmk]?(?:N|m|s|g|rad|Hz)\b|%|°|arcmin\b)')
 _SCALED = ('s', 'rad', 'N*m', 'm', 'N')
 
 
@@ -39,7 +40,10 @@ def with_unit(name: str, scale: str) -> str:
 
 def percent(share: float) -> str:
     """Return a share in per cent with at most one decimal."""
-    return f'{100.0 * share:.1f} %' if math.isfinite(share) else 'unknown'
+    if not math.isfinite(share):
+        return 'unknown'
+    shown = f'{100.0 * share:.1f} %'
+    return shown.removeprefix('-') if shown == '-0.0 %' else shown
 
 
 def handy(value: float, scale: str) -> str:
@@ -53,6 +57,30 @@ def handy(value: float, scale: str) -> str:
     size, prefix = _prefixed(abs(value))
     shown = f'{short(value / size)} {prefix}{unit(scale)}'
     return f'{shown} ({short(value * ARCMIN)} arcmin)' if scale == 'rad' else shown
+
+
+def ranged(low: float, high: float, scale: str) -> str:
+    """
+    Return both ends of a range as `0.18 and 0.22 mrad`, in the unit of the larger one.
+
+    They have two figures, and more where these do not distinguish them.
+    """
+    largest = max(abs(low), abs(high))
+    if scale in ('', '1') or (scale == 'rad' and largest >= _COARSE):
+        apart = (handy(low, scale), handy(high, scale))
+        if apart[0] != apart[1]:
+            return ' and '.join(apart)
+    size, prefix = _prefixed(largest) if scale in _SCALED else (1.0, '')
+    first, last = (short(end / size) for end in (low, high))
+    if first == last:
+        (first, last), whole = in_unit([low, high], scale)
+    else:
+        whole = prefix + unit(scale)
+    both = f'{first} and {last} {whole}'.rstrip()
+    if scale != 'rad':
+        return both
+    first, last = (short(end * ARCMIN) for end in (low, high))
+    return f'{both} ({first}{f" and {last}" * (first != last)} arcmin)'
 
 
 def in_unit(values: Sequence[float], scale: str) -> tuple[list[str], str]:
@@ -78,7 +106,7 @@ def _decimal(value: float, largest: float) -> str:
 
 def unbroken(text: str) -> str:
     """Return a text in which no line ends between a number and its unit."""
-    return re.sub(r'(?<=\d) (?=[^\W\d]|[%°])', '\N{NO-BREAK SPACE}', text)
+    return _BEFORE_UNIT.sub('\N{NO-BREAK SPACE}', text)
 
 
 def spoken(name: str) -> str:

@@ -7,9 +7,11 @@ from typing import Any
 from .catalogue import FIGURES
 from .report import file_name
 from .rig.exhibit import Exhibit, PaperNumber
+from ..pages.badge import Badge
 from ..pages.render import render
 from ..pages.wording import unit
 
+REPRODUCED = Badge('done', 'Reproduced', 'made again by computation')
 _TITLE = 'The paper, reproduced and corrected'
 PAPER = 'Torque Estimation Technique for a Harmonic Drive Robotic Arm'
 _LEAD = (f'The paper is "{PAPER}"; its text at hand names no authors, year or journal. '
@@ -24,7 +26,8 @@ _HEADS = ('quantity', 'unit', 'paper', 'printed', 'consistent', 'remark')
 
 def page(made: Mapping[str, Exhibit], inline: Mapping[str, str], version: str) -> str:
     """Return the exhibits as one HTML document; `inline` are SVG elements by file name."""
-    return render('reproduction.html', title=_TITLE, lead=_LEAD, heads=_HEADS, version=version,
+    return render('reproduction.html', title=_TITLE, badge=REPRODUCED, lead=_LEAD, heads=_HEADS,
+                  version=version,
                   shown=[_shown(name, exhibit, inline) for name, exhibit in made.items()])
 
 

@@ -204,6 +204,12 @@ class Diagnosis:
     steps: tuple[str, ...] = ()     # what to measure or to do next
 
     @property
+    def extends(self) -> bool:
+        """Tell whether the arm that comes with the diagnosis holds a cause."""
+        return bool(self.findings) or any(one.in_model for alike in self.ambiguous
+                                          for one in alike.candidates)
+
+    @property
     def headline(self) -> str:
         """Return the verdict as a sentence."""
         return RATE_TOO_LOW if self.limited_by == 'rate' else VERDICTS[self.verdict]

@@ -10,5 +10,6 @@ COORDINATES = {
     'joint_torque': 'joint torque, output [N·m]',
     'motor_torque': 'motor torque, shaft [N·m]',
 }
+GIVEN, EXTENDED, ADJUSTED = 'arm as given', 'extended arm', 'within its tolerances'
 RESIDUAL = 'residual, output [N·m]'
 BALANCES = ('A, motor', 'B, torsion')

@@ -8,7 +8,7 @@ from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.effects import effect_named
 import numpy as np
 
-from .axes import COORDINATES, RESIDUAL
+from .axes import ADJUSTED, COORDINATES, EXTENDED, GIVEN, RESIDUAL
 from .dependence import against, dependence_of, spectrum, where
 from .exhibits import Exhibits
 from .following import Following
@@ -28,6 +28,15 @@ class CauseSite(NamedTuple):
     site: str
 
 
+def made_of(diagnosis: Diagnosis) -> str:
+    """Return what a diagnosis makes of an arm: without a cause its numbers alone may differ."""
+    return EXTENDED if diagnosis.extends else ADJUSTED
+
+
+def _spelt(diagnosis: Diagnosis) -> str:
+    return EXTENDED if diagnosis.extends else f'arm {ADJUSTED}'
+
+
 def overview(diagnosis: Diagnosis, exhibits: Exhibits) -> PlotGroup:
     """Return the residual of every balance over time, before and after."""
     joints = len(exhibits.labels)
@@ -38,13 +47,13 @@ def overview(diagnosis: Diagnosis, exhibits: Exhibits) -> PlotGroup:
         floor = floors.get((('motor', 'torsion')[side], label), math.nan)
         plots[where(exhibits.labels, column)] = Plot(
             COORDINATES['time'], RESIDUAL, exhibits.time, [
-                PlotLine('arm as given', _shown(exhibits, column, exhibits.before), 'before'),
-                PlotLine('extended arm', _shown(exhibits, column, exhibits.after), 'after'),
+                PlotLine(GIVEN, _shown(exhibits, column, exhibits.before), 'before'),
+                PlotLine(made_of(diagnosis), _shown(exhibits, column, exhibits.after), 'after'),
                 *_floor(floor, len(exhibits.time))], 'time')
     return PlotGroup('What each balance misses over time', (
-        'The arm as given leaves the wide trace. The extended arm should stay mostly between the '
-        'dashed lines, as noise and encoder resolution alone do. Gaps are standstill, where '
-        'friction is not known.'), plots)
+        f'The arm as given leaves the wide trace. The {_spelt(diagnosis)} should stay mostly '
+        'between the dashed lines, as noise and encoder resolution alone do. Gaps are standstill, '
+        'where friction is not known.'), plots)
 
 
 def _floor(floor: float, count: int) -> list[PlotLine]:
@@ -153,27 +162,27 @@ def rest_charts(diagnosis: Diagnosis, exhibits: Exhibits) -> tuple[list[Followin
                                    {name: spectrum(rest, found.column)})}
 
 
-def prediction(exhibits: Exhibits) -> PlotGroup:
+def prediction(diagnosis: Diagnosis, exhibits: Exhibits) -> PlotGroup:
     """Return the error of predictions from measured states over how far ahead they look."""
     errors = (exhibits.predicted_before, exhibits.predicted_after, exhibits.predicted_floor)
     before, after, floor = (1e3 * error for error in errors)
     return PlotGroup('Error of the simulation, by how far it looks ahead', (
-        'From measured states, held out. The extended arm should lie on the noise; the gap '
-        'between the two is what is still missed.'), {'all joints': Plot(
+        f'From measured states, held out. The {_spelt(diagnosis)} should lie on the noise; the '
+        'gap between the two is what is still missed.'), {'all joints': Plot(
             'time ahead of the measured state [s]', 'rms error, output [mrad]',
             exhibits.horizons, [
-                PlotLine('arm as given', before, 'before'),
-                PlotLine('extended arm', after, 'after'),
+                PlotLine(GIVEN, before, 'before'), PlotLine(made_of(diagnosis), after, 'after'),
                 PlotLine('noise alone', floor, 'floor')], 'log')})
 
 
 def charts(diagnosis: Diagnosis, exhibits: Exhibits) -> dict[str, PlotGroup]:
     """Return all charts of a diagnosis by the names under which its page places them."""
-    found = {'overview': overview(diagnosis, exhibits), 'prediction': prediction(exhibits)}
+    found = {'overview': overview(diagnosis, exhibits),
+             'prediction': prediction(diagnosis, exhibits)}
     columns = _worst_first(exhibits)
     named, rest = causes(diagnosis), diagnosis.unexplained
     site = next((cause.site for cause in named.values()), rest.site if rest else 'link')
-    timed = {'through_time': through_time(exhibits, columns, ('arm as given', 'extended arm'),
+    timed = {'through_time': through_time(exhibits, columns, (GIVEN, made_of(diagnosis)),
                                           site)}
     for name, cause in named.items():
         own = exhibits.of(cause.effect, cause.joint)

@@ -19,6 +19,8 @@ from ...pages.wording import spoken
 # Choices unless stated otherwise.
 _FEWEST = 20            # samples of a bin, on average: fewer draw noise
 _LINES = 1500           # of a spectrum: as many as can be seen
+_SHAPE = 12             # bins of a wave: fewer hardly show it, so all of its periods are laid over
+_SPEEDS = {'motor_angle': 'motor_velocity', 'link_angle': 'link_velocity'}
 _CARRIERS = {'direction': 'motor_velocity', 'torque': 'joint_torque'}
 
 
@@ -52,12 +54,18 @@ def against(following: Following, column: int, shown: Sequence[tuple[str, Rest, 
     Return residuals in bins of what they follow: medians and quartiles, apart for both signs.
 
     `shown` are names, residuals on one motion and looks of lines. Bins hold equally many samples.
+    Of a wave that is too fine for bins, all periods are laid over each other, where it is slow
+    enough for the balances.
     """
     first = shown[0][1]
-    valid = first.valid[:, column]
+    valid, period = first.valid[:, column], _period(first, following, column)
+    if period is not None:
+        valid = _followed(first, following, column, valid)
     coordinate = _along(first, following, column)[valid]
-    count = max(1, min(TURN_BINS if following.coordinate == WRAPPED else BINS,
-                       len(coordinate) // _FEWEST))
+    if period is not None:
+        coordinate = np.mod(coordinate, period)
+    whole = following.coordinate == WRAPPED and period is None
+    count = max(1, min(TURN_BINS if whole else BINS, len(coordinate) // _FEWEST))
     bins = np.minimum(np.argsort(np.argsort(coordinate, kind='stable'), kind='stable') * count
                       // max(len(coordinate), 1), count - 1)
     centre = np.array([np.median(coordinate[bins == k]) for k in range(count)])
@@ -65,8 +73,26 @@ def against(following: Following, column: int, shown: Sequence[tuple[str, Rest, 
                      _Part(look + ('' if place == 0 else '_other'), part.rows))
              for name, rest, look in shown
              for place, part in enumerate(_parts(first, following, column, valid))]
-    return Plot(_axis(following), RESIDUAL, centre, lines,
-                'turn' if following.coordinate == WRAPPED else 'linear')
+    return Plot(_axis(following, period), RESIDUAL, centre, lines, 'turn' if whole else 'linear')
+
+
+def _period(rest: Rest, following: Following, column: int) -> float | None:
+    """Return the period [rad] of a wave over an angle that bins are too wide for, else None."""
+    if following.line is None or following.coordinate == 'time':
+        return None
+    reach = TURN if following.coordinate == WRAPPED else float(np.ptp(
+        _along(rest, following, column)[rest.valid[:, column]]))
+    bins, period = TURN_BINS if following.coordinate == WRAPPED else BINS, TURN / following.line
+    return period if bins * period < _SHAPE * reach else None
+
+
+def _followed(rest: Rest, following: Following, column: int, valid: Mask) -> Mask:
+    """Return where (m,) a wave is in the lower half of the balances, all if it hardly ever is."""
+    if following.coordinate not in _SPEEDS or following.line is None:
+        return valid
+    speed = rest.coordinates[_SPEEDS[following.coordinate]][:, column % len(rest.labels)]
+    slow = valid & (following.line * np.abs(speed) < 0.5 * TURN * BANDWIDTH)
+    return slow if slow.sum() >= _SHAPE * _FEWEST else valid
 
 
 def _along(rest: Rest, following: Following, column: int) -> Array:
@@ -113,8 +139,10 @@ def where(labels: tuple[str, ...], column: int) -> str:
     return f'{spoken(labels[column % len(labels)])}, balance {BALANCES[column // len(labels)]}'
 
 
-def _axis(following: Following) -> str:
+def _axis(following: Following, period: float | None) -> str:
     """Return what stands at the axis of what a residual follows."""
+    if period is not None:
+        return f'{spoken(following.coordinate)} in its wave, {following.line:.4g} per turn [rad]'
     if following.coordinate == 'time' and following.line is not None:
         return f'time in the period of {following.line:.4g} Hz [s]'
     return COORDINATES[following.coordinate]

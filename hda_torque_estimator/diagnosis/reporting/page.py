@@ -7,7 +7,7 @@ from typing import Any
 from hda_arm_sim.model.effects import EFFECTS
 
 from . import summary
-from .curves import charts, rest_charts
+from .curves import charts, made_of, rest_charts
 from .detectability_chart import by_site
 from .exhibits import Exhibits
 from ..findings.origin import RecordingPart
@@ -39,7 +39,8 @@ def page(diagnosis: Diagnosis, figures: Mapping[str, str],
         badge=badge_of(diagnosis.verdict), charts=drawn, found=diagnosis, summary=summary,
         figures={name: (svg, _caption(name)) for name, svg in figures.items()},
         followed=followed, marks=summary.marks(diagnosis), labels=labels_of(diagnosis),
-        numbers=numbers_of, stirred=by_site(diagnosis.excitation), facts=_facts(diagnosis))
+        numbers=numbers_of, made=made_of(diagnosis), stirred=by_site(diagnosis.excitation),
+        facts=_facts(diagnosis))
 
 
 def labels_of(diagnosis: Diagnosis) -> list[str]:

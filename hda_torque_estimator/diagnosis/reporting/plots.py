@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter
 import numpy as np
 
-from .axes import BALANCES, COORDINATES, RESIDUAL
+from .axes import BALANCES, COORDINATES, GIVEN, RESIDUAL
+from .curves import made_of
 from .dependence import against, dependence_of, spectrum, where
 from .exhibits import Exhibits
 from .following import Following
@@ -28,7 +29,7 @@ def figures(diagnosis: Diagnosis, exhibits: Exhibits) -> dict[str, Figure]:
         drawn[f'finding_{number}'] = finding_figure(finding, exhibits)
     if diagnosis.unexplained is not None:
         drawn['unexplained'] = rest_figure(diagnosis.unexplained, exhibits.rest())
-    drawn['prediction'] = prediction_figure(exhibits)
+    drawn['prediction'] = prediction_figure(diagnosis, exhibits)
     return drawn
 
 
@@ -43,8 +44,8 @@ def residual_figure(diagnosis: Diagnosis, exhibits: Exhibits) -> Figure:
             label, side = exhibits.labels[column % joints], column // joints
             axes.set_title(f'{plain(label)}: balance {BALANCES[side]}')
             axes.set_ylabel('residual,\noutput [N·m]')
-            for residual, colour, name in ((exhibits.before, BEFORE, 'arm as given'),
-                                           (exhibits.after, AFTER, 'extended arm')):
+            for residual, colour, name in ((exhibits.before, BEFORE, GIVEN),
+                                           (exhibits.after, AFTER, made_of(diagnosis))):
                 shown = np.where(exhibits.valid[:, column], residual[:, column], np.nan)
                 band(axes, exhibits.time, shown, colour, name,
                      alpha=0.55 if colour == BEFORE else 1.0)
@@ -130,7 +131,7 @@ def _against(exhibits: Exhibits, column: int, title: str, names: tuple[str, ...]
     return figure
 
 
-def prediction_figure(exhibits: Exhibits) -> Figure:
+def prediction_figure(diagnosis: Diagnosis, exhibits: Exhibits) -> Figure:
     """Draw the error of predictions from measured states over how far ahead they look."""
     count = len(exhibits.horizons)
     marks = np.unique(np.geomspace(1, max(count, 1), min(count, 9)).astype(int) - 1).tolist()
@@ -138,8 +139,8 @@ def prediction_figure(exhibits: Exhibits) -> Figure:
         figure = Figure(figsize=(4.8, 3.4), layout='constrained')
         axes = figure.subplots()
         for name, error, colour, style in (
-                ('arm as given', exhibits.predicted_before, BEFORE, 'o-'),
-                ('extended arm', exhibits.predicted_after, AFTER, 's--'),
+                (GIVEN, exhibits.predicted_before, BEFORE, 'o-'),
+                (made_of(diagnosis), exhibits.predicted_after, AFTER, 's--'),
                 ('noise alone', exhibits.predicted_floor, FLOOR, '^:')):
             axes.loglog(exhibits.horizons, error, style, color=colour, label=name, markersize=4.5,
                         markevery=marks, linewidth=1.4)

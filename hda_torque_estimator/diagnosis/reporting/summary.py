@@ -9,8 +9,9 @@ from typing import Any
 from hda_arm_sim.model.effects.words import Words
 
 from .effect_words import ELEMENTS, WORDS
-from ..findings.report import Diagnosis, Evidence, FittedNumber, Gain, OwnGain
-from ...pages.wording import capital, figure, handy, in_unit, percent, short, spoken, unbroken
+from ..findings.report import Diagnosis, Evidence, Finding, FittedNumber, Gain, OwnGain
+from ...pages.wording import (
+    capital, figure, handy, percent, ranged, short, spoken, unbroken)
 
 # Choices unless stated otherwise.
 _CERTAIN = 1e6          # odds beyond which the number says nothing more
@@ -133,17 +134,31 @@ def probability(judged: Any) -> str:
     return f'more than {100.0 * _SURE:.1f} %' if value > _SURE else percent(value)
 
 
-def rival(grounds: Evidence) -> list[str]:
-    """Return the next best cause, how large it would be, its probability and the odds."""
-    other = grounds.rival
-    if other is None or grounds.runner_up is None:
+def rival(found: Finding, named: Iterable[str]) -> list[str]:
+    """
+    Return the next best cause, how large it would be, its probability and the odds against it.
+
+    Where the next best is among the causes that are `named` beside it, no other came nearer.
+    """
+    why, other = found.evidence, found.evidence.rival
+    if why.runner_up is None or (other is None and why.runner_up not in named):
         return []
-    small = other.probability < 1.0 - _SURE
-    return [unbroken(cell) for cell in (
-        f'{spoken(grounds.runner_up)} at {where(other.joint)}',
-        capital(cause_sentence(grounds.runner_up, other.joint, other.parameters)),
-        f'less than {100.0 * (1.0 - _SURE):.1f} %' if small else percent(other.probability),
-        f'{odds(grounds.odds)} to 1')]
+    if other is None:
+        who = 'any other'
+        size = f'{capital(spoken(why.runner_up))} came nearest, and is named too'
+    else:
+        who = f'{spoken(why.runner_up)} at {where(other.joint)}'
+        size = capital(cause_sentence(why.runner_up, other.joint, other.parameters))
+    share = 1.0 - found.probability if other is None else other.probability
+    return [unbroken(cell) for cell in (who, size, _rare(share), f'{odds(why.odds)} to 1')]
+
+
+def _rare(share: float) -> str:
+    """Return a small probability, '' where it is not known."""
+    if not math.isfinite(share):
+        return ''
+    small = share < 1.0 - _SURE
+    return f'less than {100.0 * (1.0 - _SURE):.1f} %' if small else percent(share)
 
 
 def certainty(diagnosis: Diagnosis) -> str:
@@ -174,8 +189,8 @@ def _sizes(diagnosis: Diagnosis) -> str:
     """Return the intervals of the sizes that the headline names, '' where it has none."""
     spans = [(one, within(one.effect, one.parameters)) for one in diagnosis.findings[:_NAMED]]
     if len(diagnosis.findings) == 1:
-        return ''.join(f'; with 90 % its size is within {span}' for _, span in spans if span)
-    sizes = [f'the {spoken(one.effect)} of {where(one.joint)} is within {span}'
+        return ''.join(f'; with 90 % its size is between {span}' for _, span in spans if span)
+    sizes = [f'the {spoken(one.effect)} of {where(one.joint)} is between {span}'
              for one, span in spans if span]
     return '; ' + 'each ' * (len(sizes) > 1) + 'with 90 % ' + ', '.join(sizes) if sizes else ''
 
@@ -189,11 +204,7 @@ def within(effect: str, parameters: Mapping[str, FittedNumber]) -> str:
     if words.less:
         ends = (abs(largest.low), abs(largest.high)) if largest.value > 0.0 else (
             abs(largest.high), abs(largest.low))
-    low, high = (handy(words.scale * end, largest.unit) for end in ends)
-    if low == high:                     # two figures do not distinguish them
-        (low, high), scale = in_unit([words.scale * end for end in ends], largest.unit)
-        high = f'{high} {scale}'.rstrip()
-    return f'{low} and {high}'
+    return ranged(words.scale * ends[0], words.scale * ends[1], largest.unit)
 
 
 def evidence(why: Evidence) -> str:
@@ -224,8 +235,7 @@ def cost(diagnosis: Diagnosis) -> str:
 
 def gained(diagnosis: Diagnosis) -> str:
     """Return what the extended arm improves, '' where nothing is extended."""
-    if not diagnosis.findings and not any(one.in_model for alike in diagnosis.ambiguous
-                                          for one in alike.candidates):
+    if not diagnosis.extends:
         return ''
     far = diagnosis.prediction[-1:]
     to = f'with model.yaml it is off by {handy(far[0].after, far[0].unit)}: ' if far else ''
@@ -234,14 +244,14 @@ def gained(diagnosis: Diagnosis) -> str:
 
 def removed(gain: Gain) -> str:
     """Return the share of the excess error that is gone, with its interval."""
-    if not math.isfinite(gain.removed):
+    if not math.isfinite(gain.removed) or gain.before <= gain.floor:
         return 'nothing to remove'
     return f'{100.0 * gain.removed:.1f} % [{100.0 * gain.low:.1f}, {100.0 * gain.high:.1f}]'
 
 
 def placebo(gain: Gain) -> str:
     """Return what a placebo removes, '' where none was tried."""
-    return f'a placebo of equal freedom {100.0 * gain.placebo:.1f} %' if isinstance(
+    return f'a placebo of equal freedom {percent(gain.placebo)}' if isinstance(
         gain, OwnGain) else ''
 
 

@@ -1,7 +1,8 @@
 /* Draw the plots of a page: zoom, hover, switch; by mouse, by touch and by keyboard. */
 'use strict';
 (() => {
-  const DRAWN = JSON.parse(document.getElementById('plots').textContent);
+  const read = name => JSON.parse(document.getElementById(name).textContent);
+  const DRAWN = read('plots'), COLUMNS = read('columns');
   const LOOKS = {
     measured: {colour: '--ink', width: 2.4, dash: []},
     before: {colour: '--before', width: 1.4, dash: [7, 4]},
@@ -11,43 +12,78 @@
     third: {colour: '--unknown', width: 1.4, dash: [10, 3]},
     floor: {colour: '--floor', width: 1.1, dash: [4, 4]},
   };
-  const HEIGHT = 250;
+  const HEIGHT = 250, BESIDE = 110, BELOW = 80;      // of a plot, and beside its axes [px]
   const FEW = 12;                     // values of a line that are drawn as points as well
   const colour = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const faint = name => colour(name) + '38';
   const shown = value => value == null ? '–' : String(Number(value.toPrecision(4)));
   const drawn = [];
 
+  /* The numbers of a column: a constant, written ones, or levels of which the last is a gap. */
+  function numbers(packed, count) {
+    if (typeof packed === 'number') return Array(count).fill(packed);
+    if (Array.isArray(packed)) return packed;
+    const {low, step, bytes, data} = COLUMNS[packed.at];
+    const raw = Uint8Array.from(atob(data), letter => letter.charCodeAt(0));
+    const levels = bytes === 4 ? new Uint32Array(raw.buffer) : new Uint16Array(raw.buffer);
+    const gap = 2 ** (8 * bytes) - 1;
+    return Array.from(levels, level => level === gap ? null : low + step * level);
+  }
+
   /* Columns of a plot: every line, and after all lines the edges of their bands. */
   function columns(plot) {
-    const data = [plot.x, ...plot.lines.map(line => line.y)], bands = [], edges = [];
+    const of = packed => numbers(packed, plot.count), bands = [], edges = [];
+    const data = [of(plot.x), ...plot.lines.map(line => of(line.y))];
     plot.lines.forEach((line, place) => {
       if (!line.low) return;
-      data.push(line.low, line.high);
+      data.push(of(line.low), of(line.high));
       edges.push(line.look, line.look);
       bands.push({series: [data.length - 1, data.length - 2], fill: () => faint(LOOKS[line.look].colour)});
     });
     return {data, bands, edges};
   }
 
-  function series(line) {
-    const look = LOOKS[line.look], few = line.y.length <= FEW;
+  function series(line, plot) {
+    const look = LOOKS[line.look], few = plot.count <= FEW;
     return {label: line.name || line.look, stroke: () => colour(look.colour), width: look.width,
             dash: look.dash, spanGaps: false, points: {show: few, size: 6},
             value: (u, v) => shown(v)};
   }
 
   function edge() {
-    return {label: '', stroke: 'transparent', width: 0, points: {show: false}};
+    return {label: '', stroke: 'transparent', width: 0, auto: false, points: {show: false}};
   }
 
-  function axis(label, size, values) {
-    return {label, size, values, labelSize: 24, labelFont: '12px system-ui, sans-serif',
+  /* All of each line is shown, and of a band what is between a twentieth of it on both sides:
+     where little is known it is so wide that nothing else would be seen. */
+  function reachOf(made, low, high, count) {
+    if (low == null) return [low, high];
+    const [from, to] = made.series[0].idxs, first = made.data.length - count;
+    for (const column of made.data.slice(first)) {
+      const seen = column.slice(from, to + 1).filter(value => value != null).sort((a, b) => a - b);
+      if (!seen.length) continue;
+      low = Math.min(low, seen[Math.floor(0.05 * (seen.length - 1))]);
+      high = Math.max(high, seen[Math.ceil(0.95 * (seen.length - 1))]);
+    }
+    return uPlot.rangeNum(low, high, 0.1, true);
+  }
+
+  /* The font in which a label is no longer than its axis. */
+  const ruler = document.createElement('canvas').getContext('2d');
+  function fitting(label, room) {
+    const font = size => `${size}px system-ui, sans-serif`;
+    ruler.font = font(12);
+    return font(Math.max(8, Math.min(12, Math.floor(12 * room / ruler.measureText(label).width))));
+  }
+
+  function axis(label, room, size, values) {
+    return {label, size, values, labelSize: 24, labelFont: fitting(label, room),
             font: '12px system-ui, sans-serif', stroke: () => colour('--ink'),
             grid: {stroke: () => colour('--line'), width: 0.7},
             ticks: {stroke: () => colour('--line'), width: 0.7}};
   }
 
+  const plain = (u, splits) => splits.map(v => String(Number(v.toPrecision(6))));
   const QUARTERS = ['0', 'π/2', 'π', '3π/2', '2π'];
   const turn = {splits: () => QUARTERS.map((_, k) => k * Math.PI / 2),
                 values: () => QUARTERS};
@@ -58,14 +94,14 @@
 
   function options(plot, width, parts) {
     const log = plot.scale === 'log', logX = log || plot.scale === 'log_x';
-    const x = {...axis(plot.x_label, 34, logX ? powers : undefined),
+    const x = {...axis(plot.x_label, width - BESIDE, 34, logX ? powers : plain),
                ...(plot.scale === 'turn' ? turn : {})};
     return {
       width, height: HEIGHT, bands: parts.bands,
       scales: {x: {time: false, distr: logX ? 3 : 1, range: (u, low, high) => [low, high]},
-               y: {distr: log ? 3 : 1}},
-      axes: [x, axis(plot.y_label, 58, log ? powers : undefined)],
-      series: [{label: plot.x_label, value: (u, v) => shown(v)}, ...plot.lines.map(series),
+               y: log ? {distr: 3} : {range: (u, low, high) => reachOf(u, low, high, parts.edges.length)}},
+      axes: [x, axis(plot.y_label, HEIGHT - BELOW, 58, log ? powers : plain)],
+      series: [{label: plot.x_label, value: (u, v) => shown(v)}, ...plot.lines.map(line => series(line, plot)),
                ...parts.edges.map(edge)],
       cursor: {drag: {x: true, y: false}, ...(plot.scale === 'time' ? {sync: {key: 'time'}} : {})},
       legend: {live: true},
@@ -188,14 +224,14 @@
     matchMedia(query).addEventListener('change', again);
   }
   addEventListener('beforeprint', () => {
-    document.querySelectorAll('details').forEach(each => {
+    document.querySelectorAll('.fold').forEach(each => {
       each.dataset.was = each.open;
       each.open = true;
     });
     again();
   });
   addEventListener('afterprint', () => {
-    document.querySelectorAll('details').forEach(each => { each.open = each.dataset.was === 'true'; });
+    document.querySelectorAll('.fold').forEach(each => { each.open = each.dataset.was === 'true'; });
     again();
   });
 })();
