@@ -19,7 +19,7 @@ def exhibits_of(evidence: Grounds) -> Exhibits:
     """Return the exhibits of a conclusion."""
     fitter, fit = evidence.fitter, evidence.fit
     balancer = fitter.balancer
-    lacking = {term.place: fitter.residual(fit.terms_beside(term), fit.slopes.noise)
+    lacking = {term.place: fitter.residual(fitter.terms_without(fit, term), fit.slopes.noise)
                for term in fit.accepted}
     return Exhibits(
         balancer.time, fitter.arm.labels, balancer(evidence.before).residual,

@@ -138,6 +138,6 @@ def _findings(evidence: Grounds, found: SearchResult, pairs: Sequence[Alike],
 def _gains(evidence: Grounds, pair: Alike) -> bool:
     """Return whether one of two causes gains on held-out data: that of them which a fit holds."""
     fitter, fit = evidence.fitter, evidence.fit
-    return any(gains(fitter.balancer, evidence.twin, fitter.on(fit.terms_beside(term)),
+    return any(gains(fitter.balancer, evidence.twin, fitter.on(fitter.terms_without(fit, term)),
                      fitter.on(fit.terms), evidence.held_out).removed() > 0.0
                for term in fit.accepted if term.place in pair.effects)

@@ -191,7 +191,7 @@ class StribeckFriction(Effect):
         varies=('motor_velocity', 'sense', 'joint_torque', 'load_sense'), reach=0.3,
         free={'excess': 0.01, 'speed': 1.0}, grid={'speed': (3.0, 10.0, 25.0)},
         alike=('coulomb_friction', 'presliding_friction', 'motor_cogging'), form_error=0.02,
-        experiment=SLOW)
+        contains=('sense below 5 rad/s', 'sense below 20 rad/s'), experiment=SLOW)
     typical: ClassVar[Typical | None] = Typical({'excess': 0.02}, {'speed': 8.0})
     unmeasured: ClassVar[Unmeasured | None] = Unmeasured({'speed': 1.0}, {'speed': 5.0})
     words: ClassVar[Words] = Words(

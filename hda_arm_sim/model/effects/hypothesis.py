@@ -57,8 +57,8 @@ class Hypothesis:
     distinguished from the first of `alike`. No other `form` than the usual one is asked of it.
     `varies` are the coordinates along which published laws of the cause differ from this one.
     A form that does more than `reach`, a share of its power, is another law.
-    `contains` are curves without a name that are this law at some of its numbers. One of them
-    explains as much as the law and is the law. A `passing` effect acts for a part of a recording,
+    `contains` are curves without a name that are this law, or a published form of it, at some of
+    its numbers. One of them explains as much as the law and is the law. A `passing` effect acts for a part of a recording,
     from its `onset` on. A search begins as `start` says. Of many shapes one `stands` for all,
     where the smallest size that shows is asked for. A `weaker` effect does less the larger its
     number is. One that `scales` a torque lets a balance shrink beside another such. A wave of one

@@ -198,8 +198,21 @@ class Fitter:
 
     def lacking(self, fit: Fit, term: Term) -> Fit:
         """Return a fit as it is without one of its causes."""
-        return self.at(fit.terms_beside(term), len(fit.accepted) - 1,
+        return self.at(self.terms_without(fit, term), len(fit.accepted) - 1,
                        fit.slopes.with_columns(fit.columns[:, :, ~fit.own(term)]))
+
+    def terms_without(self, fit: Fit, term: Term) -> Sequence[AnyTerm]:
+        """Return the terms beside a cause, closer to the arm's own if no arm has them so."""
+        return self._start(fit.terms_beside(term))
+
+    def can_lack_each(self, fit: Fit) -> bool:
+        """Return if an arm can be without each cause: none only makes others possible."""
+        try:
+            for term in fit.accepted:
+                self.on(fit.terms_beside(term))
+        except IMPOSSIBLE:
+            return False
+        return True
 
     def settled(self, fit: Fit) -> Fit:
         """Return a fit after one step more, for a fitter of other rows."""

@@ -37,7 +37,7 @@ def _bend(fitter: Fitter, fit: Fit, term: Term, disc: Effect) -> float:
     valid = fitter.valid(fit.balance)
     motion = fitter.balancer.motion(fitter.on(fit.terms))
     angle = motion.state[::fitter.balancer.every, place, LINK_ANGLE]
-    others = fitter.on(fit.terms_beside(term))
+    others = fitter.on(fitter.terms_without(fit, term))
     torque = coordinates_of(fitter.balancer, others)['joint_torque'][:, place]
     error, seen = disc(angle=angle), valid[:, shows]
     known = np.stack([np.ones_like(angle), angle, *(torque ** power for power in _LAWS)], axis=1)

@@ -150,7 +150,8 @@ def _condensed(fitter: Fitter, fit: Fit) -> _Forms:
 
 def _lacking(fitter: Fitter, fit: Fit) -> list[Array]:
     """Return the residuals (m, c) without each cause of a fit in turn."""
-    return [fitter.residual(fit.terms_beside(term), fit.slopes.noise) for term in fit.accepted]
+    return [fitter.residual(fitter.terms_without(fit, term), fit.slopes.noise)
+            for term in fit.accepted]
 
 
 def _forms_of(fitter: Fitter, fit: Fit, term: Term, lacking: Array) -> Array:
@@ -231,7 +232,7 @@ def _rate(values: Array) -> Array:
 def _instead(fitter: Fitter, fit: Fit, term: Term, effects: Iterable[Effect],
              lacking: Array) -> Iterator[Array]:
     """Yield what other numbers of a cause do (m, c), in units of noise."""
-    beside = fit.terms_beside(term)
+    beside = fitter.terms_without(fit, term)
     for effect in effects:
         made = fitter.residual([replace(term, effect=effect), *beside], fit.slopes.noise)
         yield (made - lacking) / fitter.noise

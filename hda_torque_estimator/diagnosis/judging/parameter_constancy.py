@@ -105,7 +105,7 @@ def _alike(name: str, names: Sequence[str]) -> list[str]:
 def _variation(fitter: Fitter, fit: Fit, term: Term) -> float:
     """Return by which share the size of a cause varies from stretch to stretch (eq:steady)."""
     weight = np.where(fitter.valid(fit.balance), 1.0 / fit.variance, 0.0)
-    lacking = fitter.residual(fit.terms_beside(term), fit.slopes.noise)
+    lacking = fitter.residual(fitter.terms_without(fit, term), fit.slopes.noise)
     own = _alone(fitter, fit, term, fit.balance.residual - lacking)
     starts = np.linspace(0, len(own), _STRETCHES, endpoint=False).astype(int)
     power, against = (np.add.reduceat((own * weight * other).sum(axis=1), starts)

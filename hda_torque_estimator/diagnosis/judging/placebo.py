@@ -37,7 +37,7 @@ def placebo_shares(fitter: Fitter, fit: Fit, term: Term) -> RemovedShares:
     Everything else that is free is fitted anew beside either, on the rows of the fitter.
     """
     keep = fit.own(term)
-    others = fit.terms_beside(term)
+    others = fitter.terms_without(fit, term)
     known, away, free = fit.columns[:, :, ~keep], fitter.away(others), deviations(others)
     lacking = fitter.residual(others, fit.slopes.noise)
     rows = fit.balance.valid & ~fitter.rows[:, None]

@@ -195,8 +195,10 @@ def _weighed_again(fitter: Fitter, found: SearchResult) -> SearchResult:
             continue
         own, = (term for term in fit.accepted if term.place == place)
         others = fit.causes_beside(own)
-        best, other, gap = leading(fitter, found.first, [
-            fitter.fit([*others, term], fit.nuisance) for term in (own, rival)], ())
+        fits = [fitter.fit([*others, term], fit.nuisance) for term in (own, rival)]
+        if not all(map(fitter.can_lack_each, fits)):
+            continue
+        best, other, gap = leading(fitter, found.first, fits, ())
         if _place(best) != place and not accepted(
                 fitter, found.first, fitter.fit(others, fit.nuisance), best, best.accepted[-1]):
             continue
@@ -277,20 +279,10 @@ def _exact(fitter: Fitter, trials: Iterable[Fit]) -> list[Fit]:
     finalists = list(dict.fromkeys(map(_place, tried)))[:_FINALISTS]
     best: dict[Place, Fit] = {}
     refined = (fitter.refined(trial) for trial in tried if _place(trial) in finalists)
-    for trial in sorted((trial for trial in refined if _can_lack_each(fitter, trial)),
+    for trial in sorted(filter(fitter.can_lack_each, refined),
                         key=lambda trial: _cost_formed(fitter, trial)):
         best.setdefault(_place(trial), trial)
     return list(best.values())
-
-
-def _can_lack_each(fitter: Fitter, fit: Fit) -> bool:
-    """Return if an arm can be without each cause of a fit: none only makes others possible."""
-    try:
-        for term in fit.accepted:
-            fitter.on(fit.terms_beside(term))
-    except IMPOSSIBLE:
-        return False
-    return True
 
 
 def without_unneeded(fitter: Fitter, first: Fit, fit: Fit) -> Fit:

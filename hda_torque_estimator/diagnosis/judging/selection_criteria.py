@@ -62,6 +62,8 @@ def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term
     improvement = without.score - extended.score
     if improvement < threshold(fitter, term) or ends_at_limit(fitter, extended, term):
         return False
+    if not fitter.can_lack_each(extended):
+        return False
     fair = equal_noise_score(fitter, extended, noise_in(fitter, without))
     improvement = min(improvement, without.score - fair) - by_chance(fitter, term)
     if improvement < threshold(fitter, term):

@@ -44,7 +44,7 @@ def findings(fitter: Fitter, fit: Fit, reasons: Mapping[Place, Reason], nameable
             continue
         own = fit.own(term)
         part = covariance[own][:, own]
-        gain = gains(fitter.balancer, twin, fitter.on(fit.terms_beside(term)),
+        gain = gains(fitter.balancer, twin, fitter.on(fitter.terms_without(fit, term)),
                      fitter.on(fit.terms), spans).gain()
         shares = placebo_shares(fitter, fit, term)
         # Zero: a draw without any window in which an event lies.
