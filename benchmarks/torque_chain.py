@@ -1,6 +1,5 @@
 """
-Measure how well an arm of seven joints estimates its torques, the wrench on its tip, and how
-quickly.
+Measure how well and how fast an arm of seven joints estimates its torques and its wrench.
 
 The arm is wrong in every number by as much as its tolerances say: gears, friction, drives,
 encoders, and of each link mass, centre and the inertia about its joint. Its equations are the

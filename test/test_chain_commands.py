@@ -53,7 +53,7 @@ def test_a_run_compared_with_itself_differs_nowhere(bags, tmp_path, capsys):
 
 def test_a_worn_elbow_makes_two_runs_of_one_motion_differ(bags, tmp_path, capsys):
     report = report_of(capsys, f'compare {bags}/sound/one {bags}/worn/one --align none '
-                             f'--out {tmp_path}/differ')
+                       f'--out {tmp_path}/differ')
     differing = {signal['name'] for signal in report['signals'] if signal['start'] is not None}
     assert any('joint4' in name for name in differing)
     assert (tmp_path / 'differ' / 'compare.html').stat().st_size > 1000
@@ -74,7 +74,7 @@ def test_a_fleet_of_chains_is_diagnosed_by_processes(bags, tmp_path, capsys):
 def test_a_planned_motion_of_seven_joints_is_simulated(tmp_path, capsys):
     motion = tmp_path / 'motion.csv'
     report = report_of(capsys, 'plan --arm cobot7.yaml --show backlash@joint4 --duration 10 '
-                             f'--out {motion}')
+                       f'--out {motion}')
     assert report
     table = np.genfromtxt(motion, delimiter=',', names=True)
     assert len(table.dtype.names) == 1 + 2 * len(COBOT.joints)      # angle and rate of each

@@ -10,8 +10,8 @@ from hda_torque_estimator.diagnosis.diagnose import EFFECTIVE
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
 from hda_torque_estimator.diagnosis.judging import parameter_constancy
-from hda_torque_estimator.diagnosis.judging.parameter_constancy import (only_steady, steady_shares,
-                                                           unsteady_shares)
+from hda_torque_estimator.diagnosis.judging.parameter_constancy import (
+    only_steady, steady_shares, unsteady_shares)
 from hda_torque_estimator.diagnosis.judging.search import Reason, SearchResult
 from hda_torque_estimator.measurements.measurement import Measurement
 import numpy as np

@@ -1,6 +1,5 @@
 """
-Return whether an arm can follow a reference: angle, speed and motor torque, between points as
-well.
+Find out if an arm can follow a reference: angle, speed, motor torque, also between points.
 
 Angles and rates of a cubic have their extremes in closed form. The torque does not: it is sampled
 so densely that it hardly bends between two samples, and what it may bend is added.

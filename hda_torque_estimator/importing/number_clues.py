@@ -91,8 +91,7 @@ def motor_over_link(motor: Floats, link: Floats) -> float | None:
 
 def way_of_work(torque: Floats, angle: Floats) -> int | None:
     """
-    Return 1 where a torque drives the motion of an angle, -1 where it brakes, None if neither is
-    clear.
+    Return 1 where a torque drives the motion of an angle, -1 where it brakes, else None.
 
     Friction takes work from whatever drives a joint. A load gives back what it took where the
     joint comes back. So in sum the work of the drive is positive.

@@ -1,6 +1,5 @@
 """
-Detect a recording in other conventions: a reversed sign, degrees, another ratio, motor at the
-link.
+Detect other conventions: a reversed sign, degrees, another ratio, motor at the link.
 
 The motor of a right joint turns `ratio` times as far as its link, the same way. Only torsion and
 what is wrong with a disc differ. Slopes are local, so that a slip or an absurd reading spoils
@@ -197,8 +196,7 @@ def _brakes(power: Array) -> bool:
 
 def _helps(torque: Array, link: Array, speed: Array) -> bool:
     """
-    Return whether friction would help: less torque forwards than backwards at one angle of the
-    link.
+    Return whether friction would help: less torque forwards than backwards at one angle.
 
     Weight depends on the angle alone, whatever it is, and so does what an encoder does.
     """

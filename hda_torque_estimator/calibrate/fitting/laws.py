@@ -124,7 +124,7 @@ def skew(arm: Arm) -> Term:
     known, spread = _present(arm, CLOCK), usual_at(CLOCK).sigma['skew']
     return Term(known, arm.labels[0],
                 (Identity(('skew',), spread, spread, known.skew - 20 * spread,
-                                                known.skew + 20 * spread),))
+                          known.skew + 20 * spread),))
 
 
 def _present(arm: Arm, place: Place) -> Any:

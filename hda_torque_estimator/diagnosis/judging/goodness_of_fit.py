@@ -192,8 +192,7 @@ def _acts(power: Array) -> NDArray[np.bool_]:
 def _formed(fitter: Fitter, fit: Fit, found: SearchResult, powers: Mapping[Place, Array],
             trained: float) -> dict[Place, float]:
     """
-    Return the causes beside which a simple curve explains what they leave, by its share of the
-    bar.
+    Return the causes whose rest a simple curve explains, with its share of the bar.
 
     A curve at the motor is not what a cause in the torsion leaves, nor the reverse, where another
     cause of the joint is nearer; at a joint without one it is held against those of the whole arm.

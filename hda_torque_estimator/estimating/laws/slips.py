@@ -1,6 +1,5 @@
 """
-Detect an angle that stepped by itself: an encoder that slipped. Compiled, one joint and one
-sample.
+Detect an encoder that slipped, its angle a step. Compiled, one joint and one sample.
 
 A slip is one step of one side; the other side and the samples around it are as still as before.
 A shaft or link that does so in truth must speed up and stop within one period, which its inertia

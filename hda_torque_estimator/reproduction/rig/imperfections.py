@@ -28,9 +28,8 @@ class Imperfection(NamedTuple):
 CAUSES = (
     Imperfection('kinematic error', '0.9 arcmin from peak to peak', (KinematicError(
         amplitude_1=2.0e-5, amplitude_2=1.1e-4, amplitude_4=1.5e-5, phase_2=0.7),)),
-    Imperfection('eccentric scale', '2 um on a disc of 50 mm, 0.5 um oval',
-                 (LinkEncoderEccentricity(
-        amplitude_1=8.0e-5, amplitude_2=2.0e-5, phase_1=0.9),)),
+    Imperfection('eccentric scale', '2 um on a disc of 50 mm, 0.5 um oval', (
+        LinkEncoderEccentricity(amplitude_1=8.0e-5, amplitude_2=2.0e-5, phase_1=0.9),)),
     Imperfection('eccentric motor encoder', '4 mrad at the shaft', (MotorEncoderEccentricity(
         amplitude=4.0e-3, phase=2.0),)),
     Imperfection('skew of the clocks', '0.1 ms', (ClockSkew(skew=1.0e-4),)),
