@@ -124,7 +124,7 @@ def _unproven(term: Term) -> str:
 
 def _findings(evidence: Grounds, found: SearchResult, pairs: Sequence[Alike],
               judged: GoodnessOfFit) -> tuple[Finding, ...]:
-    """Return the backed causes that no rival ties with, as findings."""
+    """Return the backed causes that no runner-up ties with, as findings."""
     tied = {place for pair in pairs for place in pair.effects}
     nameable = [term for term in evidence.fit.accepted if term.place not in tied]
     reasons = found.reasons()

@@ -236,7 +236,7 @@ def _shapeless(fitter: Fitter, fit: Fit, lacking: Sequence[Fit]) -> list[Term]:
     Return the causes of several numbers without which one curve explains as much.
 
     They have their best forms. A curve along an angle explains what a wave along it is, and one
-    that explains nothing for certain is no rival of what chance explains.
+    that explains nothing for certain does not compete with what chance explains.
     """
     shapeless = []
     for term, without in zip(fit.accepted, lacking):

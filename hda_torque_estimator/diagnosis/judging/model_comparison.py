@@ -31,7 +31,8 @@ def leading(fitter: Fitter, fit: Fit, exact: Sequence[Fit],
     Return the leading of `exact` fits beyond `fit`, the best other cause, and what that lacks.
 
     The score is that of an equal noise and of the best forms of the laws. Of two effects of the
-    command it is what distinguishes them. Where one fit is left, its rival is the best prospect.
+    command it is what distinguishes them. Where one fit is left, its runner-up is the best
+    prospect.
     """
     if len(exact) > 1:
         usual = noise_in(fitter, fit)

@@ -185,7 +185,7 @@ def _other_law(fitter: Fitter, found: SearchResult, term: Term) -> Iterator[Sear
 
 
 def _weighed_again(fitter: Fitter, found: SearchResult) -> SearchResult:
-    """Return what was found with each cause compared to its near rival beside all others."""
+    """Return what was found with each cause compared to its near runner-up beside all others."""
     for place in [term.place for term in found.last.accepted]:
         fit, reasons = found.last, found.reasons()
         taken, reason = {term.place for term in fit.accepted}, reasons[place]

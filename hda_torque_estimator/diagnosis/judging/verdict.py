@@ -1,4 +1,4 @@
-"""From fits to findings: causes with intervals, rivals, gains, and what is left unexplained."""
+"""From fits to findings: causes with intervals, runners-up, gains, and what is left."""
 
 from collections.abc import Mapping, Sequence
 
@@ -76,7 +76,7 @@ def rival_of(reason: Reason, fit: Fit) -> RunnerUp | None:
     """
     Return the runner-up as it was fitted in the place of a cause, None without one.
 
-    One that was found beside the cause is no rival of it.
+    One that was found beside the cause is no runner-up of it.
     """
     term = reason.runner_up
     if term is None or term.place in {beside.place for beside in fit.accepted}:
@@ -125,10 +125,10 @@ def _number(term: Term, name: str, reach: float) -> FittedNumber:
 
 def alike(found: SearchResult, judged: GoodnessOfFit) -> tuple[Alike, ...]:
     """
-    Return the backed causes that a rival, or a twin by nature, explains as well.
+    Return the backed causes that a runner-up, or a twin by nature, explains as well.
 
-    A rival with more numbers does not count: one that contains the cause always explains as well.
-    Nor does one that was found beside it.
+    A runner-up with more numbers does not count: one that contains the cause always explains as
+    well. Nor does one that was found beside it.
     """
     pairs, taken = [], {term.place for term in found.last.accepted}
     for term, reason in zip(found.last.accepted, found.evidence):
