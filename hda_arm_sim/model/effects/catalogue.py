@@ -128,6 +128,14 @@ def orders_at(place: Place) -> type[Effect]:
 
 
 @cache
+def tried_orders(place: Place) -> tuple[float, ...]:
+    """Return the orders that are tried for the one wave of a place, per turn."""
+    declared = orders_at(place).hypothesis
+    assert declared is not None
+    return tuple(order for order in declared.grid['order'] if isinstance(order, float))
+
+
+@cache
 def known_as(tolerance: str) -> type[Effect]:
     """Return the effect whose numbers are known by this tolerance of the arm file."""
     for effect in EFFECTS:

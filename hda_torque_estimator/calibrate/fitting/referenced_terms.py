@@ -12,7 +12,8 @@ from typing import Any
 
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import Effect
-from hda_arm_sim.model.effects.catalogue import (known_as, orders_at, unmeasured_at, usual_at)
+from hda_arm_sim.model.effects.catalogue import (known_as, orders_at, tried_orders, unmeasured_at,
+                                                 usual_at)
 from hda_arm_sim.model.effects.place import (BREAKAWAY, CLOCK, DRY_LEVEL, LOOP, MESH,
                                              MOTOR_INERTIA, TRANSMISSION, TURN)
 import numpy as np
@@ -24,8 +25,7 @@ from ...least_squares.term import Term
 
 # Choices unless stated otherwise.
 # References alone leave more to a fit, so what effects declare of joints that nobody has measured
-# counts in part. (measured: with all of it, and other orders of cogging beside it, a real joint
-# was off by 0.22 N*m with offset, not 0.10)
+# counts in part. (measured: with all of it a real joint was off by 0.22 N*m with offset, not 0.10)
 WAVES = 1.0 / 3.0               # share of the waves of a gear
 SKEW = 0.6                      # share of the skew of two encoders
 # One sigma of what no effect declares.
@@ -39,7 +39,6 @@ WIDEST_FACTOR = math.log(50.0)   # of a stiffness over its nominal value, either
 YIELDS = 0.5                    # of a stiffness, for bearings and links in series
 STIFFENS = 0.5                  # of the torque at which a spring is twice as stiff, the other way
 LEAST_TOLERANCE = 1e-6  # relative, where the arm file states none
-POLES = (1.0, 3.0, 6.0, 8.0, 12.0, 14.0, 16.0, 24.0, 28.0)  # cogging orders per motor turn, tried
 
 Floats = NDArray[np.float64]
 Maker = Callable[[Arm, float], Term]
@@ -212,7 +211,6 @@ def motor_more() -> tuple[Maker, ...]:
     return near_rest, one_sided, inertia, ripple('2'), ripple('4')
 
 
-def likely_poles(angle: Floats, rest: Floats) -> float:
+def likely_order(angle: Floats, rest: Floats) -> float:
     """Return the order of cogging of which a rest (m,) at shaft angles (m,) has most."""
-    power = [abs(np.exp(-1j * order * angle) @ rest) for order in POLES]
-    return POLES[int(np.argmax(power))]
+    return max(tried_orders(TURN), key=lambda order: abs(np.exp(-1j * order * angle) @ rest))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from .arm_numbers import ArmNumber, doubtful, number, numbers, OFFSET
 from .motor_witness import MotorWitness, sliding, STANDS
 from .referenced_problem import error_left_out, fitted, LAG, Referenced, step_without
-from .referenced_terms import (cogging, likely_poles, Maker, motor_always, motor_more, stiffening,
+from .referenced_terms import (cogging, likely_order, Maker, motor_always, motor_more, stiffening,
                                TORSION, TORSION_MORE)
 from .torsion_witness import TorsionWitness
 from .witness import Witness
@@ -116,7 +116,7 @@ def motor_of(arm: Arm, recordings: Sequence[Measured], *,
     def found_with(stays: bool) -> Fit:
         problem, found = _searched(_asked(arm, witness, search, varies, stays=stays), search,
                                    starts, varies)
-        order = likely_poles(witness.angle, found.rows.error)
+        order = likely_order(witness.angle, found.rows.error)
         return _worthwhile(problem, found, search._replace(more=(cogging(order),)), varies)
 
     problem, found = _zeroed([found_with(stays) for stays in _may_stay(recordings)])
@@ -144,8 +144,7 @@ def _searched(problem: Referenced, search: Search,
 
 def _zeroed(fits: Sequence[Fit]) -> Fit:
     """
-    Return the fit whose zeros move, or that with one zero where that predicts others' torque
-    better.
+    Return the fit whose zeros move, or that with one zero if it predicts others better.
 
     Both are judged on recordings left out, with the zero that the others have in common. One zero
     must do hardly worse than zeros that follow, for another witness can show how they move. The
