@@ -33,7 +33,7 @@ def table(*, ratio: float = 100.0) -> Table:
 
 def imported(columns: Table, value: str = '100') -> Imported:
     """Return what a table becomes by its guessed map, every gap filled in."""
-    text = map_text(guess(columns), Path('table.csv')).replace(FILL_IN, value)
+    text = map_text(guess(columns), 'table.csv').replace(FILL_IN, value)
     recording, = convert(read_column_map(yaml.safe_load(text)), columns)
     return recording
 
@@ -112,7 +112,7 @@ def test_ratios_that_differ_are_stated_one_by_one():
         columns |= {f'motor_pos_{n}': RATIOS[n] * angle, f'link_pos_{n}': angle}
     found = guess(columns)
     assert found.ratios == RATIOS and found.ratio is None
-    assert [line.split()[1] for line in map_text(found, Path('table.csv')).splitlines()
+    assert [line.split()[1] for line in map_text(found, 'table.csv').splitlines()
             if 'ratio:' in line] == ['121', '101', '80']
 
 
@@ -130,7 +130,7 @@ def test_degrees_beside_counts_keep_their_units():
     for n, angle in ANGLES.items():
         columns |= {f'motor_pos_{n}': 100.0 * np.degrees(angle),
                     f'link_pos_{n}': np.rint(angle / TURN * COUNTS)}
-    text = map_text(guess(columns), Path('table.csv'))
+    text = map_text(guess(columns), 'table.csv')
     assert "position: {column: 'motor_pos_{n}', unit: FILL_IN}" in text
 
 

@@ -36,6 +36,7 @@ SHELLS = (
     'hda_torque_estimator.fleet.fleet_page',
     'hda_torque_estimator.importing.map_document',
     'hda_torque_estimator.importing.mat73',
+    'hda_torque_estimator.importing.side_by_side',
     'hda_torque_estimator.importing.tables',
     'hda_torque_estimator.measurements.recorded_readings',
     'hda_torque_estimator.measurements.renamed_recording',

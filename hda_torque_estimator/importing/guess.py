@@ -3,11 +3,13 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from os.path import commonprefix
+from types import MappingProxyType
 
 import numpy as np
 
 from .column_map import ColumnMapError
 from .guess_by_numbers import Settling
+from .guess_by_rates import entries_by_rates
 from .headings import Heading, read_heading
 from .number_clues import (
     Columns, Floats, is_dead, is_even, is_whole, numbers, splits, time_step, time_unit)
@@ -15,6 +17,7 @@ from .places import entries_by_name, MapEntry, patterns_of
 from .units import TIME
 
 NANO = 1e-9
+BY_STEPS = 'unit by its steps'
 LONGEST_NAMES = 200             # letters of two columns that a formula has room for
 SPLITTERS = ('run', 'sample', 'trial', 'episode', 'experiment', 'recording', 'segment', 'seq',
              'test', 'id', 'index')
@@ -62,15 +65,22 @@ class Guess:
                              for pattern in entry.patterns for number in pattern.columns}))
 
 
-def guess(columns: Columns) -> Guess:
-    """Return what the columns of a table most likely mean; raises ColumnMapError for nothing."""
-    headings = _alive(_headings(columns), columns)
+def guess(columns: Columns, tables: Mapping[str, str] = MappingProxyType({})) -> Guess:
+    """
+    Return what the columns of a table most likely mean; raises ColumnMapError for nothing.
+
+    The names of `tables`, by column, count for columns that state no quantity.
+    """
+    headings = _alive(_headings(columns, tables), columns)
     entries = entries_by_name(patterns_of(headings))
+    time = _time(headings, columns)
+    entries = entries or entries_by_rates(headings, columns, time.seconds(columns))
     if not entries:
         some = ', '.join(repr(name) for name in list(columns)[:4])
         raise ColumnMapError(f'no column looks like an angle, a speed or a torque of a joint, '
-                             f'got {some or "no columns"}; write the map by hand')
-    time = _time(headings, columns)
+                             f'got {some or "no columns"}; write the map by hand, or '
+                             'name the columns in a first line, such as t,q_1,qd_1,current_1')
+    time = _by_speeds(time, columns, entries)
     settling = Settling(columns, time.seconds(columns), entries)
     ratios = settling.settle()
     used = {time.column, time.parts, time.split} | {
@@ -80,13 +90,14 @@ def guess(columns: Columns) -> Guess:
                  tuple(name for name in columns if name not in used))
 
 
-def _headings(columns: Columns) -> list[Heading]:
+def _headings(columns: Columns, tables: Mapping[str, str]) -> list[Heading]:
     """Return what the names say, without the struct in which all columns are: it says nothing."""
     parts = commonprefix([name.split('.')[:-1] for name in columns])
     prefix = ''.join(f'{part}.' for part in parts)
     if '{' in prefix:
         prefix = ''
-    headings = [read_heading(name.removeprefix(prefix)) for name in columns]
+    headings = [read_heading(name.removeprefix(prefix), tables.get(name, ''))
+                for name in columns]
     return [replace(heading, column=name, pattern=prefix + heading.pattern)
             for name, heading in zip(columns, headings)]
 
@@ -123,6 +134,20 @@ def _time(headings: Sequence[Heading], columns: Columns) -> TimeEntry:
     return TimeEntry()
 
 
+def _by_speeds(time: TimeEntry, columns: Columns, entries: dict[str, MapEntry]) -> TimeEntry:
+    """Return a time whose unit the steps told in that in which speeds are the rates of angles."""
+    if time.column is None or not time.reason.endswith(BY_STEPS):
+        return time
+    for unit in dict.fromkeys((time.unit, *TIME.units)):
+        other = replace(time, unit=unit)
+        seconds = other.seconds(columns)
+        if Settling(columns, seconds, entries).fits_speeds():
+            rate = 1.0 / float(np.median(np.diff(seconds)))
+            reason = f'{rate:.4g} Hz, {BY_STEPS if unit == time.unit else "unit by the speeds"}'
+            return replace(other, reason=reason)
+    return time
+
+
 def _of_messages(headings: Sequence[Heading], columns: Columns) -> TimeEntry | None:
     """Return the stamp of ROS messages: whole seconds in one column, nanoseconds in another."""
     by_unit = {unit: [heading.column for heading in headings if heading.kind == 'time'
@@ -142,7 +167,7 @@ def _entry(heading: Heading, step: float, values: Floats, columns: Columns) -> T
     """Return the time of a column with its usual step."""
     unit = heading.unit if heading.kind == 'time' else None
     how = ('unit by its name' if unit else
-           'unit by its steps' if heading.kind == 'time' else 'it grows in even steps')
+           BY_STEPS if heading.kind == 'time' else 'it grows in even steps')
     unit = unit or time_unit(step)
     rate = 1.0 / (step * TIME.units[unit].factor)
     return TimeEntry(heading.column, unit, f'{rate:.4g} Hz, {how}', bool(values.min() < 0.0),

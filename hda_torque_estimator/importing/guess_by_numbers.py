@@ -15,7 +15,7 @@ from .headings import Heading
 from .number_clues import (angle_unit, Columns, FEWEST, Floats, is_whole, motor_over_link,
                            numbers, radians, rate_over, SAME, speed_unit, way_of_work)
 from .places import (LINK, LINK_POSITION, LINK_VELOCITY, MapEntry, MOTOR, MOTOR_EFFORT,
-                     MOTOR_POSITION, MOTOR_VELOCITY)
+                     MOTOR_POSITION, MOTOR_VELOCITY, NAMED_MOTORS)
 
 LARGEST_RATIO = 1e4             # what a column map takes
 LESS = 0.5                      # of the link's travel, that no motor behind a gear has
@@ -34,6 +34,8 @@ class Settling:
     def settle(self) -> dict[int, float]:
         """Complete units, sides and signs; return the gear ratios that can be seen, by joint."""
         self._settle_angles()
+        if self._is_no_motor():
+            del self.entries[MOTOR_POSITION]
         if self._are_swapped():
             self._swap()
             self._settle_angles()
@@ -46,6 +48,11 @@ class Settling:
             self._settle_way(place)
         self._settle_effort()
         return ratios
+
+    def fits_speeds(self) -> bool:
+        """Return whether some speeds are the rates of their angles at these times."""
+        self._settle_angles()
+        return any(self._rate_unit(place) is not None for place in (MOTOR_VELOCITY, LINK_VELOCITY))
 
     def _settle_angles(self) -> None:
         for place in (LINK_POSITION, MOTOR_POSITION):
@@ -62,7 +69,8 @@ class Settling:
         by_size = 'deg' if 'deg' in (by_size_of[n] for n in units if not units[n]) else 'rad'
         for n in (n for n in units if not units[n]):
             units[n] = by_size if place == LINK_POSITION else self._as_the_link(n)
-        reason = 'unit by its size'
+        reason = 'unit by its size' + (
+            '; no name says that it is an angle' * self._heading(place).silent)
         if place == MOTOR_POSITION and 'count' not in units.values():
             reason = 'unit as the link' if LINK_POSITION in self.entries else (
                 self.entries[place].reason)
@@ -80,19 +88,25 @@ class Settling:
 
     def _settle_speed(self, place: str) -> None:
         """State the unit in which speeds are the rates of angles, by the joint that moves most."""
+        if found := self._rate_unit(place):
+            self._change(place, unit=found, reason='unit by the rate of the angle')
+
+    def _rate_unit(self, place: str) -> str | None:
+        """Return the unit in which speeds are the rates of angles, None where they are not."""
         position = place.replace('velocity', 'position')
-        if position not in self.entries:
-            return
+        if not self.entries.keys() >= {place, position}:
+            return None
         joint = max(self._joints(position), key=lambda n: _travel(self._column(position, n)))
         angle = radians(self._column(position, joint), self.entries[position].unit_of(joint))
-        for way in (1.0, -1.0):
-            if found := speed_unit(way * self._column(place, joint), angle, self._seconds):
-                self._change(place, unit=found, reason='unit by the rate of the angle')
+        speed = self._column(place, joint)
+        return (speed_unit(speed, angle, self._seconds)
+                or speed_unit(-speed, angle, self._seconds))
 
     def _settle_sides(self) -> dict[int, float]:
         """State the motor where it moves as far as the link, else return the gear ratios."""
         if LINK_POSITION in self.entries and MOTOR_POSITION not in self.entries:
             self._at_link((MOTOR_EFFORT,), 'as the angles')
+            self._move_the_only_angle()
         slopes = self._slopes()
         if not slopes:
             return {}
@@ -104,6 +118,23 @@ class Settling:
             return {}
         return self._rounded({n: slope for n, slope in known.items()
                               if 1.0 < slope < LARGEST_RATIO})
+
+    def _move_the_only_angle(self) -> None:
+        """Take the only angle of a joint whose motor has a torque for that of the motor."""
+        if MOTOR_EFFORT not in self.entries:
+            return
+        for one, other in ((LINK_POSITION, MOTOR_POSITION), (LINK_VELOCITY, MOTOR_VELOCITY)):
+            if one in self.entries and other not in self.entries:
+                self.entries[other] = self.entries.pop(one)
+                self._at_link((other,), 'the only angle, of a rigid gear')
+
+    def _is_no_motor(self) -> bool:
+        """Return whether a motor that no word names does not follow the link, where that moves."""
+        if not self.entries.keys() >= {MOTOR_POSITION, LINK_POSITION} or (
+                self._heading(MOTOR_POSITION).words & (MOTOR | NAMED_MOTORS)):
+            return False
+        moving = any(_travel(self._column(LINK_POSITION, n)) for n in self._joints(MOTOR_POSITION))
+        return moving and not self._slopes()
 
     def _settle_links(self) -> None:
         """State the sign of links that run against their speed, which is the joint's own way."""

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 import json
-from pathlib import Path
 
 from .guess import Guess, NANO, TimeEntry
 from .places import MapEntry
@@ -15,13 +14,13 @@ SIDES = ('motor', 'link')
 UNITS = {**ANGLE.units, **SPEED.units, **TORQUE.units}
 
 
-def map_text(guess: Guess, table: Path) -> str:
+def map_text(guess: Guess, tables: str) -> str:
     """Return the text of a map; what no table can say is FILL_IN, which no import accepts."""
     return '\n'.join([
-        f'# Guessed from the names and numbers in {_shown(table.name)}. Check every line: units, '
+        f'# Guessed from the names and numbers in {_shown(tables)}. Check every line: units, '
         'signs, sides.',
         f'# {FILL_IN} marks what only the documents of the arm state. Then:',
-        f'#   hda import {_shown(table.name)} --map THIS_FILE --out BAG',
+        f'#   hda import {_shown(tables)} --map THIS_FILE --out BAG',
         *_time(guess.time), *_joints(guess), *_unused(guess), ''])
 
 
@@ -41,6 +40,7 @@ def _joints(guess: Guess) -> Iterator[str]:
     """Yield the joints: one pattern for all where they are numbered alike, else one by one."""
     alike = (guess.ratio is not None or not guess.ratios) and all(
         tuple(pattern.columns) == guess.joints and not entry.units and not entry.signs
+        and pattern.is_numbered
         for entry in guess.entries.values() for pattern in entry.patterns)
     names = [f'joint{place}' for place in range(1, len(guess.joints) + 1)]
     if alike and guess.joints in ((0,), tuple(range(1, len(names) + 1))):
@@ -90,6 +90,8 @@ def _entry(key: str, entry: MapEntry, number: int | None) -> str:
 
 
 def _unused(guess: Guess) -> Iterator[str]:
+    if not {'motor.effort', 'reference'} & guess.entries.keys():
+        yield '# No torque and no current was found. Without one nothing tells friction.'
     if guess.unused:
         some = ', '.join(map(_shown, guess.unused[:MOST_SHOWN]))
         more = ', ...' * (len(guess.unused) > MOST_SHOWN)

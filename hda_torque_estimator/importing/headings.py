@@ -9,10 +9,17 @@ Kind = Literal['position', 'velocity', 'torque', 'current', 'time']
 
 WORD = re.compile(r'[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|\d+')
 BRACKETED = re.compile(r'^(.*?)\s*[\[(]\s*([^\])]+?)\s*[\])]\s*$')
+OTHERS = frozenset({
+    'V', 'mV', 'W', 'C', '°C', 'degC', 'K', '%', 'mm', 'm/s', 'm/s^2', 'm/s2', 'Hz', 'kHz', 'g',
+    'kg', 'bar', 'ohm', 'rad/s^2', 'rad/s2', 'deg/s^2', '[m', '[N'})
+"""Units in brackets of what no joint's angle, speed or torque is in."""
+MOVES: tuple[Kind, ...] = ('position', 'velocity')       # their units are mixed up in names
 
 SIDED = re.compile(r'(motor|mot|rotor|shaft|link|load|joint)(.+)')
 SIDES_ALONE = frozenset({'motor', 'mot', 'rotor', 'link', 'load', 'joint'})
 """Words that, with a number alone, name an angle, as in 'mot_3'; a 'load' may be a torque."""
+NAMELESS = frozenset({'column', 'col', 'x', 'var', 'data', 'value', 'axis', 'j'})
+"""Words that, with a number alone, name nothing."""
 SHORTEST = 4                    # letters of a plural that is no short name, such as 'pos'
 COUNTED = ('inc', 'incs', 'count', 'counts', 'cnt', 'tick', 'ticks')
 
@@ -32,7 +39,7 @@ UNITS: dict[Kind, dict[str, tuple[str, ...]]] = {
                  'count': ('count', 'counts', 'cnt', 'cnts', 'tick', 'ticks', 'inc', 'incs')},
     'velocity': {'rad/s': ('rad s', 'rad per s', 'rads', 'radps', 'rad sec'),
                  'deg/s': ('deg s', 'deg per s', 'degs', 'degps', 'deg sec'), 'rpm': ('rpm',),
-                 'turn/s': ('turn s', 'rev s', 'turns s', 'rps'),
+                 'turn/s': ('turn s', 'rev s', 'turns s', 'rps', 'hz'),
                  'count/s': ('count s', 'counts s', 'ticks s', 'cnt s')},
     'torque': {'mN*m': ('m nm', 'mnm', 'm n m'), 'N*m': ('nm', 'n m')},
     'current': {'mA': ('m a', 'ma', 'milliamps'), 'A': ('a', 'amp', 'amps', 'ampere')},
@@ -48,6 +55,7 @@ class Heading:
     What a name says of its column.
 
     `pattern` has '{n}' where the name has the number of the joint; names without number have none.
+    A name is `silent` if no word of it states the quantity, as in 'joint_3'.
     """
 
     column: str
@@ -56,16 +64,23 @@ class Heading:
     number: int | None
     kind: Kind | None
     unit: str | None
+    silent: bool = False
 
 
-def read_heading(column: str) -> Heading:
-    """Return what the name of a column says."""
+def read_heading(column: str, about: str = '') -> Heading:
+    """
+    Return what the name of a column says.
+
+    Where it states no quantity, that in the name of its table counts, `about`.
+    """
     found = BRACKETED.match(column)
     name, bracketed = (found[1], found[2]) if found else (column, '')
     spelled = [word.lower() for word in WORD.findall(name) if not word.isdigit()]
     parts = [part for word in spelled for part in _parted(word)]
     ending = [word.lower() for word in WORD.findall(bracketed)] or parts
     kind = _kind({*parts, *map(_singular, parts)})
+    if bracketed:
+        kind = _of_unit(bracketed, column[len(name):].lstrip()[:1], ending, kind)
     unit, length = _unit(ending, kind)
     if unit and kind is None:
         kind = next(kind for kind, units in UNITS.items() if unit in units)
@@ -73,9 +88,34 @@ def read_heading(column: str) -> Heading:
         parts = parts[:len(parts) - length]
     words = [_singular(part) for part in parts]
     number, pattern = _numbered(column, name)
-    if kind is None and number is not None and words and SIDES_ALONE.issuperset(words):
-        kind = 'position'
-    return Heading(column, pattern, frozenset(words), number, kind, unit)
+    silent = False
+    if kind is None and number is not None and not bracketed:
+        if SIDES_ALONE.union(NAMELESS).issuperset(words):
+            kind = _of_table(about)
+        silent = kind is None
+        if silent and words and SIDES_ALONE.issuperset(words):
+            kind = 'position'
+    return Heading(column, pattern, frozenset(words), number, kind, unit, silent)
+
+
+def _of_unit(bracketed: str, bracket: str, words: Sequence[str], kind: Kind | None) -> Kind | None:
+    """Return the quantity whose unit stands in brackets; it counts more than words do."""
+    kinds = [of for of in UNITS if any(' '.join(words) in spellings
+                                       for spellings in UNITS[of].values())]
+    if bracketed in OTHERS or bracket + bracketed in OTHERS:
+        return kind if kind in kinds else None
+    # A lower-case letter alone may be a mark, as in 'sensor (a)'.
+    if not kinds or kind in kinds or len(bracketed) == 1 and bracketed not in ('A', 's'):
+        return kind
+    return kind if kind in MOVES and kinds[0] in MOVES else kinds[0]
+
+
+def _of_table(about: str) -> Kind | None:
+    """Return the one quantity that the name of a table states, None for none or several."""
+    words = {word.lower() for word in WORD.findall(about)}
+    kinds = {kind for word, kind in KINDS.items() if len(word) > 1 and kind != 'time'
+             and word in {*words, *map(_singular, words)}}
+    return kinds.pop() if len(kinds) == 1 else None
 
 
 def _parted(word: str) -> tuple[str, ...]:

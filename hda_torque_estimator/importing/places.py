@@ -15,11 +15,14 @@ LINK = frozenset({'link', 'l', 'load', 'output', 'out', 'arm', 'ls', 'joint', 's
 SENSOR = frozenset({'sensor', 'sens', 'sensed', 'jts', 'ext', 'transducer', 'cell', 'gauge'})
 COMMAND = frozenset({'cmd', 'command', 'commanded', 'set', 'setpoint', 'des', 'desired', 'target',
                      'ref', 'reference', 'goal'})
+TARGET = frozenset({'target', 'ref', 'reference', 'goal'})
 NEVER = frozenset({'temp', 'temperature', 'volt', 'voltage', 'power', 'error', 'err', 'std', 'var',
                    'flag', 'status', 'id', 'acc', 'accel', 'acceleration', 'brake', 'supply',
-                   'enable', 'enabled', 'limit',
+                   'enable', 'enabled', 'limit', 'latency',
+                   'ee', 'eef', 'tcp', 'tool', 'flange', 'cartesian', 'quat', 'quaternion',
                    'inertia', 'computed', 'cmptd', 'model', 'est', 'estimated', 'predicted'})
 ENCODER = frozenset({'enc', 'encoder'})
+NAMED_MOTORS = ENCODER | {'theta', 'dtheta', 'thetadot'}       # as in papers, beside q
 MOTOR_POSITION, MOTOR_VELOCITY, MOTOR_EFFORT = 'motor.position', 'motor.velocity', 'motor.effort'
 LINK_POSITION, LINK_VELOCITY, REFERENCE = 'link.position', 'link.velocity', 'reference'
 PLACES = (MOTOR_POSITION, MOTOR_VELOCITY, MOTOR_EFFORT, LINK_POSITION, LINK_VELOCITY, REFERENCE)
@@ -40,6 +43,12 @@ class Pattern:
     def name(self) -> str:
         """Return the name with '{n}' for the number."""
         return self.heading.pattern
+
+    @property
+    def is_numbered(self) -> bool:
+        """Return whether the names have the numbers of the joints."""
+        return all(number in (0, _number_in(name, self.name))
+                   for number, name in self.columns.items())
 
 
 @dataclass(frozen=True)
@@ -64,6 +73,12 @@ class MapEntry:
         return self.signs.get(joint, self.sign)
 
 
+def _number_in(name: str, pattern: str) -> int | None:
+    before, _, after = pattern.partition('{n}')
+    digits = name.removeprefix(before).removesuffix(after)
+    return int(digits) if digits.isdecimal() else None
+
+
 def weight(heading: Heading, place: str) -> float:
     """Return how likely a column of this name belongs to a place, 0 where it does not."""
     words, kind = heading.words, heading.kind
@@ -78,15 +93,15 @@ def weight(heading: Heading, place: str) -> float:
             return 3.0 + 0.1 * bool(words & ENCODER) if motor == place.startswith('motor') else 0.0
         if place.startswith('link'):
             return 2.0 if words & {'q', 'dq', 'qd', 'qdot'} else 1.0
-        return 0.9 if words & {'theta', 'dtheta', 'thetadot', *ENCODER} else 0.5
+        return 0.9 if words & NAMED_MOTORS else 0.5
     if place == REFERENCE:
         measured = kind == 'torque' and not words & COMMAND
         return (3.0 if words & SENSOR else 1.2 if link else 0.0) if measured else 0.0
     if kind not in ('torque', 'current') or words & SENSOR or (
             kind == 'current' and words & COMMAND):
         return 0.0
-    return (2.0 if kind == 'torque' else 1.0) + motor - 0.7 * link - 0.4 * bool(
-        words & {'target', 'ref', 'reference', 'goal'})
+    asked = 0.4 * bool(words & TARGET) or 0.1 * bool(words & COMMAND)   # measured is better
+    return (2.0 if kind == 'torque' else 1.0) + motor - 0.7 * link - asked
 
 
 def patterns_of(headings: Iterable[Heading]) -> list[Pattern]:

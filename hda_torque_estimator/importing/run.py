@@ -1,6 +1,6 @@
 """Import a table into bags: `hda import TABLE --map FILE --out BAG`, or guess its map."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 import re
@@ -18,40 +18,44 @@ from .guess import guess
 from .guess_text import map_text
 from .map_document import read_column_map
 from .maps import SHIPPED, shipped_maps
-from .tables import read_table
+from .side_by_side import names_of, read_tables
 
 NOT_IN_A_NAME = re.compile(r'[^\w.+-]')
 
 
-def run_import(table: Path, map_file: Path, out: Path, *, force: bool = False) -> list[Path]:
+def run_import(tables: Path | Sequence[Path], map_file: Path, out: Path, *,
+               force: bool = False) -> list[Path]:
     """
-    Write the recordings of a table as bags, and return their paths.
+    Write the recordings of a table, or of several side by side, as bags, and return their paths.
 
     A map that splits the table makes one bag for each value, OUT_VALUE, else there is OUT alone.
     All bags appear or none. Raises TableError, ColumnMapError or BagError.
     """
+    paths = [tables] if isinstance(tables, Path) else [*tables]
     text = _map_text(map_file)
     try:
         column_map = read_column_map(_document(text))
-        recordings = convert(column_map, read_table(table))
+        recordings = convert(column_map, read_tables(paths).columns)
         bags = dict(_named(out, column_map, recordings))
     except (ColumnMapError, ParameterError) as error:
         raise ColumnMapError(f'{map_file}: {error}') from None
     with ExitStack() as undo:
         for path, recording in bags.items():
-            about = {'table': table.name, 'map': text, 'split': recording.label}
+            about = {'table': names_of(paths), 'map': text, 'split': recording.label}
             _write(path, recording, about, force)
             undo.callback(shutil.rmtree, path, ignore_errors=True)
         undo.pop_all()
     return list(bags)
 
 
-def guess_map(table: Path) -> str:
-    """Return a column map guessed from a table, as text to edit; raises TableError."""
+def guess_map(tables: Path | Sequence[Path]) -> str:
+    """Return a column map guessed from a table, or several, as text; raises TableError."""
+    paths = [tables] if isinstance(tables, Path) else [*tables]
     try:
-        return map_text(guess(read_table(table)), table)
+        read = read_tables(paths)
+        return map_text(guess(read.columns, read.tables), names_of(paths))
     except ColumnMapError as error:
-        raise ColumnMapError(f'{table}: {error}') from None
+        raise ColumnMapError(f'{", ".join(map(str, paths))}: {error}') from None
 
 
 def _map_text(path: Path) -> str:

@@ -113,12 +113,14 @@ def _arrow_table(source: Path | pa.BufferReader, form: TableFormat, *,
 
     def left_out(row: pyarrow.csv.InvalidRow) -> str:
         short.append(row)
-        return 'skip' if last_cut_off and len(short) == 1 else 'error'
+        return 'skip' if len(short) == 1 else 'error'
 
+    # A thread of the reader that lets go of a function of ours at exit can end the process.
     table = pyarrow.csv.read_csv(
         source, pyarrow.csv.ReadOptions(column_names=names, skip_rows=form.skipped,
                                         use_threads=not last_cut_off),   # threads know no numbers
-        pyarrow.csv.ParseOptions(delimiter=form.mark, invalid_row_handler=left_out),
+        pyarrow.csv.ParseOptions(delimiter=form.mark,
+                                 invalid_row_handler=left_out if last_cut_off else None),
         pyarrow.csv.ConvertOptions(decimal_point=form.decimal_point))
     if short and (short[0].number != form.skipped + table.num_rows + 1
                   or short[0].actual_columns > len(names)):
