@@ -15,8 +15,26 @@ def shown(capsys, *words):
     return capsys.readouterr().out
 
 
-def test_every_effect_stands_there_with_its_cause_and_all_its_parameters(capsys):
-    blocks = {block.partition(':')[0]: block for block in shown(capsys).split('\n\n')}
+def test_every_effect_has_one_line_with_its_parameters_sizes_and_units(capsys):
+    lines = shown(capsys).partition('\n\n')[0].splitlines()[1:]
+    assert [line.split()[0] for line in lines] == [effect.name for effect in EFFECTS]
+    for effect, line in zip(EFFECTS, lines):
+        parts = line.removeprefix(effect.name).strip().split(', ')
+        told = [part.split() for part in parts if not part.endswith(' more')]
+        rules = {rule.name: rule for rule in effect.declarations()}
+        if not rules:
+            assert parts == ['none: an arm has it', 'or not']
+            continue
+        for name, size, *unit in told:
+            assert unit == [rules[name].unit] if rules[name].unit else not unit
+            assert size == '-' or float(size) == (effect.typical.more | effect.typical.shape)[name]
+        more = [int(part.split()[0]) for part in parts if part.endswith(' more')]
+        assert told and len(told) + sum(more) == len(rules)
+
+
+def test_an_effect_that_is_named_has_its_cause_and_all_its_parameters(capsys):
+    text = shown(capsys, *(effect.name for effect in EFFECTS))
+    blocks = {block.partition(':')[0]: block for block in text.split('\n\n')}
     for effect in EFFECTS:
         block = blocks[effect.name]
         assert ' '.join(effect.cause.split()) in ' '.join(block.split())

@@ -100,3 +100,21 @@ def test_other_names_are_mapped(bag, tmp_path, capsys):
              str(tmp_path / 'arm.yaml')]
     assert 'names no joint with both sides' in refusal(capsys, *words)
     assert main([*words, '--name', 'load=joint1', '--name', 'drive=joint1_motor']) == 0
+
+
+def test_a_motor_without_a_link_encoder_is_a_joint(tmp_path, capsys):
+    """Most robots log one angle for each joint, which an import lays to the motor."""
+    angle, nothing = 80.0 * np.sin(TIME)[:, np.newaxis], np.full((len(TIME), 1), np.nan)
+    step = 2.0 * np.pi / 4096
+    with BagWriter(tmp_path / 'bag', {}) as writer:
+        writer.write_joint_states(JOINT_STATES, JointSamples(
+            1 + np.rint(1e9 * TIME).astype(np.int64), ('elbow_motor',),
+            step * np.floor(angle / step), nothing, 0.21 * np.cos(TIME)[:, np.newaxis]))
+    out = tmp_path / 'arm.yaml'
+    assert main(['new', '--from', str(tmp_path / 'bag'), '--gear', 'CSG-17-80', *STATED,
+                 '--out', str(out)]) == 0
+    joint, = read_arm(out).joints
+    assert (joint.label, joint.ratio, joint.motor_encoder.counts) == ('elbow', 80.0, 4096.0)
+    assert joint.link_encoder.counts == 0.0
+    assert 'no such encoder was recorded' in capsys.readouterr().out
+    assert 'from bag: no such encoder was recorded' in out.read_text()

@@ -135,10 +135,19 @@ def calibrate(arm: Arm, recordings: Mapping[str, Sequence[Measured]],
             source = f'reference torques of {", ".join(found.recordings)}'
             arm = with_numbers(arm, label, found.numbers, source)
     if all(joint.kept for joint in joints):
-        raise CalibrationError('nothing can be calibrated: ' + '; '.join(
-            f'{joint.joint}: {joint.kept}' for joint in joints))
+        raise CalibrationError(f'nothing can be calibrated: {_reasons(joints)}')
     return Calibration(with_tolerances(arm, {
         joint.joint: joint.known for joint in joints}, wider=True), tuple(joints))
+
+
+def _reasons(joints: Sequence[JointCalibration]) -> str:
+    """Return why joints stay as they were, one reason of many joints once."""
+    alike: dict[str, list[JointCalibration]] = {}
+    for joint in joints:
+        alike.setdefault(joint.kept.replace(joint.joint, 'JOINT'), []).append(joint)
+    return '; '.join(
+        f'{", ".join(joint.joint for joint in group)}: '
+        f'{reason if len(group) > 1 else group[0].kept}' for reason, group in alike.items())
 
 
 def _calibrated(arm: Arm, recordings: Sequence[Measured]) -> JointCalibration:

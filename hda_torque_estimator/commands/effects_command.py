@@ -1,7 +1,7 @@
 """`hda effects`: the catalogue of effects with all their parameters, from the declarations."""
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from textwrap import fill
 from typing import Any
 
@@ -17,6 +17,7 @@ _HEADS = ('parameter', 'unit', 'from .. to', 'default', 'typical')
 _SCALE = ('An effect listed without parameters has its typical size, + on top of what the arm '
           'has; one without any (-) needs parameters. Sizes are those of a motor of 0.3 N*m and '
           'a gear of ratio 100; torques grow with both.')
+_MORE = 'Ranges, defaults and meanings: hda effects NAME.'
 
 EXAMPLES = (
     'hda effects',
@@ -32,12 +33,37 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def execute(options: argparse.Namespace) -> Outcome:
     """List effects; raises ParameterError for a name that the catalogue does not have."""
     chosen = [effect_named(name) for name in dict.fromkeys(options.names)]
-    parts = [_block(effect, explained=bool(chosen)) for effect in chosen or EFFECTS]
-    text = '\n\n'.join([_ROW.format(*_HEADS).rstrip(), *parts, fill(_SCALE, WIDTH)])
+    text = _details(chosen) if chosen else _table()
     return Outcome(text, {'effects': [_report(effect) for effect in chosen or EFFECTS]})
 
 
-def _block(effect: type[Effect], *, explained: bool) -> str:
+def _table() -> str:
+    """Return a line for each effect: its name, its parameters with their sizes and units."""
+    indent = max(len(effect.name) for effect in EFFECTS) + 1
+    lines = [f'{"effect":<{indent}}parameters with typical sizes']
+    lines += [f'{effect.name:<{indent}}{_sizes(effect, WIDTH - indent)}' for effect in EFFECTS]
+    return '\n'.join([*lines, '', fill(f'{_SCALE} {_MORE}', WIDTH)])
+
+
+def _sizes(effect: type[Effect], width: int) -> str:
+    """Return as many parameters of an effect as fit, those that make its size first."""
+    rules = sorted(effect.declarations(), key=lambda rule: rule.name not in _usual(effect).more)
+    words = [' '.join(filter(None, (rule.name, _typical_words(effect, rule), rule.unit)))
+             for rule in rules]
+    for shown in range(len(words), 0, -1):
+        rest = f', {len(words) - shown} more' if shown < len(words) else ''
+        if len(text := ', '.join(words[:shown]) + rest) <= width:
+            return text
+    return 'none: an arm has it, or not' if not words else f'{len(words)} parameters'
+
+
+def _details(effects: Sequence[type[Effect]]) -> str:
+    """Return all there is to say of some effects."""
+    return '\n\n'.join([_ROW.format(*_HEADS).rstrip(), *map(_block, effects),
+                        fill(_SCALE, WIDTH)])
+
+
+def _block(effect: type[Effect]) -> str:
     """Return an effect in words: where and why it acts, and a row for each parameter."""
     where = f'{effect.name}: {effect.scope.value}, {effect.site.value}, {effect.place.name}'
     lines = [where, fill(effect.cause, WIDTH, initial_indent='  ', subsequent_indent='  ')]
@@ -46,9 +72,8 @@ def _block(effect: type[Effect], *, explained: bool) -> str:
     for rule in effect.declarations():
         lines.append(_ROW.format(rule.name, rule.unit, f'{rule.low:g} .. {rule.high:g}',
                                  f'{rule.default:g}', _typical_words(effect, rule)).rstrip())
-        if explained:
-            lines.append(fill(rule.meaning, WIDTH, initial_indent=' ' * 6,
-                              subsequent_indent=' ' * 6))
+        lines.append(fill(rule.meaning, WIDTH, initial_indent=' ' * 6,
+                          subsequent_indent=' ' * 6))
     return '\n'.join(lines)
 
 

@@ -42,7 +42,7 @@ from ..measurements.conventions import check_conventions
 from ..measurements.recorded_readings import recorded_readings
 from ..measurements.renamed_recording import Naming, open_named
 from ..samples.driver_states import Driver
-from ..samples.readings import by_motor
+from ..samples.readings import by_motor, unknown_motors
 from ..version import version
 
 EXAMPLES = (
@@ -50,8 +50,18 @@ EXAMPLES = (
     'hda estimate bag --arm hda_arm.yaml --tare 0:2 --out estimates  # at rest')
 
 
+UNKNOWN_MOTOR = ('nothing is known of the friction of its motor, so nothing tells its torque: '
+                 'hda calibrate, or dry_friction in the arm file')
+
+
 class EstimateError(HdaError):
     """A recording from which nothing can be estimated."""
+
+
+def check_motors(arm: Arm, by_motor: tuple[str, ...], source: str) -> None:
+    """Raise EstimateError where no joint has a link angle or a motor that is known."""
+    if unknown_motors(arm, by_motor) == arm.labels:
+        raise EstimateError(f'{source}: no link angle of {", ".join(arm.labels)}; {UNKNOWN_MOTOR}')
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -87,6 +97,7 @@ def _estimated(options: argparse.Namespace) -> Outcome:
     driver = settings.driver if named == Naming() else Driver()
     found = recorded_readings(arm, recording, driver)
     check_conventions(arm, found.reading, found.command, str(options.bag))
+    check_motors(arm, found.by_motor, str(options.bag))
     arm = by_motor(arm, found.by_motor)
     estimator = Estimator(arm, settings.estimator)
     tare = tare_stamps(options.tare, found.stamps)
@@ -167,6 +178,7 @@ def _outcome(options: argparse.Namespace, arm: Arm, made: _EstimatedBag, refused
         'refused': refused, 'joints': list(arm.labels),
         'largest_torque': _largest(estimates).tolist(),
         'doubts': doubted, 'tare': zero or None, 'by_motor': list(alone),
+        'unknown': list(unknown_motors(arm, alone)),
         'contacts': [one._asdict() for one in touched],
         'errors': {name: {key: None if np.isnan(value) else value
                           for key, value in error._asdict().items()}
@@ -176,8 +188,9 @@ def _outcome(options: argparse.Namespace, arm: Arm, made: _EstimatedBag, refused
              f'joint torques up to {torques} N*m']
     lines += [f'  {100.0 * share:.3g} % of the samples: {words}'
               for words, share in doubted.items()]
-    lines += [f'  {label}: no link angle is in the bag; its motor alone gives its torque'
-              for label in alone]
+    unknown = unknown_motors(arm, alone)
+    lines += [f'  {label}: no link angle is in the bag; ' + (UNKNOWN_MOTOR if label in unknown else
+              'its motor alone gives its torque') for label in alone]
     if zero:
         lines.append(f'  {tare_words(zero)}')
     if arm.links is None:

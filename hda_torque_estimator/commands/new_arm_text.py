@@ -16,6 +16,7 @@ import yaml
 from .arm_answers import JointAnswers, NewError, Rods
 from .gear_table import UrdfLinks
 
+STATED = 'as stated'
 DAMPING_TIME = 8e-4     # class default of damping over stiffness, as in hda_arm.yaml [s]
 _WIDTH = 90
 _LOOP, _DAMPING = unmeasured_at(LOOP).name, unmeasured_at(GEAR).name
@@ -82,9 +83,10 @@ def _joint_lines(joint: JointAnswers) -> Iterator[str]:
     yield '    torsion:'
     yield from (_row(6, *row) for row in torsion)
     for side, counts in (('motor', joint.motor_counts), ('link', joint.link_counts)):
+        origin = joint.origin(f'{side}_counts')
         yield _beside(f'    {side}_encoder: {{counts: {yaml_number(counts)}}}',
-                      f'per turn, {joint.origin(f"{side}_counts")}' if counts else
-                      'as stated: perfect')
+                      f'per turn, {origin}' if counts else
+                      origin.replace(STATED, f'{STATED}: perfect'))
 
 
 def _ratio(joint: JointAnswers) -> tuple[float, str]:

@@ -27,18 +27,20 @@ class RecordedJoint(NamedTuple):
     label: str
     ratio: float | None
     motor_counts: float | None
-    link_counts: float | None
+    link_counts: float | None       # 0 where no angle of it was recorded
     motor_torque: float | None      # the largest seen [N*m]
 
 
 def recorded_joints(recording: Recording) -> list[RecordedJoint]:
     """Return what a recording shows of each joint; raises NewError or BagError."""
     samples = recording.joint_states()
-    labels = [name for name in samples.names
-              if not name.endswith(MOTOR_SUFFIX) and motor_name(name) in samples.names]
+    labels = [name.removesuffix(MOTOR_SUFFIX) for name in samples.names
+              if name.endswith(MOTOR_SUFFIX)]                   # a motor alone is a joint too
     if not labels:
         raise NewError(f'{recording.path} names no joint with both sides, as joint1 and '
                        f'joint1_motor; it names {", ".join(samples.names) or "nothing"}')
+    labels.sort(key=lambda label: (*samples.names,).index(
+        label if label in samples.names else motor_name(label)))
     return [_recorded_joint(samples, label) for label in labels]
 
 
@@ -63,7 +65,8 @@ def add_answers(options: Any, recorded: list[RecordedJoint], source: str) -> dic
         stated = getattr(options, name) or (name == 'motor_torque' and options.motor_current)
         if not stated and all(value is not None for value in values):
             setattr(options, name, values)
-            least = ', the largest seen: no less' if name == 'motor_torque' else ''
+            least = ', the largest seen: no less' if name == 'motor_torque' else (
+                ': no such encoder was recorded' if not any(values) else '')
             origins[name] = f'from {source}{least}'
     return origins
 
@@ -98,12 +101,21 @@ def _is_near(ratio: float, seen: float) -> bool:
 
 
 def _recorded_joint(samples: JointSamples, label: str) -> RecordedJoint:
-    pair = samples.select([label, motor_name(label)])
-    both = pair.position[np.isfinite(pair.position).all(axis=1)]
-    effort = np.abs(pair.effort[:, 1][np.isfinite(pair.effort[:, 1])])
-    largest = float(effort.max(initial=0.0))
-    motor, link = (_counts(column) for column in (both[:, 1], both[:, 0]))
-    return RecordedJoint(label, _ratio(both), motor, link, largest or None)
+    sides = label, motor_name(label)
+    angles = np.column_stack([_column(samples.position, samples, name) for name in sides])
+    effort = np.abs(_column(samples.effort, samples, sides[1]))
+    largest = float(effort[np.isfinite(effort)].max(initial=0.0))
+    link, motor = (_counts(column[np.isfinite(column)]) for column in angles.T)
+    return RecordedJoint(label, _ratio(angles[np.isfinite(angles).all(axis=1)]), motor, link,
+                         largest or None)
+
+
+def _column(values: NDArray[np.float64], samples: JointSamples,
+            name: str) -> NDArray[np.float64]:
+    """Return what the samples hold of a name (k,), NaN where they do not name it."""
+    if name not in samples.names:
+        return np.full(len(samples.stamps), np.nan)
+    return values[:, samples.names.index(name)]
 
 
 def _ratio(both: NDArray[np.float64]) -> float | None:
@@ -114,7 +126,13 @@ def _ratio(both: NDArray[np.float64]) -> float | None:
 
 
 def _counts(angle: NDArray[np.float64]) -> float | None:
-    """Return the counts per turn of angles (k,) that come in whole steps, None of others."""
+    """
+    Return the counts per turn of angles (k,) that come in whole steps, None of others.
+
+    Without any angle it is 0, as that of a perfect encoder.
+    """
+    if not len(angle):
+        return 0.0
     changes = np.abs(np.diff(angle))
     changes = changes[changes > 2.0 * math.pi / MOST_COUNTS]
     if not len(changes):

@@ -39,8 +39,12 @@ def check_names(samples: JointSamples, arm: Arm, source: str) -> None:
     """Raise GateError unless both sides of every joint and the motor torques are there."""
     for label in arm.labels:
         motor = motor_name(label)
-        if motor not in samples.names or label not in samples.names:
-            absent = [name for name in (label, motor) if name not in samples.names]
+        absent = [name for name in (label, motor) if name not in samples.names]
+        if absent == [motor]:
+            raise GateError(
+                f'{source}: no {motor}, so the motor side of {label} was not recorded; a diagnosis '
+                'needs the angle and the torque of the motor')
+        if absent:
             raise GateError(
                 f'{source}: {", ".join(absent)} missing, it names {", ".join(samples.names)}; '
                 'name the joints in the arm file as the recording does')

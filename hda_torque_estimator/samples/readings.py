@@ -48,10 +48,11 @@ def with_links_of(arm: Arm, samples: JointSamples) -> tuple[JointSamples, tuple[
     """
     Return joint states with all link angles that motors can stand in for, and these joints.
 
-    They are joints without a link encoder, whose motor has a torque and is known. Their angle is
-    what a rigid gear would make of the motor's. It shows nothing of a torque: see `by_motor`.
+    They are joints without a link encoder, whose motor has a torque. Their angle is what a rigid
+    gear would make of the motor's. It shows nothing of a torque: see `by_motor`. A motor of which
+    nothing is known shows none either: see `knows_motor`.
     """
-    ratios = {joint.label: joint.ratio for joint in arm.joints if knows_motor(arm, joint)}
+    ratios = {joint.label: joint.ratio for joint in arm.joints}
     alone = tuple(label for label in ratios
                   if not np.isfinite(_column(samples.position, samples, label)).any()
                   and np.isfinite(_column(samples.effort, samples, motor_name(label))).any())
@@ -71,6 +72,12 @@ def by_motor(arm: Arm, labels: Sequence[str]) -> Arm:
     return replace(arm, joints=tuple(
         replace(joint, torsion=replace(joint.torsion, deviation=NOTHING))
         if joint.label in labels else joint for joint in arm.joints))
+
+
+def unknown_motors(arm: Arm, labels: Sequence[str]) -> tuple[str, ...]:
+    """Return those of some joints whose motors tell no torque."""
+    return tuple(joint.label for joint in arm.joints
+                 if joint.label in labels and not knows_motor(arm, joint))
 
 
 def knows_motor(arm: Arm, joint: Joint) -> bool:
