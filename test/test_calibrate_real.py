@@ -275,3 +275,14 @@ def test_weights_leave_the_torque_to_the_better_witness():
     assert error(found.arm, other, believed=True) <= 1.05 * error(alone, other, believed=True)
     assert reported.together <= 1.05 * reported.by_hand
     assert line_left_out(leg().joints[0], seen) == pytest.approx(reported.by_hand)
+
+
+def test_a_motor_that_hardly_turns_tells_no_slope_over_its_speed():
+    """A slope of friction found at 0.3 rad/s made 170 N*m of a real joint at 100 rad/s."""
+    still = [blind(recorded(seed, speed=0.0)) for seed in (0, 1, 2)]
+    found = calibrate(leg(), {'knee': still})
+    assert 'viscous_friction.slope' not in {one.name for one in found.joints[0].numbers}
+    assert found.joints[0].together <= 1.2 * found.joints[0].by_hand
+    moving = recorded(7)
+    moving = blind(moving).with_link(RATIO)
+    assert error(by_motor(found.arm, ['knee']), moving) < moving.varies()

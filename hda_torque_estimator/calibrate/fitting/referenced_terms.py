@@ -201,9 +201,15 @@ TORSION: tuple[Maker, ...] = (stiffness, hysteresis, waves_of_motor, skew, zero)
 TORSION_MORE: tuple[Maker, ...] = (disc, stiffening, fourth_wave)
 
 
-def motor_always(fastest: float) -> tuple[Maker, ...]:
-    """Return what is always looked for at a motor whose shaft turns so fast [rad/s]."""
-    return constant, dry, offset, viscous(fastest), of_load
+def motor_always(fastest: float, *, slides: bool) -> tuple[Maker, ...]:
+    """
+    Return what is always looked for at a motor whose shaft turns so fast [rad/s].
+
+    One that is not seen to slide tells no slope over speed: it would be used at speeds a hundred
+    times as high.
+    """
+    slope = (viscous(fastest),) if slides else ()
+    return constant, dry, offset, *slope, of_load
 
 
 def motor_more() -> tuple[Maker, ...]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arm_numbers import ArmNumber, doubtful, number, numbers, OFFSET
-from .motor_witness import MotorWitness, sliding, STANDS
+from .motor_witness import MotorWitness, sliding, SLOWEST, STANDS
 from .referenced_problem import error_left_out, fitted, LAG, Referenced, step_without
 from .referenced_terms import (cogging, likely_order, Maker, motor_always, motor_more, stiffening,
                                TORSION, TORSION_MORE)
@@ -108,7 +108,8 @@ def motor_of(arm: Arm, recordings: Sequence[Measured], *,
     witness, varies = MotorWitness(recordings, resting=resting), _varies(recordings)
     if witness.fastest <= STANDS:
         return None
-    search = Search(motor_always(witness.fastest), motor_more(), SLIGHTLY)
+    always = motor_always(witness.fastest, slides=witness.fastest > SLOWEST)
+    search = Search(always, motor_more(), SLIGHTLY)
 
     def starts(problem: Referenced) -> list[Floats]:
         return [beginning(problem.terms, problem.beside)]
