@@ -1,11 +1,15 @@
 """Friction of motors alone: each cause is found by its name, and none where the arm has it."""
 
 from dataclasses import replace
+import json
 from pathlib import Path
 
 from hda_arm_sim.model.effects import CoulombFriction, ViscousFriction
 from hda_arm_sim.model.files import read_arm
+from hda_msgs_json.bag import BagWriter
 from hda_msgs_json.samples import JointSamples
+from hda_msgs_json.topics import JOINT_STATES
+from hda_torque_estimator.cli import main
 from hda_torque_estimator.diagnosis.motors_alone.motor_record import sweeps_of, sweeps_together
 from hda_torque_estimator.diagnosis.motors_alone.motor_side import diagnose_motors
 from hda_torque_estimator.diagnosis.motors_alone.posterior import (Law, PossibleCause, posterior,
@@ -157,3 +161,23 @@ def test_a_bench_whose_friction_is_known_shows_that_it_grows_with_load():
     assert 'load_dependent_friction' in names
     assert names <= {'load_dependent_friction', 'viscous_friction', 'coulomb_friction',
                      'stribeck_friction'}
+
+
+@pytest.mark.parametrize('slower, said', [(1.015, False), (2.0, True)])
+def test_motors_recorded_at_other_rates_are_said_to_be(slower, said, tmp_path, capsys):
+    """Within 2 % recordings belong together; beyond it the page says how they were taken."""
+    bags = []
+    for name, seed, every in (('first', 1, 1.0), ('second', 2, slower)):
+        samples = swung(lambda *signals: 0.0, seed=seed, seconds=20.0)
+        rows = slice(None, None, 2) if every == 2.0 else slice(None)
+        stamps = np.rint(samples.stamps * (1.0 if every == 2.0 else every)).astype(np.int64)
+        with BagWriter(tmp_path / name, {}) as bag:
+            bag.write_joint_states(JOINT_STATES, JointSamples(
+                stamps[rows], samples.names, samples.position[rows], samples.velocity[rows],
+                samples.effort[rows]))
+        bags.append(str(tmp_path / name))
+    words = ['diagnose', *bags, '--arm', 'kinova_gen3.yaml', '--out', str(tmp_path / 'found')]
+    assert main([*words, '--json']) == 0
+    remarks = ' '.join(json.loads(capsys.readouterr().out)['remarks'])
+    assert ('have other rates: ' in remarks) == said
+    assert ('500 Hz' in remarks and '250 Hz. All are taken as the slowest' in remarks) == said

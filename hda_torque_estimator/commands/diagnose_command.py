@@ -27,7 +27,8 @@ from ..diagnosis.findings.choice import chosen
 from ..diagnosis.findings.origin import Origin, RecordingPart
 from ..diagnosis.findings.report import Diagnosis
 from ..diagnosis.fitting.alignment import together
-from ..diagnosis.motors_alone.motor_record import is_motor_side, length_of, sweeps_together
+from ..diagnosis.motors_alone.motor_record import (
+    is_motor_side, length_of, period_of, sweeps_together)
 from ..diagnosis.motors_alone.motor_side import diagnose_motors, MotorConclusion
 from ..diagnosis.reporting.exhibits import Exhibits
 from ..diagnosis.reporting.page import page
@@ -35,6 +36,7 @@ from ..diagnosis.reporting.plots import figures
 from ..diagnosis.reporting.summary import headline, probability
 from ..diagnosis.showing import exhibits_of, predictions
 from ..measurements.measurement import Measurement, measurement_from
+from ..measurements.rates import rates_differ
 from ..measurements.recording_checks import check, check_names, GateError, mended, Mending
 from ..pages.wording import capital
 from ..version import version
@@ -119,7 +121,9 @@ def _motors(options: argparse.Namespace, recorded: Mapping[str, JointSamples], a
     bags = [RecordingPart(source, sum(lengths[:place]), lengths[place])
             for place, source in enumerate(recorded)]
     found = diagnose_motors(sweeps_together(recorded, arm), arm, arm_file=options.arm,
-                            version=version(), bags=bags)
+                            version=version(), bags=bags, said=rates_differ({
+                                source: 1.0 / period_of(samples)
+                                for source, samples in recorded.items()}))
     found = _chosen(found, arm, options)
     found = found._replace(diagnosis=replace(found.diagnosis, seconds=time.monotonic() - begin))
     _write(found, motor_figures(found.parts), options)

@@ -50,15 +50,20 @@ class MotorConclusion(NamedTuple):
 
 
 def diagnose_motors(sweeps: Sequence[Sweep], arm: Arm, *, arm_file: str = '',
-                    version: str = '', bags: Sequence[RecordingPart] = ()) -> MotorConclusion:
-    """Return what the torques of motors show; several recordings are `bags`."""
+                    version: str = '', bags: Sequence[RecordingPart] = (),
+                    said: Sequence[str] = ()) -> MotorConclusion:
+    """
+    Return what the torques of motors show; several recordings are `bags`.
+
+    What is `said` of them stands among the remarks.
+    """
     parts = tuple(explained(sweep, arm) for sweep in sweeps)
     findings = with_gain(found for part in parts for found in _findings(part, arm))
     pairs = tuple(pair for part in parts for pair in _pairs(part, arm))
     rests = [rest for part in parts for rest in _unexplained(part)]
     verdict = ('insufficient_excitation' if not parts else 'unknown' if rests else
                'ambiguous' if pairs else 'explained' if findings else 'no_discrepancy')
-    remarks = [_SIDE, *(_level(part) for part in parts if not part.sweep.both_ways)]
+    remarks = [_SIDE, *said, *(_level(part) for part in parts if not part.sweep.both_ways)]
     diagnosis = Diagnosis(
         verdict, findings, pairs, rests[0] if rests else None, tuple(_unseen(parts)),
         _total(parts), tuple(_residual(part) for part in parts), _facts(sweeps, bags),
