@@ -95,7 +95,7 @@ def _own_order(part: Explained, number: int) -> float:
 def _spectrum_left(part: Explained) -> tuple[Floats, Floats]:
     """Return orders and the spectrum of what is left of the torque [N*m at the shaft]."""
     sweep = part.sweep
-    return spectrum(sweep.angle[sweep.moving], part.without(())[sweep.moving], sweep.dt)
+    return spectrum(sweep.angle[sweep.moving], part.without(())[sweep.moving])
 
 
 def _width(part: Explained) -> float:

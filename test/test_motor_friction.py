@@ -181,3 +181,13 @@ def test_motors_recorded_at_other_rates_are_said_to_be(slower, said, tmp_path, c
     remarks = ' '.join(json.loads(capsys.readouterr().out)['remarks'])
     assert ('have other rates: ' in remarks) == said
     assert ('500 Hz' in remarks and '250 Hz. All are taken as the slowest' in remarks) == said
+
+
+def test_a_host_that_reads_faster_than_the_drive_answers_is_diagnosed():
+    """Most rows repeat the one before: the median step of the angle is 0, and its pace is not."""
+    samples = swung(lambda *signals: 0.0, seconds=20.0)
+    rows = np.arange(len(samples.stamps)) // 3 * 3
+    found, names = named(JointSamples(
+        samples.stamps, samples.names, samples.position[rows], samples.velocity[rows],
+        samples.effort[rows]))
+    assert names <= {'coulomb_friction', 'viscous_friction'} and found.parts

@@ -1,4 +1,4 @@
-"""Robots with one angle for each joint, and with no motor side: what each command makes of them."""
+"""Robots with one angle for each joint, and with no motor side: what commands make of them."""
 
 import json
 

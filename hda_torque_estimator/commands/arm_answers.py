@@ -37,9 +37,10 @@ ANSWERS = (
                 'inertia of the rotor and what turns with it, without that '
                 'of the wave generator', True),
     JointOption('motor_torque', 'N*m', 'largest torque of the motor, at its shaft', True),
-    JointOption('motor_counts', '1/turn', 'counts of the motor encoder per turn of the motor',
-                True),
-    JointOption('link_counts', '1/turn', 'counts of the link encoder per turn of the link', True),
+    JointOption('motor_counts', '1/turn', 'counts of the motor encoder per turn of the motor, 0 '
+                'where nobody knows', True),
+    JointOption('link_counts', '1/turn', 'counts of the link encoder per turn of the link, 0 '
+                'where nobody knows', True),
     JointOption('ratio', '',
                 'turns of the motor per turn of the link, where it is not that of the '
                 'name: one more with the output at the circular spline, or with a belt'),

@@ -56,7 +56,7 @@ def _lines(axes: Axes, part: Explained) -> None:
     for taken, colour, name in ((range(first, part.columns.shape[1]), BEFORE, 'without lines'),
                                 ((), AFTER, 'with the lines found')):
         orders, size = spectrum(sweep.angle[sweep.moving],
-                                part.without(tuple(taken))[sweep.moving], sweep.dt)
+                                part.without(tuple(taken))[sweep.moving])
         axes.plot(orders, sweep.joint.ratio * size, color=colour, lw=0.8, label=name)
     for line in part.lines:
         axes.axvline(line.order, color=FLOOR, lw=0.5, ls=':')

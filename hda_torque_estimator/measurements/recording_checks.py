@@ -42,8 +42,8 @@ def check_names(samples: JointSamples, arm: Arm, source: str) -> None:
         absent = [name for name in (label, motor) if name not in samples.names]
         if absent == [motor]:
             raise GateError(
-                f'{source}: no {motor}, so the motor side of {label} was not recorded; a diagnosis '
-                'needs the angle and the torque of the motor')
+                f'{source}: no {motor}, so the motor side of {label} was not recorded; a '
+                'diagnosis needs the angle and the torque of the motor')
         if absent:
             raise GateError(
                 f'{source}: {", ".join(absent)} missing, it names {", ".join(samples.names)}; '

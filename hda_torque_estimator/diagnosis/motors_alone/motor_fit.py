@@ -79,7 +79,7 @@ def explained(sweep: Sweep, arm: Arm) -> Explained:
     use = sweep.moving & ~sweep.held_out
     while len(tried) < MOST:
         rest = _rest(sweep, columns)
-        line = strongest_line(sweep.angle[use], rest[use], sweep.dt, tried)
+        line = strongest_line(sweep.angle[use], rest[use], tried)
         if line is None:
             break
         tried.append(line.order)

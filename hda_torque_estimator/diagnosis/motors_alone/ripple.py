@@ -19,6 +19,7 @@ SHARE = 0.01            # of the power, below which a line is immaterial
 _LOWEST = 0.5           # order: slower waves are loads [1/turn]
 _ABOUT = 201            # frequencies about a line that show its surroundings
 _PER_SAMPLE = 0.4       # waves in a sample: faster ones are not seen
+_ROUNDING = 1e-9        # of the travel, up to which a step is one of rounding
 _APART = 3.0            # widths of a line within which there is no other
 # (source: one turn in rad)
 _TURN = 2.0 * np.pi     # one turn [rad]
@@ -31,14 +32,13 @@ class RippleLine(NamedTuple):
     stands_out: float
 
 
-def strongest_line(angle: Array, rest: Array, dt: float,
-                   known: Sequence[float] = ()) -> RippleLine | None:
+def strongest_line(angle: Array, rest: Array, known: Sequence[float] = ()) -> RippleLine | None:
     """
     Return the line that stands out most in a rest (k,) over an angle (k,), if one does.
 
     Orders that are `known` already are left out.
     """
-    orders, size = spectrum(angle, rest, dt)
+    orders, size = spectrum(angle, rest)
     power = size ** 2
     ratio = np.where(orders > _LOWEST, power / np.maximum(median_filter(power, _ABOUT), 1e-300),
                      0.0)
@@ -62,16 +62,31 @@ def _whole(order: float, width: float) -> float:
     return float(round(order)) if abs(order - round(order)) < width else order
 
 
-def spectrum(angle: Array, rest: Array, dt: float) -> tuple[Array, Array]:
+def spectrum(angle: Array, rest: Array) -> tuple[Array, Array]:
     """Return orders (f,) [1/turn] and the amplitudes of a rest (k,) over an angle (k,) there."""
-    pace = float(np.median(np.abs(np.diff(angle)))) / dt
-    highest = _PER_SAMPLE * _TURN / dt / max(pace, 1e-9)
+    highest = _PER_SAMPLE * _TURN / _step(angle)
     width = _TURN / (4.0 * highest)
     place = ((angle - angle.min()) / width).astype(np.int64)
     count = 4 * (int(place.max()) + 1)
     size = 2.0 * np.abs(np.fft.rfft(np.bincount(place, rest, count))) / len(rest)
     orders = np.arange(len(size), dtype=np.float64) * (_TURN / (count * width))
     return orders[orders < highest], size[orders < highest]
+
+
+def _step(angle: Array) -> float:
+    """
+    Return how far a motor usually turns from row to row [rad].
+
+    Of rows that repeat the one before, as a host reads them that asks faster than a drive answers,
+    it is the share of a step over several.
+    """
+    travel, apart = float(np.ptp(angle)), 1
+    while 2 * apart < len(angle):
+        step = float(np.median(np.abs(angle[apart:] - angle[:-apart])))
+        if step > _ROUNDING * travel:
+            return step / apart
+        apart *= 2
+    return max(travel, 1e-9)
 
 
 def explained_power(angle: Array, rest: Array, order: float) -> float:
