@@ -217,3 +217,16 @@ def test_numbers_are_numbers_to_yaml(value):
 def test_a_name_of_no_gear_raises():
     with pytest.raises(GearError, match='no gear'):
         gear('-')
+
+
+def test_a_weak_motor_has_tolerances_of_its_own(tmp_path, capsys):
+    """A fiftieth of the strongest motor's torque would be most of what a wrist can give."""
+    path = tmp_path / 'arm.yaml'
+    assert main(['new', '--gear', 'CSG-32-100', 'CSG-14-100', '--motor-inertia', '1e-4',
+                 '--motor-torque', '3', '0.2', '--motor-counts', '0', '--link-counts', '0',
+                 '--out', str(path)]) == 0
+    arm = read_arm(path)
+    for label, largest in (('joint1', 3.0), ('joint2', 0.2)):
+        known = arm.tolerances_of(label)
+        assert known.torque_ripple == known.drive_offset == pytest.approx(0.02 * largest)
+        assert known.stiffness == arm.tolerances.stiffness

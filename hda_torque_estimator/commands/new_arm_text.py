@@ -36,6 +36,7 @@ _TOLERANCES = (
      'of an encoder nobody has measured [rad]'),
     ('clock_skew', usual_at(CLOCK).sigma['skew'], 'of encoders nobody has measured [s]'))
 _DRAWN = 'masses of a drawing; links.tolerances states each link'
+_MOTOR_TOLERANCES = ('torque_ripple', 'drive_offset')
 _OF_MOTOR = 0.02        # one sigma of ripple and offset, as a share of the largest torque
 
 
@@ -43,7 +44,7 @@ def arm_text(joints: Sequence[JointAnswers], rods: Rods | UrdfLinks | None) -> s
     """Return the arm as commented YAML; raises NewError where something has to be stated."""
     lines = [*_head(joints), 'joints:']
     for joint in joints:
-        lines += _joint_lines(joint)
+        lines += [*_joint_lines(joint), *_own_tolerances(joint, joints)]
     lines += [*_link_lines(rods), *_effect_lines(joints),
               *_tolerance_lines(joints, isinstance(rods, UrdfLinks)), *_provenance_lines(joints)]
     return '\n'.join(lines) + '\n'
@@ -87,6 +88,19 @@ def _joint_lines(joint: JointAnswers) -> Iterator[str]:
         yield _beside(f'    {side}_encoder: {{counts: {yaml_number(counts)}}}',
                       f'per turn, {origin}' if counts else
                       origin.replace(STATED, f'{STATED}: perfect'))
+
+
+def _own_tolerances(joint: JointAnswers, joints: Sequence[JointAnswers]) -> Iterator[str]:
+    """Yield what is smaller at a joint whose motor is weaker than the strongest."""
+    if (own := _of_motor([joint])) < _of_motor(joints):
+        yield _beside('    tolerances:', f'{_OF_MOTOR:g} of its own largest torque [N*m]')
+        for name in _MOTOR_TOLERANCES:
+            yield f'      {name}: {yaml_number(own)}'
+
+
+def _of_motor(joints: Sequence[JointAnswers]) -> float:
+    """Return one sigma of ripple and offset of the strongest of some motors [N*m]."""
+    return min(_OF_MOTOR * max(joint.motor_torque for joint in joints), 1.0)
 
 
 def _ratio(joint: JointAnswers) -> tuple[float, str]:
@@ -172,9 +186,8 @@ def _tolerance_lines(joints: Sequence[JointAnswers], drawn: bool) -> Iterator[st
     yield _beside('tolerances:', 'one sigma, relative unless a unit is given')
     for name, size, why in _TOLERANCES:
         yield _row(2, name, size, _DRAWN if drawn and name == 'link_inertia' else why)
-    of_motor = _OF_MOTOR * max(joint.motor_torque for joint in joints)
-    for name in ('torque_ripple', 'drive_offset'):
-        yield _row(2, name, min(of_motor, 1.0), f'{_OF_MOTOR:g} of the largest torque [N*m]')
+    for name in _MOTOR_TOLERANCES:
+        yield _row(2, name, _of_motor(joints), f'{_OF_MOTOR:g} of the largest torque [N*m]')
 
 
 def _provenance_lines(joints: Sequence[JointAnswers]) -> Iterator[str]:
