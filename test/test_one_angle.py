@@ -77,3 +77,15 @@ def test_links_alone_are_refused_by_what_is_missing(tmp_path, arm, capsys):
     assert main(['calibrate', path, '--arm', model, '--out', str(tmp_path / 'new.yaml')]) == 2
     assert 'nothing can be calibrated: joint1, joint2: no recording has its motor angle, its ' \
         'reference/JOINT/torque' in capsys.readouterr().err
+
+
+def test_what_motors_alone_cannot_show_is_said(tmp_path, capsys):
+    standing = np.stack([100.0 * np.sin(TIME), np.full(len(TIME), 3.0)], axis=1)
+    with BagWriter(tmp_path / 'bag', {}) as writer:
+        writer.write_joint_states(JOINT_STATES, JointSamples(
+            STAMPS, ('joint1_motor', 'joint2_motor'), standing, np.full_like(standing, np.nan),
+            0.1 * standing))
+    assert main(['info', str(tmp_path / 'bag')]) == 0
+    said = capsys.readouterr().out
+    assert 'no torsion of joint1, joint2: there is no link angle' in said
+    assert 'nothing that needs motion of joint2: the motor stands still' in said

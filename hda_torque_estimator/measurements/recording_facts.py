@@ -70,6 +70,11 @@ def _one(samples: JointSamples, column: int) -> NameFacts:
         bool(np.isfinite(samples.effort[:, column]).any()))
 
 
+def _stands(fact: NameFacts) -> bool:
+    """Return whether an angle never changes by more than of a joint that stands."""
+    return not fact.high - fact.low > _STANDSTILL
+
+
 def shortcomings(time: StampFacts, names: tuple[NameFacts, ...],
                  references: tuple[str, ...]) -> tuple[str, ...]:
     """Return what these joint states cannot show, a sentence each."""
@@ -79,11 +84,18 @@ def shortcomings(time: StampFacts, names: tuple[NameFacts, ...],
     alone = [name for name in links if name + MOTOR_SUFFIX not in known]
     if alone:
         found.append(f'no torsion of {", ".join(alone)}: there is no motor side')
+    motors = [name.removesuffix(MOTOR_SUFFIX) for name in known if name.endswith(MOTOR_SUFFIX)
+              and name.removesuffix(MOTOR_SUFFIX) not in known]
+    if motors:
+        found.append(f'no torsion of {", ".join(motors)}: there is no link angle')
     silent = [name for name in links if name + MOTOR_SUFFIX in known
               and not known[name + MOTOR_SUFFIX].effort]
     if silent:
         found.append(f'no friction or inertia of {", ".join(silent)}: no motor torque is there')
-    still = [name for name in links if not known[name].high - known[name].low > _STANDSTILL]
+    still = [name for name in links if _stands(known[name])]
+    held = [name for name in motors if _stands(known[name + MOTOR_SUFFIX])]
+    if held:
+        found.append(f'nothing that needs motion of {", ".join(held)}: the motor stands still')
     if still:
         found.append(f'nothing that needs motion of {", ".join(still)}: the link stands still')
     if time.duration < _SHORT:
