@@ -35,7 +35,7 @@ def joint() -> Arm:
 def every_term(arm: Arm) -> list[Term]:
     """Return all that any calibration looks for."""
     makers = (*referenced_terms.TORSION, *referenced_terms.TORSION_MORE,
-              *referenced_terms.motor_always(300.0), *referenced_terms.motor_more(),
+              *referenced_terms.motor_always(300.0, slides=True), *referenced_terms.motor_more(),
               referenced_terms.cogging(14.0))
     return [*(make(arm, LARGEST) for make in makers),
             laws.stiffness(arm), laws.curvature(arm), laws.segments(arm, LARGEST),
