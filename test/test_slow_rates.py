@@ -6,6 +6,9 @@ from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.healthy_twin import healthy_twin, noise_of
 from hda_torque_estimator.diagnosis.diagnose import diagnose
+from hda_torque_estimator.diagnosis.fitting.derivatives import Derivatives
+from hda_torque_estimator.diagnosis.fitting.nuisance import is_of_log
+from hda_torque_estimator.diagnosis.fitting.solve import REACH
 from hda_torque_estimator.measurements.even_grid import on_grid
 from hda_torque_estimator.measurements.measurement import Measurement, measurement_from
 from hda_torque_estimator.measurements.upsampling import between, finer, is_held, parts_of
@@ -135,6 +138,41 @@ def test_commands_of_a_slow_loop_beside_late_stamps_accuse_no_healthy_arm():
     arm, measurement = slow_world(650008, rate=250, controller=250, jitter=6e-4)
     assert not is_held(on_grid(measurement))
     assert diagnose(measurement, arm).diagnosis.verdict == 'no_discrepancy'
+
+
+@pytest.mark.parametrize(('period', 'every'), [(1e-3, 5), (4e-3, 2), (4e-3, 1), (1e-3, 1)])
+def test_when_commands_acted_is_not_known_where_a_log_lacks_some(period, every):
+    _, measurement = recorded(None, SEED, period=period, every=every, seconds=20.0)
+    balancer = Balancer(finer(measurement))
+    for one in (balancer, balancer.noisier, balancer.like(healthy_twin(balancer, ARM, 1))):
+        late = [term for term in Derivatives(one, ARM).tolerated
+                if is_of_log(term) and term.name != 'encoder_zero']
+        assert [term.place for term in late] == [
+            ('command_delay', label) for label in ARM.labels if every > 1]
+        assert [REACH * float(term.deviations()[0]) for term in late] == pytest.approx(
+            len(late) * [0.5 * period * every], rel=1e-3)
+
+
+@pytest.mark.parametrize(('name', 'seed', 'late', 'controller', 'every'), [
+    ('command_delay', 992320, {'delay': 0.002}, 250, 2),
+    ('current_loop_lag', 992303, {'time_constant': 0.012}, 1000, 4)])
+def test_a_delay_is_told_beyond_what_a_log_does_not_know(name, seed, late, controller, every):
+    """Samples are 8 and 4 ms apart. A loop of 250 Hz holds commands as late as such a delay."""
+    world = worlds.draw(seed, (name,), motion='rich', rate=1000, seconds=30.0, form='')
+    hidden, = world.hidden
+    world = replace(world, controller=controller, hidden=(replace(hidden, parameters=late),),
+                    logger=world.logger._replace(every=every, jitter=0.0))
+    arm = arm_of(world)
+    said = diagnose(measurement_from(arm.labels, logged(world, arm)), arm)
+    is_long = every == 4
+    assert [(one.effect, one.joint) for one in said.diagnosis.findings] == [
+        (name, hidden.joint)] * is_long
+    assert not said.diagnosis.ambiguous
+    assert any(f'recorded every {1e3 * every / controller:g} ms' in remark
+               for remark in said.diagnosis.remarks)
+    assert said.extended.effect('command_delay', hidden.joint).delay == 0.0
+    assert said.extended.effect('current_loop_lag', hidden.joint).time_constant == pytest.approx(
+        0.012 * is_long, rel=0.05)
 
 
 @pytest.mark.parametrize(('name', 'seed', 'period', 'every'), [

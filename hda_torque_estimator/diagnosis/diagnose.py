@@ -28,7 +28,7 @@ from .findings.report import Alike, Diagnosis, Finding, TotalGain
 from .fitting.alignment import aligned, is_aligned
 from .fitting.fit import Fitter
 from .fitting.hypotheses import HYPOTHESES, left_aside
-from .fitting.nuisance import Zero
+from .fitting.nuisance import is_of_log
 from .fitting.starting_points import split_at_contact
 from .fitting.turning import turning
 from .judging.bounds_reached import limited
@@ -109,7 +109,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
         residuals(fitter, first, evidence.fit, inside(fitter.balancer.time, held_out)),
         replace(facts, training=training, held_out=held_out), origin.arm_file, origin.version, 0.0,
         (*filter(None, held_back), *proof.remarks,
-         *(cause.sentence() for cause in beside.nameless), *aside,
+         *(cause.sentence() for cause in beside.nameless), *aside, *_between(raw.measurement),
          *remarks(sizes, arm, about, FAST if limit == 'rate' else None)), limited_by=limit,
         probability=_probability(verdict, named, pairs, judged))
     diagnosis = replace(diagnosis, steps=next_steps(diagnosis))
@@ -161,9 +161,17 @@ def _model(evidence: Grounds, raw: RawReadings, findings: Sequence[Finding],
     fit = evidence.fit
     model = evidence.fitter.on([
         *(term for term in fit.accepted if term.place in named),
-        *(term for term in fit.nuisance if not isinstance(term, Zero))])
+        *(term for term in fit.nuisance if not is_of_log(term))])
     return extended_by([cause for cause in raw.causes
                         if (cause.effect.name, cause.joint) in named], model)
+
+
+def _between(measurement: Measurement) -> tuple[str, ...]:
+    """Return what a log does not know of its commands, nothing where they were held."""
+    if not measurement.untold:
+        return ()
+    return (f'commands were recorded every {1e3 * measurement.untold:.3g} ms and not in between: '
+            'a lag or a delay of up to half of that is not named',)
 
 
 def _facts(measurement: Measurement, training: Spans, held_out: Spans,

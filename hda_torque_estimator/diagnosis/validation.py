@@ -16,7 +16,7 @@ from .findings.gains import gains
 from .findings.report import Alike, Finding
 from .fitting.fit import Fit, Fitter
 from .fitting.instruments import unbiased
-from .fitting.nuisance import Zero
+from .fitting.nuisance import is_of_log
 from .judging.curvature import straight
 from .judging.goodness_of_fit import goodness_of_fit, GoodnessOfFit
 from .judging.search import SearchResult
@@ -86,8 +86,8 @@ def _evidence(fitter: Fitter, kept: Fit, twin: Balancer, given: Arm,
               held_out: Spans) -> Grounds:
     """Return what a conclusion from a fit rests on, with numbers that no noise has moved."""
     stands = unbiased(fitter, kept, twin)
-    zeros = [term for term in stands.nuisance if isinstance(term, Zero)]    # no property of an arm
-    return Grounds(fitter, stands, twin, with_terms(given, zeros), fitter.on(stands.terms),
+    of_log = filter(is_of_log, stands.nuisance)
+    return Grounds(fitter, stands, twin, with_terms(given, of_log), fitter.on(stands.terms),
                    held_out)
 
 

@@ -70,6 +70,11 @@ class Measurement:
         return self.dt * (len(self.command) - 1)
 
     @property
+    def untold(self) -> float:
+        """Return for how long after a recorded command nobody knows what acted [s], 0 if held."""
+        return 0.0 if self.parts == 1 or self.held else self.parts * self.dt
+
+    @property
     def put_in(self) -> NDArray[np.bool_]:
         """Return which samples never came (k,)."""
         mask = np.zeros(len(self.command), bool)

@@ -44,7 +44,7 @@ def healthy_twin(balancer: Balancer, arm: Arm, seed: int,
     random = np.random.default_rng(seed)
     command += torque_noise * _white(random, measured, len(arm.joints))
     twin = Measurement(measured.labels, measured.dt, reading, command, begins=measured.begins,
-                       parts=measured.parts, led=measured.led)
+                       parts=measured.parts, led=measured.led, held=measured.held)
     lacking = np.sqrt(np.maximum(measured.reading_noise() ** 2 - twin.reading_noise() ** 2, 0.0))
     more = lacking * random.standard_normal(reading[::measured.parts].shape)
     return replace(twin, reading=reading + between(more, measured.parts))

@@ -97,7 +97,7 @@ class Derivatives:
     @cached_property
     def tolerated(self) -> tuple[AnyTerm, ...]:
         """Return what may differ from the arm as given without being wrong."""
-        return nuisances(self.arm)
+        return nuisances(self.arm, self.balancer.measurement.untold)
 
     @cached_property
     def as_given(self) -> Array:

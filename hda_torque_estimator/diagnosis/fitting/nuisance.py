@@ -2,6 +2,7 @@
 What may differ without being wrong: the arm's numbers within their tolerances, and two zeros.
 
 They are terms like any other, with a prior; an effect is named only beyond what they explain.
+A log of every so many commands does not know when what acted between them began to act (eq:late).
 """
 
 from collections.abc import Mapping
@@ -12,16 +13,20 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.chain_links import ChainLinks
 from hda_arm_sim.model.effects import EFFECTS
 from hda_arm_sim.model.effects.catalogue import sole_at
-from hda_arm_sim.model.effects.place import LINK_INERTIA
+from hda_arm_sim.model.effects.place import LINK_INERTIA, WIRE
 from hda_arm_sim.model.parts import Joint, Links
 import numpy as np
 
+from .solve import REACH
 from ...least_squares.charts import Identity
 from ...least_squares.term import Place, Term
 
 # Choices unless stated otherwise.
 _FLOOR = 1e-3           # of a relative tolerance: nothing is known exactly
 _ZERO_STEP = 1e-6       # of an encoder's zero, for a derivative [rad]
+# (source: from 0, had commands changed at once, to a half, if the log's own loop held them)
+_LATE = 0.5             # of the time between two commands, by which they acted late at most
+_LATENESS = sole_at(WIRE)
 # Effect, number and tolerance of all numbers that an arm is given with: errors, and sizes.
 _KNOWN = [(kind, *kind.tolerance) for kind in EFFECTS if kind.tolerance]
 _ERRORS, _SIZES = ([(kind.name, number, tolerance) for kind, number, tolerance in _KNOWN
@@ -110,8 +115,12 @@ class CouplingInertia:
 AnyTerm = Term | Zero | CouplingInertia
 
 
-def nuisances(arm: Arm) -> tuple[AnyTerm, ...]:
-    """Return the tolerances of an arm as terms about its nominal numbers."""
+def nuisances(arm: Arm, untold: float = 0.0) -> tuple[AnyTerm, ...]:
+    """
+    Return the tolerances of an arm as terms about its nominal numbers.
+
+    Nobody knows what acted for the time `untold` [s] after each recorded command.
+    """
     terms: list[AnyTerm] = []
     for label in arm.labels:
         known = arm.tolerances_of(label)
@@ -127,7 +136,15 @@ def nuisances(arm: Arm) -> tuple[AnyTerm, ...]:
         terms.append(Zero(label))
     if isinstance(arm.links, Links) and arm.links.p3:
         terms.append(CouplingInertia(max(arm.tolerances.link_inertia, _FLOOR)))
+    if untold > 0.0:
+        late = {'delay': _LATE * untold / REACH}
+        terms += [_term(arm, _LATENESS.name, label, late) for label in arm.labels]
     return tuple(terms)
+
+
+def is_of_log(term: AnyTerm) -> bool:
+    """Return whether what is tolerated is of the recording, and no property of the arm."""
+    return isinstance(term, Zero) or term.name == _LATENESS.name
 
 
 def _link(arm: Arm, joint: str) -> dict[str, float]:
