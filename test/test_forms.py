@@ -71,6 +71,17 @@ def test_a_law_of_another_form_leaves_noise_and_another_law_does_not(seed):
     assert evidence(fitter, right) < evidence(fitter, wrong)
 
 
+@pytest.mark.parametrize('seed', [980045, 991045])
+def test_a_friction_that_builds_up_while_a_link_turns_round_is_a_form_of_a_dry_one(seed):
+    world = worlds.draw(seed, ('link_bearing_friction',), form='wide', motion='rich', rate=1000,
+                        seconds=12.0)
+    fitter = fitter_of(replace(world, controller=1000, logger=Logger()))
+    right = fitted(fitter, 'link_bearing_friction')
+    before, after = ((fit.variance / fitter.noise ** 2 - 1.0).max() for fit in (
+        right, reformed(fitter, right)))
+    assert before > 5.0 and after < 0.3 * before
+
+
 def test_the_noise_of_an_arm_counts_alike_for_all_causes():
     """
     A gear that is stiffer in all of its compliances, as no law has it.

@@ -172,7 +172,7 @@ class LinkBearingFriction(Effect):
     law = staticmethod(bearing_budget)
     # (measured: fitted alone, it left 0.3 % of its power)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        varies=('link_velocity',),
+        varies=('link_velocity', 'link_path'),
         free={'level': 0.3}, alike=('cable_spring',), form_share=0.08, form_error=0.006,
         experiment='reversals at two loads', doubts={'level': (0.17, 'level')})
     typical: ClassVar[Typical | None] = Typical({'level': 0.8})

@@ -18,6 +18,7 @@ from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.effects.effect import Effect
 import numpy as np
 
+from .built_up import built_up, LINK_PATH
 from .discrepancy_curves import SLOW
 from ..balances.balance import Balance
 from ..balances.coordinates import coordinates_of
@@ -187,6 +188,8 @@ def _otherwise(fitter: Fitter, fit: Fit, term: Term, does: Array, lacking: Array
     A wave of which the motion saw only a piece has a `level`.
     """
     varies = HYPOTHESES[term.name].varies
+    if LINK_PATH in varies:
+        yield from built_up(fitter, fit, term, does)
     if RATE_OF in varies:
         rate = _rate(does)
         yield rate
@@ -246,7 +249,7 @@ def factors_along(power: Array, along: Mapping[str, Array],
     They vary where the cause has its `power` (m,).
     """
     for name in varies:
-        if name == RATE_OF or name in WAVES:
+        if name in (RATE_OF, LINK_PATH) or name in WAVES:
             continue
         if name == 'sense':
             yield np.tanh(along['motor_velocity'] / SLOW)
