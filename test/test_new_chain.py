@@ -89,3 +89,29 @@ def test_what_a_chain_cannot_be_is_said_at_once(tmp_path, capsys, before, after,
     output = capsys.readouterr().err.strip()
     assert said in output and '\n' not in output
     assert not (tmp_path / 'arm.yaml').exists()
+
+
+def test_what_hangs_beside_the_chain_is_told(tmp_path, capsys):
+    text = URDF.read_text().replace('</robot>', """
+<link name="finger"><inertial><mass value="0.1"/>
+<inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="slide" type="prismatic"><parent link="link2"/><child link="finger"/>
+<axis xyz="1 0 0"/></joint></robot>""")
+    branched, table = tmp_path / 'branched.urdf', tmp_path / 'gears.csv'
+    branched.write_text(text)
+    table.write_text('\n'.join([HEAD, *ROWS]) + '\n')
+    assert main(['new', '--urdf', str(branched), '--gears', str(table), '--tip', 'tool_tip',
+                 '--out', str(tmp_path / 'arm.yaml')]) == 0
+    assert 'slide (prismatic) is not in the chain and left aside' in capsys.readouterr().err
+
+
+def test_a_description_whose_links_go_round_in_a_circle_is_refused_in_one_line(tmp_path, capsys):
+    circle, table = tmp_path / 'circle.urdf', tmp_path / 'gears.csv'
+    circle.write_text(URDF.read_text().replace('</robot>', """
+<joint name="back" type="fixed"><parent link="tool_tip"/><child link="base"/></joint></robot>"""))
+    table.write_text('\n'.join([HEAD, *ROWS]) + '\n')
+    assert main(['new', '--urdf', str(circle), '--gears', str(table), '--out',
+                 str(tmp_path / 'arm.yaml')]) == 2
+    said = capsys.readouterr().err
+    assert said.count('\n') == 1
+    assert 'hang on each other in a circle' in said

@@ -14,6 +14,8 @@ from .urdf_bodies import (body_of, Frame, joint_of, NO_BODY, onto, RigidBody, tu
 from ..foundation.arrays import Array
 from ..foundation.chain import CONSTANTS, INERTIA, MASS, MOMENT, MOST, OFFSET, ROTATION
 
+_CIRCLE = 'the links of the description hang on each other in a circle'
+
 
 class Tree(NamedTuple):
     """A description: its bodies by link, and its joints by the link that each moves."""
@@ -79,6 +81,11 @@ class ChainLinks:
         return _build(_tree(read_description(self.description)), self.tip, self.names, stands)
 
     @property
+    def last_length(self) -> float:
+        """Return how long the forearm is, hand and tip with it: half of the joints' reach [m]."""
+        return 0.5 * float(np.linalg.norm(self.parts[2:, OFFSET:OFFSET + 3], axis=1).sum())
+
+    @property
     def parts(self) -> Array:
         """Return the rows of base, links and tip (n + 2, CONSTANTS), see foundation.chain."""
         return self.built.parts
@@ -119,7 +126,7 @@ def _path(tree: Tree, tip: str) -> list[UrdfJoint]:
         path.append(tree.joints[tip])
         tip = path[-1].parent
         if len(path) > len(tree.joints):
-            raise UrdfError('the links of the description hang on each other in a circle')
+            raise UrdfError(_CIRCLE)
     return path[::-1]
 
 
@@ -130,9 +137,15 @@ def chain_to(text: str, tip: str) -> tuple[str, ...]:
 
 
 def tips(text: str) -> list[str]:
-    """Return the links on which nothing hangs, those beyond most turning joints first."""
+    """
+    Return the links on which nothing hangs, those beyond most turning joints first.
+
+    Raises UrdfError where there is none: then links hang on each other in a circle.
+    """
     tree = _tree(read_description(text))
     ends = [link for link in tree.bodies if not tree.children(link)]
+    if not ends:
+        raise UrdfError(_CIRCLE)
     return sorted(ends, key=lambda link: -sum(
         joint.kind in TURNING for joint in _path(tree, link)))
 

@@ -12,6 +12,7 @@ from hda_arm_sim.model.gear_catalogue import gear
 from hda_arm_sim.model.urdf import UrdfError
 
 from .arm_answers import ANSWERS, NewError
+from .remarks import remark_on
 
 _OWN = ('joint', 'gear', 'ratio')
 COLUMNS = tuple(dict.fromkeys((*_OWN, *(answer.name for answer in ANSWERS))))
@@ -35,11 +36,13 @@ def described(urdf: Path, tip: str | None, out: Path) -> UrdfLinks:
             raise NewError(f'{urdf} has several tips, choose one by --tip: {", ".join(far)}')
         chosen = tip or ends[0]
         joints = chain_to(text, chosen)
-        ChainLinks(kept(text), chosen, joints)      # what a chain cannot be is said now
+        links = ChainLinks(kept(text), chosen, joints)      # what no chain can be is said now
     except UrdfError as error:
         raise NewError(f'{urdf}: {error}') from None
     except OSError as error:
         raise NewError(f'{urdf} cannot be read: {error}') from None
+    for remark in links.built.remarks:
+        remark_on(f'{urdf}: {remark}')
     return UrdfLinks(os.path.relpath(urdf, out.parent), chosen, joints)
 
 

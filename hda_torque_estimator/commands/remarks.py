@@ -38,3 +38,8 @@ class Remarks(logging.Handler):
         held, self._held = self._held, []
         for remark in held:
             sys.stderr.write(f'{remark}\n')
+
+
+def remark_on(line: str) -> None:
+    """Remark something beside the result of a command, as reading an arm file does."""
+    _SOURCE.warning(line)
