@@ -57,6 +57,14 @@ class Geared(NamedTuple):
         return Geared(self.through[piece], self.against[piece], self.driving[piece])
 
 
+class _Keys(NamedTuple):
+    """What twist, spring and all torques of a gear depend on."""
+
+    twist: bytes
+    spring: bytes
+    whole: bytes
+
+
 class Gears:
     """The gears along one measured motion, for one arm after another."""
 
@@ -68,27 +76,34 @@ class Gears:
         self._twists = [RecentCache[Twist](_KEPT) for _ in joints]
         self._springs = [RecentCache[Array](_KEPT) for _ in joints]
         self._torques = [RecentCache[Geared](_KEPT) for _ in joints]
+        self._asked: Arm | None = None
+        self._keys: dict[int, _Keys] = {}
 
     def key(self, arm: Arm, joint: int) -> bytes:
         """Return all that the torques of a gear depend on."""
-        return self._spring_key(arm, joint) + key_of(arm.record(), joint, _BESIDE)
+        return self._keys_of(arm, joint).whole
 
     def torques(self, arm: Arm, joint: int) -> Geared:
         """Return the torques of a joint's gear."""
         return self._torques[joint].of(self.key(arm, joint), lambda: self._geared(arm, joint))
 
-    def _twist_key(self, arm: Arm, joint: int) -> bytes:
-        return sensing(arm, [joint]) + key_of(arm.record(), joint, _TWISTS)
-
-    def _spring_key(self, arm: Arm, joint: int) -> bytes:
-        return self._twist_key(arm, joint) + key_of(arm.record(), joint, _SPRINGS)
+    def _keys_of(self, arm: Arm, joint: int) -> _Keys:
+        """Return what a joint's parts depend on, made once for the arm that was asked for last."""
+        if self._asked is not arm:
+            self._asked, self._keys = arm, {}
+        if joint not in self._keys:
+            record = arm.record()
+            twist = sensing(arm, [joint]) + key_of(record, joint, _TWISTS)
+            spring = twist + key_of(record, joint, _SPRINGS)
+            self._keys[joint] = _Keys(twist, spring, spring + key_of(record, joint, _BESIDE))
+        return self._keys[joint]
 
     def _twist(self, arm: Arm, joint: int) -> Twist:
-        return self._twists[joint].of(self._twist_key(arm, joint),
+        return self._twists[joint].of(self._keys_of(arm, joint).twist,
                                       lambda: self._twisted(arm, joint))
 
     def _spring(self, arm: Arm, joint: int) -> Array:
-        return self._springs[joint].of(self._spring_key(arm, joint),
+        return self._springs[joint].of(self._keys_of(arm, joint).spring,
                                        lambda: self._sprung(arm, joint))
 
     def _twisted(self, arm: Arm, joint: int) -> Twist:
