@@ -34,6 +34,7 @@ class Tolerances(Declared):
     name: ClassVar[str] = 'tolerances'
     stiffness: float = parameter(0.01, '', 0.0, 1.0, 'flexspline stiffness')
     link_inertia: float = parameter(0.01, '', 0.0, 1.0, 'inertia of a link')
+    carried_load: float = parameter(0.01, '', 0.0, 1.0, 'each number of what the tip carries')
     torque_constant: float = parameter(0.005, '', 0.0, 1.0, 'motor torque per command')
     dry_friction: float = parameter(0.03, '', 0.0, 1.0, 'Coulomb level')
     viscous_friction: float = parameter(0.1, '', 0.0, 1.0, 'viscous slope')
@@ -108,6 +109,11 @@ class Links(Declared):
     first: float = parameter(0.0, 'kg*m', -1e4, 1e4, 'mass moment about joint 1 at q2 = 90 deg')
     second: float = parameter(0.0, 'kg*m', -1e4, 1e4, 'mass moment about joint 2')
     coupled: float = parameter(1.0, '', 0.0, 1.0, '1, or 0 for links that do not feel each other')
+
+    @property
+    def last_length(self) -> float:
+        """Return how far the tip is from the last joint [m]."""
+        return self.length2 or self.length1
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,9 @@ from hda_arm_sim.foundation.parameter import Declared, parameter
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.arm_arrays import plain
 from hda_arm_sim.model.chain_links import ChainLinks
+from hda_arm_sim.model.effects.catalogue import effects_at
+from hda_arm_sim.model.effects.place import LOAD
+from hda_arm_sim.model.link_numbers import LinkTolerance
 from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
 from numpy.typing import NDArray
@@ -260,7 +263,7 @@ def compiled_settings(arm: Arm, settings: EstimatorSettings) -> CompiledSettings
     """Return what the compiled step reads of the settings and of the arm's links."""
     return CompiledSettings(
         settings.velocity_bandwidth, settings.observer_bandwidth, settings.singular_sine,
-        arm.tolerances.link_inertia, float(arm.links is not None), settings.torsion_bandwidth,
+        links_tolerance(arm), float(arm.links is not None), settings.torsion_bandwidth,
         settings.fusion, settings.fusion_window, settings.fusion_memory,
         settings.fusion_zero_follows, contact_level(settings.contact_deviations, len(arm.joints)),
         settings.collision_torque, links_known(arm))
@@ -270,4 +273,19 @@ def links_known(arm: Arm) -> Array:
     """Return how well mass, centre [m] and inertia of each link are known (n, 3), of a chain."""
     if not isinstance(arm.links, ChainLinks):
         return np.zeros((len(arm.joints), 3))
-    return np.array([one.values() for one in arm.links.known(arm.tolerances.link_inertia)])
+    known = np.array([one.values() for one in arm.links.known(arm.tolerances.link_inertia)])
+    shares = [place for place, rule in enumerate(LinkTolerance.declarations()) if not rule.unit]
+    known[-1, shares] = np.maximum(known[-1, shares], carried_tolerance(arm))
+    return known
+
+
+def links_tolerance(arm: Arm) -> float:
+    """Return how well the inertia of links in a plane is known with what they carry."""
+    return max(arm.tolerances.link_inertia, carried_tolerance(arm))
+
+
+def carried_tolerance(arm: Arm) -> float:
+    """Return how well what an arm is stated to carry is known, 0 where it carries nothing."""
+    return max((getattr(arm.tolerances, kind.tolerance[1]) for kind in effects_at(LOAD)
+                if kind.tolerance and getattr(arm.effect(kind.name), kind.tolerance[0])),
+               default=0.0)

@@ -10,6 +10,9 @@ from dataclasses import dataclass
 import math
 from typing import Any
 
+from hda_arm_sim.foundation.arrays import Array
+import numpy as np
+
 
 @dataclass(frozen=True)
 class Chart:
@@ -33,6 +36,20 @@ class Chart:
         """Return the number of unknowns."""
         return len(self.names)
 
+    @property
+    def plain(self) -> tuple[str, ...]:
+        """Return the names of the numbers that are looked for one by one."""
+        return self.names[:1]
+
+    def deviations(self, owner: Any, covariance: Array) -> Array:
+        """Return how unsure the plain numbers of an owner are, by the unknowns' covariance."""
+        return np.sqrt(np.maximum(np.diag(covariance), 0.0))
+
+    def ends(self, owner: Any, name: str, reach: float) -> tuple[float, float]:
+        """Return a plain number of an owner less and more a reach."""
+        value = getattr(owner, name)
+        return value - reach, value + reach
+
     def unknowns(self, owner: Any) -> tuple[float, ...]:
         """Return the unknowns that make the numbers of an owner."""
         raise NotImplementedError
@@ -53,6 +70,49 @@ class Identity(Chart):
     def numbers(self, unknowns: Sequence[float]) -> dict[str, float]:
         """Return the number by its name."""
         return {self.names[0]: float(unknowns[0])}
+
+
+@dataclass(frozen=True)
+class Carried(Chart):
+    """
+    Mass, centre and radius of gyration of a body, as the moments in which an arm is linear.
+
+    They are mass, mass times each number of the centre, and inertia about the centre. The first
+    name is the mass, the last the radius. A body without mass has no centre and no radius.
+    """
+
+    @property
+    def plain(self) -> tuple[str, ...]:
+        """Return the names of all numbers."""
+        return self.names
+
+    def unknowns(self, owner: Any) -> tuple[float, ...]:
+        """Return the moments."""
+        mass, *centre, radius = (getattr(owner, name) for name in self.names)
+        return mass, *(mass * number for number in centre), mass * radius * radius
+
+    def numbers(self, unknowns: Sequence[float]) -> dict[str, float]:
+        """Return the numbers by their names, no radius where the inertia would be less than 0."""
+        mass, *moments, inertia = map(float, unknowns)
+        per = 1.0 / mass if mass > 0.0 else 0.0
+        return dict(zip(self.names, (mass, *(per * moment for moment in moments),
+                                     math.sqrt(max(per * inertia, 0.0)))))
+
+    def deviations(self, owner: Any, covariance: Array) -> Array:
+        """Return how unsure the numbers are, of the radius its square, by that of the moments."""
+        mass, *centre, radius = (getattr(owner, name) for name in self.names)
+        per = 1.0 / mass if mass > 0.0 else 0.0
+        slopes = per * np.eye(self.size)
+        slopes[1:, 0] = -per * np.array([*centre, radius * radius])
+        slopes[0, 0] = 1.0
+        return super().deviations(owner, slopes @ covariance @ slopes.T)
+
+    def ends(self, owner: Any, name: str, reach: float) -> tuple[float, float]:
+        """Return a number less and more a reach, which is that of the square of a radius."""
+        value = getattr(owner, name)
+        if name != self.names[-1]:
+            return value - reach, value + reach
+        return math.sqrt(max(value * value - reach, 0.0)), math.sqrt(value * value + reach)
 
 
 @dataclass(frozen=True)

@@ -58,7 +58,8 @@ class Term:
     @property
     def free(self) -> tuple[str, ...]:
         """Return the numbers that are no waves."""
-        return tuple(chart.names[0] for chart in self.charts if not isinstance(chart, WaveParts))
+        return tuple(name for chart in self.charts if not isinstance(chart, WaveParts)
+                     for name in chart.plain)
 
     @property
     def waves(self) -> tuple[tuple[str, ...], ...]:
@@ -120,6 +121,23 @@ class Term:
         """Return other unknowns, or those most of the way to the lower bound of the search."""
         now = self.vector()
         return np.maximum(vector, now + _TO_BOUND * (self.bounds()[0] - now))
+
+    def deviations_of_free(self, covariance: Array) -> dict[str, float]:
+        """Return how unsure each free number is, by the covariance (p, p) of the unknowns."""
+        first = 0
+        found: dict[str, float] = {}
+        for chart in self.charts:
+            own = slice(first, first + chart.size)
+            if not isinstance(chart, WaveParts):
+                found |= dict(zip(chart.plain, chart.deviations(
+                    self.effect, covariance[own, own]).tolist()))
+            first += chart.size
+        return found
+
+    def interval(self, number: str, reach: float) -> tuple[float, float]:
+        """Return a free number at both ends of a reach."""
+        chart, = (chart for chart in self.charts if number in chart.plain)
+        return chart.ends(self.effect, number, reach)
 
     def numbers(self) -> dict[str, float]:
         """Return the numbers that are the term's, by their names in an arm file."""

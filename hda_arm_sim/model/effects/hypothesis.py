@@ -42,13 +42,16 @@ class Hypothesis:
     How one effect is looked for.
 
     `free` and `waves` name the numbers to fit with a typical size. On a chain those of `in_space`
-    are free as well, and one of `instead` may be what differs in the place of all others. `grid`
-    lists starting values of those numbers, or of several at once, that the residual does not
-    depend on linearly. Its torques are for the axis of the typical sizes. `least`
-    bounds by the joint below which the law does not change any more. `form_error` is the
-    share of the effect's power that its law may leave, where the literature has laws of several
-    forms. A curve without a name at its site may improve the score by `form` and by `form_share`
-    of what the effect improves it. It may explain `form_power`, a share of the effect's power.
+    are free as well, and one of `instead` may be what differs in the place of all others. Those
+    of `more`, centre and radius of a body, are free in a second law of the effect, and cost as
+    numbers do. None is farther from zero than `within` says of the links: beyond, the law stands
+    for another. `grid` lists starting values of the first
+    numbers, or of several at once, that the residual does not depend on linearly. Its torques are
+    for the axis of the typical sizes. `least` bounds by the joint below which the law does not
+    change any more. `form_error` is the share of the effect's power that its law may leave, where
+    the literature has laws of several forms. A curve without a name at its site may improve the
+    score by `form` and by `form_share` of what the effect improves it. It may explain
+    `form_power`, a share of the effect's power.
     `doubts` are half-widths that intervals have for the same reason, as shares of another number
     or absolute. `ends` are numbers at whose lower bound a part of the arm is gone: it means
     something. `twin` is an effect that no motion distinguishes from this one. What acts on the
@@ -68,6 +71,8 @@ class Hypothesis:
     free: Mapping[str, float] = field(default_factory=dict)
     in_space: Mapping[str, float] = field(default_factory=dict)
     instead: Mapping[str, float] = field(default_factory=dict)
+    more: tuple[str, ...] = ()
+    within: Mapping[str, Callable[[Any], float]] = field(default_factory=dict)    # of the links
     waves: Mapping[tuple[str, str], float] = field(default_factory=dict)
     grid: Grid = field(default_factory=dict)
     least: Mapping[str, Callable[[Any], float]] = field(default_factory=dict)     # of a joint

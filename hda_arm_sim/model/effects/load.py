@@ -1,7 +1,7 @@
 """What the links carry, and what holds or hampers them (docs/model.md#effects)."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from ...foundation.vectors import plus, put, rotated, rotation, times, vector
 
 @compiled
 def loaded(own: Record, at: Carried) -> Inertia:
-    """Return the inertia of links that carry a mass at the tip, (eq:payload)."""
+    """Return the inertia of links that carry a body at the tip, (eq:payload)."""
     bare, far = at.inertia, at.length2 + own.x
     about = own.mass * far * far + own.mass * own.radius * own.radius
     return Inertia(bare.p1 + own.mass * at.length1 * at.length1 + about, bare.p2 + about,
@@ -31,7 +31,7 @@ def loaded(own: Record, at: Carried) -> Inertia:
 
 @compiled
 def loaded_tip(own: Record, table: Array) -> Array:
-    """Return a chain (foundation.chain) whose last link carries a body at the tip."""
+    """Return a chain (foundation.chain) whose last link carries a body, (eq:payload-chain)."""
     last = table.shape[0] - 2
     x, y, z = plus(vector(table, last + 1, OFFSET), rotated(
         rotation(table, last + 1, ROTATION), (own.x, own.y, own.z)))
@@ -75,9 +75,19 @@ def cable_energy(own: Record, at: Pulled) -> Signal:
     return 0.5 * own.stiffness * (at.link_angle - own.rest_angle) ** 2
 
 
+def _length(links: Any) -> float:
+    """Return how long the last link is, of a chain its forearm (choice: half its reach) [m]."""
+    return float(links.last_length)
+
+
+def _half(links: Any) -> float:
+    """Return half of that: a mass beyond is nearer to a joint, or far from the tip [m]."""
+    return 0.5 * _length(links)
+
+
 @dataclass(frozen=True)
 class Payload(Effect):
-    """An unmodelled mass at the tip, a point or a body with a centre of its own, (eq:payload)."""
+    """An unmodelled mass at the tip, a point or a body, (eq:payload, payload-chain)."""
 
     name: ClassVar[str] = 'payload'
     cause: ClassVar[str] = 'an unmodelled mass is fixed to the tip'
@@ -88,14 +98,19 @@ class Payload(Effect):
     spatial: ClassVar[tuple[str, ...]] = ('y', 'z')
     law = staticmethod(loaded)
     law_chain = staticmethod(loaded_tip)
+    tolerance: ClassVar[tuple[str, str] | None] = ('mass', 'carried_load')
     # (measured: a right payload left 12 to 31 of score, one that stood for an inertia 256 or more)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        free={'mass': 0.5}, alike=('link_inertia_error',), form=2.0 * NO_OTHER_FORM,
-        form_share=0.002, experiment=SCALE)
+        free={'mass': 0.5}, more=('x', 'y', 'z', 'radius'),
+        within={'x': _half, 'y': _half, 'z': _half, 'radius': _length},
+        alike=('link_inertia_error',), form=2.0 * NO_OTHER_FORM, form_share=0.002,
+        experiment=SCALE)
     typical: ClassVar[Typical | None] = Typical({'mass': 1.0})
     words: ClassVar[Words] = Words(
         'carries {size} more at its tip', 'tip', 'Look what is mounted at the tip, and weigh it.',
-        ('mass',), less='carries {size} less at its tip')
+        ('mass',), less='carries {size} less at its tip', beside=(
+            ('x', 'its centre {size} along x'), ('y', 'its centre {size} along y'),
+            ('z', 'its centre {size} along z'), ('radius', 'a radius of gyration of {size}')))
     mass: float = parameter(0.0, 'kg', 0.0, 100.0, 'mass at the tip')
     x: float = parameter(0.0, 'm', -1.0, 1.0, 'of its centre, along x of the tip')
     y: float = parameter(0.0, 'm', -1.0, 1.0, 'likewise, of a chain')

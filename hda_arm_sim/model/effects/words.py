@@ -16,7 +16,8 @@ class Words(NamedTuple):
 
     A sentence goes on after a joint or the arm. `{size}` is the largest of the named numbers in
     the unit in which people say it, times `scale`; other numbers stand there by their names.
-    `less` is the sentence for a negative size.
+    `less` is the sentence for a negative size. Other numbers that were found as well follow with
+    the words `beside`.
     """
 
     said: str
@@ -25,3 +26,4 @@ class Words(NamedTuple):
     size: tuple[str, ...] = ()
     scale: float = 1.0
     less: str = ''
+    beside: tuple[tuple[str, str], ...] = ()

@@ -11,7 +11,7 @@ from hda_arm_sim.model.effects.place import LIMIT
 import numpy as np
 
 from ..fitting.fit import Fitter
-from ..fitting.hypotheses import HYPOTHESES, terms_of
+from ..fitting.hypotheses import HYPOTHESES, is_richer, terms_of
 from ...least_squares.term import looked_for, Term
 
 # Whose shapes nobody chooses: the faintest counts.
@@ -41,7 +41,7 @@ def shapes(fitter: Fitter, arm: Arm, name: str) -> Iterator[Term]:
 
 def _stands(term: Term) -> bool:
     """Return whether a shape stands for the others of its effect, or for itself."""
-    return all(getattr(term.effect, number) == value
+    return not is_richer(term) and all(getattr(term.effect, number) == value
                for number, value in HYPOTHESES[term.name].stands.items())
 
 

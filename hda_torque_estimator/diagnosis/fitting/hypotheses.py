@@ -11,10 +11,14 @@ from typing import Any
 
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.chain_links import ChainLinks
-from hda_arm_sim.model.effects import effect_named, EFFECTS, Scope
+from hda_arm_sim.model.effects import Effect, effect_named, EFFECTS, Scope
+from hda_arm_sim.model.effects.catalogue import effects_at
 from hda_arm_sim.model.effects.hypothesis import Grid, Hypothesis
+from hda_arm_sim.model.effects.place import LOAD
 from hda_arm_sim.model.typical_sizes import scaled_size
+import numpy as np
 
+from ...least_squares.charts import Carried
 from ...least_squares.term import looked_for, Term
 
 HYPOTHESES: dict[str, Hypothesis] = {effect.name: effect.hypothesis for effect in EFFECTS
@@ -42,6 +46,8 @@ def terms_of(arm: Arm, name: str) -> Iterator[Term]:
                 for number, value in _named(sought.grid, point).items()})
             yield looked_for(start, joint, free, sought.waves, _least(arm, sought, joint),
                              grown=next(iter(sought.free), '') in sought.grid)
+        if sought.more:
+            yield richer(arm, name, present, joint)
         if isinstance(arm.links, ChainLinks):
             for number, step in sought.instead.items():
                 yield looked_for(present, joint, {number: step}, {}, {})
@@ -53,6 +59,27 @@ def free_of(arm: Arm, name: str) -> dict[str, float]:
     return {**sought.free, **(sought.in_space if isinstance(arm.links, ChainLinks) else {})}
 
 
+def richer(arm: Arm, name: str, present: Effect, joint: str | None) -> Term:
+    """Return the law of an effect with its further numbers, those that the arm's links have."""
+    (size, step), = HYPOTHESES[name].free.items()
+    further = (number for number in HYPOTHESES[name].more
+               if isinstance(arm.links, ChainLinks) or number not in present.spatial)
+    return Term(present, joint, (Carried((size, *further), step),))
+
+
+def carried_by(arm: Arm) -> Iterator[Term]:
+    """Yield what links may carry that carry nothing as stated, as a body of its usual size."""
+    for kind in effects_at(LOAD):
+        if kind.name in HYPOTHESES and arm.effect(kind.name).is_neutral():
+            term = richer(arm, kind.name, kind(), None)
+            yield term.at(term.all_steps() * np.eye(term.size)[0])
+
+
+def is_richer(term: Term) -> bool:
+    """Return whether a term has the further numbers of its law."""
+    return bool(set(HYPOTHESES[term.name].more).intersection(term.free))
+
+
 def _least(arm: Arm, sought: Hypothesis, joint: str | None) -> dict[str, float]:
     """Return the bounds of the free numbers at a joint, none where the law has none."""
     if joint is None:
@@ -61,9 +88,10 @@ def _least(arm: Arm, sought: Hypothesis, joint: str | None) -> dict[str, float]:
 
 
 def variant_of(term: Term) -> tuple[float, ...]:
-    """Return the numbers of a term that its grid sets together: they make it another law."""
-    return tuple(getattr(term.effect, name) for names in HYPOTHESES[term.name].grid
-                 if not isinstance(names, str) for name in names)
+    """Return what makes a term another law: further numbers, and those its grid sets together."""
+    return (float(is_richer(term)),
+            *(getattr(term.effect, name) for names in HYPOTHESES[term.name].grid
+              if not isinstance(names, str) for name in names))
 
 
 def _named(grid: Grid, point: tuple[Any, ...]) -> dict[str, float]:

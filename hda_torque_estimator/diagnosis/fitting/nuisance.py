@@ -5,13 +5,13 @@ They are terms like any other, with a prior; an effect is named only beyond what
 A log of every so many commands does not know when what acted between them began to act (eq:late).
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.chain_links import ChainLinks
-from hda_arm_sim.model.effects import EFFECTS
+from hda_arm_sim.model.effects import EFFECTS, Scope
 from hda_arm_sim.model.effects.catalogue import sole_at
 from hda_arm_sim.model.effects.place import LINK_INERTIA, WIRE
 from hda_arm_sim.model.parts import Joint, Links
@@ -30,8 +30,10 @@ _LATENESS = sole_at(WIRE)
 # Effect, number and tolerance of all numbers that an arm is given with: errors, and sizes.
 _KNOWN = [(kind, *kind.tolerance) for kind in EFFECTS if kind.tolerance]
 _ERRORS, _SIZES = ([(kind.name, number, tolerance) for kind, number, tolerance in _KNOWN
-                    if bool(kind.declaration(number).unit) == has_unit]
+                    if kind.scope is Scope.JOINT
+                    and bool(kind.declaration(number).unit) == has_unit]
                    for has_unit in (False, True))
+_OF_ARM = [known for known in _KNOWN if known[0].scope is Scope.ARM]
 
 
 @dataclass(frozen=True)
@@ -139,7 +141,18 @@ def nuisances(arm: Arm, untold: float = 0.0) -> tuple[AnyTerm, ...]:
     if untold > 0.0:
         late = {'delay': _LATE * untold / REACH}
         terms += [_term(arm, _LATENESS.name, label, late) for label in arm.labels]
-    return tuple(terms)
+    return *terms, *_carried(arm)
+
+
+def _carried(arm: Arm) -> Iterator[Term]:
+    """Yield what an arm is stated to carry: each of its numbers is known to a share."""
+    for kind, size, tolerance in _OF_ARM:
+        effect = arm.effect(kind.name)
+        known = max(getattr(arm.tolerances, tolerance), _FLOOR)
+        stated = {rule.name: known * abs(value) for rule in kind.declarations()
+                  if (value := getattr(effect, rule.name))}
+        if size in stated:
+            yield _term(arm, kind.name, None, stated)
 
 
 def is_of_log(term: AnyTerm) -> bool:
@@ -157,6 +170,6 @@ def _link(arm: Arm, joint: str) -> dict[str, float]:
     return {'error': max(known.inertia, _FLOOR), 'mass': max(known.mass, _FLOOR), **centre}
 
 
-def _term(arm: Arm, name: str, joint: str, known: Mapping[str, float]) -> Term:
+def _term(arm: Arm, name: str, joint: str | None, known: Mapping[str, float]) -> Term:
     return Term(arm.effect(name, joint), joint, tuple(
         Identity((number,), deviation, deviation) for number, deviation in known.items()))

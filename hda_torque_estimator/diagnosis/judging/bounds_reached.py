@@ -35,21 +35,32 @@ def limits_of(effect: str, number: str) -> tuple[float, float]:
 
 def ends_at_limit(fitter: Fitter, fit: Fit, term: Term) -> bool:
     """Return whether the interval of a free number of a term in a fit reaches a limit."""
-    near = [place for place, number in enumerate(term.free)
-            if _distance(term, number) <= _NEAR * abs(getattr(term.effect, number))]
+    near = [number for number in term.free
+            if _room(fitter, term, number) <= _NEAR * abs(getattr(term.effect, number))]
     if not near:
         return False
-    if any(_distance(term, term.free[place]) == 0.0 for place in near):
+    if any(_room(fitter, term, number) <= 0.0 for number in near):
         return True
     own = np.flatnonzero(fit.own(term))
-    reach = NORMAL_90 * np.sqrt(np.maximum(np.diag(fitter.covariance(fit))[own], 0.0))
-    return any(_distance(term, term.free[place]) <= reach[place] for place in near)
+    unsure = term.deviations_of_free(fitter.covariance(fit)[np.ix_(own, own)])
+    return any(_room(fitter, term, number) <= _most(term, number, NORMAL_90 * unsure[number])
+               for number in near)
 
 
-def _distance(term: Term, number: str) -> float:
-    """Return how far a number of a term is from its nearest limit."""
-    return min(abs(getattr(term.effect, number) - bound)
-               for bound in limits_of(term.name, number))
+def _room(fitter: Fitter, term: Term, number: str) -> float:
+    """Return how far a number of a term is within its nearest limit, that of the arm too."""
+    value = getattr(term.effect, number)
+    room = min(abs(value - bound) for bound in limits_of(term.name, number))
+    within = HYPOTHESES[term.name].within
+    links = fitter.arm.links
+    if number in within and links is not None:
+        room = min(room, within[number](links) - abs(value))
+    return room
+
+
+def _most(term: Term, number: str, reach: float) -> float:
+    """Return how far a number changes at most within a reach."""
+    return max(abs(end - getattr(term.effect, number)) for end in term.interval(number, reach))
 
 
 def limited(finding: Finding) -> str | None:

@@ -12,13 +12,14 @@ from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
 
+from .bounds_reached import ends_at_limit
 from .law_forms import formed_gain, reformed
 from .model_comparison import leading
 from .screening import Prospect, screen
 from .selection_criteria import accepted, confirmed, freedom, material, open_rest, threshold
 from ..fitting.derivatives import IMPOSSIBLE
 from ..fitting.fit import Fit, Fitter
-from ..fitting.hypotheses import HYPOTHESES, terms_of
+from ..fitting.hypotheses import HYPOTHESES, is_richer, terms_of
 from ...least_squares.term import Place, Term
 from ...significance import SCORE_BAR
 
@@ -154,7 +155,7 @@ def _turns(fitter: Fitter, found: SearchResult) -> Iterator[SearchResult]:
     if len(terms) > _BRANCHING:
         return
     for term in terms:
-        if HYPOTHESES[term.name].grid:
+        if HYPOTHESES[term.name].grid or HYPOTHESES[term.name].more:
             yield from _other_law(fitter, found, term)
     near = sorted((reason.runner_up_gap / reason.improvement, place)
                   for place, reason in enumerate(found.evidence) if reason.runner_up is not None
@@ -279,10 +280,21 @@ def _exact(fitter: Fitter, trials: Iterable[Fit]) -> list[Fit]:
     finalists = list(dict.fromkeys(map(_place, tried)))[:_FINALISTS]
     best: dict[Place, Fit] = {}
     refined = (fitter.refined(trial) for trial in tried if _place(trial) in finalists)
-    for trial in sorted(filter(fitter.can_lack_each, refined),
+    for trial in sorted((trial for trial in refined if _may_be(fitter, trial)),
                         key=lambda trial: _cost_formed(fitter, trial)):
         best.setdefault(_place(trial), trial)
     return list(best.values())
+
+
+def _may_be(fitter: Fitter, fit: Fit) -> bool:
+    """
+    Return if an arm can be without each cause of a fit: none only makes others possible.
+
+    Nor may the further numbers of the last law end at a limit: the law without them may do.
+    """
+    if is_richer(fit.accepted[-1]) and ends_at_limit(fitter, fit, fit.accepted[-1]):
+        return False
+    return fitter.can_lack_each(fit)
 
 
 def without_unneeded(fitter: Fitter, first: Fit, fit: Fit) -> Fit:

@@ -91,10 +91,11 @@ def rival_of(reason: Reason, fit: Fit) -> RunnerUp | None:
 def numbers_of(fitter: Fitter, term: Term, covariance: Array) -> dict[str, FittedNumber]:
     """Return the numbers of a term with 90 % intervals; waves as order, amplitude and phase."""
     reach = NORMAL_90 * np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    unsure = term.deviations_of_free(covariance)
     numbers = {name: _number(term, name, 0.0) for name in HYPOTHESES[term.name].chosen
                if getattr(term.effect, name)}
-    for place, name in enumerate(term.free):
-        numbers[name] = _number(term, name, float(np.hypot(reach[place], _doubt(
+    for name in term.free:
+        numbers[name] = _number(term, name, float(np.hypot(NORMAL_90 * unsure[name], _doubt(
             fitter, term, name))))
     for place, (amplitude, phase) in enumerate(term.waves):
         size = getattr(term.effect, amplitude)
@@ -119,8 +120,8 @@ def _doubt(fitter: Fitter, term: Term, name: str) -> float:
 def _number(term: Term, name: str, reach: float) -> FittedNumber:
     """Return a number within a reach, NaN where that is not known."""
     value, rule = getattr(term.effect, name), type(term.effect).declaration(name)
-    return FittedNumber(value, rule.unit, max(value - reach, rule.low),
-                        min(value + reach, rule.high))
+    low, high = term.interval(name, reach) if name in term.free else (value - reach, value + reach)
+    return FittedNumber(value, rule.unit, max(low, rule.low), min(high, rule.high))
 
 
 def alike(found: SearchResult, judged: GoodnessOfFit) -> tuple[Alike, ...]:

@@ -68,8 +68,14 @@ def cause_sentence(effect: str, joint: str | None, parameters: Mapping[str, Fitt
     if size:
         known['size'] = size
     if all(name in known for _, name, _, _ in Formatter().parse(said) if name):
-        return f'{where(joint)} {said.format(**known)}'
+        return ', '.join((f'{where(joint)} {said.format(**known)}', *_beside(words, parameters)))
     return f'{where(joint)} has {spoken(effect)}' + (f' of {size}' if size else '')
+
+
+def _beside(words: Words, parameters: Mapping[str, FittedNumber]) -> list[str]:
+    """Return further numbers of a cause in words, those that are not zero."""
+    return [said.format(size=handy(parameters[name].value, parameters[name].unit))
+            for name, said in words.beside if name in parameters and parameters[name].value]
 
 
 def _largest(effect: str, parameters: Mapping[str, FittedNumber]) -> tuple[Words,
