@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .nuisance import AnyTerm, Zero
-from .steps import columns_of
+from .steps import columns_of, Sized, sized
 from ...least_squares.normal import RIDGE, TINY
-from ...least_squares.term import Place
 
 # Choices unless stated otherwise.
 _BANDS = 24             # of frequency, in each of which noise has one power
@@ -28,7 +27,7 @@ _BANDS = 24             # of frequency, in each of which noise has one power
 class ColumnNoise:
     """How loud the columns of tolerated numbers are, and a twin's columns, for an arm as given."""
 
-    places: Mapping[Place, slice]       # of the numbers' columns
+    places: Mapping[Sized, slice]       # of the numbers' columns
     twin: Array                         # (m, c, q) columns of a healthy twin
     power: Array                        # (b, c, q) of the noise of columns, by bands
     across: Array                       # (b, c, q) cross-spectra with that of the residual
@@ -40,21 +39,21 @@ class ColumnNoise:
         """Return it from noise that was made: of `columns` (m, c, q) and of the `rest` (m, c)."""
         loud = _spectra(np.where(valid[:, :, None], columns, 0.0))
         of_rest = _spectra(np.where(valid, rest, 0.0))
-        places = {term.place: own for term, own in columns_of(terms) if not isinstance(term, Zero)}
+        places = {sized(term): own for term, own in columns_of(terms)
+                  if not isinstance(term, Zero)}
         return cls(places, twin, _in_bands(np.abs(loud) ** 2),
                    _in_bands(loud * of_rest.conj()[:, :, None]), _in_bands(np.abs(of_rest) ** 2))
 
     def noise_in(self, terms: Sequence[AnyTerm], columns: Array, rest: Array,
-                 valid: NDArray[np.bool_], weight: Array) -> dict[Place, Array]:
+                 valid: NDArray[np.bool_], weight: Array) -> dict[Sized, Array]:
         """
-        Return what of the columns (m, c, p) of terms is noise, by the places of tolerated numbers.
+        Return what of the columns (m, c, p) of terms is noise, by the places of known numbers.
 
         The `rest` (m, c) is what they leave. What the twin explains is weighed by `weight` (m, c),
         one over the standard deviation of noise, or 0.
         """
-        wanted = [(term.place, own, self.places[term.place]) for term, own in columns_of(terms)
-                  if term.place in self.places
-                  and self.places[term.place].stop - self.places[term.place].start == term.size]
+        wanted = [(sized(term), own, self.places[sized(term)]) for term, own in columns_of(terms)
+                  if sized(term) in self.places]
         if not wanted:
             return {}
         ours = np.concatenate([np.arange(own.start, own.stop) for _, own, _ in wanted])
@@ -63,7 +62,7 @@ class ColumnNoise:
         noise = self._as_loud_as_noise(np.where(valid[:, :, None], apart, 0.0), theirs,
                                        np.where(valid, rest, 0.0), weight)
         ends = np.cumsum([own.stop - own.start for _, own, _ in wanted])
-        return {place: part for (place, _, _), part in zip(
+        return {place: np.ascontiguousarray(part) for (place, _, _), part in zip(
             wanted, np.split(noise, ends[:-1], axis=2))}
 
     def _as_loud_as_noise(self, apart: Array, known: NDArray[np.intp], rest: Array,

@@ -12,11 +12,12 @@ from hda_arm_sim.model.arm import Arm, ArmError
 import numpy as np
 
 from .column_noise import ColumnNoise
+from .hypotheses import carried_by
 from .nuisance import AnyTerm, nuisances
-from .steps import groups_at_once, stepped
-from ..balances.balance import Balancer
+from .steps import groups_at_once, Sized, stepped
+from ..balances.balance import Balance, Balancer
 from ..balances.recent_cache import RecentCache
-from ...least_squares.term import with_terms
+from ...least_squares.term import Term, with_terms
 
 IMPOSSIBLE = (ArmError, ParameterError)     # no arm can have such numbers
 # Choices unless stated otherwise.
@@ -53,6 +54,13 @@ class _Beside(NamedTuple):
     noise: ColumnNoise
 
 
+class Columns(NamedTuple):
+    """Terms, and the derivative columns (m, c, p) along their numbers."""
+
+    terms: tuple[Term, ...]
+    columns: Array
+
+
 @dataclass(frozen=True, eq=False)
 class Derivatives:
     """Derivative columns of balances, along the numbers of terms of an arm."""
@@ -63,6 +71,8 @@ class Derivatives:
     _arms: list[_With] = field(default_factory=list, init=False, repr=False)
     _noise: RecentCache[_Beside] = field(default_factory=lambda: RecentCache(_TWINS), init=False,
                                          repr=False)
+    _carried: RecentCache[_Beside] = field(default_factory=lambda: RecentCache(_TWINS), init=False,
+                                           repr=False)
 
     def on(self, terms: Sequence[AnyTerm]) -> Arm:
         """Return the arm as given with these terms, which may have been asked for before."""
@@ -112,6 +122,36 @@ class Derivatives:
         noisier, balance = Derivatives(self.balancer.noisier, self.arm), self.balancer(self.arm)
         return ColumnNoise.made(
             self.tolerated, twin.as_given, noisier.as_given - self.as_given,
+            noisier.balancer(self.arm).residual - balance.residual, balance.valid)
+
+    def noise_carried(self, twin: 'Derivatives', balance: Balance,
+                      weight: Array) -> dict[Sized, Array]:
+        """
+        Return what of the columns of what the links may carry is noise, as a point and as a body.
+
+        An arm is linear in these numbers, so they are those of any size. Where it is stated what
+        they carry that is a tolerance.
+        """
+        if not self.carried.terms:
+            return {}
+        known = self._carried.of(id(twin), lambda: _Beside(twin, self._carried_beside(twin)))
+        found: dict[Sized, Array] = {}
+        for place, noise in known.noise.told(self.carried.terms, self.carried.columns,
+                                             balance.residual, balance.valid, weight).items():
+            found |= {place: noise,                             # its first column is a point's
+                      (place[0], 1): np.ascontiguousarray(noise[:, :, :1])}
+        return found
+
+    @cached_property
+    def carried(self) -> Columns:
+        """Return columns of what the links may carry, as bodies of their usual masses."""
+        terms = tuple(carried_by(self.arm)) if self.arm.links is not None else ()
+        return Columns(terms, self.of(terms, [*self.tolerated, *terms]))
+
+    def _carried_beside(self, twin: 'Derivatives') -> ColumnNoise:
+        noisier, balance = Derivatives(self.balancer.noisier, self.arm), self.balancer(self.arm)
+        return ColumnNoise.made(
+            self.carried.terms, twin.as_given, noisier.carried.columns - self.carried.columns,
             noisier.balancer(self.arm).residual - balance.residual, balance.valid)
 
     def _about(self, terms: Sequence[AnyTerm]) -> Arm:

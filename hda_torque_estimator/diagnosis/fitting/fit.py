@@ -14,7 +14,7 @@ from .derivatives import channels_of_joint, Derivatives, IMPOSSIBLE, same
 from .nuisance import AnyTerm
 from .slopes import has_noise, of_noise, Slopes, without
 from .solve import condense, covariance, ends, score
-from .steps import columns_of, places_of
+from .steps import columns_of, places_of, Sized
 from ..balances.balance import Balance, Balancer, RATE
 from ..balances.recent_cache import RecentCache
 from ...least_squares.descent import damped, improved
@@ -233,19 +233,20 @@ class Fitter:
                    else derivatives.of(terms, terms))
         if other is None:
             return Slopes(columns, {})
-        balance = self.balancer(self.on(terms))
-        noise = derivatives.noise_beside(self._derivatives_of(other)).noise_in(
-            terms, columns, balance.residual, balance.valid,
-            np.where(self.valid(balance), 1.0 / self.noise, 0.0))
+        balance, twin = self.balancer(self.on(terms)), self._derivatives_of(other)
+        weight = np.where(self.valid(balance), 1.0 / self.noise, 0.0)
+        noise = (derivatives.noise_beside(twin).noise_in(
+            terms, columns, balance.residual, balance.valid, weight)
+            | derivatives.noise_carried(twin, balance, weight))
         return Slopes(without(terms, columns, noise), noise)
 
-    def balance(self, terms: Sequence[AnyTerm], noise: Mapping[Place, Array]) -> Balance:
+    def balance(self, terms: Sequence[AnyTerm], noise: Mapping[Sized, Array]) -> Balance:
         """Return what terms leave, as noisy as the arm as given (eq:noiseless)."""
         exact = self.balancer(self.on(terms))
         return Balance(exact.residual - sum(of_noise(term, self.arm, noise) for term in terms),
                        exact.valid)
 
-    def residual(self, terms: Sequence[AnyTerm], noise: Mapping[Place, Array]) -> Array:
+    def residual(self, terms: Sequence[AnyTerm], noise: Mapping[Sized, Array]) -> Array:
         """Return what terms leave (m, c), as noisy as the arm as given [N*m] (eq:noiseless)."""
         return self.balance(terms, noise).residual
 

@@ -4,6 +4,8 @@ Derivatives of balances without their noise: a fit that shrinks a balance gains 
 A balance of a softer spring and lighter links is the same balance, smaller, and its noise with it.
 Plain least squares takes that for a better fit, and numbers run to the ends of their tolerances.
 What of the columns of such numbers is noise (`column_noise`) changes no residual (eq:noiseless).
+So it is with what the links carry, which is more of the same. A heavier link had an advantage of
+its noise over a payload else.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,39 +17,43 @@ from hda_arm_sim.model.arm import Arm
 import numpy as np
 
 from .nuisance import AnyTerm
-from .steps import columns_of
-from ...least_squares.term import Place, Term
+from .steps import columns_of, Sized, sized
+from ...least_squares.term import Term
 
 
 class Slopes(NamedTuple):
     """Derivatives of a fit, without noise, and the noise of those of tolerated numbers."""
 
     columns: Array                      # (m, c, p) of all its terms
-    noise: Mapping[Place, Array]        # (m, c, p) by the places of numbers with a tolerance
+    noise: Mapping[Sized, Array]        # (m, c, p) of known numbers, and of what is carried
 
     def with_columns(self, columns: Array) -> 'Slopes':
         """Return other columns, whose noise is the same."""
         return self._replace(columns=columns)
 
 
-def without(terms: Sequence[AnyTerm], columns: Array, noise: Mapping[Place, Array]) -> Array:
+def without(terms: Sequence[AnyTerm], columns: Array, noise: Mapping[Sized, Array]) -> Array:
     """Return the columns (m, c, p) of terms without what of them is noise."""
+    if not any(has_noise(term, noise) for term in terms):
+        return columns
     quiet = columns.copy('K')
     for term, own in columns_of(terms):
         if has_noise(term, noise):
-            quiet[:, :, own] -= noise[term.place]
+            quiet[:, :, own] -= noise[sized(term)]
     return quiet
 
 
-def of_noise(term: AnyTerm, given: Arm, noise: Mapping[Place, Array]) -> Array | float:
+def of_noise(term: AnyTerm, given: Arm, noise: Mapping[Sized, Array]) -> Array | float:
     """Return what of a term's step from the arm as `given` is noise (m, c) [N*m]."""
     if not has_noise(term, noise):
         return 0.0
     own = (replace(term, effect=given.effect(*term.place)) if isinstance(term, Term)
            else term.at(np.zeros(term.size)))
-    return np.asarray(noise[term.place] @ (term.vector() - own.vector()))
+    loud = noise[sized(term)]
+    step = term.vector() - own.vector()
+    return (loud.reshape(-1, term.size) @ step).reshape(loud.shape[:2]) if step.any() else 0.0
 
 
-def has_noise(term: AnyTerm, noise: Mapping[Place, Array]) -> bool:
-    """Return whether the noise of a term's numbers is known, all of which have a tolerance."""
-    return term.place in noise and noise[term.place].shape[2] == term.size
+def has_noise(term: AnyTerm, noise: Mapping[Sized, Array]) -> bool:
+    """Return whether the noise of a term's numbers is known."""
+    return sized(term) in noise

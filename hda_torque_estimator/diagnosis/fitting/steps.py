@@ -1,13 +1,23 @@
 """Numbers of terms that derivatives step along: how far, and which of them at once."""
 
 from collections.abc import Iterator, Sequence
+from typing import TypeAlias
 
 from hda_arm_sim.model.effects import effect_named, Scope, Site
 
 from .nuisance import AnyTerm, CouplingInertia, Zero
+from ...least_squares.term import Place
 
 # Choices unless stated otherwise.
 _FINE = 0.01            # share of the usual step in a derivative: noise is the same at both ends
+
+# A place and how many numbers are free there: another law of a cause has others.
+Sized: TypeAlias = tuple[Place, int]
+
+
+def sized(term: AnyTerm) -> Sized:
+    """Return the place of a term, and how many numbers it has."""
+    return term.place, term.size
 
 
 def stepped(term: AnyTerm, number: int) -> AnyTerm:
