@@ -41,8 +41,9 @@ def shapes(fitter: Fitter, arm: Arm, name: str) -> Iterator[Term]:
 
 def _stands(term: Term) -> bool:
     """Return whether a shape stands for the others of its effect, or for itself."""
-    return not is_richer(term) and all(getattr(term.effect, number) == value
-               for number, value in HYPOTHESES[term.name].stands.items())
+    return not is_richer(term) and all(
+        getattr(term.effect, number) == value
+        for number, value in HYPOTHESES[term.name].stands.items())
 
 
 def _touch(fitter: Fitter, kind: Any) -> Effect:
