@@ -50,8 +50,8 @@ def of_noise(term: AnyTerm, given: Arm, noise: Mapping[Sized, Array]) -> Array |
     own = (replace(term, effect=given.effect(*term.place)) if isinstance(term, Term)
            else term.at(np.zeros(term.size)))
     loud = noise[sized(term)]
-    step = term.vector() - own.vector()
-    return (loud.reshape(-1, term.size) @ step).reshape(loud.shape[:2]) if step.any() else 0.0
+    return np.asarray((loud.reshape(-1, term.size) @ (term.vector() - own.vector())).reshape(
+        loud.shape[:2]))
 
 
 def has_noise(term: AnyTerm, noise: Mapping[Sized, Array]) -> bool:
