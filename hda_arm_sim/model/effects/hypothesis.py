@@ -61,11 +61,11 @@ class Hypothesis:
     `varies` are the coordinates along which published laws of the cause differ from this one.
     A form that does more than `reach`, a share of its power, is another law.
     `contains` are curves without a name that are this law, or a published form of it, at some of
-    its numbers. One of them explains as much as the law and is the law. A `passing` effect acts for a part of a recording,
-    from its `onset` on. A search begins as `start` says. Of many shapes one `stands` for all,
-    where the smallest size that shows is asked for. A `weaker` effect does less the larger its
-    number is. One that `scales` a torque lets a balance shrink beside another such. A wave of one
-    that `bends` must be seen to do so: a straight part of it may be any error.
+    its numbers. One of them explains as much as the law and is the law. A `passing` effect acts
+    for a part of a recording, from its `onset` on. A search begins as `start` says. Of many shapes
+    one `stands` for all, where the smallest size that shows is asked for. A `weaker` effect does
+    less the larger its number is. One that `scales` a torque lets a balance shrink beside another
+    such. A wave of one that `bends` must be seen to do so: a straight part of it may be any error.
     """
 
     free: Mapping[str, float] = field(default_factory=dict)

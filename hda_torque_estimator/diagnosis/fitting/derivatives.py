@@ -136,8 +136,9 @@ class Derivatives:
             return {}
         known = self._carried.of(id(twin), lambda: _Beside(twin, self._carried_beside(twin)))
         found: dict[Sized, Array] = {}
-        for place, noise in known.noise.told(self.carried.terms, self.carried.columns,
-                                             balance.residual, balance.valid, weight).items():
+        noises = known.noise.noise_in(self.carried.terms, self.carried.columns, balance.residual,
+                                      balance.valid, weight)
+        for place, noise in noises.items():
             found |= {place: noise,                             # its first column is a point's
                       (place[0], 1): np.ascontiguousarray(noise[:, :, :1])}
         return found
