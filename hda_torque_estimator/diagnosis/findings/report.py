@@ -280,7 +280,7 @@ def _alike_sentences(alike: Alike) -> list[str]:
 def _placebo(gain: Gain) -> str:
     if not isinstance(gain, OwnGain):
         return ''
-    return f', a placebo of equal freedom {100.0 * gain.placebo:.1f} %'
+    return f', a placebo of equal freedom {round(100.0 * gain.placebo, 1) + 0.0:.1f} %'  # no -0.0
 
 
 def _places(effects: tuple[tuple[str, str | None], ...]) -> str:
