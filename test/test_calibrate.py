@@ -234,6 +234,7 @@ def test_a_torsion_that_determines_nothing_leaves_the_lead_to_the_motor(
     assert found.arm.joints[0].torsion.deviation > 4.0          # of 7 N*m that nothing explains
 
 
+@pytest.mark.study
 def test_a_zero_that_moves_is_said_and_enters_the_file(nominal: Arm, seen):
     found = calibrate(nominal, {'joint1': seen})
     zeros = np.array([0.0, 0.8, -0.5]) / 8000.0         # torques of the fixture, over stiffness

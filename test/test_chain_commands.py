@@ -71,6 +71,7 @@ def test_a_fleet_of_chains_is_diagnosed_by_processes(bags, tmp_path, capsys):
     assert 'joint 4' in (tmp_path / 'fleet' / 'fleet.html').read_text().replace('\u00a0', ' ')
 
 
+@pytest.mark.study
 def test_a_planned_motion_of_seven_joints_is_simulated(tmp_path, capsys):
     motion = tmp_path / 'motion.csv'
     report = report_of(capsys, 'plan --arm cobot7.yaml --show backlash@joint4 --duration 10 '

@@ -129,7 +129,7 @@ def test_short_stops_of_light_wrists_are_not_friction_that_builds_up():
 
 
 @pytest.mark.parametrize(('effect', 'joint'), [
-    (None, None), ('kinematic_error', 'joint5'),
+    (None, None), pytest.param('kinematic_error', 'joint5', marks=pytest.mark.study),
     pytest.param('payload', None, marks=pytest.mark.study)])
 def test_what_is_wrong_with_seven_joints_is_reported_with_its_joint(effect, joint):
     true = COBOT if effect is None else COBOT.with_effect(typical(COBOT, effect, joint), joint)

@@ -58,6 +58,7 @@ def test_a_link_that_is_slammed_is_healthy_still():
     assert diagnose(measurement_from(ARM.labels, made), ARM).diagnosis.verdict == 'no_discrepancy'
 
 
+@pytest.mark.study
 def test_what_is_certain_but_less_than_noise_is_not_named():
     """In a slow sine a friction that gives way by a count reads like a delay of the command."""
     hidden = draw('torque_saturation', np.random.default_rng([151503, 1]))
@@ -65,6 +66,7 @@ def test_what_is_certain_but_less_than_noise_is_not_named():
     assert named(diagnose(measurement_from(ARM.labels, made), ARM).diagnosis) == []
 
 
+@pytest.mark.study
 def test_noise_that_a_delay_explains_is_no_delay():
     """A loop answers the noise of its encoders, which looks like a delay above 10 Hz."""
     made = published(ARM, [], 4398, name='slow_sine')
@@ -72,8 +74,9 @@ def test_noise_that_a_delay_explains_is_no_delay():
     assert (found.verdict, named(found)) == ('no_discrepancy', [])
 
 
+@pytest.mark.study
 @pytest.mark.parametrize(('name', 'seed'), [
-    ('command_delay', 4303), pytest.param('current_loop_lag', 4301, marks=pytest.mark.study)])
+    ('command_delay', 4303), ('current_loop_lag', 4301)])
 def test_a_slow_motion_cannot_distinguish_a_lag_from_a_delay(name, seed):
     """The command repeats the noise of the encoders; what it moves more than that decides."""
     hidden = draw(name, np.random.default_rng([seed, 1]))

@@ -57,6 +57,7 @@ def test_a_cause_is_named_beside_what_has_no_name_at_its_joint(known, nameless, 
     assert said.findings[0].gain.removed > 0.0
 
 
+@pytest.mark.study
 def test_nothing_stands_for_a_cause_that_the_catalogue_lacks():
     names = [name for name in sought_effects() if name != 'clock_skew']
     skewed = measured(hide('clock_skew', 'joint2', skew=-3e-4))

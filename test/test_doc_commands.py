@@ -59,9 +59,11 @@ def typed(page: Path) -> str:
     return script(page).replace('make demo', 'make -n demo')
 
 
+LONG = {'tutorial'}     # a page of many diagnoses
 RUNNING = [pytest.param(
     page, id=page.stem,
-    marks=[pytest.mark.xdist_group('nodes')] if NODES.search(typed(page)) else [])
+    marks=[*([pytest.mark.xdist_group('nodes')] if NODES.search(typed(page)) else []),
+           *([pytest.mark.study] if page.stem in LONG else [])])
     for page in pages() if script(page)]
 STARTING = [pytest.param(line, id=f'{stem}: {line}') for line, stem in {
     line: page.stem for page in pages() for line in script(page, STARTED).splitlines()}.items()]

@@ -63,12 +63,12 @@ def more(*values):
 
 @pytest.mark.parametrize(('names', 'seed'), [
     # What is small beside the first, and what does not act where the other does.
-    (('inertial_coupling', 'stiffness_error'), 121605),     # a thousandth of what the first does
+    more(('inertial_coupling', 'stiffness_error'), 121605),     # a thousandth of the first
     more(('presliding_friction', 'inertial_coupling', 'stiffness_error'), 4818),
     more(('clock_skew', 'torsional_hysteresis', 'bearing_crosstalk'), 4836),    # less than forms
     more(('backlash', 'structural_damping'), 121604),       # which does not act within the play
     # What is so quick that it passes for noise.
-    (('motor_cogging',), 121102),
+    more(('motor_cogging',), 121102),
     more(('torque_ripple', 'load_dependent_friction'), 151673),
     # Of which noise speaks for another cause.
     (('current_loop_lag',), 4529),                          # a delay
@@ -79,14 +79,14 @@ def more(*values):
     more(('stiffening_error',), 4462),                      # of which two steps like a wrong law
     more(('link_encoder_eccentricity', 'stiffening_error'), 151588),    # nearly lost to its twin
     # Whose form shows when the other is known.
-    (('clock_skew', 'wave_generator_compliance'), 5951),
+    more(('clock_skew', 'wave_generator_compliance'), 5951),
     more(('base_vibration', 'stiffening_error', 'structural_damping'), 5989),
     # Whose order or waves show when the drag is known.
     more(('position_dependent_friction', 'viscous_friction'), 211582),
     more(('position_dependent_friction', 'stribeck_friction'), 201029),     # as good as each other
     more(('stribeck_friction', 'position_dependent_friction'), 211618),     # waves of the level
     # For which a third cause or a curve stands in at first.
-    (('bearing_crosstalk', 'encoder_scale_error'), 4602),   # a disc stands for both
+    more(('bearing_crosstalk', 'encoder_scale_error'), 4602),   # a disc stands for both
     more(('bearing_crosstalk', 'link_bearing_friction'), 4446),     # a third only helps to it
     more(('bearing_crosstalk', 'wave_generator_compliance'), 4443),     # whose form is not its own
     more(('wave_generator_compliance', 'current_loop_lag'), 211669),    # a curve helps next door

@@ -54,6 +54,7 @@ def test_a_cause_that_is_not_there_gains_no_more_than_its_placebo():
         assert shares.cause < 0.05
 
 
+@pytest.mark.study
 def test_what_a_dropped_cause_explained_is_a_rest_without_a_name(monkeypatch):
     """Its placebo equals it, so it goes, and takes with it what else rests on its joint."""
     hidden = [hide('kinematic_error', 'joint2', amplitude_2=8e-5, phase_2=0.5),
