@@ -367,7 +367,8 @@ class Outline(HTMLParser):
 def test_page_shows_every_signal_and_loads_nothing(pair, tmp_path, capsys):
     out = tmp_path / 'out'
     assert main(['compare', *pair, '--out', str(out)]) == 0
-    shown = Outline((out / 'compare.html').read_text(encoding='utf-8'))
+    page = (out / 'compare.html').read_text(encoding='utf-8')
+    shown = Outline(page.replace('<wbr>', ''))      # long names may break
     assert {POSITION, OTHER + 'position', 'tip/wrench/force.x'} <= set(shown.texts)
     assert shown.tags.count('figure') == 1
     assert shown.loads == []

@@ -150,7 +150,7 @@ def short():
 
 @pytest.mark.parametrize(('changes', 'says'), [
     ({'effort': np.nan}, 'no motor torque of joint1'),
-    ({'names': NAMES[:3]}, 'joint2_motor missing'),
+    ({'names': NAMES[:3]}, 'no joint2_motor, so the motor side'),
     ({'rows': 1000}, 'too short'),
     ({'scale': 180.0 / np.pi}, '--degrees'),
     ({'scale': np.array([1.0, 1.0, 0.01, 0.01])}, '--motor-at-link'),

@@ -41,9 +41,9 @@ IMPORTED_AS = {'pyyaml': 'yaml'}
 SHOW_PAGE = """
 from hda_torque_estimator.pages import plot, render
 import numpy
-line = plot.Plot('x', 'y', numpy.arange(3.0), [plot.Line('z', numpy.arange(3.0), 'after')])
+line = plot.Plot('x', 'y', numpy.arange(3.0), [plot.PlotLine('z', numpy.arange(3.0), 'after')])
 print(render.__file__, render.render('page.html', title='t', charts={
-    'a': plot.Chart('b', 'c', {'d': line})}))
+    'a': plot.PlotGroup('b', 'c', {'d': line})}))
 """
 
 # Print where an installed package finds the model files.

@@ -16,7 +16,7 @@ from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
 from hda_torque_estimator.diagnosis.fitting.nuisance import nuisances
 from hda_torque_estimator.diagnosis.reporting.summary import cause_sentence
 from hda_torque_estimator.estimating.estimator import compiled_settings, EstimatorSettings
-from hda_torque_estimator.least_squares.charts import Carried
+from hda_torque_estimator.least_squares.charts import CarriedMoments
 from hda_torque_estimator.measurements.measurement import measurement_from
 from hypothesis import given, strategies as st
 import numpy as np
@@ -96,7 +96,7 @@ def test_a_point_is_looked_for_first_and_then_a_body_that_costs_more(arm):
 
 
 def test_a_body_is_looked_for_by_its_moments():
-    chart = Carried(('mass', 'x', 'radius'), 0.5)
+    chart = CarriedMoments(('mass', 'x', 'radius'), 0.5)
     body = Payload(mass=2.0, x=-0.1, radius=0.3)
     assert chart.unknowns(body) == pytest.approx((2.0, -0.2, 0.18))
     assert chart.numbers(chart.unknowns(body)) == pytest.approx(
@@ -108,7 +108,8 @@ def test_a_body_is_looked_for_by_its_moments():
 @given(st.floats(0.3, 3.0), st.floats(-0.2, 0.2), st.floats(0.02, 0.3), st.integers(0, 99))
 def test_how_unsure_a_body_is_follows_from_its_moments(mass, x, radius, seed):
     """The linear propagation of differences, which the chart has in closed form."""
-    body, chart = Payload(mass=mass, x=x, radius=radius), Carried(('mass', 'x', 'radius'), 0.5)
+    body = Payload(mass=mass, x=x, radius=radius)
+    chart = CarriedMoments(('mass', 'x', 'radius'), 0.5)
     half = 1e-3 * np.random.default_rng(seed).standard_normal((3, 3))
     covariance, moments = half @ half.T, np.array(chart.unknowns(body))
     slopes = np.zeros((3, 3))

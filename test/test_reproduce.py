@@ -211,7 +211,7 @@ def test_the_command_writes_a_page_numbers_and_figures(tmp_path, capsys):
             assert (out / f'{name}.png').read_bytes().startswith(b'\x89PNG')
             assert '<svg' in (out / f'{name}.svg').read_text()
     page = (out / 'paper.html').read_text()
-    assert page.count('<svg') == sum(len(f['drawings']) for f in report['figures'].values())
+    assert page.count('<svg xmlns') == sum(len(f['drawings']) for f in report['figures'].values())
     assert 'src="http' not in page
     assert PAPER in page
     assert [path.name for path in tmp_path.iterdir()] == ['paper']

@@ -88,7 +88,7 @@ def test_every_size_of_the_headline_has_its_interval_and_every_named_gear_is_dra
     play = replace(diagnosis().findings[0], effect='backlash',
                    parameters=numbers(half_width=1e-4))
     judged = replace(diagnosis(), ambiguous=(), probability=0.9,
-                   findings=tuple(replace(play, joint=f'joint{n}') for n in (2, 1, 3)))
+                     findings=tuple(replace(play, joint=f'joint{n}') for n in (2, 1, 3)))
     said = summary.certainty(judged)
     assert said.startswith('90.0 % probable; each with 90 % the backlash of joint 2 is between ')
     assert ', the backlash of joint 1 is between ' in said and 'joint 3' not in said

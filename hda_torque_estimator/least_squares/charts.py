@@ -73,7 +73,7 @@ class Identity(Chart):
 
 
 @dataclass(frozen=True)
-class Carried(Chart):
+class CarriedMoments(Chart):
     """
     Mass, centre and radius of gyration of a body, as the moments in which an arm is linear.
 

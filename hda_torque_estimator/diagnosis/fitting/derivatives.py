@@ -54,7 +54,7 @@ class _Beside(NamedTuple):
     noise: ColumnNoise
 
 
-class Columns(NamedTuple):
+class TermColumns(NamedTuple):
     """Terms, and the derivative columns (m, c, p) along their numbers."""
 
     terms: tuple[Term, ...]
@@ -144,10 +144,10 @@ class Derivatives:
         return found
 
     @cached_property
-    def carried(self) -> Columns:
+    def carried(self) -> TermColumns:
         """Return columns of what the links may carry, as bodies of their usual masses."""
         terms = tuple(carried_by(self.arm)) if self.arm.links is not None else ()
-        return Columns(terms, self.of(terms, [*self.tolerated, *terms]))
+        return TermColumns(terms, self.of(terms, [*self.tolerated, *terms]))
 
     def _carried_beside(self, twin: 'Derivatives') -> ColumnNoise:
         noisier, balance = Derivatives(self.balancer.noisier, self.arm), self.balancer(self.arm)

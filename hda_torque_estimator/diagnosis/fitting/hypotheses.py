@@ -18,7 +18,7 @@ from hda_arm_sim.model.effects.place import LOAD
 from hda_arm_sim.model.typical_sizes import scaled_size
 import numpy as np
 
-from ...least_squares.charts import Carried
+from ...least_squares.charts import CarriedMoments
 from ...least_squares.term import looked_for, Term
 
 HYPOTHESES: dict[str, Hypothesis] = {effect.name: effect.hypothesis for effect in EFFECTS
@@ -64,7 +64,7 @@ def richer(arm: Arm, name: str, present: Effect, joint: str | None) -> Term:
     (size, step), = HYPOTHESES[name].free.items()
     further = (number for number in HYPOTHESES[name].more
                if isinstance(arm.links, ChainLinks) or number not in present.spatial)
-    return Term(present, joint, (Carried((size, *further), step),))
+    return Term(present, joint, (CarriedMoments((size, *further), step),))
 
 
 def carried_by(arm: Arm) -> Iterator[Term]:

@@ -18,8 +18,8 @@ from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.effects.effect import Effect
 import numpy as np
 
-from .friction_path import built_up, LINK_PATH
 from .discrepancy_curves import SLOW
+from .friction_path import built_up, LINK_PATH
 from ..balances.balance import Balance
 from ..balances.coordinates import coordinates_of
 from ..fitting.fit import Fit, Fitter
