@@ -60,11 +60,15 @@ def typed(page: Path) -> str:
 
 
 LONG = {'tutorial'}     # a page of many diagnoses
-RUNNING = [pytest.param(
-    page, id=page.stem,
-    marks=[*([pytest.mark.xdist_group('nodes')] if NODES.search(typed(page)) else []),
-           *([pytest.mark.study] if page.stem in LONG else [])])
-    for page in pages() if script(page)]
+
+
+def marks(page: Path) -> list[pytest.MarkDecorator]:
+    """Return how a page is run: with those of nodes, or by `make study`."""
+    grouped = [pytest.mark.xdist_group('nodes')] if NODES.search(typed(page)) else []
+    return [*grouped, pytest.mark.study] if page.stem in LONG else grouped
+
+
+RUNNING = [pytest.param(page, id=page.stem, marks=marks(page)) for page in pages() if script(page)]
 STARTING = [pytest.param(line, id=f'{stem}: {line}') for line, stem in {
     line: page.stem for page in pages() for line in script(page, STARTED).splitlines()}.items()]
 

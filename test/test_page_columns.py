@@ -107,11 +107,11 @@ def wave_page() -> str:
     values = np.where((time > 10.0) & (time < 12.0), np.nan, 3.0 * np.sin(time))
     lines = [PlotLine('wave', values, 'after', values - 0.5, values + 0.5),
              PlotLine('level', np.full(5000, 1.25), 'floor')]
+    whole = Plot('time [s]', 'y', time, lines, 'time')
     few = Plot('time [s]', 'y', time[:40], [PlotLine('few', time[:40], 'after')], 'time')
     return render('estimation.html', title='t', badge=DONE, headline='h', rows=[], facts=[],
                   about=About(('joint1',), 's', 'a', '0', 0, {}, {}, ''), charts={
-                      'a': PlotGroup('A', 'c', {'one': Plot('time [s]', 'y', time, lines, 'time'),
-                                            'two': few})})
+                      'a': PlotGroup('A', 'c', {'one': whole, 'two': few})})
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason='no Chromium is installed here')
