@@ -32,8 +32,8 @@ def measured(name, seed):
     pytest.param('stiffness_error', 130, 'torsion', marks=pytest.mark.study),
     ('encoder_scale_error', 130, 'torsion'),    # a disc that is never seen to bend
     # Wind-up and stiffening together; a delay but for its second rate.
-    pytest.param('stiffness_error', 5913, 'torsion', marks=[pytest.mark.study, pytest.mark.xfail(
-        reason='wind-up and stiffening together leave noise, since turns within a sample are out')]),
+    pytest.param('stiffness_error', 5913, 'torsion', marks=[
+        pytest.mark.study, pytest.mark.xfail(reason='wind-up and stiffening leave noise')]),
     pytest.param('current_loop_lag', 5802, 'motor', marks=pytest.mark.study)])
 def test_no_other_cause_takes_the_name_of_one_that_is_left_out(name, seed, site):
     measurement, hidden = measured(name, seed)
