@@ -50,7 +50,7 @@ EXAMPLES = (
     'hda estimate bag --arm hda_arm.yaml --tare 0:2 --out estimates  # at rest')
 
 
-UNKNOWN_MOTOR = ('nothing is known of the friction of its motor, so nothing tells its torque: '
+UNKNOWN_MOTOR = ('nothing is known of the friction of its motor, so its torque is unknown: '
                  'hda calibrate, or dry_friction in the arm file')
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arm_answers import NewError
+from ..samples.readings import column_of
 
 TRAVEL = 0.05           # of the link, from which a ratio is observable (choice) [rad]
 NEAR = 0.02             # relative, by which torsion and a disc may bend the ratio (choice)
@@ -102,20 +103,12 @@ def _is_near(ratio: float, seen: float) -> bool:
 
 def _recorded_joint(samples: JointSamples, label: str) -> RecordedJoint:
     sides = label, motor_name(label)
-    angles = np.column_stack([_column(samples.position, samples, name) for name in sides])
-    effort = np.abs(_column(samples.effort, samples, sides[1]))
+    angles = np.column_stack([column_of(samples.position, samples, name) for name in sides])
+    effort = np.abs(column_of(samples.effort, samples, sides[1]))
     largest = float(effort[np.isfinite(effort)].max(initial=0.0))
     link, motor = (_counts(column[np.isfinite(column)]) for column in angles.T)
     return RecordedJoint(label, _ratio(angles[np.isfinite(angles).all(axis=1)]), motor, link,
                          largest or None)
-
-
-def _column(values: NDArray[np.float64], samples: JointSamples,
-            name: str) -> NDArray[np.float64]:
-    """Return what the samples hold of a name (k,), NaN where they do not name it."""
-    if name not in samples.names:
-        return np.full(len(samples.stamps), np.nan)
-    return values[:, samples.names.index(name)]
 
 
 def _ratio(both: NDArray[np.float64]) -> float | None:

@@ -21,9 +21,9 @@ def entries_by_rates(headings: Sequence[Heading], columns: Columns,
     if not pairs:
         return {}
     stride = Counter(speed - angle for angle, speed, _ in pairs).most_common(1)[0][0]
-    told = [pair for pair in pairs if pair[1] - pair[0] == stride]
+    paired = [pair for pair in pairs if pair[1] - pair[0] == stride]
     block = [pair for place, pair in takewhile(
-        lambda each: each[1][0] == told[0][0] + each[0], enumerate(told))]
+        lambda each: each[1][0] == paired[0][0] + each[0], enumerate(paired))]
     angles = [headings[angle] for angle, _, _ in block]
     speeds = [headings[speed] for _, speed, _ in block]
     return {

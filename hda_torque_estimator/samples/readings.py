@@ -54,13 +54,13 @@ def with_links_of(arm: Arm, samples: JointSamples) -> tuple[JointSamples, tuple[
     """
     ratios = {joint.label: joint.ratio for joint in arm.joints}
     alone = tuple(label for label in ratios
-                  if not np.isfinite(_column(samples.position, samples, label)).any()
-                  and np.isfinite(_column(samples.effort, samples, motor_name(label))).any())
+                  if not np.isfinite(column_of(samples.position, samples, label)).any()
+                  and np.isfinite(column_of(samples.effort, samples, motor_name(label))).any())
     if not alone:
         return samples, ()
     kept = samples.select([name for name in samples.names if name not in alone])
     position, velocity = (np.column_stack([values, *(
-        _column(values, kept, motor_name(label)) / ratios[label] for label in alone)])
+        column_of(values, kept, motor_name(label)) / ratios[label] for label in alone)])
         for values in (kept.position, kept.velocity))
     effort = np.column_stack([kept.effort, np.full((len(kept.stamps), len(alone)), np.nan)])
     return replace(kept, names=(*kept.names, *alone), position=position, velocity=velocity,
@@ -86,7 +86,8 @@ def knows_motor(arm: Arm, joint: Joint) -> bool:
     return joint.motor_deviation > 0.0 or known.level > 0.0
 
 
-def _column(values: Array, samples: JointSamples, name: str) -> Array:
+def column_of(values: Array, samples: JointSamples, name: str) -> Array:
+    """Return the `values` (k, n) of a name (k,), NaN where the samples do not name it."""
     names: Sequence[str] = samples.names
     return values[:, names.index(name)] if name in names else np.full(len(values), np.nan)
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from .origin import RecordingFacts
 from .rest import Unexplained
+from ...pages.wording import percent
 
 SCHEMA = 'hda.diagnosis/2'
 VERDICTS = {
@@ -280,7 +281,7 @@ def _alike_sentences(alike: Alike) -> list[str]:
 def _placebo(gain: Gain) -> str:
     if not isinstance(gain, OwnGain):
         return ''
-    return f', a placebo of equal freedom {round(100.0 * gain.placebo, 1) + 0.0:.1f} %'  # no -0.0
+    return f', a placebo of equal freedom {percent(gain.placebo)}'
 
 
 def _places(effects: tuple[tuple[str, str | None], ...]) -> str:

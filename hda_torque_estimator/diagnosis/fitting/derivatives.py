@@ -1,6 +1,6 @@
 """Derivatives of the balances of one measurement, and their noise, about one arm as given."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from operator import is_
@@ -17,7 +17,7 @@ from .nuisance import AnyTerm, nuisances
 from .steps import groups_at_once, Sized, stepped
 from ..balances.balance import Balance, Balancer
 from ..balances.recent_cache import RecentCache
-from ...least_squares.term import Term, with_terms
+from ...least_squares.term import with_terms
 
 IMPOSSIBLE = (ArmError, ParameterError)     # no arm can have such numbers
 # Choices unless stated otherwise.
@@ -57,7 +57,7 @@ class _Beside(NamedTuple):
 class TermColumns(NamedTuple):
     """Terms, and the derivative columns (m, c, p) along their numbers."""
 
-    terms: tuple[Term, ...]
+    terms: tuple[AnyTerm, ...]
     columns: Array
 
 
@@ -116,13 +116,8 @@ class Derivatives:
 
     def noise_beside(self, twin: 'Derivatives') -> ColumnNoise:
         """Return what is known of the noise of `as_given` beside a twin of the same motion."""
-        return self._noise.of(id(twin), lambda: _Beside(twin, self._noise_beside(twin))).noise
-
-    def _noise_beside(self, twin: 'Derivatives') -> ColumnNoise:
-        noisier, balance = Derivatives(self.balancer.noisier, self.arm), self.balancer(self.arm)
-        return ColumnNoise.made(
-            self.tolerated, twin.as_given, noisier.as_given - self.as_given,
-            noisier.balancer(self.arm).residual - balance.residual, balance.valid)
+        return self._noise.of(id(twin), lambda: self._beside(
+            twin, lambda some: TermColumns(some.tolerated, some.as_given))).noise
 
     def noise_carried(self, twin: 'Derivatives', balance: Balance,
                       weight: Array) -> dict[Sized, Array]:
@@ -134,7 +129,7 @@ class Derivatives:
         """
         if not self.carried.terms:
             return {}
-        known = self._carried.of(id(twin), lambda: _Beside(twin, self._carried_beside(twin)))
+        known = self._carried.of(id(twin), lambda: self._beside(twin, lambda some: some.carried))
         found: dict[Sized, Array] = {}
         noises = known.noise.noise_in(self.carried.terms, self.carried.columns, balance.residual,
                                       balance.valid, weight)
@@ -149,11 +144,14 @@ class Derivatives:
         terms = tuple(carried_by(self.arm)) if self.arm.links is not None else ()
         return TermColumns(terms, self.of(terms, [*self.tolerated, *terms]))
 
-    def _carried_beside(self, twin: 'Derivatives') -> ColumnNoise:
+    def _beside(self, twin: 'Derivatives',
+                columns: Callable[['Derivatives'], TermColumns]) -> _Beside:
+        """Return what noisier readings make of columns, beside a twin."""
         noisier, balance = Derivatives(self.balancer.noisier, self.arm), self.balancer(self.arm)
-        return ColumnNoise.made(
-            self.carried.terms, twin.as_given, noisier.carried.columns - self.carried.columns,
-            noisier.balancer(self.arm).residual - balance.residual, balance.valid)
+        ours = columns(self)
+        return _Beside(twin, ColumnNoise.made(
+            ours.terms, twin.as_given, columns(noisier).columns - ours.columns,
+            noisier.balancer(self.arm).residual - balance.residual, balance.valid))
 
     def _about(self, terms: Sequence[AnyTerm]) -> Arm:
         """Return the arm with terms, which is asked for many times."""

@@ -153,17 +153,24 @@ class Fitter:
 
     def _start(self, terms: list[AnyTerm]) -> list[AnyTerm]:
         """Return terms that an arm can have together: as they are, or closer to the arm's own."""
+        if self._possible(terms):
+            return terms
         own = [replace(term, effect=self.arm.effect(*term.place))
                if isinstance(term, Term) else term for term in terms]
-        for share in (1.0, 0.5, 0.25):
+        for share in (0.5, 0.25):
             closer = [term.at(near.vector() + share * (term.vector() - near.vector()))
                       for near, term in zip(own, terms)]
-            try:
-                self.on(closer)
-            except IMPOSSIBLE:
-                continue
-            return closer if share < 1.0 else terms
+            if self._possible(closer):
+                return closer
         return list(own)
+
+    def _possible(self, terms: Sequence[AnyTerm]) -> bool:
+        """Return if an arm can have these terms together."""
+        try:
+            self.on(terms)
+        except IMPOSSIBLE:
+            return False
+        return True
 
     def refit(self, fit: Fit, term: Term) -> Fit:
         """Return a fit with one more term, after two steps with the others' columns as given."""
@@ -207,12 +214,7 @@ class Fitter:
 
     def can_lack_each(self, fit: Fit) -> bool:
         """Return if an arm can be without each cause: none only makes others possible."""
-        try:
-            for term in fit.accepted:
-                self.on(fit.terms_beside(term))
-        except IMPOSSIBLE:
-            return False
-        return True
+        return all(self._possible(fit.terms_beside(term)) for term in fit.accepted)
 
     def settled(self, fit: Fit) -> Fit:
         """Return a fit after one step more, for a fitter of other rows."""

@@ -287,11 +287,7 @@ def _exact(fitter: Fitter, trials: Iterable[Fit]) -> list[Fit]:
 
 
 def _may_be(fitter: Fitter, fit: Fit) -> bool:
-    """
-    Return if an arm can be without each cause of a fit: none only makes others possible.
-
-    Nor may the further numbers of the last law end at a limit: the law without them may do.
-    """
+    """Return if a fit may be accepted: no cause is needed for another, nor does a law do less."""
     if is_richer(fit.accepted[-1]) and ends_at_limit(fitter, fit, fit.accepted[-1]):
         return False
     return fitter.can_lack_each(fit)
