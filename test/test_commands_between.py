@@ -2,14 +2,19 @@
 
 from dataclasses import replace
 
+from hda_arm_sim.model.effects import BaseVibration
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.motions import motion
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
-from hda_torque_estimator.diagnosis.balances.commands import on_its_way, way_between
+from hda_torque_estimator.diagnosis.balances.commands import (
+    is_known_way, on_its_way, way_between)
 from hda_torque_estimator.diagnosis.balances.healthy_twin import noise_of
-from hda_torque_estimator.measurements.measurement import measurement_from
+from hda_torque_estimator.measurements.measurement import Measurement, measurement_from
 from hda_torque_estimator.measurements.upsampling import finer
 import numpy as np
 import pytest
-from truth import worlds
+from truth import record, Reference, worlds
+from truth_cases import hide
 from world_samples import arm_of, logged
 
 
@@ -56,3 +61,21 @@ def test_motor_balances_hold_nothing_where_what_a_command_did_is_unknown():
     assert (after.valid[:, 1] == before.valid[:, 1]).all()
     left = [np.sqrt(np.mean(one.residual[one.valid[:, 0], 0] ** 2)) for one in (before, after)]
     assert left[1] < 0.9 * left[0]
+
+
+def test_what_a_base_does_at_once_is_no_way_of_commands_when_the_base_is_known():
+    """Without stamps readings do not show for certain that commands were held."""
+    swings = {'frequency': 10.0, 'damping': 1.4, 'amplitude': 0.03, 'direction': 2.0}
+    arm = read_arm('hda_arm.yaml')
+    asked = motion('rich', 2, 30.0, 1e-3, 105)
+    made = record([hide('base_vibration', None, **swings)],
+                  Reference(asked.angle, asked.rate, 1e-3), seed=105)
+    recorded = Measurement(arm.labels, 1e-3, np.stack([made.motor_angle, made.link_angle], axis=2),
+                           made.command)
+    plain = Balancer(recorded)
+    noise = noise_of(plain, arm)[0]
+    believed = on_its_way(plain, arm, noise)
+    assert believed is not plain
+    assert is_known_way(believed, recorded, arm, noise)
+    assert not is_known_way(believed, recorded, arm.with_effect(BaseVibration(**swings), None),
+                            noise)

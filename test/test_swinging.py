@@ -80,8 +80,6 @@ def test_swinging_base_is_found_alone():
     assert found.gain.removed > 0.95
 
 
-@pytest.mark.xfail(reason='unknown since rows of turns within a sample are left out: they made '
-                   'noise look larger, and what motors leave beside it has no name yet')
 def test_base_that_creeps_back_is_found_with_its_damping():
     hidden = hide('base_vibration', None, **{**SWINGS, 'damping': 1.4})
     found = diagnose(measured([hidden], 105, 30.0), ARM).diagnosis

@@ -15,7 +15,7 @@ from hda_arm_sim.model.effects import effect_named, EFFECTS, Site
 import numpy as np
 
 from .balances.balance import Balancer
-from .balances.commands import on_its_way
+from .balances.commands import is_known_way, on_its_way
 from .balances.healthy_twin import healthy_twin, noise_of, torque_noise_of
 from .balances.led import why_led
 from .balances.stand_in import with_stand_in
@@ -189,20 +189,22 @@ def _searched(raw: RawReadings, names: Sequence[str], training: Spans, held_out:
     """
     Return what was found, with the zeros of several recordings as it has them.
 
-    A contact in held-out stretches may show only when what was found is known.
+    What commands did between samples is asked again of the arm that was found. A contact in
+    held-out stretches may show only when what was found is known.
     """
     arm = raw.arm
     for _ in range(_ROUNDS):
         raw = raw._replace(measurement=aligned(raw.measurement, arm))
-        fitter = _fitter(raw, training)
+        fitter = _fitter(raw, training, arm)
         seen, unseen = _split(fitter, arm, names, training, held_out)
         fitter = replace(fitter, rows=inside(fitter.balancer.time, seen))
         found = search(fitter, names, notify=notify)
         if fitter.balancer.turning and is_stuck(fitter, found):
-            fitter, found = _without_turns(raw, training, fitter, found, names)
+            fitter, found = _without_turns(raw, training, arm, fitter, found, names)
         arm = fitter.on(found.last.terms)
-        if is_aligned(fitter.balancer, arm, fitter.noise) and (
-                seen != training or _split(fitter, arm, names, seen, unseen)[0] == seen):
+        if (is_aligned(fitter.balancer, arm, fitter.noise)
+                and is_known_way(fitter.balancer, raw.measurement, arm, fitter.noise)
+                and (seen != training or _split(fitter, arm, names, seen, unseen)[0] == seen)):
             break
     return fitter, found, seen, unseen
 
@@ -223,21 +225,26 @@ def _reconsidered(fitter: Fitter, found: SearchResult, names: Sequence[str],
     return fitter, without_noise(fitter, found), plain
 
 
-def _without_turns(raw: RawReadings, training: Spans, fitter: Fitter, found: SearchResult,
-                   names: Sequence[str]) -> tuple[Fitter, SearchResult]:
+def _without_turns(raw: RawReadings, training: Spans, before: Arm, fitter: Fitter,
+                   found: SearchResult, names: Sequence[str]) -> tuple[Fitter, SearchResult]:
     """
     Return a search without the rows where shafts turn round, if it leaves no rest as that did.
 
     A wrong torque is largest there as well. That friction builds up was believed before any cause
     was known.
     """
-    other = replace(_fitter(raw, training, ()), rows=fitter.rows)
+    other = replace(_fitter(raw, training, before, ()), rows=fitter.rows)
     again = search(other, names)
     return (fitter, found) if is_stuck(other, again) else (other, again)
 
 
-def _fitter(raw: RawReadings, training: Spans, turns: tuple[int, ...] | None = None) -> Fitter:
-    """Return what fits the training stretches; rows that turn are found, unless given."""
+def _fitter(raw: RawReadings, training: Spans, found: Arm,
+            turns: tuple[int, ...] | None = None) -> Fitter:
+    """
+    Return what fits the training stretches; rows that turn are found, unless given.
+
+    What commands did between samples, motors of the arm that was `found` so far show.
+    """
     balancer = Balancer(raw.measurement)
     quiet = healthy_twin(balancer, raw.arm, _FIRST_NOISE)
     noise, plain = noise_of(balancer, raw.arm, quiet)
@@ -246,7 +253,7 @@ def _fitter(raw: RawReadings, training: Spans, turns: tuple[int, ...] | None = N
         turns = turning(Fitter(balancer, raw.arm, noise, EFFECTIVE, rows))
     if turns:
         balancer = Balancer(raw.measurement, turns)
-    known = on_its_way(balancer, raw.arm, noise)
+    known = on_its_way(balancer, found, noise)
     if known is not balancer:
         balancer, (noise, plain) = known, noise_of(known, raw.arm, quiet)
     white = balancer.whitened(raw.arm, np.sqrt(noise ** 2 - plain ** 2))
