@@ -14,9 +14,8 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import effect_named, EFFECTS, Site
 import numpy as np
 
-from .balances.balance import Balancer
-from .balances.commands import is_known_way, on_its_way
-from .balances.healthy_twin import healthy_twin, noise_of, torque_noise_of
+from .assumptions import AsRecorded, EFFECTIVE, twin_of
+from .balances.healthy_twin import noise_of, torque_noise_of
 from .balances.led import why_led
 from .balances.stand_in import with_stand_in
 from .detectability.excitation import nothing_seen, remarks, shows_too_little, smallest_sizes
@@ -30,7 +29,6 @@ from .fitting.fit import Fitter
 from .fitting.hypotheses import HYPOTHESES, left_aside
 from .fitting.nuisance import is_of_log
 from .fitting.starting_points import split_at_contact
-from .fitting.turning import turning
 from .judging.bounds_reached import limited
 from .judging.candidates import with_sizes
 from .judging.discrepancy_search import search_beside_discrepancy
@@ -47,12 +45,9 @@ from ..measurements.measurement import Measurement
 from ..measurements.running_clock import inside, Spans, split
 
 # Choices unless stated otherwise.
-EFFECTIVE = 0.5         # share of the balances' samples that are independent
 _ROUNDS = 2             # of searches, while zeros of several recordings or stretches move
 _QUIETER = 0.7          # of the noise that was taken, below which it has hidden something
-_FIRST_NOISE = 0        # seed of a twin that shows what noise leaves
-_OTHER_NOISE = 2        # and of another one, that shows what chance buys,
-_LAST_NOISE = 1         # and of the arm that was found
+_LAST_NOISE = 1         # seed of the twin of the arm that was found
 _STILL = 0.02           # link travel below which nothing was moved [rad]
 
 
@@ -87,7 +82,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     fitter, found, plain = _reconsidered(fitter, found, names, notify)
     first = found.first
     beside = search_beside_discrepancy(fitter, found, names, notify)
-    twin = _twin(beside.fitter.balancer, fitter.on(beside.found.last.terms), _LAST_NOISE,
+    twin = twin_of(beside.fitter.balancer, fitter.on(beside.found.last.terms), _LAST_NOISE,
                  torque_noise_of(fitter.noise, plain, fitter.balancer, arm))
     proof = proven(beside.fitter, beside.found, twin, arm, held_out, notify)
     judged, pairs = proof.judged.with_rest(beside.channels), proof.pairs
@@ -192,18 +187,20 @@ def _searched(raw: RawReadings, names: Sequence[str], training: Spans, held_out:
     What commands did between samples is asked again of the arm that was found. A contact in
     held-out stretches may show only when what was found is known.
     """
-    arm = raw.arm
+    arm, turns = raw.arm, tuple[int, ...]()
     for _ in range(_ROUNDS):
         raw = raw._replace(measurement=aligned(raw.measurement, arm))
-        fitter = _fitter(raw, training, arm)
+        recorded = AsRecorded.of(raw, training)
+        turns = tuple(sorted({*turns, *recorded.turning(arm)}))
+        fitter = recorded.fitter(turns, arm)
         seen, unseen = _split(fitter, arm, names, training, held_out)
         fitter = replace(fitter, rows=inside(fitter.balancer.time, seen))
         found = search(fitter, names, notify=notify)
-        if fitter.balancer.turning and is_stuck(fitter, found):
-            fitter, found = _without_turns(raw, training, arm, fitter, found, names)
+        if turns and is_stuck(fitter, found):
+            fitter, found = _without_turns(recorded.without_turns(fitter, arm), fitter, found,
+                                           names)
         arm = fitter.on(found.last.terms)
-        if (is_aligned(fitter.balancer, arm, fitter.noise)
-                and is_known_way(fitter.balancer, raw.measurement, arm, fitter.noise)
+        if (is_aligned(fitter.balancer, arm, fitter.noise) and recorded.bears_out(fitter, arm)
                 and (seen != training or _split(fitter, arm, names, seen, unseen)[0] == seen)):
             break
     return fitter, found, seen, unseen
@@ -225,48 +222,15 @@ def _reconsidered(fitter: Fitter, found: SearchResult, names: Sequence[str],
     return fitter, without_noise(fitter, found), plain
 
 
-def _without_turns(raw: RawReadings, training: Spans, before: Arm, fitter: Fitter,
-                   found: SearchResult, names: Sequence[str]) -> tuple[Fitter, SearchResult]:
+def _without_turns(other: Fitter, fitter: Fitter, found: SearchResult,
+                   names: Sequence[str]) -> tuple[Fitter, SearchResult]:
     """
-    Return a search without the rows where shafts turn round, if it leaves no rest as that did.
+    Return a search by the `other`, without turns, if it leaves no rest as that with them did.
 
-    A wrong torque is largest there as well. That friction builds up was believed before any cause
-    was known.
+    A wrong torque is largest where shafts turn round as well.
     """
-    other = replace(_fitter(raw, training, before, ()), rows=fitter.rows)
     again = search(other, names)
     return (fitter, found) if is_stuck(other, again) else (other, again)
-
-
-def _fitter(raw: RawReadings, training: Spans, found: Arm,
-            turns: tuple[int, ...] | None = None) -> Fitter:
-    """
-    Return what fits the training stretches; rows that turn are found, unless given.
-
-    What commands did between samples, motors of the arm that was `found` so far show.
-    """
-    balancer = Balancer(raw.measurement)
-    quiet = healthy_twin(balancer, raw.arm, _FIRST_NOISE)
-    noise, plain = noise_of(balancer, raw.arm, quiet)
-    rows = inside(balancer.time, training)
-    if turns is None:
-        turns = turning(Fitter(balancer, raw.arm, noise, EFFECTIVE, rows))
-    if turns:
-        balancer = Balancer(raw.measurement, turns)
-    known = on_its_way(balancer, found, noise)
-    if known is not balancer:
-        balancer, (noise, plain) = known, noise_of(known, raw.arm, quiet)
-    white = balancer.whitened(raw.arm, np.sqrt(noise ** 2 - plain ** 2))
-    if white is not balancer:
-        balancer, (noise, plain) = white, noise_of(white, raw.arm, quiet)
-    twin = _twin(balancer, raw.arm, _OTHER_NOISE,
-                 torque_noise_of(noise, plain, balancer, raw.arm))
-    return Fitter(balancer, raw.arm, noise, EFFECTIVE, rows, twin)
-
-
-def _twin(balancer: Balancer, arm: Arm, seed: int, torque_noise: Array) -> Balancer:
-    """Return the balances of a healthy arm that was recorded with as much noise."""
-    return balancer.like(healthy_twin(balancer, arm, seed, torque_noise))
 
 
 def _split(fitter: Fitter, arm: Arm, names: Sequence[str], training: Spans,

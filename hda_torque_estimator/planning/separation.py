@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from .question import Question, Suspect
 from ..diagnosis.balances.balance import Balancer
-from ..diagnosis.diagnose import EFFECTIVE
+from ..diagnosis.assumptions import EFFECTIVE
 from ..diagnosis.fitting.derivatives import IMPOSSIBLE
 from ..diagnosis.fitting.fit import Fit, Fitter
 from ..diagnosis.fitting.hypotheses import terms_of

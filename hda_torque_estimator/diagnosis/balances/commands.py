@@ -79,20 +79,6 @@ def on_its_way(balancer: Balancer, arm: Arm, noise: Array) -> Balancer:
     return Balancer(_on_way(balancer.measurement, way), balancer.turning, unknown)
 
 
-def is_known_way(balancer: Balancer, recorded: Measurement, arm: Arm, noise: Array) -> bool:
-    """
-    Return whether commands `recorded` went as in these balances, by what an arm's motors show.
-
-    They were asked before any cause was known: what a base or a load does at once may look as if
-    commands had gone on.
-    """
-    asked = Balancer(recorded, balancer.turning)
-    known = on_its_way(asked, arm, noise)
-    if balancer.unknown is None and known.unknown is None:
-        return bool(np.array_equal(known.measurement.command, balancer.measurement.command))
-    return balancer.unknown is not None and known.unknown is not None
-
-
 def _on_way(measurement: Measurement, share: float) -> Measurement:
     """Return the measurement with commands so far on the way from each sample to the next."""
     parts = measurement.parts

@@ -1,0 +1,95 @@
+"""
+What is assumed of a recording before a cause is known, and asked again when some are.
+
+Motors show where friction builds up after a shaft turned round, and what commands did between two
+samples. But what is wrong with an arm may hide that, or look like it.
+"""
+
+from dataclasses import dataclass, replace
+
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.model.arm import Arm
+import numpy as np
+
+from .balances.balance import Balancer
+from .balances.commands import on_its_way
+from .balances.healthy_twin import healthy_twin, noise_of, torque_noise_of
+from .balances.reversals import turning_round
+from .fitting.fit import Fitter
+from .fitting.turning import turning
+from .readings.raw_readings import RawReadings
+from ..measurements.measurement import Measurement
+from ..measurements.running_clock import inside, Spans
+
+# Choices unless stated otherwise.
+EFFECTIVE = 0.5         # share of the balances' samples that are independent
+_FIRST_NOISE = 0        # seed of a twin that shows what noise leaves,
+_OTHER_NOISE = 2        # and of another one, that shows what chance buys
+
+
+@dataclass(frozen=True, eq=False)
+class AsRecorded:
+    """The balances of a recording with nothing assumed, and what noise leaves of them."""
+
+    arm: Arm                            # as given
+    balancer: Balancer
+    quiet: Measurement                  # of a healthy twin
+    noise: Array                        # (c,) [N*m]
+    plain: Array                        # (c,) of readings alone [N*m]
+    training: Spans
+
+    @classmethod
+    def of(cls, raw: RawReadings, training: Spans) -> 'AsRecorded':
+        """Return it of readings, to be fitted on the training stretches."""
+        balancer = Balancer(raw.measurement)
+        quiet = healthy_twin(balancer, raw.arm, _FIRST_NOISE)
+        return cls(raw.arm, balancer, quiet, *noise_of(balancer, raw.arm, quiet), training)
+
+    def turning(self, found: Arm) -> tuple[int, ...]:
+        """Return the places of the joints whose friction builds up, beside what was `found`."""
+        if found is not self.arm:
+            return turning_round(self.balancer, found, self.noise)
+        return turning(Fitter(self.balancer, self.arm, self.noise, EFFECTIVE,
+                              inside(self.balancer.time, self.training)))
+
+    def assuming(self, turns: tuple[int, ...], found: Arm) -> Balancer:
+        """Return balances with joints that turn, and commands as motors of `found` show them."""
+        balancer = Balancer(self.balancer.measurement, turns) if turns else self.balancer
+        return on_its_way(balancer, found, self.noise)
+
+    def bears_out(self, fitter: Fitter, found: Arm) -> bool:
+        """
+        Return whether the arm that was `found` shows what the balances of a fitter assume.
+
+        What a cause does where a shaft turns round is explained when it is found. So only joints
+        that were not assumed to turn are asked again.
+        """
+        assumed = fitter.balancer
+        if not set(self.turning(found)) <= set(assumed.turning):
+            return False
+        shown = self.assuming(assumed.turning, found)
+        if assumed.unknown is None and shown.unknown is None:
+            return bool(np.array_equal(shown.measurement.command, assumed.measurement.command))
+        return assumed.unknown is not None and shown.unknown is not None
+
+    def fitter(self, turns: tuple[int, ...], found: Arm) -> Fitter:
+        """Return what fits the training stretches under these assumptions (`assuming`)."""
+        balancer, noise, plain = self.assuming(turns, found), self.noise, self.plain
+        if balancer is not self.balancer:
+            noise, plain = noise_of(balancer, self.arm, self.quiet)
+        white = balancer.whitened(self.arm, np.sqrt(noise ** 2 - plain ** 2))
+        if white is not balancer:
+            balancer, (noise, plain) = white, noise_of(white, self.arm, self.quiet)
+        twin = twin_of(balancer, self.arm, _OTHER_NOISE,
+                       torque_noise_of(noise, plain, balancer, self.arm))
+        return Fitter(balancer, self.arm, noise, EFFECTIVE,
+                      inside(balancer.time, self.training), twin)
+
+    def without_turns(self, fitter: Fitter, found: Arm) -> Fitter:
+        """Return a fitter of the same rows, but for those where shafts turn round."""
+        return replace(self.fitter((), found), rows=fitter.rows)
+
+
+def twin_of(balancer: Balancer, arm: Arm, seed: int, torque_noise: Array) -> Balancer:
+    """Return the balances of a healthy arm that was recorded with as much noise."""
+    return balancer.like(healthy_twin(balancer, arm, seed, torque_noise))
