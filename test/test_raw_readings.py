@@ -17,6 +17,7 @@ from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 import pytest
 from truth import Device, draw, record, Reference
+from truth_cases import hide as truth_of
 
 ARM = read_arm('hda_arm.yaml')
 NAMES = ('joint1', 'joint2', 'joint1_motor', 'joint2_motor')
@@ -303,6 +304,19 @@ def test_each_cause_gains_on_held_out_stretches_beside_the_others():
         assert one.evidence.score > one.evidence.threshold
         assert one.gain.removed > 0.9
         assert one.gain.after < 0.1 * one.gain.before
+
+
+def test_a_wave_gains_at_a_rate_at_which_readings_change_by_more_than_it():
+    """Between samples 4 ms apart an acceleration turns a link by thirty times the wave."""
+    wave = truth_of('encoder_interpolation_error', 'joint2', amplitude=5.4e-6, lines=9000.0,
+                    phase=-1.8)
+    fine = measured([wave], 109, duration=30.0)
+    slow = Measurement(ARM.labels, 4.0 * fine.dt, np.ascontiguousarray(fine.reading[::4]),
+                       np.ascontiguousarray(fine.command[::4]))
+    raw = raw_readings(slow, ARM, training=((0.0, 20.0),))
+    found, = raw_findings(raw, slow, Balancer(raw.measurement), ARM, raw.arm, ((20.0, 30.0),))
+    assert (found.effect, found.joint) == (wave.effect, wave.joint)
+    assert found.gain.removed > 0.8
 
 
 def back_and_forth(arm, speed, rate, duration=20.0):

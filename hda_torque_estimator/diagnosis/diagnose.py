@@ -5,7 +5,7 @@ Fits see the training stretches only. What they claim is confirmed by simulation
 stretches; a cause that does not gain there is not named.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -103,7 +103,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
         tuple(one.row() for one in sizes), total,
         residuals(fitter, first, evidence.fit, inside(fitter.balancer.time, held_out)),
         replace(facts, training=training, held_out=held_out), origin.arm_file, origin.version, 0.0,
-        (*filter(None, held_back), *proof.remarks,
+        (*filter(None, held_back), *proof.remarks, *_not_gaining(raw, shown),
          *(cause.sentence() for cause in beside.nameless), *aside, *_between(raw.measurement),
          *remarks(sizes, arm, about, FAST if limit == 'rate' else None)), limited_by=limit,
         probability=_probability(verdict, named, pairs, judged))
@@ -159,6 +159,15 @@ def _model(evidence: Grounds, raw: RawReadings, findings: Sequence[Finding],
         *(term for term in fit.nuisance if not is_of_log(term))])
     return extended_by([cause for cause in raw.causes
                         if (cause.effect.name, cause.joint) in named], model)
+
+
+def _not_gaining(raw: RawReadings, shown: Sequence[Finding]) -> Iterator[str]:
+    """Yield of which causes of raw readings nothing is said, and why."""
+    named = {(one.effect, one.joint) for one in shown}
+    for name, joint in ((cause.effect.name, cause.joint) for cause in raw.causes):
+        if (name, joint) not in named:
+            yield (f'{name} at {joint or "the arm"} is not named: readings show it, but it gains '
+                   'nothing on stretches that no fit has seen')
 
 
 def _between(measurement: Measurement) -> tuple[str, ...]:

@@ -15,16 +15,15 @@ from hda_arm_sim.foundation.arrays import Array, Mask
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import CoarseQuantisation, Effect, EncoderInterpolationError
 import numpy as np
-from scipy.signal import savgol_filter
 
 from .line_alias import agrees, counting, moves, resolved, STRETCHES
+from .local_rest import local_rest, local_speed, window_of
 from .raw_cause import number, RawCause
 from ...measurements.measurement import Measurement
 from ...significance import NORMAL_90, SCORE_BAR
 
 MOTOR, LINK = 0, 1      # sides of a reading
 # Choices unless stated otherwise.
-_WINDOW, _DEGREE = 0.021, 5     # of the polynomials [s]
 _BINS = 2 ** 18         # of one turn
 _FEWEST, _MOST = 1000, 2 ** 16  # lines per turn that are looked for; fewer, the arm may follow
 _SHARE = 0.05           # of the rest's power, below which a wave is immaterial
@@ -77,18 +76,18 @@ def uneven_lines(measurement: Measurement, arm: Arm, seen: Mask) -> Iterator[Raw
 
 def _of_one_encoder(wave: LineWave, motor: Array, link: Array, dt: float, step: float) -> bool:
     """Return whether a wave is the link encoder's: no counting, no movement, one phase always."""
-    window, rows = _window(dt), wave.rows
-    rest = _fast(link, window)[rows]
+    rows = wave.rows
+    rest = local_rest(link, dt)[rows]
     return (wave.effect.amplitude > counting(step)
-            and not moves(wave.columns, rest, _fast(motor, window)[rows])
-            and agrees(_speed(link, dt)[rows], wave.columns, rest))
+            and not moves(wave.columns, rest, local_rest(motor, dt)[rows])
+            and agrees(local_speed(link, dt)[rows], wave.columns, rest))
 
 
 def smallest_wave(angle: Array, dt: float, seen: Mask, step: float) -> float | None:
     """Return the smallest amplitude of a wave that readings (k,) would show [rad], or None."""
-    window, good = _window(dt), _inner(seen, _window(dt))
-    rest, travel = _fast(angle, window), _speed(angle, dt) * dt
-    sizes = [_smallest(rest, _fast(np.sin(lines * angle), window),
+    window, good = window_of(dt), _inner(seen, window_of(dt))
+    rest, travel = local_rest(angle, dt), local_speed(angle, dt) * dt
+    sizes = [_smallest(rest, local_rest(np.sin(lines * angle), dt),
                        good & resolved(travel, lines, lines, window), window) for lines in _TRIED
              if lines < _most(step)]
     size = max(min(sizes, default=math.inf), counting(step))
@@ -120,29 +119,19 @@ def without_waves(measurement: Measurement, causes: list[RawCause],
 
 def wave_of(angle: Array, dt: float, seen: Mask, step: float) -> LineWave | None:
     """Return the strongest wave in readings (k,) of an encoder with this step [rad]."""
-    window, travel = _window(dt), _speed(angle, dt) * dt
-    rest, good = _fast(angle, window), _inner(seen, window)
+    window, travel = window_of(dt), local_speed(angle, dt) * dt
+    rest, good = local_rest(angle, dt), _inner(seen, window)
     lines, behind = _strongest(angle, rest, good, travel, window, _most(step)), angle
     if lines is None:
         return None
     rows = good & resolved(travel, lines - _NEAR, lines + _NEAR, window)
     near = range(max(lines - _NEAR, 2), lines + _NEAR + 1)
-    best = min((_fitted(behind, rest, window, rows, trial) for trial in near),
+    best = min((_fitted(behind, rest, dt, rows, trial) for trial in near),
                key=lambda wave: wave.after)
     for _ in range(_ROUNDS):
         behind = _behind(angle, best.effect)
-        best = _fitted(behind, rest, window, rows, round(best.effect.lines))
+        best = _fitted(behind, rest, dt, rows, round(best.effect.lines))
     return best
-
-
-def _speed(angle: Array, dt: float) -> Array:
-    """Return the speed of readings (k,) by the same polynomials [rad/s]."""
-    return np.asarray(savgol_filter(angle, _window(dt), _DEGREE, deriv=1, delta=dt))
-
-
-def _window(dt: float) -> int:
-    """Return the samples of a polynomial."""
-    return max(_DEGREE + 2, 2 * round(0.5 * _WINDOW / dt) + 1)
 
 
 def _inner(seen: Mask, window: int) -> Mask:
@@ -180,10 +169,10 @@ def _strongest(angle: Array, rest: Array, good: Mask, travel: Array, window: int
     return strongest
 
 
-def _fitted(behind: Array, rest: Array, window: int, rows: Mask, lines: int) -> LineWave:
+def _fitted(behind: Array, rest: Array, dt: float, rows: Mask, lines: int) -> LineWave:
     """Return the wave of so many lines over the angle behind the readings."""
     turn = lines * behind
-    columns = np.stack([_fast(np.sin(turn), window)[rows], _fast(np.cos(turn), window)[rows]])
+    columns = np.stack([local_rest(wave, dt)[rows] for wave in (np.sin(turn), np.cos(turn))])
     normal, power = columns @ columns.T, float(rest[rows] @ rest[rows])
     along, across = np.linalg.solve(normal, columns @ rest[rows])
     left, count = rest[rows] - along * columns[0] - across * columns[1], int(rows.sum())
@@ -193,11 +182,6 @@ def _fitted(behind: Array, rest: Array, window: int, rows: Mask, lines: int) -> 
     size = math.sqrt(float(left @ left) / count * np.linalg.inv(normal).trace() / 2.0)
     slope = size / max(effect.amplitude, 1e-30) / max(float(behind[rows].std()), 1e-12)
     return LineWave(effect, power, float(left @ left), rows, columns, np.array([size, slope]))
-
-
-def _fast(signal: Array, window: int) -> Array:
-    """Return what local polynomials leave of a signal (k,)."""
-    return signal - savgol_filter(signal, window, _DEGREE)
 
 
 def _behind(angle: Array, wave: Effect) -> Array:

@@ -2,9 +2,8 @@
 What only raw readings show: causes that a filter would hide, found before any balance.
 
 The balances then work with an arm that senses as the recorded one does. What a cause explains is
-how much the readings scatter from sample to sample. These are their second differences in
-stretches that were held out. Simulated recordings with the cause and without it are held against
-the measured ones. Each detector is made for one effect, so effects have names here.
+how much the readings scatter: what local polynomials leave of them in stretches that were held
+out. Simulated recordings with the cause and without it are held against the measured ones. Each detector is made for one effect, so effects have names here.
 """
 
 from collections.abc import Sequence
@@ -20,6 +19,7 @@ import numpy as np
 
 from .encoder_steps import coarse_encoders
 from .line_error import uneven_lines, without_waves
+from .local_rest import local_rest
 from .lost_samples import lost_samples, slips_of
 from .raw_cause import RawCause
 from ..balances.balance import Balancer
@@ -37,8 +37,8 @@ from ...simulating.closed_loop import run
 _ASIDE = 1e-4           # moves a motion so that its counts fall elsewhere [rad]
 WHOLE: Spans = ((0.0, float('inf')),)
 RAW_EFFECTS = (CoarseQuantisation.name, DroppedSamples.name, EncoderInterpolationError.name)
-METRIC = ('squared logarithm of the power of simulated over measured second differences of the '
-          'raw readings, on held-out stretches')
+METRIC = ('squared logarithm of simulated over measured power of what local polynomials leave of '
+          'the raw readings, on held-out stretches')
 
 
 class RawReadings(NamedTuple):
@@ -154,9 +154,9 @@ def _readings(arm: Arm, motion: Motion, seed: int) -> Array:
 
 def _scatter(reading: Array, spans: Spans, dt: float,
              channels: Sequence[tuple[int, int]]) -> Array:
-    """Return the logarithm of the power of second differences (w, c), one row for a span."""
+    """Return the logarithm of the power of what scatters (w, c), one row for a span."""
     columns, sides = np.array(channels).T
-    fast = np.diff(reading[:, columns, sides], 2, axis=0) ** 2
+    fast = local_rest(reading[:, columns, sides], dt) ** 2
     rows = [fast[round(begin / dt):round(end / dt)] for begin, end in spans]
     return np.log(np.array([row.mean(axis=0) for row in rows if len(row)]) + 1e-30)
 
