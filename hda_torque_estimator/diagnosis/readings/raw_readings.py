@@ -3,7 +3,8 @@ What only raw readings show: causes that a filter would hide, found before any b
 
 The balances then work with an arm that senses as the recorded one does. What a cause explains is
 how much the readings scatter: what local polynomials leave of them in stretches that were held
-out. Simulated recordings with the cause and without it are held against the measured ones. Each detector is made for one effect, so effects have names here.
+out. Simulated recordings with the cause and without it are held against the measured ones. Each
+detector is made for one effect, so effects have names here.
 """
 
 from collections.abc import Sequence
