@@ -59,6 +59,7 @@ def test_a_worn_elbow_makes_two_runs_of_one_motion_differ(bags, tmp_path, capsys
     assert (tmp_path / 'differ' / 'compare.html').stat().st_size > 1000
 
 
+@pytest.mark.study
 def test_a_fleet_of_chains_is_diagnosed_by_processes(bags, tmp_path, capsys):
     report = report_of(capsys, f'diagnose --each {bags} --arm cobot7.yaml --out {tmp_path}/fleet')
     found = {line['directory']: line for line in report['bags']}

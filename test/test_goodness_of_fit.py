@@ -2,9 +2,10 @@
 
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
+from hda_torque_estimator.diagnosis.assumptions import EFFECTIVE
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.healthy_twin import noise_of
-from hda_torque_estimator.diagnosis.diagnose import diagnose, EFFECTIVE, sought_effects
+from hda_torque_estimator.diagnosis.diagnose import diagnose, sought_effects
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
 from hda_torque_estimator.diagnosis.judging.discrepancy_curves import best_curves
@@ -27,7 +28,7 @@ def measured(name, seed):
 
 
 @pytest.mark.parametrize(('name', 'seed', 'site'), [
-    ('coulomb_friction', 130, 'motor'),
+    pytest.param('coulomb_friction', 130, 'motor', marks=pytest.mark.study),
     pytest.param('viscous_friction', 130, 'motor', marks=pytest.mark.study),
     pytest.param('stiffness_error', 130, 'torsion', marks=pytest.mark.study),
     ('encoder_scale_error', 130, 'torsion'),    # a disc that is never seen to bend
