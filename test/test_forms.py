@@ -5,10 +5,11 @@ import gc
 from weakref import ref
 
 from hda_arm_sim.model.files import read_arm
+from hda_torque_estimator.diagnosis.assumptions import EFFECTIVE
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.healthy_twin import (
     healthy_twin, noise_of, torque_noise_of)
-from hda_torque_estimator.diagnosis.diagnose import diagnose, EFFECTIVE
+from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.fitting.alignment import aligned
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of

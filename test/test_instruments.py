@@ -1,9 +1,9 @@
 """Numbers of a noisy recording are free of the bias that noise gives least squares."""
 
 from hda_arm_sim.model.files import read_arm
+from hda_torque_estimator.diagnosis.assumptions import EFFECTIVE
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.healthy_twin import healthy_twin, noise_of
-from hda_torque_estimator.diagnosis.diagnose import EFFECTIVE
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.instruments import unbiased
 from hda_torque_estimator.diagnosis.fitting.solve import condense, covariance

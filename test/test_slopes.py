@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 from hda_arm_sim.model.files import read_arm
+from hda_torque_estimator.diagnosis.assumptions import EFFECTIVE
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.healthy_twin import healthy_twin, noise_of
-from hda_torque_estimator.diagnosis.diagnose import EFFECTIVE
 from hda_torque_estimator.diagnosis.fitting.column_noise import ColumnNoise, projection
 from hda_torque_estimator.diagnosis.fitting.fit import deviations, Fitter
 from hda_torque_estimator.diagnosis.fitting.nuisance import nuisances

@@ -9,8 +9,8 @@ from dataclasses import replace
 
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
+from hda_torque_estimator.diagnosis.assumptions import EFFECTIVE
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
-from hda_torque_estimator.diagnosis.diagnose import EFFECTIVE
 from hda_torque_estimator.diagnosis.findings.rest import NOTHING, Unexplained
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of

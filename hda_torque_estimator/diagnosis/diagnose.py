@@ -83,7 +83,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     first = found.first
     beside = search_beside_discrepancy(fitter, found, names, notify)
     twin = twin_of(beside.fitter.balancer, fitter.on(beside.found.last.terms), _LAST_NOISE,
-                 torque_noise_of(fitter.noise, plain, fitter.balancer, arm))
+                   torque_noise_of(fitter.noise, plain, fitter.balancer, arm))
     proof = proven(beside.fitter, beside.found, twin, arm, held_out, notify)
     judged, pairs = proof.judged.with_rest(beside.channels), proof.pairs
     evidence = proof.evidence.as_measured(fitter) if beside.nameless else proof.evidence

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .question import Question, Suspect
-from ..diagnosis.balances.balance import Balancer
 from ..diagnosis.assumptions import EFFECTIVE
+from ..diagnosis.balances.balance import Balancer
 from ..diagnosis.fitting.derivatives import IMPOSSIBLE
 from ..diagnosis.fitting.fit import Fit, Fitter
 from ..diagnosis.fitting.hypotheses import terms_of
