@@ -100,11 +100,11 @@ class Fitter:
         if twin is None:
             return None
         key = id(twin), id(self.arm), self.effective, self.rows.tobytes()
-        return self._healthy.of(key, lambda: self._fitting(twin))
+        return self._healthy.of(key, lambda: self.of_twin(twin, self.arm))
 
-    def _fitting(self, twin: Balancer) -> 'Fitter':
-        """Return what fits a twin beside the noise that it has itself."""
-        balance = twin(self.arm)
+    def of_twin(self, twin: Balancer, arm: Arm) -> 'Fitter':
+        """Return what fits a simulated recording of an arm, beside its own noise."""
+        balance = twin(arm)
         power = np.where(balance.valid, balance.residual ** 2, 0.0).sum(axis=0)
         noise = np.sqrt(power / np.maximum(balance.valid.sum(axis=0), 1))
         return Fitter(twin, self.arm, np.where(noise > 0.0, noise, self.noise), self.effective,

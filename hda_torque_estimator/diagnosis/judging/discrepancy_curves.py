@@ -43,7 +43,8 @@ _OVER_NOISE = 10.0      # rates of a torque over those of a balance's noise that
 _AT_REST = 1e-30        # mean square of a shape, below which nothing moved that makes it
 
 
-_KNOWN: 'MutableMapping[Fitter, dict[tuple[str, str, str], float]]' = WeakKeyDictionary()
+Usual = Mapping[tuple[str, str, str], float]    # improvements by joint, site and form
+_KNOWN: 'MutableMapping[Fitter, Usual]' = WeakKeyDictionary()
 
 
 class Curve(NamedTuple):
@@ -61,30 +62,36 @@ class Curve(NamedTuple):
     improvement: float
 
 
-def best_curves(fitter: Fitter, fit: Fit, joints: Collection[str]) -> dict[str, Curve]:
+def best_curves(fitter: Fitter, fit: Fit, joints: Collection[str],
+                usual: Usual | None = None) -> dict[str, Curve]:
     """
     Return the curve that explains most of each of these joints beside the terms of a fit.
 
-    What the same curve explains of a healthy arm, recorded with as much noise, does not count.
+    What the same curve explains of a healthy arm, recorded with as much noise, does not count. Nor
+    does what is `usual` beside these terms.
     """
     chance = _chance(fitter)
     curves: dict[str, Curve] = {}
     for curve in _curves(fitter, fit, joints):
-        usual = max(chance.get(curve[:3], 0.0), 0.0)
-        curve = curve._replace(score=curve.score + usual, improvement=curve.improvement - usual)
+        more = max(chance.get(curve[:3], 0.0), (usual or {}).get(curve[:3], 0.0), 0.0)
+        curve = curve._replace(score=curve.score + more, improvement=curve.improvement - more)
         if curve.joint not in curves or curve.improvement > curves[curve.joint].improvement:
             curves[curve.joint] = curve
     return curves
 
 
-def _chance(fitter: Fitter) -> dict[tuple[str, str, str], float]:
+def usual_curves(fitter: Fitter, fit: Fit) -> Usual:
+    """Return what each curve improves of a fit, by joint, site and form."""
+    return {curve[:3]: curve.improvement for curve in _curves(fitter, fit, fitter.arm.labels)}
+
+
+def _chance(fitter: Fitter) -> Usual:
     """Return what each curve improves of a healthy arm, by joint, site and form."""
     healthy = fitter.healthy
     if healthy is None:
         return {}
     if healthy not in _KNOWN:
-        _KNOWN[healthy] = {curve[:3]: curve.improvement for curve in
-                           _curves(healthy, healthy.first, fitter.arm.labels)}
+        _KNOWN[healthy] = usual_curves(healthy, healthy.first)
     return _KNOWN[healthy]
 
 

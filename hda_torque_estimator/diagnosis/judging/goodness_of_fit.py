@@ -16,12 +16,12 @@ from hda_arm_sim.model.effects.hypothesis import Hypothesis
 import numpy as np
 from numpy.typing import NDArray
 
-from .discrepancy_curves import best_curves, Curve
+from .discrepancy_curves import best_curves, Curve, Usual, usual_curves
 from .law_forms import evidence, reformed
 from .parameter_constancy import steady_shares
 from .search import SearchResult
-from ..balances.balance import RATE
-from ..balances.healthy_twin import healthy_twin, noise_of
+from ..balances.balance import Balancer, RATE
+from ..balances.healthy_twin import healthy_twin, noise_of, torque_noise_of
 from ..findings.certainty import margin_of_rest
 from ..findings.rest import GEAR
 from ..fitting.fit import Fit, Fitter
@@ -162,9 +162,28 @@ def _of_itself(fitter: Fitter, fit: Fit) -> Array:
     Its recording is simulated. A play or a stop makes its joint jump, and other joints feel that
     faster than samples and filters follow. This is left of the method, whatever arm was measured.
     """
-    arm, balancer = fitter.on(fit.terms), fitter.balancer
-    made = balancer.like(healthy_twin(balancer, arm, _NOISE))(arm)
+    made = _simulated(fitter, fit)(fitter.on(fit.terms))
     return np.asarray(np.maximum(_power(made.residual, made.valid) / fitter.noise ** 2 - 1.0, 0.0))
+
+
+def _simulated(fitter: Fitter, fit: Fit, torque_noise: Array | float = 0.0) -> Balancer:
+    """Return the balances of a simulated recording of an arm that has what was fitted."""
+    arm, balancer = fitter.on(fit.terms), fitter.balancer
+    return balancer.like(healthy_twin(balancer, arm, _NOISE, torque_noise))
+
+
+def _curves_of_itself(fitter: Fitter, fit: Fit) -> Usual:
+    """
+    Return what each curve improves of an arm which has what was fitted, and no more.
+
+    Noise of readings is in a curve along them as in the balance. It is louder beside what was
+    found, as beside a payload.
+    """
+    arm = fitter.on(fit.terms)
+    plain = noise_of(fitter.balancer, fitter.as_noisy(fit))[1]
+    other = fitter.of_twin(_simulated(fitter, fit, torque_noise_of(
+        fitter.noise, plain, fitter.balancer, arm)), arm)
+    return usual_curves(other, other.fit(fit.accepted, fit.nuisance))
 
 
 def _power(values: Array, valid: NDArray[np.bool_]) -> Array:
@@ -212,16 +231,23 @@ def _formed(fitter: Fitter, fit: Fit, found: SearchResult, powers: Mapping[Place
         for place, reason in found.reasons().items()}
     shared = sum(share for (name, joint), share in shares.items() if joint is None
                  and HYPOTHESES[name].form_share > Hypothesis.form_share)
-    formed: dict[Place, float] = {}
-    for label, curve in best_curves(fitter, fit, joints).items():
-        own = [term for term in fit.accepted if term.joint == label]
-        near = [term for term in own or whole if {
-            curve.site, effect_named(term.name).site.value} != {'motor', 'torsion'}] or own
-        allowed = sum(shares[term.place] for term in near) + (shared if own else 0.0)
-        bar = allowed + max(_least(curve, term, powers[term.place].max()) for term in near)
-        formed |= {term.place: max(curve.improvement / bar, formed.get(term.place, 0.0))
-                   for term in near}
-    return formed
+
+    def doubts(curves: Mapping[str, Curve]) -> dict[Place, float]:
+        formed: dict[Place, float] = {}
+        for label, curve in curves.items():
+            own = [term for term in fit.accepted if term.joint == label]
+            near = [term for term in own or whole if {
+                curve.site, effect_named(term.name).site.value} != {'motor', 'torsion'}] or own
+            allowed = sum(shares[term.place] for term in near) + (shared if own else 0.0)
+            bar = allowed + max(_least(curve, term, powers[term.place].max()) for term in near)
+            formed |= {term.place: max(curve.improvement / bar, formed.get(term.place, 0.0))
+                       for term in near}
+        return formed
+
+    formed = doubts(best_curves(fitter, fit, joints))
+    if max(formed.values(), default=0.0) <= 1.0:
+        return formed
+    return doubts(best_curves(fitter, fit, joints, _curves_of_itself(fitter, found.last)))
 
 
 def _least(curve: Curve, term: Term, power: float) -> float:
