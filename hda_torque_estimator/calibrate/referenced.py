@@ -20,20 +20,23 @@ from .calibration import Calibration, HARDLY, one_joint, SPARSE
 from .fitting.arm_numbers import (ArmNumber, GAIN, LEVEL, number, of_all_friction, with_numbers,
                                   with_tolerances)
 from .fitting.by_hand import line_left_out, mean_left_out
-from .fitting.examined import as_given, Examined, examined, Witnesses
+from .fitting.examined import as_given, BETTER, Examined, examined, Witnesses
 from .fitting.witness_fit import motor_of, torsion_of, WitnessFit
 from .passages.joint_recording import CalibrationError, Measured
 from .passages.signs import wrong_signs
 from ..estimating.laws.witnesses import FAINT
 from ..least_squares.bounds import entered
 from ..least_squares.rows import rms
+from ..measurements.effort import HELD, MEASURED
 from ..samples.readings import knows_motor
 
 # Choices unless stated otherwise.
 USEFUL = 0.9            # of what its rows see vary, an error above which a witness shows nothing
 BESIDE = 0.9            # of an error, below which a motor beside a torsion, or at rest, counts
 MOVES = 0.1             # of the torque's deviation, from which a zero that moves is reported
-STIFFNESS = 'torsion.flexspline_stiffness'
+STIFFNESS, LAG = 'torsion.flexspline_stiffness', 'effort_lag'
+_ACTS = {HELD: 'its motor torque acts over the time to its next stamp, as a held command does',
+         MEASURED: 'its motor torque acts at its stamp, as a measured current does'}
 Progress = Callable[[str], None]
 
 
@@ -109,7 +112,8 @@ class JointCalibration:
                          f', which is {self.zero_torque:.3g} N*m: tare, or let the motor give it')
         if self.lag != 0.0:
             found.append(f'its reference lags by {1e3 * self.lag:.3g} ms')
-        return found
+        lags = [one.value for one in self.numbers if one.name == LAG]
+        return found + [_ACTS[lag] for lag in lags]
 
     def document(self) -> dict[str, Any]:
         """Return the report for machines."""
@@ -155,8 +159,8 @@ def _calibrated(arm: Arm, recordings: Sequence[Measured]) -> JointCalibration:
     if not recordings:
         return JointCalibration(label, names, 'no recording has its motor angle, its '
                                 f'reference/{label}/torque, and its link angle or motor torque')
-    recordings = [one.on_time().without_spikes(arm.joints[0].velocity_limit)
-                  for one in recordings]
+    recordings = [replace(one.on_time().without_spikes(arm.joints[0].velocity_limit),
+                          effort_lag=arm.joints[0].effort_lag) for one in recordings]
     varies = rms(np.concatenate([one.reference - one.reference.mean() for one in recordings]))
     said = JointCalibration(label, names, reference=varies, held_out=len(recordings) > 1)
     if varies == 0.0:
@@ -175,7 +179,7 @@ def _calibrated(arm: Arm, recordings: Sequence[Measured]) -> JointCalibration:
         best = other if other and (best is None or _earns(other.found, best.found)) else best
     if best is None:
         return replace(said, kept='; '.join((*said.aside, _why(heard, varies))))
-    return _weighed(said, arm, recordings, best, line)
+    return _weighed(said, arm, recordings, _timed(arm, recordings, best), line)
 
 
 def _least(heard: WitnessFit) -> float:
@@ -206,6 +210,23 @@ def _trial(arm: Arm, recordings: Sequence[Measured], heard: Witnesses) -> _Witne
     if _is_no_gear(used):
         used = used._replace(torsion=None)
     return _best(arm, recordings, used) if any(used) else None
+
+
+def _timed(arm: Arm, recordings: Sequence[Measured], best: _WitnessChoice) -> _WitnessChoice:
+    """
+    Return witnesses with a motor torque that acts when the estimator errs less, (eq:effort-lag).
+
+    It was measured at its stamp, or is a command that is held until the next. What a fit sees
+    through 50 ms hardly hangs on that, so its numbers stay.
+    """
+    if best.used.motor is None:
+        return best
+    label, given = arm.labels[0], arm.joints[0].effort_lag
+    for lag in {HELD, MEASURED} - {given}:
+        other = _tried(entered(arm, label, {LAG: lag}), recordings, best.used)
+        if other.found.error < BETTER * best.found.error:
+            best = other._replace(numbers=(*other.numbers, number(LAG, lag, 0.0)))
+    return best
 
 
 def _weighed(said: JointCalibration, arm: Arm, recordings: Sequence[Measured],

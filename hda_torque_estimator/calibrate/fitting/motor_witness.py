@@ -109,10 +109,9 @@ def sliding(recordings: Sequence[Measured]) -> list[Measured]:
 
 
 def _columns(one: Measured, turned: ShaftMotion) -> Floats:
-    """Return what the motor's torque follows from (k, 6); a command holds until the next."""
-    before = np.concatenate([one.command[:1], one.command[:-1]])
+    """Return what the motor's torque follows from (k, 6)."""
     link = np.nan_to_num(one.readings[:, 0, LINK_READING])
-    return np.stack([0.5 * (one.command + before), one.readings[:, 0, MOTOR_READING], turned.rate,
+    return np.stack([one.acting, one.readings[:, 0, MOTOR_READING], turned.rate,
                      one.reference, link, one.time], axis=1)
 
 

@@ -103,7 +103,7 @@ def motor_estimate(joint: Record, memory: Array, heard: MotorSample, window: flo
     `window` is the least time of half a window [s]. Its friction is loaded by the torque that it
     has itself. The torque of the torsion may be far off until its zero is known.
     """
-    mean = 0.5 * (memory[LAST_COMMAND] + heard.command)
+    mean = _acting(joint, memory, heard.command)
     memory[LAST_COMMAND] = heard.command
     moving = turns(joint, heard.velocity, max(heard.dt, 0.4 * window))
     span, through = max(window, FEWEST * heard.dt), joint.ratio * joint.motor_inertia
@@ -120,6 +120,13 @@ def motor_estimate(joint: Record, memory: Array, heard: MotorSample, window: flo
     motor_effects(joint, joint.tolerances, mean, at, friction, effect)
     learnt = np.dot(effect[TORSION_ERRORS:], errors_learnt(memory)[TORSION_ERRORS:])
     return Motor(moving, plain + learnt, plain, inertia, friction, joint.motor_deviation ** 2)
+
+
+@inlined
+def _acting(joint: Record, memory: Array, command: float) -> float:
+    """Return the torque that acts about a sample, as far as it is there yet, (eq:effort-lag)."""
+    late = min(max(joint.effort_lag, 0.0), 1.0)
+    return (1.0 - late) * command + late * memory[LAST_COMMAND]
 
 
 @compiled

@@ -1,0 +1,25 @@
+"""Which motor torque acts about a sample: its command is held, its current is measured."""
+
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.model.parts import Joint
+import numpy as np
+
+HELD: float = Joint.declaration('effort_lag').default
+"""Samples by which a command acts later that is held until the next."""
+MEASURED = 0.0
+"""The same of a current that was measured at its stamp."""
+
+
+def acting(effort: Array, lag: float) -> Array:
+    """
+    Return the motor torque that acts about each sample (k,), from those recorded (k,) [N*m].
+
+    It acts `lag` samples after its stamp, (eq:effort-lag): 0.5 for a command that is held until
+    the next, 0 for a current at its own time. Between stamps it goes along a line.
+    """
+    place = np.clip(np.arange(len(effort)) - lag, 0.0, len(effort) - 1.0)
+    first = np.minimum(place.astype(np.intp), max(len(effort) - 2, 0))
+    share = place - first
+    second = np.minimum(first + 1, len(effort) - 1)
+    between = (1.0 - share) * effort[first] + share * effort[second]
+    return np.where(share == 0.0, effort[first], np.where(share == 1.0, effort[second], between))
