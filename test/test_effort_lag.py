@@ -47,7 +47,8 @@ def recorded(seed: int, *, held: bool) -> tuple[Measured, Array]:
 def error(arm: Arm, one: Measured, true: Array) -> float:
     """Return what the estimator misses where the shaft turns [N*m rms]."""
     linked = one.with_link(RATIO)
-    found = Estimator(by_motor(arm, arm.labels)).run(linked.stamps, linked.readings, linked.command[:, np.newaxis])
+    estimator = Estimator(by_motor(arm, arm.labels))
+    found = estimator.run(linked.stamps, linked.readings, linked.command[:, np.newaxis])
     turns = np.abs(linked.turning().rate) > 10.0
     return float(np.sqrt(np.mean((found.torque[turns, 0] - true[turns]) ** 2)))
 

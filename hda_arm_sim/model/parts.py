@@ -72,7 +72,7 @@ class Joint(Declared):
         0.0, 'N*m', 0.0, 1e3,
         'of true torques from all that is known of the motor, one sigma, output side')
     deviation_factor: float = parameter(
-        1.0, '', 0.1, 10.0, 'deviations of true torques over those that all the others make')
+        1.0, '', 0.01, 10.0, 'deviations of true torques over those that all the others make')
     effort_lag: float = parameter(
         0.5, '', -1.0, 1.0,
         'samples by which a motor torque acts after its stamp: 0.5 held command, 0 measured')

@@ -14,8 +14,8 @@ def acting(effort: Array, lag: float) -> Array:
     """
     Return the motor torque that acts about each sample (k,), from those recorded (k,) [N*m].
 
-    It acts `lag` samples after its stamp, (eq:effort-lag): 0.5 for a command that is held until
-    the next, 0 for a current at its own time. Between stamps it goes along a line.
+    It acts `lag` samples after its stamp, (eq:effort-lag). That is 0.5 for a command that is held
+    until the next, and 0 for a measured current. Between stamps it goes along a line.
     """
     place = np.clip(np.arange(len(effort)) - lag, 0.0, len(effort) - 1.0)
     first = np.minimum(place.astype(np.intp), max(len(effort) - 2, 0))

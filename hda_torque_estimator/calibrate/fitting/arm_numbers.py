@@ -130,6 +130,18 @@ def with_tolerances(arm: Arm, found: Mapping[str, Sequence[ArmNumber]], *,
     return replace(arm, joints=tuple(joints), provenance=tuple(origins.items()))
 
 
+def with_ripple(arm: Arm, label: str, ripple: float) -> Arm:
+    """Return the arm with waves of a motor's torque no larger than so much [N*m motor]."""
+    known, place = arm.tolerances_of(label), f'tolerances.{label}.torque_ripple'
+    if ripple >= known.torque_ripple:
+        return arm
+    origin = dict(arm.provenance).get(place, f'calibrated; {known.torque_ripple:g} before')
+    joints = tuple(replace(joint, tolerances=replace(known, torque_ripple=ripple))
+                   if joint.label == label else joint for joint in arm.joints)
+    return replace(arm, joints=joints, provenance=tuple(
+        {**dict(arm.provenance), place: origin}.items()))
+
+
 def of_all_friction(found: Sequence[ArmNumber], load: float) -> tuple[ArmNumber, ...]:
     """
     Return numbers of which the dry level holds all dry friction there is under a load [N*m motor].

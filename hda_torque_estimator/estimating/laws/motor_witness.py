@@ -14,7 +14,7 @@ import numpy as np
 
 from .fusion import FEWEST, restart, SETTLED
 from .fusion_memory import (errors_learnt, LAG, LAST_COMMAND, LONG, MEAN_APART, MEAN_MOTOR,
-                            PRIOR, SCATTER, share, SLOW_TIME, STEADY, TIME, WEIGHED)
+                            PRIOR, SCATTER, share, SLID, SLIDING, SLOW_TIME, STEADY, TIME, WEIGHED)
 from .route_errors import dry_friction, motor_effects, motor_torque, ShaftState, TORSION_ERRORS
 from .shaft_motion import begin_motion, follow_motion
 from .torsion_scatter import forget_twist
@@ -25,7 +25,7 @@ _STILL = 1.25e-4        # [rad] in which a shaft may rest, for encoders without 
 _STILL_COUNTS = 2.0     # of the motor encoder within the time of its low-pass
 _RECENT = 0.1           # over which a torque lasts, beside which it scatters [s]
 _FRICTION = 2.0         # times the dry friction known, that a motor may have at most
-_CERTAIN = 4.0          # deviations beyond what the motor can give
+_CERTAIN = 4.0          # deviations beyond what the motor can give, or a shaft at rest shows
 _ROUNDS = 3             # of a torque and the friction it loads: usual shares leave below 1 %
 
 
@@ -78,7 +78,8 @@ def has_friction(joint: Record) -> bool:
 def turns(joint: Record, velocity: float, time: float) -> bool:
     """Return whether a shaft turns for certain by what it passes in a time [s]."""
     still = max(counts_of(joint).motor_step, _STILL)
-    return abs(velocity) * time > _STILL_COUNTS * still
+    noise = _CERTAIN * np.sqrt(2.0) * joint.motor_encoder.noise
+    return abs(velocity) * time > max(_STILL_COUNTS * still, noise)
 
 
 @compiled
@@ -88,7 +89,7 @@ def hear(memory: Array, heard: MotorSample) -> bool:
         return True
     restart(memory, heard.angle)
     memory[LAST_COMMAND] = heard.command
-    memory[WEIGHED] = memory[SLOW_TIME] = 0.0
+    memory[WEIGHED] = memory[SLOW_TIME] = memory[SLID] = 0.0
     begin_motion(memory, heard.angle)
     forget_twist(memory)
     return False
@@ -149,6 +150,26 @@ def first_bound(joint: Record, heard: MotorSample, torque: float) -> Bound:
     slack = _FRICTION * dry_friction(joint, at, torque)
     return Bound(joint.ratio * heard.command, slack,
                  joint.ratio * abs(heard.command) + _CERTAIN * joint.motor_deviation)
+
+
+@compiled
+def torque_at_rest(memory: Array, motor: Motor, dt: float) -> float:
+    """
+    Return the torque of a motor; at rest it is the last one, as far as friction allows, (eq:rest).
+
+    A pose that stands has the load that it had, while friction takes up what the motor changes.
+    """
+    torque = motor.driving - motor.inertia
+    if motor.moving:
+        memory[SLIDING] += (share(dt, _RECENT) if memory[SLID] > 0.0 else 1.0) * (
+            torque - memory[SLIDING])
+        memory[SLID] = 1.0
+        return torque
+    if memory[SLID] > 0.0:
+        memory[SLIDING] = min(max(memory[SLIDING], torque - motor.friction),
+                              torque + motor.friction)
+        return float(memory[SLIDING])
+    return torque
 
 
 @compiled
