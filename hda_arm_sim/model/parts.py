@@ -36,6 +36,7 @@ class Tolerances(Declared):
     link_inertia: float = parameter(0.01, '', 0.0, 1.0, 'inertia of a link')
     carried_load: float = parameter(0.01, '', 0.0, 1.0, 'each number of what the tip carries')
     torque_constant: float = parameter(0.005, '', 0.0, 1.0, 'motor torque per command')
+    motor_inertia: float = parameter(0.0, '', 0.0, 1.0, 'rotor and wave generator; 0 as stated')
     dry_friction: float = parameter(0.03, '', 0.0, 1.0, 'Coulomb level')
     viscous_friction: float = parameter(0.1, '', 0.0, 1.0, 'viscous slope')
     damping: float = parameter(0.1, '', 0.0, 1.0, 'damping of the torsion')

@@ -7,7 +7,7 @@ import math
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import EFFECTS
 from hda_arm_sim.model.effects.catalogue import unmeasured_at
-from hda_arm_sim.model.effects.place import MESH
+from hda_arm_sim.model.effects.place import MESH, MOTOR_INERTIA
 from hda_arm_sim.model.parts import Tolerances
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,7 @@ _KNOWN_BY = {
     'stiffness': ('torsion.flexspline_stiffness',), 'torsion_zero': ('link_encoder.zero',),
     **{known.tolerance: tuple(f'{effect.name}.{number}' for number in known.numbers)
        for effect in EFFECTS if (known := effect.known_by)}}
+_KNOWN_BY['motor_inertia'] = (f'{unmeasured_at(MOTOR_INERTIA).name}.error',)
 _OF_LOAD = f'{unmeasured_at(MESH).name}.coefficient'
 (LEVEL,), (SLOPE,), (GAIN,), (OFFSET,) = (_KNOWN_BY[tolerance] for tolerance in (
     'dry_friction', 'viscous_friction', 'torque_constant', 'drive_offset'))
@@ -159,7 +160,7 @@ def _known(before: Tolerances, found: Sequence[ArmNumber], *, wider: bool) -> di
     known = {}
     for name, kinds in _KNOWN_BY.items():
         sigmas = [_sigma(number, name) for number in found if number.name in kinds]
-        if not sigmas:
+        if not sigmas or name == 'motor_inertia' and before.motor_inertia == 0.0:
             continue
         most, now = min(max(sigmas), Tolerances.declaration(name).high), getattr(before, name)
         if most < now or wider:

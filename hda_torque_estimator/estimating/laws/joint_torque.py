@@ -89,7 +89,7 @@ def joint_torque(joint: Record, settings: CompiledSettings, memory: Array, seen:
     scatter = follow_twist(memory, seen.elastic + seen.learnt, motor.moving, heard.dt)
     random = reading_deviation(joint, torque, seen.gain, scatter)[1]
     allowed = bound(memory, motor, effect)
-    others = own_variance(memory, motor)
+    others = own_variance(joint, memory, motor)
     near = _near(motor.driving - motor.inertia, allowed,
                  Reading(torque, Own(random ** 2, 0.0, lawless), others))
     if not is_near(torque, near, random):

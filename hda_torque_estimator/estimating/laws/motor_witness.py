@@ -173,11 +173,12 @@ def torque_at_rest(memory: Array, motor: Motor, dt: float) -> float:
 
 
 @compiled
-def own_variance(memory: Array, motor: Motor) -> Own:
+def own_variance(joint: Record, memory: Array, motor: Motor) -> Own:
     """Return the variances of one sample of the motor; sticking it holds either way."""
+    rotor = joint.tolerances.motor_inertia * motor.inertia
     sliding = motor.moving and memory[STEADY] >= SETTLED
     held = 0.0 if sliding and memory[WEIGHED] > 0.0 else motor.friction ** 2 / 3.0
-    return Own(max(memory[SCATTER], 0.0) + memory[LAG] ** 2, held, motor.lawless)
+    return Own(max(memory[SCATTER], 0.0) + memory[LAG] ** 2, held, motor.lawless + rotor ** 2)
 
 
 @compiled
