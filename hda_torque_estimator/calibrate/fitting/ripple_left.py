@@ -31,8 +31,8 @@ def ripple_left(witness: MotorWitness, arm: Arm, rest: Floats, error: float) -> 
     """
     Return how large waves of the motor torque may be, by what a fit leaves, (eq:ripple-once).
 
-    Before, each has the tolerance of the arm. The fit leaves `rest` (m,) of its rows, and misses
-    rows that it has not seen by `error` [N*m rms], which lasts for a stretch of seconds.
+    Before, each has the tolerance of the arm. The fit leaves `rest` (m,) of its rows. Rows that
+    it has not seen it misses by `error` [N*m rms], which lasts for a stretch of seconds.
     """
     known = arm.tolerances.torque_ripple
     if known == 0.0 or error == 0.0:
