@@ -8,7 +8,8 @@ from hda_arm_sim.model.writing import arm_to_text
 from hda_torque_estimator.calibrate.passages.joint_recording import Measured
 from hda_torque_estimator.calibrate.referenced import calibrate, JointCalibration
 from hda_torque_estimator.estimating.estimator import Estimator
-from hda_torque_estimator.measurements.effort import acting, HELD, MEASURED
+from hda_torque_estimator.measurements.effort import acting, as_held, HELD, MEASURED
+from hda_torque_estimator.measurements.measurement import Measurement
 from hda_torque_estimator.samples.readings import by_motor, MOTOR_READING, READINGS
 import numpy as np
 import pytest
@@ -87,6 +88,20 @@ def test_a_calibration_finds_which_it_is(held, given):
     one, true = recorded(8, held=held)
     assert error(found.arm, one, true) < 0.7 * error(motor_alone(given), one, true) or (
         right == given)
+
+
+def test_a_diagnosis_sees_what_acted_until_the_next_sample():
+    """A current at its stamp is the mean of the commands about it; smooth ones come back."""
+    time = 0.001 * np.arange(600)
+    held = np.sin(40.0 * time)[:, None]
+    measured = np.concatenate([held[:1], 0.5 * (held[1:] + held[:-1])])
+    one = Measurement(('joint1',), 0.001, np.zeros((600, 1, 2)), measured, begins=(0, 300))
+    assert as_held(one, motor_alone(HELD)) is one
+    found = as_held(one, motor_alone(MEASURED))
+    assert found.held
+    inside = np.setdiff1d(np.arange(1, 599), [299, 300])
+    assert np.abs(found.command - held)[inside].max() < 0.02 * np.abs(measured - held).max()
+    assert found.command[299] == measured[299]          # no way from one recording to another
 
 
 def test_the_lag_is_a_number_of_the_arm_file():
