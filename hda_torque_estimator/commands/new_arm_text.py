@@ -19,6 +19,7 @@ from .gear_table import UrdfLinks
 STATED = 'as stated'
 DAMPING_TIME = 8e-4     # class default of damping over stiffness, as in hda_arm.yaml [s]
 _WIDTH = 90
+_SOURCES = STIFFNESS_SOURCE, HYSTERESIS_SOURCE, RATING_SOURCE, INERTIA_SOURCE
 _LOOP, _DAMPING = unmeasured_at(LOOP).name, unmeasured_at(GEAR).name
 _INERTIA = unmeasured_at(MOTOR_INERTIA).name
 _UNKNOWN_INERTIA = usual_at(MOTOR_INERTIA).sigma['error']
@@ -57,8 +58,7 @@ def _head(joints: Sequence[JointAnswers]) -> Iterator[str]:
     yield f'# Made by hda new: {len(joints)} joint{"s" * (len(joints) > 1)} with {names}.'
     yield '# Angles in rad, torques in N*m; friction, inertia and limits at the motor shaft,'
     yield '# torsion at the output of the gear. hda calibrate replaces catalogue by measurement.'
-    for place, source in enumerate((STIFFNESS_SOURCE, HYSTERESIS_SOURCE, RATING_SOURCE,
-                                     INERTIA_SOURCE), 1):
+    for place, source in enumerate(_SOURCES, 1):
         yield from wrap(f'[{place}] {source}', _WIDTH, initial_indent='# ',
                         subsequent_indent='#     ')
 
