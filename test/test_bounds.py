@@ -61,7 +61,7 @@ def allowed(command: Array, path: str) -> tuple[Array, Array]:
 @settings(max_examples=40, deadline=None)
 @given(zero=st.floats(-0.02, 0.02), softer=st.floats(1.0 / 3.0, 3.0),
        constant=st.floats(0.3, 3.0), sign=st.sampled_from([1.0, -1.0]),
-       path=st.sampled_from(['rich', 'sine', 'standstill']), sure=st.floats(0.1, 10.0))
+       path=st.sampled_from(['rich', 'sine', 'standstill']), sure=st.floats(0.01, 10.0))
 def test_no_torque_is_further_from_what_a_motor_allows_than_three_deviations(
         zero, softer, constant, sign, path, sure):
     """Every single torque, from the first sample on, believed or not, however sure a file is."""

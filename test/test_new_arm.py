@@ -14,6 +14,7 @@ from hda_arm_sim.model.writing import arm_to_text
 from hda_torque_estimator.calibrate.fitting.arm_numbers import number, with_numbers
 from hda_torque_estimator.cli import main
 from hda_torque_estimator.commands.new_arm_text import yaml_number
+from hda_torque_estimator.diagnosis.fitting.nuisance import nuisances
 import numpy as np
 import pytest
 import yaml
@@ -149,7 +150,7 @@ def test_what_is_stated_counts_more_than_the_catalogue(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(('words', 'says'), [
-    ([], 'needs --gear, --motor-inertia [kg*m^2], --motor-torque [N*m], --motor-counts'),
+    ([], 'needs --gear, --motor-torque [N*m], --motor-counts [1/turn], --link-counts'),
     (['--gear', 'CSG-17-100', '--motor-inertia', '1e-4'], 'needs --motor-torque [N*m], '),
     (['--gear', 'SHD-17-100', *MOTOR], 'its series are CSF, CSG'),
     (['--gear', '', *MOTOR], 'its series are CSF, CSG'),
@@ -200,6 +201,34 @@ def test_a_terminal_is_asked_for_what_is_missing(tmp_path, capsys, monkeypatch):
     path, report = made(tmp_path, capsys)
     assert report['gears'] == {'joint1': 'CSG-17-100', 'joint2': 'CSG-14-80'}
     assert read_arm(path).joints[1].motor_inertia == pytest.approx(2e-5 + 3.3e-6)
+
+
+def test_an_inertia_that_nobody_knows_is_that_of_an_actuator_of_the_size(tmp_path, capsys, caplog):
+    """It is a class default that every command names, and known to a half only."""
+    files._say.cache_clear()
+    caplog.set_level(logging.WARNING)
+    path, report = made(tmp_path, capsys, '--gear', 'CSG-25-100', 'CSG-17-100', *MOTOR[2:])
+    arm = read_arm(path)
+    assert [joint.motor_inertia for joint in arm.joints] == pytest.approx([3.4e-4, 7.0e-5])
+    assert {arm.tolerances_of(label).motor_inertia for label in arm.labels} == {0.5}
+    assert 'motor_inertia_error.error' in report['class_defaults']
+    assert any('motor_inertia_error.error (joint1, joint2)' in line for line in caplog.messages)
+    assert [term.joint for term in nuisances(arm) if term.name == 'motor_inertia_error'] == [
+        *arm.labels]
+    stated = read_arm('hda_arm.yaml')
+    assert [term for term in nuisances(stated) if term.name == 'motor_inertia_error'] == []
+
+
+@pytest.mark.parametrize(('size', 'least', 'most'), [(14, 2e-5, 4e-5), (20, 8.9e-5, 1.6e-4)])
+def test_other_sizes_lie_between_actuators(size, least, most):
+    """An SHA20A has 8.9e-5 kg*m^2 at its motor: 0.91 at its output, ratio 101."""
+    assert least < gear(f'CSG-{size}-100').usual_inertia < most
+
+
+def test_an_empty_line_leaves_an_inertia_to_its_class(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr('sys.stdin', Terminal('CSG-17-100\n\n0.5\n16384\n4e6\n'))
+    path, _ = made(tmp_path, capsys)
+    assert read_arm(path).joints[0].motor_inertia == pytest.approx(7.0e-5)
 
 
 def test_somebody_who_leaves_gets_one_line(tmp_path, capsys, monkeypatch):

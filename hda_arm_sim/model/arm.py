@@ -49,7 +49,7 @@ class ArmRecord(NamedTuple):
 JOINT_RECORD = np.dtype([
     ('ratio', float), ('motor_inertia', float), ('torsion', TorsionLaw.record_type()),
     ('motor_encoder', Encoder.record_type()), ('link_encoder', Encoder.record_type()),
-    ('motor_deviation', float), ('deviation_factor', float),
+    ('motor_deviation', float), ('deviation_factor', float), ('effort_lag', float),
     ('tolerances', Tolerances.record_type()),
     *record_fields(Scope.JOINT)])
 BODY_RECORD, CHAIN_BODY_RECORD = (np.dtype([
@@ -220,7 +220,8 @@ class Arm:
             self._in_force(place, joint.label) for place in OF_TORSION))
         return (joint.ratio, inertia, torsion, joint.motor_encoder.values(),
                 joint.link_encoder.values(), joint.motor_deviation, joint.deviation_factor,
-                self.tolerances_of(joint.label).values(), *{**joint.stated, **own}.values())
+                joint.effort_lag, self.tolerances_of(joint.label).values(),
+                *{**joint.stated, **own}.values())
 
 
 def _check_labels(labels: list[str]) -> None:

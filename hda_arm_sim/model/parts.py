@@ -36,6 +36,7 @@ class Tolerances(Declared):
     link_inertia: float = parameter(0.01, '', 0.0, 1.0, 'inertia of a link')
     carried_load: float = parameter(0.01, '', 0.0, 1.0, 'each number of what the tip carries')
     torque_constant: float = parameter(0.005, '', 0.0, 1.0, 'motor torque per command')
+    motor_inertia: float = parameter(0.0, '', 0.0, 1.0, 'rotor and wave generator; 0 as stated')
     dry_friction: float = parameter(0.03, '', 0.0, 1.0, 'Coulomb level')
     viscous_friction: float = parameter(0.1, '', 0.0, 1.0, 'viscous slope')
     damping: float = parameter(0.1, '', 0.0, 1.0, 'damping of the torsion')
@@ -72,7 +73,10 @@ class Joint(Declared):
         0.0, 'N*m', 0.0, 1e3,
         'of true torques from all that is known of the motor, one sigma, output side')
     deviation_factor: float = parameter(
-        1.0, '', 0.1, 10.0, 'deviations of true torques over those that all the others make')
+        1.0, '', 0.01, 10.0, 'deviations of true torques over those that all the others make')
+    effort_lag: float = parameter(
+        0.5, '', -1.0, 1.0,
+        'samples by which a motor torque acts after its stamp: 0.5 held command, 0 measured')
 
     @property
     def skew(self) -> float:

@@ -18,22 +18,26 @@ import numpy as np
 
 from .calibration import Calibration, HARDLY, one_joint, SPARSE
 from .fitting.arm_numbers import (ArmNumber, GAIN, LEVEL, number, of_all_friction, with_numbers,
-                                  with_tolerances)
+                                  with_ripple, with_tolerances)
 from .fitting.by_hand import line_left_out, mean_left_out
-from .fitting.examined import as_given, Examined, examined, Witnesses
+from .fitting.examined import as_given, BETTER, Examined, examined, Witnesses
 from .fitting.witness_fit import motor_of, torsion_of, WitnessFit
+from .passages.encoder_noise import NOISE, with_noise
 from .passages.joint_recording import CalibrationError, Measured
 from .passages.signs import wrong_signs
 from ..estimating.laws.witnesses import FAINT
 from ..least_squares.bounds import entered
 from ..least_squares.rows import rms
+from ..measurements.effort import HELD, MEASURED
 from ..samples.readings import knows_motor
 
 # Choices unless stated otherwise.
 USEFUL = 0.9            # of what its rows see vary, an error above which a witness shows nothing
 BESIDE = 0.9            # of an error, below which a motor beside a torsion, or at rest, counts
 MOVES = 0.1             # of the torque's deviation, from which a zero that moves is reported
-STIFFNESS = 'torsion.flexspline_stiffness'
+STIFFNESS, LAG = 'torsion.flexspline_stiffness', 'effort_lag'
+_ACTS = {HELD: 'its motor torque acts over the time to its next stamp, as a held command does',
+         MEASURED: 'its motor torque acts at its stamp, as a measured current does'}
 Progress = Callable[[str], None]
 
 
@@ -71,6 +75,7 @@ class JointCalibration:
     aside: tuple[str, ...] = ()         # why a witness is left aside
     doubtful: tuple[str, ...] = ()      # numbers far from what was known
     known: tuple[ArmNumber, ...] = ()      # the numbers, as well known as if they were independent
+    ripple: float = math.inf    # what waves of the motor torque may have at most [N*m motor]
 
     def lines(self) -> list[str]:
         """Return the report on this joint."""
@@ -109,11 +114,13 @@ class JointCalibration:
                          f', which is {self.zero_torque:.3g} N*m: tare, or let the motor give it')
         if self.lag != 0.0:
             found.append(f'its reference lags by {1e3 * self.lag:.3g} ms')
-        return found
+        lags = [one.value for one in self.numbers if one.name == LAG]
+        return found + [_ACTS[lag] for lag in lags]
 
     def document(self) -> dict[str, Any]:
         """Return the report for machines."""
-        fields = {name: value for name, value in vars(self).items() if name != 'known'}
+        fields = {name: value for name, value in vars(self).items()
+                  if name not in ('known', 'ripple')}
         return {**fields, 'recordings': list(self.recordings), 'aside': list(self.aside),
                 'doubtful': list(self.doubtful),
                 'numbers': [vars(number) for number in self.numbers]}
@@ -129,15 +136,17 @@ def calibrate(arm: Arm, recordings: Mapping[str, Sequence[Measured]],
     joints = []
     for label, measured in recordings.items():
         notify(f'calibrating {label}')
-        found = _calibrated(one_joint(arm, label), measured)
+        found = _noisy(one_joint(arm, label), measured)
         joints.append(found)
         if not found.kept:
             source = f'reference torques of {", ".join(found.recordings)}'
             arm = with_numbers(arm, label, found.numbers, source)
     if all(joint.kept for joint in joints):
         raise CalibrationError(f'nothing can be calibrated: {_reasons(joints)}')
-    return Calibration(with_tolerances(arm, {
-        joint.joint: joint.known for joint in joints}, wider=True), tuple(joints))
+    arm = with_tolerances(arm, {joint.joint: joint.known for joint in joints}, wider=True)
+    for joint in joints:
+        arm = with_ripple(arm, joint.joint, joint.ripple)
+    return Calibration(arm, tuple(joints))
 
 
 def _reasons(joints: Sequence[JointCalibration]) -> str:
@@ -150,13 +159,24 @@ def _reasons(joints: Sequence[JointCalibration]) -> str:
         f'{reason if len(group) > 1 else group[0].kept}' for reason, group in alike.items())
 
 
-def _calibrated(arm: Arm, recordings: Sequence[Measured]) -> JointCalibration:
+def _noisy(arm: Arm, recordings: Sequence[Measured]) -> JointCalibration:
+    """Return the calibration of a joint, with the noise of its motor encoder at rest."""
+    there = with_noise(arm, recordings)
+    found = _calibrated(there, recordings)
+    if found.kept or there is arm:
+        return found
+    noise = number(NOISE, there.joints[0].motor_encoder.noise, 0.0)
+    return replace(found, numbers=(*found.numbers, noise))
+
+
+def _calibrated(arm: Arm, recordings: Sequence[Measured], *,
+                settled: bool = False) -> JointCalibration:
     label, names = arm.labels[0], tuple(recording.recording for recording in recordings)
     if not recordings:
         return JointCalibration(label, names, 'no recording has its motor angle, its '
                                 f'reference/{label}/torque, and its link angle or motor torque')
-    recordings = [one.on_time().without_spikes(arm.joints[0].velocity_limit)
-                  for one in recordings]
+    recordings = [replace(one.on_time().without_spikes(arm.joints[0].velocity_limit),
+                          effort_lag=arm.joints[0].effort_lag) for one in recordings]
     varies = rms(np.concatenate([one.reference - one.reference.mean() for one in recordings]))
     said = JointCalibration(label, names, reference=varies, held_out=len(recordings) > 1)
     if varies == 0.0:
@@ -175,7 +195,9 @@ def _calibrated(arm: Arm, recordings: Sequence[Measured]) -> JointCalibration:
         best = other if other and (best is None or _earns(other.found, best.found)) else best
     if best is None:
         return replace(said, kept='; '.join((*said.aside, _why(heard, varies))))
-    return _weighed(said, arm, recordings, best, line)
+    lag = None if settled else _better_lag(arm, recordings, best)
+    return (_weighed(said, arm, recordings, best, line) if lag is None
+            else _acting(arm, recordings, lag))
 
 
 def _least(heard: WitnessFit) -> float:
@@ -206,6 +228,26 @@ def _trial(arm: Arm, recordings: Sequence[Measured], heard: Witnesses) -> _Witne
     if _is_no_gear(used):
         used = used._replace(torsion=None)
     return _best(arm, recordings, used) if any(used) else None
+
+
+def _better_lag(arm: Arm, recordings: Sequence[Measured], best: _WitnessChoice) -> float | None:
+    """
+    Return the lag of motor torques with which the estimator errs less, None if as given.
+
+    A motor torque was measured at its stamp, or it is a command that is held until the next.
+    """
+    label, given = arm.labels[0], arm.joints[0].effort_lag
+    errors = {lag: _tried(entered(arm, label, {LAG: lag}), recordings, best.used).found.error
+              for lag in {HELD, MEASURED} - {given} if best.used.motor is not None}
+    lag = min(errors, key=lambda one: errors[one], default=given)
+    return lag if lag != given and errors[lag] < BETTER * best.found.error else None
+
+
+def _acting(arm: Arm, recordings: Sequence[Measured], lag: float) -> JointCalibration:
+    """Return the calibration of a joint whose motor torques lag by so much, (eq:effort-lag)."""
+    found = _calibrated(entered(arm, arm.labels[0], {LAG: lag}), recordings, settled=True)
+    return found if found.kept else replace(found, numbers=(*found.numbers,
+                                                            number(LAG, lag, 0.0)))
 
 
 def _weighed(said: JointCalibration, arm: Arm, recordings: Sequence[Measured],
@@ -270,6 +312,8 @@ def _tried(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> _Witnes
                             _size(recordings) / arm.joints[0].ratio)
     there = with_tolerances(entered(arm, label, {one.name: one.value for one in numbers}),
                             {label: known}, wider=True)
+    if used.motor is not None:
+        there = with_ripple(there, label, used.motor.ripple)
     return _WitnessChoice(used, numbers, known, examined(
         there, used, _of_both(recordings), _deviations(arm, recordings, used)))
 
@@ -309,7 +353,7 @@ def _with_motor(said: JointCalibration, motor: WitnessFit | None) -> JointCalibr
     """Return what is said of a joint, with the fit of its motor."""
     if motor is None:
         return said
-    return replace(said, motor=motor.error, offset_moves=motor.spread)
+    return replace(said, motor=motor.error, offset_moves=motor.spread, ripple=motor.ripple)
 
 
 def _why(heard: Witnesses, varies: float) -> str:

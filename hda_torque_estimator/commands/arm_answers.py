@@ -21,6 +21,7 @@ class JointOption(NamedTuple):
     unit: str
     meaning: str
     required: bool = False
+    unless: str = ''            # what stands for it where nobody knows
 
     @property
     def option(self) -> str:
@@ -35,7 +36,8 @@ class JointOption(NamedTuple):
 ANSWERS = (
     JointOption('motor_inertia', 'kg*m^2',
                 'inertia of the rotor and what turns with it, without that '
-                'of the wave generator', True),
+                'of the wave generator; unless given, that of both of a servo actuator of the '
+                'size', True, 'a class default'),
     JointOption('motor_torque', 'N*m', 'largest torque of the motor, at its shaft', True),
     JointOption('motor_counts', '1/turn', 'counts of the motor encoder per turn of the motor, 0 '
                 'where nobody knows', True),
@@ -68,7 +70,7 @@ class JointAnswers:
 
     label: str
     gear: Gear
-    motor_inertia: float
+    motor_inertia: float | None
     motor_torque: float
     motor_counts: float
     link_counts: float

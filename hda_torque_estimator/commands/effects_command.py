@@ -38,23 +38,18 @@ def execute(options: argparse.Namespace) -> Outcome:
 
 
 def _table() -> str:
-    """Return a line for each effect: its name, its parameters with their sizes and units."""
+    """Return a line for each effect: its name, all its parameters with their sizes and units."""
     indent = max(len(effect.name) for effect in EFFECTS) + 1
     lines = [f'{"effect":<{indent}}parameters with typical sizes']
-    lines += [f'{effect.name:<{indent}}{_sizes(effect, WIDTH - indent)}' for effect in EFFECTS]
+    lines += [f'{effect.name:<{indent}}{_sizes(effect)}' for effect in EFFECTS]
     return '\n'.join([*lines, '', fill(f'{_SCALE} {_MORE}', WIDTH)])
 
 
-def _sizes(effect: type[Effect], width: int) -> str:
-    """Return as many parameters of an effect as fit, those that make its size first."""
+def _sizes(effect: type[Effect]) -> str:
+    """Return all parameters of an effect, those that make its size first."""
     rules = sorted(effect.declarations(), key=lambda rule: rule.name not in _usual(effect).more)
-    words = [' '.join(filter(None, (rule.name, _typical_words(effect, rule), rule.unit)))
-             for rule in rules]
-    for shown in range(len(words), 0, -1):
-        rest = f', {len(words) - shown} more' if shown < len(words) else ''
-        if len(text := ', '.join(words[:shown]) + rest) <= width:
-            return text
-    return 'none: an arm has it, or not' if not words else f'{len(words)} parameters'
+    return ', '.join(' '.join(filter(None, (rule.name, _typical_words(effect, rule), rule.unit)))
+                     for rule in rules) or 'none: an arm has it, or not'
 
 
 def _details(effects: Sequence[type[Effect]]) -> str:

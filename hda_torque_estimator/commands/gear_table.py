@@ -79,7 +79,7 @@ def _answers(table: Path, row: dict[str, Any]) -> dict[str, Any]:
     whole = stated['ratio'] is None or row['gear'].count('-') > 1     # as CSG-32-100
     stated['gear'] = row['gear'] if whole else f'{row["gear"]}-{stated["ratio"]:g}'
     lacking = [answer.name for answer in ANSWERS
-               if answer.required and stated[answer.name] is None]
+               if answer.required and not answer.unless and stated[answer.name] is None]
     if None not in (stated['torque_constant'], stated['motor_current']):
         lacking = [name for name in lacking if name != 'motor_torque']
     if lacking:

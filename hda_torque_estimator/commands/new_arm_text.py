@@ -6,10 +6,10 @@ import math
 from textwrap import wrap
 
 from hda_arm_sim.model.effects.catalogue import known_as, unmeasured_at, usual_at
-from hda_arm_sim.model.effects.place import (CLOCK, GEAR, LINK_READING, LOOP, STIFFNESS,
-                                             TRANSMISSION)
-from hda_arm_sim.model.gear_catalogue import (ARC_MINUTE, HYSTERESIS_SOURCE, RATING_SOURCE,
-                                              STIFFNESS_SOURCE)
+from hda_arm_sim.model.effects.place import (CLOCK, GEAR, LINK_READING, LOOP, MOTOR_INERTIA,
+                                             STIFFNESS, TRANSMISSION)
+from hda_arm_sim.model.gear_catalogue import (ARC_MINUTE, HYSTERESIS_SOURCE, INERTIA_SOURCE,
+                                              RATING_SOURCE, STIFFNESS_SOURCE)
 from hda_arm_sim.model.gear_defaults import CLASS_DEFAULT
 import yaml
 
@@ -19,7 +19,10 @@ from .gear_table import UrdfLinks
 STATED = 'as stated'
 DAMPING_TIME = 8e-4     # class default of damping over stiffness, as in hda_arm.yaml [s]
 _WIDTH = 90
+_SOURCES = STIFFNESS_SOURCE, HYSTERESIS_SOURCE, RATING_SOURCE, INERTIA_SOURCE
 _LOOP, _DAMPING = unmeasured_at(LOOP).name, unmeasured_at(GEAR).name
+_INERTIA = unmeasured_at(MOTOR_INERTIA).name
+_UNKNOWN_INERTIA = usual_at(MOTOR_INERTIA).sigma['error']
 _DRY, _VISCOUS = known_as('dry_friction').name, known_as('viscous_friction').name
 
 # One sigma of what is known before a calibration (docs/new_arm.md).
@@ -55,7 +58,7 @@ def _head(joints: Sequence[JointAnswers]) -> Iterator[str]:
     yield f'# Made by hda new: {len(joints)} joint{"s" * (len(joints) > 1)} with {names}.'
     yield '# Angles in rad, torques in N*m; friction, inertia and limits at the motor shaft,'
     yield '# torsion at the output of the gear. hda calibrate replaces catalogue by measurement.'
-    for place, source in enumerate((STIFFNESS_SOURCE, HYSTERESIS_SOURCE, RATING_SOURCE), 1):
+    for place, source in enumerate(_SOURCES, 1):
         yield from wrap(f'[{place}] {source}', _WIDTH, initial_indent='# ',
                         subsequent_indent='#     ')
 
@@ -92,10 +95,14 @@ def _joint_lines(joint: JointAnswers) -> Iterator[str]:
 
 def _own_tolerances(joint: JointAnswers, joints: Sequence[JointAnswers]) -> Iterator[str]:
     """Yield what is smaller at a joint whose motor is weaker than the strongest."""
-    if (own := _of_motor([joint])) < _of_motor(joints):
-        yield _beside('    tolerances:', f'{_OF_MOTOR:g} of its own largest torque [N*m]')
+    weaker = (own := _of_motor([joint])) < _of_motor(joints)
+    if weaker or joint.motor_inertia is None:
+        yield '    tolerances:'
+    if joint.motor_inertia is None:
+        yield _row(6, 'motor_inertia', _UNKNOWN_INERTIA, 'actuators of one size differ')
+    if weaker:
         for name in _MOTOR_TOLERANCES:
-            yield f'      {name}: {yaml_number(own)}'
+            yield _row(6, name, own, f'{_OF_MOTOR:g} of its own largest torque [N*m]')
 
 
 def _of_motor(joints: Sequence[JointAnswers]) -> float:
@@ -111,6 +118,8 @@ def _ratio(joint: JointAnswers) -> tuple[float, str]:
 
 def _inertia(joint: JointAnswers) -> tuple[float, str]:
     own = joint.gear.inertia
+    if joint.motor_inertia is None:
+        return joint.gear.usual_inertia, f'{CLASS_DEFAULT}: of servo actuators of this size [4]'
     if own is None:
         return joint.motor_inertia, f'as stated; that of the {joint.gear.name} is not known to us'
     return joint.motor_inertia + own, f'rotor as stated, and wave generator {own:g} [3]'
@@ -200,6 +209,8 @@ def _provenance_lines(joints: Sequence[JointAnswers]) -> Iterator[str]:
                             (f'{_VISCOUS}.slope', joint.viscous_friction)):
             if value is None:
                 origins[name] = f'{CLASS_DEFAULT}, 0, unknown'
+        if joint.motor_inertia is None:
+            origins[f'{_INERTIA}.error'] = f'{CLASS_DEFAULT}, {INERTIA_SOURCE}'
         if _loss(joint):
             origins[f'{_LOOP}.width'] = f'{CLASS_DEFAULT}, half of the loss'
         for name, origin in origins.items():

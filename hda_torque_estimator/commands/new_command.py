@@ -128,19 +128,26 @@ def _missing(options: argparse.Namespace) -> list[JointOption]:
 def _complete(options: argparse.Namespace) -> None:
     """Ask for what is missing on a terminal; raises NewError where nobody can be asked."""
     missing = _missing(options)
-    if missing and (sys.stdin is None or not sys.stdin.isatty()):
-        raise NewError('an arm needs ' + ', '.join(
-            answer.with_unit(answer.option) for answer in missing))
-    for answer in missing:
+    needed = [answer.with_unit(answer.option) for answer in missing if not answer.unless]
+    if sys.stdin is None or not sys.stdin.isatty():
+        if needed:
+            raise NewError(f'an arm needs {", ".join(needed)}')
+        return
+    for answer in missing if needed else ():
         read: Callable[[str], Any] = _gear_name if answer is _GEAR else _size
         setattr(options, answer.name, _asked(answer, read))
 
 
 def _asked(answer: JointOption, read: Callable[[str], Value]) -> list[Value]:
-    """Return what somebody types, asked again until it can be read; raises NewError at the end."""
+    """
+    Return what somebody types, asked again until it can be read; raises NewError at the end.
+
+    An empty line is no answer, but where something stands for it.
+    """
+    known = f'; an empty line for {answer.unless}' if answer.unless else ''
     while True:
         meaning = answer.with_unit(answer.meaning)
-        sys.stderr.write(f'{meaning}, one for all joints or one for each: ')
+        sys.stderr.write(f'{meaning}, one for all joints or one for each{known}: ')
         sys.stderr.flush()
         line = sys.stdin.readline()
         if not line:
@@ -150,7 +157,7 @@ def _asked(answer: JointOption, read: Callable[[str], Value]) -> list[Value]:
         except (argparse.ArgumentTypeError, GearError) as error:
             sys.stderr.write(f'{error}\n')
             continue
-        if values:
+        if values or answer.unless:
             return values
 
 

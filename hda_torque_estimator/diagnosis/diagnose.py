@@ -41,6 +41,7 @@ from .reporting.next_steps import next_steps
 from .reporting.unexplained import unexplained
 from .validation import Grounds, proven
 from ..least_squares.term import Place
+from ..measurements.effort import as_held
 from ..measurements.measurement import Measurement
 from ..measurements.running_clock import inside, Spans, split
 
@@ -69,7 +70,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     `origin` has their names. `notify` hears what is being done. Of an arm without a model of its
     links the gears are judged alone: what the motors give against what the gears twist.
     """
-    given, arm = arm, with_stand_in(arm)
+    given, arm, measurement = arm, with_stand_in(arm), as_held(measurement, arm)
     training, held_out = split(measurement)
     facts = _facts(measurement, training, held_out, origin.sources)
     if (np.ptp(measurement.reading[:, :, 1], axis=0) < _STILL).all():

@@ -11,7 +11,8 @@ from hda_arm_sim.model.parts import Encoder, Joint
 from hda_arm_sim.model.torsion import TorsionLaw
 
 # The numbers of the joint itself have no owner: `motor_deviation`.
-PARTS: dict[str, type[Declared]] = {'': Joint, 'torsion': TorsionLaw, 'link_encoder': Encoder}
+PARTS: dict[str, type[Declared]] = {'': Joint, 'torsion': TorsionLaw, 'link_encoder': Encoder,
+                                    'motor_encoder': Encoder}
 # Choices unless stated otherwise.
 APART = 1.01            # least ratio of two knees, which must differ
 

@@ -266,6 +266,7 @@ class MotorInertiaError(Effect):
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         free={'error': 0.05}, alike=('torque_constant_error', 'link_inertia_error'), scales=True,
         experiment='fast small motions: the motor hardly moves the link')
+    tolerance: ClassVar[tuple[str, str] | None] = ('error', 'motor_inertia')
     typical: ClassVar[Typical | None] = Typical({'error': 0.1})
     unmeasured: ClassVar[Unmeasured | None] = Unmeasured({'error': 0.5})
     words: ClassVar[Words] = Words(

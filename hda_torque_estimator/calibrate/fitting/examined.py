@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t
 
-from .arm_numbers import ArmNumber, rest
+from .arm_numbers import ArmNumber, number, rest
 from .witness import FEWEST_BLOCKS
 from .witness_fit import WitnessFit
 from ..passages.joint_recording import Measured
@@ -33,7 +33,6 @@ BETTER = 0.97           # of the error with the deviations as they are, below wh
 # (asked: both ways together err by 1.05 times the better one at most)
 ALONE = 1.0 / 1.05      # the same where one way alone would give the torque
 LEADS = 10.0            # factor from which one way alone gives the torque
-WIDER = 3.0             # factor by which all deviations may be too small, or too large
 FARTHEST = 1e3          # deviation that an arm file takes, and no torque needs more [N*m]
 LEAST = 1e-9            # deviation that anything may be over [N*m]
 NAMES, FACTOR = ('torsion.deviation', 'motor_deviation'), 'deviation_factor'
@@ -102,7 +101,7 @@ def examined(arm: Arm, witnesses: Witnesses, recordings: Sequence[Measured],
     best = min(found, key=lambda weights: rms(found[weights].error) / _asked(*weights))
     factor, last = 1.0, found[best]
     for _ in range(ROUNDS):             # what the witnesses contradict has no share in it
-        factor = float(np.clip(factor * too_sure(last, len(recordings)), 1.0 / WIDER, WIDER))
+        factor = number(FACTOR, factor * too_sure(last, len(recordings)), 0.0).value
         last = judged(best, factor)
     numbers = tuple(rest(min(each * deviations[name], FARTHEST), len(recordings), name)
                     for name, each in zip(NAMES, best) if name in deviations)

@@ -79,6 +79,12 @@ class MotorWitness:
         """Return the motor torque (m,) [N*m motor]."""
         return self._rows([seen[:, COMMAND] for seen in self._seen])
 
+    def waves(self, order: float) -> Floats:
+        """Return sine and cosine of an order of the shaft, as rows see them (m, 2)."""
+        return np.stack([self._rows([turned.alike(wave(order * seen[:, ANGLE])) for seen, turned
+                                     in zip(self._seen, self._turning)])
+                         for wave in (np.sin, np.cos)], axis=1)
+
     def torque(self, arm: Arm, zeros: Floats) -> Floats:
         """Return the torque of the rows (m,) [N*m], by (r,) more than that of the motor."""
         joint, found = arm.joints[0], []
@@ -109,10 +115,9 @@ def sliding(recordings: Sequence[Measured]) -> list[Measured]:
 
 
 def _columns(one: Measured, turned: ShaftMotion) -> Floats:
-    """Return what the motor's torque follows from (k, 6); a command holds until the next."""
-    before = np.concatenate([one.command[:1], one.command[:-1]])
+    """Return what the motor's torque follows from (k, 6)."""
     link = np.nan_to_num(one.readings[:, 0, LINK_READING])
-    return np.stack([0.5 * (one.command + before), one.readings[:, 0, MOTOR_READING], turned.rate,
+    return np.stack([one.acting, one.readings[:, 0, MOTOR_READING], turned.rate,
                      one.reference, link, one.time], axis=1)
 
 

@@ -14,6 +14,7 @@ from .motor_witness import MotorWitness, sliding, SLOWEST, STANDS
 from .referenced_problem import error_left_out, fitted, LAG, Referenced, step_without
 from .referenced_terms import (cogging, likely_order, Maker, motor_always, motor_more, stiffening,
                                TORSION, TORSION_MORE)
+from .ripple_left import ripple_left
 from .torsion_witness import TorsionWitness
 from .witness import Witness
 from ..passages.joint_recording import Measured
@@ -53,6 +54,7 @@ class WitnessFit:
     doubtful: tuple[str, ...]
     recordings: tuple[Measured, ...]
     left_out: tuple[dict[str, float], ...]      # numbers by their names, of each fold left out
+    ripple: float = math.inf        # what waves of the motor may have at most [N*m motor]
 
     def without(self, recording: Measured, fifth: int) -> dict[str, float]:
         """Return numbers by their names that have not seen a recording, or a fifth of the only."""
@@ -121,7 +123,10 @@ def motor_of(arm: Arm, recordings: Sequence[Measured], *,
         return _worthwhile(problem, found, search._replace(more=(cogging(order),)), varies)
 
     problem, found = _zeroed([found_with(stays) for stays in _may_stay(recordings)])
-    return _fit_of(problem, found, OFFSET, witness)
+    fit = _fit_of(problem, found, OFFSET, witness)
+    ripple = ripple_left(witness, arm, found.rows.error, fit.error)
+    beside = math.sqrt(max(fit.deviation ** 2 - ripple.seen ** 2, 0.0))
+    return replace(fit, ripple=ripple.size, deviation=beside)
 
 
 def _may_stay(recordings: Sequence[Measured]) -> tuple[bool, ...]:

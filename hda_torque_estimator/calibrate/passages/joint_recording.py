@@ -14,6 +14,7 @@ from scipy.ndimage import convolve1d
 from scipy.signal import savgol_filter
 
 from .thinning import row_means, samples_of_row
+from ...measurements.effort import acting, HELD
 from ...measurements.even_stamps import evened
 from ...samples.readings import LINK_RATE, LINK_READING, MOTOR_RATE, MOTOR_READING, READINGS, SIDES
 
@@ -60,8 +61,9 @@ class Measured:
     recording: str
     stamps: NDArray[np.int64]       # (k,) [ns]
     readings: Floats                # (k, 1, READINGS), NaN for the link where it has no encoder
-    command: Floats                 # (k,) motor torque from each sample on, NaN unknown [N*m]
+    command: Floats                 # (k,) motor torque as recorded, NaN unknown [N*m]
     reference: Floats               # (k,) [N*m]
+    effort_lag: float = HELD        # samples by which the motor torque acts later
 
     def varies(self) -> float:
         """Return the deviation of the reference torque from its mean [N*m rms]."""
@@ -76,6 +78,11 @@ class Measured:
     def has_command(self) -> bool:
         """Return whether the motor torque is known, for most of the recording."""
         return bool(np.isfinite(self.command).mean() > 0.5)
+
+    @property
+    def acting(self) -> Floats:
+        """Return the motor torque that acts about each sample (k,), NaN unknown [N*m]."""
+        return acting(self.command, self.effort_lag)
 
     @property
     def time(self) -> Floats:
@@ -111,8 +118,8 @@ class Measured:
         fast, way = np.abs(steps) > farthest, np.sign(steps)
         kept = np.ones(len(self.stamps), bool)
         kept[1:-1] = ~(fast[:-1] & fast[1:]) | (way[:-1] == way[1:])
-        return Measured(self.recording, self.stamps[kept], self.readings[kept],
-                        self.command[kept], self.reference[kept])
+        return replace(self, stamps=self.stamps[kept], readings=self.readings[kept],
+                       command=self.command[kept], reference=self.reference[kept])
 
     def with_link(self, ratio: float) -> 'Measured':
         """Return the recording with the link angle of a rigid gear in the place of none."""

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from .loads import DOUBTS, loads
 from .thinning import row_means, samples_of_row
+from ...measurements.effort import acting
 from ...measurements.measurement import Measurement
 from ...measurements.motion import MeasuredMotion, motion_of, smoothed
 from ...samples.readings import READINGS
@@ -63,7 +64,7 @@ def passages(name: str, arm: Arm, seen: Measurement, wrench: Floats,
     `wrench` (k, 6) is known on the tip [N, N*m, base]. `sensed` are torques of sensors (k,), NaN
     where they show none. For joints without a sensor the links' own torque is taken.
     """
-    motion = motion_of(seen, arm)
+    motion, about = motion_of(seen, arm), _about(seen, arm)
     known = None if arm.links is None else loads(arm, motion, wrench)
     found = {}
     for j, label in enumerate(arm.labels):
@@ -73,12 +74,12 @@ def passages(name: str, arm: Arm, seen: Measurement, wrench: Floats,
             torque, doubt = known.torque[:, j], known.doubt[:, j]
         else:
             continue
-        found[label] = _passage(name, seen, motion, j, torque, doubt)
+        found[label] = _passage(name, seen, motion, about, j, torque, doubt)
     return found
 
 
-def _passage(name: str, seen: Measurement, motion: MeasuredMotion, j: int, torque: Floats,
-             doubt: Floats) -> Passage:
+def _passage(name: str, seen: Measurement, motion: MeasuredMotion, about: Floats, j: int,
+             torque: Floats, doubt: Floats) -> Passage:
     readings = np.full((len(torque), 1, READINGS), np.nan)
     readings[:, 0, :2] = seen.reading[:, j]
     usable = np.isfinite(torque) & ~seen.put_in
@@ -89,17 +90,16 @@ def _passage(name: str, seen: Measurement, motion: MeasuredMotion, j: int, torqu
     few = slice(None, None, max(1, round(SLOWEST / seen.dt)))
     return Passage(name, seen.dt * (few.step or 1), readings[few],
                    np.where(usable, torque, 0.0)[few], doubt[few], usable[few],
-                   _about(seen)[few, j], motion.state[few, j, LINK_ANGLE],
+                   about[few, j], motion.state[few, j, LINK_ANGLE],
                    motion.state[few, j, LINK_VELOCITY], motion.state[few, j, MOTOR_VELOCITY],
                    motion.acceleration[few, j, 0])
 
 
-def _about(seen: Measurement) -> Floats:
+def _about(seen: Measurement, arm: Arm) -> Floats:
     """
     Return the motor torques about each sample (k, n) [N*m].
 
-    A command holds from its sample on: about a sample stand the one before and its own. They are
-    as smooth as the accelerations beside them, before samples are left out.
+    They are as smooth as the accelerations beside them, before samples are left out.
     """
-    before = np.concatenate([seen.command[:1], seen.command[:-1]])
-    return smoothed(0.5 * (seen.command + before), seen.dt)
+    return smoothed(np.stack([acting(column, joint.effort_lag) for column, joint
+                              in zip(seen.command.T, arm.joints)], axis=1), seen.dt)

@@ -14,7 +14,7 @@ from hda_arm_sim.model.chain_links import ChainLinks
 from hda_arm_sim.model.effects import EFFECTS, Scope
 from hda_arm_sim.model.effects.catalogue import sole_at
 from hda_arm_sim.model.effects.place import LINK_INERTIA, WIRE
-from hda_arm_sim.model.parts import Joint, Links
+from hda_arm_sim.model.parts import Joint, Links, Tolerances
 import numpy as np
 
 from .solve import REACH
@@ -127,7 +127,8 @@ def nuisances(arm: Arm, untold: float = 0.0) -> tuple[AnyTerm, ...]:
     for label in arm.labels:
         known = arm.tolerances_of(label)
         for name, number, tolerance in _ERRORS:
-            terms.append(_term(arm, name, label, {number: max(getattr(known, tolerance), _FLOOR)}))
+            if share := max(getattr(known, tolerance), _floor(tolerance)):
+                terms.append(_term(arm, name, label, {number: share}))
         if link := _link(arm, label):
             terms.append(_term(arm, sole_at(LINK_INERTIA).name, label, link))
         for name, number, tolerance in _SIZES:
@@ -142,6 +143,11 @@ def nuisances(arm: Arm, untold: float = 0.0) -> tuple[AnyTerm, ...]:
         late = {'delay': _LATE * untold / REACH}
         terms += [_term(arm, _LATENESS.name, label, late) for label in arm.labels]
     return *terms, *_carried(arm)
+
+
+def _floor(tolerance: str) -> float:
+    """Return the least of a tolerance; what an arm file need not tolerate has none."""
+    return _FLOOR if Tolerances.declaration(tolerance).default > 0.0 else 0.0
 
 
 def _carried(arm: Arm) -> Iterator[Term]:

@@ -19,7 +19,7 @@ from .fusion import close_half, gather
 from .fusion_memory import (effect_variance, errors_apart, EXCESS, falls_back, follow_apart,
                             gained, MOTOR_ALONE, SLOW_APART, SLOW_TIME, UNEXPLAINED)
 from .motor_witness import (bound, first_bound, follow_scatter, has_friction, hear, Motor,
-                            motor_estimate, MotorSample, Own, own_variance, Seen)
+                            motor_estimate, MotorSample, Own, own_variance, Seen, torque_at_rest)
 from .route_errors import ERRORS, torque_effects, TORSION_ERRORS, ZERO
 from .torsion_scatter import follow_twist
 from .torsion_torque import reading_deviation, torque_aside, torque_through_gear
@@ -89,7 +89,7 @@ def joint_torque(joint: Record, settings: CompiledSettings, memory: Array, seen:
     scatter = follow_twist(memory, seen.elastic + seen.learnt, motor.moving, heard.dt)
     random = reading_deviation(joint, torque, seen.gain, scatter)[1]
     allowed = bound(memory, motor, effect)
-    others = own_variance(memory, motor)
+    others = own_variance(joint, memory, motor)
     near = _near(motor.driving - motor.inertia, allowed,
                  Reading(torque, Own(random ** 2, 0.0, lawless), others))
     if not is_near(torque, near, random):
@@ -168,7 +168,7 @@ def _weighed(joint: Record, memory: Array, effect: Array, motor: Motor, allowed:
     """Weigh the torsion's torque and the motor's, (eq:weight, sigma-torque)."""
     if falls_back(memory):
         return _alone(joint, memory, effect, motor, allowed, seen)
-    apart = seen.torque - motor.driving + motor.inertia
+    apart = seen.torque - torque_at_rest(memory, motor, dt)
     left = follow_apart(memory, apart, dt)          # of what differs from sample to sample
     slow_own = left * seen.own.random + seen.own.lawless
     slow_other = seen.other.random + seen.other.held + seen.other.lawless

@@ -14,7 +14,7 @@ import numpy as np
 
 from .fusion import FEWEST, restart, SETTLED
 from .fusion_memory import (errors_learnt, LAG, LAST_COMMAND, LONG, MEAN_APART, MEAN_MOTOR,
-                            PRIOR, SCATTER, share, SLOW_TIME, STEADY, TIME, WEIGHED)
+                            PRIOR, SCATTER, share, SLID, SLIDING, SLOW_TIME, STEADY, TIME, WEIGHED)
 from .route_errors import dry_friction, motor_effects, motor_torque, ShaftState, TORSION_ERRORS
 from .shaft_motion import begin_motion, follow_motion
 from .torsion_scatter import forget_twist
@@ -25,7 +25,7 @@ _STILL = 1.25e-4        # [rad] in which a shaft may rest, for encoders without 
 _STILL_COUNTS = 2.0     # of the motor encoder within the time of its low-pass
 _RECENT = 0.1           # over which a torque lasts, beside which it scatters [s]
 _FRICTION = 2.0         # times the dry friction known, that a motor may have at most
-_CERTAIN = 4.0          # deviations beyond what the motor can give
+_CERTAIN = 4.0          # deviations beyond what the motor can give, or a shaft at rest shows
 _ROUNDS = 3             # of a torque and the friction it loads: usual shares leave below 1 %
 
 
@@ -78,7 +78,8 @@ def has_friction(joint: Record) -> bool:
 def turns(joint: Record, velocity: float, time: float) -> bool:
     """Return whether a shaft turns for certain by what it passes in a time [s]."""
     still = max(counts_of(joint).motor_step, _STILL)
-    return abs(velocity) * time > _STILL_COUNTS * still
+    noise = _CERTAIN * np.sqrt(2.0) * joint.motor_encoder.noise
+    return abs(velocity) * time > max(_STILL_COUNTS * still, noise)
 
 
 @compiled
@@ -88,7 +89,7 @@ def hear(memory: Array, heard: MotorSample) -> bool:
         return True
     restart(memory, heard.angle)
     memory[LAST_COMMAND] = heard.command
-    memory[WEIGHED] = memory[SLOW_TIME] = 0.0
+    memory[WEIGHED] = memory[SLOW_TIME] = memory[SLID] = 0.0
     begin_motion(memory, heard.angle)
     forget_twist(memory)
     return False
@@ -103,7 +104,7 @@ def motor_estimate(joint: Record, memory: Array, heard: MotorSample, window: flo
     `window` is the least time of half a window [s]. Its friction is loaded by the torque that it
     has itself. The torque of the torsion may be far off until its zero is known.
     """
-    mean = 0.5 * (memory[LAST_COMMAND] + heard.command)
+    mean = _acting(joint, memory, heard.command)
     memory[LAST_COMMAND] = heard.command
     moving = turns(joint, heard.velocity, max(heard.dt, 0.4 * window))
     span, through = max(window, FEWEST * heard.dt), joint.ratio * joint.motor_inertia
@@ -120,6 +121,13 @@ def motor_estimate(joint: Record, memory: Array, heard: MotorSample, window: flo
     motor_effects(joint, joint.tolerances, mean, at, friction, effect)
     learnt = np.dot(effect[TORSION_ERRORS:], errors_learnt(memory)[TORSION_ERRORS:])
     return Motor(moving, plain + learnt, plain, inertia, friction, joint.motor_deviation ** 2)
+
+
+@inlined
+def _acting(joint: Record, memory: Array, command: float) -> float:
+    """Return the torque that acts about a sample, as far as it is there yet, (eq:effort-lag)."""
+    late = min(max(joint.effort_lag, 0.0), 1.0)
+    return (1.0 - late) * command + late * memory[LAST_COMMAND]
 
 
 @compiled
@@ -145,11 +153,32 @@ def first_bound(joint: Record, heard: MotorSample, torque: float) -> Bound:
 
 
 @compiled
-def own_variance(memory: Array, motor: Motor) -> Own:
+def torque_at_rest(memory: Array, motor: Motor, dt: float) -> float:
+    """
+    Return the torque of a motor; at rest it is the last one, as far as friction allows, (eq:rest).
+
+    A pose that stands has the load that it had, while friction takes up what the motor changes.
+    """
+    torque = motor.driving - motor.inertia
+    if motor.moving:
+        memory[SLIDING] += (share(dt, _RECENT) if memory[SLID] > 0.0 else 1.0) * (
+            torque - memory[SLIDING])
+        memory[SLID] = 1.0
+        return torque
+    if memory[SLID] > 0.0:
+        memory[SLIDING] = min(max(memory[SLIDING], torque - motor.friction),
+                              torque + motor.friction)
+        return float(memory[SLIDING])
+    return torque
+
+
+@compiled
+def own_variance(joint: Record, memory: Array, motor: Motor) -> Own:
     """Return the variances of one sample of the motor; sticking it holds either way."""
+    rotor = joint.tolerances.motor_inertia * motor.inertia
     sliding = motor.moving and memory[STEADY] >= SETTLED
     held = 0.0 if sliding and memory[WEIGHED] > 0.0 else motor.friction ** 2 / 3.0
-    return Own(max(memory[SCATTER], 0.0) + memory[LAG] ** 2, held, motor.lawless)
+    return Own(max(memory[SCATTER], 0.0) + memory[LAG] ** 2, held, motor.lawless + rotor ** 2)
 
 
 @compiled
