@@ -42,13 +42,13 @@ class Hypothesis:
     How one effect is looked for.
 
     `free` and `waves` name the numbers to fit with a typical size. On a chain those of `in_space`
-    are free as well, and one of `instead` may be what differs in the place of all others. Those
-    of `more`, centre and radius of a body, are free in a second law of the effect, and cost as
-    numbers do. None is farther from zero than `within` says of the links: beyond, the law stands
-    for another. `grid` lists starting values of the first
-    numbers, or of several at once, that the residual does not depend on linearly. Its torques are
-    for the axis of the typical sizes. `least` bounds by the joint below which the law does not
-    change any more. `form_error` is the share of the effect's power that its law may leave, where
+    are free as well. One of `instead` may be what differs in the place of all others, which keep
+    their tolerances. Those of `more`, centre and radius of a body, are free in a second law of the
+    effect, and cost as numbers do. None is farther from zero than `within` says of the links:
+    beyond, the law stands for another. `grid` lists starting values of the first numbers, or of
+    several at once, that the residual does not depend on linearly. Its torques are for the axis of
+    the typical sizes. `least` bounds by the joint below which the law does not change any more.
+    `form_error` is the share of the effect's power that its law may leave, where
     the literature has laws of several forms. A curve without a name at its site may improve the
     score by `form` and by `form_share` of what the effect improves it. It may explain
     `form_power`, a share of the effect's power.
