@@ -68,9 +68,8 @@ def richer(arm: Arm, name: str, present: Effect, joint: str | None) -> Term:
 
 
 def _instead(arm: Arm, present: Effect, joint: str | None, number: str, step: float) -> Term:
-    """Return the law in which one number of a link is free: the others keep their tolerances."""
-    others = link_tolerances(arm, str(joint))
-    others.pop(number, None)
+    """Return the law in which one number of a link is free: in a plane others keep tolerances."""
+    others = {} if isinstance(arm.links, ChainLinks) else link_tolerances(arm, str(joint))
     return Term(present, joint, (Identity((number,), step), *(
         Identity((other,), known, known) for other, known in others.items())))
 
