@@ -185,7 +185,7 @@ def test_what_a_chain_cannot_be_is_refused(effect, label, reported):
 
 @pytest.mark.parametrize(('effect', 'label'), [
     (Payload(mass=1.0, y=0.1), None), (Payload(mass=1.0, z=0.1), None),
-    (LinkInertiaError(mass=0.1), 'joint1'), (LinkInertiaError(centre_z=0.1), 'joint1')])
+    (LinkInertiaError(centre_x=0.1), 'joint1'), (LinkInertiaError(centre_z=0.1), 'joint1')])
 def test_numbers_of_chains_are_refused_by_links_in_a_plane(effect, label):
     with pytest.raises(ArmError, match='is for chains'):
         FLAT.with_effect(effect, label)
@@ -209,6 +209,22 @@ def test_a_heavier_link_is_one_of_a_heavier_description():
     made = SPACE.with_effect(LinkInertiaError(mass=0.3), 'joint2').moving_parts()
     other = ChainLinks(kept(heavy), 'tip', ('joint1', 'joint2')).parts
     np.testing.assert_allclose(made[1:], other[1:], rtol=1e-12, atol=1e-15)
+
+
+def test_a_heavier_second_link_is_the_same_in_a_plane_if_its_centre_is_halfway():
+    torque, force = inputs(2)
+    rod = Arm(JOINTS, ChainLinks(kept(planar(PAIR, (10.0, 10.0))), 'tip', ('joint1', 'joint2')))
+    heavier, tilt = LinkInertiaError(mass=0.2, error=0.1), BaseTilt(tilt=0.4, direction=0.7)
+    flat, space = (rollout(arm, rest(arm, (0.3, 0.8)), InputHistory(torque, force), DT)
+                   for arm in (each.with_effect(heavier, 'joint2').with_effect(tilt)
+                               for each in (FLAT, rod)))
+    np.testing.assert_allclose(space.state, flat.state, atol=1e-9)
+
+
+def test_what_turns_about_joint_1_is_heavier_with_its_moment():
+    made = FLAT.with_effect(LinkInertiaError(mass=0.2, error=0.1), 'joint1').moving_links()
+    assert (made.p1, made.first) == pytest.approx((1.1 * 1.2 * PAIR.p1, 1.2 * PAIR.first))
+    assert made == replace(PAIR, p1=made.p1, first=made.first)
 
 
 def test_more_than_two_joints_get_advice_how_to_give_links():

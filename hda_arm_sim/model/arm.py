@@ -20,7 +20,7 @@ from .effect_loops import numbers_at
 from .effects import Effect, effect_named, effects_of, Scope, Site
 from .effects.catalogue import record_fields, sole_at
 from .effects.place import BASE, COUPLING, LINK_INERTIA, MOTOR_INERTIA, Place, WEIGHT
-from .link_numbers import differ, is_definite
+from .link_numbers import differ, differing_pair, is_definite
 from .link_side import loaded_inertia, thrown_mass
 from .parts import Base, Encoder, Joint, Links, Tolerances
 from .torsion import TorsionLaw
@@ -177,11 +177,8 @@ class Arm:
         if len(self.joints) > 2:
             return links
         coupled = self._in_force(COUPLING)(nominal=links.coupled)
-        inertia = [self._in_force(LINK_INERTIA, joint.label)(nominal=nominal)
-                   for joint, nominal in zip(self.joints, (links.p1, links.p2))]
-        p2 = inertia[1] if len(inertia) == 2 else links.p2
-        return replace(links, p1=inertia[0] + coupled * (p2 - links.p2), p2=p2,
-                       coupled=float(coupled))
+        return differing_pair(replace(links, coupled=float(coupled)), [
+            self._in_force(LINK_INERTIA, joint.label) for joint in self.joints])
 
     def torsion_only(self) -> 'Arm':
         """Return the arm without its chain, for who knows two links in a plane, or none."""

@@ -1,16 +1,19 @@
-"""The numbers of a chain's links: how well they are known, and how one differs."""
+"""The numbers of links: how well those of a chain are known, and how one differs."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
 
+from .parts import Links
 from ..foundation.arrays import Array
 from ..foundation.chain import CONSTANTS, INERTIA, MASS, MOMENT
 from ..foundation.parameter import Declared, parameter
 
 _AXIS_INERTIA = INERTIA + 2     # of a link about its joint
+_HALFWAY = 2.0          # lengths of a link per distance of its centre (choice: as of a rod)
 _LINKS_KEPT = 1024      # links whose check is remembered: a fit makes thousands of arms of few
 
 
@@ -39,6 +42,25 @@ def differ(row: Array, error: Any) -> None:
     Its mass grows with moment and inertia, its centre moves, the inertia about the joint grows.
     """
     row[:] = _differing(row.tobytes(), error)
+
+
+def differing_pair(links: Links, errors: Sequence[Any]) -> Links:
+    """
+    Return two links in a plane, or one, with their errors, (eq:link-inertia, link-mass-plane).
+
+    Where they do not feel each other joint 1 does not turn more with the second.
+    """
+    first, *others = errors
+    p1 = first(nominal=links.p1 * (1.0 + first.mass))
+    moment = links.first * (1.0 + first.mass)
+    for second in others:
+        before, p2 = links.p2, second(nominal=links.p2 * (1.0 + second.mass))
+        more = second.mass * (_HALFWAY * links.p3 / links.length2 if links.p3 else 0.0)
+        links = replace(links, p2=p2, p3=links.p3 * (1.0 + second.mass),
+                        second=links.second * (1.0 + second.mass))
+        p1 += links.coupled * (p2 - before + more * links.length1)
+        moment += more
+    return replace(links, p1=p1, first=moment)
 
 
 @lru_cache(_LINKS_KEPT)

@@ -7,6 +7,7 @@ Calibration and diagnosis fit the same terms. Bounds of every number are those o
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+import math
 from typing import Any, Protocol, runtime_checkable
 
 from hda_arm_sim.foundation.arrays import Array, fixed
@@ -55,11 +56,22 @@ class Term:
         """Return the number of unknowns."""
         return sum(chart.size for chart in self.charts)
 
+    @cached_property
+    def freedom(self) -> int:
+        """Return the number of unknowns of which nothing is known."""
+        return int(np.isinf(self.deviations()).sum())
+
     @property
     def free(self) -> tuple[str, ...]:
         """Return the numbers that are no waves."""
         return tuple(name for chart in self.charts if not isinstance(chart, WaveParts)
                      for name in chart.plain)
+
+    @property
+    def sought(self) -> tuple[str, ...]:
+        """Return the numbers that are no waves and have no tolerance."""
+        return tuple(name for chart in self.charts if not isinstance(chart, WaveParts)
+                     and math.isinf(chart.prior) for name in chart.plain)
 
     @property
     def waves(self) -> tuple[tuple[str, ...], ...]:

@@ -42,24 +42,23 @@ class Hypothesis:
     How one effect is looked for.
 
     `free` and `waves` name the numbers to fit with a typical size. On a chain those of `in_space`
-    are free as well, and one of `instead` may be what differs in the place of all others. Those
-    of `more`, centre and radius of a body, are free in a second law of the effect, and cost as
-    numbers do. None is farther from zero than `within` says of the links: beyond, the law stands
-    for another. `grid` lists starting values of the first
-    numbers, or of several at once, that the residual does not depend on linearly. Its torques are
-    for the axis of the typical sizes. `least` bounds by the joint below which the law does not
-    change any more. `form_error` is the share of the effect's power that its law may leave, where
-    the literature has laws of several forms. A curve without a name at its site may improve the
-    score by `form` and by `form_share` of what the effect improves it. It may explain
-    `form_power`, a share of the effect's power.
-    `doubts` are half-widths that intervals have for the same reason, as shares of another number
-    or absolute. `ends` are numbers at whose lower bound a part of the arm is gone: it means
-    something. `twin` is an effect that no motion distinguishes from this one. What acts on the
-    command acts on the noise of the encoders that it repeats. Two such effects are compared
-    `below` a frequency [Hz]. One of which the power over that of noise is less than `clear` is not
-    distinguished from the first of `alike`. No other `form` than the usual one is asked of it.
-    `varies` are the coordinates along which published laws of the cause differ from this one.
-    A form that does more than `reach`, a share of its power, is another law.
+    are free as well. One of `instead` may be what differs in the place of all others, which in a
+    plane keep their tolerances. Those of `more`, centre and radius of a body, are free in a second
+    law of the effect, and cost as numbers do. None is farther from zero than `within` says of the
+    links: beyond, the law stands for another. `grid` lists starting values of the first numbers,
+    or of several at once, that the residual does not depend on linearly. Its torques are for the
+    axis of the typical sizes. `least` bounds by the joint below which the law does not change any
+    more. `form_error` is the share of the effect's power that its law may leave, where the
+    literature has laws of several forms. A curve without a name at its site may improve the score
+    by `form` and by `form_share` of what the effect improves it. It may explain `form_power`, a
+    share of the effect's power. `doubts` are half-widths that intervals have for the same reason,
+    as shares of another number or absolute. `ends` are numbers at whose lower bound a part of the
+    arm is gone: it means something. `twin` is an effect that no motion distinguishes from this
+    one. What acts on the command acts on the noise of the encoders that it repeats. Two such
+    effects are compared `below` a frequency [Hz]. One of which the power over that of noise is
+    less than `clear` is not distinguished from the first of `alike`. No other `form` than the
+    usual one is asked of it. `varies` are the coordinates along which published laws of the cause
+    differ from this one. A form that does more than `reach`, a share of its power, is another law.
     `contains` are curves without a name that are this law, or a published form of it, at some of
     its numbers. One of them explains as much as the law and is the law. A `passing` effect acts
     for a part of a recording, from its `onset` on. A search begins as `start` says. Of many shapes

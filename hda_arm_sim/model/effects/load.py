@@ -123,15 +123,15 @@ class LinkInertiaError(Effect):
     """
     Inertia about one joint differs, mass and mass moments stay, (eq:link-inertia).
 
-    That is p1 or p2 of two links (p3 stays), and of a chain that of the joint's own link. Of that
-    mass and centre may differ too, (eq:link-mass).
+    That is p1 or p2 of two links (p3 stays), and of a chain that of the joint's own link. Mass
+    may differ too, with all moments, and of a chain the centre, (eq:link-mass).
     """
 
     name: ClassVar[str] = 'link_inertia_error'
     cause: ClassVar[str] = 'the inertia of the link about its joint differs'
     site: ClassVar[Site] = Site.LINK
     place: ClassVar[Place] = LINK_INERTIA
-    spatial: ClassVar[tuple[str, ...]] = ('mass', 'centre_x', 'centre_y', 'centre_z')
+    spatial: ClassVar[tuple[str, ...]] = ('centre_x', 'centre_y', 'centre_z')
     law = staticmethod(heavier)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         free={'error': 0.05}, instead={'mass': 0.05}, alike=('payload', 'stiffness_error'),
@@ -145,7 +145,8 @@ class LinkInertiaError(Effect):
         0.0, '', -0.9, 5.0,
         'relative error of p1 (first joint) or p2 (second joint); of a chain, of the own link')
     mass: float = parameter(
-        0.0, '', -0.9, 5.0, 'relative error of mass, moment and inertia of a link of a chain')
+        0.0, '', -0.9, 5.0, 'relative error of mass, moment and inertia of a link; of two links, '
+        'of what turns about the joint')
     centre_x: float = parameter(
         0.0, 'm', -1.0, 1.0, 'by which its centre is off, in the frame with z along its joint')
     centre_y: float = parameter(0.0, 'm', -1.0, 1.0, 'likewise')

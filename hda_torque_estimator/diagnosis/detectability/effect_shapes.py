@@ -40,8 +40,13 @@ def shapes(fitter: Fitter, arm: Arm, name: str) -> Iterator[Term]:
 
 
 def _stands(term: Term) -> bool:
-    """Return whether a shape stands for the others of its effect, or for itself."""
-    return not is_richer(term) and all(
+    """
+    Return whether a shape stands for the others of its effect, or for itself.
+
+    One in other numbers than those that a size is stated in (`instead`) says nothing of them.
+    """
+    others = HYPOTHESES[term.name].instead
+    return not is_richer(term) and not others.keys() & set(term.free) and all(
         getattr(term.effect, number) == value
         for number, value in HYPOTHESES[term.name].stands.items())
 

@@ -333,7 +333,16 @@ class Fitter:
         """Return how far the free numbers are from nominal, 0 for those without a tolerance."""
         return np.concatenate([
             term.vector() - self._nominal.get(term.place, 0.0)
-            if np.isfinite(term.deviations()).all() else np.zeros(term.size) for term in terms])
+            if np.isfinite(term.deviations()).all() else self._away_of_cause(term)
+            for term in terms])
+
+    def _away_of_cause(self, term: AnyTerm) -> Array:
+        """Return how far a cause's numbers with a tolerance are from the arm's own."""
+        known = np.isfinite(term.deviations())
+        if not known.any() or not isinstance(term, Term):
+            return np.zeros(term.size)
+        own = replace(term, effect=self.arm.effect(*term.place))
+        return np.where(known, term.vector() - own.vector(), 0.0)
 
 
 def moved(terms: Sequence[AnyTerm], step: Array) -> list[AnyTerm]:

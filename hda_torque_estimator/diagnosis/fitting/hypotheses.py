@@ -18,7 +18,8 @@ from hda_arm_sim.model.effects.place import LOAD
 from hda_arm_sim.model.typical_sizes import scaled_size
 import numpy as np
 
-from ...least_squares.charts import CarriedMoments
+from .nuisance import link_tolerances
+from ...least_squares.charts import CarriedMoments, Identity
 from ...least_squares.term import looked_for, Term
 
 HYPOTHESES: dict[str, Hypothesis] = {effect.name: effect.hypothesis for effect in EFFECTS
@@ -48,9 +49,8 @@ def terms_of(arm: Arm, name: str) -> Iterator[Term]:
                              grown=next(iter(sought.free), '') in sought.grid)
         if sought.more:
             yield richer(arm, name, present, joint)
-        if isinstance(arm.links, ChainLinks):
-            for number, step in sought.instead.items():
-                yield looked_for(present, joint, {number: step}, {}, {})
+        for number, step in sought.instead.items() if arm.links is not None else ():
+            yield _instead(arm, present, joint, number, step)
 
 
 def free_of(arm: Arm, name: str) -> dict[str, float]:
@@ -65,6 +65,13 @@ def richer(arm: Arm, name: str, present: Effect, joint: str | None) -> Term:
     further = (number for number in HYPOTHESES[name].more
                if isinstance(arm.links, ChainLinks) or number not in present.spatial)
     return Term(present, joint, (CarriedMoments((size, *further), step),))
+
+
+def _instead(arm: Arm, present: Effect, joint: str | None, number: str, step: float) -> Term:
+    """Return the law in which one number of a link is free: in a plane others keep tolerances."""
+    others = {} if isinstance(arm.links, ChainLinks) else link_tolerances(arm, str(joint))
+    return Term(present, joint, (Identity((number,), step), *(
+        Identity((other,), known, known) for other, known in others.items())))
 
 
 def carried_by(arm: Arm) -> Iterator[Term]:
@@ -88,8 +95,8 @@ def _least(arm: Arm, sought: Hypothesis, joint: str | None) -> dict[str, float]:
 
 
 def variant_of(term: Term) -> tuple[float, ...]:
-    """Return what makes a term another law: further numbers, and those its grid sets together."""
-    return (float(is_richer(term)),
+    """Return what makes a term another law: how many numbers, and those its grid sets together."""
+    return (float(is_richer(term)), float(term.size),
             *(getattr(term.effect, name) for names in HYPOTHESES[term.name].grid
               if not isinstance(names, str) for name in names))
 

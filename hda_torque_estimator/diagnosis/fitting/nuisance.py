@@ -129,7 +129,7 @@ def nuisances(arm: Arm, untold: float = 0.0) -> tuple[AnyTerm, ...]:
         for name, number, tolerance in _ERRORS:
             if share := max(getattr(known, tolerance), _floor(tolerance)):
                 terms.append(_term(arm, name, label, {number: share}))
-        if link := _link(arm, label):
+        if link := link_tolerances(arm, label):
             terms.append(_term(arm, sole_at(LINK_INERTIA).name, label, link))
         for name, number, tolerance in _SIZES:
             value = getattr(arm.effect(name, label), number)
@@ -166,7 +166,7 @@ def is_of_log(term: AnyTerm) -> bool:
     return isinstance(term, Zero) or term.name == _LATENESS.name
 
 
-def _link(arm: Arm, joint: str) -> dict[str, float]:
+def link_tolerances(arm: Arm, joint: str) -> dict[str, float]:
     """Return how well the numbers of a joint's link are known, by name; none without links."""
     usual = arm.tolerances_of(joint).link_inertia
     if not isinstance(arm.links, ChainLinks):

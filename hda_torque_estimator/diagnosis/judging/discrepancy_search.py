@@ -131,7 +131,7 @@ class _Search:
             own = without.score - self._fit.score - freedom(self._fitter, term)
             curve = self._all.best(self._fitter, without, (
                 self._fitter.arm.labels if term.joint is None else (term.joint,)))
-            lead = SCORE_BAR if len(term.free) > 1 else -SCORE_BAR
+            lead = SCORE_BAR if len(term.sought) > 1 else -SCORE_BAR
             if curve.improvement > max(_IMPROVES, own - lead):
                 self._take(curve, others)
                 return True

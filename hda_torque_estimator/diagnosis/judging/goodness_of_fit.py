@@ -266,7 +266,7 @@ def _shapeless(fitter: Fitter, fit: Fit, lacking: Sequence[Fit]) -> list[Term]:
     """
     shapeless = []
     for term, without in zip(fit.accepted, lacking):
-        if term.size > 1 and term.joint is not None:
+        if term.freedom > 1 and term.joint is not None:
             curve = best_curves(fitter, without, (term.joint,))[term.joint]
             is_law = (curve.form in HYPOTHESES[term.name].contains
                       or bool(term.waves) and 'angle' in curve.form)

@@ -18,7 +18,7 @@ from .model_comparison import leading
 from .screening import Prospect, screen
 from .selection_criteria import accepted, confirmed, freedom, material, open_rest, threshold
 from ..fitting.derivatives import IMPOSSIBLE
-from ..fitting.fit import Fit, Fitter
+from ..fitting.fit import CLOSE, Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES, is_richer, terms_of
 from ...least_squares.term import Place, Term
 from ...significance import SCORE_BAR
@@ -274,7 +274,8 @@ def _exact(fitter: Fitter, trials: Iterable[Fit]) -> list[Fit]:
     """
     Return the fits of the most promising places to the end, the best first.
 
-    A place may have several laws, and two steps do not show which of them will fit.
+    A place may have several laws, and two steps do not show which of them will fit. Of two that
+    fit alike the one with fewer numbers is taken, those with a tolerance too.
     """
     tried = sorted(trials, key=lambda trial: _cost(fitter, trial))
     finalists = list(dict.fromkeys(map(_place, tried)))[:_FINALISTS]
@@ -282,7 +283,10 @@ def _exact(fitter: Fitter, trials: Iterable[Fit]) -> list[Fit]:
     refined = (fitter.refined(trial) for trial in tried if _place(trial) in finalists)
     for trial in sorted((trial for trial in refined if _may_be(fitter, trial)),
                         key=lambda trial: _cost_formed(fitter, trial)):
-        best.setdefault(_place(trial), trial)
+        known = best.setdefault(_place(trial), trial)
+        if (trial.accepted[-1].size < known.accepted[-1].size
+                and _cost_formed(fitter, trial) - _cost_formed(fitter, known) < CLOSE):
+            best[_place(trial)] = trial
     return list(best.values())
 
 
@@ -334,4 +338,4 @@ def _simpler(arm: Arm, term: Term, names: Sequence[str]) -> Iterator[Term]:
     for name in HYPOTHESES[term.name].alike:
         if name in names and not HYPOTHESES[name].grid:
             yield from (start for start in _starts(arm, name, term.joint)
-                        if start.size < term.size)
+                        if start.freedom < term.freedom)

@@ -42,8 +42,8 @@ _ALIKE_REST = 50.0      # of which there must be so much, over noise, that this 
 
 
 def freedom(fitter: Fitter, term: Term) -> float:
-    """Return what the freedom of a term costs (BIC)."""
-    return term.size * cost_of_number(fitter)
+    """Return what the freedom of a term costs (BIC): a number with a tolerance is not free."""
+    return term.freedom * cost_of_number(fitter)
 
 
 def cost_of_number(fitter: Fitter) -> float:

@@ -57,9 +57,9 @@ def findings(fitter: Fitter, fit: Fit, reasons: Mapping[Place, Reason], nameable
 
 def _vanished(term: Term) -> bool:
     """Return whether nothing is left of an effect but its shape."""
-    kind = type(term.effect)
+    kind, others = type(term.effect), HYPOTHESES[term.name].instead
     return all(getattr(term.effect, number) == kind.declaration(number).default
-               for number in size_numbers(term.name))
+               for number in (*size_numbers(term.name), *others))
 
 
 def _finding(fitter: Fitter, term: Term, covariance: Array, reason: Reason,
@@ -81,7 +81,7 @@ def rival_of(reason: Reason, fit: Fit) -> RunnerUp | None:
     term = reason.runner_up
     if term is None or term.place in {beside.place for beside in fit.accepted}:
         return None
-    named = [*term.free, *(name for wave in term.waves for name in wave)]
+    named = [*term.sought, *(name for wave in term.waves for name in wave)]
     numbers = {} if _vanished(term) else {
         name: _number(term, name, np.nan) for name in
         dict.fromkeys([*HYPOTHESES[term.name].chosen, *named]) if getattr(term.effect, name)}
@@ -94,7 +94,7 @@ def numbers_of(fitter: Fitter, term: Term, covariance: Array) -> dict[str, Fitte
     unsure = term.deviations_of_free(covariance)
     numbers = {name: _number(term, name, 0.0) for name in HYPOTHESES[term.name].chosen
                if getattr(term.effect, name)}
-    for name in term.free:
+    for name in term.sought:
         numbers[name] = _number(term, name, float(np.hypot(NORMAL_90 * unsure[name], _doubt(
             fitter, term, name))))
     for place, (amplitude, phase) in enumerate(term.waves):
@@ -139,7 +139,7 @@ def alike(found: SearchResult, judged: GoodnessOfFit) -> tuple[Alike, ...]:
         unclear = judged.powers[term.place].max() < sought.clear
         twin = sought.alike[0] if unclear else sought.twin
         other: Place | None = (twin, term.joint) if twin else None
-        if (rival is not None and rival.place not in taken and rival.size <= term.size
+        if (rival is not None and rival.place not in taken and rival.freedom <= term.freedom
                 and reason.runner_up_gap < _tied(reason)):
             other = rival.place
         if other is not None:
