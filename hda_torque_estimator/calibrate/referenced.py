@@ -18,9 +18,10 @@ import numpy as np
 
 from .calibration import Calibration, HARDLY, one_joint, SPARSE
 from .fitting.arm_numbers import (ArmNumber, GAIN, LEVEL, number, of_all_friction, with_numbers,
-                                  with_ripple, with_tolerances)
+                                  with_tolerances)
 from .fitting.by_hand import line_left_out, mean_left_out
 from .fitting.examined import as_given, BETTER, Examined, examined, Witnesses
+from .fitting.ripple_left import with_ripple
 from .fitting.witness_fit import motor_of, torsion_of, WitnessFit
 from .passages.encoder_noise import NOISE, with_noise
 from .passages.joint_recording import CalibrationError, Measured

@@ -23,7 +23,7 @@ from .detectability.slow_rate import FAST, rate_hides
 from .findings.certainty import probability, unsure, verdict_probability
 from .findings.gains import gains, METRIC
 from .findings.origin import Origin, RecordingFacts, RecordingPart
-from .findings.report import Alike, Diagnosis, Finding, TotalGain
+from .findings.report import Alike, at_place, Diagnosis, Finding, TotalGain
 from .fitting.alignment import aligned, is_aligned
 from .fitting.fit import Fitter
 from .fitting.hypotheses import HYPOTHESES, left_aside
@@ -167,7 +167,7 @@ def _not_gaining(raw: RawReadings, shown: Sequence[Finding]) -> Iterator[str]:
     named = {(one.effect, one.joint) for one in shown}
     for name, joint in ((cause.effect.name, cause.joint) for cause in raw.causes):
         if (name, joint) not in named:
-            yield (f'{name} at {joint or "the arm"} is not named: readings show it, but it gains '
+            yield (f'{at_place(name, joint)} is not named: readings show it, but it gains '
                    'nothing on stretches that no fit has seen')
 
 
@@ -194,8 +194,8 @@ def _searched(raw: RawReadings, names: Sequence[str], training: Spans, held_out:
     """
     Return what was found, with the zeros of several recordings as it has them.
 
-    What commands did between samples is asked again of the arm that was found. A contact in
-    held-out stretches may show only when what was found is known.
+    What is assumed of them is asked again of the arm that was found. A contact in held-out
+    stretches may show only when what was found is known.
     """
     arm, turns = raw.arm, tuple[int, ...]()
     for _ in range(_ROUNDS):

@@ -13,7 +13,7 @@ from hda_arm_sim.model.arm import Arm
 
 from .balances.balance import Balancer
 from .findings.gains import gains
-from .findings.report import Alike, Finding
+from .findings.report import Alike, at_place, Finding
 from .fitting.fit import Fit, Fitter
 from .fitting.instruments import unbiased
 from .fitting.nuisance import is_of_log
@@ -118,7 +118,7 @@ def _is_worth_a_cause(fitter: Fitter, found: SearchResult, term: Term) -> bool:
 
 
 def _unproven(term: Term) -> str:
-    return (f'{term.name} at {term.joint or "the arm"} is not named: it gains nothing on '
+    return (f'{at_place(term.name, term.joint)} is not named: it gains nothing on '
             'stretches that no fit has seen, so what it explained has no name')
 
 

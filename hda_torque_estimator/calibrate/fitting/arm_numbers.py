@@ -6,7 +6,7 @@ import math
 
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import EFFECTS
-from hda_arm_sim.model.effects.catalogue import known_as, unmeasured_at
+from hda_arm_sim.model.effects.catalogue import unmeasured_at
 from hda_arm_sim.model.effects.place import MESH, MOTOR_INERTIA
 from hda_arm_sim.model.parts import Tolerances
 import numpy as np
@@ -31,9 +31,6 @@ _KNOWN_BY = {
     'motor_inertia': (f'{unmeasured_at(MOTOR_INERTIA).name}.error',),
     **{known.tolerance: tuple(f'{effect.name}.{number}' for number in known.numbers)
        for effect in EFFECTS if (known := effect.known_by)}}
-_KNOWN_RIPPLE = known_as('torque_ripple').known_by
-assert _KNOWN_RIPPLE is not None
-_RIPPLE = _KNOWN_RIPPLE.tolerance
 _OF_LOAD = f'{unmeasured_at(MESH).name}.coefficient'
 (LEVEL,), (SLOPE,), (GAIN,), (OFFSET,) = (_KNOWN_BY[tolerance] for tolerance in (
     'dry_friction', 'viscous_friction', 'torque_constant', 'drive_offset'))
@@ -132,18 +129,6 @@ def with_tolerances(arm: Arm, found: Mapping[str, Sequence[ArmNumber]], *,
                     'before' for name in known}
         joints.append(replace(joint, tolerances=replace(before, **known)) if known else joint)
     return replace(arm, joints=tuple(joints), provenance=tuple(origins.items()))
-
-
-def with_ripple(arm: Arm, label: str, ripple: float) -> Arm:
-    """Return the arm with waves of a motor's torque no larger than so much [N*m motor]."""
-    known, place = arm.tolerances_of(label), f'tolerances.{label}.{_RIPPLE}'
-    if ripple >= known.torque_ripple:
-        return arm
-    origin = dict(arm.provenance).get(place, f'calibrated; {known.torque_ripple:g} before')
-    joints = tuple(replace(joint, tolerances=replace(known, **{_RIPPLE: ripple}))
-                   if joint.label == label else joint for joint in arm.joints)
-    return replace(arm, joints=joints, provenance=tuple(
-        {**dict(arm.provenance), place: origin}.items()))
 
 
 def of_all_friction(found: Sequence[ArmNumber], load: float) -> tuple[ArmNumber, ...]:

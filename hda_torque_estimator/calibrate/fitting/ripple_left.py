@@ -5,6 +5,7 @@ An arm file states how large such waves may be. What a fit misses holds those th
 well. So of its error the waves take what it shows of them, and the rest is what no law describes.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 from hda_arm_sim.model.arm import Arm
@@ -17,6 +18,7 @@ from .motor_witness import MotorWitness
 Floats = NDArray[np.float64]
 RIPPLE = known_as('torque_ripple')
 assert RIPPLE.known_by is not None
+_TOLERANCE = RIPPLE.known_by.tolerance
 ORDERS = tuple(float(name.rpartition('_')[2]) for name in RIPPLE.known_by.numbers)
 
 
@@ -45,3 +47,15 @@ def ripple_left(witness: MotorWitness, arm: Arm, rest: Floats, error: float) -> 
     seen = np.mean((waves @ left) ** 2 + np.sum((waves @ unsure) * waves, axis=1))
     size = np.sqrt(np.mean(left ** 2 + np.diag(unsure)))
     return RippleLeft(min(float(size), known), float(np.sqrt(seen)))
+
+
+def with_ripple(arm: Arm, label: str, ripple: float) -> Arm:
+    """Return the arm with waves of a motor's torque no larger than so much [N*m motor]."""
+    known, place = arm.tolerances_of(label), f'tolerances.{label}.{_TOLERANCE}'
+    if ripple >= known.torque_ripple:
+        return arm
+    origin = dict(arm.provenance).get(place, f'calibrated; {known.torque_ripple:g} before')
+    joints = tuple(replace(joint, tolerances=replace(known, **{_TOLERANCE: ripple}))
+                   if joint.label == label else joint for joint in arm.joints)
+    return replace(arm, joints=joints, provenance=tuple(
+        {**dict(arm.provenance), place: origin}.items()))

@@ -8,7 +8,7 @@ bar, in bars, is its margin. A cause is as sure as the weakest of what it rests 
 from collections.abc import Iterable
 import math
 
-from .report import Evidence, Finding
+from .report import at_place, Evidence, Finding
 
 # Choices unless stated otherwise.
 ODDS = 19.0             # to 1 at a margin of one bar: those of 95 %
@@ -39,7 +39,7 @@ def unsure(finding: Finding) -> str | None:
     """Return why a finding is not named beside a rest without a name, None where it is."""
     if not finding.probability < NAMED:
         return None
-    return (f'{finding.effect} at {finding.joint or "the arm"} is not named: it is '
+    return (f'{at_place(finding.effect, finding.joint)} is not named: it is '
             f'{100.0 * finding.probability:.0f} % sure, and beside a rest without a name '
             f'{100.0 * NAMED:.0f} % are needed')
 

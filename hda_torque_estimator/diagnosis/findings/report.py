@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
+from itertools import starmap
 import math
 from typing import Any
 
@@ -115,7 +116,7 @@ class Candidate:
 
     def sentence(self) -> str:
         """Return the cause with its numbers."""
-        return f'{self.effect} at {self.joint or "the arm"}: {_numbers(self.parameters)}'
+        return f'{at_place(self.effect, self.joint)}: {_numbers(self.parameters)}'
 
 
 @dataclass(frozen=True)
@@ -278,6 +279,11 @@ def _alike_sentences(alike: Alike) -> list[str]:
               for one in alike.candidates)]
 
 
+def at_place(effect: str, joint: str | None) -> str:
+    """Return an effect with its place in words."""
+    return f'{effect} at {joint or "the arm"}'
+
+
 def _placebo(gain: Gain) -> str:
     if not isinstance(gain, OwnGain):
         return ''
@@ -285,7 +291,7 @@ def _placebo(gain: Gain) -> str:
 
 
 def _places(effects: tuple[tuple[str, str | None], ...]) -> str:
-    return ' and '.join(f'{name} at {joint or "the arm"}' for name, joint in effects)
+    return ' and '.join(starmap(at_place, effects))
 
 
 def _unexplained_sentences(rest: Unexplained | None) -> list[str]:

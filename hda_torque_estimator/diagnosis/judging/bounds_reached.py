@@ -12,7 +12,7 @@ from hda_arm_sim.model.effects import effect_named
 from hda_arm_sim.model.effects.hypothesis import Hypothesis
 import numpy as np
 
-from ..findings.report import Finding
+from ..findings.report import at_place, Finding
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Term
@@ -79,7 +79,7 @@ def limited(finding: Finding) -> str | None:
                        (number.low, number.high))
         if least <= low or most >= high:
             interval = f'{number.value:.4g} [{number.low:.4g}, {number.high:.4g}] {number.unit}'
-            return (f'{finding.effect} at {finding.joint or "the arm"} is not named: its {name} = '
+            return (f'{at_place(finding.effect, finding.joint)} is not named: its {name} = '
                     f'{interval.rstrip()} reaches the bound {low if least <= low else high:g}, '
                     'so another law is at work')
     return None
