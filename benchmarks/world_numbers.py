@@ -64,14 +64,16 @@ def scattered(world: Any) -> Mapping[str, list[float]]:
 def size_and_smallest(world: Any, hidden: Any, reported: Sequence[Detectable]) -> tuple[
         float, float | None, bool]:
     """Return how large an effect is, the stated smallest size, and whether it is above that."""
-    first = next(one for one in EFFECTS[hidden.effect].parameters if one.is_size)
-    _, size = converted(world, hidden, first.name, hidden.parameters[first.name])
-    smallest = next((row.smallest_detectable for row in reported
-                     if (row.effect, row.joint) == (hidden.effect, hidden.joint)), None)
-    if smallest is None:
-        return abs(size), None, False
-    shows = abs(size) <= smallest if hidden.effect in WEAKER else abs(size) >= smallest
-    return abs(size), smallest, bool(shows)         # a bool of numpy is none of JSON
+    row = next((row for row in reported
+                if (row.effect, row.joint) == (hidden.effect, hidden.joint)), None)
+    sizes = dict(converted(world, hidden, one.name, hidden.parameters[one.name])
+                 for one in EFFECTS[hidden.effect].parameters if one.is_size)
+    size = abs(sizes.get(row.parameter if row else '', next(iter(sizes.values()))))
+    if row is None or row.smallest_detectable is None:
+        return size, None, False
+    shows = (size <= row.smallest_detectable if hidden.effect in WEAKER
+             else size >= row.smallest_detectable)
+    return size, row.smallest_detectable, bool(shows)       # a bool of numpy is none of JSON
 
 
 def powers(world: Any) -> list[float]:

@@ -1,5 +1,7 @@
 """Numbers of statistics that several judges share, each in one place."""
 
+import math
+
 NORMAL_90 = 1.645           # deviations each side of a 90 % interval (source: normal distribution)
 NORMAL_MEDIAN = 0.6745      # median of absolute noise over deviation (source: normal distribution)
 
@@ -11,3 +13,12 @@ FOURTH_DIFFERENCES = 70.0
 # twice a log likelihood, so this asks for odds of e^30 to 1 (choice).
 SCORE_BAR = 60.0
 SIGN_CERTAIN = 0.6      # correlation, of either sign, from which the sign is certain (choice)
+
+
+def surely_above(bar: float) -> float:
+    """
+    Return the improvement of the score that an effect must be worth to pass a bar 19 times of 20.
+
+    By noise it varies by twice its root (source: noncentral chi-square distribution; eq:shown).
+    """
+    return (NORMAL_90 + math.sqrt(NORMAL_90 ** 2 + bar)) ** 2

@@ -178,7 +178,8 @@ def test_report_and_extended_model_are_written(short, tmp_path, capsys):
     assert written['verdict'] == 'no_discrepancy'
     assert [row['horizon'] for row in written['prediction']] == list(HORIZONS)
     assert all(0.0 < row['after'] < 3.0 * row['floor'] for row in written['prediction'])
-    assert set(written['excitation'][0]) == {'effect', 'joint', 'smallest_detectable', 'unit'}
+    assert set(written['excitation'][0]) == {'effect', 'joint', 'smallest_detectable', 'unit',
+                                             'parameter'}
     assert read_arm(out / 'model.yaml').labels == ARM.labels
     shown = (out / 'report.html').read_text()
     assert '<svg' in shown

@@ -12,11 +12,15 @@ from typing import NamedTuple
 from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 
+from .curve_visibility import CurveVisibility
+from ..balances.balance import RATE
 from ..fitting.fit import Fit, Fitter
 from ..fitting.solve import Columns, condense, condense_more, score, solve
 from ..judging.search import SearchResult
-from ..judging.selection_criteria import material, threshold
+from ..judging.selection_criteria import (CERTAIN, floor, material, quiet_joints, SLOW,
+                                          threshold)
 from ...least_squares.term import Term
+from ...significance import surely_above
 
 # Choices unless stated otherwise.
 _PHASES = np.linspace(0.0, math.pi, 12, endpoint=False)     # of a wave, one of which shows least
@@ -43,6 +47,7 @@ class Visibility:
         self._background = self._known.power / np.maximum(self._known.samples, 1.0)
         self._variance = np.maximum(self._background, fitter.noise ** 2)
         self._needed = material(fitter, found.first, fit)
+        self._curves = CurveVisibility(fitter, fit, self._known, quiet_joints(fitter, fit))
 
     def least(self, term: Term, seen: Imagined, most: float) -> float:
         """
@@ -70,41 +75,89 @@ class Visibility:
 
     def _strength(self, term: Term, seen: Imagined) -> Callable[[float], float]:
         """Return what determines the strength of any share of a shift."""
-        shift = seen.shift
-        known, columns, kept = self._others(term)
-        weighed = condense_more(known, self.fit.balance.residual, columns, shift, self._valid)
-        along = _faintest(weighed, shift.shape[2], self.fitter.effective / self._variance,
-                          kept, self._needed)
-        return lambda share: self._of(_imagined(weighed, share * along, self._background), kept,
-                                      threshold(self.fitter, term) + seen.chance)
+        others = self._others(term)
+        weighed = condense_more(others.known, self.fit.balance.residual, others.columns,
+                                seen.shift, self._valid)
+        along = _faintest(weighed, seen.shift.shape[2], self.fitter.effective / self._variance,
+                          others.tolerances, self._needed)
+        values = np.where(self._valid, seen.shift @ along, 0.0)
+        imagined = _Shift(others, weighed, along, values)
+        curves = (self._curves.along(values, imagined.across())
+                  if others.columns is self.fit.columns else [])
+        bar = surely_above(threshold(self.fitter, term) + seen.chance)
+        return lambda share: self._of(imagined, curves, share, bar)
 
-    def _of(self, seen: Columns, kept: Array, threshold: float) -> float:
-        """Return the strength of imagined residuals beside terms of these tolerances."""
-        fitter = self.fitter
-        left = solve(seen, fitter.noise, fitter.effective, np.zeros(len(kept)), kept)
-        gained = left.score - score(self._background, seen.samples, fitter.noise,
+    def _of(self, shift: '_Shift', curves: list[Array], share: float, bar: float) -> float:
+        """
+        Return the strength of a share of a shift: 1 where a search would just accept it.
+
+        It must be worth a cause, make the search look, and pass the `bar` of the score.
+        """
+        fitter, kept = self.fitter, shift.others.tolerances
+        left = solve(shift.imagined(share, self._background), fitter.noise, fitter.effective,
+                     np.zeros(len(kept)), kept)
+        gained = left.score - score(self._background, shift.weighed.samples, fitter.noise,
                                     fitter.effective)
-        return min(float(((left.variance - self._variance) / self._needed).max()),
-                   gained / threshold)
+        rise = left.variance - self._variance
+        loud = float((rise / np.maximum(floor(fitter), self._needed)).max())
+        slow = float((shift.slow(share, left.step) * rise / self._needed).max())
+        curve = self._curves.improvement(curves, share, left.step) if curves else 0.0
+        return min(max(loud, slow), max(loud, curve / surely_above(CERTAIN)), gained / bar)
 
-    def _others(self, term: Term) -> tuple[Columns, Array, Array]:
-        """Return what is known but for the term where it is accepted: columns, tolerances."""
-        if term.place not in {own.place for own in self.fit.accepted}:
-            return self._known, self.fit.columns, self.fit.deviations
-        keep = np.concatenate([np.full(other.size, other not in self.fit.accepted
-                                       or other.place != term.place)
-                               for other in self.fit.terms])
+    def _others(self, term: Term) -> '_Others':
+        """Return what is known but for the term where it is accepted."""
+        fit = self.fit
+        if term.place not in {own.place for own in fit.accepted}:
+            return _Others(self._known, fit.columns, fit.deviations)
+        keep = np.concatenate([np.full(other.size, other not in fit.accepted
+                                       or other.place != term.place) for other in fit.terms])
         known = self._known._replace(products=self._known.products[:, keep][:, :, keep],
                                      against=self._known.against[:, keep])
-        return known, self.fit.columns[:, :, keep], self.fit.deviations[keep]
+        return _Others(known, fit.columns[:, :, keep], fit.deviations[keep])
 
 
-def _imagined(weighed: Columns, along: Array, background: Array) -> Columns:
-    """Return residuals that are `along` (q,) the first columns, and a background, by the rest."""
-    extra = len(along)
-    own, across = weighed.products[:, :extra, :extra], weighed.products[:, :extra, extra:]
-    return Columns(weighed.products[:, extra:, extra:], along @ across,
-                   along @ own @ along + background * weighed.samples, weighed.samples)
+class _Others(NamedTuple):
+    """What is known beside an effect that is imagined."""
+
+    known: Columns
+    columns: Array          # (m, c, p) of the residuals
+    tolerances: Array       # (p,)
+
+
+class _Shift:
+    """A shift (m, c) of the residuals, and what the terms beside it explain of it."""
+
+    def __init__(self, others: _Others, weighed: Columns, along: Array, values: Array) -> None:
+        """Keep the direction (q,) `along` the first columns of what is `weighed`."""
+        self.others, self.weighed, self.along = others, weighed, along
+        self._values = values
+        self._slow: Array | None = None
+
+    def imagined(self, share: float, background: Array) -> Columns:
+        """Return residuals that are a share of the shift and a background, by the rest."""
+        extra, along = len(self.along), share * self.along
+        own, across = self.weighed.products[:, :extra, :extra], self.across()
+        return Columns(self.weighed.products[:, extra:, extra:], share * across,
+                       along @ own @ along + background * self.weighed.samples,
+                       self.weighed.samples)
+
+    def across(self) -> Array:
+        """Return the shift times the terms beside it (c, p)."""
+        extra = len(self.along)
+        return np.asarray(self.along @ self.weighed.products[:, :extra, extra:])
+
+    def slow(self, share: float, step: Array) -> Array:
+        """Return which part (c,) of its power is slow after a step (p,) of the terms."""
+        if self._slow is None:
+            shown = np.flatnonzero(self._values.any(axis=0))
+            moved = self._values[:, shown]
+            rest = share * moved + np.where(moved, self.others.columns[:, shown] @ step, 0.0)
+            power = np.abs(np.fft.rfft(rest, axis=0)) ** 2
+            below = np.fft.rfftfreq(len(rest), 1.0 / RATE) < SLOW
+            slow = np.ones_like(self.weighed.power)
+            slow[shown] = power[below].sum(axis=0) / np.maximum(power.sum(axis=0), 1e-300)
+            self._slow = slow
+        return self._slow
 
 
 def _faintest(weighed: Columns, extra: int, weight: Array, tolerances: Array,

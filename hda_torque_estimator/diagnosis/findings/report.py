@@ -145,12 +145,17 @@ class Alike:
 
 @dataclass(frozen=True)
 class Detectable:
-    """The smallest size of an effect that this recording could have shown."""
+    """
+    The smallest size of an effect that this recording could have shown 19 times of 20.
+
+    It is that of one of its numbers, the `parameter` that shows at the smallest size.
+    """
 
     effect: str
     joint: str | None
     smallest_detectable: float | None
     unit: str
+    parameter: str = ''
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ class Smallest(NamedTuple):
     def row(self) -> Detectable:
         """Return what the report states."""
         unit = effect_named(self.effect).declaration(self.number).unit
-        return Detectable(self.effect, self.joint, self.size, unit)
+        return Detectable(self.effect, self.joint, self.size, unit, self.number)
 
     def is_shown(self, arm: Arm) -> bool:
         """Return whether the effect would have been found at a typical size."""

@@ -104,40 +104,56 @@ def is_worth_a_look(fitter: Fitter, fit: Fit, joints: Collection[str], bar: floa
     return any(curve.improvement > bar for curve in _curves(fitter, fit, joints, quick=True))
 
 
-def _curves(fitter: Fitter, fit: Fit, joints: Collection[str],
-            quick: bool = False) -> Iterator[Curve]:
-    """Yield every curve at these joints beside the terms of a fit."""
+class CurvesAtSite(NamedTuple):
+    """All curves at one site of a joint, with what they do in the balances."""
+
+    joint: str
+    site: str
+    forms: tuple[str, ...]      # (q,)
+    columns: Array              # (m, c, q) of the residuals, of mean square 1 before any whitening
+
+
+def curves_at_sites(fitter: Fitter, fit: Fit, joints: Collection[str],
+                    quick: bool = False) -> Iterator[CurvesAtSite]:
+    """Yield every curve at these joints; quick ones may be of noise, and are there if asked."""
     coordinates = coordinates_of(fitter.balancer, fitter.on(fit.terms))
     moving = _rates_are_motion(fitter, fit, coordinates)
-    known = condense(fit.balance.residual, fit.columns, fitter.valid(fit.balance))
-    away = fitter.away(fit.terms)
-    plain = solve(known, fitter.noise, fitter.effective, away, fit.deviations)
     for place, label in enumerate(fitter.arm.labels):
         if label not in joints:
             continue
-        own = fitter.own_channels(label)
         along = {name: values[:, place] for name, values in coordinates.items()}
-        scaled = {term.name for term in fit.accepted if term.joint == label} >= _SCALED
         forms = dict(_forms(fitter.balancer.time, along))
         if quick or moving[place]:
             forms |= _quick_rates(fitter.balancer.time, along)
         if isinstance(fitter.arm.links, ChainLinks):
-            _drop_noise(forms, fitter.noise[own[1]])
+            _drop_noise(forms, fitter.noise[fitter.own_channels(label)[1]])
         columns = np.stack(list(forms.values()), 1)
         shapes = columns / np.sqrt(np.maximum(np.mean(columns ** 2, axis=0), _AT_REST))
         for site, channels in sites(fitter, label).items():
             more = np.zeros((len(shapes), len(fitter.noise), shapes.shape[1]))
             for channel in channels:
                 more[:, channel] = fitter.balancer.in_balance(shapes, channel)
-            wide = condense_more(known, fit.balance.residual, fit.columns, more,
-                                 fitter.valid(fit.balance))
-            for number, form in enumerate(forms):
-                if form == _SCALE and site in ('motor', GEAR) and scaled:
-                    continue
-                solution = _solved(fitter, away, fit.deviations, _one_of(wide, number, len(forms)))
-                yield Curve(label, site, form, solution.score,
-                            min(plain.score - solution.score,
-                                float((plain.scores - solution.scores)[own].sum())))
+            yield CurvesAtSite(label, site, tuple(forms), more)
+
+
+def _curves(fitter: Fitter, fit: Fit, joints: Collection[str],
+            quick: bool = False) -> Iterator[Curve]:
+    """Yield every curve at these joints beside the terms of a fit."""
+    valid = fitter.valid(fit.balance)
+    known = condense(fit.balance.residual, fit.columns, valid)
+    away = fitter.away(fit.terms)
+    plain = solve(known, fitter.noise, fitter.effective, away, fit.deviations)
+    for label, site, forms, more in curves_at_sites(fitter, fit, joints, quick):
+        own = fitter.own_channels(label)
+        scaled = {term.name for term in fit.accepted if term.joint == label} >= _SCALED
+        wide = condense_more(known, fit.balance.residual, fit.columns, more, valid)
+        for number, form in enumerate(forms):
+            if form == _SCALE and site in ('motor', GEAR) and scaled:
+                continue
+            solution = _solved(fitter, away, fit.deviations, _one_of(wide, number, len(forms)))
+            yield Curve(label, site, form, solution.score,
+                        min(plain.score - solution.score,
+                            float((plain.scores - solution.scores)[own].sum())))
 
 
 def _drop_noise(forms: dict[str, Array], noise: float) -> None:

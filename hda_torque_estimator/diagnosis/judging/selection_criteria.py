@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 # Choices unless stated otherwise.
 _MATERIAL = 0.7         # least explained rms, in rms that a healthy arm leaves
 # (source: what laws do along motions of robots is nearly all below this)
-_SLOW = 10.0            # frequency [Hz] below which as much of the noise there is enough
+SLOW = 10.0            # frequency [Hz] below which as much of the noise there is enough
 # (null: a simple curve improved the score of healthy arms by 61 at most)
 CERTAIN = 200.0        # improvement of the score that may pass for noise at first
 _SURE = 1000.0          # improvement and
@@ -69,7 +69,7 @@ def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term
     if improvement < threshold(fitter, term):
         return False
     if (np.isfinite(HYPOTHESES[term.name].below) and not fitter.balancer.is_commanded
-            and gain_below(fitter, without, extended, _SLOW) < threshold(fitter, term)):
+            and gain_below(fitter, without, extended, SLOW) < threshold(fitter, term)):
         return False                        # what is quick is of commands that nobody recorded
     form = _form_power(fitter, first, without)
     if beside:                              # other forms of what is known may explain as much
@@ -85,7 +85,7 @@ def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term
         return True
     alike = any(term.name in HYPOTHESES[other.name].alike for other in beside
                 if other.joint == term.joint)
-    least = _ALIKE_REST * fitter.noise ** 2 if alike else _floor(fitter)
+    least = _ALIKE_REST * fitter.noise ** 2 if alike else floor(fitter)
     nearly_all = gain > (_ALL_OF_ALIKE if alike else _NEARLY_ALL) * rest
     return improvement > _SURE and bool((nearly_all & (gain > least)).any())
 
@@ -104,14 +104,14 @@ def _is_material(fitter: Fitter, form: Array, without: Fit, extended: Fit) -> bo
     others may leave the power `form` (c,) as one form of several [N^2*m^2].
     """
     gain = without.variance - extended.variance
-    slow = power_below(fitter, without, _SLOW) - power_below(fitter, extended, _SLOW)
-    return bool(((gain > np.maximum(_floor(fitter), form))
-                 | (slow > np.maximum(_slow_floor(fitter), form))).any())
+    slow = power_below(fitter, without, SLOW) - power_below(fitter, extended, SLOW)
+    return bool(((gain > np.maximum(floor(fitter), form))
+                 | (slow > np.maximum(slow_floor(fitter), form))).any())
 
 
 def material(fitter: Fitter, first: Fit, fit: Fit) -> Array:
     """Return the power (c,) [N^2*m^2] of a slow effect that is worth a cause beside a fit's."""
-    return np.maximum(_slow_floor(fitter), _form_power(fitter, first, fit, Hypothesis.form_error))
+    return np.maximum(slow_floor(fitter), _form_power(fitter, first, fit, Hypothesis.form_error))
 
 
 def _form_power(fitter: Fitter, first: Fit, fit: Fit, usual: float = 0.0) -> Array:
@@ -129,25 +129,30 @@ def _form_power(fitter: Fitter, first: Fit, fit: Fit, usual: float = 0.0) -> Arr
     return np.max([np.zeros_like(excess), *left], axis=0)
 
 
-def _floor(fitter: Fitter) -> Array:
+def floor(fitter: Fitter) -> Array:
     """Return the power (c,) that is far above noise [N^2*m^2]."""
     return np.asarray((_MATERIAL * fitter.noise) ** 2)
 
 
-def _slow_floor(fitter: Fitter) -> Array:
+def slow_floor(fitter: Fitter) -> Array:
     """Return the power (c,) that is far above slow noise [N^2*m^2]; all of it is white."""
-    return _floor(fitter) * _SLOW / BANDWIDTH
+    return floor(fitter) * SLOW / BANDWIDTH
 
 
 def open_rest(fitter: Fitter, fit: Fit) -> bool:
     """Return whether more is left than noise, or less that a simple curve explains for certain."""
     left = reformed(fitter, fit).variance
-    if (left - fitter.noise ** 2 > _floor(fitter)).any():
+    if (left - fitter.noise ** 2 > floor(fitter)).any():
         return True
-    taken = {channel for term in fit.accepted for channel in fitter.channels_of(term)}
-    quiet = [label for label in fitter.arm.labels
-             if not taken.intersection(fitter.own_channels(label))]
+    quiet = quiet_joints(fitter, fit)
     return bool(quiet) and is_worth_a_look(fitter, fit, quiet, CERTAIN)
+
+
+def quiet_joints(fitter: Fitter, fit: Fit) -> list[str]:
+    """Return the joints at which nothing was accepted: less than noise is looked into there."""
+    taken = {channel for term in fit.accepted for channel in fitter.channels_of(term)}
+    return [label for label in fitter.arm.labels
+            if not taken.intersection(fitter.own_channels(label))]
 
 
 def confirmed(fitter: Fitter, first: Fit, last: Fit) -> tuple[Term, ...]:
@@ -158,8 +163,8 @@ def confirmed(fitter: Fitter, first: Fit, last: Fit) -> tuple[Term, ...]:
     """
     before = fitter.at(first.terms, 0, first.slopes)
     after = fitter.at(last.terms, len(last.accepted), last.slopes)
-    slow = power_below(fitter, before, _SLOW) - power_below(fitter, after, _SLOW)
-    is_clear = (before.variance - after.variance > _floor(fitter)) | (slow > _slow_floor(fitter))
+    slow = power_below(fitter, before, SLOW) - power_below(fitter, after, SLOW)
+    is_clear = (before.variance - after.variance > floor(fitter)) | (slow > slow_floor(fitter))
     return tuple(term for place, term in enumerate(last.accepted)
                  if not alone(fitter, term, last.accepted[:place] + last.accepted[place + 1:])
                  or is_clear[fitter.channels_of(term)].any())
