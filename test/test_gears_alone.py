@@ -10,6 +10,7 @@ from hda_arm_sim.model.typical_sizes import typical
 from hda_arm_sim.motions import motion
 from hda_torque_estimator.cli import main
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
+from hda_torque_estimator.diagnosis.balances.coordinates import torques_of
 from hda_torque_estimator.diagnosis.balances.led import is_led
 from hda_torque_estimator.diagnosis.balances.stand_in import with_stand_in
 from hda_torque_estimator.diagnosis.diagnose import diagnose
@@ -51,6 +52,18 @@ def test_balances_of_gears_do_not_depend_on_links():
     both = own.valid[:, :2] & other.valid[:, :2]
     assert both.any() and not own.valid[:, 2:].any() and not other.valid[:, 2:].any()
     np.testing.assert_allclose(own.residual[:, :2][both], other.residual[:, :2][both], atol=1e-9)
+
+
+def test_noise_of_a_coarse_encoder_on_a_stiff_gear_leads_nothing():
+    """It makes 36 N*m of a torsion that carries 2: torque that motors do not give."""
+    world = worlds.draw(997301, (), motion='rich', rate=1000, seconds=10.0, joints=2)
+    arm = arm_of(world)
+    measurement = measurement_from(arm.labels, logged(world, arm))
+    reading = measurement.reading
+    through = torques_of(arm, reading[:, :, 0], reading[:, :, 1])[:, 0]
+    given = arm.joints[0].ratio * measurement.command[:, 0]
+    assert np.std(given) < 0.05 * np.std(through)
+    assert not is_led(measurement, arm)
 
 
 @pytest.mark.parametrize('effect, joint', [

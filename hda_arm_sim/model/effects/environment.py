@@ -93,15 +93,15 @@ class ExternalContact(Effect):
     scope: ClassVar[Scope] = Scope.ARM
     law = staticmethod(contact_force)
     law_chain = staticmethod(contact_in_space)
-    # (source: pushes have any course, and may be several)
+    # (source: pushes have any course, and there may be four alike)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        varies=('time',), reach=0.3,
+        varies=('push',), reach=3.0,
         free={'force': 1.0, 'direction': 0.02, 'onset': 0.01, 'duration': 0.01},
         in_space={'elevation': 0.02},
         alike=('payload',), form_share=0.08, form_error=0.03, passing=True,
         start=SearchStart.TOUCH,
-        doubts={'direction': (0.03, ''), 'onset': (0.045, 'duration'),
-                'duration': (0.09, 'duration')},            # edges may take up to a fifth of it
+        doubts={'force': (0.5, 'force'), 'direction': (0.03, ''), 'onset': (0.045, 'duration'),
+                'duration': (0.09, 'duration')},    # edges may be a fifth, a peak twice the mean
         experiment='the same motion again, with nothing near the arm')
     typical: ClassVar[Typical | None] = Typical(
         {'force': 20.0},

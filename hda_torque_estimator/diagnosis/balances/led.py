@@ -18,12 +18,19 @@ _ENOUGH = 5000          # samples that suffice, evenly over a recording
 
 
 def is_led(measurement: Measurement, arm: Arm) -> bool:
-    """Return whether the motors of a recording do nothing while torque goes through the gears."""
+    """
+    Return whether the motors of a recording do nothing while torque goes through the gears.
+
+    What noise of the readings makes of a stiff gear goes through none.
+    """
     every = max(1, len(measurement.command) // _ENOUGH)
     angle, command = measurement.reading[::every], measurement.command[::every]
-    torque = torques_of(arm, angle[:, :, 0], angle[:, :, 1])
+    noise = measurement.reading_noise() * np.random.default_rng(0).standard_normal(angle.shape)
+    torque, noisier = (torques_of(arm, each[:, :, 0], each[:, :, 1])
+                       for each in (angle, angle + noise))
+    through = np.var(torque, axis=0) - np.var(noisier - torque, axis=0)
     given = arm.record().joints['ratio'] * command
-    return bool((np.sqrt(np.mean(given ** 2, axis=0)) < _NOTHING * np.std(torque, axis=0)).all())
+    return bool((np.mean(given ** 2, axis=0) < _NOTHING ** 2 * through).all())
 
 
 def why_led(measurement: Measurement, arm: Arm) -> str:

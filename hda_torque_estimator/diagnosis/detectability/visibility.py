@@ -15,6 +15,7 @@ import numpy as np
 from .curve_visibility import CurveVisibility
 from ..balances.balance import RATE
 from ..fitting.fit import Fit, Fitter
+from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.solve import Columns, condense, condense_more, score, solve
 from ..judging.search import SearchResult
 from ..judging.selection_criteria import (CERTAIN, floor, material, quiet_joints, SLOW,
@@ -83,15 +84,17 @@ class Visibility:
         values = np.where(self._valid, seen.shift @ along, 0.0)
         imagined = _Shift(others, weighed, along, values)
         curves = (self._curves.along(values, imagined.across())
-                  if others.columns is self.fit.columns else [])
+                  if others.columns is self.fit.columns else None)
         bar = surely_above(threshold(self.fitter, term) + seen.chance)
         return lambda share: self._of(imagined, curves, share, bar)
 
-    def _of(self, shift: '_Shift', curves: list[Array], share: float, bar: float) -> float:
+    def _of(self, shift: '_Shift', curves: list[Array] | None,
+            share: float, bar: float) -> float:
         """
         Return the strength of a share of a shift: 1 where a search would just accept it.
 
-        It must be worth a cause, make the search look, and pass the `bar` of the score.
+        It must be worth a cause, make the search look, and pass the `bar` of the score. Where it
+        was accepted the search did look, and there are no `curves`.
         """
         fitter, kept = self.fitter, shift.others.tolerances
         left = solve(shift.imagined(share, self._background), fitter.noise, fitter.effective,
@@ -101,16 +104,20 @@ class Visibility:
         rise = left.variance - self._variance
         loud = float((rise / np.maximum(floor(fitter), self._needed)).max())
         slow = float((shift.slow(share, left.step) * rise / self._needed).max())
-        curve = self._curves.improvement(curves, share, left.step) if curves else 0.0
-        return min(max(loud, slow), max(loud, curve / surely_above(CERTAIN)), gained / bar)
+        strength = min(max(loud, slow), gained / bar)
+        if curves is None:
+            return strength
+        curve = self._curves.improvement(curves, share, left.step) / surely_above(CERTAIN)
+        return min(strength, max(loud, curve))
 
     def _others(self, term: Term) -> '_Others':
-        """Return what is known but for the term where it is accepted."""
+        """Return what is known but for the term where it is accepted, or its twin is."""
         fit = self.fit
-        if term.place not in {own.place for own in fit.accepted}:
+        own = {term.place, (HYPOTHESES[term.name].twin, term.joint)}
+        if not own & {other.place for other in fit.accepted}:
             return _Others(self._known, fit.columns, fit.deviations)
         keep = np.concatenate([np.full(other.size, other not in fit.accepted
-                                       or other.place != term.place) for other in fit.terms])
+                                       or other.place not in own) for other in fit.terms])
         known = self._known._replace(products=self._known.products[:, keep][:, :, keep],
                                      against=self._known.against[:, keep])
         return _Others(known, fit.columns[:, :, keep], fit.deviations[keep])

@@ -34,9 +34,11 @@ from ...measurements.running_clock import Spans
 # Choices unless stated otherwise.
 DURATIONS = np.geomspace(0.2, 6.0, 18)      # of contacts that are tried [s]
 _STANDS_OUT = 5.0       # least power of a contact, over the best one at any other time
+_FEW = 4                # contacts, at most, of which none is another cause's rest
 _FITS = 0.7             # least share of the power around a contact that one force explains
 _NEAR = 0.3             # before and after a contact, where fits see all [s]
-_AGREES = 0.35          # largest difference of motor and torsion balance, of the force
+_AGREES = 0.35          # largest difference of motor and torsion balance, of what it does
+AROUND = 0.25           # before and after a contact, of its duration, that is close to it
 
 Numbers: TypeAlias = dict[str, float]           # of an effect, by their names
 
@@ -58,28 +60,35 @@ def located(fitter: Fitter, fit: Fit, name: str) -> list[Term]:
 
 def contact_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np.bool_],
                noise: Array) -> ContactStart | None:
-    """
-    Return the force on the tip that stands out of a residual (m, 2 n), None if there is none.
+    """Return the strongest force on the tip that stands out of a residual, None without any."""
+    return next(iter(contacts_in(balancer, arm, residual, valid, noise)), None)
 
-    It must be far above every other time, fit one force well, and show in both balances alike. A
-    smooth rest of another cause does not.
+
+def contacts_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np.bool_],
+                noise: Array) -> list[ContactStart]:
+    """
+    Return the forces on the tip that stand out of a residual (m, 2 n), the strongest first.
+
+    They must be few and as long, far above every other time, fit one force each, and show in both
+    balances alike. A smooth rest of another cause does not.
     """
     if arm.links is None:
-        return None
+        return []
     joints = len(arm.labels)
-    leverage = _leverage(balancer, arm)
+    levers = leverage(balancer, arm)
     weight = valid / noise ** 2
-    torsion = _sums(leverage, residual[:, joints:], weight[:, joints:])
-    found, elsewhere = _best(torsion)
-    if found is None or found.power < _STANDS_OUT * elsewhere:
-        return None
-    motor = _at(_sums(leverage, residual[:, :joints], weight[:, :joints]), found)
-    near = _around(balancer.time, found)
-    around = float((weight[:, joints:] * residual[:, joints:] ** 2)[near].sum())
-    miss, size = (float(np.linalg.norm(each))
-                  for each in (np.subtract(motor, found.force), found.force))
-    stands = found.power > _FITS * around and miss < _AGREES * size
-    return found if stands else None
+    found = _standing_out(_sums(levers, residual[:, joints:], weight[:, joints:]))
+    motor = _sums(levers, residual[:, :joints], weight[:, :joints])
+    around = (weight[:, joints:] * residual[:, joints:] ** 2).sum(axis=1)
+
+    def is_one_force(contact: ContactStart) -> bool:
+        force, normal = _at(motor, contact)         # what it does to the joints must agree
+        miss = force - contact.force
+        near = float(around[_around(balancer.time, contact)].sum())
+        return (contact.power > _FITS * near
+                and float(miss @ normal @ miss) < _AGREES ** 2 * float(force @ normal @ force))
+
+    return found if all(map(is_one_force, found)) else []
 
 
 def split_at_contact(balancer: Balancer, arm: Arm, noise: Array, training: Spans,
@@ -115,7 +124,7 @@ def _without(spans: Spans, taken: tuple[float, float]) -> Spans:
     return tuple((first, last) for first, last in parts if first < last)
 
 
-def _leverage(balancer: Balancer, arm: Arm) -> Array:
+def leverage(balancer: Balancer, arm: Arm) -> Array:
     """Return the torques of unit forces along x, y, of a chain z, on every joint (m, n, d) [m]."""
     angle = balancer.motion(arm).state[::balancer.every, :, LINK_ANGLE]
     if isinstance(arm.links, ChainLinks):
@@ -164,29 +173,38 @@ def _forces(sums: Array, profile: Array) -> tuple[Array, Array]:
     return np.asarray(force, float), np.asarray((force * right).sum(axis=1), float)
 
 
-def _best(sums: Array) -> tuple[ContactStart | None, float]:
-    """Return the contact that explains most, and what one as long explains at other times."""
-    best, elsewhere = None, 0.0
-    for duration in DURATIONS[len(sums) > 2 * RATE * DURATIONS]:
-        force, power = _forces(sums, _profile(duration))
-        at = int(np.argmax(power))
-        if best is None or power[at] > best.power:
-            best = ContactStart(float(power[at]), tuple(force[at].tolist()), at / RATE, duration)
-            apart = np.abs(np.arange(len(power)) - at) > 1.25 * duration * RATE
-            elsewhere = float(power[apart].max(initial=0.0))
-    return best, elsewhere
+def _standing_out(sums: Array) -> list[ContactStart]:
+    """Return the contacts of the best duration that explain far more than one at other times."""
+    tried = [_apart(sums, duration) for duration in DURATIONS[len(sums) > 2 * RATE * DURATIONS]]
+    best = max(tried, key=lambda found: found[0].power, default=[])
+    for count in range(1, len(best)):
+        if best[count - 1].power >= _STANDS_OUT * best[count].power:
+            return best[:count]
+    return []
 
 
-def _at(sums: Array, contact: ContactStart) -> Array:
-    """Return the force by other sums for the time of a contact [N]."""
+def _apart(sums: Array, duration: float) -> list[ContactStart]:
+    """Return the best contacts of one duration at times apart, one more than there may be."""
+    force, power = _forces(sums, _profile(duration))
+    free, found = power.copy(), []
+    for _ in range(_FEW + 1):
+        at = int(np.argmax(free))
+        found.append(ContactStart(float(free[at]), tuple(force[at].tolist()), at / RATE, duration))
+        free[np.abs(np.arange(len(free)) - at) <= 1.25 * duration * RATE] = 0.0
+    return found
+
+
+def _at(sums: Array, contact: ContactStart) -> tuple[Array, Array]:
+    """Return the force (d,) by other sums for the time of a contact [N], and its weight (d, d)."""
     profile = _profile(contact.duration)
-    first = round(contact.onset * RATE)
-    return np.asarray(_forces(sums[first:first + len(profile)], profile)[0][0])
+    first, ways = round(contact.onset * RATE), sums.shape[1]
+    own = sums[first:first + len(profile)]
+    return _forces(own, profile)[0][0], np.einsum('mab,m->ab', own[:, :, :ways], profile ** 2)
 
 
 def _around(time: Array, contact: ContactStart) -> NDArray[np.bool_]:
     """Return which times are within a contact or close to it."""
-    margin = 0.25 * contact.duration
+    margin = AROUND * contact.duration
     return np.asarray((time > contact.onset - margin)
                       & (time < contact.onset + contact.duration + margin))
 

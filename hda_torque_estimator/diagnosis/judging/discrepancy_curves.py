@@ -10,7 +10,6 @@ from collections.abc import Collection, Iterator, Mapping, MutableMapping
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
-from hda_arm_sim.model.chain_links import ChainLinks
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
@@ -26,7 +25,7 @@ Array = NDArray[np.float64]
 # Choices unless stated otherwise.
 SLOW = 1.0              # shaft speed over which a sense of motion sets in [rad/s]
 # (source: what noise moves has no less at high frequency; motions of robots end below 7 Hz)
-_SMOOTH = 3.0           # samples of the balances over which a rate is one of the motion
+_SMOOTH = 3.0           # samples of the balances over which torques and rates are of the motion
 # (measured: 0.005 at most in the laboratory, 0.05 to 0.9 where noise made 200 to 1800 of score)
 _OF_NOISE = 0.02        # share of its power that noise may have in a rate that is of the motion
 _RATED = ('joint_torque', 'motor_torque', 'motor_velocity')
@@ -36,10 +35,6 @@ _MOTOR_ORDERS = (1, 2, 4, 6, 8, 12)  # waves per motor turn of curves without a 
 # Beside these two, what follows the torque lets a motor balance shrink with all of its noise.
 _SCALED = {name for name, sought in HYPOTHESES.items() if sought.scales}
 _SCALE = 'joint_torque^1'
-_RATE, _SECOND_RATE = 'rate of joint_torque', 'second rate of joint_torque'
-# (measured: of the last joint of cobot7, 0.05 N*m at most, the second rate was noise alone. It
-# improved the score of healthy arms by 1087 to 1322)
-_OVER_NOISE = 10.0      # rates of a torque over those of a balance's noise that are of motion
 _AT_REST = 1e-30        # mean square of a shape, below which nothing moved that makes it
 
 
@@ -116,17 +111,19 @@ class CurvesAtSite(NamedTuple):
 def curves_at_sites(fitter: Fitter, fit: Fit, joints: Collection[str],
                     quick: bool = False) -> Iterator[CurvesAtSite]:
     """Yield every curve at these joints; quick ones may be of noise, and are there if asked."""
-    coordinates = coordinates_of(fitter.balancer, fitter.on(fit.terms))
-    moving = _rates_are_motion(fitter, fit, coordinates)
+    time, arm = fitter.balancer.time, fitter.on(fit.terms)
+    coordinates, noisy = (coordinates_of(balancer, arm) for balancer in (
+        fitter.balancer, fitter.balancer.noisier))
     for place, label in enumerate(fitter.arm.labels):
         if label not in joints:
             continue
-        along = {name: values[:, place] for name, values in coordinates.items()}
-        forms = dict(_forms(fitter.balancer.time, along))
-        if quick or moving[place]:
-            forms |= _quick_rates(fitter.balancer.time, along)
-        if isinstance(fitter.arm.links, ChainLinks):
-            _drop_noise(forms, fitter.noise[fitter.own_channels(label)[1]])
+        along, noisier = ({name: values[:, place] for name, values in each.items()}
+                          for each in (coordinates, noisy))
+        forms = dict(_forms(time, along))
+        for rates_of in (_rates, _quick_rates):
+            with_noise = dict(rates_of(time, noisier))
+            forms |= {name: rate for name, rate in rates_of(time, along) if quick or (
+                np.var(with_noise[name] - rate) <= _OF_NOISE * np.var(rate))}
         columns = np.stack(list(forms.values()), 1)
         shapes = columns / np.sqrt(np.maximum(np.mean(columns ** 2, axis=0), _AT_REST))
         for site, channels in sites(fitter, label).items():
@@ -156,13 +153,6 @@ def _curves(fitter: Fitter, fit: Fit, joints: Collection[str],
                             float((plain.scores - solution.scores)[own].sum())))
 
 
-def _drop_noise(forms: dict[str, Array], noise: float) -> None:
-    """Drop the rates of a torque that are those of its noise [N*m]: the balance is made of it."""
-    for name, gain in ((_RATE, 0.5 ** 0.5 * RATE), (_SECOND_RATE, 0.375 ** 0.5 * RATE ** 2)):
-        if np.std(forms[name]) < _OVER_NOISE * gain * noise:    # of central differences
-            del forms[name]
-
-
 def sites(fitter: Fitter, label: str) -> dict[str, list[int]]:
     """Return the channels in which a curve at each site of a joint shows."""
     motor, torsion = fitter.own_channels(label)
@@ -184,32 +174,25 @@ def _solved(fitter: Fitter, away: Array, deviations: Array, columns: Columns) ->
                  np.concatenate([[np.inf], deviations]))
 
 
-def _quick_rates(time: Array, along: Mapping[str, Array]) -> dict[str, Array]:
-    """Return rates (m,) with all that they have at high frequency, noise as well."""
-    rates: dict[str, Array] = {}
+def _rates(time: Array, along: Mapping[str, Array]) -> Iterator[tuple[str, Array]]:
+    """Yield rates (m,) of a motion, by what they are of."""
+    for name in _RATED:
+        for order, which in enumerate(('rate', 'second rate'), 1):
+            yield f'{which} of {name}', gaussian_filter1d(
+                along[name], _SMOOTH, order=order) * RATE ** order
+
+
+def _quick_rates(time: Array, along: Mapping[str, Array]) -> Iterator[tuple[str, Array]]:
+    """Yield rates (m,) with all that they have at high frequency, noise as well."""
     for name in _RATED:
         rate = np.gradient(along[name], time)
-        rates |= {f'quick rate of {name}': rate,
-                  f'quick second rate of {name}': np.gradient(rate, time)}
-    return rates
-
-
-def _rates_are_motion(fitter: Fitter, fit: Fit, coordinates: Mapping[str, Array]) -> list[bool]:
-    """Return for each joint whether its quick rates are those of its motion, hardly of noise."""
-    time = fitter.balancer.time
-    noisier = coordinates_of(fitter.balancer.noisier, fitter.on(fit.terms))
-    alike = []
-    for place in range(len(fitter.arm.labels)):
-        rates, more = (_quick_rates(time, {name: each[name][:, place] for name in _RATED})
-                       for each in (coordinates, noisier))
-        alike.append(all(np.var(more[name] - rate) <= _OF_NOISE * np.var(rate)
-                         for name, rate in rates.items()))
-    return alike
+        yield f'quick rate of {name}', rate
+        yield f'quick second rate of {name}', np.gradient(rate, time)
 
 
 def _forms(time: Array, along: Mapping[str, Array]) -> Iterator[tuple[str, Array]]:
     """Yield curves (m,) by what they follow."""
-    speed, torque = along['motor_velocity'], along['joint_torque']
+    speed, torque = along['motor_velocity'], gaussian_filter1d(along['joint_torque'], _SMOOTH)
     link, motor = along['link_angle'], along['motor_angle']
     sense, middle = np.tanh(speed / SLOW), time - time.mean()
     yield 'nothing', np.ones_like(time)
@@ -225,10 +208,6 @@ def _forms(time: Array, along: Mapping[str, Array]) -> Iterator[tuple[str, Array
         yield f'joint_torque^{power}', torque ** power
     yield 'sense of joint_torque', np.tanh(torque)
     yield 'joint_torque by sense', np.abs(torque) * sense
-    for name in _RATED:
-        values = along[name]
-        yield f'rate of {name}', gaussian_filter1d(values, _SMOOTH, order=1) * RATE
-        yield f'second rate of {name}', gaussian_filter1d(values, _SMOOTH, order=2) * RATE ** 2
     for power in (1, 2, 3):
         yield f'link_angle^{power}', link ** power
     for order in _LINK_ORDERS:

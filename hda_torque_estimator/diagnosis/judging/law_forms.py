@@ -20,6 +20,7 @@ import numpy as np
 
 from .discrepancy_curves import SLOW
 from .friction_path import built_up, LINK_PATH
+from .push_course import courses
 from ..balances.balance import Balance
 from ..balances.coordinates import coordinates_of
 from ..fitting.fit import Fit, Fitter
@@ -31,6 +32,7 @@ from ...least_squares.term import Term
 _APART = 0.05           # of a form, that is its own beside those before it
 _ORDERS = (1, 2, 4)     # waves per motor turn by which a cause that is a wave is changed
 RATE_OF = 'rate'        # of what a cause does: laws of a drive differ by its time behaviour
+PUSH = 'push'           # a force of any course, while a contact lasts
 # Of a wave along a coordinate: it may have a harmonic where the motion has seen a whole wave,
 # and else any course.
 WAVES = {'motor_waves': 'motor_angle', 'link_waves': 'link_angle'}
@@ -174,9 +176,12 @@ def _forms_of(fitter: Fitter, fit: Fit, term: Term, lacking: Array) -> Array:
             size ** 2 * float((level ** 2).sum(where=valid)), _AT_REST), 0.0)))
     flat = np.stack([np.where(valid, shape, 0.0).ravel() for shape in (
         does, *_otherwise(fitter, fit, term, does, lacking, level))], axis=1)
-    basis, upper = np.linalg.qr(flat / np.maximum(np.sqrt((flat ** 2).sum(axis=0)), _AT_REST))
+    shown = flat.any(axis=1)                # of what passes, a short time
+    basis, upper = np.linalg.qr(
+        flat[shown] / np.maximum(np.sqrt((flat ** 2).sum(axis=0)), _AT_REST))
     apart = np.abs(np.diag(upper))[1:] > _APART
-    made = size * basis[:, 1:][:, apart]
+    made = np.zeros((len(flat), int(apart.sum())))
+    made[shown] = size * basis[:, 1:][:, apart]
     return made.reshape(*does.shape, -1) * fitter.noise[:, None]
 
 
@@ -190,6 +195,8 @@ def _otherwise(fitter: Fitter, fit: Fit, term: Term, does: Array, lacking: Array
     varies = HYPOTHESES[term.name].varies
     if LINK_PATH in varies:
         yield from built_up(fitter, fit, term, does)
+    if PUSH in varies:
+        yield from courses(fitter, fit, term.effect, lacking)
     if RATE_OF in varies:
         rate = _rate(does)
         yield rate
@@ -249,7 +256,7 @@ def factors_along(power: Array, along: Mapping[str, Array],
     They vary where the cause has its `power` (m,).
     """
     for name in varies:
-        if name in (RATE_OF, LINK_PATH) or name in WAVES:
+        if name in (RATE_OF, LINK_PATH, PUSH) or name in WAVES:
             continue
         if name == 'sense':
             yield np.tanh(along['motor_velocity'] / SLOW)

@@ -1,0 +1,60 @@
+"""
+Pushes of any course: what a force on the tip does that changes while something touches the arm.
+
+Nothing says how a hand or a wall pushes, nor how often. A contact of the catalogue has one course,
+so any other is a form of it, as are further ones of its kind (eq:pushed). The course is a broken
+line along each direction.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from hda_arm_sim.foundation.arrays import Array
+import numpy as np
+
+from ..balances.balance import RATE
+from ..fitting.fit import Fit, Fitter
+from ..fitting.starting_points import AROUND, contacts_in, ContactStart, leverage
+
+# Choices unless stated otherwise.
+_RESOLVED = 2.0 / RATE      # shortest piece of a line that balances resolve [s]
+_MOST = 64                  # pieces of a line
+
+
+def courses(fitter: Fitter, fit: Fit, contact: Any, lacking: Array) -> Iterator[Array]:
+    """
+    Yield what forces of other courses (m, c) than a contact's do, in units of noise.
+
+    Residuals `lacking` (m, c) are those without it: other pushes stand out of them as well.
+    """
+    balancer, arm = fitter.balancer, fitter.on(fit.terms)
+    hats = np.concatenate([_hats(balancer.time, *span) for span in _spans(
+        contact, contacts_in(balancer, arm, lacking, fitter.valid(fit.balance), fitter.noise))],
+        axis=1)
+    levers = leverage(balancer, arm)
+    joints = levers.shape[1]
+    for along in range(levers.shape[2]):
+        shapes = [balancer.in_balance(levers[:, channel % joints, along, None] * hats, channel)
+                  / fitter.noise[channel] for channel in range(2 * joints)]
+        yield from np.stack(shapes, axis=1).transpose(2, 0, 1)
+
+
+def _spans(contact: Any, pushes: Sequence[ContactStart]) -> Iterator[tuple[float, float]]:
+    """Yield begin and end of a contact, and of pushes that are not near it."""
+    own = _span(contact.onset, contact.duration)
+    yield own
+    for push in pushes:
+        begin, end = _span(push.onset, push.duration)
+        if begin > own[1] or end < own[0]:
+            yield begin, end
+
+
+def _span(onset: float, duration: float) -> tuple[float, float]:
+    return onset - AROUND * duration, onset + (1.0 + AROUND) * duration
+
+
+def _hats(time: Array, begin: float, end: float) -> Array:
+    """Return the pieces (m, k) of which broken lines from begin to end are made."""
+    count = int(np.clip(round((end - begin) / _RESOLVED), 2, _MOST)) + 1
+    knots = np.linspace(begin, end, count)
+    return np.stack([np.interp(time, knots, peak, 0.0, 0.0) for peak in np.eye(count)], axis=1)
