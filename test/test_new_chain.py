@@ -118,10 +118,15 @@ def test_what_hangs_beside_the_chain_is_told(tmp_path, capsys):
     assert 'slide (prismatic) is not in the chain and left aside' in capsys.readouterr().err
 
 
-def test_a_description_whose_links_go_round_in_a_circle_is_refused_in_one_line(tmp_path, capsys):
+@pytest.mark.parametrize(('before', 'after'), [
+    ('</robot>', """
+<joint name="back" type="fixed"><parent link="tool_tip"/><child link="base"/></joint></robot>"""),
+    ('<parent link="base"/>', '<parent link="tool_tip"/>')])        # the base is left alone
+def test_a_description_whose_links_go_round_in_a_circle_is_refused_in_one_line(
+        tmp_path, capsys, before, after):
     circle, table = tmp_path / 'circle.urdf', tmp_path / 'gears.csv'
-    circle.write_text(URDF.read_text().replace('</robot>', """
-<joint name="back" type="fixed"><parent link="tool_tip"/><child link="base"/></joint></robot>"""))
+    assert before in URDF.read_text()
+    circle.write_text(URDF.read_text().replace(before, after))
     table.write_text('\n'.join([HEAD, *ROWS]) + '\n')
     assert main(['new', '--urdf', str(circle), '--gears', str(table), '--out',
                  str(tmp_path / 'arm.yaml')]) == 2
