@@ -65,6 +65,19 @@ def test_friction_and_lines_are_found_with_their_sizes():
     assert all(cause.gain.low > 0.0 for cause in found.diagnosis.findings)
 
 
+@pytest.mark.parametrize(('lag', 'off'), [(0.5, 0.0), (0.0, 12.0 * 40.0 * 0.5e-3)])
+def test_a_held_command_acts_half_a_sample_later(lag, off):
+    """Half a sample at 40 rad/s is a quarter of a radian of twelve waves per turn."""
+    samples = turned(False, ((4e-3, 12.0),), noise=1e-4)
+    effort = samples.effort[:, 0]
+    later = np.append(0.5 * (effort[1:] + effort[:-1]), effort[-1])
+    held = recorded(samples.position[:, 0], later)
+    arm = replace(ARM, joints=tuple(replace(joint, effort_lag=lag) for joint in ARM.joints))
+    found = diagnose_motors(sweeps_of(held, arm, 'bag'), arm).diagnosis
+    wave, = (cause.parameters for cause in found.findings if cause.effect == 'motor_cogging')
+    assert abs(wave['phase'].value - 0.7) == pytest.approx(off, abs=0.02)
+
+
 def test_what_explains_a_torque_gains_line_by_line():
     lines = [(4e-3 / order, float(order)) for order in range(1, MOST + 3)]
     sweep, = sweeps_of(turned(True, lines, noise=1e-4), ARM, 'bag')

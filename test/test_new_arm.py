@@ -149,6 +149,15 @@ def test_what_is_stated_counts_more_than_the_catalogue(tmp_path, capsys):
     assert report['class_defaults'] == ['structural_damping.coefficient']
 
 
+def test_a_measured_current_is_stated_of_each_joint_or_of_all(tmp_path, capsys):
+    path, _ = made(tmp_path, capsys, '--gear', 'CSG-17-100', *MOTOR, '--joints', 'a', 'b',
+                   '--effort-lag', '0', '-0.5')
+    assert [joint.effort_lag for joint in read_arm(path).joints] == [0.0, -0.5]
+    path, _ = made(tmp_path, capsys, '--gear', 'CSG-17-100', *MOTOR, name='held.yaml')
+    assert read_arm(path).joints[0].effort_lag == 0.5
+    assert 'effort_lag' not in path.read_text()
+
+
 @pytest.mark.parametrize(('words', 'says'), [
     ([], 'needs --gear, --motor-torque [N*m], --motor-counts [1/turn], --link-counts'),
     (['--gear', 'CSG-17-100', '--motor-inertia', '1e-4'], 'needs --motor-torque [N*m], '),
@@ -165,6 +174,7 @@ def test_what_is_stated_counts_more_than_the_catalogue(tmp_path, capsys):
     (['--gear', 'CSG-17-100', '--joints', 'a', 'a', *MOTOR], 'must differ'),
     (['--gear', 'CSG-17-100', *MOTOR, '--viscous-friction', 'nan'], 'a number >= 0'),
     (['--gear', 'CSG-17-100', *MOTOR, '--viscous-friction', '1e300'], 'must lie in [0, 1]'),
+    (['--gear', 'CSG-17-100', *MOTOR, '--effort-lag', '2'], 'a number from -1 to 1, got'),
     (['--gear', 'CSG-17-100', *MOTOR, '--torque-constant', '1'], 'together'),
     (['--gear', 'CSG-17-100', *MOTOR, '--torque-constant', '1', '--motor-current', '1'], 'twice'),
     (['--gear', 'CSG-17-100', *MOTOR, '--lengths', '1'], 'for each link, got 1 and 0'),

@@ -41,6 +41,19 @@ def test_a_ratio_beside_a_whole_name_is_that_of_the_output_at_the_circular_splin
     assert arm.joints[6].torsion.valid_torque == arm.joints[5].torsion.valid_torque
 
 
+def test_a_table_states_which_currents_were_measured(tmp_path):
+    rows = [f'{row},{"0" if place else ""}' for place, row in enumerate(ROWS)]
+    assert new(tmp_path, f'{HEAD},effort_lag', rows) == 0
+    arm = read_arm(str(tmp_path / 'arm.yaml'))
+    assert [joint.effort_lag for joint in arm.joints] == [0.5] + [0.0] * 6
+
+
+def test_a_folder_is_no_description(tmp_path, capsys):
+    assert main(['new', '--urdf', str(tmp_path), '--gears', 'gears.csv', '--out',
+                 str(tmp_path / 'arm.yaml')]) == 2
+    assert capsys.readouterr().err.strip() == f'hda new: {tmp_path}: it is a folder, not a file'
+
+
 def test_the_description_of_a_real_arm_weighs_what_its_controller_says(tmp_path):
     """LARA8 in the first sample of its log: 52 and 55 N*m, and 36 more by the load."""
     given = URDF.parents[1] / 'examples'
@@ -105,10 +118,15 @@ def test_what_hangs_beside_the_chain_is_told(tmp_path, capsys):
     assert 'slide (prismatic) is not in the chain and left aside' in capsys.readouterr().err
 
 
-def test_a_description_whose_links_go_round_in_a_circle_is_refused_in_one_line(tmp_path, capsys):
+@pytest.mark.parametrize(('before', 'after'), [
+    ('</robot>', """
+<joint name="back" type="fixed"><parent link="tool_tip"/><child link="base"/></joint></robot>"""),
+    ('<parent link="base"/>', '<parent link="tool_tip"/>')])        # the base is left alone
+def test_a_description_whose_links_go_round_in_a_circle_is_refused_in_one_line(
+        tmp_path, capsys, before, after):
     circle, table = tmp_path / 'circle.urdf', tmp_path / 'gears.csv'
-    circle.write_text(URDF.read_text().replace('</robot>', """
-<joint name="back" type="fixed"><parent link="tool_tip"/><child link="base"/></joint></robot>"""))
+    assert before in URDF.read_text()
+    circle.write_text(URDF.read_text().replace(before, after))
     table.write_text('\n'.join([HEAD, *ROWS]) + '\n')
     assert main(['new', '--urdf', str(circle), '--gears', str(table), '--out',
                  str(tmp_path / 'arm.yaml')]) == 2

@@ -135,7 +135,8 @@ def test_inline_and_file_are_the_same_arm(tmp_path):
 
 
 @pytest.mark.parametrize(('given', 'reported'), [
-    ('{urdf: absent.urdf, tip: tool_tip}', 'no such file'),
+    ('{urdf: absent.urdf, tip: tool_tip}', 'no such file beside arm.yaml'),
+    ('{urdf: ., tip: tool_tip}', 'it is a folder, not a file'),
     ('{urdf: "http://x/y.urdf", tip: tool_tip}', 'nothing is fetched'),
     ('{urdf: arm.urdf}', 'links.tip'),
     ('{urdf: arm.urdf, tip: tool_tip, lengths: [1, 1]}', 'unknown key'),

@@ -68,16 +68,20 @@ def _description(urdf: str, source: Path) -> str:
         raise UrdfError('it must be a path, seen from the arm file; nothing is fetched')
     beside = source.parent / urdf
     shipped = resources.files('hda_arm_sim.config') / urdf
-    place = beside if beside.is_file() or source.name != str(source) else shipped
-    if not place.is_file():
-        raise UrdfError(f'no such file beside {source.name}')
-    return description_in(place)
+    place = beside if beside.exists() or source.name != str(source) else shipped
+    return description_in(place, f' beside {source.name}')
 
 
-def description_in(place: 'Path | Traversable') -> str:
-    """Return the text of a robot description, read no further than one may be; UrdfError."""
+def description_in(place: 'Path | Traversable', where: str = '') -> str:
+    """
+    Return the text of a robot description, read no further than one may be.
+
+    Raises UrdfError for what is no file, which says `where` it was looked for.
+    """
+    if place.is_dir():
+        raise UrdfError('it is a folder, not a file')
     if not place.is_file():
-        raise UrdfError('no such file')
+        raise UrdfError(f'no such file{where}')
     with place.open('rb') as stream:
         content = stream.read(LARGEST + 1)
     try:

@@ -140,14 +140,13 @@ def tips(text: str) -> list[str]:
     """
     Return the links on which nothing hangs, those beyond most turning joints first.
 
-    Raises UrdfError where there is none: then links hang on each other in a circle.
+    Raises UrdfError where links hang on each other in a circle, if only some of them.
     """
     tree = _tree(read_description(text))
+    turning = {link: sum(joint.kind in TURNING for joint in _path(tree, link))
+               for link in tree.bodies}
     ends = [link for link in tree.bodies if not tree.children(link)]
-    if not ends:
-        raise UrdfError(_CIRCLE)
-    return sorted(ends, key=lambda link: -sum(
-        joint.kind in TURNING for joint in _path(tree, link)))
+    return sorted(ends, key=lambda link: -turning[link])
 
 
 def _check_path(path: list[UrdfJoint], tip: str, names: tuple[str, ...]) -> None:

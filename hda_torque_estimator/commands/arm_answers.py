@@ -2,12 +2,15 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+import math
 from typing import NamedTuple, TypeVar
 
 from hda_arm_sim.model.gear_catalogue import Gear
+from hda_arm_sim.model.parts import Joint
 from hda_msgs_json.errors import HdaError
 
 Value = TypeVar('Value')
+_LAG = Joint.declaration('effort_lag')
 
 
 class NewError(HdaError):
@@ -22,6 +25,8 @@ class JointOption(NamedTuple):
     meaning: str
     required: bool = False
     unless: str = ''            # what stands for it where nobody knows
+    low: float = 0.0
+    high: float = math.inf      # which it may reach unless it is infinite
 
     @property
     def option(self) -> str:
@@ -31,6 +36,21 @@ class JointOption(NamedTuple):
     def with_unit(self, text: str) -> str:
         """Return a text with the unit behind it, if there is one."""
         return f'{text} [{self.unit}]' if self.unit else text
+
+    @property
+    def takes(self) -> str:
+        """Return which numbers it takes, in words."""
+        if math.isinf(self.high):
+            return f'a number >= {self.low:g}'
+        return f'a number from {self.low:g} to {self.high:g}'
+
+    def read(self, text: str) -> float | None:
+        """Return the number in a text, None where it is none that this takes."""
+        try:
+            value = float(text)
+        except ValueError:
+            return None
+        return value if math.isfinite(value) and self.low <= value <= self.high else None
 
 
 ANSWERS = (
@@ -61,6 +81,10 @@ ANSWERS = (
     JointOption('hysteresis_loss', 'arcmin',
                 'of the gear, at its output; that of the catalogue unless '
                 'given, 0 for none'),
+    JointOption('effort_lag', 'samples',
+                'by which a logged motor torque acts after its stamp: 0.5 of a '
+                'command that is held, as unless given, 0 of a measured current',
+                low=_LAG.low, high=_LAG.high),
 )
 
 
@@ -82,6 +106,7 @@ class JointAnswers:
     starting_torque: float | None = None
     viscous_friction: float | None = None
     hysteresis_loss: float | None = None
+    effort_lag: float | None = None
     origins: Mapping[str, str] = field(default_factory=dict)    # of what a recording showed
 
     def origin(self, name: str) -> str:

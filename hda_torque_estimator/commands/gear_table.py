@@ -1,7 +1,6 @@
 """The joints of a robot description and a table of their gears, for `hda new --urdf`."""
 
 import csv
-import math
 import os
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,7 +10,7 @@ from hda_arm_sim.model.chain_links import chain_to, ChainLinks, kept, tips
 from hda_arm_sim.model.gear_catalogue import gear
 from hda_arm_sim.model.urdf import UrdfError
 
-from .arm_answers import ANSWERS, NewError
+from .arm_answers import ANSWERS, JointOption, NewError
 from .remarks import remark_on
 
 _OWN = ('joint', 'gear', 'ratio')
@@ -74,7 +73,7 @@ def _answers(table: Path, row: dict[str, Any]) -> dict[str, Any]:
     where = f'{table}, {row["joint"]}'
     if None in row or None in row.values():
         raise NewError(f'{where}: the row has not as many fields as the table has columns')
-    stated: dict[str, Any] = {answer.name: _number(where, answer.name, row.get(answer.name, ''))
+    stated: dict[str, Any] = {answer.name: _number(where, answer, row.get(answer.name, ''))
                               for answer in ANSWERS}
     whole = stated['ratio'] is None or row['gear'].count('-') > 1     # as CSG-32-100
     stated['gear'] = row['gear'] if whole else f'{row["gear"]}-{stated["ratio"]:g}'
@@ -88,14 +87,11 @@ def _answers(table: Path, row: dict[str, Any]) -> dict[str, Any]:
     return {'joint': row['joint']} | stated
 
 
-def _number(where: str, column: str, text: str) -> float | None:
-    """Return a number that is no less than zero, None for an empty field; raises NewError."""
+def _number(where: str, answer: JointOption, text: str) -> float | None:
+    """Return a number that an answer takes, None for an empty field; raises NewError."""
     if not text.strip():
         return None
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0.0 <= value < math.inf:
-        raise NewError(f'{where}: {column} must be a number >= 0, got {text!r:.60}')
+    value = answer.read(text)
+    if value is None:
+        raise NewError(f'{where}: {answer.name} must be {answer.takes}, got {text!r:.60}')
     return value

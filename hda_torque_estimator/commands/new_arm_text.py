@@ -74,7 +74,9 @@ def _joint_lines(joint: JointAnswers) -> Iterator[str]:
         ('viscous_friction', joint.viscous_friction or 0.0, _stated(joint.viscous_friction)),
         ('torque_limit', *_motor_torque(joint)),
         ('velocity_limit', *_speed(joint)),
-        ('angle_limit', 1e3, 'not stated: no limit'))
+        ('angle_limit', 1e3, 'not stated: no limit'),
+        *((('effort_lag', joint.effort_lag, 'as stated [samples]'),)
+          if joint.effort_lag is not None else ()))
     torsion = (
         ('flexspline_stiffness', k1, 'K1 [N*m/rad], wave generator blocked [1]'),
         ('knee_1', t1, 'T1 [1]'), ('second_stiffness', k2, 'K2 [1]'), ('knee_2', t2, 'T2 [1]'),

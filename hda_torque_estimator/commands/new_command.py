@@ -2,7 +2,7 @@
 
 import argparse
 from collections.abc import Callable, Mapping, Sequence
-import math
+from functools import partial
 from pathlib import Path
 import sys
 from typing import Any, TypeVar
@@ -35,6 +35,7 @@ EXAMPLES = (
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    size = partial(_number, JointOption('size', '', ''))
     parser.add_argument('--from', dest='source', type=Path, metavar='BAG',
                         help='a recording that shows names, counts of the encoders, the ratio to '
                              'check, and the torque that the motor reaches at least')
@@ -43,12 +44,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(_GEAR.option, nargs='+', metavar='GEAR',
                         help=f'{_GEAR.meaning}; one for all joints, or one for each')
     for answer in ANSWERS:
-        parser.add_argument(answer.option, nargs='+', type=_size,
+        parser.add_argument(answer.option, nargs='+', type=partial(_number, answer),
                             metavar=answer.unit.upper() or answer.name.upper(),
                             help=answer.with_unit(answer.meaning))
-    parser.add_argument('--lengths', nargs='+', type=_size, metavar='M',
+    parser.add_argument('--lengths', nargs='+', type=size, metavar='M',
                         help='of one or two links; without them the arm has torsion only [m]')
-    parser.add_argument('--masses', nargs='+', type=_size, metavar='KG',
+    parser.add_argument('--masses', nargs='+', type=size, metavar='KG',
                         help='of these links, taken for uniform rods [kg]')
     parser.add_argument('--urdf', type=Path, metavar='FILE',
                         help='robot description of a chain of links; with --gears')
@@ -106,14 +107,11 @@ def _of_description(options: argparse.Namespace) -> tuple[list[JointAnswers], Ur
     return [_joint(given.pop('joint'), given) for given in rows], links
 
 
-def _size(text: str) -> float:
-    """Return a number that is no less than zero; raises ArgumentTypeError."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0.0 <= value < math.inf:
-        raise argparse.ArgumentTypeError(f'it must be a number >= 0, got {text!r:.60}')
+def _number(answer: JointOption, text: str) -> float:
+    """Return a number that an answer takes; raises ArgumentTypeError."""
+    value = answer.read(text)
+    if value is None:
+        raise argparse.ArgumentTypeError(f'it must be {answer.takes}, got {text!r:.60}')
     return value
 
 
@@ -134,7 +132,8 @@ def _complete(options: argparse.Namespace) -> None:
             raise NewError(f'an arm needs {", ".join(needed)}')
         return
     for answer in missing if needed else ():
-        read: Callable[[str], Any] = _gear_name if answer is _GEAR else _size
+        read: Callable[[str], Any] = (
+            _gear_name if answer is _GEAR else partial(_number, answer))
         setattr(options, answer.name, _asked(answer, read))
 
 

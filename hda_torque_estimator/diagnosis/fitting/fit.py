@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from .derivatives import channels_of_joint, Derivatives, IMPOSSIBLE, same
 from .nuisance import AnyTerm
-from .slopes import has_noise, of_noise, Slopes, without
+from .slopes import has_noise, of_noise, Slopes, take_noise, without
 from .solve import condense, covariance, ends, score
 from .steps import columns_of, places_of, Sized
 from ..balances.balance import Balance, Balancer, RATE
@@ -178,7 +178,7 @@ class Fitter:
         terms: list[AnyTerm] = [*fit.accepted, term, *kept]
         first, count = sum(other.size for other in fit.accepted), len(fit.accepted) + 1
         known = fit.columns[:, :, places_of(fit.terms, [*fit.accepted, *kept])]
-        own = without([term], self.derivatives([term], terms), fit.slopes.noise)
+        own = self._quiet_derivatives([term], terms, fit.slopes)
         start = self._descend(self.at(terms, count, fit.slopes.with_columns(np.concatenate(
             [known[:, :, :first], own, known[:, :, first:]], axis=2))), count)
         return self._descend(self._renewed(start, start.accepted[-1:], first), count)
@@ -223,10 +223,19 @@ class Fitter:
 
     def _renewed(self, fit: Fit, terms: Sequence[AnyTerm], place: int) -> Fit:
         """Return a fit with the columns of some neighbouring terms made again."""
+        fresh = self._quiet_derivatives(terms, fit.terms, fit.slopes)
+        if terms is fit.terms:                          # nothing of the others is left to keep
+            return replace(fit, slopes=fit.slopes.with_columns(fresh))
         columns = fit.columns.copy('K')
-        fresh = without(terms, self.derivatives(terms, fit.terms), fit.slopes.noise)
         columns[:, :, place:place + fresh.shape[2]] = fresh
         return replace(fit, slopes=fit.slopes.with_columns(columns))
+
+    def _quiet_derivatives(self, terms: Sequence[AnyTerm], among: Sequence[AnyTerm],
+                           slopes: Slopes) -> Array:
+        """Return derivatives (m, c, p) of terms `among` others without the noise of slopes."""
+        made = self.derivatives(terms, among)           # nobody else has them
+        take_noise(terms, made, slopes.noise)
+        return made
 
     def _slopes(self, terms: Sequence[AnyTerm]) -> Slopes:
         """Return the derivatives of terms, those of numbers with a tolerance without noise."""

@@ -37,10 +37,15 @@ def without(terms: Sequence[AnyTerm], columns: Array, noise: Mapping[Sized, Arra
     if not any(has_noise(term, noise) for term in terms):
         return columns
     quiet = columns.copy('K')
+    take_noise(terms, quiet, noise)
+    return quiet
+
+
+def take_noise(terms: Sequence[AnyTerm], columns: Array, noise: Mapping[Sized, Array]) -> None:
+    """Take out of the columns (m, c, p) of terms what is noise: they change."""
     for term, own in columns_of(terms):
         if has_noise(term, noise):
-            quiet[:, :, own] -= noise[sized(term)]
-    return quiet
+            columns[:, :, own] -= noise[sized(term)]
 
 
 def of_noise(term: AnyTerm, given: Arm, noise: Mapping[Sized, Array]) -> Array | float:

@@ -163,9 +163,11 @@ def sites(fitter: Fitter, label: str) -> dict[str, list[int]]:
 
 def _one_of(wide: Columns, number: int, count: int) -> Columns:
     """Return the columns with one of the `count` curves that stand before those of a fit."""
-    keep = np.r_[number, count:wide.against.shape[1]]
-    return wide._replace(products=wide.products[:, keep[:, None], keep],
-                         against=wide.against[:, keep])
+    products, against = wide.products[:, count - 1:, count - 1:].copy(), wide.against[
+        :, count - 1:].copy()
+    products[:, 0, 1:] = products[:, 1:, 0] = wide.products[:, number, count:]
+    products[:, 0, 0], against[:, 0] = wide.products[:, number, number], wide.against[:, number]
+    return wide._replace(products=products, against=against)
 
 
 def _solved(fitter: Fitter, away: Array, deviations: Array, columns: Columns) -> Solution:

@@ -8,8 +8,9 @@ a rest of any size that a simple curve explains (`discrepancy_curves`). What a s
 the same causes leaves as well, where none of them acts, is no rest.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, MutableMapping, Sequence
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 from hda_arm_sim.model.effects import effect_named
 from hda_arm_sim.model.effects.hypothesis import Hypothesis
@@ -57,14 +58,29 @@ class GoodnessOfFit(NamedTuple):
         return self._replace(unexplained=unexplained, nothing_left=min(self.nothing_left, -1.0))
 
 
+# What is remembered must not hold what it is of: neither would ever be forgotten.
+_KNOWN: MutableMapping[Fitter, MutableMapping[SearchResult, GoodnessOfFit]] = WeakKeyDictionary()
+
+
 def goodness_of_fit(fitter: Fitter, found: SearchResult,
                     doubted: Sequence[Term] = ()) -> GoodnessOfFit:
     """
     Return which accepted causes are backed, and where something is unexplained.
 
     Causes that are `doubted` are not: what they explain has another site or another form. Causes
-    may cancel each other, so each counts with no more power than was wrong at first.
+    may cancel each other, so each counts with no more power than was wrong at first. What was
+    asked before without doubts is known: it is asked again where nothing nameless was found.
     """
+    if doubted:
+        return _judged(fitter, found, doubted)
+    known = _KNOWN.setdefault(fitter, WeakKeyDictionary())
+    if found not in known:
+        known[found] = _judged(fitter, found, doubted)
+    return known[found]
+
+
+def _judged(fitter: Fitter, found: SearchResult, doubted: Sequence[Term]) -> GoodnessOfFit:
+    """Judge what was found, as `goodness_of_fit` does."""
     trained = fitter.rows.mean()
     fitter = fitter.everywhere()
     noise = fitter.noise ** 2

@@ -91,8 +91,10 @@ def search(fitter: Fitter, names: Sequence[str], begun: SearchResult | None = No
         found = SearchResult(first, fitter.fit(begun.last.accepted, begun.last.nuisance),
                              begun.evidence)
     found = _extended(fitter, names, found, notify)
-    for start in _turns(fitter, found):
-        if not is_stuck(fitter, found):
+    turns = _turns(fitter, found)
+    while found.last.accepted and is_stuck(fitter, found):      # asked first: a way is a search
+        start = next(turns, None)
+        if start is None:
             break
         other = _extended(fitter, names, start, notify)
         if _better(fitter, other.last, found.last):

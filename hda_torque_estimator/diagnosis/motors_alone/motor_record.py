@@ -26,7 +26,11 @@ _CERTAIN = 4.0          # deviations of a speed, by the encoder's steps, that sh
 
 
 class Sweep(NamedTuple):
-    """The shaft of one joint where it moves, all (k,): rad, rad/s, rad/s^2, N*m at the shaft."""
+    """
+    The shaft of one joint where it moves, all (k,): rad, rad/s, rad/s^2, N*m at the shaft.
+
+    Angle and speed are those of when the torque of a row acts, (eq:effort-lag).
+    """
 
     joint: Joint
     dt: float
@@ -127,7 +131,8 @@ def _sweep(samples: JointSamples, joint: Joint, source: str,
     dt = float(np.median(np.diff(since))) if period is None else period
     check_duration(float(since[-1]), SHORTEST, source)
     time = dt * np.arange(int(since[-1] / dt) + 1, dtype=np.float64)
-    angle, torque = (np.interp(time, since, values[good]) for values in (angle, torque))
+    acts = time + joint.effort_lag * period_of(samples)     # the angle is smooth, the torque not
+    angle, torque = np.interp(acts, since, angle[good]), np.interp(time, since, torque[good])
     window = max(_DEGREE + 2, 2 * round(0.5 * _WINDOW / dt) + 1)
     speed, acceleration = (savgol_filter(angle, window, _DEGREE, deriv=order, delta=dt)
                            for order in (1, 2))
