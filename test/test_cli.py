@@ -128,6 +128,8 @@ def test_help_lists_every_command(capsys):
     (['info', 'EMPTY'], 'EMPTY'),
     (['import', 'NOTHING', '--map', 'kinova_gen3.yaml', '--out', 'OUT'], 'NOTHING'),
     (['dance'], 'invalid choice'),
+    (['live', '--port', '65536'], 'from 0 to 65535'),
+    (['live', '--port', '-1'], 'from 0 to 65535'),
     (['info'], 'required'),
 ])
 def test_mistake_is_one_line(words, says, bag, tmp_path, capsys, monkeypatch):
