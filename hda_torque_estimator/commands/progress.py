@@ -16,7 +16,7 @@ _MINUTE, _HOUR = 60.0, 3600.0       # [s]
 
 
 @contextmanager
-def progress(first: str = '', *, quiet: bool) -> Iterator[Notify]:
+def progress(first: str = 'starting', *, quiet: bool) -> Iterator[Notify]:
     """
     Yield what shows a text on a terminal, and show a first one.
 
