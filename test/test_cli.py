@@ -9,6 +9,8 @@ from hda_msgs_json.bag import BagWriter, open_recording
 from hda_msgs_json.samples import JointSamples
 from hda_msgs_json.topics import JOINT_STATES, JOINT_TORQUES, TIP_WRENCH
 from hda_torque_estimator.cli import COMMANDS, main
+from hda_torque_estimator.commands.estimate_command import error_words
+from hda_torque_estimator.estimating.accuracy import EstimateErrors
 from hda_torque_estimator.estimating.estimator import Estimator
 from hda_torque_estimator.samples.readings import motor_commands, readings
 import numpy as np
@@ -128,6 +130,8 @@ def test_help_lists_every_command(capsys):
     (['info', 'EMPTY'], 'EMPTY'),
     (['import', 'NOTHING', '--map', 'kinova_gen3.yaml', '--out', 'OUT'], 'NOTHING'),
     (['dance'], 'invalid choice'),
+    (['live', '--port', '65536'], 'from 0 to 65535'),
+    (['live', '--port', '-1'], 'from 0 to 65535'),
     (['info'], 'required'),
 ])
 def test_mistake_is_one_line(words, says, bag, tmp_path, capsys, monkeypatch):
@@ -139,6 +143,12 @@ def test_mistake_is_one_line(words, says, bag, tmp_path, capsys, monkeypatch):
     said = complaint_of(capsys, *(places.get(word, word) for word in words))
     assert says in said
     assert sorted(Path().rglob('*')) == before, 'nothing half-written may be left'
+
+
+def test_an_error_without_common_times_is_unknown_and_no_number():
+    assert error_words(EstimateErrors(*[np.nan] * 4), 'N') == (
+        'unknown, as at no time both are known')
+    assert error_words(EstimateErrors(1.0, 2.0, 3.0, 4.0), 'N').startswith('1.000 N rms')
 
 
 @pytest.mark.parametrize(('stamps', 'angle', 'said'), [

@@ -241,6 +241,19 @@ def test_an_empty_line_leaves_an_inertia_to_its_class(tmp_path, capsys, monkeypa
     assert read_arm(path).joints[0].motor_inertia == pytest.approx(7.0e-5)
 
 
+def test_a_gear_that_no_catalogue_has_is_refused_before_anything_is_asked(
+        tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr('sys.stdin', Terminal(''))
+    assert main(['new', '--gear', 'CSG-17-101', '--out', str(tmp_path / 'arm.yaml')]) == 2
+    assert 'CSG-17 is made with ratios' in capsys.readouterr().err
+
+
+def test_a_question_ends_with_the_option_and_its_unit(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr('sys.stdin', Terminal('CSG-17-100\n\n0.5\n16384\n4e6\n'))
+    assert main(['new', '--out', str(tmp_path / 'arm.yaml')]) == 0
+    assert '\n  --motor-torque [N*m]: ' in capsys.readouterr().err
+
+
 def test_somebody_who_leaves_gets_one_line(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr('sys.stdin', Terminal('CSG-17-100\n'))
     assert main(['new', '--out', str(tmp_path / 'arm.yaml')]) == 2

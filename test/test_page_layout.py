@@ -5,7 +5,7 @@ from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 import re
-import tempfile
+from typing import Any
 
 from browser import CHROMIUM, Shown, shown
 from driven_browser import browser
@@ -218,27 +218,52 @@ def test_a_browser_shows_what_is_wrong(tmp_path):
     assert found.complaints
 
 
-def test_on_paper_all_folds_are_open_and_what_is_chosen_is_read():
-    """Also where a page has no script to open them."""
+# What stands on paper: the heights of what folds [px], and of each chart how many plots it has,
+# how many of them are drawn, and under which names.
+ON_PAPER = """
+const tall = one => one.checkVisibility() ? one.getBoundingClientRect().height : 0;
+window.paper = null;
+addEventListener('beforeprint', () => queueMicrotask(() => {
+  window.paper = [...document.querySelectorAll('.chart')].map(chart => ({
+    choices: Math.max(1, chart.querySelectorAll('[data-choice]').length),
+    widths: [...chart.querySelectorAll('.plot canvas')].map(one => one.width),
+    names: [...chart.querySelectorAll('.choice')].map(one => one.textContent)}));
+}));
+"""
+HEIGHTS = ("""[...document.querySelectorAll('.fold > :not(summary), .numbers > :not(summary)')]"""
+           '.map(tall)')
+
+
+async def printed(text: str, folder: Path) -> tuple[list[int], list[dict[str, Any]], list[str]]:
+    """Print a page in the dark, and return what stands on paper, and complaints."""
+    (folder / 'page.html').write_text(text, encoding='utf-8')
+    async with browser() as page:
+        await page.visit((folder / 'page.html').as_uri(), width=390)
+        await page.call('Emulation.setEmulatedMedia', media='print', features=[
+            {'name': 'prefers-color-scheme', 'value': 'dark'}])
+        await page.ask(ON_PAPER)
+        heights = await page.ask(HEIGHTS)
+        looks = await page.ask('getComputedStyle(document.body).colorScheme + " "'
+                               ' + getComputedStyle(document.body).backgroundColor')
+        assert looks == 'light rgb(255, 255, 255)'          # no light hues on white paper
+        await page.call('Emulation.setEmulatedMedia', media='')
+        shown_before = await page.ask('document.querySelectorAll(".chart *").length')
+        await page.call('Page.printToPDF')
+        assert await page.ask('document.querySelectorAll(".chart *").length') == shown_before
+        return heights, await page.ask('window.paper'), page.complaints
+
+
+@pytest.mark.parametrize('made', (calibrated, whole_fleet, reproduced, estimated,
+                                  lambda: plotted('explained')))
+def test_on_paper_all_folds_are_open_and_all_choices_of_a_plot_are_drawn(made, tmp_path):
+    """The folds also where a page has no script to open them."""
     if CHROMIUM is None:
         pytest.skip('there is no Chromium')
-
-    async def printed(text: str, folder: Path) -> tuple[list[int], bool, list[str]]:
-        """Return the heights [px] of what folds, whether a choice is legible, and complaints."""
-        (folder / 'page.html').write_text(text, encoding='utf-8')
-        async with browser() as page:
-            await page.visit((folder / 'page.html').as_uri())
-            await page.call('Emulation.setEmulatedMedia', media='print')
-            heights = await page.ask(
-                '[...document.querySelectorAll(".fold > :not(summary), .numbers > :not(summary)")]'
-                '.map(one => one.checkVisibility() ? one.getBoundingClientRect().height : 0)')
-            legible = await page.ask(
-                '[...document.querySelectorAll("button[aria-pressed=true]")].every(one => '
-                'getComputedStyle(one).color === getComputedStyle(document.body).color)')
-            return heights, legible, page.complaints
-    for made in (calibrated, whole_fleet, reproduced, estimated):
-        with tempfile.TemporaryDirectory() as folder:
-            heights, legible, complaints = asyncio.run(printed(made(), Path(folder)))
-        assert heights and min(heights) > 0.0, made
-        assert legible
-        assert complaints == []
+    heights, charts, complaints = asyncio.run(printed(made(), tmp_path))
+    assert heights and min(heights) > 0.0
+    for chart in charts:
+        assert len(chart['widths']) == chart['choices']
+        assert len({*chart['names']}) == (chart['choices'] if chart['choices'] > 1 else 0)
+        assert len({*chart['widths']}) == 1 and chart['widths'][0] > 390    # of the sheet
+    assert max((chart['choices'] for chart in charts), default=2) > 1
+    assert complaints == []

@@ -43,6 +43,7 @@ def test_a_line_may_end_between_the_parts_of_a_name_only():
     text = calibrated()
     assert 'torsion.<wbr>flexspline_<wbr>stiffness' in text
     assert breakable('a<b_c/') == 'a&lt;b_<wbr>c/'
+    assert breakable('a_b/c.d') == 'a_b/<wbr>c.d'
     assert 'K_f0, flexspline at zero torque, output side' in text
     named = [term.name for term in terms_in('Two verdicts on a flexspline.', asset('glossary.md'))]
     assert named == ['flexspline', 'verdict']

@@ -9,7 +9,7 @@ import time
 
 from hda_torque_estimator.cli import main
 from hda_torque_estimator.commands import fleet
-from hda_torque_estimator.commands.progress import progress
+from hda_torque_estimator.commands.progress import progress, starting
 from hda_torque_estimator.fleet.lines import BagLine
 import pytest
 from test_fleet import asked
@@ -49,6 +49,15 @@ def test_a_pipe_and_a_machine_see_nothing(monkeypatch, pair, quiet):
     with stderr_of(monkeypatch, pair()) as heard, progress(quiet=quiet) as notify:
         notify('weighing')
     assert heard == []
+
+
+@pytest.mark.parametrize(('pair', 'lasts', 'shown'), [
+    (os.openpty, 0.3, '  starting hda plan\r\x1b[K'), (os.openpty, 0.0, ''), (os.pipe, 0.3, '')])
+def test_a_terminal_hears_of_a_slow_start(monkeypatch, pair, lasts, shown):
+    monkeypatch.setattr('hda_torque_estimator.commands.progress._AT_ONCE', 0.1)
+    with stderr_of(monkeypatch, pair()) as heard, starting('plan'):
+        time.sleep(lasts)
+    assert ''.join(heard) == shown
 
 
 @pytest.fixture(scope='module')

@@ -58,7 +58,7 @@ def catches(process: subprocess.Popen[str], number: int) -> bool:
 def test_a_signal_ends_a_node_that_compiles(name, numbers, tmp_path):
     with starting(name, tmp_path) as process:
         said = process.stderr.readline()
-        assert said == f'{name}: compiling, once after an installation, for up to a minute\n'
+        assert said == f'{name}: compiling, once after an installation, for a minute or two\n'
         assert interrupted(process, *numbers) == (0, '')
 
 
@@ -76,9 +76,10 @@ def test_a_cache_that_cannot_be_written_is_reported(tmp_path):
     file.touch()
     with starting('torque_estimator', file) as process:
         said = process.stderr.readline()
-        assert said == ('torque_estimator: compiling, for up to a minute and at every start anew: '
-                        f'{file}/hda_torque_estimator cannot be written; HDA_CACHE_DIR can name '
-                        'another folder\n')
+        assert said == (
+            'torque_estimator: compiling, for a minute or two and at every start anew: '
+            f'{file}/hda_torque_estimator cannot be written; HDA_CACHE_DIR can name another '
+            'folder\n')
         assert interrupted(process, signal.SIGTERM) == (0, '')
 
 

@@ -136,8 +136,8 @@ class _Listener(event.Listener):
         """Say it with the first that is compiled, not loaded."""
         say, self._say = self._say, None
         if say:
-            say('compiling, once after an installation, for up to a minute' if not _unwritten else
-                f'compiling, for up to a minute and at every start anew: {_unwritten[0]}; '
+            say('compiling, once after an installation, for a minute or two' if not _unwritten else
+                f'compiling, for a minute or two and at every start anew: {_unwritten[0]}; '
                 'HDA_CACHE_DIR can name another folder')
 
     def on_end(self, event: Any) -> None:

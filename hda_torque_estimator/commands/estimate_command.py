@@ -197,10 +197,17 @@ def _outcome(options: argparse.Namespace, arm: Arm, made: _EstimatedBag, refused
         lines.append('  no external torque and no tip force: they need links in the arm '
                      'file')
     lines += [f'  {line}' for line in contact_lines(touched)]
-    lines += [f'  error against {name}: {error.rms:.3f} {_unit(name)} rms '
-              f'({error.rms_without_mean:.3f} without its mean), at most {error.largest:.3f}'
+    lines += [f'  error against {name}: {error_words(error, _unit(name))}'
               for name, error in found.items()]
     return Outcome('\n'.join(lines), report)
+
+
+def error_words(error: EstimateErrors, unit: str) -> str:
+    """Return an error as a terminal says it."""
+    if np.isnan(error.rms):
+        return 'unknown, as at no time both are known'
+    return (f'{error.rms:.3f} {unit} rms ({error.rms_without_mean:.3f} without its mean), '
+            f'at most {error.largest:.3f}')
 
 
 def _doubts(arm: Arm, estimates: Estimates) -> dict[str, float]:

@@ -20,6 +20,7 @@ from .out_option import add_out
 from .outcome import Outcome
 from .progress import progress
 from .recorded_answers import add_answers, origin_words, recorded_joints
+from .terminal import complain
 
 _GEAR = JointOption('gear', '',
                     'catalogue name like CSG-17-100: series CSG or CSF, size 14 to 40, '
@@ -87,6 +88,8 @@ def execute(options: argparse.Namespace) -> Outcome:
 def _of_answers(options: argparse.Namespace, origins: Mapping[str, str],
                 ) -> tuple[list[JointAnswers], Rods | None]:
     """Return what options and answers state of joints and links; raises NewError or GearError."""
+    for name in options.gear or ():
+        gear(name)                                  # before anything is asked
     _complete(options)
     return _joints(options, origins), _rods(options)
 
@@ -145,8 +148,8 @@ def _asked(answer: JointOption, read: Callable[[str], Value]) -> list[Value]:
     """
     known = f'; an empty line for {answer.unless}' if answer.unless else ''
     while True:
-        meaning = answer.with_unit(answer.meaning)
-        sys.stderr.write(f'{meaning}, one for all joints or one for each{known}: ')
+        complain(f'{answer.meaning}, one for all joints or one for each{known}', sys.stderr)
+        sys.stderr.write(f'  {answer.with_unit(answer.option)}: ')
         sys.stderr.flush()
         line = sys.stdin.readline()
         if not line:
@@ -154,7 +157,7 @@ def _asked(answer: JointOption, read: Callable[[str], Value]) -> list[Value]:
         try:
             values = [read(word) for word in line.replace(',', ' ').split()]
         except (argparse.ArgumentTypeError, GearError) as error:
-            sys.stderr.write(f'{error}\n')
+            complain(str(error), sys.stderr)
             continue
         if values or answer.unless:
             return values

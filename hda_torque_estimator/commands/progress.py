@@ -3,17 +3,20 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 import sys
+from threading import Timer
 import time
 
 from hda_msgs_json.printable import printable
 
 Notify = Callable[[str], None]
 _SPINNER = 2            # columns before the text
+_AT_ONCE = 0.5          # a start that takes longer is said: a choice [s]
+_ERASED = '\r\x1b[K'
 _MINUTE, _HOUR = 60.0, 3600.0       # [s]
 
 
 @contextmanager
-def progress(first: str = '', *, quiet: bool) -> Iterator[Notify]:
+def progress(first: str = 'starting', *, quiet: bool) -> Iterator[Notify]:
     """
     Yield what shows a text on a terminal, and show a first one.
 
@@ -32,6 +35,34 @@ def progress(first: str = '', *, quiet: bool) -> Iterator[Notify]:
             yield line.notify
         finally:
             line.close()
+
+
+@contextmanager
+def starting(command: str) -> Iterator[None]:
+    """
+    Say on a terminal that a command is being started, where that takes its time.
+
+    Its libraries are being read, so no other one is read for this line.
+    """
+    if not sys.stderr.isatty():
+        yield
+        return
+    said: list[str] = []
+
+    def say(text: str) -> None:
+        said.append(text)
+        sys.stderr.write(text)
+        sys.stderr.flush()
+    slow = Timer(_AT_ONCE, say, [f'  starting hda {command}'])
+    slow.daemon = True
+    slow.start()
+    try:
+        yield
+    finally:
+        slow.cancel()
+        slow.join()
+        if said:
+            say(_ERASED)
 
 
 class _Line:

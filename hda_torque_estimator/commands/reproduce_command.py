@@ -69,12 +69,11 @@ def _write(made: Mapping[str, Exhibit], report: dict[str, Any], out: Path,
 
 def _in_words(out: Path, made: Mapping[str, Exhibit]) -> str:
     """Return what was written, and every number that the paper has as well."""
-    drawings = sum(len(exhibit.drawings) for exhibit in made.values())
     beside = [f'  {name}: {number.name}: paper {number.paper:.4g}'
               + ''.join(f', {kind} {value:.4g}' for kind, value in (
                   ('printed', number.printed), ('consistent', number.consistent))
                   if value is not None) + f' {number.unit}'
               for name, exhibit in made.items() for number in exhibit.numbers
               if number.paper is not None]
-    return '\n'.join([f'{out}: {len(made)} figures and tables of the paper, {drawings} pictures, '
-                      'paper.html, paper.json', *beside])
+    return '\n'.join([f'{out}: {", ".join(made)} of the paper in paper.html, and all numbers in '
+                      'paper.json', *beside])

@@ -17,8 +17,8 @@ UNITS = {**ANGLE.units, **SPEED.units, **TORQUE.units}
 def map_text(guess: Guess, tables: str) -> str:
     """Return the text of a map; what no table can say is FILL_IN, which no import accepts."""
     return '\n'.join([
-        f'# Guessed from the names and numbers in {_shown(tables)}. Check every line: units, '
-        'signs, sides.',
+        f'# Guessed from the names and numbers in {_shown(tables)}.',
+        '# Check every line: units, signs, sides.',
         f'# {FILL_IN} marks what only the documents of the arm state. Then:',
         f'#   hda import {_shown(tables)} --map THIS_FILE --out BAG',
         *_time(guess.time), *_joints(guess), *_unused(guess), ''])

@@ -69,8 +69,9 @@ def asset(name: str) -> str:
 
 
 def breakable(name: str) -> str:
-    """Return a name as HTML in which a line may end where the parts of the name do."""
-    return '<wbr>'.join(map(escape, re.split(r'(?<=[._/])(?=.)', name)))
+    """Return a name as HTML; a line may end where its parts do, those of a path if it is one."""
+    ends = '/' if '/' in name[:-1] else '._'
+    return '<wbr>'.join(map(escape, re.split(f'(?<=[{ends}])(?=.)', name)))
 
 
 def _library() -> str:

@@ -12,7 +12,7 @@ _COARSE = 0.1           # angle from which degrees say more than mrad [rad]
 _FIGURES = 4            # of the largest number of a row
 _TINY, _HUGE = 1e-5, 1e7        # beyond which a number is written with an exponent
 _BEFORE_UNIT = re.compile(r'(?<=\d) (?=[µmk]?(?:N|m|s|g|rad|Hz)\b|%|°|arcmin\b)')
-_SCALED = ('s', 'rad', 'N*m', 'm', 'N')
+_SCALED = ('s', 'rad', 'N*m', 'm', 'N', 'rad/s', 'N*m*s/rad')
 
 
 def figure(value: float) -> str:

@@ -26,7 +26,7 @@ from ...measurements.running_clock import inside, Spans
 
 # Choices unless stated otherwise.
 _SEEN = 0.6            # share of the effects that must have been seen for silence to mean health
-_PLAN = 'hda plan finds motions that separate two of them'
+_PLAN = 'hda plan --show EFFECT finds a motion that shows one'
 _LISTED = 6             # effects that a sentence names
 
 

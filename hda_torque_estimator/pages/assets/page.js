@@ -13,6 +13,7 @@
     floor: {colour: '--floor', width: 1.1, dash: [4, 4]},
   };
   const HEIGHT = 250, BESIDE = 110, BELOW = 80;      // of a plot, and beside its axes [px]
+  const SHEET = 900;                  // width of a plot on paper, whatever the screen [px]
   const FEW = 12;                     // values of a line that are drawn as points as well
   const colour = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const faint = name => colour(name) + '38';
@@ -156,11 +157,28 @@
     look(made, ...STEPS[name](Math.log(min), Math.log(max)).map(Math.exp));
   }
 
+  function drawnIn(box, plot, width) {
+    const parts = columns(plot), made = new uPlot(options(plot, width, parts), parts.data, box);
+    tidy(made, plot);
+    if (plot.focus) look(made, ...plot.focus);
+    return made;
+  }
+
+  function element(name, kind, text) {
+    const made = document.createElement(name);
+    made.className = kind;
+    made.textContent = text;
+    return made;
+  }
+
   class Chart {
     constructor(figure) {
       this.box = figure.querySelector('.plot');
       this.plots = DRAWN[figure.dataset.chart];
       this.made = null;
+      this.onPaper = false;
+      this.printed = [];                  // elements that stand on paper only
+      this.others = [];                   // and the plots in them
       this.buttons = [...figure.querySelectorAll('[data-choice]')];
       this.buttons.forEach(button => button.addEventListener('click', () => this.choose(button)));
       figure.querySelectorAll('[data-do]').forEach(button =>
@@ -174,7 +192,7 @@
     choose(button) {
       this.buttons.forEach(each => each.setAttribute('aria-pressed', String(each === button)));
       this.name = button.dataset.choice;
-      this.draw();
+      this.draw(Math.floor(this.box.clientWidth));
     }
 
     typed(event) {
@@ -186,25 +204,57 @@
     }
 
     fit() {
-      const width = Math.floor(this.box.clientWidth);
+      const width = this.onPaper ? SHEET : Math.floor(this.box.clientWidth);
       if (width < 50 || (this.made && this.made.width === width)) return;
       if (this.made) this.made.setSize({width, height: HEIGHT});
-      else this.draw();
+      else this.draw(width);
     }
 
-    draw() {
+    draw(width) {
       if (this.made) this.made.destroy();
-      const plot = this.plots[this.name], parts = columns(plot);
-      this.made = new uPlot(options(plot, Math.floor(this.box.clientWidth), parts), parts.data,
-                            this.box);
-      tidy(this.made, plot);
-      if (plot.focus) look(this.made, ...plot.focus);
+      this.made = drawnIn(this.box, this.plots[this.name], width);
     }
 
     again() {
       if (!this.made) return;
-      this.made.redraw(false, true);
-      mark(this.made, this.plots[this.name]);
+      for (const [made, plot] of [[this.made, this.plots[this.name]], ...this.others]) {
+        made.redraw(false, true);
+        mark(made, plot);
+      }
+    }
+
+    /* Nothing can be chosen on paper: all plots stand there, in their order, with their names. */
+    unroll() {
+      if (this.onPaper) return;
+      this.onPaper = true;
+      this.fit();
+      if (this.buttons.length < 2) return;
+      let last = null;                    // element, once the one that is shown has been passed
+      const add = one => {
+        if (last) last.after(one);
+        else this.box.before(one);
+        if (last) last = one;
+        this.printed.push(one);
+      };
+      for (const [name, plot] of Object.entries(this.plots)) {
+        add(element('p', 'choice', name));
+        if (name === this.name) {
+          last = this.box;
+          continue;
+        }
+        const box = element('div', 'plot', '');
+        add(box);
+        this.others.push([drawnIn(box, plot, SHEET), plot]);
+      }
+    }
+
+    rollUp() {
+      this.others.forEach(([made]) => made.destroy());
+      this.printed.forEach(one => one.remove());
+      this.printed = [];
+      this.others = [];
+      this.onPaper = false;
+      this.fit();
     }
   }
 
@@ -228,9 +278,11 @@
       each.dataset.was = each.open;
       each.open = true;
     });
+    drawn.forEach(chart => chart.unroll());
     again();
   });
   addEventListener('afterprint', () => {
+    drawn.forEach(chart => chart.rollUp());
     document.querySelectorAll('.fold').forEach(each => { each.open = each.dataset.was === 'true'; });
     again();
   });
