@@ -34,6 +34,7 @@ from ...measurements.running_clock import Spans
 # Choices unless stated otherwise.
 DURATIONS = np.geomspace(0.2, 6.0, 18)      # of contacts that are tried [s]
 _STANDS_OUT = 5.0       # least power of a contact, over the best one at any other time
+_CLEAR = 1.25           # durations from a contact's begin to that of another
 _FEW = 4                # contacts, at most, of which none is another cause's rest
 _FITS = 0.7             # least share of the power around a contact that one force explains
 _NEAR = 0.3             # before and after a contact, where fits see all [s]
@@ -174,10 +175,17 @@ def _forces(sums: Array, profile: Array) -> tuple[Array, Array]:
 
 
 def _standing_out(sums: Array) -> list[ContactStart]:
-    """Return the contacts of the best duration that explain far more than one at other times."""
+    """
+    Return the contacts of the best duration that explain far more than one at other times.
+
+    Beside several there are other times for more than half of a recording.
+    """
     tried = [_apart(sums, duration) for duration in DURATIONS[len(sums) > 2 * RATE * DURATIONS]]
     best = max(tried, key=lambda found: found[0].power, default=[])
     for count in range(1, len(best)):
+        near = count * 2.0 * _CLEAR * best[0].duration * RATE
+        if count > 1 and near > 0.5 * len(sums):
+            return []
         if best[count - 1].power >= _STANDS_OUT * best[count].power:
             return best[:count]
     return []
@@ -190,7 +198,7 @@ def _apart(sums: Array, duration: float) -> list[ContactStart]:
     for _ in range(_FEW + 1):
         at = int(np.argmax(free))
         found.append(ContactStart(float(free[at]), tuple(force[at].tolist()), at / RATE, duration))
-        free[np.abs(np.arange(len(free)) - at) <= 1.25 * duration * RATE] = 0.0
+        free[np.abs(np.arange(len(free)) - at) <= _CLEAR * duration * RATE] = 0.0
     return found
 
 

@@ -23,7 +23,7 @@ _MOST = 64                  # pieces of a line
 
 def courses(fitter: Fitter, fit: Fit, contact: Any, lacking: Array) -> Iterator[Array]:
     """
-    Yield what forces of other courses (m, c) than a contact's do, in units of noise.
+    Yield what a force of another course than a contact's does (m, c), in units of noise.
 
     Residuals `lacking` (m, c) are those without it: other pushes stand out of them as well.
     """
@@ -50,6 +50,7 @@ def _spans(contact: Any, pushes: Sequence[ContactStart]) -> Iterator[tuple[float
 
 
 def _span(onset: float, duration: float) -> tuple[float, float]:
+    """Return begin and end of a push and what is close to it."""
     return onset - AROUND * duration, onset + (1.0 + AROUND) * duration
 
 
