@@ -6,7 +6,7 @@ What is less than noise is looked into only where such a curve explains it for c
 """
 
 from collections.abc import Collection, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from hda_arm_sim.foundation.arrays import Array
 import numpy as np
@@ -23,9 +23,13 @@ _OWN = 1e-6             # share of a curve that the terms do not have, below whi
 class _Curves(NamedTuple):
     """The curves at one site of a joint, without what the terms of a fit have of them."""
 
+    joint: str
     channels: Sequence[int]         # in which they show
     taken: Array                    # (q, p) shares of the terms in each
     own: Array                      # (q,) information on each that the terms leave, or infinite
+
+
+Followed: TypeAlias = tuple[_Curves, Array]     # curves, and how far each (q,) is followed
 
 
 class CurveVisibility:
@@ -46,25 +50,29 @@ class CurveVisibility:
             taken = np.linalg.lstsq(normal, across.T, rcond=None)[0].T
             own = power - (taken * across).sum(axis=1)
             channels = np.flatnonzero(site.columns.any(axis=(0, 2))).tolist()
-            self._sites.append(_Curves(channels, taken, np.where(own > _OWN * power, own, np.inf)))
+            self._sites.append(_Curves(site.joint, channels, taken,
+                                       np.where(own > _OWN * power, own, np.inf)))
             for channel in set(channels) - self._shapes.keys():
                 shapes = np.where(valid[:, channel], site.columns[:, channel].T, 0.0)
                 self._shapes[channel] = np.ascontiguousarray(shapes, np.float32)
 
-    def along(self, shift: Array, across: Array) -> list[Array]:
+    def along(self, shift: Array, across: Array, joint: str | None) -> list[Followed]:
         """
-        Return how far each curve follows a shift (m, c) of the residuals, one array a site.
+        Return how far curves follow a shift (m, c) of the residuals: those at a joint, or all.
 
         `across` (c, p) is the shift times the terms, condensed.
         """
-        terms = self._weight @ across
-        follows = {channel: self._weight[channel] * (shapes @ shift[:, channel].astype(np.float32))
-                   for channel, shapes in self._shapes.items() if shift[:, channel].any()}
-        return [sum(follows.get(channel, 0.0) for channel in site.channels) - site.taken @ terms
-                for site in self._sites]
+        terms, sites = self._weight @ across, [
+            site for site in self._sites if joint is None or site.joint == joint]
+        follows = {channel: self._weight[channel] * (
+            self._shapes[channel] @ shift[:, channel].astype(np.float32))
+            for channel in {channel for site in sites for channel in site.channels}
+            if shift[:, channel].any()}
+        return [(site, sum(follows.get(channel, 0.0) for channel in site.channels)
+                 - site.taken @ terms) for site in sites]
 
-    def improvement(self, along: Sequence[Array], share: float, step: Array) -> float:
+    def improvement(self, along: Sequence[Followed], share: float, step: Array) -> float:
         """Return what the best curve improves of a share of a shift, after a step (p,)."""
         pulled = self._prior * step
         return max((float(np.max((share * follows + site.taken @ pulled) ** 2 / site.own))
-                    for site, follows in zip(self._sites, along)), default=0.0)
+                    for site, follows in along), default=0.0)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 
-from .curve_visibility import CurveVisibility
+from .curve_visibility import CurveVisibility, Followed
 from ..balances.balance import RATE
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
@@ -83,12 +83,12 @@ class Visibility:
                           others.tolerances, self._needed)
         values = np.where(self._valid, seen.shift @ along, 0.0)
         imagined = _Shift(others, weighed, along, values)
-        curves = (self._curves.along(values, imagined.across())
+        curves = (self._curves.along(values, imagined.across(), term.joint)
                   if others.columns is self.fit.columns else None)
         bar = surely_above(threshold(self.fitter, term) + seen.chance)
         return lambda share: self._of(imagined, curves, share, bar)
 
-    def _of(self, shift: '_Shift', curves: list[Array] | None,
+    def _of(self, shift: '_Shift', curves: list[Followed] | None,
             share: float, bar: float) -> float:
         """
         Return the strength of a share of a shift: 1 where a search would just accept it.
