@@ -39,7 +39,7 @@ _FEW = 4                # contacts, at most, of which none is another cause's re
 _FITS = 0.7             # least share of the power around a contact that one force explains
 _NEAR = 0.3             # before and after a contact, where fits see all [s]
 _AGREES = 0.35          # largest difference of motor and torsion balance, of what it does
-AROUND = 0.25           # before and after a contact, of its duration, that is close to it
+_AROUND = 0.25          # before and after a contact, of its duration, that is close to it
 
 Numbers: TypeAlias = dict[str, float]           # of an effect, by their names
 
@@ -212,9 +212,13 @@ def _at(sums: Array, contact: ContactStart) -> tuple[Array, Array]:
 
 def _around(time: Array, contact: ContactStart) -> NDArray[np.bool_]:
     """Return which times are within a contact or close to it."""
-    margin = AROUND * contact.duration
-    return np.asarray((time > contact.onset - margin)
-                      & (time < contact.onset + contact.duration + margin))
+    begin, end = span_of(contact.onset, contact.duration)
+    return np.asarray((time > begin) & (time < end))
+
+
+def span_of(onset: float, duration: float) -> tuple[float, float]:
+    """Return begin and end of a contact and what is close to it [s]."""
+    return onset - _AROUND * duration, onset + duration + _AROUND * duration
 
 
 def _touch(fitter: Fitter, fit: Fit) -> Numbers | None:

@@ -112,8 +112,8 @@ def curves_at_sites(fitter: Fitter, fit: Fit, joints: Collection[str],
                     quick: bool = False) -> Iterator[CurvesAtSite]:
     """Yield every curve at these joints; quick ones may be of noise, and are there if asked."""
     time, arm = fitter.balancer.time, fitter.on(fit.terms)
-    coordinates, noisy = (coordinates_of(balancer, arm) for balancer in (
-        fitter.balancer, fitter.balancer.noisier))
+    coordinates = coordinates_of(fitter.balancer, arm)
+    noisy = {} if quick else coordinates_of(fitter.balancer.noisier, arm)
     for place, label in enumerate(fitter.arm.labels):
         if label not in joints:
             continue
@@ -121,7 +121,7 @@ def curves_at_sites(fitter: Fitter, fit: Fit, joints: Collection[str],
                           for each in (coordinates, noisy))
         forms = dict(_forms(time, along))
         for rates_of in (_rates, _quick_rates):
-            with_noise = dict(rates_of(time, noisier))
+            with_noise = {} if quick else dict(rates_of(time, noisier))
             forms |= {name: rate for name, rate in rates_of(time, along) if quick or (
                 np.var(with_noise[name] - rate) <= _OF_NOISE * np.var(rate))}
         columns = np.stack(list(forms.values()), 1)

@@ -20,7 +20,7 @@ import numpy as np
 
 from .discrepancy_curves import SLOW
 from .friction_path import built_up, LINK_PATH
-from .push_course import courses
+from .push_course import courses, PUSH
 from ..balances.balance import Balance
 from ..balances.coordinates import coordinates_of
 from ..fitting.fit import Fit, Fitter
@@ -32,7 +32,6 @@ from ...least_squares.term import Term
 _APART = 0.05           # of a form, that is its own beside those before it
 _ORDERS = (1, 2, 4)     # waves per motor turn by which a cause that is a wave is changed
 RATE_OF = 'rate'        # of what a cause does: laws of a drive differ by its time behaviour
-PUSH = 'push'           # a force of any course, while a contact lasts
 # Of a wave along a coordinate: it may have a harmonic where the motion has seen a whole wave,
 # and else any course.
 WAVES = {'motor_waves': 'motor_angle', 'link_waves': 'link_angle'}

@@ -14,8 +14,9 @@ import numpy as np
 
 from ..balances.balance import RATE
 from ..fitting.fit import Fit, Fitter
-from ..fitting.starting_points import AROUND, contacts_in, ContactStart, leverage
+from ..fitting.starting_points import contacts_in, ContactStart, leverage, span_of
 
+PUSH = 'push'           # declares that a force may have any course, while a contact lasts
 # Choices unless stated otherwise.
 _RESOLVED = 2.0 / RATE      # shortest piece of a line that balances resolve [s]
 _MOST = 64                  # pieces of a line
@@ -41,17 +42,12 @@ def courses(fitter: Fitter, fit: Fit, contact: Any, lacking: Array) -> Iterator[
 
 def _spans(contact: Any, pushes: Sequence[ContactStart]) -> Iterator[tuple[float, float]]:
     """Yield begin and end of a contact, and of pushes that are not near it."""
-    own = _span(contact.onset, contact.duration)
+    own = span_of(contact.onset, contact.duration)
     yield own
     for push in pushes:
-        begin, end = _span(push.onset, push.duration)
+        begin, end = span_of(push.onset, push.duration)
         if begin > own[1] or end < own[0]:
             yield begin, end
-
-
-def _span(onset: float, duration: float) -> tuple[float, float]:
-    """Return begin and end of a push and what is close to it."""
-    return onset - AROUND * duration, onset + (1.0 + AROUND) * duration
 
 
 def _hats(time: Array, begin: float, end: float) -> Array:

@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 # Choices unless stated otherwise.
 _MATERIAL = 0.7         # least explained rms, in rms that a healthy arm leaves
 # (source: what laws do along motions of robots is nearly all below this)
-SLOW = 10.0            # frequency [Hz] below which as much of the noise there is enough
+SLOW = 10.0             # frequency [Hz] below which as much of the noise there is enough
 # (null: a simple curve improved the score of healthy arms by 61 at most)
 CERTAIN = 200.0        # improvement of the score that may pass for noise at first
 _SURE = 1000.0          # improvement and
@@ -106,12 +106,12 @@ def _is_material(fitter: Fitter, form: Array, without: Fit, extended: Fit) -> bo
     gain = without.variance - extended.variance
     slow = power_below(fitter, without, SLOW) - power_below(fitter, extended, SLOW)
     return bool(((gain > np.maximum(floor(fitter), form))
-                 | (slow > np.maximum(slow_floor(fitter), form))).any())
+                 | (slow > np.maximum(_slow_floor(fitter), form))).any())
 
 
 def material(fitter: Fitter, first: Fit, fit: Fit) -> Array:
     """Return the power (c,) [N^2*m^2] of a slow effect that is worth a cause beside a fit's."""
-    return np.maximum(slow_floor(fitter), _form_power(fitter, first, fit, Hypothesis.form_error))
+    return np.maximum(_slow_floor(fitter), _form_power(fitter, first, fit, Hypothesis.form_error))
 
 
 def _form_power(fitter: Fitter, first: Fit, fit: Fit, usual: float = 0.0) -> Array:
@@ -134,7 +134,7 @@ def floor(fitter: Fitter) -> Array:
     return np.asarray((_MATERIAL * fitter.noise) ** 2)
 
 
-def slow_floor(fitter: Fitter) -> Array:
+def _slow_floor(fitter: Fitter) -> Array:
     """Return the power (c,) that is far above slow noise [N^2*m^2]; all of it is white."""
     return floor(fitter) * SLOW / BANDWIDTH
 
@@ -164,7 +164,7 @@ def confirmed(fitter: Fitter, first: Fit, last: Fit) -> tuple[Term, ...]:
     before = fitter.at(first.terms, 0, first.slopes)
     after = fitter.at(last.terms, len(last.accepted), last.slopes)
     slow = power_below(fitter, before, SLOW) - power_below(fitter, after, SLOW)
-    is_clear = (before.variance - after.variance > floor(fitter)) | (slow > slow_floor(fitter))
+    is_clear = (before.variance - after.variance > floor(fitter)) | (slow > _slow_floor(fitter))
     return tuple(term for place, term in enumerate(last.accepted)
                  if not alone(fitter, term, last.accepted[:place] + last.accepted[place + 1:])
                  or is_clear[fitter.channels_of(term)].any())
