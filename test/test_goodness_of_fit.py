@@ -8,12 +8,14 @@ from hda_torque_estimator.diagnosis.balances.healthy_twin import noise_of
 from hda_torque_estimator.diagnosis.diagnose import diagnose, sought_effects
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
+from hda_torque_estimator.diagnosis.judging import goodness_of_fit
 from hda_torque_estimator.diagnosis.judging.discrepancy_curves import best_curves
 from hda_torque_estimator.measurements.measurement import Measurement
 from hda_torque_estimator.measurements.running_clock import inside, stretches
 import numpy as np
 import pytest
 from truth import draw, record, Reference
+from truth_cases import hide
 
 ARM = read_arm('hda_arm.yaml')
 
@@ -78,3 +80,22 @@ def test_only_a_wrong_cause_leaves_a_curve(soft, name, leaves):
     gain = best_curves(fitter, fit, (joint,))[joint].improvement
     assert (gain > 1000.0) == leaves
     assert leaves or gain < 200.0
+
+
+def test_a_curve_of_a_rest_beside_a_cause_takes_no_name_from_it():
+    """An encoder is off in scale as well: a curve explains more of that than the friction."""
+    hidden = [hide('stribeck_friction', 'joint1', excess=0.02, speed=8.0),
+              hide('encoder_scale_error', 'joint1', relative_error=8e-3)]
+    asked = motion('rich', 2, 20.0, 1e-3, 133)
+    made = record(hidden, Reference(asked.angle, asked.rate, 1e-3), seed=133)
+    balancer = Balancer(Measurement(ARM.labels, 1e-3, np.stack(
+        [made.motor_angle, made.link_angle], axis=2), made.command))
+    fitter = Fitter(balancer, ARM, noise_of(balancer, ARM)[0], EFFECTIVE,
+                    np.ones(len(balancer.time), bool))
+    term = next(one for one in terms_of(ARM, 'stribeck_friction') if one.joint == 'joint1')
+    fit = fitter.refined(fitter.refit(fitter.first, term))
+    curve = best_curves(fitter, fit, ('joint1',))['joint1']
+    without = fitter.lacking(fit, fit.accepted[0])
+    assert (fit.variance > 20.0 * fitter.noise ** 2).any()
+    assert curve.improvement > without.score - fit.score
+    assert goodness_of_fit.shapeless(fitter, fit, [without]) == []

@@ -19,6 +19,7 @@ from .fitting.instruments import unbiased
 from .fitting.nuisance import is_of_log
 from .judging.curvature import straight
 from .judging.goodness_of_fit import goodness_of_fit, GoodnessOfFit
+from .judging.held_out_gain import held_out_gain
 from .judging.search import SearchResult
 from .judging.selection_criteria import accepted
 from .judging.site_pattern import misplaced
@@ -138,6 +139,8 @@ def _findings(evidence: Grounds, found: SearchResult, pairs: Sequence[Alike],
 def _gains(evidence: Grounds, pair: Alike) -> bool:
     """Return whether one of two causes gains on held-out data: that of them which a fit holds."""
     fitter, fit = evidence.fitter, evidence.fit
-    return any(gains(fitter.balancer, evidence.twin, fitter.on(fitter.terms_without(fit, term)),
-                     fitter.on(fit.terms), evidence.held_out).removed() > 0.0
-               for term in fit.accepted if term.place in pair.effects)
+    own = [term for term in fit.accepted if term.place in pair.effects]
+    return (any(gains(fitter.balancer, evidence.twin, fitter.on(fitter.terms_without(fit, term)),
+                      fitter.on(fit.terms), evidence.held_out).removed() > 0.0 for term in own)
+            or any(held_out_gain(fitter, fit, term, evidence.twin, evidence.held_out)
+                   for term in own))

@@ -68,17 +68,22 @@ class Gain:
     low: float
     high: float
 
-    def beside(self, placebo: float) -> 'OwnGain':
-        """Return the gain of a cause beside that of its placebo."""
+    def beside(self, placebo: float, metric: str) -> 'OwnGain':
+        """Return the gain of a cause, in words of what, beside that of its placebo."""
         return OwnGain(self.before, self.after, self.floor, self.removed, self.low, self.high,
-                       placebo)
+                       placebo, metric)
 
 
 @dataclass(frozen=True)
 class OwnGain(Gain):
-    """The gain of one cause, and what a placebo of equal freedom removes, a share as well."""
+    """
+    The gain of one cause, and what a placebo of equal freedom removes, a share as well.
+
+    The `metric` says in words of what the errors are.
+    """
 
     placebo: float
+    metric: str
 
 
 @dataclass(frozen=True)

@@ -80,6 +80,12 @@ def usual_curves(fitter: Fitter, fit: Fit) -> Usual:
     return {curve[:3]: curve.improvement for curve in _curves(fitter, fit, fitter.arm.labels)}
 
 
+def improvement_of(fitter: Fitter, fit: Fit, curve: Curve) -> float:
+    """Return what a curve improves beside the terms of a fit, nothing where noise makes it."""
+    return next((each.improvement for each in _curves(fitter, fit, (curve.joint,))
+                 if each[:3] == curve[:3]), 0.0)
+
+
 def _chance(fitter: Fitter) -> Usual:
     """Return what each curve improves of a healthy arm, by joint, site and form."""
     healthy = fitter.healthy

@@ -17,7 +17,7 @@ from hda_arm_sim.model.effects.hypothesis import Hypothesis
 import numpy as np
 from numpy.typing import NDArray
 
-from .discrepancy_curves import best_curves, Curve, Usual, usual_curves
+from .discrepancy_curves import best_curves, Curve, improvement_of, Usual, usual_curves
 from .law_forms import evidence, reformed
 from .parameter_constancy import steady_shares
 from .search import SearchResult
@@ -101,7 +101,7 @@ def _judged(fitter: Fitter, found: SearchResult, doubted: Sequence[Term]) -> Goo
     rests = left / bar
     curves = _formed(fitter, other, found, counted, trained)
     formed = [term for term in fit.accepted if curves.get(term.place, 0.0) > 1.0]
-    apart = [*doubted, *_shapeless(fitter, fit, lacking)]
+    apart = [*doubted, *shapeless(fitter, fit, lacking)]
     wrong = [*formed, *apart]
     unexplained = _of_joints(fitter, rests > 1.0, wrong,
                              left <= bar + _CRUDE * _nameless_power(fitter, fit))
@@ -273,21 +273,23 @@ def _least(curve: Curve, term: Term, power: float) -> float:
     return sought.form if near and power >= sought.clear else Hypothesis.form
 
 
-def _shapeless(fitter: Fitter, fit: Fit, lacking: Sequence[Fit]) -> list[Term]:
+def shapeless(fitter: Fitter, fit: Fit, lacking: Sequence[Fit]) -> list[Term]:
     """
     Return the causes of several numbers without which one curve explains as much.
 
     They have their best forms. A curve along an angle explains what a wave along it is, and one
-    that explains nothing for certain does not compete with what chance explains.
+    that explains nothing for certain does not compete with what chance explains. What the curve
+    explains beside the cause as well is a rest of another one.
     """
-    shapeless = []
+    found = []
     for term, without in zip(fit.accepted, lacking):
         if term.freedom > 1 and term.joint is not None:
             curve = best_curves(fitter, without, (term.joint,))[term.joint]
             is_law = (curve.form in HYPOTHESES[term.name].contains
                       or bool(term.waves) and 'angle' in curve.form)
             of_law = is_law and curve.site in (GEAR, effect_named(term.name).site.value)
-            explains = curve.improvement > SCORE_BAR and not of_law
-            if explains and curve.score - evidence(fitter, fit, [term]) < SCORE_BAR:
-                shapeless.append(term)
-    return shapeless
+            lead = curve.score - evidence(fitter, fit, [term])
+            if (curve.improvement > SCORE_BAR > lead and not of_law
+                    and lead + improvement_of(fitter, fit, curve) < SCORE_BAR):
+                found.append(term)
+    return found

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .equal_noise import equal_noise_score, noise_in
-from .law_forms import formed_gain
+from .law_forms import evidence, formed_gain
 from .low_frequency import gain_below
 from .screening import Prospect
 from .selection_criteria import freedom
@@ -36,12 +36,11 @@ def leading(fitter: Fitter, fit: Fit, exact: Sequence[Fit],
     """
     if len(exact) > 1:
         usual = noise_in(fitter, fit)
-        formed = [formed_gain(fitter, each) for each in exact]
-        costs = [equal_noise_score(fitter, each, usual) - form + freedom(fitter, each.accepted[-1])
-                 for each, form in zip(exact, formed)]
+        costs = [equal_noise_score(fitter, each, usual) - formed_gain(fitter, each)
+                 + freedom(fitter, each.accepted[-1]) for each in exact]
         first, second = np.argsort(costs)[:2]
         best, other, lack = exact[first], exact[second], costs[second] - costs[first]
-        lack = max(lack - _UNSURE * max(formed[first], formed[second]), 0.0)
+        lack = max(lack - _UNSURE * max(_own_forms(fitter, each) for each in (best, other)), 0.0)
         below = min(HYPOTHESES[each.accepted[-1].name].below for each in (best, other))
         if np.isfinite(below):
             lack = gain_below(fitter, other, best, below)
@@ -52,3 +51,9 @@ def leading(fitter: Fitter, fit: Fit, exact: Sequence[Fit],
     others = [prospect for prospect in prospects
               if prospect.term.place != best.accepted[-1].place]
     return (best, others[0].term, others[0].score - best.score) if others else (best, None, np.inf)
+
+
+def _own_forms(fitter: Fitter, fit: Fit) -> float:
+    """Return what forms of the last cause improve beside those of all others."""
+    return (evidence(fitter, fit, fit.causes_beside(fit.accepted[-1]))
+            - evidence(fitter, fit))

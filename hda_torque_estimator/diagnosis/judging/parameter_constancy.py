@@ -14,6 +14,7 @@ from dataclasses import replace
 from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 
+from .law_forms import reformed
 from .search import next_cause, SearchResult
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
@@ -103,13 +104,18 @@ def _alike(name: str, names: Sequence[str]) -> list[str]:
 
 
 def _variation(fitter: Fitter, fit: Fit, term: Term) -> float:
-    """Return by which share the size of a cause varies from stretch to stretch (eq:steady)."""
-    weight = np.where(fitter.valid(fit.balance), 1.0 / fit.variance, 0.0)
+    """
+    Return by which share the size of a cause varies from stretch to stretch (eq:steady).
+
+    All causes have the forms of their laws that fit best: one that warms is as large as it is.
+    """
+    best = reformed(fitter, fit)
+    weight = np.where(fitter.valid(fit.balance), 1.0 / best.variance, 0.0)
     lacking = fitter.residual(fitter.terms_without(fit, term), fit.slopes.noise)
     own = _alone(fitter, fit, term, fit.balance.residual - lacking)
     starts = np.linspace(0, len(own), _STRETCHES, endpoint=False).astype(int)
     power, against = (np.add.reduceat((own * weight * other).sum(axis=1), starts)
-                      for other in (own, fit.balance.residual))
+                      for other in (own, best.balance.residual))
     varies = (against ** 2 / np.maximum(power, TINY)).sum() / max(power.sum(), TINY)
     return float(np.sqrt(varies))
 

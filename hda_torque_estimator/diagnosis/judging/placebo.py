@@ -7,14 +7,17 @@ them gains on held-out stretches is chance.
 """
 
 from collections.abc import Iterator
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..balances.balance import RATE
 from ..fitting.fit import deviations, Fit, Fitter
 from ..fitting.solve import condense, solve
 from ...least_squares.term import Term
+from ...significance import NORMAL_90
 
 Array = NDArray[np.float64]
 # Choices unless stated otherwise.
@@ -28,6 +31,10 @@ class RemovedShares(NamedTuple):
 
     cause: float
     placebo: float
+    low: float = -math.inf      # 90 % interval of the cause's, by what is left beside it
+    high: float = math.inf
+    before: float = math.nan    # power without the cause and with it, over that of noise
+    after: float = math.nan
 
 
 def placebo_shares(fitter: Fitter, fit: Fit, term: Term) -> RemovedShares:
@@ -48,16 +55,18 @@ def placebo_shares(fitter: Fitter, fit: Fit, term: Term) -> RemovedShares:
         step = solve(condensed, fitter.noise, fitter.effective,
                      np.concatenate([np.zeros(extra), away]),
                      np.concatenate([np.full(extra, np.inf), free])).step
-        return _powers(fitter, lacking + columns @ step, rows)
+        return _over_noise(fitter, lacking + columns @ step, rows)
 
-    own = fit.columns[:, :, keep]
-    without = left(own[:, :, :0])
+    own, count = fit.columns[:, :, keep], max(float(rows.sum()), 1.0)
+    without, beside = left(own[:, :, :0]), _over_noise(fitter, fit.balance.residual, rows)
+    before, after = float((without ** 2).sum()), float((beside ** 2).sum())
     # A channel that is quieter than its noise takes nothing from the others.
-    excess = max(float(np.maximum(without - rows.sum(axis=0), 0.0).sum()),
-                 _REMOVABLE * float(rows.sum()))
-    gone = float((without - _powers(fitter, fit.balance.residual, rows)).sum())
-    best = max(float((without - left(moved)).sum()) for moved in moved_away(own))
-    return RemovedShares(gone / excess, best / excess)
+    excess = max(float(np.maximum((without ** 2 - rows).sum(axis=0), 0.0).sum()),
+                 _REMOVABLE * count)
+    best = max(before - float((left(moved) ** 2).sum()) for moved in moved_away(own))
+    cause, reach = (before - after) / excess, _reach(without, beside) / excess
+    return RemovedShares(cause, best / excess, cause - reach, cause + reach,
+                         before / count, after / count)
 
 
 def moved_away(columns: Array) -> Iterator[Array]:
@@ -76,6 +85,17 @@ def moved_away(columns: Array) -> Iterator[Array]:
         yield np.roll(varied, away, axis=0)
 
 
-def _powers(fitter: Fitter, residual: Array, rows: NDArray[np.bool_]) -> Array:
-    """Return the power (c,) of a residual (m, c) in these rows, over that of noise."""
-    return np.where(rows, (residual / fitter.noise) ** 2, 0.0).sum(axis=0)
+def _reach(without: Array, beside: Array) -> float:
+    """
+    Return how far what a cause removes reaches either way, within 90 % (eq:held-out).
+
+    By chance what is left beside it goes with what it does, in whole seconds as such errors last.
+    """
+    together = 2.0 * (beside * (without - beside)).sum(axis=1)
+    seconds = np.add.reduceat(together, np.arange(0, len(together), round(RATE)))
+    return NORMAL_90 * float(np.sqrt((seconds ** 2).sum()))
+
+
+def _over_noise(fitter: Fitter, residual: Array, rows: NDArray[np.bool_]) -> Array:
+    """Return a residual (m, c) over the noise, zero but in these rows."""
+    return np.where(rows, residual / fitter.noise, 0.0)

@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .goodness_of_fit import GoodnessOfFit
-from .placebo import placebo_shares
+from .held_out_gain import held_out_gain
 from .search import Reason, SearchResult
 from ..balances.balance import Balancer
 from ..findings.certainty import probability
-from ..findings.gains import gains
 from ..findings.report import (
     Alike, Evidence, Finding, FittedNumber, OwnGain, Residual, RunnerUp, with_gain)
 from ..findings.smallest import size_numbers
@@ -44,14 +43,10 @@ def findings(fitter: Fitter, fit: Fit, reasons: Mapping[Place, Reason], nameable
             continue
         own = fit.own(term)
         part = covariance[own][:, own]
-        gain = gains(fitter.balancer, twin, fitter.on(fitter.terms_without(fit, term)),
-                     fitter.on(fit.terms), spans).gain()
-        shares = placebo_shares(fitter, fit, term)
-        # Zero: a draw without any window in which an event lies.
-        if not gain.low < 0.0 and shares.cause > shares.placebo:
+        gain = held_out_gain(fitter, fit, term, twin, spans)
+        if gain is not None:
             reason = reasons[term.place]
-            gaining.append(_finding(fitter, term, part, reason, gain.beside(shares.placebo),
-                                    rival_of(reason, fit)))
+            gaining.append(_finding(fitter, term, part, reason, gain, rival_of(reason, fit)))
     return tuple(sorted(with_gain(gaining), key=lambda finding: -finding.evidence.score))
 
 

@@ -11,7 +11,7 @@ from hda_arm_sim.model.effects.catalogue import known_as
 from hda_arm_sim.model.effects.place import DRY_LEVEL
 import numpy as np
 
-from .motor_fit import Explained, gain_without, placebo_of
+from .motor_fit import Explained, gain_without, METRIC, placebo_of
 from .motor_friction import FrictionCause
 from .posterior import Posterior
 from ..findings.certainty import NAMED, ODDS
@@ -56,7 +56,7 @@ def _finding(part: Explained, number: int, arm: Arm) -> Finding | None:
     rival = rival_of(part.friction.posterior, found)
     evidence = Evidence(2.0 * found.lead, 2.0 * math.log(ODDS),
                         rival.name if rival else None, math.exp(min(found.lead, 700.0)))
-    gain = gain_without(part, places).gain().beside(placebo_of(part, places))
+    gain = gain_without(part, places).gain().beside(placebo_of(part, places), METRIC)
     return Finding(found.name, label, kind.site.value, kind.cause, parameters, evidence, gain,
                    found.probability)
 

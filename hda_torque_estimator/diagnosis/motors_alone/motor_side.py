@@ -19,7 +19,7 @@ from hda_arm_sim.model.effects.place import TURN
 import numpy as np
 
 from .friction_findings import friction_findings, friction_pairs, is_sure
-from .motor_fit import Explained, explained, floor_of, gain_without, LOAD
+from .motor_fit import Explained, explained, floor_of, gain_without, LOAD, METRIC
 from .motor_friction import load_columns
 from .motor_record import HELD, Sweep
 from .ripple import STANDS_OUT
@@ -33,8 +33,6 @@ from ...significance import NORMAL_90
 
 # Choices unless stated otherwise.
 REST = 2.5              # rms left over white noise that asks for an explanation
-METRIC = ('mean squared error of the motor torque that the measured motion calls for, on held-out '
-          'stretches, over white noise')
 _UNSEEN = (Site.TORSION, Site.TIMING, Site.SENSING)
 _SIDE = ('One encoder for each joint: torsion, timing and sensing cannot be seen; '
          'sizes of fast waves are what the drive answered them with.')

@@ -1,0 +1,39 @@
+"""
+What one cause gains on stretches that no fit has seen.
+
+It is first asked of predictions: simulations from measured states, with and without the cause.
+They hold what all other causes leave as well. A small cause among many may not show in them either
+way. Then the balances of the same stretches are asked, beside which all else is fitted
+(eq:held-out).
+"""
+
+from .placebo import placebo_shares
+from ..balances.balance import Balancer
+from ..findings.gains import gains, METRIC
+from ..findings.report import OwnGain
+from ..fitting.fit import Fit, Fitter
+from ...least_squares.term import Term
+from ...measurements.running_clock import Spans
+
+IN_BALANCES = ('power of the balances on held-out stretches, over that of noise, beside all other '
+               'causes')
+
+
+def held_out_gain(fitter: Fitter, fit: Fit, term: Term, twin: Balancer,
+                  spans: Spans) -> OwnGain | None:
+    """
+    Return what a cause of a fit gains on held-out stretches, None if that is nothing for certain.
+
+    `twin` shows the floor of predictions. A cause gains nothing where its placebo gains as much.
+    """
+    shares = placebo_shares(fitter, fit, term)
+    if not shares.cause > shares.placebo:
+        return None
+    predicted = gains(fitter.balancer, twin, fitter.on(fitter.terms_without(fit, term)),
+                      fitter.on(fit.terms), spans).gain()
+    if not predicted.low < 0.0:     # zero: a draw without any window in which an event lies
+        return predicted.beside(shares.placebo, METRIC)
+    if predicted.high > 0.0 and shares.low > max(shares.placebo, 0.0):
+        return OwnGain(shares.before, shares.after, 1.0, shares.cause, shares.low, shares.high,
+                       shares.placebo, IN_BALANCES)
+    return None
