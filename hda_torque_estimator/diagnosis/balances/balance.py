@@ -88,7 +88,6 @@ class Balancer:
         self._runs, self._valid = RecentCache[Array](_KEPT), RecentCache[NDArray[np.bool_]](_KEPT)
         self.predictions = RecentCache[Array](_KEPT)  # how far off those of arms end (`predict`)
         self.noises = RecentCache[tuple[Array, Array]](_KEPT)     # of arms (`healthy_twin`)
-        self._about: tuple[Arm, Array] | None = None    # of which many others were changes last
 
     def like(self, measurement: Measurement) -> 'Balancer':
         """Return the balances of another measurement along the same motion."""
@@ -131,9 +130,7 @@ class Balancer:
 
     def change(self, arm: Arm, other: Arm) -> Array:
         """Return what the residual (m, 2 n) of an arm has more than that of another [N*m]."""
-        if self._about is None or self._about[0] is not other:
-            self._about = other, self._filtered_residual(other)
-        return self._in_balances(self._filtered_residual(arm) - self._about[1])
+        return self._in_balances(self._filtered_residual(arm) - self._filtered_residual(other))
 
     def run_ahead(self, arm: Arm, others: Sequence[Arm]) -> None:
         """Prepare for others that differ from an arm by a link each: they share their motion."""
