@@ -23,6 +23,7 @@ from hda_arm_sim.model.effects import effect_named, Scope, TorqueConstantError
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.typical_sizes import SIZED, typical
 from hda_arm_sim.motions import motion_of
+from hda_torque_estimator.commands.kept_memory import keep_freed_memory
 from hda_torque_estimator.diagnosis.diagnose import diagnose, sought_effects
 from hda_torque_estimator.diagnosis.findings.report import Diagnosis
 from hda_torque_estimator.diagnosis.fitting.hypotheses import left_aside
@@ -117,6 +118,7 @@ def main() -> int:
                         ('rate', 1000.0)):
         known.add_argument(f'--{name}', type=type(usual), default=usual)
     asked = known.parse_args()
+    keep_freed_memory()                                 # as `hda diagnose` does
     places: list[Place | None] = [(QUICK, 'joint4')]
     length, names = TINY, [QUICK] if asked.quick else None
     if not asked.quick:

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 
 from . import fleet
 from .bag_option import add_naming, opener
+from .kept_memory import keep_freed_memory
 from .motors_alone import motor_figures
 from .out_option import add_out
 from .outcome import Outcome
@@ -83,6 +84,7 @@ def _together(options: argparse.Namespace,
               notify: Callable[[str], None] = lambda text: None) -> Outcome:
     """Diagnose all bags as recordings of one arm, and write; `notify` hears what is being done."""
     begin = time.monotonic()
+    keep_freed_memory()
     check_directory(options.out, force=options.force, reads=options.bags)
     arm = read_arm(options.arm)
     sources = [str(bag) for bag in options.bags]

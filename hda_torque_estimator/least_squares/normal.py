@@ -29,23 +29,30 @@ def within(normal: Floats, right: Floats, now: Floats, bounds: tuple[Floats, Flo
     """
     scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), TINY))
     normal, right = normal * np.outer(scale, scale), right * scale
-    step = np.linalg.solve(normal + ridge * np.eye(len(now)), right)
+    step = np.linalg.solve(_firm(normal, ridge), right)
     if _beyond(now + step * scale, *bounds).max(initial=0.0) <= _ON_BOUND:
         return step * scale                             # as nearly always
-    spread: Floats = np.asarray(np.linalg.inv(normal + ridge * np.eye(len(now))), np.float64)
+    spread: Floats = np.asarray(np.linalg.inv(_firm(normal, ridge)), np.float64)
     fixed = _stopped(spread, step.copy(), now, *bounds, scale, _half(*bounds))
     for _ in range(len(now) + 1):
         free = np.isnan(fixed)
         held = np.where(free, 0.0, fixed) / scale
-        firm = normal[np.ix_(free, free)] + ridge * np.eye(free.sum())
         step = held.copy()
-        step[free] = np.linalg.solve(firm, (right - normal @ held)[free])
+        step[free] = np.linalg.solve(_firm(normal[np.ix_(free, free)], ridge),
+                                     (right - normal @ held)[free])
         over = np.where(free, _beyond(now + step * scale, *bounds), 0.0)
         if over.max(initial=0.0) <= _ON_BOUND:
             break
         worst = np.argmax(over)
         fixed[worst] = np.clip(now + step * scale, *bounds)[worst] - now[worst]
     return step * scale
+
+
+def _firm(normal: Floats, ridge: float) -> Floats:
+    """Return equations (p, p) with a ridge on their diagonal."""
+    firm = normal.copy()
+    firm.flat[::len(firm) + 1] += ridge
+    return firm
 
 
 @compiled

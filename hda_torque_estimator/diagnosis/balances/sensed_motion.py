@@ -87,9 +87,11 @@ class SensedMotion:
         """Return a course that is not known, from one of the same shape if there is such."""
         angle = angle_behind(self._measurement.reading, arm, joint, side)
         late, before = lateness(arm, joint, side), self._differentiated[joint, side]
+        least = _ROUNDING * np.abs(angle).max() if before else 0.0
         for known in before:
-            away = angle - known.angle
-            if late == known.late and np.ptp(away) <= _ROUNDING * np.abs(angle).max():
+            away = angle[[0, -1]] - known.angle[[0, -1]]    # as most differ by more there already
+            if late == known.late and abs(away[1] - away[0]) <= least and (
+                    np.ptp(angle - known.angle) <= least):
                 return known.course.shifted(float(away[0]))
         course = self._derived(angle, late)
         before[:] = [_Differentiated(angle, late, course), *before[:_KEPT - 1]]

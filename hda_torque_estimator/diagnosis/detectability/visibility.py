@@ -6,6 +6,7 @@ explains as much of it as it can. What is left must be material and pass the sco
 """
 
 from collections.abc import Callable
+from functools import cached_property
 import math
 from typing import NamedTuple
 
@@ -102,9 +103,11 @@ class Visibility:
         gained = left.score - score(self._background, shift.weighed.samples, fitter.noise,
                                     fitter.effective)
         rise = left.variance - self._variance
-        loud = float((rise / np.maximum(floor(fitter), self._needed)).max())
-        slow = float((shift.slow(share, left.step) * rise / self._needed).max())
-        strength = min(max(loud, slow), gained / bar)
+        loud = strength = float((rise / np.maximum(floor(fitter), self._needed)).max())
+        shift.weigh(share, left.step)
+        if loud < gained / bar:             # else what is slow changes nothing
+            strength = max(loud, float((shift.slow * rise / self._needed).max()))
+        strength = min(strength, gained / bar)
         if curves is None:
             return strength
         curve = self._curves.improvement(curves, share, left.step) / surely_above(CERTAIN)
@@ -138,7 +141,7 @@ class _Shift:
         """Keep the direction (q,) `along` the first columns of what is `weighed`."""
         self.others, self.weighed, self.along = others, weighed, along
         self._values = values
-        self._slow: Array | None = None
+        self._weighed: tuple[float, Array] | None = None
 
     def imagined(self, share: float, background: Array) -> Columns:
         """Return residuals that are a share of the shift and a background, by the rest."""
@@ -153,18 +156,24 @@ class _Shift:
         extra = len(self.along)
         return np.asarray(self.along @ self.weighed.products[:, :extra, extra:])
 
-    def slow(self, share: float, step: Array) -> Array:
-        """Return which part (c,) of its power is slow after a step (p,) of the terms."""
-        if self._slow is None:
-            shown = np.flatnonzero(self._values.any(axis=0))
-            moved = self._values[:, shown]
-            rest = share * moved + np.where(moved, self.others.columns[:, shown] @ step, 0.0)
-            power = np.abs(np.fft.rfft(rest, axis=0)) ** 2
-            below = np.fft.rfftfreq(len(rest), 1.0 / RATE) < SLOW
-            slow = np.ones_like(self.weighed.power)
-            slow[shown] = power[below].sum(axis=0) / np.maximum(power.sum(axis=0), 1e-300)
-            self._slow = slow
-        return self._slow
+    def weigh(self, share: float, step: Array) -> None:
+        """Keep the share of the shift that is weighed first, and the step (p,) of the terms."""
+        self._weighed = self._weighed or (share, step)
+
+    @cached_property
+    def slow(self) -> Array:
+        """Return which part (c,) of its power is slow where it was weighed first, 1 before."""
+        slow = np.ones_like(self.weighed.power)
+        if self._weighed is None:
+            return slow
+        share, step = self._weighed
+        shown = np.flatnonzero(self._values.any(axis=0))
+        moved = self._values[:, shown]
+        rest = share * moved + np.where(moved, self.others.columns[:, shown] @ step, 0.0)
+        power = np.abs(np.fft.rfft(rest, axis=0)) ** 2
+        below = np.fft.rfftfreq(len(rest), 1.0 / RATE) < SLOW
+        slow[shown] = power[below].sum(axis=0) / np.maximum(power.sum(axis=0), 1e-300)
+        return slow
 
 
 def _faintest(weighed: Columns, extra: int, weight: Array, tolerances: Array,

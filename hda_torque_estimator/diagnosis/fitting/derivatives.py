@@ -1,6 +1,6 @@
 """Derivatives of the balances of one measurement, and their noise, about one arm as given."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from operator import is_
@@ -17,7 +17,7 @@ from .nuisance import AnyTerm, nuisances
 from .steps import groups_at_once, Sized, stepped
 from ..balances.balance import Balance, Balancer
 from ..balances.recent_cache import RecentCache
-from ...least_squares.term import with_terms
+from ...least_squares.term import Term, with_terms
 
 IMPOSSIBLE = (ArmError, ParameterError)     # no arm can have such numbers
 # Choices unless stated otherwise.
@@ -162,7 +162,7 @@ class Derivatives:
     def _trials(self, terms: Sequence[AnyTerm], among: Sequence[AnyTerm]) -> Iterator[_SteppedArm]:
         """Yield arms that are steps on from terms, one for all that a simulation can vary."""
         for group in groups_at_once(terms):
-            changed, steps = {id(term): term for term in among}, []
+            changed, steps = {}, []
             for place, number, column in group:
                 term = terms[place]
                 moved_on = changed[id(term)] = stepped(term, number)
@@ -172,9 +172,17 @@ class Derivatives:
                 if size:
                     steps.append(_Step(column, channels, size))
             try:
-                yield _SteppedArm(self.on(list(changed.values())), steps)
+                yield _SteppedArm(self._with(changed, among), steps)
             except IMPOSSIBLE:
                 continue                            # no way to go: the column stays zero
+
+    def _with(self, changed: Mapping[int, AnyTerm], among: Sequence[AnyTerm]) -> Arm:
+        """Return the arm with terms `among` which some have `changed`, by their identity."""
+        if not all(isinstance(term, Term) and term.is_whole for term in changed.values()):
+            return self.on([changed.get(id(term), term) for term in among])
+        arm = with_terms(self._about(among), changed.values())      # effects replace each other
+        arm.record()
+        return arm
 
 
 def channels_of_joint(arm: Arm, joint: str) -> list[int]:

@@ -16,7 +16,8 @@ from ...least_squares.normal import RIDGE, TINY, within
 
 # Choices unless stated otherwise.
 REACH = 3.5             # standard deviations that a nuisance may go from its nominal value
-_SAME = 1e-3            # by which variances differ at one and the same end
+_SAME = 1e-3            # by which variances differ at one and the same end,
+_LEAST = 1e-8           # and besides by so much at most [N^2*m^2]
 _PASSES = 12            # of weights and bounds, at most
 _APART = 4.0            # times noise: with less left there is one best step (eq:two-ends)
 
@@ -98,7 +99,7 @@ def ends(columns: Columns, noise: Array, effective: float, now: Array,
     if not (rest > _APART * noise ** 2).any():
         return [found]
     other = _descended(columns, noise, effective, now, deviations, noise ** 2)
-    if np.allclose(other.variance, found.variance, rtol=_SAME):
+    if _are_same(other.variance, found.variance):
         return [found]
     return sorted((found, other), key=lambda end: end.score)
 
@@ -111,11 +112,16 @@ def _descended(columns: Columns, noise: Array, effective: float, now: Array,
         step = step_of(columns, effective / variance, prior, now, REACH * deviations)
         left = _left(columns, step)
         renewed = np.maximum(left, noise ** 2)
-        if np.allclose(renewed, variance, rtol=_SAME):
+        if _are_same(renewed, variance):
             break
         variance = renewed
     shares = _scores(left, columns.samples, noise, effective)
     return Solution(step, float(shares.sum() + prior @ (now + step) ** 2), shares, variance)
+
+
+def _are_same(variance: Array, other: Array) -> bool:
+    """Return whether variances (c,) are those of one end."""
+    return bool((np.abs(variance - other) <= _LEAST + _SAME * other).all())
 
 
 def prior_weights(deviations: Array) -> Array:

@@ -16,7 +16,7 @@ from ..fitting.slopes import of_noise
 from ..fitting.solve import Columns, condense, condense_more, Solution, solve
 from ..fitting.starting_points import LOCATED, located
 from ..fitting.steps import acts_apart
-from ...least_squares.term import Term
+from ...least_squares.term import Term, with_terms
 
 Array = NDArray[np.float64]
 # Choices unless stated otherwise.
@@ -85,10 +85,7 @@ def _shifts(fitter: Fitter, fit: Fit, starts: Sequence[Term]) -> list[Array]:
     arm = fitter.on(fit.terms)
     changes = []
     for trials in zip(*(directions(start) for start in starts)):
-        changed = arm
-        for trial in trials:
-            changed = trial.on(changed)
-        changes.append(fitter.change(fit.terms, changed) - sum(
+        changes.append(fitter.change(fit.terms, with_terms(arm, trials)) - sum(
             of_noise(trial, arm, fit.slopes.noise) for trial in trials))
     together = np.stack(changes, axis=2)
     if len(starts) == 1:

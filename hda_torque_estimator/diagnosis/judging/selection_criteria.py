@@ -65,19 +65,23 @@ def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term
     if not fitter.can_lack_each(extended):
         return False
     fair = equal_noise_score(fitter, extended, noise_in(fitter, without))
-    improvement = min(improvement, without.score - fair) - by_chance(fitter, term)
+    improvement = min(improvement, without.score - fair)
     if improvement < threshold(fitter, term):
         return False
     if (np.isfinite(HYPOTHESES[term.name].below) and not fitter.balancer.is_commanded
             and gain_below(fitter, without, extended, SLOW) < threshold(fitter, term)):
         return False                        # what is quick is of commands that nobody recorded
     form = _form_power(fitter, first, without)
+    formed = np.inf
     if beside:                              # other forms of what is known may explain as much
         formed = evidence(fitter, without) - evidence(fitter, extended, beside)
         if formed < threshold(fitter, term):
             return False
-        improvement = min(improvement, formed)
         without, extended = reformed(fitter, without), reformed(fitter, extended, beside)
+    improvement -= by_chance(fitter, term)  # asked last: it takes a fit of the twin
+    if improvement < threshold(fitter, term):
+        return False
+    improvement = min(improvement, formed)
     if improvement > CERTAIN and alone(fitter, term, beside):
         return True
     gain, rest = without.variance - extended.variance, without.variance - fitter.noise ** 2
