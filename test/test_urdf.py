@@ -31,6 +31,8 @@ BAD = {
                     'no body has this inertia'),
     'no number': (description([BASE, body('one', at='0 x 0'), TWO], JOINTS), 'three finite'),
     'nan': (description([BASE, body('one', inertia='nan 1 1'), TWO], JOINTS), 'finite number'),
+    'millimetres': (GOOD.replace('0.3 0 0', '300 0 0'),
+                    'b: its origin must lie within 100 m, got 300 m; lengths'),
     'bomb': (BOMB, 'never read'),
     'external entity': (STEALING, 'never read'),
     'no xml': ('<robot>', 'no XML'),
