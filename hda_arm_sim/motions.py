@@ -61,11 +61,9 @@ def home_of(arm: Arm) -> tuple[float, ...]:
     if arm.links.home:
         return arm.links.home
     found = []
-    for joint, bent in zip(arm.links.built.joints, _BENT):
-        low, high = joint.limits.get('lower', 0.0), joint.limits.get('upper', 0.0)
+    for (low, high), bent in zip(arm.ranges().tolist(), _BENT):
         room = _ROOM * (high - low)
-        bounded = joint.kind == 'revolute' and room > 0.0
-        found.append(min(max(bent, low + room), high - room) if bounded else bent)
+        found.append(min(max(bent, low + room), high - room))
     return tuple(found)
 
 
@@ -83,15 +81,16 @@ def motion_of(arm: Arm, name: str, duration: float, dt: float, seed: int) -> Mot
     """
     Return the motion `name` about the home of an arm, sampled every dt [s].
 
-    Each joint of a chain goes as far as its declared angle allows, at half of its declared speed
-    at most. Raises MotionError.
+    Each joint of a chain goes as far as arm file and description allow, at half of its declared
+    speed at most. Raises MotionError.
     """
     made = motion(name, len(arm.joints), duration, dt, seed)
     if not isinstance(arm.links, ChainLinks):
         return made
     home = np.array(home_of(arm))
     away = made.angle - made.angle[0]
-    room = np.maximum([joint.angle_limit for joint in arm.joints] - np.abs(home), 0.0)
+    low, high = arm.ranges().T
+    room = np.maximum(np.minimum(high - home, home - low), 0.0)
     speed = [_SHARE * joint.velocity_limit / joint.ratio for joint in arm.joints]
     with np.errstate(divide='ignore'):
         share = np.minimum(np.minimum(room / np.abs(away).max(axis=0),

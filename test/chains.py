@@ -1,6 +1,10 @@
 """Chains for tests: random ones, a pair of links in a plane as a description, and real arms."""
 
+from dataclasses import replace
+
 from hda_arm_sim.foundation import chain as of
+from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.parts import Links
 from hypothesis import strategies as st
 import numpy as np
@@ -26,6 +30,24 @@ def joint(name: str, parent: str, child: str, at: str = '0 0 0', rpy: str = '0 0
     """Return a joint."""
     return (f'<joint name="{name}" type="{kind}"><origin xyz="{at}" rpy="{rpy}"/>'
             f'<parent link="{parent}"/><child link="{child}"/><axis xyz="{axis}"/></joint>')
+
+
+def bounded(text: str, name: str, low: float, high: float) -> str:
+    """Return a description in which a joint turns from one angle to another one only [rad]."""
+    head, found, tail = text.partition(f'<joint name="{name}" type="')
+    assert found
+    own, end, rest = tail.partition('</joint>')
+    _, quote, inner = own.partition('"')
+    return f'{head}{found}revolute{quote}{inner}<limit lower="{low}" upper="{high}"/>{end}{rest}'
+
+
+def narrow(low: float, high: float) -> Arm:
+    """Return the arm of seven joints whose fourth may turn from one angle to another only."""
+    arm = read_arm('cobot7.yaml')
+    head, found, tail = arm.links.description.partition('lower="-2.6" upper="2.6"')
+    assert found
+    text = f'{head}lower="{low}" upper="{high}"{tail}'
+    return replace(arm, links=replace(arm.links, description=text, home=()))
 
 
 def planar(links: Links, masses: tuple[float, float] = (10.0, 8.0)) -> str:

@@ -16,8 +16,10 @@ import xml.etree.ElementTree as ElementTree
 
 from hda_arm_sim.foundation.parameter import Declaration, Declared
 from hda_arm_sim.model import parts
+from hda_arm_sim.model.chain_files import CHAIN_MEANINGS
 from hda_arm_sim.model.effects import Effect, EFFECTS
 from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.model.link_numbers import LinkTolerance
 from hda_arm_sim.model.torsion import TorsionLaw
 from hda_arm_sim.node import ArmSim
 from hda_arm_sim.ros.arm_node import ReportingNode
@@ -176,8 +178,19 @@ def arm_file() -> str:
     for kind in arm_parts():
         words = inspect.cleandoc(kind.__doc__ or '').split('\n')[0]
         page.append(f'\n## `{kind.name}`\n\n{words}\n\n{numbers(kind.declarations())}')
+    page.append(_chain())
     shipped = (ROOT / 'config' / 'hda_arm.yaml').read_text()
     return ''.join([*page, f'\n## `hda_arm.yaml`, as shipped\n\n```yaml\n{shipped}```\n'])
+
+
+def _chain() -> str:
+    """Return the section of links that a robot description states."""
+    keys = table(('name', 'meaning'), (
+        (code(name), meaning) for name, meaning in CHAIN_MEANINGS.items()))
+    return ('\n## `links` of a robot description\n\nA chain of up to twelve joints that turn, in '
+            'space. `cobot7.yaml` is such an arm.\nA joint turns within its limits in the '
+            f'description and within its `angle_limit`.\n\n{keys}\nEach of the `tolerances` '
+            f'has these numbers:\n\n{numbers(LinkTolerance.declarations())}')
 
 
 def arm_parts() -> list[type[Declared]]:

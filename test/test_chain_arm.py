@@ -4,7 +4,7 @@ from dataclasses import replace
 import math
 import re
 
-from chains import planar
+from chains import narrow, planar
 from hda_arm_sim.foundation.chain import OFFSET, ROTATION
 from hda_arm_sim.live import LiveArm, SimulationSettings
 from hda_arm_sim.model.arm import Arm, ArmError
@@ -20,7 +20,7 @@ from hda_arm_sim.model.kernel import BASE_OFFSET, LINK_VELOCITY
 from hda_arm_sim.model.parts import Joint, Links
 from hda_arm_sim.model.torsion import TorsionLaw
 from hda_arm_sim.model.typical_sizes import SIZED, typical
-from hda_arm_sim.motions import home_of, motion_of
+from hda_arm_sim.motions import home_of, motion_of, MOTIONS
 from hda_arm_sim.plant import Plant
 from hda_arm_sim.sensors import LINK
 from hda_arm_sim.simulate import InputHistory, longest_step, rest, rollout, STEP
@@ -152,6 +152,26 @@ def test_seven_joints_follow_their_motion():
     made = run(COBOT, COBOT, path, 0)
     assert np.abs(made.state[:, :, 2] - path.angle).max() < 0.05
     assert (np.abs(path.angle) <= [joint.angle_limit for joint in COBOT.joints]).all()
+
+
+def test_motions_stay_within_what_the_description_allows():
+    """Around a home of its own: the middle half of the range is where a motion may start."""
+    arm = narrow(-2.0, -1.5)
+    assert arm.ranges()[3].tolist() == [-2.0, -1.5]
+    assert -1.875 <= home_of(arm)[3] <= -1.625
+    for name in MOTIONS:
+        angle = motion_of(arm, name, 8.0, DT, 1).angle[:, 3]
+        assert angle.min() >= -2.0 - 1e-9 and angle.max() <= -1.5 + 1e-9
+
+
+def test_the_published_description_states_the_range():
+    assert 'lower="-2" upper="-1.5"' in urdf(narrow(-2.0, -1.5))
+
+
+def test_a_range_that_the_angle_limit_excludes_is_one_line():
+    with pytest.raises(ArmError, match='joint4 cannot turn: its angle_limit is 2.6 rad, and the '
+                                       'description states -3 rad at most'):
+        narrow(-4.0, -3.0)
 
 
 def test_a_live_arm_takes_commands_and_wrenches():

@@ -1,9 +1,13 @@
 """Every command that takes a recording takes one of seven joints, and reports all of them."""
 
+from dataclasses import replace
 import json
+from pathlib import Path
 from typing import Any
 
+from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.model.writing import write_arm
 from hda_torque_estimator.cli import main
 import numpy as np
 import pytest
@@ -70,6 +74,21 @@ def test_a_fleet_of_chains_is_diagnosed_by_processes(bags, tmp_path, capsys):
     assert report['devices'][0]['device'] == 'worn'
     assert any('notes' in said for said in report['skipped'])
     assert 'joint 4' in (tmp_path / 'fleet' / 'fleet.html').read_text().replace('\u00a0', ' ')
+
+
+def simulated(folder: Path, arm: Arm) -> int:
+    """Return the exit code of a simulation of an arm that a file describes."""
+    write_arm(arm, folder / 'arm.yaml')
+    return main(['simulate', '--arm', str(folder / 'arm.yaml'), '--motion', 'sine', '--duration',
+                 '2', '--out', str(folder / 'run')])
+
+
+def test_a_motor_that_cannot_hold_its_arm_is_told(tmp_path, capsys):
+    weak = tuple(replace(joint, torque_limit=0.3) if joint.label == 'joint2' else joint
+                 for joint in COBOT.joints)
+    assert simulated(tmp_path, replace(COBOT, joints=weak)) == 0
+    said, = capsys.readouterr().err.splitlines()
+    assert said.startswith('joint2 is up to') and 'all of its 0.3 N*m' in said
 
 
 @pytest.mark.study

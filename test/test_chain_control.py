@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from chains import narrow
 from hda_arm_sim.live import LiveArm, SimulationSettings
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import (Backlash, BaseVibration, Effect, KinematicError, Payload,
@@ -12,6 +13,7 @@ from hda_arm_sim.motions import home_of, motion_of
 from hda_arm_sim.simulate import InputHistory, rest, rollout
 from hda_arm_sim.start import start_of
 from hda_torque_estimator.controlling.controller import Controller, ControllerSettings
+from hda_torque_estimator.controlling.reference import reference_from, TrajectoryError
 from hda_torque_estimator.estimating.estimator import Estimator
 from hda_torque_estimator.estimating.laws import layout
 from hda_torque_estimator.estimating.laws.contact import contact_level, FREE
@@ -123,3 +125,18 @@ def test_a_start_is_no_contact(motion):
     found = Estimator(COBOT).run(stamps, made.reading, made.command)
     assert (found.tip[:, layout.CONTACT_LEVEL] == FREE).all()
     assert found.tip[:, layout.CONTACT_DEVIATIONS].max() < contact_level(4.0, 7)
+
+
+@pytest.mark.parametrize(('angles', 'rate', 'said'), [
+    ([-0.7], 0.0, 'joint4 must stay within -2 to -1 rad, got -0.7 rad'),
+    ([-2.2], 0.0, 'joint4 must stay within -2 to -1 rad, got -2.2 rad'),
+    ([-1.95, -1.5], -1.2, 'joint4: the angle must stay within -2 to -1 rad')])
+def test_a_target_is_kept_within_what_the_description_allows(angles, rate, said):
+    """Also between two points: the third passes one on its way out, and comes back."""
+    arm, now = narrow(-2.0, -1.0), np.zeros((7, 2))
+    now[:, 0] = home_of(arm)
+    points, rates = np.tile(now[:, 0], (len(angles), 1)), np.zeros((len(angles), 7))
+    points[:, 3], rates[0, 3] = angles, rate
+    with pytest.raises(TrajectoryError) as caught:
+        reference_from(arm, arm.labels, 2.0 + np.arange(len(angles)), points, rates, now)
+    assert said in str(caught.value)

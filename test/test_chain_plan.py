@@ -1,5 +1,6 @@
 """Motions are planned for chains: within the limits of every joint, about a home of their own."""
 
+from chains import narrow
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.kernel import LINK_ANGLE, MOTOR_VELOCITY
 from hda_arm_sim.motions import home_of
@@ -26,6 +27,23 @@ def test_every_joint_of_a_candidate_moves_within_its_limits(path):
     assert made.angle[-1] == pytest.approx(made.angle[0], abs=1e-9)
     assert made.rate[[0, -1]] == pytest.approx(0.0, abs=1e-3)
     assert np.ptp(made.angle, axis=0).min() > 0.05
+
+
+@pytest.mark.parametrize('path', candidates(7), ids=lambda path: path.label)
+def test_a_candidate_keeps_the_range_of_the_description(path):
+    """Of 0.9 rad, 1.55 to 2.45 rad away from zero; a plan leaves some of it for overshoot."""
+    asked = shown(narrow(-2.45, -1.55), ['backlash@joint4'])
+    angle = planned_motion(asked, path, 20.0, 2e-3).angle[:, 3]
+    assert angle.min() > -2.43 and angle.max() < -1.57
+    assert np.ptp(angle) > 0.05
+
+
+def test_a_load_is_the_share_of_the_range():
+    arm = narrow(-2.45, -1.55)
+    path = planned_motion(shown(arm, ['backlash@joint4']), Path('full turn', (1.8,) * 7), 10.0,
+                          1e-3)
+    load = load_of(arm, run(arm, arm, path, 3, estimator=None))
+    assert 0.8 < load.angle[3] < 1.0
 
 
 def test_a_small_motion_goes_on_about_the_home_of_the_chain():

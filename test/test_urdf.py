@@ -3,7 +3,7 @@
 from dataclasses import replace
 import os
 
-from chains import body, description, joint
+from chains import body, bounded, description, joint
 from hda_arm_sim.foundation import chain as of
 from hda_arm_sim.foundation.chain import CONSTANTS, INERTIA, MASS, MOMENT
 from hda_arm_sim.model.arm import ArmError
@@ -31,6 +31,8 @@ BAD = {
                     'no body has this inertia'),
     'no number': (description([BASE, body('one', at='0 x 0'), TWO], JOINTS), 'three finite'),
     'nan': (description([BASE, body('one', inertia='nan 1 1'), TWO], JOINTS), 'finite number'),
+    'millimetres': (GOOD.replace('0.3 0 0', '300 0 0'),
+                    'b: its origin must lie within 100 m, got 300 m; lengths'),
     'bomb': (BOMB, 'never read'),
     'external entity': (STEALING, 'never read'),
     'no xml': ('<robot>', 'no XML'),
@@ -46,6 +48,8 @@ BAD = {
         'b', 'one', 'two', kind='prismatic')]), 'b on the way to two is prismatic'),
     'no axis': (description([BASE, ONE, TWO], [JOINTS[0], joint('b', 'one', 'two',
                                                                 axis='0 0 0')]), 'axis'),
+    'limits reversed': (bounded(GOOD, 'b', 2.0, -1.0),
+                        'joint b: its limits are reversed, lower is 2 rad and upper -1 rad'),
     'empty': ('<robot/>', 'no links'),
     'nameless': ('<robot><link/></robot>', 'has no name'),
     'long': (' ' * (LARGEST + 1), 'too long'),
@@ -122,6 +126,44 @@ def test_a_joint_that_mimics_is_reported_so():
     finger = joint('slide', 'two', 'finger').replace('</joint>', '<mimic joint="a"/></joint>')
     made = links(description([BASE, ONE, TWO, body('finger', 0.1)], [*JOINTS, finger]))
     assert 'slide (mimic)' in made.built.remarks[0]
+
+
+@pytest.mark.parametrize('kind', ['prismatic', 'continuous'])
+def test_what_hangs_beside_the_chain_on_its_base_is_left_aside_and_reported(kind):
+    """Behind fixed joints as well; what is fixed to the base is no news."""
+    text = description([BASE, ONE, TWO, body('post'), body('other')],
+                       [*JOINTS, joint('stand', 'base', 'post', kind='fixed'),
+                        joint('slide', 'post', 'other', kind=kind)])
+    made = links(text)
+    assert made.parts.tolist() == links().parts.tolist()
+    remark, = made.built.remarks
+    assert remark.startswith(f'slide ({kind})') and 'left aside' in remark
+
+
+def test_a_gripper_is_no_tip():
+    """No chain leads to a finger that slides: the hand is proposed, or a frame fixed to it."""
+    fingers = [joint('left', 'two', 'near', kind='prismatic'),
+               joint('right', 'two', 'far', kind='prismatic')]
+    links_of = [BASE, ONE, TWO, body('near'), body('far')]
+    assert tips(description(links_of, [*JOINTS, *fingers])) == ['two']
+    assert tips(description([*links_of, '<link name="tcp"/>'], [
+        *JOINTS, *fingers, joint('end', 'two', 'tcp', kind='fixed')])) == ['tcp']
+    mimic = fingers[1].replace('prismatic', 'revolute').replace(
+        '</joint>', '<mimic joint="left"/></joint>')
+    assert tips(description(links_of, [*JOINTS, fingers[0], mimic])) == ['two']
+
+
+def test_a_joint_that_slides_on_the_way_is_no_gripper():
+    text = description([BASE, ONE, TWO], [joint('a', 'base', 'one', kind='prismatic'), JOINTS[1]])
+    assert tips(text) == ['two']
+
+
+def test_a_description_says_how_far_joints_turn():
+    """Two zeros are what drawings state who know no limits; a continuous joint has none."""
+    assert links(bounded(GOOD, 'b', -2.0, 0.5)).ranges.tolist() == [
+        [-np.inf, np.inf], [-2.0, 0.5]]
+    for text in (GOOD, bounded(GOOD, 'b', 0.0, 0.0)):
+        assert np.isinf(links(text).ranges).all()
 
 
 def test_inline_and_file_are_the_same_arm(tmp_path):

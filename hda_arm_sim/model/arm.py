@@ -180,6 +180,15 @@ class Arm:
         return differing_pair(replace(links, coupled=float(coupled)), [
             self._in_force(LINK_INERTIA, joint.label) for joint in self.joints])
 
+    def ranges(self) -> NDArray[np.float64]:
+        """Return from where to where each link may turn (n, 2), by file and description [rad]."""
+        most = np.array([joint.angle_limit for joint in self.joints])
+        ranges = np.stack([-most, most], axis=1)
+        if isinstance(self.links, ChainLinks):
+            low, high = self.links.ranges.T
+            ranges = np.stack([np.maximum(-most, low), np.minimum(most, high)], axis=1)
+        return ranges
+
     def torsion_only(self) -> 'Arm':
         """Return the arm without its chain, for who knows two links in a plane, or none."""
         return replace(self, links=None) if isinstance(self.links, ChainLinks) else self
@@ -259,6 +268,11 @@ def _check_chain(arm: Arm, links: ChainLinks) -> None:
     if len(links.names) != len(arm.joints):
         raise ArmError(f'links has a chain of {len(links.names)} joints '
                        f'({", ".join(links.names)}), got {len(arm.joints)} joints')
+    for joint, (low, high) in zip(arm.joints, arm.ranges()):
+        if not low < high:
+            raise ArmError(f'{joint.label} cannot turn: its angle_limit is {joint.angle_limit:g} '
+                           f'rad, and the description states {low if low > 0.0 else high:g} rad '
+                           f'{"at least" if low > 0.0 else "at most"}')
     coupling = sole_at(COUPLING).name
     if not arm.effect(coupling).is_neutral():
         raise ArmError(f'{coupling} is for two links in a plane; the links of a chain '

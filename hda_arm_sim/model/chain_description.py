@@ -21,6 +21,7 @@ def chain_urdf(arm: Arm, links: ChainLinks) -> str:
     robot = Tree.Element('robot', name='hda_arm')
     parent = Tree.SubElement(robot, 'link', name=BASE_FRAME)
     names = [(joint.label, link_frame(joint.label)) for joint in arm.joints]
+    ranges = dict(zip(arm.labels, arm.ranges()))
     for row, (label, frame) in zip(links.parts[1:], [*names, ('tool_mount', TOOL_FRAME)]):
         joint = Tree.SubElement(robot, 'joint', name=label,
                                 type='fixed' if frame == TOOL_FRAME else 'revolute')
@@ -29,9 +30,9 @@ def chain_urdf(arm: Arm, links: ChainLinks) -> str:
         Tree.SubElement(joint, 'origin', xyz=_words(row[OFFSET:OFFSET + 3]),
                         rpy=_words(angles(row[ROTATION:ROTATION + 9].reshape(3, 3))))
         if frame != TOOL_FRAME:
-            limit = arm.joint(label).angle_limit
+            low, high = ranges[label]
             Tree.SubElement(joint, 'axis', xyz='0 0 1')
-            Tree.SubElement(joint, 'limit', lower=f'{-limit:g}', upper=f'{limit:g}', effort='0',
+            Tree.SubElement(joint, 'limit', lower=f'{low:g}', upper=f'{high:g}', effort='0',
                             velocity='0')
         _draw(parent, row[OFFSET:OFFSET + 3])
         parent = Tree.SubElement(robot, 'link', name=frame)

@@ -14,7 +14,14 @@ from .urdf import LARGEST, UrdfError
 if TYPE_CHECKING:
     from importlib.abc import Traversable       # where Python 3.10 has it
 
-CHAIN_KEYS = ('urdf', 'tip', 'joints', 'home', 'rpy', 'tolerances')
+CHAIN_MEANINGS = {
+    'urdf': 'robot description: a path, seen from the arm file, or the text itself',
+    'tip': 'link of the description whose frame is the tip',
+    'joints': "its joints from the base to the tip; the names of the arm's joints unless given",
+    'home': 'angles where motions start, one for each joint [rad]',
+    'rpy': 'turns the root of the description in the base frame, about its fixed x, y and z [rad]',
+    'tolerances': 'by the joint that moves it, how well a link is known'}
+CHAIN_KEYS = tuple(CHAIN_MEANINGS)
 
 
 def chain_links(value: Any, labels: Sequence[str], source: Path) -> ChainLinks:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -81,6 +82,13 @@ class ChainLinks:
         return _build(_tree(read_description(self.description)), self.tip, self.names, stands)
 
     @property
+    def ranges(self) -> Array:
+        """Return how far the description lets each joint turn (n, 2), infinite if it says not."""
+        return np.array([
+            (joint.limits['lower'], joint.limits['upper']) if _is_bounded(joint) else (-inf, inf)
+            for joint in self.built.joints])
+
+    @property
     def last_length(self) -> float:
         """Return how long the forearm is, hand and tip with it: half of the joints' reach [m]."""
         return 0.5 * float(np.linalg.norm(self.parts[2:, OFFSET:OFFSET + 3], axis=1).sum())
@@ -138,15 +146,38 @@ def chain_to(text: str, tip: str) -> tuple[str, ...]:
 
 def tips(text: str) -> list[str]:
     """
-    Return the links on which nothing hangs, those beyond most turning joints first.
+    Return the links that may be the tip, those beyond most turning joints first.
 
-    Raises UrdfError where links hang on each other in a circle, if only some of them.
+    Nothing hangs on them but what a gripper is: joints that slide or mimic others. Raises
+    UrdfError where links hang on each other in a circle, if only some of them.
     """
     tree = _tree(read_description(text))
-    turning = {link: sum(joint.kind in TURNING for joint in _path(tree, link))
-               for link in tree.bodies}
-    ends = [link for link in tree.bodies if not tree.children(link)]
-    return sorted(ends, key=lambda link: -turning[link])
+    paths = {link: _path(tree, link) for link in tree.bodies}
+    found = dict.fromkeys(_held(paths[link], link) for link in tree.bodies
+                          if not tree.children(link))
+    inner = {joint.parent for link in found for joint in paths[link]}
+    return sorted((link for link in found if link not in inner),
+                  key=lambda link: -sum(joint.kind in TURNING for joint in paths[link]))
+
+
+def _held(path: list[UrdfJoint], link: str) -> str:
+    """Return the link on the way to another one that holds its gripper; itself if it has none."""
+    for joint in reversed(path):
+        if _turns(joint):
+            break
+        if joint.kind != 'fixed':
+            link = joint.parent
+    return link
+
+
+def _turns(joint: UrdfJoint) -> bool:
+    return joint.kind in TURNING and not joint.mimics
+
+
+def _is_bounded(joint: UrdfJoint) -> bool:
+    """Return whether a description says how far a joint turns; drawings state two zeros."""
+    low, high = (joint.limits.get(end, 0.0) for end in ('lower', 'upper'))
+    return joint.kind == 'revolute' and low < high
 
 
 def _check_path(path: list[UrdfJoint], tip: str, names: tuple[str, ...]) -> None:
@@ -154,10 +185,14 @@ def _check_path(path: list[UrdfJoint], tip: str, names: tuple[str, ...]) -> None
     moving = [joint for joint in path if joint.kind != 'fixed']
     there = ', '.join(joint.name for joint in moving) or 'none'
     for joint in moving:
-        if joint.kind not in TURNING or joint.mimics:
+        if not _turns(joint):
             what = 'mimics another one' if joint.mimics else f'is {joint.kind or "of no type"}'
             raise UrdfError(f'joint {joint.name} on the way to {tip} {what}; only joints that '
                             'turn by themselves are modelled (revolute, continuous)')
+        low, high = (joint.limits.get(end, 0.0) for end in ('lower', 'upper'))
+        if joint.kind == 'revolute' and low > high:
+            raise UrdfError(f'joint {joint.name}: its limits are reversed, lower is {low:g} rad '
+                            f'and upper {high:g} rad')
     if tuple(joint.name for joint in moving) != names:
         raise UrdfError(f'the joints that lead to {tip} are {there}, got {", ".join(names)}; '
                         '"joints" under links lists them in this order, one for each joint of '
@@ -169,7 +204,7 @@ def _build(tree: Tree, tip: str, names: tuple[str, ...], frame: Frame) -> Built:
     _check_path(path, tip, names)
     parts = np.zeros((len(names) + 2, CONSTANTS))
     parts[:, [ROTATION, ROTATION + 4, ROTATION + 8]] = 1.0
-    remarks: list[str] = []
+    remarks = _beside(tree, path[0].parent if path else tip, names)
     row, turning = 0, []
     for joint in path:
         frame = frame.then(joint.frame)
@@ -189,6 +224,22 @@ def _build(tree: Tree, tip: str, names: tuple[str, ...], frame: Frame) -> Built:
     return Built(parts, tuple(turning), tuple(remarks))
 
 
+def _beside(tree: Tree, standing: str, names: tuple[str, ...]) -> list[str]:
+    """Return a line for each joint that hangs on what stands still, and is not in the chain."""
+    remarks = []
+    for joint in tree.children(standing):
+        if joint.kind == 'fixed':
+            remarks += _beside(tree, joint.child, names)
+        elif joint.name not in names:
+            remarks.append(f'{joint.name} ({_kind(joint)}) is not in the chain and left aside: '
+                           f'it hangs on {standing}, which stands still')
+    return remarks
+
+
+def _kind(joint: UrdfJoint) -> str:
+    return 'mimic' if joint.mimics else joint.kind
+
+
 def _merged(tree: Tree, link: str, frame: Frame, names: tuple[str, ...],
             remarks: list[str]) -> RigidBody:
     """Return a link with all that hangs on it but the rest of the chain, in its row's frame."""
@@ -198,7 +249,7 @@ def _merged(tree: Tree, link: str, frame: Frame, names: tuple[str, ...],
             continue
         more = _merged(tree, joint.child, frame.then(joint.frame), names, remarks)
         if joint.kind != 'fixed':
-            remarks.append(f'{joint.name} ({"mimic" if joint.mimics else joint.kind}) is not in '
+            remarks.append(f'{joint.name} ({_kind(joint)}) is not in '
                            f'the chain and left aside: what hangs on it, {more.mass:.3g} kg, '
                            f'stands at its zero and moves with {link}')
         body = body.with_body(more)

@@ -9,6 +9,7 @@ from .urdf import Element, UrdfError
 from ..foundation.arrays import Array
 
 TURNING = ('revolute', 'continuous')
+_FARTHEST = 100.0      # from one frame to the next: a choice, ten times a long boom [m]
 _SLACK = 1e-2           # of a principal inertia: descriptions print them with three digits
 
 
@@ -80,8 +81,11 @@ def joint_of(element: Element) -> UrdfJoint:
 def frame_of(element: Element, owner: str) -> Frame:
     """Return the frame of an element's origin."""
     origin = element.part('origin')
-    return Frame(turned(*_numbers(origin, 'rpy', (0.0, 0.0, 0.0), owner)),
-                 _numbers(origin, 'xyz', (0.0, 0.0, 0.0), owner))
+    place = _numbers(origin, 'xyz', (0.0, 0.0, 0.0), owner)
+    if not np.linalg.norm(place) <= _FARTHEST:
+        raise UrdfError(f'{owner}: its origin must lie within {_FARTHEST:g} m, got '
+                        f'{np.linalg.norm(place):g} m; lengths of a description are in m')
+    return Frame(turned(*_numbers(origin, 'rpy', (0.0, 0.0, 0.0), owner)), place)
 
 
 def turned(roll: float, pitch: float, yaw: float) -> Array:

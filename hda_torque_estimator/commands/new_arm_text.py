@@ -46,10 +46,11 @@ _OF_MOTOR = 0.02        # one sigma of ripple and offset, as a share of the larg
 def arm_text(joints: Sequence[JointAnswers], rods: Rods | UrdfLinks | None) -> str:
     """Return the arm as commented YAML; raises NewError where something has to be stated."""
     lines = [*_head(joints), 'joints:']
+    drawn = isinstance(rods, UrdfLinks)
     for joint in joints:
-        lines += [*_joint_lines(joint), *_own_tolerances(joint, joints)]
-    lines += [*_link_lines(rods), *_effect_lines(joints),
-              *_tolerance_lines(joints, isinstance(rods, UrdfLinks)), *_provenance_lines(joints)]
+        lines += [*_joint_lines(joint, drawn), *_own_tolerances(joint, joints)]
+    lines += [*_link_lines(rods), *_effect_lines(joints), *_tolerance_lines(joints, drawn),
+              *_provenance_lines(joints)]
     return '\n'.join(lines) + '\n'
 
 
@@ -63,7 +64,8 @@ def _head(joints: Sequence[JointAnswers]) -> Iterator[str]:
                         subsequent_indent='#     ')
 
 
-def _joint_lines(joint: JointAnswers) -> Iterator[str]:
+def _joint_lines(joint: JointAnswers, drawn: bool) -> Iterator[str]:
+    """Yield what is known of a joint; limits of its angle are `drawn` if a description is."""
     gear = joint.gear
     k1, k2, k3 = gear.stiffness
     t1, t2 = gear.knees
@@ -74,7 +76,8 @@ def _joint_lines(joint: JointAnswers) -> Iterator[str]:
         ('viscous_friction', joint.viscous_friction or 0.0, _stated(joint.viscous_friction)),
         ('torque_limit', *_motor_torque(joint)),
         ('velocity_limit', *_speed(joint)),
-        ('angle_limit', 1e3, 'not stated: no limit'),
+        ('angle_limit', 1e3, 'none but that of the description' if drawn
+                             else 'not stated: no limit'),
         *((('effort_lag', joint.effort_lag, 'as stated [samples]'),)
           if joint.effort_lag is not None else ()))
     torsion = (

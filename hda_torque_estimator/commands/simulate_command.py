@@ -1,6 +1,7 @@
 """`hda simulate`: the arm under its controller, offline, to a bag with the truth beside it."""
 
 import argparse
+from collections.abc import Iterator
 import json
 from pathlib import Path
 
@@ -8,6 +9,7 @@ from hda_arm_sim.live import SimulationSettings
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import Effect
 from hda_arm_sim.model.files import read_arm, read_effects
+from hda_arm_sim.model.kernel import LINK_ANGLE
 from hda_arm_sim.model.writing import arm_to_text
 from hda_arm_sim.motion_file import read_motion
 from hda_arm_sim.motions import Motion, motion_of, MotionError, MOTIONS, pushed_link
@@ -18,11 +20,13 @@ import numpy as np
 from .out_option import add_out
 from .outcome import Outcome
 from .progress import progress
+from .remarks import remark_on
 from ..controlling.controller import bearable, ControllerSettings
 from ..simulating.closed_loop import ClosedLoopRun, run
 from ..simulating.recorded import write_run
 
 _USUAL = 60.0           # duration of a motion by its name [s]
+_AT_LIMIT, _OFF = 0.05, 0.1     # choice: share of samples; what one sees of a motion [rad]
 EXAMPLES = (
     'hda simulate --arm hda_arm.yaml --motion rich --duration 30 --out bag',
     'hda simulate --arm hda_arm.yaml --effects hidden.yaml --motion rich --out bag',
@@ -67,6 +71,8 @@ def execute(options: argparse.Namespace) -> Outcome:
     with BagWriter(options.out, about, force=options.force) as bag, progress(
             f'simulating {asked.time[-1]:.0f} s of motion', quiet=options.json) as notify:
         made = run(true, known, asked, options.seed, controller=settings)
+        for line in _weak(known, asked, made):
+            remark_on(line)
         notify('writing')
         write_run(bag, known, made)
     return _outcome(options.out, asked, made)
@@ -102,6 +108,17 @@ def _with_effects(arm: Arm, path: str | None) -> Arm:
 
 def _names(effect: Effect) -> list[str]:
     return [rule.name for rule in effect.declarations()]
+
+
+def _weak(arm: Arm, asked: Motion, made: ClosedLoopRun) -> Iterator[str]:
+    """Yield a line for each joint that leaves its motion for want of torque."""
+    off = np.abs(made.state[:, :, LINK_ANGLE] - asked.angle).max(axis=0)
+    limit = np.array([joint.torque_limit for joint in arm.joints])
+    held = (np.abs(made.command) >= limit).mean(axis=0)
+    for label, most, share, far in zip(arm.labels, limit, held, off):
+        if share > _AT_LIMIT and far > _OFF:
+            yield (f'{label} is up to {far:.2g} rad off its motion: {share:.0%} of the time its '
+                   f'motor gives all of its {most:g} N*m')
 
 
 def _outcome(path: Path, asked: Motion, made: ClosedLoopRun) -> Outcome:

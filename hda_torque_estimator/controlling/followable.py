@@ -29,14 +29,19 @@ class Worst(NamedTuple):
     joint: str
     what: str
     value: float
-    limit: float
+    range: tuple[float, float]
     unit: str
     time: float                 # since the start of the reference [s]
 
     def __str__(self) -> str:
         """Return one sentence."""
-        return (f'{self.joint}: the {self.what} must stay within +-{self.limit:g} {self.unit}, '
-                f'got {self.value:.4g} {self.unit} at {self.time:.3g} s')
+        return (f'{self.joint}: the {self.what} must stay within {within(*self.range)} '
+                f'{self.unit}, got {self.value:.4g} {self.unit} at {self.time:.3g} s')
+
+
+def within(low: float, high: float) -> str:
+    """Return a range in words: `+-2` where it is the same both ways."""
+    return f'+-{high:g}' if low == -high else f'{low:g} to {high:g}'
 
 
 def worst(arm: Arm, curve: 'PPoly', pieces: int | None = None) -> Worst | None:
@@ -53,26 +58,33 @@ def worst(arm: Arm, curve: 'PPoly', pieces: int | None = None) -> Worst | None:
 
 def _beyond(arm: Arm, c: Array, span: Array, begin: Array) -> Worst | None:
     """Judge pieces with coefficients c (4, m, n) over spans (m,) [s]."""
-    angle, rate = _extremes(c, span)
-    limits = [(angle, 'angle', [joint.angle_limit for joint in arm.joints], 'rad'),
-              (rate, 'rate', [joint.velocity_limit / joint.ratio for joint in arm.joints],
-               'rad/s')]
+    ranges = arm.ranges()
+    middle = ranges.mean(axis=1)
+    angle, rate = _extremes(np.concatenate([c[:3], c[3:] - middle]), span)
+    limits = [(angle + middle, 'angle', ranges, 'rad'),
+              (rate, 'rate', _both_ways([joint.velocity_limit / joint.ratio
+                                         for joint in arm.joints]), 'rad/s')]
     for values, what, most, unit in limits:
         if (found := _first(arm, values, what, most, unit, begin)) is not None:
             return found
     torque = _torques(arm, c, span)
-    return _first(arm, torque, 'motor torque', [joint.torque_limit for joint in arm.joints],
-                  'N*m', begin)
+    return _first(arm, torque, 'motor torque',
+                  _both_ways([joint.torque_limit for joint in arm.joints]), 'N*m', begin)
 
 
-def _first(arm: Arm, values: Array, what: str, most: list[float], unit: str,
+def _both_ways(most: list[float]) -> Array:
+    return np.outer(most, (-1.0, 1.0))
+
+
+def _first(arm: Arm, values: Array, what: str, ranges: Array, unit: str,
            begin: Array) -> Worst | None:
-    """Return the first of values (m, n) that is not within its limit (n,); NaN never is."""
-    bad = ~(np.abs(values) <= np.array(most))
+    """Return the first of values (m, n) that is not in its range (n, 2); NaN never is."""
+    bad = ~((ranges[:, 0] <= values) & (values <= ranges[:, 1]))
     if not bad.any():
         return None
     piece, joint = np.argwhere(bad)[0]
-    return Worst(arm.labels[joint], what, float(values[piece, joint]), most[joint], unit,
+    low, high = ranges[joint].tolist()
+    return Worst(arm.labels[joint], what, float(values[piece, joint]), (low, high), unit,
                  float(begin[piece]))
 
 

@@ -8,7 +8,7 @@ from hda_arm_sim.model.arm import Arm
 from hda_msgs_json.errors import HdaError
 import numpy as np
 
-from .followable import worst
+from .followable import within, worst
 
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
@@ -164,8 +164,8 @@ def _table(rows: Sequence[Sequence[float]], what: str, points: int, order: list[
 
 
 def _check_limits(arm: Arm, path: Array) -> None:
-    for column, joint in zip(path.T, arm.joints):
-        worst = column[np.argmax(np.abs(column))]
-        if abs(worst) > joint.angle_limit:
-            raise TrajectoryError(f'{joint.label} must stay within +-{joint.angle_limit:g} rad, '
+    for column, label, (low, high) in zip(path.T, arm.labels, arm.ranges().tolist()):
+        worst = column[np.argmax(np.abs(column - 0.5 * (low + high)))]
+        if not low <= worst <= high:
+            raise TrajectoryError(f'{label} must stay within {within(low, high)} rad, '
                                   f'got {worst:g} rad')

@@ -24,10 +24,15 @@ _TURN = 2.9             # each way: nearly a full turn [rad]
 
 
 class ChainPaths(NamedTuple):
-    """What a chain has of its own: where its motions start [rad], how fast its links may turn."""
+    """
+    What a chain has of its own: where its motions start, and how its links may turn.
 
-    home: Sequence[float]
+    Limits of an angle are those about the middle of what a joint may do.
+    """
+
+    home: Sequence[float]                       # (n,) [rad]
     rates: Sequence[float]                      # (n,) [rad/s]
+    middle: Array                               # (n,) [rad]
 
 
 LEGS: dict[str, Legs] = {
@@ -81,8 +86,9 @@ class Path:
         if chain is not None:
             away = away * _share(away, room, np.asarray(chain.rates), dt)
         low, high = away.min(axis=0), away.max(axis=0)
-        home = HOME[:joints] if chain is None else chain.home
-        centre = np.clip(home, -room - low, np.maximum(room - high, -room - low))
+        home, middle = (HOME[:joints], 0.0) if chain is None else (chain.home, chain.middle)
+        lowest = middle - room - low
+        centre = np.clip(home, lowest, np.maximum(middle + room - high, lowest))
         angle = centre + away
         return Motion(time, angle, np.gradient(angle, dt, axis=0), np.zeros((len(time), 2)))
 

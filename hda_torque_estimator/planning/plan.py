@@ -85,12 +85,12 @@ def _least(weighed: WeighedPath) -> float:
 
 def planned_motion(asked: Question, path: Path, duration: float, dt: float) -> Motion:
     """Return a path as the motion of an arm, sampled every dt [s]."""
-    joints, chain = asked.arm.joints, None
+    (low, high), chain = asked.arm.ranges().T, None
     if isinstance(asked.arm.links, ChainLinks):
         chain = ChainPaths(home_of(asked.arm), [_ROOM * joint.velocity_limit / joint.ratio
-                                                for joint in joints])
-    limits = [_ROOM * joint.angle_limit for joint in joints]
-    return path.motion(len(limits), duration, dt, limits, chain)
+                                                for joint in asked.arm.joints], 0.5 * (low + high))
+    limits = _ROOM * 0.5 * (high - low)
+    return path.motion(len(limits), duration, dt, limits.tolist(), chain)
 
 
 def _healthy(asked: Question, path: Path, duration: float) -> tuple[Motion, ClosedLoopRun]:

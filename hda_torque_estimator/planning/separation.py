@@ -63,10 +63,12 @@ class Strength(NamedTuple):
 
 def load_of(arm: Arm, made: ClosedLoopRun) -> Load:
     """Return what a run takes of an arm's limits."""
-    limits = np.array([[joint.angle_limit, joint.velocity_limit, joint.torque_limit]
-                       for joint in arm.joints]).T
-    used = (made.state[:, :, LINK_ANGLE], made.state[:, :, MOTOR_VELOCITY], made.command)
-    return Load(*(np.abs(part).max(axis=0) / limit for part, limit in zip(used, limits)))
+    low, high = arm.ranges().T
+    velocity, torque = np.array([[joint.velocity_limit, joint.torque_limit]
+                                 for joint in arm.joints]).T
+    used = ((made.state[:, :, LINK_ANGLE] - 0.5 * (low + high), 0.5 * (high - low)),
+            (made.state[:, :, MOTOR_VELOCITY], velocity), (made.command, torque))
+    return Load(*(np.abs(part).max(axis=0) / limit for part, limit in used))
 
 
 def separation(asked: Question, motion: Motion, healthy: ClosedLoopRun,
