@@ -36,7 +36,8 @@ def numbers(data: Path, folder: Path) -> Numbers:
         seen = parts[joint['joint']]
         joints.append({
             **{key: joint[key] for key in ('reference', 'before', 'after', 'together', 'given',
-                                           'by_hand', 'leader', 'doubtful')},
+                                           'about', 'by_hand', 'leader', 'doubtful', 'zero_moves',
+                                           'zero_torque')},
             'numbers': {one['name']: [one['value'], one['low'], one['high']]
                         for one in joint['numbers']},
             'baseline': _baselines(seen)})

@@ -27,11 +27,13 @@ def moving(path: str) -> ClosedLoopRun:
     return run(ARM, ARM, motion(path, 2, 5.0, 1e-3, 4), 4)
 
 
-def wrong(softer: float, sure: float = 1.0) -> Arm:
-    """Return the arm with another stiffness of joint1, and a factor of its deviations."""
+def wrong(softer: float, sure: float = 1.0, held: float = 1.0) -> Arm:
+    """Return the arm with another stiffness of joint1, surer by a factor, and at rest."""
     torsion = ARM.joints[0].torsion
-    return replace(ARM, joints=(replace(ARM.joints[0], deviation_factor=sure, torsion=replace(
-        torsion, flexspline_stiffness=torsion.flexspline_stiffness * softer)), ARM.joints[1]))
+    return replace(ARM, joints=(replace(
+        ARM.joints[0], deviation_factor=sure, held_share=held, torsion=replace(
+            torsion, flexspline_stiffness=torsion.flexspline_stiffness * softer)),
+        ARM.joints[1]))
 
 
 def estimated(arm: Arm, zero: float, command: Array, path: str, **chosen: float) -> Estimates:
@@ -61,12 +63,13 @@ def allowed(command: Array, path: str) -> tuple[Array, Array]:
 @settings(max_examples=40, deadline=None)
 @given(zero=st.floats(-0.02, 0.02), softer=st.floats(1.0 / 3.0, 3.0),
        constant=st.floats(0.3, 3.0), sign=st.sampled_from([1.0, -1.0]),
-       path=st.sampled_from(['rich', 'sine', 'standstill']), sure=st.floats(0.01, 10.0))
+       path=st.sampled_from(['rich', 'sine', 'standstill']), sure=st.floats(0.01, 10.0),
+       held=st.floats(0.0, 1.0))
 def test_no_torque_is_further_from_what_a_motor_allows_than_three_deviations(
-        zero, softer, constant, sign, path, sure):
+        zero, softer, constant, sign, path, sure, held):
     """Every single torque, from the first sample on, believed or not, however sure a file is."""
     command = sign * constant * moving(path).command
-    found = estimated(wrong(softer, sure), zero, command, path)
+    found = estimated(wrong(softer, sure, held), zero, command, path)
     least, most = allowed(command, path)
     torque, doubt = found.torque[:, 0], 3.0 * found.torque_deviation[:, 0]
     assert np.isfinite(torque).all() and np.isfinite(doubt).all()

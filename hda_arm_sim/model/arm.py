@@ -50,6 +50,7 @@ JOINT_RECORD = np.dtype([
     ('ratio', float), ('motor_inertia', float), ('torsion', TorsionLaw.record_type()),
     ('motor_encoder', Encoder.record_type()), ('link_encoder', Encoder.record_type()),
     ('motor_deviation', float), ('deviation_factor', float), ('effort_lag', float),
+    ('held_share', float),
     ('tolerances', Tolerances.record_type()),
     *record_fields(Scope.JOINT)])
 BODY_RECORD, CHAIN_BODY_RECORD = (np.dtype([
@@ -226,7 +227,7 @@ class Arm:
             self._in_force(place, joint.label) for place in OF_TORSION))
         return (joint.ratio, inertia, torsion, joint.motor_encoder.values(),
                 joint.link_encoder.values(), joint.motor_deviation, joint.deviation_factor,
-                joint.effort_lag, self.tolerances_of(joint.label).values(),
+                joint.effort_lag, joint.held_share, self.tolerances_of(joint.label).values(),
                 *{**joint.stated, **own}.values())
 
 

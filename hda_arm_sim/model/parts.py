@@ -77,6 +77,8 @@ class Joint(Declared):
     effort_lag: float = parameter(
         0.5, '', -1.0, 1.0,
         'samples by which a motor torque acts after its stamp: 0.5 held command, 0 measured')
+    held_share: float = parameter(
+        1.0, '', 0.0, 1.0, 'share of its dry friction that may hold a shaft at rest either way')
 
     @property
     def skew(self) -> float:

@@ -64,6 +64,7 @@ class JointCalibration:
     after: float = 0.0
     motor: float = 0.0
     together: float = 0.0
+    about: float = 0.0          # of that, about the mean of each recording
     given: float = 0.0
     by_hand: float = 0.0
     constant: float = 0.0
@@ -103,8 +104,10 @@ class JointCalibration:
         who = f'; the {self.leader} alone gives the torque' if self.leader else ''
         if 0.0 < self.constant <= self.together:
             who += f'; the mean torque of the others errs by no more ({self.constant:.3g})'
-        return [f'the estimator errs by {self.together:.3g} N*m rms there, zeros included, by '
-                f'{self.given:.3g} with the arm as given, a straight line by '
+        about = (f' ({self.about:.3g} about the mean of each recording)'
+                 if self.held_out and self.about > 0.0 else '')
+        return [f'the estimator errs by {self.together:.3g} N*m rms there, zeros included{about}, '
+                f'by {self.given:.3g} with the arm as given, a straight line by '
                 f'{self.by_hand:.3g}{who}']
 
     def _moving(self) -> list[str]:
@@ -264,7 +267,7 @@ def _weighed(said: JointCalibration, arm: Arm, recordings: Sequence[Measured],
     alone = '' if used.motor is not None or used.torsion is None else 'torsion'
     return _with_torsion(_with_motor(replace(
         said, numbers=(*_as_unsure(arm, recordings, used, numbers), *found.deviations),
-        known=known, together=found.error,
+        known=known, together=found.error, about=found.about,
         given=given, by_hand=line, constant=mean_left_out(recordings),
         leader=found.leader or alone, lag=used.lag,
         doubtful=tuple(name for one in used if one is not None for name in one.doubtful)),
@@ -302,8 +305,14 @@ def _best(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> _Witness
 
 
 def _earns(found: Examined, than: Examined) -> bool:
-    """Return if one predicts the torque better by a tenth, and its changes not worse by that."""
-    return found.error < BESIDE * than.error and BESIDE * found.about <= than.about
+    """
+    Return if one predicts the torque better by a tenth, and its changes hardly worse.
+
+    That is by a tenth, or by a tenth of what is gained.
+    """
+    lost, gained = found.about ** 2 - than.about ** 2, than.error ** 2 - found.error ** 2
+    return found.error < BESIDE * than.error and (
+        BESIDE * found.about <= than.about or lost < (1.0 - BESIDE) ** 2 * gained)
 
 
 def _tried(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> _WitnessChoice:

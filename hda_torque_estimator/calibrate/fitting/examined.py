@@ -180,6 +180,7 @@ def _errors_of(arm: Arm, recording: Measured, rows: slice, lag: float,
     known = np.isfinite(error)
     if recording.has_command:           # where it is missing no weight counts
         known &= np.isfinite(recording.command[rows])
+        known[:1] &= (rows.start or 0) > 0          # nor where no time has passed
     error = error[known]
     mean = float(error.mean()) if len(error) else 0.0
     return EstimatorErrors(error, estimated.torque_deviation[rows, 0][known], error - mean,

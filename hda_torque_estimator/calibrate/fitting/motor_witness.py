@@ -75,6 +75,11 @@ class MotorWitness:
         return np.sign(self._rows([seen[:, RATE] for seen in self._seen]))
 
     @property
+    def rests(self) -> Flags:
+        """Return the rows in which the shaft does not slide for certain (m,)."""
+        return np.asarray(np.abs(self._rows([seen[:, RATE] for seen in self._seen])) <= SLOWEST)
+
+    @property
     def command(self) -> Floats:
         """Return the motor torque (m,) [N*m motor]."""
         return self._rows([seen[:, COMMAND] for seen in self._seen])
@@ -84,6 +89,12 @@ class MotorWitness:
         return np.stack([self._rows([turned.alike(wave(order * seen[:, ANGLE])) for seen, turned
                                      in zip(self._seen, self._turning)])
                          for wave in (np.sin, np.cos)], axis=1)
+
+    def dry_friction(self, arm: Arm) -> Floats:
+        """Return the most that dry friction opposes in the rows (m,) [N*m]."""
+        joint, stands = arm.record().joints[0], route_errors.ShaftState(0.0, 0.0, 0.0, 0.0)
+        return self._rows([np.array([route_errors.dry_friction(joint, stands, load)
+                                     for load in seen[:, LOAD]]) for seen in self._seen])
 
     def torque(self, arm: Arm, zeros: Floats) -> Floats:
         """Return the torque of the rows (m,) [N*m], by (r,) more than that of the motor."""

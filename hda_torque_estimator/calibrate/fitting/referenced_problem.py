@@ -168,6 +168,15 @@ def error_left_out(problem: Referenced, found: Minimum, *, follows: bool = True)
     """
     Return the error on recordings that a fit has not seen, each in turn [N*m rms].
 
+    It `follows` as in `left_out`.
+    """
+    return rms(left_out(problem, found, follows=follows))
+
+
+def left_out(problem: Referenced, found: Minimum, *, follows: bool = True) -> Floats:
+    """
+    Return the errors (m,) on recordings that a fit has not seen, each in turn [N*m].
+
     If it `follows`, the zero of a recording left out may move as far as the others' have. Else it
     is what they have in common. With one recording it is every fifth of it.
     """
@@ -181,7 +190,7 @@ def error_left_out(problem: Referenced, found: Minimum, *, follows: bool = True)
             step[own] += solved(rest.along(own), found.noise, found.scaled[own] + step[own],
                                 found.prior[own])
         left[~seen] = rows.some(~seen).after(step).error
-    return rms(left)
+    return left
 
 
 def step_without(problem: Referenced, found: Minimum, fold: int) -> Floats:

@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arm_numbers import ArmNumber, doubtful, number, numbers, OFFSET
+from .held_friction import held_friction
 from .motor_witness import MotorWitness, sliding, SLOWEST, STANDS
-from .referenced_problem import error_left_out, fitted, LAG, Referenced, step_without
+from .referenced_problem import (error_left_out, fitted, LAG, left_out, Referenced,
+                                 step_without)
 from .referenced_terms import (cogging, likely_order, Maker, motor_always, motor_more, stiffening,
                                TORSION, TORSION_MORE)
 from .ripple_left import ripple_left
@@ -100,8 +102,8 @@ def motor_of(arm: Arm, recordings: Sequence[Measured], *,
     """
     Return the fit of the motor to recordings; None where it has no torque, or stands.
 
-    Where it is `resting`, friction that may hold either way counts as none. Else only rows count
-    in which the shaft slides, and there is None where these are few.
+    Where it is `resting`, friction that may hold either way counts as none, and by how much less
+    it holds is found. Else only rows count in which the shaft slides; None where these are few.
     """
     recordings = [one for one in recordings if one.has_command]
     recordings = recordings if resting else sliding(recordings)
@@ -126,7 +128,9 @@ def motor_of(arm: Arm, recordings: Sequence[Measured], *,
     fit = _fit_of(problem, found, OFFSET, witness)
     ripple = ripple_left(witness, arm, found.rows.error, fit.error)
     beside = math.sqrt(max(fit.deviation ** 2 - ripple.seen ** 2, 0.0))
-    return replace(fit, ripple=ripple.size, deviation=beside)
+    held = () if not resting else held_friction(
+        witness, problem.on(found.scaled), left_out(problem, found))
+    return replace(fit, numbers=(*fit.numbers, *held), ripple=ripple.size, deviation=beside)
 
 
 def _may_stay(recordings: Sequence[Measured]) -> tuple[bool, ...]:

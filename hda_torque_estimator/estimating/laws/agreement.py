@@ -41,6 +41,7 @@ class AgreementWindow(NamedTuple):
     settled: bool               # the motor turned one way long enough
     goes_on: bool               # and did not slow to less than half
     time: float                 # of its last half [s]
+    lasting: float              # for which what no law describes is one error [s]
 
 
 class Expected(NamedTuple):

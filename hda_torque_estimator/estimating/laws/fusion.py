@@ -16,7 +16,7 @@ from .agreement import AgreementWindow, expected, hold_against
 from .compiled_settings import CompiledSettings
 from .fusion_memory import (BEFORE, BEGIN, doubt_zero, ELAPSED, errors_learnt, EXCESS, FREED,
                             gained, LEARNT, MISFIT, MOMENTS, RISEN, SAMPLES, SENSE, shift_apart,
-                            SINCE, SPAN, STEADY, SUMS, TIME)
+                            SINCE, SPAN, STEADY, SUMS, TAUGHT, TIME)
 from .learning import fade, renew
 from .route_errors import ERRORS, ZERO
 
@@ -68,11 +68,14 @@ def close_half(joint: Record, memory: Array, motor_angle: float, settings: Compi
         return
     time, moved = memory[ELAPSED], motor_angle - memory[BEGIN]
     sense = _sense(joint, moved)
-    steady = sense != 0.0 and sense == memory[SENSE]
+    lasts = sense == memory[SENSE]
+    steady = sense != 0.0 and lasts
+    rests = (sense == 0.0 and lasts and joint.held_share < 1.0
+             and memory[TAUGHT] == 0.0)
     memory[STEADY] = memory[STEADY] + 1.0 if steady else 0.0
     memory[SENSE] = sense
     if memory[SPAN] > 0.0:
-        window = _window(joint, memory, moved, stiffness, friction)
+        window = _window(joint, memory, moved, stiffness, friction, rests)
         hold_against(memory, window)
         if window.settled and _teachable(memory, window):
             mean = 0.5 * (time + memory[SPAN])
@@ -94,19 +97,21 @@ def _sense(joint: Record, moved: float) -> float:
 
 @inlined
 def _window(joint: Record, memory: Array, moved: float, stiffness: float,
-            friction: float) -> AgreementWindow:
+            friction: float, rests: bool) -> AgreementWindow:
     """Return the window that a half completes in which the shaft has moved so far [rad]."""
     time, span = memory[ELAPSED], memory[SPAN]
     mean, last = 0.5 * (time + span), (memory[BEGIN] - memory[BEFORE]) / span
     effect = np.empty(ERRORS)
     for i in range(ERRORS):
         effect[i] = _hat(memory, 1 + i, time) / mean
+    held = (joint.held_share * friction) ** 2 / 3.0 if rests else 0.0
     turning = joint.ratio * joint.motor_inertia * (moved / time - last) / mean
     return AgreementWindow(_hat(memory, 0, time) / mean + turning, effect,
                            _noise(joint, stiffness, mean, memory[SAMPLES]),
-                           joint.torsion.deviation ** 2 + joint.motor_deviation ** 2, friction,
-                           memory[STEADY] >= SETTLED,
-                           abs(moved) / time > _GOES_ON * abs(last), time)
+                           joint.torsion.deviation ** 2 + joint.motor_deviation ** 2 + held,
+                           friction, rests or memory[STEADY] >= SETTLED,
+                           rests or abs(moved) / time > _GOES_ON * abs(last), time,
+                           mean if rests else _LASTING)
 
 
 @inlined
@@ -145,14 +150,14 @@ def _learn(joint: Record, memory: Array, window: AgreementWindow, time: float,
     freed = memory[FREED] * learnt[ZERO]            # a zero that moved does not come back
     fade(learnt, gain, np.exp(-memory[SINCE] / span))
     learnt[ZERO] += freed - memory[FREED] * learnt[ZERO]
-    memory[SINCE] = 0.0
+    memory[SINCE], memory[TAUGHT] = 0.0, 1.0
     spread = effect + gain @ effect
     likely = effect @ spread
     if not np.isfinite(window.difference * (likely + window.noise)):
         return
     for i in range(ERRORS):
         gain[i, i] += _DOUBT * max(memory[MISFIT] - _FITTING, 0.0) * time
-    unshared = _CORRELATED * window.noise + max(_LASTING / time, 1.0) * window.lawless
+    unshared = _CORRELATED * window.noise + max(window.lasting / time, 1.0) * window.lawless
     steep = (joint.tolerances.stiffness * window.difference) ** 2
     change = renew(learnt, gain, spread, window.difference,
                    likely + steep + unshared * max(memory[MISFIT], 1.0))

@@ -48,6 +48,7 @@ class Motor(NamedTuple):
     plain: float                # the same before anything was learnt
     inertia: float              # what speeds up its shaft
     friction: float             # the most that dry friction opposes
+    holds: float                # and what of it may hold a shaft at rest
     lawless: float              # variance of what no law describes [N^2*m^2]
 
 
@@ -120,7 +121,8 @@ def motor_estimate(joint: Record, memory: Array, heard: MotorSample, window: flo
     friction = dry_friction(joint, at, load)
     motor_effects(joint, joint.tolerances, mean, at, friction, effect)
     learnt = np.dot(effect[TORSION_ERRORS:], errors_learnt(memory)[TORSION_ERRORS:])
-    return Motor(moving, plain + learnt, plain, inertia, friction, joint.motor_deviation ** 2)
+    return Motor(moving, plain + learnt, plain, inertia, friction, joint.held_share * friction,
+                 joint.motor_deviation ** 2)
 
 
 @inlined
@@ -166,8 +168,7 @@ def torque_at_rest(memory: Array, motor: Motor, dt: float) -> float:
         memory[SLID] = 1.0
         return torque
     if memory[SLID] > 0.0:
-        memory[SLIDING] = min(max(memory[SLIDING], torque - motor.friction),
-                              torque + motor.friction)
+        memory[SLIDING] = min(max(memory[SLIDING], torque - motor.holds), torque + motor.holds)
         return float(memory[SLIDING])
     return torque
 
@@ -177,7 +178,8 @@ def own_variance(joint: Record, memory: Array, motor: Motor) -> Own:
     """Return the variances of one sample of the motor; sticking it holds either way."""
     rotor = joint.tolerances.motor_inertia * motor.inertia
     sliding = motor.moving and memory[STEADY] >= SETTLED
-    held = 0.0 if sliding and memory[WEIGHED] > 0.0 else motor.friction ** 2 / 3.0
+    holds = motor.friction if motor.moving else motor.holds
+    held = 0.0 if sliding and memory[WEIGHED] > 0.0 else holds ** 2 / 3.0
     return Own(max(memory[SCATTER], 0.0) + memory[LAG] ** 2, held, motor.lawless + rotor ** 2)
 
 
