@@ -20,6 +20,7 @@ from ...least_squares.term import Term
 
 Array = NDArray[np.float64]
 # Choices unless stated otherwise.
+_FARTHEST = 5.0         # steps or sizes by which a prospect is moved at once
 LOUD = 1.4              # variance over that of noise from which something is left in a channel
 
 
@@ -40,7 +41,51 @@ def screen(fitter: Fitter, fit: Fit, names: Sequence[str]) -> list[Prospect]:
             key = (name, prospect.term.joint, *variant_of(prospect.term))
             if key not in best or prospect.score < best[key].score:
                 best[key] = prospect
-    return sorted(best.values(), key=lambda prospect: prospect.score)
+    return sorted((_with_all_numbers(fitter, fit, known, prospect) for prospect in best.values()),
+                  key=lambda prospect: prospect.score)
+
+
+def _with_all_numbers(fitter: Fitter, fit: Fit, known: Columns, prospect: Prospect) -> Prospect:
+    """
+    Return a prospect with all free numbers of its law where the first order has them.
+
+    A grid holds few values of a number. A cable whose rest angle is not near one of them was
+    weighed at a sixth of what it explains, and never tried.
+    """
+    term, arm = prospect.term, fitter.on(fit.terms)
+    if term.waves or term.name in LOCATED or len(term.sought) < 2 or term.size > len(term.sought):
+        return prospect
+    here, steps = term.vector(), term.all_steps()
+    vectors = [here, *(here + steps * (np.arange(term.size) == number)
+                       for number in range(1, term.size))]
+    try:
+        shares = _shares(fitter, fit, known, [term.at(vector) for vector in vectors])
+        whole = float(shares.sum())
+        if whole == 0.0:
+            return prospect
+        now = np.append(getattr(arm.effect(*term.place), term.free[0]), here[1:])
+        along = np.clip(shares[1:] / whole, -_FARTHEST, _FARTHEST)
+        moved = term.at(term.short_of_bounds(np.append(here[0], here[1:] + along * steps[1:])))
+        found = solved(fitter, fit, known, _shift(fitter, fit, moved)[:, :, None])
+        vector = moved.vector()
+        vector[0] = now[0] + float(np.clip(found.step[0], -_FARTHEST, _FARTHEST)) * (
+            here[0] - now[0])
+        better = Prospect(moved.at(moved.short_of_bounds(vector)), found.score)
+    except IMPOSSIBLE:
+        return prospect
+    return min(prospect, better, key=lambda each: each.score)
+
+
+def _shares(fitter: Fitter, fit: Fit, known: Columns, terms: Sequence[Term]) -> Array:
+    """Return how much (d,) of each of these terms of one law together explains most."""
+    shift = np.stack([_shift(fitter, fit, term) for term in terms], axis=2)
+    return solved(fitter, fit, known, shift).step[:len(terms)]
+
+
+def _shift(fitter: Fitter, fit: Fit, term: Term) -> Array:
+    """Return what a term changes in the residual (m, c)."""
+    arm = fitter.on(fit.terms)
+    return fitter.change(fit.terms, term.on(arm)) - of_noise(term, arm, fit.slopes.noise)
 
 
 def _may_show(fitter: Fitter, fit: Fit, site: Site) -> bool:
@@ -140,7 +185,7 @@ def _sized(arm: Arm, start: Term, shares: Array) -> Term:
     if start.free:
         now = getattr(arm.effect(start.name, start.joint), start.free[0])
         full = directions(start)[0].vector()[0]
-        vector[0] = now + float(np.clip(shares[0], -5.0, 5.0)) * (full - now)
+        vector[0] = now + float(np.clip(shares[0], -_FARTHEST, _FARTHEST)) * (full - now)
         vector = start.short_of_bounds(vector)
     else:
         vector = vector + shares * start.all_steps()
