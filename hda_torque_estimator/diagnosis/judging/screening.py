@@ -20,7 +20,6 @@ from ...least_squares.term import Term
 
 Array = NDArray[np.float64]
 # Choices unless stated otherwise.
-_FARTHEST = 5.0         # steps or sizes by which a prospect is moved at once
 LOUD = 1.4              # variance over that of noise from which something is left in a channel
 
 
@@ -63,17 +62,12 @@ def _with_all_numbers(fitter: Fitter, fit: Fit, known: Columns, prospect: Prospe
         whole = float(shares.sum())
         if whole == 0.0:
             return prospect
-        now = np.append(getattr(arm.effect(*term.place), term.free[0]), here[1:])
-        along = np.clip(shares[1:] / whole, -_FARTHEST, _FARTHEST)
-        moved = term.at(term.short_of_bounds(np.append(here[0], here[1:] + along * steps[1:])))
-        found = solved(fitter, fit, known, _shift(fitter, fit, moved)[:, :, None])
-        vector = moved.vector()
-        vector[0] = now[0] + float(np.clip(found.step[0], -_FARTHEST, _FARTHEST)) * (
-            here[0] - now[0])
-        better = Prospect(moved.at(moved.short_of_bounds(vector)), found.score)
+        now = here[0] if term.grown else getattr(arm.effect(*term.place), term.free[0])
+        start = term.at(np.append(now, here[1:] + shares[1:] / whole * steps[1:]))
+        better = [_weighed(fitter, fit, known, *each) for each in shifts(fitter, fit, [start])]
     except IMPOSSIBLE:
         return prospect
-    return min(prospect, better, key=lambda each: each.score)
+    return min(prospect, *better, key=lambda each: each.score)
 
 
 def _shares(fitter: Fitter, fit: Fit, known: Columns, terms: Sequence[Term]) -> Array:
@@ -185,7 +179,7 @@ def _sized(arm: Arm, start: Term, shares: Array) -> Term:
     if start.free:
         now = getattr(arm.effect(start.name, start.joint), start.free[0])
         full = directions(start)[0].vector()[0]
-        vector[0] = now + float(np.clip(shares[0], -_FARTHEST, _FARTHEST)) * (full - now)
+        vector[0] = now + float(np.clip(shares[0], -5.0, 5.0)) * (full - now)
         vector = start.short_of_bounds(vector)
     else:
         vector = vector + shares * start.all_steps()
