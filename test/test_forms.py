@@ -12,10 +12,11 @@ from hda_torque_estimator.diagnosis.balances.healthy_twin import (
 from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.fitting.alignment import aligned
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
-from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
+from hda_torque_estimator.diagnosis.fitting.hypotheses import HYPOTHESES, terms_of
 from hda_torque_estimator.diagnosis.judging.equal_noise import equal_noise_score, noise_in
 from hda_torque_estimator.diagnosis.judging.law_forms import evidence, reformed
 from hda_torque_estimator.diagnosis.judging.null_distribution import by_chance
+from hda_torque_estimator.diagnosis.judging.screening import screen
 from hda_torque_estimator.measurements.measurement import measurement_from
 from hda_torque_estimator.measurements.upsampling import finer
 import numpy as np
@@ -70,6 +71,29 @@ def test_a_law_of_another_form_leaves_noise_and_another_law_does_not(seed):
     assert left[1] < 0.1 * left[0] and left[1] < 0.1 * left[2]
     assert evidence(fitter, right) < right.score
     assert evidence(fitter, right) < evidence(fitter, wrong)
+
+
+@pytest.mark.parametrize(('effect', 'form', 'seed'), [
+    ('base_tilt', 'sinking', 994185),           # whose numbers move with its form
+    ('encoder_scale_error', 'warming', 998145),
+    pytest.param('cable_spring', 'progressive', 994190, marks=pytest.mark.study)])
+def test_a_law_that_changes_along_a_coordinate_itself_leaves_noise(effect, form, seed):
+    world = worlds.draw(seed, (effect,), form=form, motion='rich', rate=1000, seconds=20.0)
+    fitter = fitter_of(replace(world, controller=1000, logger=Logger()))
+    right = fitted(fitter, effect)
+    left = [fit.variance / fitter.noise ** 2 - 1.0 for fit in (right, reformed(fitter, right))]
+    assert left[1].max() < max(0.2, 0.02 * left[0].max())
+
+
+def test_a_law_of_several_numbers_is_weighed_with_all_of_them():
+    """A cable rests between two angles of its grid, and was behind six other causes."""
+    world = worlds.draw(998190, ('cable_spring',), form='progressive', motion='rich', rate=1000,
+                        joints=1, seconds=20.0)
+    fitter = fitter_of(replace(world, controller=1000, logger=Logger()))
+    first, *_ = screen(fitter, fitter.first, sorted(HYPOTHESES))
+    assert first.term.name == 'cable_spring'
+    exact = fitted(fitter, 'cable_spring')
+    assert fitter.first.score - first.score > 0.9 * (fitter.first.score - exact.score)
 
 
 @pytest.mark.parametrize('seed', [980045, 991045])

@@ -43,7 +43,8 @@ def biased_torque(own: Record, at: Delivered) -> Signal:
 @compiled
 def clipped_torque(own: Record, at: Commanded) -> Signal:
     """Return the torque that the drive's limit leaves, (eq:saturation) [N*m motor]."""
-    return np.minimum(np.maximum(at.command, -own.limit), own.limit)
+    return ((1.0 - own.softness) * np.minimum(np.maximum(at.command, -own.limit), own.limit)
+            + own.softness * own.limit * np.tanh(at.command / own.limit))
 
 
 @compiled
@@ -235,7 +236,7 @@ class CommandDelay(Effect):
 
 @dataclass(frozen=True)
 class TorqueSaturation(Effect):
-    """A drive that clips the torque below the commanded one, (eq:saturation)."""
+    """A drive that clips the torque below the commanded one, or levels it, (eq:saturation)."""
 
     name: ClassVar[str] = 'torque_saturation'
     cause: ClassVar[str] = 'the drive clips the torque below the commanded one'
@@ -245,13 +246,16 @@ class TorqueSaturation(Effect):
     law = staticmethod(clipped_torque)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         varies=('motor_velocity',),
-        free={'limit': 0.02}, grid={'limit': (0.05, 0.1, 0.15, 0.2)}, weaker=True,
+        free={'limit': 0.02}, weaker=True,
+        grid={('softness',): ((0.0,), (1.0,)), 'limit': (0.05, 0.1, 0.15, 0.2)},
+        stands={'softness': 0.0},
         alike=('torque_constant_error',), experiment='a motion that asks for the largest torque')
     typical: ClassVar[Typical | None] = Typical({}, {'limit': 0.15})
     words: ClassVar[Words] = Words(
         'has a drive that gives {size} at most', 'drive',
         'Read the current limit of the drive and its supply voltage.', ('limit',))
     limit: float = parameter(1e4, 'N*m', 1e-6, 1e4, 'largest torque delivered, motor side')
+    softness: float = parameter(0.0, '', 0.0, 1.0, 'share that levels off; 0 clips at the limit')
 
 
 @dataclass(frozen=True)

@@ -45,13 +45,17 @@ def link_runout_slope(own: Record, at: Read) -> Signal:
 @compiled
 def motor_runout(own: Record, at: Read) -> Signal:
     """Return what the disc of a motor encoder adds to the angle, (eq:motor-disc) [rad]."""
-    return own.amplitude * np.sin(own.order * at.angle + own.phase)
+    return (own.amplitude * np.sin(own.order * at.angle + own.phase)
+            + own.amplitude_2 * np.sin(2.0 * own.order * at.angle + own.phase_2))
 
 
 @compiled
 def motor_runout_slope(own: Record, at: Read) -> Signal:
     """Return how (eq:motor-disc) changes with the angle [rad/rad]."""
-    return own.order * own.amplitude * np.sin(own.order * at.angle + (own.phase + 0.5 * np.pi))
+    turn = 0.5 * np.pi                  # a quarter of a wave: cosines in the place of sines
+    return own.order * (
+        own.amplitude * np.sin(own.order * at.angle + (own.phase + turn))
+        + 2.0 * own.amplitude_2 * np.sin(2.0 * own.order * at.angle + (own.phase_2 + turn)))
 
 
 @compiled
@@ -129,18 +133,19 @@ class LinkEncoderEccentricity(Effect):
 
 @dataclass(frozen=True)
 class MotorEncoderEccentricity(Effect):
-    """Disc of the motor encoder off its axis, or oval, (eq:motor-disc)."""
+    """Disc of the motor encoder off its axis, and oval, (eq:motor-disc)."""
 
     name: ClassVar[str] = 'motor_encoder_eccentricity'
     cause: ClassVar[str] = 'the disc of the motor encoder sits off its axis'
     site: ClassVar[Site] = Site.TORSION
     place: ClassVar[Place] = MOTOR_READING
-    acts: ClassVar[tuple[str, ...]] = ('amplitude',)
+    acts: ClassVar[tuple[str, ...]] = ('amplitude', 'amplitude_2')
     law = staticmethod(motor_runout)
     law_slope = staticmethod(motor_runout_slope)
-    # (source: a second order of half of the first)
+    # (source: waves of more orders, as those of the gear)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        varies=('motor_waves',), reach=0.3, waves={('amplitude', 'phase'): 0.002},
+        varies=('motor_angle',), reach=0.3,
+        waves={('amplitude', 'phase'): 0.002, ('amplitude_2', 'phase_2'): 0.002},
         alike=('kinematic_error',),
         experiment='constant speed off the resonance at two loads')
     typical: ClassVar[Typical | None] = Typical({'amplitude': 0.01}, {'phase': 0.5})
@@ -150,6 +155,8 @@ class MotorEncoderEccentricity(Effect):
     amplitude: float = parameter(0.0, 'rad', 0.0, 0.2, 'of the wave, at the shaft')
     phase: float = parameter(0.0, 'rad', -7.0, 7.0, 'its phase')
     order: float = parameter(1.0, '1/turn', 1.0, 4.0, 'waves per motor turn: 2 of an oval disc')
+    amplitude_2: float = parameter(0.0, 'rad', 0.0, 0.2, 'of a second wave, twice as often')
+    phase_2: float = parameter(0.0, 'rad', -7.0, 7.0, 'its phase')
 
 
 @dataclass(frozen=True)

@@ -100,10 +100,9 @@ def _between(arm: Arm, name: str, place: str | None,
     value = np.array([point.value for point in points])
     above = np.sqrt(np.maximum([point.strength for point in points], 0.0))
     if name in WEAKER:
-        passing = _passing(-np.log(value), above)
-        size = math.exp(-passing)
-        if passing < math.inf and value.min() / _BEYOND < size < _BEYOND * value.max():
-            yield Smallest(name, place, number, size)
+        size = -_passing(-np.log(value), above)     # its logarithm: a line may pass anywhere
+        if math.log(value.min() / _BEYOND) < size < math.log(_BEYOND * value.max()):
+            yield Smallest(name, place, number, math.exp(size))
         return
     for side in (1.0, -1.0):
         away = side * (value - now)

@@ -33,9 +33,11 @@ def shapes(fitter: Fitter, arm: Arm, name: str) -> Iterator[Term]:
         elif start is SearchStart.SWING:
             for along in _SWINGS:
                 yield replace(term, effect=replace(term.effect, damping=_CREEPS, direction=along))
+        elif not _stands(term):
+            continue
         elif kind.place is LIMIT:
             yield _clipped(fitter, arm, term, _CLIPPED[number % len(_CLIPPED)])
-        elif _stands(term):
+        else:
             yield term
 
 

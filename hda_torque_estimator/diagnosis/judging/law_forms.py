@@ -23,10 +23,12 @@ from .friction_path import built_up, LINK_PATH
 from .push_course import courses, PUSH
 from ..balances.balance import Balance
 from ..balances.coordinates import coordinates_of
-from ..fitting.fit import Fit, Fitter
+from ..fitting.derivatives import IMPOSSIBLE
+from ..fitting.fit import FAR, Fit, Fitter, moved, PASSES
 from ..fitting.hypotheses import HYPOTHESES
+from ..fitting.nuisance import AnyTerm
 from ..fitting.solve import Columns, condense, Solution, solve
-from ...least_squares.term import Term
+from ...least_squares.term import Place, Term
 
 # Choices unless stated otherwise.
 _APART = 0.05           # of a form, that is its own beside those before it
@@ -52,26 +54,35 @@ class _Forms(NamedTuple):
     powers: Array               # (causes, c) of what each does [N^2*m^2]
 
 
+class _Best(NamedTuple):
+    """What a fit leaves whose causes have the forms that fit best."""
+
+    terms: tuple[AnyTerm, ...]  # beside whose numbers the forms were found
+    own: Array                  # (p,) by which these numbers move with them
+    residual: Array             # (m, c) that is left [N*m]
+    found: Solution
+    cost: float                 # the score of it, with what the freedom of the forms costs
+
+
 # What is remembered of a fit must not hold it, nor its fitter: neither would ever be forgotten.
 _KNOWN: MutableMapping[Fitter, MutableMapping[Fit, _Forms]] = WeakKeyDictionary()
+_BEST: MutableMapping[Fitter, MutableMapping[Fit, dict[frozenset[Place], _Best | None]]] = (
+    WeakKeyDictionary())
 
 
 def reformed(fitter: Fitter, fit: Fit, causes: Sequence[Term] | None = None) -> Fit:
     """Return a fit whose `causes`, or all, have the forms that fit best; itself if none pays."""
-    chosen = fit.accepted if causes is None else causes
-    found, cost = _solved(fitter, fit, chosen)
-    if found is None or cost > fit.score:
+    best = _best(fitter, fit, causes)
+    if best is None or best.cost > fit.score:
         return fit
-    own = [made for term, made in zip(fit.accepted, _known(fitter, fit).made) if term in chosen]
-    columns = np.concatenate([*own, fit.columns], axis=2)
-    return replace(fit, balance=Balance(fit.balance.residual + columns @ found.step,
-                                        fit.balance.valid),
-                   variance=found.variance, score=found.score)
+    return replace(fit, balance=Balance(best.residual, fit.balance.valid),
+                   variance=best.found.variance, score=best.found.score)
 
 
 def evidence(fitter: Fitter, fit: Fit, causes: Sequence[Term] | None = None) -> float:
     """Return the score of a fit in which `causes`, or all, may have other forms, at their cost."""
-    return min(_solved(fitter, fit, fit.accepted if causes is None else causes)[1], fit.score)
+    best = _best(fitter, fit, causes)
+    return fit.score if best is None else min(best.cost, fit.score)
 
 
 def formed_gain(fitter: Fitter, fit: Fit) -> float:
@@ -92,24 +103,58 @@ def _known(fitter: Fitter, fit: Fit) -> _Forms:
     return known[fit]
 
 
-def _solved(fitter: Fitter, fit: Fit, causes: Sequence[Term]) -> tuple[Solution | None, float]:
-    """Return a fit with some causes in the forms that fit best, and its score with their cost."""
+def _best(fitter: Fitter, fit: Fit, causes: Sequence[Term] | None) -> _Best | None:
+    """Return what some causes, or all, leave in their best forms, None where none has any."""
+    chosen = frozenset(term.place for term in (fit.accepted if causes is None else causes))
+    known = _BEST.setdefault(fitter, WeakKeyDictionary()).setdefault(fit, {})
+    if chosen not in known:
+        known[chosen] = _formed(fitter, fit, chosen)
+    return known[chosen]
+
+
+def _formed(fitter: Fitter, fit: Fit, chosen: frozenset[Place]) -> _Best | None:
+    """
+    Return what the `chosen` causes leave in their best forms, None where none has any.
+
+    Numbers that fit a law alone are not those of another form of it. After a far step what a
+    cause does, and so its forms, are not as they were.
+    """
+    best, score = _solved(fitter, fit, chosen), fit.score
+    for _ in range(PASSES):
+        if best is None or score - best.cost < FAR:
+            break
+        try:
+            beside = fitter.at(moved(best.terms, best.own), len(fit.accepted), fit.slopes)
+        except IMPOSSIBLE:
+            break
+        nearer = _solved(fitter, beside, chosen)
+        if nearer is None or nearer.cost > best.cost:
+            break
+        best, score = nearer, best.cost
+    return best
+
+
+def _solved(fitter: Fitter, fit: Fit, chosen: frozenset[Place]) -> _Best | None:
+    """Return what the `chosen` causes leave in their best forms beside the numbers of a fit."""
     made, condensed, _ = _known(fitter, fit)
     counts = [part.shape[2] for part in made]
-    chosen = np.repeat([term in causes for term in fit.accepted], counts)
-    count = int(chosen.sum())
+    is_own = np.repeat([term.place in chosen for term in fit.accepted], counts)
+    count = int(is_own.sum())
     if not count:
-        return None, fit.score
-    kept = np.flatnonzero(np.concatenate([chosen, np.ones(fit.columns.shape[2], bool)]))
+        return None
+    kept = np.flatnonzero(np.concatenate([is_own, np.ones(fit.columns.shape[2], bool)]))
     condensed = condensed._replace(products=condensed.products[:, kept[:, None], kept],
                                    against=condensed.against[:, kept])
     found, spread = _within_reach(fitter, fit, condensed,
-                                  np.repeat(np.arange(len(counts)), counts)[chosen])
+                                  np.repeat(np.arange(len(counts)), counts)[is_own])
     gram = np.einsum('c,cpq->pq', fitter.effective / found.variance,
                      condensed.products[:, :count, :count])
     freedom = float(np.linalg.slogdet(
         np.eye(count) + spread[:, None] * gram * spread)[1])
-    return found, found.score + freedom
+    forms = [part for term, part in zip(fit.accepted, made) if term.place in chosen]
+    columns = np.concatenate([*forms, fit.columns], axis=2)
+    return _Best(fit.terms, found.step[count:], fit.balance.residual + columns @ found.step, found,
+                 found.score + freedom)
 
 
 def _within_reach(fitter: Fitter, fit: Fit, condensed: Columns,
@@ -272,12 +317,16 @@ def factors_along(power: Array, along: Mapping[str, Array],
 
 def _curves(values: Array, power: Array) -> Iterator[Array]:
     """
-    Yield smooth curves (m,) of values, as fine as there is power (m,) along them.
+    Yield smooth curves (m,) of values, and such as are as fine as there is power (m,) along them.
 
-    They are Chebyshev polynomials of the share of the power that smaller values have.
+    They are Chebyshev polynomials of the values themselves, as laws of books are, and of the share
+    of the power that smaller values have.
     """
     order = np.argsort(values)
     share = np.empty_like(values)
     share[order] = np.cumsum(power[order])
-    angle = np.arccos(np.clip(2.0 * share / max(float(power.sum()), _AT_REST) - 1.0, -1.0, 1.0))
-    yield from (np.cos(count * angle) for count in range(1, _CURVES + 1))
+    low, high = np.min(values[power > 0.0], initial=np.inf), np.max(
+        values[power > 0.0], initial=-np.inf)
+    for along, all_of_it in ((values - low, high - low), (share, float(power.sum()))):
+        angle = np.arccos(np.clip(2.0 * along / max(all_of_it, _AT_REST) - 1.0, -1.0, 1.0))
+        yield from (np.cos(count * angle) for count in range(1, _CURVES + 1))

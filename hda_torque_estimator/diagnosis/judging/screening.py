@@ -40,7 +40,46 @@ def screen(fitter: Fitter, fit: Fit, names: Sequence[str]) -> list[Prospect]:
             key = (name, prospect.term.joint, *variant_of(prospect.term))
             if key not in best or prospect.score < best[key].score:
                 best[key] = prospect
-    return sorted(best.values(), key=lambda prospect: prospect.score)
+    return sorted((_with_all_numbers(fitter, fit, known, prospect) for prospect in best.values()),
+                  key=lambda prospect: prospect.score)
+
+
+def _with_all_numbers(fitter: Fitter, fit: Fit, known: Columns, prospect: Prospect) -> Prospect:
+    """
+    Return a prospect with all free numbers of its law where the first order has them.
+
+    A grid holds few values of a number. A cable whose rest angle is not near one of them was
+    weighed at a sixth of what it explains, and never tried.
+    """
+    term, arm = prospect.term, fitter.on(fit.terms)
+    if term.waves or term.name in LOCATED or len(term.sought) < 2 or term.size > len(term.sought):
+        return prospect
+    here, steps = term.vector(), term.all_steps()
+    vectors = [here, *(here + steps * (np.arange(term.size) == number)
+                       for number in range(1, term.size))]
+    try:
+        shares = _shares(fitter, fit, known, [term.at(vector) for vector in vectors])
+        whole = float(shares.sum())
+        if whole == 0.0:
+            return prospect
+        now = here[0] if term.grown else getattr(arm.effect(*term.place), term.free[0])
+        start = term.at(np.append(now, here[1:] + shares[1:] / whole * steps[1:]))
+        better = [_weighed(fitter, fit, known, *each) for each in shifts(fitter, fit, [start])]
+    except IMPOSSIBLE:
+        return prospect
+    return min(prospect, *better, key=lambda each: each.score)
+
+
+def _shares(fitter: Fitter, fit: Fit, known: Columns, terms: Sequence[Term]) -> Array:
+    """Return how much (d,) of each of these terms of one law together explains most."""
+    shift = np.stack([_shift(fitter, fit, term) for term in terms], axis=2)
+    return solved(fitter, fit, known, shift).step[:len(terms)]
+
+
+def _shift(fitter: Fitter, fit: Fit, term: Term) -> Array:
+    """Return what a term changes in the residual (m, c)."""
+    arm = fitter.on(fit.terms)
+    return fitter.change(fit.terms, term.on(arm)) - of_noise(term, arm, fit.slopes.noise)
 
 
 def _may_show(fitter: Fitter, fit: Fit, site: Site) -> bool:
