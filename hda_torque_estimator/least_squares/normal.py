@@ -27,20 +27,20 @@ def within(normal: Floats, right: Floats, now: Floats, bounds: tuple[Floats, Flo
     infinite. What would pass its bound by most is held there, and the others step again. A
     `ridge` is added to the scaled equations where columns may be alike or zero.
     """
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), TINY))
-    normal, right = normal * np.outer(scale, scale), right * scale
-    step = np.linalg.solve(_firm(normal, ridge), right)
-    if _beyond(now + step * scale, *bounds).max(initial=0.0) <= _ON_BOUND:
+    scale = 1.0 / np.sqrt(np.maximum(normal.diagonal(), TINY))
+    normal, right = normal * (scale[:, None] * scale), right * scale
+    step, half = np.linalg.solve(_firm(normal, ridge), right), _half(*bounds)
+    if _beyond(now + step * scale, *bounds, half).max(initial=0.0) <= _ON_BOUND:
         return step * scale                             # as nearly always
     spread: Floats = np.asarray(np.linalg.inv(_firm(normal, ridge)), np.float64)
-    fixed = _stopped(spread, step.copy(), now, *bounds, scale, _half(*bounds))
+    fixed = _stopped(spread, step.copy(), now, *bounds, scale, half)
     for _ in range(len(now) + 1):
         free = np.isnan(fixed)
         held = np.where(free, 0.0, fixed) / scale
         step = held.copy()
         step[free] = np.linalg.solve(_firm(normal[np.ix_(free, free)], ridge),
                                      (right - normal @ held)[free])
-        over = np.where(free, _beyond(now + step * scale, *bounds), 0.0)
+        over = np.where(free, _beyond(now + step * scale, *bounds, half), 0.0)
         if over.max(initial=0.0) <= _ON_BOUND:
             break
         worst = np.argmax(over)
@@ -84,9 +84,9 @@ def _stopped(spread: Floats, step: Floats, now: Floats, low: Floats, high: Float
     return stopped
 
 
-def _beyond(unknowns: Floats, low: Floats, high: Floats) -> Floats:
-    """Return by how much unknowns (p,) pass a bound, over half the way between both if finite."""
-    return np.asarray(np.maximum(low - unknowns, unknowns - high) / _half(low, high))
+def _beyond(unknowns: Floats, low: Floats, high: Floats, half: Floats) -> Floats:
+    """Return by how much unknowns (p,) pass a bound, over `half` the way between both."""
+    return np.asarray(np.maximum(low - unknowns, unknowns - high) / half)
 
 
 def _half(low: Floats, high: Floats) -> Floats:

@@ -6,7 +6,7 @@ Calibration and diagnosis fit the same terms. Bounds of every number are those o
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 import math
 from typing import Any, Protocol, runtime_checkable
 
@@ -23,6 +23,7 @@ from .charts import Chart, Identity, WaveParts
 Place = tuple[str, str | None]        # an effect and its joint, None for the whole arm
 # Choices unless stated otherwise.
 _TO_BOUND = 0.7         # share of the way to a bound that a step may take
+_MOST_CHARTS = 1024     # of terms, that are known at most
 
 
 @dataclass(frozen=True)
@@ -92,9 +93,7 @@ class Term:
 
     @cached_property
     def _known(self) -> dict[str, Array]:       # a fit asks for it at every step
-        return {what: fixed([getattr(chart, what) for chart in self.charts
-                             for _ in range(chart.size)])
-                for what in ('step', 'prior', 'low', 'high')}
+        return _of_charts(self.charts)
 
     def vector(self) -> Array:
         """Return the unknowns as they stand."""
@@ -166,6 +165,13 @@ class Term:
         if self.is_whole:
             return arm.with_effect(self.effect, self.joint)
         return entered(arm, str(self.joint), self.numbers())
+
+
+@lru_cache(_MOST_CHARTS)
+def _of_charts(charts: tuple[Chart, ...]) -> dict[str, Array]:
+    """Return steps, priors and bounds of all unknowns; a term that moves keeps its charts."""
+    return {what: fixed([getattr(chart, what) for chart in charts for _ in range(chart.size)])
+            for what in ('step', 'prior', 'low', 'high')}
 
 
 @runtime_checkable

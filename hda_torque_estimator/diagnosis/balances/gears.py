@@ -19,7 +19,7 @@ from hda_arm_sim.model.kernel import (gear_torque, growth, loop_state, loops, RE
 from hda_arm_sim.model.link_side import link_torque
 import numpy as np
 
-from .fields import key_of, places_of
+from .fields import key_of, KeysOfArms, places_of
 from .recent_cache import RecentCache
 from .sensed_motion import JointMotion, SensedMotion, sensing
 from ...measurements.measurement import Measurement
@@ -76,8 +76,7 @@ class Gears:
         self._twists = [RecentCache[Twist](_KEPT) for _ in joints]
         self._springs = [RecentCache[Array](_KEPT) for _ in joints]
         self._torques = [RecentCache[Geared](_KEPT) for _ in joints]
-        self._asked: Arm | None = None
-        self._keys: dict[int, _Keys] = {}
+        self._keys = KeysOfArms[_Keys]()
 
     def key(self, arm: Arm, joint: int) -> bytes:
         """Return all that the torques of a gear depend on."""
@@ -88,15 +87,14 @@ class Gears:
         return self._torques[joint].of(self.key(arm, joint), lambda: self._geared(arm, joint))
 
     def _keys_of(self, arm: Arm, joint: int) -> _Keys:
-        """Return what a joint's parts depend on, made once for the arm that was asked for last."""
-        if self._asked is not arm:
-            self._asked, self._keys = arm, {}
-        if joint not in self._keys:
-            record = arm.record()
-            twist = sensing(arm, [joint]) + key_of(record, joint, _TWISTS)
-            spring = twist + key_of(record, joint, _SPRINGS)
-            self._keys[joint] = _Keys(twist, spring, spring + key_of(record, joint, _BESIDE))
-        return self._keys[joint]
+        """Return what a joint's parts depend on."""
+        return self._keys.of(arm, joint, lambda: self._made_keys(arm, joint))
+
+    def _made_keys(self, arm: Arm, joint: int) -> _Keys:
+        record = arm.record()
+        twist = sensing(arm, [joint]) + key_of(record, joint, _TWISTS)
+        spring = twist + key_of(record, joint, _SPRINGS)
+        return _Keys(twist, spring, spring + key_of(record, joint, _BESIDE))
 
     def _twist(self, arm: Arm, joint: int) -> Twist:
         return self._twists[joint].of(self._keys_of(arm, joint).twist,

@@ -17,7 +17,7 @@ from hda_arm_sim.model.effects.place import (BREAKAWAY, BRISTLES, CURRENT_LOOP, 
 from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
 
-from .fields import key_of, places_of
+from .fields import key_of, KeysOfArms, places_of
 from .gears import Gears
 from .kernel_along import centred, deliver, fill_missed
 from .low_pass import LowPass
@@ -30,6 +30,7 @@ from ...measurements.running_clock import arm_during
 
 # Choices unless stated otherwise.
 _KEPT = 4               # of each part
+_LINKS, _SENSED = 'links', 'sensed'     # names of keys; that of a motor is its joint (layout)
 # What each part reads of a joint's record.
 _DRIVE = (WIRE, LIMIT, CURRENT_LOOP, SHAFT)
 _DRIVES = places_of(*(effect for place in _DRIVE for effect in effects_at(place)))
@@ -51,6 +52,7 @@ class Parts:
         self._gears = Gears(measurement, self.motions)
         self._needed = RecentCache[Array](_KEPT)
         self._ahead: dict[bytes, Array] = {}
+        self._keys = KeysOfArms[bytes]()
 
     def missed(self, arm: Arm) -> Array:
         """Return what the motors miss (m, n) [N*m at the output]."""
@@ -79,10 +81,11 @@ class Parts:
             self._ahead |= {key: self._filtered(one) for key, one in zip(found, needed)}
 
     def _links_key(self, arm: Arm) -> bytes:
-        return self._sensed(arm) + bytes(arm.record().body.tobytes())
+        return self._keys.of(arm, _LINKS, lambda: (
+            self._sensed(arm) + bytes(arm.record().body.tobytes())))
 
     def _sensed(self, arm: Arm) -> bytes:
-        return sensing(arm, self._joints, [LINK])
+        return self._keys.of(arm, _SENSED, lambda: sensing(arm, self._joints, [LINK]))
 
     def command(self, arm: Arm, joint: int) -> Array:
         """Return the mean torque at the shaft of a joint around every sample (k,) [N*m]."""
@@ -93,9 +96,9 @@ class Parts:
         return self._filtered(column[:, None])[:, 0]
 
     def _missed_by(self, arm: Arm, joint: int) -> Array:
-        return self._missed[joint].of(
-            self._gears.key(arm, joint) + key_of(arm.record(), joint, _MOTORS),
-            lambda: self._thin(self._motor(arm, joint)))
+        key = self._keys.of(arm, joint, lambda: (
+            self._gears.key(arm, joint) + key_of(arm.record(), joint, _MOTORS)))
+        return self._missed[joint].of(key, lambda: self._thin(self._motor(arm, joint)))
 
     def _carried_by(self, arm: Arm, joint: int) -> Array:
         return self._carried[joint].of(

@@ -136,8 +136,9 @@ def step_of(columns: Columns, weight: Array, prior: Array, now: Array, reach: Ar
 
     A number stays within its `reach` (p,), infinite for any.
     """
-    return within(np.einsum('c,cpq->pq', weight, columns.products) + np.diag(prior),
-                  -weight @ columns.against - prior * now, now, (-reach, reach), RIDGE)
+    normal = np.einsum('c,cpq->pq', weight, columns.products)
+    normal.flat[::len(normal) + 1] += prior
+    return within(normal, -weight @ columns.against - prior * now, now, (-reach, reach), RIDGE)
 
 
 def covariance(columns: Columns, variance: Array, effective: float, deviations: Array) -> Array:

@@ -122,10 +122,9 @@ def shifts(fitter: Fitter, fit: Fit, starts: Sequence[Term]) -> Iterator[tuple[T
 def _shifts(fitter: Fitter, fit: Fit, starts: Sequence[Term]) -> list[Array]:
     """Return what the directions of each start change in the residual, starts all at once."""
     arm = fitter.on(fit.terms)
-    changes = []
-    for trials in zip(*(directions(start) for start in starts)):
-        changes.append(fitter.change(fit.terms, with_terms(arm, trials)) - sum(
-            of_noise(trial, arm, fit.slopes.noise) for trial in trials))
+    changes = [fitter.change(fit.terms, with_terms(arm, trials)) - sum(
+        of_noise(trial, arm, fit.slopes.noise) for trial in trials)
+        for trials in zip(*(directions(start) for start in starts))]
     together = np.stack(changes, axis=2)
     if len(starts) == 1:
         return [together]
