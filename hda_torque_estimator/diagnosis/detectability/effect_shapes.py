@@ -63,7 +63,7 @@ def _touch(fitter: Fitter, kind: Any) -> Effect:
 
 
 def _clipped(fitter: Fitter, arm: Arm, term: Term, share: float) -> Term:
-    """Return a limit of torque as a share of the largest command of its joint."""
+    """Return a limit as a share of the largest command of its joint, as soft as it is known."""
     column = fitter.balancer.measurement.command[:, arm.labels.index(str(term.joint))]
     return replace(term, effect=replace(
-        term.effect, limit=max(share * float(np.abs(column).max()), 1e-6)))
+        arm.effect(*term.place), limit=max(share * float(np.abs(column).max()), 1e-6)))
