@@ -32,9 +32,10 @@ from .route_errors import ERRORS, TORSION_ERRORS, ZERO
  BEHIND, WAITED,                        # of stamps behind even ones; since an angle was read [s]
  SLID, SLIDING,                         # 1 once the shaft has slid; the torque it has since [N*m]
  TAUGHT,                                # 1 once a window has taught
- ) = range(42)
-PARABOLAS, SHAFT_MOTION = 4, 42         # how the shaft moves: four of them, of 5 numbers each
-SUMS = 62                               # over the present half: value and effects (layout)
+ STEPS, STEPPED,                        # usual steps of its torque [N^2*m^2], time of them [s]
+ ) = range(44)
+PARABOLAS, SHAFT_MOTION = 4, 44         # how the shaft moves: four of them, of 5 numbers each
+SUMS = 64                               # over the present half: value and effects (layout)
 MOMENTS = SUMS + 1 + ERRORS             # the same, weighed by the time in it
 RISEN = MOMENTS + 1 + ERRORS            # of the last half, weighed by its rising edge
 LEARNT = RISEN + 1 + ERRORS             # errors (ERRORS,) in units of their sigma

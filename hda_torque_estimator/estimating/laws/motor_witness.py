@@ -16,7 +16,8 @@ from .fusion import FEWEST, restart, SETTLED
 from .fusion_memory import (errors_learnt, LAG, LAST_COMMAND, LONG, MEAN_APART, MEAN_MOTOR,
                             PRIOR, SCATTER, share, SLID, SLIDING, SLOW_TIME, STEADY, TIME, WEIGHED)
 from .route_errors import dry_friction, motor_effects, motor_torque, ShaftState, TORSION_ERRORS
-from .shaft_motion import begin_motion, follow_motion
+from .shaft_motion import begin_motion, follow_motion, jump_motion, Speeding
+from .torque_jumps import jump_of
 from .torsion_scatter import forget_twist
 from .witnesses import Bound
 
@@ -106,10 +107,12 @@ def motor_estimate(joint: Record, memory: Array, heard: MotorSample, window: flo
     has itself. The torque of the torsion may be far off until its zero is known.
     """
     mean = _acting(joint, memory, heard.command)
+    step = heard.command - memory[LAST_COMMAND]
     memory[LAST_COMMAND] = heard.command
     moving = turns(joint, heard.velocity, max(heard.dt, 0.4 * window))
     span, through = max(window, FEWEST * heard.dt), joint.ratio * joint.motor_inertia
-    speeding = follow_motion(memory, heard.angle, window, heard.dt)
+    jump = jump_of(memory, step, heard.dt) / joint.motor_inertia
+    speeding = _speeding(joint, memory, heard, window, jump if moving else 0.0)
     at = ShaftState(heard.angle, heard.velocity + heard.late * speeding.now,
                     np.sign(heard.velocity) if moving else 0.0, heard.link_angle)
     memory[LAG] += share(heard.dt, span) * (through * speeding.lag - memory[LAG])
@@ -123,6 +126,18 @@ def motor_estimate(joint: Record, memory: Array, heard: MotorSample, window: flo
     learnt = np.dot(effect[TORSION_ERRORS:], errors_learnt(memory)[TORSION_ERRORS:])
     return Motor(moving, plain + learnt, plain, inertia, friction, joint.held_share * friction,
                  joint.motor_deviation ** 2)
+
+
+@inlined
+def _speeding(joint: Record, memory: Array, heard: MotorSample, window: float,
+              jump: float) -> Speeding:
+    """Return how fast a shaft speeds up whose motor's torque jumped, (eq:jump) [rad/s^2]."""
+    late = min(max(joint.effort_lag, 0.0), 1.0)
+    before = max(0.5 - late, 0.0) * jump        # of a jump between two stamps
+    jump_motion(memory, before)
+    seen = follow_motion(memory, heard.angle, window, heard.dt)
+    jump_motion(memory, jump - before)
+    return Speeding(seen.now + (1.0 - late) * jump - before, seen.lag)
 
 
 @inlined

@@ -58,6 +58,13 @@ def follow_motion(memory: Array, angle: float, window: float, dt: float) -> Spee
     return Speeding(memory[best + _SPEEDING], memory[best + _LAG])
 
 
+@compiled
+def jump_motion(memory: Array, change: float) -> None:
+    """Let a shaft speed up by so much more at once [rad/s^2], (eq:jump)."""
+    for place in range(SHAFT_MOTION, SHAFT_MOTION + PARABOLAS * _SIZE, _SIZE):
+        memory[place + _SPEEDING] += change
+
+
 @inlined
 def _renew(memory: Array, angle: float, window: float, dt: float) -> None:
     """Let all parabolas follow an angle [rad] after a time [s]."""
