@@ -14,6 +14,7 @@ from hda_torque_estimator.diagnosis.motors_alone.motor_record import sweeps_of, 
 from hda_torque_estimator.diagnosis.motors_alone.motor_side import diagnose_motors
 from hda_torque_estimator.diagnosis.motors_alone.posterior import (Law, PossibleCause, posterior,
                                                                    Weigher)
+from hda_torque_estimator.diagnosis.reporting.summary import cause_sentence
 import numpy as np
 import pytest
 
@@ -95,6 +96,10 @@ def test_friction_by_load_has_the_law_that_it_follows(truth):
     assert names == {'coulomb_friction', 'viscous_friction', 'load_dependent_friction'}
     law = found.extended.effect('load_dependent_friction', 'joint1')
     assert {each for each in ('growth', 'fall') if getattr(law, each) > 0.0} == {number}
+    one = next(each for each in found.diagnosis.findings if each.effect == law.name)
+    said = cause_sentence(one.effect, one.joint, one.parameters)
+    assert ('grows with torque by' in said, 'falls with speed by' in said) == (
+        number == 'growth', number == 'fall')
 
 
 def test_a_usual_law_keeps_its_odds_whatever_others_there_are():

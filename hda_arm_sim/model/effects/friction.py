@@ -276,7 +276,9 @@ class LoadDependentFriction(Effect):
     unmeasured: ClassVar[Unmeasured | None] = Unmeasured({'coefficient': 0.2})
     words: ClassVar[Words] = Words(
         'loses {size} of the torque through its gear to friction of the mesh', 'flexspline',
-        CHECK_MESH, ('coefficient',))
+        CHECK_MESH, ('coefficient',), beside=(
+            ('growth', 'a share that grows with torque by {size}'),
+            ('fall', 'a share that falls with speed by {size}')))
     coefficient: float = parameter(
         0.0, '', 0.0, 0.9, 'friction per torque through the gear, both on the same side')
     growth: float = parameter(
