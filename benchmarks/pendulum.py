@@ -19,18 +19,18 @@ MASS, LENGTH, GRAVITY = 0.49, 0.1, 9.81             # of the pendulum [kg, m, m/
 WEIGHT, SWINGS = MASS * GRAVITY * LENGTH, MASS * LENGTH ** 2    # [N*m], [kg*m^2]
 DUTY = 4096.0 / (2.0 * np.pi) / (256.0 * 885.0)     # of each unit of gain and radian
 # What is fitted, from and to: kt [N*m/A], R [ohm], inertia of the servo [kg*m^2], dry [N*m] and
-# viscous [N*m*s/rad] friction, friction per torque through the gear; then by how much both fall
-# with speed, as shares, and from which speed on [rad/s].
+# viscous [N*m*s/rad] friction, friction per torque through the gear. That share grows with the
+# torque [1/(N*m)] and falls with speed [s/rad], as in the catalogue (eq:load-friction).
 BOUNDS = {'kt': (0.1, 0.8), 'R': (1.0, 10.0), 'inertia': (0.0, 5e-3), 'dry': (0.0, 0.1),
-          'viscous': (0.0, 0.1), 'load': (0.0, 0.8), 'falls': (0.0, 0.95), 'speed': (0.05, 5.0)}
+          'viscous': (0.0, 0.1), 'load': (0.0, 0.8), 'growth': (0.0, 20.0), 'fall': (0.0, 3.0)}
 Log = tuple[float, Floats, Floats]      # gain, time (k,), what `simulated` reads (k, 4)
-STRUCTURES = {'coulomb_viscous': 5, 'load': 6, 'load_falls': 8}
+STRUCTURES = {'coulomb_viscous': 5, 'load': 6, 'load_shaped': 8}
 
 
 @njit(cache=False)
 def simulated(values: Floats, gain: float, time: Floats, log: Floats) -> Floats:
     """Return positions (k,) by a log (k, 4): goal, voltage, whether the motor is on, position."""
-    kt, resistance, inertia, dry, viscous, load, falls, speed = values
+    kt, resistance, inertia, dry, viscous, load, growth, fall = values
     whole = inertia + SWINGS
     angle, rate, turning, found = log[0, 3], 0.0, 0.0, np.empty(len(time))
     for k in range(len(time)):
@@ -44,7 +44,8 @@ def simulated(values: Floats, gain: float, time: Floats, log: Floats) -> Floats:
                 torque += kt * duty * log[k, 1] / resistance
                 drag += kt * kt / resistance
             through = abs(WEIGHT * np.sin(angle) + SWINGS * turning)
-            level = (dry + load * through) * (1.0 - falls * (1.0 - np.exp(-abs(rate) / speed)))
+            share = load * (1.0 + growth * through) / (1.0 + fall * abs(rate))
+            level = dry + share * through
             free = (rate + dt * torque / whole) / (1.0 + dt * drag / whole)
             slows = dt * level / whole / (1.0 + dt * drag / whole)
             after = 0.0 if abs(free) <= slows else free - slows * np.sign(free)
@@ -67,7 +68,7 @@ def held_out(logs: Mapping[str, Mapping[str, Floats]]) -> Numbers:
 def _fit(seen: Sequence[Log], left: Sequence[Log], count: int) -> Numbers:
     """Return how the first of the numbers, fitted to some logs, do on them and on others."""
     bounds = list(BOUNDS.values())
-    none = np.array([0.0] * 7 + [1.0])
+    none = np.zeros(len(bounds))
     low, high = np.array(bounds[:count]).T
 
     def whole(part: Floats) -> Floats:

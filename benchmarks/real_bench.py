@@ -45,7 +45,7 @@ def numbers(data: Path, folder: Path) -> Numbers:
     seen = [name for name in states if name not in by_gain[LEFT_OUT]]
     with patch.object(friction_causes, 'factors_along', lambda *known: ()):
         plain = _said(states, list(states), arm)
-    return {'logs': len(states), 'gains': list(GAINS),
+    return {'logs': len(states), 'gains': list(GAINS), 'ratio': RATIO,
             'rate': float(np.median([1.0 / np.median(np.diff(log['time']))
                                      for log in logs.values()])),
             'together': _said(states, list(states), arm), 'plain': plain,

@@ -113,7 +113,7 @@ def test_a_section_takes_only_effects_of_the_catalogue_for_alike(effect):
 
 def test_units_of_parameters_stand_in_the_sections():
     signs = {'N*m': 'N·m', 'N*m/rad': 'N·m/rad', 'N*m*s/rad': 'N·m·s/rad', '1/kg': '1/kg',
-             'rad/(N*m)': 'rad/(N·m)'}
+             'rad/(N*m)': 'rad/(N·m)', '1/(N*m)': '1/(N·m)'}
     missing = [(effect.name, rule.unit) for effect in EFFECTS for rule in effect.declarations()
                if rule.unit and not rule.unit.endswith('turn')
                and f'[{signs.get(rule.unit, rule.unit)}' not in SECTIONS[effect.name]]

@@ -14,6 +14,7 @@ from hda_torque_estimator.diagnosis.motors_alone.motor_record import sweeps_of, 
 from hda_torque_estimator.diagnosis.motors_alone.motor_side import diagnose_motors
 from hda_torque_estimator.diagnosis.motors_alone.posterior import (Law, PossibleCause, posterior,
                                                                    Weigher)
+from hda_torque_estimator.diagnosis.reporting.summary import cause_sentence
 import numpy as np
 import pytest
 
@@ -77,6 +78,46 @@ def test_sizes_hold_the_truth():
     share = findings['load_dependent_friction']['coefficient']
     assert share.low <= 0.15 <= share.high and share.high - share.low < 0.03
     assert findings['coulomb_friction']['level'].value == pytest.approx(LEVEL, rel=0.05)
+
+
+SHAPED = {
+    'square': (lambda t, v, q, load: 0.6 * load ** 2 * np.sign(v), 'growth'),
+    'exponential': (lambda t, v, q, load: 0.3 * np.abs(load) * np.exp(-np.abs(v) / 60.0)
+                    * np.sign(v), 'fall'),
+    'rational': (lambda t, v, q, load: 0.3 * np.abs(load) / (1.0 + 0.02 * np.abs(v))
+                 * np.sign(v), 'fall'),
+}
+
+
+@pytest.mark.parametrize('truth', SHAPED)
+def test_friction_by_load_has_the_law_that_it_follows(truth):
+    more, number = SHAPED[truth]
+    found, names = named(swung(more))
+    assert names == {'coulomb_friction', 'viscous_friction', 'load_dependent_friction'}
+    law = found.extended.effect('load_dependent_friction', 'joint1')
+    assert {each for each in ('growth', 'fall') if getattr(law, each) > 0.0} == {number}
+    one = next(each for each in found.diagnosis.findings if each.effect == law.name)
+    said = cause_sentence(one.effect, one.joint, one.parameters)
+    assert ('grows with torque by' in said, 'falls with speed by' in said) == (
+        number == 'growth', number == 'fall')
+
+
+def test_a_usual_law_keeps_its_odds_whatever_others_there_are():
+    law = Law(np.ones((4, 1)), np.array([1.0]), np.zeros((4, 0)))
+    alone = PossibleCause('cause', (law,), 0.1)
+    beside = PossibleCause('cause', (law._replace(weight=2.0), law, law), 0.1)
+    assert beside.odds(0) == alone.odds(0) and beside.usual() == [beside.laws[0]]
+    assert sum(np.exp(beside.odds(place)) for place in (1, 2)) == pytest.approx(
+        np.exp(alone.odds(0)))
+
+
+def test_a_motor_of_any_size_has_its_friction_named():
+    """The torque of a small servo is a thousandth of an arm's; so is what its load adds."""
+    samples = swung(MORE['load_dependent_friction'])
+    found, names = named(replace(samples, effort=1e-3 * samples.effort))
+    assert {'coulomb_friction', 'load_dependent_friction'} <= names
+    law = found.extended.effect('load_dependent_friction', 'joint1')
+    assert law.coefficient == pytest.approx(0.15, abs=0.02) and law.growth == law.fall == 0.0
 
 
 def test_a_wave_of_friction_has_its_size_and_phase():

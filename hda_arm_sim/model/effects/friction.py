@@ -90,7 +90,9 @@ def asymmetric_budget(own: Record, at: Rubbed) -> Signal:
 @compiled
 def load_budget(own: Record, at: Rubbed) -> Signal:
     """Return the extra budget of a loaded mesh, (eq:load-friction) [N*m motor]."""
-    return own.coefficient * np.abs(at.joint_torque) / at.ratio
+    load = np.abs(at.joint_torque)
+    share = own.coefficient * (1.0 + own.growth * load)
+    return share * load / at.ratio / (1.0 + own.fall * np.abs(at.motor_velocity))
 
 
 @compiled
@@ -256,7 +258,7 @@ class AsymmetricFriction(Effect):
 
 @dataclass(frozen=True)
 class LoadDependentFriction(Effect):
-    """Loss of the mesh, proportional to the torque through the gear, (eq:load-friction)."""
+    """Loss of the mesh by the torque through the gear, (eq:load-friction)."""
 
     name: ClassVar[str] = 'load_dependent_friction'
     cause: ClassVar[str] = 'mesh friction grows with the torque through the gear'
@@ -268,14 +270,21 @@ class LoadDependentFriction(Effect):
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         varies=('joint_torque', 'load_sense'), reach=0.3,
         free={'coefficient': 0.1}, alike=('torque_constant_error',),
+        shaped={'growth': (0.1, 0.3, 1.0, 3.0, 10.0), 'fall': (1e-3, 3e-3, 0.01, 0.03, 0.1)},
         experiment='both directions under both signs of load')
     typical: ClassVar[Typical | None] = Typical({'coefficient': 0.15})
     unmeasured: ClassVar[Unmeasured | None] = Unmeasured({'coefficient': 0.2})
     words: ClassVar[Words] = Words(
         'loses {size} of the torque through its gear to friction of the mesh', 'flexspline',
-        CHECK_MESH, ('coefficient',))
+        CHECK_MESH, ('coefficient',), beside=(
+            ('growth', 'a share that grows with torque by {size}'),
+            ('fall', 'a share that falls with speed by {size}')))
     coefficient: float = parameter(
         0.0, '', 0.0, 0.9, 'friction per torque through the gear, both on the same side')
+    growth: float = parameter(
+        0.0, '1/(N*m)', 0.0, 100.0, 'of that share with the torque through the gear')
+    fall: float = parameter(
+        0.0, 's/rad', 0.0, 10.0, 'of it with speed: half is left at the inverse, motor side')
 
 
 @dataclass(frozen=True)

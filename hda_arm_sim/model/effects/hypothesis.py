@@ -65,6 +65,8 @@ class Hypothesis:
     one `stands` for all, where the smallest size that shows is asked for. A `weaker` effect does
     less the larger its number is. One that `scales` a torque lets a balance shrink beside another
     such. A wave of one that `bends` must be seen to do so: a straight part of it may be any error.
+    `shaped` are numbers by which other published laws differ from the usual one, and values of
+    them. They are tried where laws are linear in what is found; elsewhere such a law is a form.
     """
 
     free: Mapping[str, float] = field(default_factory=dict)
@@ -94,6 +96,7 @@ class Hypothesis:
     weaker: bool = False
     scales: bool = False
     bends: bool = False
+    shaped: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     varies: tuple[str, ...] = ()
     # share of its power that another form of its law may do (source: published laws differ by
     # 0.002 to 0.1 of it, unless an effect declares otherwise)

@@ -67,6 +67,7 @@ class FrictionLaw(NamedTuple):
     effect: Effect              # with a unit of what is found, and a point of the grid
     numbers: tuple[str, ...]    # what is found: one number, or amplitude and phase of a wave
     unit: float                 # of the first of them
+    plain: bool                 # the only law of its cause, or the usual one
 
     def columns(self, motion: Along) -> Array:
         """Return what the motor needs for each unit (k, p) [N*m at the shaft]."""
@@ -92,27 +93,32 @@ def friction_laws(motion: Along, rows: Rows,
     """
     Return the laws of every friction effect that some rows of a motion can show.
 
-    One with a grid must differ there from what those without one do together. Where an effect is
+    One that is not plain must differ there from what those do together. Where an effect is
     known to be `near` one, scales are tried within that factor of its own.
     """
     every = {kind.name: list(_laws(kind, near.get(kind.name))) for kind in friction_effects()}
-    plain = [law.columns(motion)[rows] for several in every.values() if len(several) == 1
-             for law in several]
+    plain = [law.columns(motion)[rows] for several in every.values() for law in several
+             if law.plain]
     basis = np.linalg.qr(np.concatenate(plain, axis=1))[0]
-    kept = {name: [law for law in several if _shows(law, motion, rows, several, basis)]
+    kept = {name: [law for law in several if _shows(law, motion, rows, basis)]
             for name, several in every.items()}
     return {name: several for name, several in kept.items() if several}
 
 
-def _shows(law: FrictionLaw, motion: Along, rows: Rows, several: Sequence[FrictionLaw],
-           basis: Array) -> bool:
-    """Return if a law does anything in some rows, and one of several what no plain one does."""
+def _shows(law: FrictionLaw, motion: Along, rows: Rows, basis: Array) -> bool:
+    """Return if a law does anything in some rows, and if not plain what no plain one does."""
     own = law.columns(motion)[rows]
     size = float(np.linalg.norm(own))
-    if float(np.abs(own).max()) <= _IDLE * law.unit:
+    if float(np.abs(own).max()) <= _IDLE * law.unit * _usual_torque(law, motion, rows):
         return False
-    apart = own if len(several) == 1 else own - basis @ (basis.T @ own)
+    apart = own if law.plain else own - basis @ (basis.T @ own)
     return float(np.linalg.norm(apart)) > _APART * size
+
+
+def _usual_torque(law: FrictionLaw, motion: Along, rows: Rows) -> float:
+    """Return what a law usually does for each unit [N*m at the shaft]: loads are of any size."""
+    loaded = law.effect.place is MESH
+    return float(np.abs(motion.joint_torque / motion.ratio)[rows].max()) if loaded else 1.0
 
 
 def _laws(kind: type[Effect], near: tuple[Effect, float] | None) -> Iterator[FrictionLaw]:
@@ -120,8 +126,11 @@ def _laws(kind: type[Effect], near: tuple[Effect, float] | None) -> Iterator[Fri
     number, *others = (each.name for each in kind.declarations())
     found = (number, 'phase') if 'phase' in others else (number,)
     unit = min(1.0, kind.declaration(number).high)
-    for point in _grid(kind, found, near):
-        yield FrictionLaw(kind(**{number: unit}, **point), found, unit)
+    points = list(_grid(kind, found, near))
+    for shape in _shapes(kind, near):
+        for point in points:
+            yield FrictionLaw(kind(**{number: unit}, **point, **shape), found, unit,
+                              len(points) == 1 and not shape)
 
 
 def _grid(kind: type[Effect], found: Sequence[str],
@@ -132,6 +141,15 @@ def _grid(kind: type[Effect], found: Sequence[str],
              for name in (each.name for each in kind.declarations())
              if name in sought and name not in found}
     yield from (dict(zip(grids, point)) for point in product(*grids.values()))
+
+
+def _shapes(kind: type[Effect], near: tuple[Effect, float] | None) -> Iterator[dict[str, float]]:
+    """Yield nothing for the usual law of an effect, and one number for each other law."""
+    yield {}
+    for name, values in HYPOTHESES[kind.name].shaped.items():
+        known = near if near is not None and getattr(near[0], name) > 0.0 else None
+        tried = values if known is None else _around(kind, name, values, known)
+        yield from ({name: value} for value in tried)
 
 
 def _around(kind: type[Effect], name: str, declared: Sequence[float],
@@ -160,15 +178,22 @@ def causes(motion: Along, laws: Mapping[str, list[FrictionLaw]], rows: Rows, tor
     `torque` is that of the motor, rms [N*m at the shaft]. What is found of an effect comes on top
     of the number that is `stated`, which may be too large.
     """
-    plain = [several[0].columns(motion)[rows] for several in laws.values() if len(several) == 1]
+    plain = [law.columns(motion)[rows] for several in laws.values() for law in several
+             if law.plain]
     named = [PossibleCause(name, tuple(
-        _law(law, motion, rows, torque, plain if len(several) > 1 else [])._replace(
-            least=_least(law, stated.get(name, 0.0))) for law in several), _NAMED)
+        _law(law, motion, rows, torque, [] if law.plain else plain)._replace(
+            least=_least(law, stated.get(name, 0.0)), weight=_weight(law, several))
+        for law in several), _NAMED)
         for name, several in laws.items()]
     return named + [PossibleCause(name, tuple(
         Law(curves[rows], np.full(curves.shape[1], size * torque / np.sqrt(curves.shape[1])),
             np.zeros((len(rows), 0))) for size in _SIZES), _NAMELESS, named=False)
         for name, curves in nameless(motion, rows).items()]
+
+
+def _weight(law: FrictionLaw, several: Sequence[FrictionLaw]) -> float:
+    """Return how likely a law is beside others: the usual one is as likely as they together."""
+    return max(len(several) - 1.0, 1.0) if law.plain else 1.0
 
 
 def _least(law: FrictionLaw, stated: float) -> float:

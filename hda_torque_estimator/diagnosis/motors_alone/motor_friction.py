@@ -142,7 +142,7 @@ def _least_squares(columns: Array, values: Array) -> Array:
 def _variance(sweep: Sweep, known: Array, sought: Sequence[PossibleCause], rows: Rows) -> float:
     """Return the power of what all named causes leave, over the share that is independent."""
     laws = [law.columns for cause in sought if cause.named
-            for law in cause.laws[::max(1, len(cause.laws) // 2)]]
+            for law in cause.usual()[::max(1, len(cause.usual()) // 2)]]
     columns = np.concatenate([known[rows], *laws], axis=1)
     torque = sweep.torque[rows]
     rest = torque - columns @ _least_squares(columns, torque)

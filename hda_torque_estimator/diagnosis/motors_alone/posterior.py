@@ -34,16 +34,31 @@ class Law(NamedTuple):
     forms: Array
     spread: float = 0.0
     least: float = -np.inf      # of the first number
+    weight: float = 1.0         # how likely it is beside the other laws of its cause
 
 
 @dataclass(frozen=True)
 class PossibleCause:
-    """What may be at work: its laws, of which each is as likely, and how likely it is at all."""
+    """What may be at work: its laws, and how likely one of the usual ones is at all."""
 
     name: str
     laws: tuple[Law, ...]
     prior: float
     named: bool = True
+
+    def odds(self, number: int) -> float:
+        """
+        Return the log odds, before anything is seen, that one of its laws acts.
+
+        The usual laws share those of the cause, and other laws come on top of them.
+        """
+        share = self.laws[number].weight / sum(law.weight for law in self.usual())
+        return float(np.log(share * self.prior / (1.0 - self.prior)))
+
+    def usual(self) -> list[Law]:
+        """Return the laws of which none is likelier."""
+        most = max(law.weight for law in self.laws)
+        return [law for law in self.laws if law.weight == most]
 
 
 Set = tuple[tuple[int, int], ...]       # causes, and which law of each
@@ -118,9 +133,8 @@ class Weigher:
         if any(found.numbers[first] < law.least
                for law, first in zip(laws, self._firsts(laws))):
             return None
-        odds = sum(np.log(self.causes[place].prior / (1.0 - self.causes[place].prior)
-                          / len(self.causes[place].laws)) for place, _ in chosen)
-        return found._replace(evidence=found.evidence + float(odds))
+        odds = sum(self.causes[place].odds(number) for place, number in chosen)
+        return found._replace(evidence=found.evidence + odds)
 
     def _firsts(self, laws: Sequence[Law]) -> list[int]:
         """Return the place of the first number of each law."""
