@@ -29,16 +29,16 @@ def within(normal: Floats, right: Floats, now: Floats, bounds: tuple[Floats, Flo
     """
     scale = 1.0 / np.sqrt(np.maximum(normal.diagonal(), TINY))
     normal, right = normal * (scale[:, None] * scale), right * scale
-    step, half = np.linalg.solve(_firm(normal, ridge), right), _half(*bounds)
+    step, half = np.linalg.solve(raised(normal, ridge), right), _half(*bounds)
     if _beyond(now + step * scale, *bounds, half).max(initial=0.0) <= _ON_BOUND:
         return step * scale                             # as nearly always
-    spread: Floats = np.asarray(np.linalg.inv(_firm(normal, ridge)), np.float64)
+    spread: Floats = np.asarray(np.linalg.inv(raised(normal, ridge)), np.float64)
     fixed = _stopped(spread, step.copy(), now, *bounds, scale, half)
     for _ in range(len(now) + 1):
         free = np.isnan(fixed)
         held = np.where(free, 0.0, fixed) / scale
         step = held.copy()
-        step[free] = np.linalg.solve(_firm(normal[np.ix_(free, free)], ridge),
+        step[free] = np.linalg.solve(raised(normal[np.ix_(free, free)], ridge),
                                      (right - normal @ held)[free])
         over = np.where(free, _beyond(now + step * scale, *bounds, half), 0.0)
         if over.max(initial=0.0) <= _ON_BOUND:
@@ -48,11 +48,11 @@ def within(normal: Floats, right: Floats, now: Floats, bounds: tuple[Floats, Flo
     return step * scale
 
 
-def _firm(normal: Floats, ridge: float) -> Floats:
-    """Return equations (p, p) with a ridge on their diagonal."""
-    firm = normal.copy()
-    firm.flat[::len(firm) + 1] += ridge
-    return firm
+def raised(normal: Floats, more: Floats | float) -> Floats:
+    """Return equations (p, p) with more on their diagonal: a ridge, or priors (p,)."""
+    made = normal.copy()
+    np.einsum('ii->i', made)[:] += more         # a view of the diagonal
+    return made
 
 
 @compiled

@@ -12,7 +12,7 @@ from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 from numpy.typing import NDArray
 
-from ...least_squares.normal import RIDGE, TINY, within
+from ...least_squares.normal import raised, RIDGE, TINY, within
 
 # Choices unless stated otherwise.
 REACH = 3.5             # standard deviations that a nuisance may go from its nominal value
@@ -136,8 +136,7 @@ def step_of(columns: Columns, weight: Array, prior: Array, now: Array, reach: Ar
 
     A number stays within its `reach` (p,), infinite for any.
     """
-    normal = np.einsum('c,cpq->pq', weight, columns.products)
-    normal.flat[::len(normal) + 1] += prior
+    normal = raised(np.einsum('c,cpq->pq', weight, columns.products), prior)
     return within(normal, -weight @ columns.against - prior * now, now, (-reach, reach), RIDGE)
 
 
