@@ -65,5 +65,6 @@ def _touch(fitter: Fitter, kind: Any) -> Effect:
 def _clipped(fitter: Fitter, arm: Arm, term: Term, share: float) -> Term:
     """Return a limit as a share of the largest command of its joint, as soft as it is known."""
     column = fitter.balancer.measurement.command[:, arm.labels.index(str(term.joint))]
+    known: Any = arm.effect(*term.place)
     return replace(term, effect=replace(
-        arm.effect(*term.place), limit=max(share * float(np.abs(column).max()), 1e-6)))
+        known, limit=max(share * float(np.abs(column).max()), 1e-6)))

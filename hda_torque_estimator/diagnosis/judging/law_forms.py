@@ -292,12 +292,13 @@ def _instead(fitter: Fitter, fit: Fit, term: Term, effects: Iterable[Effect],
         yield (made - lacking) / fitter.noise
 
 
-def factors_along(power: Array, along: Mapping[str, Array],
-                  varies: Sequence[str]) -> Iterator[Array]:
+def factors_along(power: Array, along: Mapping[str, Array], varies: Sequence[str],
+                  count: int = _CURVES) -> Iterator[Array]:
     """
     Yield factors (m,) along the coordinates of a joint on which laws of a cause differ.
 
-    They vary where the cause has its `power` (m,).
+    They vary where the cause has its `power` (m,). A `count` of curves follows each coordinate
+    itself.
     """
     for name in varies:
         if name in (RATE_OF, LINK_PATH, PUSH) or name in WAVES:
@@ -312,21 +313,23 @@ def factors_along(power: Array, along: Mapping[str, Array],
                 yield np.sin(order * along['motor_angle'])
                 yield np.cos(order * along['motor_angle'])
         else:
-            yield from _curves(along[name] if name in _SIGNED else np.abs(along[name]), power)
+            yield from _curves(along[name] if name in _SIGNED else np.abs(along[name]), power,
+                               count)
 
 
-def _curves(values: Array, power: Array) -> Iterator[Array]:
+def _curves(values: Array, power: Array, count: int = _CURVES) -> Iterator[Array]:
     """
     Yield smooth curves (m,) of values, and such as are as fine as there is power (m,) along them.
 
-    They are Chebyshev polynomials of the values themselves, as laws of books are, and of the share
-    of the power that smaller values have.
+    They are Chebyshev polynomials, a `count` of them of the values themselves, as laws of books
+    are, and else of the share of the power that smaller values have.
     """
     order = np.argsort(values)
     share = np.empty_like(values)
     share[order] = np.cumsum(power[order])
     low, high = np.min(values[power > 0.0], initial=np.inf), np.max(
         values[power > 0.0], initial=-np.inf)
-    for along, all_of_it in ((values - low, high - low), (share, float(power.sum()))):
-        angle = np.arccos(np.clip(2.0 * along / max(all_of_it, _AT_REST) - 1.0, -1.0, 1.0))
-        yield from (np.cos(count * angle) for count in range(1, _CURVES + 1))
+    for along, whole, most in ((values - low, high - low, count),
+                               (share, float(power.sum()), _CURVES)):
+        angle = np.arccos(np.clip(2.0 * along / max(whole, _AT_REST) - 1.0, -1.0, 1.0))
+        yield from (np.cos(order * angle) for order in range(1, most + 1))

@@ -207,7 +207,8 @@ def _law(law: FrictionLaw, motion: Along, rows: Rows, torque: float,
     """
     Return a law as columns of some rows, with the forms that books have for it.
 
-    A form of a law on a grid is no `plain` law: those have names of their own, and are near.
+    A form of a law on a grid is no `plain` law: those have names of their own, and are near. They
+    are as fine as the law has power alone: nothing else is known here of what a motor turns.
     """
     own = law.columns(motion)[rows]
     size = np.maximum(np.sqrt(np.mean(own ** 2, axis=0)), _AT_REST)
@@ -218,7 +219,7 @@ def _law(law: FrictionLaw, motion: Along, rows: Rows, torque: float,
     power = np.zeros_like(motion.time)
     power[rows] = unit ** 2
     shapes = [*known, *(unit * factor[rows] for factor in
-                        factors_along(power, motion._asdict(), sought.varies))]
+                        factors_along(power, motion._asdict(), sought.varies, count=0))]
     basis, upper = np.linalg.qr(np.stack(shapes, axis=1))
     apart = np.abs(np.diag(upper))[len(known):] > _APART * np.sqrt(len(rows))
     forms = basis[:, len(known):][:, apart] * np.sqrt(len(rows)) * size[0]
