@@ -46,6 +46,8 @@ def imported(columns: Table) -> Imported:
     ('q1', 'position', None, 1, {'q'}), ('theta_l2', 'position', None, 2, {'theta', 'l'}),
     ('tau_cmd [Nm]', 'torque', 'N*m', None, {'tau', 'cmd'}),
     ('current_A', 'current', 'A', None, {'current'}),
+    ('Strom_3', 'current', None, 3, {'strom'}), ('Zeit [ms]', 'time', 'ms', None, {'zeit'}),
+    ('Couple moteur [Nm]', 'torque', 'N*m', None, {'couple', 'moteur'}),
     ('tau_mNm', 'torque', 'mN*m', None, {'tau'}),
     ('iq_2 (mA)', 'current', 'mA', 2, {'iq'}),
     ('TorqueCur7', 'torque', None, 7, {'torque', 'cur'}),
@@ -94,6 +96,20 @@ def test_a_table_of_both_sides_comes_back(names, scale):
         np.testing.assert_allclose(shaft.velocity[:, 0], RATIO * SPEEDS[n], atol=1e-11)
         np.testing.assert_allclose(joint.velocity[:, 0], SPEEDS[n], atol=1e-11)
         np.testing.assert_allclose(shaft.effort[:, 0], TORQUES[n], atol=1e-12)
+
+
+@pytest.mark.parametrize('names', [
+    ('Zeit', 'Winkel_Antrieb', 'Winkel_Abtrieb', 'Strom'),
+    ('Temps', 'Position moteur', 'Position bras', 'Courant moteur'),
+    ('Tempo', 'Posizione motore', 'Posizione giunto', 'Corrente motore'),
+    ('Tiempo', 'Posicion motor', 'Posicion brazo', 'Corriente motor')])
+def test_words_of_other_languages_are_read(names):
+    time, motor, link, current = names
+    there = filled({time: TIME, motor: RATIO * ANGLES[1], link: ANGLES[1], current: TORQUES[1]})
+    assert there['time']['column'] == time
+    assert there['each']['motor']['position']['column'] == motor
+    assert there['each']['motor']['effort']['column'] == current
+    assert there['each']['link']['position']['column'] == link
 
 
 def test_numbers_determine_the_unit_of_angles_and_speeds():
@@ -165,10 +181,10 @@ def test_without_a_time_the_rate_is_to_be_filled_in():
 @pytest.mark.parametrize('late', [0.0, 0.3])
 def test_a_column_that_grows_in_even_steps_is_a_time_whatever_its_name(late):
     jitter = late / RATE * np.random.default_rng(3).random(1000)
-    columns = {'row': np.arange(1000), 'volume': np.full(1000, 3.0), 'Zeit': 5.0 + TIME + jitter,
+    columns = {'row': np.arange(1000), 'volume': np.full(1000, 3.0), 'Takt': 5.0 + TIME + jitter,
                'q': ANGLES[1]}
     found = guess(columns).time
-    assert found.column == 'Zeit' and 'grows in even steps' in found.reason
+    assert found.column == 'Takt' and 'grows in even steps' in found.reason
     assert guess({**columns, 'clock_t': TIME}).time.column == 'clock_t'
     assert guess({'row': np.arange(1000), 'q': ANGLES[1]}).time.column is None
 

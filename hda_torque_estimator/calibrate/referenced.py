@@ -306,13 +306,12 @@ def _best(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> _Witness
 
 def _earns(found: Examined, than: Examined) -> bool:
     """
-    Return if one predicts the torque better by a tenth, and its changes hardly worse.
+    Return if one predicts the torque better by a tenth, and its changes not worse by more.
 
-    That is by a tenth, or by a tenth of what is gained.
+    Changes may become worse by the factor at most by which the torque becomes better.
     """
-    lost, gained = found.about ** 2 - than.about ** 2, than.error ** 2 - found.error ** 2
-    return found.error < BESIDE * than.error and (
-        BESIDE * found.about <= than.about or lost < (1.0 - BESIDE) ** 2 * gained)
+    return (found.error < BESIDE * than.error
+            and found.error * found.about <= than.error * than.about)
 
 
 def _tried(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> _WitnessChoice:

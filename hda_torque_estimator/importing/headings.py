@@ -24,14 +24,23 @@ SHORTEST = 4                    # letters of a plural that is no short name, suc
 COUNTED = ('inc', 'incs', 'count', 'counts', 'cnt', 'tick', 'ticks')
 
 KINDS: dict[str, Kind] = {
-    **dict.fromkeys(('torque', 'tau', 'trq', 'effort', 'moment'), 'torque'),
-    **dict.fromkeys(('current', 'cur', 'curr', 'iq', 'amps', 'i'), 'current'),
+    **dict.fromkeys(('torque', 'tau', 'trq', 'effort', 'moment',
+                     'drehmoment', 'couple', 'coppia'), 'torque'),
+    **dict.fromkeys(('current', 'cur', 'curr', 'iq', 'amps', 'i',
+                     'strom', 'courant', 'corrente', 'corriente'), 'current'),
     **dict.fromkeys(('velocity', 'vel', 'speed', 'omega', 'rate', 'dq', 'qd', 'qdot', 'dtheta',
-                     'thetad', 'thetadot'), 'velocity'),
-    **dict.fromkeys(('position', 'pos', 'angle', 'ang', 'theta', 'phi', 'q', 'enc', 'encoder'),
-                    'position'),
-    **dict.fromkeys(('time', 't', 'timestamp', 'stamp', 'clock'), 'time')}
-"""What a word says of its column; of several words the first kind in this order counts."""
+                     'thetad', 'thetadot',
+                     'geschwindigkeit', 'drehzahl', 'vitesse', 'velocita', 'velocidad'),
+                    'velocity'),
+    **dict.fromkeys(('position', 'pos', 'angle', 'ang', 'theta', 'phi', 'q', 'enc', 'encoder',
+                     'winkel', 'posizione', 'angolo', 'posicion', 'angulo'), 'position'),
+    **dict.fromkeys(('time', 't', 'timestamp', 'stamp', 'clock',
+                     'zeit', 'temps', 'tempo', 'tiempo'), 'time')}
+"""
+What a word says of its column; of several words the first kind in this order counts.
+
+Tables with decimal commas have words of German, French, Italian and Spanish.
+"""
 
 UNITS: dict[Kind, dict[str, tuple[str, ...]]] = {
     'position': {'rad': ('rad', 'radian', 'radians'), 'deg': ('deg', 'degree', 'degrees'),

@@ -10,8 +10,10 @@ from dataclasses import dataclass, field
 
 from .headings import Heading
 
-MOTOR = frozenset({'motor', 'mot', 'm', 'shaft', 'rotor', 'input', 'hs'})
-LINK = frozenset({'link', 'l', 'load', 'output', 'out', 'arm', 'ls', 'joint', 'secondary'})
+MOTOR = frozenset({'motor', 'mot', 'm', 'shaft', 'rotor', 'input', 'hs',
+                   'antrieb', 'moteur', 'motore'})
+LINK = frozenset({'link', 'l', 'load', 'output', 'out', 'arm', 'ls', 'joint', 'secondary',
+                  'abtrieb', 'gelenk', 'bras', 'giunto', 'braccio', 'brazo'})
 SENSOR = frozenset({'sensor', 'sens', 'sensed', 'jts', 'ext', 'transducer', 'cell', 'gauge'})
 COMMAND = frozenset({'cmd', 'command', 'commanded', 'set', 'setpoint', 'des', 'desired', 'target',
                      'ref', 'reference', 'goal'})
