@@ -79,8 +79,8 @@ def _near_rest(seen: Sliding, values: Floats, ratio: float) -> Floats:
 
 
 def _budget(kind: type[Effect], values: Floats, **signals: Floats | float) -> Floats:
-    """Return a law's budget for numbers that a fit tries, beyond their bounds as well."""
-    own = np.array(tuple(values), kind.record_type())[()]
+    """Return a law's budget for its first numbers, beyond their bounds as well; others do none."""
+    own = np.array((*values, *kind().values()[len(values):]), kind.record_type())[()]
     return np.asarray(kind.law(own, kind.place.reads(**signals)))
 
 
