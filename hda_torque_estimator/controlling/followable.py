@@ -29,13 +29,13 @@ class Worst(NamedTuple):
     joint: str
     what: str
     value: float
-    range: tuple[float, float]
+    bounds: tuple[float, float]
     unit: str
     time: float                 # since the start of the reference [s]
 
     def __str__(self) -> str:
         """Return one sentence."""
-        return (f'{self.joint}: the {self.what} must stay within {within(*self.range)} '
+        return (f'{self.joint}: the {self.what} must stay within {within(*self.bounds)} '
                 f'{self.unit}, got {self.value:.4g} {self.unit} at {self.time:.3g} s')
 
 

@@ -27,7 +27,7 @@ _SAME_RATE = 0.02       # share by which clocks of one rate differ: 1.000002 ms 
 # healthy arms and 9e-4 of others; the bar is the geometric mean)
 _HELD_LEFT = 1.7e-3     # of a command, that its loop's own readings and clock leave unexplained,
 # (measured: up to 0.1 with all samples, so the motor is asked as well, `balances/commands.py`)
-_CLOCKLESS = 0.05       # and its readings alone, where nothing shows the clock
+_CLOCKLESS = 0.05       # likewise of a log of 1 kHz, where nothing shows the clock
 _READINGS, _COMMANDS = 8, 3     # before a command, that its loop may remember [samples]
 _USUAL, _PASSES = 4.0, 4        # medians within which what is left is usual, and rounds to find it
 _FAST = 3               # differences that leave of a motion what its loop answers at once
@@ -66,7 +66,9 @@ def is_held(measurement: Measurement) -> bool:
     Such a loop answers the noise of readings that were recorded, and of no others. So what it
     recorded shows its quick commands. A clock that jitters moves readings, but not the speed that
     a loop takes from them. So stamps that know the jitter are part of what was recorded. Without
-    them commands are known less well. What was asked before is known.
+    them commands are known less well, and of a log that needs no finer grid more may be left. On a
+    finer grid commands that are wrongly held act half a sample late. Those that are not known to
+    be held are joined there, until motors show them held. What was asked before is known.
     """
     if measurement.held is not None:
         return measurement.held
@@ -85,7 +87,8 @@ def is_held(measurement: Measurement) -> bool:
               for late in range(1, _COMMANDS + 1))], axis=1)
         rows = free[:, joint] if free[:, joint].sum() > least else slice(None)
         left.append(_unexplained(quick[first:, joint][rows], columns[rows]))
-    return min(left) < (_HELD_LEFT if len(measurement.past) else _CLOCKLESS)
+    loose = not len(measurement.past) and parts_of(measurement.dt) == 1
+    return min(left) < (_CLOCKLESS if loose else _HELD_LEFT)
 
 
 def _answered(command: Array, first: int) -> NDArray[np.bool_]:

@@ -72,7 +72,8 @@ def on_its_way(balancer: Balancer, arm: Arm, noise: Array) -> Balancer:
     if way is None or way == 0.0 and len(balancer.measurement.past):
         return balancer
     if way == 0.0:
-        return Balancer(_on_way(balancer.measurement, way), balancer.turning)
+        held = replace(_on_way(balancer.measurement, way), held=True)
+        return Balancer(held, balancer.turning)
     one, other = (Balancer(_on_way(balancer.measurement, share))(arm) for share in (0.0, 1.0))
     joints = len(arm.joints)
     unknown = np.abs(other.residual - one.residual)[:, :joints] / np.sqrt(12.0) > noise[:joints]
