@@ -163,6 +163,9 @@ def test_without_a_twin_nothing_is_chance():
 @pytest.mark.parametrize(('effect', 'form', 'seed', 'rate'), [
     pytest.param('motor_encoder_eccentricity', 'two_orders', 610140, 1000,
                  marks=pytest.mark.study),
+    pytest.param('motor_encoder_eccentricity', 'two_orders', 998140, 1000,
+                 marks=pytest.mark.study),
+    pytest.param('torque_saturation', 'soft', 998080, 1000, marks=pytest.mark.study),
     pytest.param('stribeck_friction', 'with_load', 993015, 1000, marks=pytest.mark.study),
     pytest.param('external_contact', 'trapezoid', 994195, 1000, marks=pytest.mark.study),
     pytest.param('external_contact', 'several', 997195, 1000, marks=pytest.mark.study),

@@ -291,6 +291,17 @@ def test_torque_is_clipped_in_the_drive():
                                rtol=1e-12)
 
 
+@pytest.mark.parametrize('softness', [0.5, 1.0])
+def test_a_limit_that_levels_off_gives_less_at_every_torque_and_never_more(softness):
+    arm = arm_with(1.0).with_effect(TorqueSaturation(limit=0.02, softness=softness), 'joint1')
+    asked = np.linspace(-0.1, 0.1, 21)
+    given = delivered(arm, asked)
+    np.testing.assert_allclose(given, -given[::-1], atol=1e-12)
+    most = np.minimum(np.abs(asked), 0.02)
+    assert (np.abs(given) <= most + 1e-12).all() and (np.abs(given) >= 0.7 * most).all()
+    assert given[-1] == pytest.approx(0.02, rel=1e-3)
+
+
 def test_time_is_that_of_the_recording():
     arm = arm_with().with_effect(ExternalContact(force=20.0, onset=0.1, duration=0.2))
     torque, force = idle(400)
