@@ -177,7 +177,9 @@ class Fitter:
         kept = [other for other in fit.nuisance if other.place != term.place]
         terms: list[AnyTerm] = [*fit.accepted, term, *kept]
         first, count = sum(other.size for other in fit.accepted), len(fit.accepted) + 1
-        known = fit.columns[:, :, places_of(fit.terms, [*fit.accepted, *kept])]
+        known = fit.columns                             # nearly always all, which takes no copy
+        if len(kept) < len(fit.nuisance):
+            known = known[:, :, places_of(fit.terms, [*fit.accepted, *kept])]
         own = self._quiet_derivatives([term], terms, fit.slopes)
         start = self._descend(self.at(terms, count, fit.slopes.with_columns(np.concatenate(
             [known[:, :, :first], own, known[:, :, first:]], axis=2))), count)
