@@ -78,21 +78,10 @@ def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term
         if formed < threshold(fitter, term):
             return False
         without, extended = reformed(fitter, without), reformed(fitter, extended, beside)
-    if not _is_worth(fitter, form, without, extended, term, min(improvement, formed)):
-        return False
     improvement -= by_chance(fitter, term)  # asked last: it takes a fit of the twin
-    return improvement >= threshold(fitter, term) and _is_worth(
-        fitter, form, without, extended, term, min(improvement, formed))
-
-
-def _is_worth(fitter: Fitter, form: Array, without: Fit, extended: Fit, term: Term,
-              improvement: float) -> bool:
-    """
-    Return whether a term is worth a cause: certain and alone, material, or nearly all of a rest.
-
-    The others may leave the power `form` (c,) as one form of several [N^2*m^2].
-    """
-    beside = extended.causes_beside(term)
+    if improvement < threshold(fitter, term):
+        return False
+    improvement = min(improvement, formed)
     if improvement > CERTAIN and alone(fitter, term, beside):
         return True
     gain, rest = without.variance - extended.variance, without.variance - fitter.noise ** 2
