@@ -21,7 +21,7 @@ class Sent(NamedTuple):
 
 
 # Forms of laws, by effect (`forms.py`); 0 is the one of README.md.
-SOFT, FALLING = 1, 2                    # torque_saturation
+SOFT, FALLING, KNEE = 1, 2, 3           # torque_saturation
 IRON, WARM_MAGNET = 1, 2                # torque_constant_error
 WARMING, WANDERING = 1, 2               # drive_offset
 SECOND_ORDER, TWO_LAGS = 1, 2           # current_loop_lag
@@ -45,6 +45,9 @@ def clipped(joint: Record, command: float, rate: float) -> float:
         return limit * math.tanh(command / limit)
     if joint.torque_saturation_form == FALLING:
         limit *= max(1.0 - joint.torque_saturation_first * abs(rate) / joint.pace, 0.3)
+    if joint.torque_saturation_form == KNEE:
+        sharp = joint.torque_saturation_first
+        return command / (1.0 + abs(command / limit) ** sharp) ** (1.0 / sharp)
     return min(max(command, -limit), limit)
 
 

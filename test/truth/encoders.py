@@ -9,7 +9,7 @@ WOBBLES = 32                    # counts over which the steps of an uneven encod
 
 # Forms of laws, by effect (`forms.py`); 0 is the one of README.md.
 THIRD_ORDER, DENT = 1, 2        # link_encoder_eccentricity
-TWO_ORDERS, PEAKED = 1, 2       # motor_encoder_eccentricity
+TWO_ORDERS, PEAKED, FOURTH_ORDER = 1, 2, 3      # motor_encoder_eccentricity
 WARMING, CURVED = 1, 2          # encoder_scale_error
 THIRD_HARMONIC, QUADRATURE = 1, 2       # encoder_interpolation_error
 UNEVEN, MISSING_CODES = 1, 2    # coarse_quantisation

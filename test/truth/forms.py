@@ -89,7 +89,8 @@ FORMS: Mapping[str, tuple[Form, ...]] = {
     'command_delay': (
         Form('jitter', _D.JITTER, share(0.3, 0.9)), held('slowing', _D.SLOWING, share(0.1, 0.4))),
     'torque_saturation': (
-        Form('soft', _D.SOFT), held('falling', _D.FALLING, share(0.05, 0.15))),
+        Form('soft', _D.SOFT), Form('knee', _D.KNEE, share(4.0, 10.0)),
+        held('falling', _D.FALLING, share(0.05, 0.15))),
     'motor_inertia_error': (
         Form('oldham', plant.OLDHAM, share(0.2, 0.6)),
         held('dragged_disc', plant.DRAGGED_DISC, share(0.001, 0.003))),
@@ -121,6 +122,7 @@ FORMS: Mapping[str, tuple[Form, ...]] = {
         held('dent', _E.DENT, share(0.1, 0.4), share(-0.3, 0.3))),
     'motor_encoder_eccentricity': (
         Form('two_orders', _E.TWO_ORDERS, share(0.2, 0.5), angle()),
+        Form('fourth_order', _E.FOURTH_ORDER, share(0.1, 0.3), angle()),
         held('peaked', _E.PEAKED, share(0.2, 0.6))),
     'encoder_scale_error': (
         Form('warming', _E.WARMING, share(10.0, 30.0)),

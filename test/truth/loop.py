@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .drive import delayed, issued, looped, Sent
-from .encoders import PEAKED, TWO_ORDERS
+from .encoders import FOURTH_ORDER, PEAKED, TWO_ORDERS
 from .handed import uncounted
 from .layout import Record
 from .links import contact, leverage
@@ -82,6 +82,9 @@ def shaft_reading(joint: Record, angle: float, jitter: float) -> float:
         if joint.motor_encoder_eccentricity_form == TWO_ORDERS:
             shown += first * size * math.sin(
                 2.0 * angle + joint.motor_encoder_eccentricity_second)
+        if joint.motor_encoder_eccentricity_form == FOURTH_ORDER:
+            shown += first * size * math.sin(
+                4.0 * angle + joint.motor_encoder_eccentricity_second)
     if joint.motor_step > 0.0:
         shown = math.floor(shown / joint.motor_step) * joint.motor_step
     return shown
