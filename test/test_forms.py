@@ -171,7 +171,7 @@ def test_without_a_twin_nothing_is_chance():
     pytest.param('external_contact', 'several', 997195, 1000, marks=pytest.mark.study),
     ('torque_ripple', 'with_torque', 630053, None)])
 def test_a_cause_is_named_whose_law_has_another_form(effect, form, seed, rate):
-    world = worlds.draw(seed, (effect,), motion='rich', rate=rate)
+    world = worlds.draw(seed, (effect,), form=form, motion='rich', rate=rate)
     hidden, = world.hidden
     assert hidden.form == form
     arm = arm_of(world)

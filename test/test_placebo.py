@@ -5,7 +5,7 @@ from hda_arm_sim.motions import motion
 from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.findings.report import OwnGain
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
-from hda_torque_estimator.diagnosis.judging import verdict
+from hda_torque_estimator.diagnosis.judging import held_out_gain
 from hda_torque_estimator.diagnosis.judging.placebo import (moved_away, placebo_shares,
                                                             RemovedShares)
 from hda_torque_estimator.diagnosis.judging.search import Reason, SearchResult
@@ -64,8 +64,8 @@ def test_what_a_dropped_cause_explained_is_a_rest_without_a_name(monkeypatch):
     assert {(found.effect, found.joint) for found in findings} == {
         (cause.effect, cause.joint) for cause in hidden}
     assert all(isinstance(found.gain, OwnGain) and found.gain.placebo < 0.1 for found in findings)
-    shares = verdict.placebo_shares
-    monkeypatch.setattr(verdict, 'placebo_shares', lambda fitter, fit, term: (
+    shares = held_out_gain.placebo_shares
+    monkeypatch.setattr(held_out_gain, 'placebo_shares', lambda fitter, fit, term: (
         RemovedShares(0.9, 0.9) if term.name == 'kinematic_error' else shares(fitter, fit, term)))
     left = concluded(hidden, seconds=12.0).diagnosis
     assert left.verdict == 'unknown' and left.unexplained.joint == 'joint2'

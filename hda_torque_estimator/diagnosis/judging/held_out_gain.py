@@ -4,9 +4,10 @@ What one cause gains on stretches that no fit has seen.
 It is first asked of predictions: simulations from measured states, with and without the cause.
 They hold what all other causes leave as well. A small cause among many may not show in them either
 way. Then the balances of the same stretches are asked, beside which all else is fitted
-(eq:held-out).
+(eq:held-out). Beside few causes predictions are near noise, and what they do not show is not there.
 """
 
+from .parameter_constancy import MANY
 from .placebo import placebo_shares
 from ..balances.balance import Balancer
 from ..findings.gains import gains, METRIC
@@ -33,7 +34,8 @@ def held_out_gain(fitter: Fitter, fit: Fit, term: Term, twin: Balancer,
                       fitter.on(fit.terms), spans).gain()
     if not predicted.low < 0.0:     # zero: a draw without any window in which an event lies
         return predicted.beside(shares.placebo, METRIC)
-    if predicted.high > 0.0 and shares.low > max(shares.placebo, 0.0):
+    if (len(fit.accepted) >= MANY and predicted.high > 0.0
+            and shares.low > max(shares.placebo, 0.0)):
         return OwnGain(shares.before, shares.after, 1.0, shares.cause, shares.low, shares.high,
                        shares.placebo, IN_BALANCES)
     return None

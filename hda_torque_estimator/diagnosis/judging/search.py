@@ -10,8 +10,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from hda_arm_sim.model.arm import Arm
-
 from .bounds_reached import ends_at_limit
 from .law_forms import formed_gain, reformed
 from .model_comparison import leading
@@ -179,7 +177,7 @@ def _other_law(fitter: Fitter, found: SearchResult, term: Term) -> Iterator[Sear
     """Yield what was found with the law of a cause that fits best beside all others."""
     others = found.last.causes_beside(term)
     without = fitter.fit(others, found.last.nuisance)
-    laws = _starts(fitter.on(others), term.name, term.joint)
+    laws = _starts(fitter, others, term.name, term.joint)
     best = _exact(fitter, _refits(fitter, without, laws))
     if best and _better(fitter, best[0], found.last):
         reasons = found.reasons()
@@ -258,8 +256,16 @@ def _better(fitter: Fitter, fit: Fit, than: Fit) -> bool:
     return _cost_formed(fitter, fit) < _cost_formed(fitter, than) - SCORE_BAR
 
 
-def _starts(arm: Arm, name: str, joint: str | None) -> list[Term]:
-    """Return every start of one hypothesis at one joint, or of the whole arm."""
+def _starts(fitter: Fitter, others: Sequence[Term], name: str, joint: str | None) -> list[Term]:
+    """
+    Return every start of one hypothesis at one joint, or of the whole arm, beside other causes.
+
+    There is none where no arm has these alone, as a base that swings more than the links weigh.
+    """
+    try:
+        arm = fitter.on(others)
+    except IMPOSSIBLE:
+        return []
     return [start for start in terms_of(arm, name) if start.joint == joint]
 
 
@@ -324,7 +330,7 @@ def _simplified(fitter: Fitter, fit: Fit, names: Sequence[str],
     """
     for term in fit.accepted[:-1]:
         others = fit.causes_beside(term)
-        for start in _simpler(fitter.on(others), term, names):
+        for start in _simpler(fitter, others, term, names):
             trial = fitter.fit([*others, start], fit.nuisance)
             gap = fit.score - trial.score + freedom(fitter, term) - freedom(fitter, start)
             if gap > 0.0:
@@ -335,9 +341,10 @@ def _simplified(fitter: Fitter, fit: Fit, names: Sequence[str],
     return fit
 
 
-def _simpler(arm: Arm, term: Term, names: Sequence[str]) -> Iterator[Term]:
+def _simpler(fitter: Fitter, others: Sequence[Term], term: Term,
+             names: Sequence[str]) -> Iterator[Term]:
     """Yield what a cause is confused with that has fewer numbers, all of which fits reach."""
     for name in HYPOTHESES[term.name].alike:
         if name in names and not HYPOTHESES[name].grid:
-            yield from (start for start in _starts(arm, name, term.joint)
+            yield from (start for start in _starts(fitter, others, name, term.joint)
                         if start.freedom < term.freedom)
