@@ -4,7 +4,7 @@ What one cause gains on stretches that no fit has seen.
 It is first asked of predictions: simulations from measured states, with and without the cause.
 They hold what all other causes leave as well. A small cause among many may not show in them either
 way. Then the balances of the same stretches are asked, beside which all else is fitted
-(eq:held-out). Beside few causes predictions are near noise, and what they do not show is not there.
+(eq:held-out). Beside few causes predictions are near noise: what they do not show is not there.
 """
 
 from .parameter_constancy import MANY

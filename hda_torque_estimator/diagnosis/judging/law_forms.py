@@ -38,6 +38,7 @@ RATE_OF = 'rate'        # of what a cause does: laws of a drive differ by its ti
 # and else any course.
 WAVES = {'motor_waves': 'motor_angle', 'link_waves': 'link_angle'}
 _SIGNED = ('time', 'link_angle')     # coordinates that laws follow with their sign
+_EVEN = 'time'          # along which laws go on evenly, whether a cause acts or not
 _PHASES = (0.0, 0.5 * np.pi)    # of a wave, that make one of any phase [rad]
 _SLOW = 0.1             # waves per turn that are none, of a law of waves
 _CURVES = 3             # smooth curves along a coordinate (choice)
@@ -297,8 +298,7 @@ def factors_along(power: Array, along: Mapping[str, Array], varies: Sequence[str
     """
     Yield factors (m,) along the coordinates of a joint on which laws of a cause differ.
 
-    They vary where the cause has its `power` (m,). A `count` of curves follows each coordinate
-    itself.
+    They vary where the cause has its `power` (m,). A `count` of curves follows time itself.
     """
     for name in varies:
         if name in (RATE_OF, LINK_PATH, PUSH) or name in WAVES:
@@ -314,15 +314,15 @@ def factors_along(power: Array, along: Mapping[str, Array], varies: Sequence[str
                 yield np.cos(order * along['motor_angle'])
         else:
             yield from _curves(along[name] if name in _SIGNED else np.abs(along[name]), power,
-                               count)
+                               count if name == _EVEN else 0)
 
 
 def _curves(values: Array, power: Array, count: int = _CURVES) -> Iterator[Array]:
     """
     Yield smooth curves (m,) of values, and such as are as fine as there is power (m,) along them.
 
-    They are Chebyshev polynomials, a `count` of them of the values themselves, as laws of books
-    are, and else of the share of the power that smaller values have.
+    They are Chebyshev polynomials, a `count` of them of the values themselves, and else of the
+    share of the power that smaller values have.
     """
     order = np.argsort(values)
     share = np.empty_like(values)
