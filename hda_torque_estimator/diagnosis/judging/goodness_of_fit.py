@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from .discrepancy_curves import best_curves, Curve, improvement_of, Usual, usual_curves
 from .law_forms import evidence, reformed
-from .parameter_constancy import steady_shares
+from .parameter_constancy import MANY, steady_shares
 from .search import SearchResult
 from ..balances.balance import Balancer, RATE
 from ..balances.healthy_twin import healthy_twin, noise_of, torque_noise_of
@@ -278,8 +278,8 @@ def shapeless(fitter: Fitter, fit: Fit, lacking: Sequence[Fit]) -> list[Term]:
     Return the causes of several numbers without which one curve explains as much.
 
     They have their best forms. A curve along an angle explains what a wave along it is, and one
-    that explains nothing for certain does not compete with what chance explains. What the curve
-    explains beside the cause as well is a rest of another one.
+    that explains nothing for certain does not compete with what chance explains. Where many causes
+    act, what the curve explains beside the cause as well is a rest of another one.
     """
     found = []
     for term, without in zip(fit.accepted, lacking):
@@ -289,7 +289,8 @@ def shapeless(fitter: Fitter, fit: Fit, lacking: Sequence[Fit]) -> list[Term]:
                       or bool(term.waves) and 'angle' in curve.form)
             of_law = is_law and curve.site in (GEAR, effect_named(term.name).site.value)
             lead = curve.score - evidence(fitter, fit, [term])
-            if (curve.improvement > SCORE_BAR > lead and not of_law
-                    and lead + improvement_of(fitter, fit, curve) < SCORE_BAR):
+            if len(fit.accepted) >= MANY:
+                lead += improvement_of(fitter, fit, curve)
+            if curve.improvement > SCORE_BAR > lead and not of_law:
                 found.append(term)
     return found
