@@ -68,7 +68,7 @@ class Gain:
     low: float
     high: float
 
-    def beside(self, placebo: float, metric: str) -> 'OwnGain':
+    def beside(self, placebo: float, metric: str = '') -> 'OwnGain':
         """Return the gain of a cause, in words of what, beside that of its placebo."""
         return OwnGain(self.before, self.after, self.floor, self.removed, self.low, self.high,
                        placebo, metric)
@@ -83,7 +83,7 @@ class OwnGain(Gain):
     """
 
     placebo: float
-    metric: str
+    metric: str = ''
 
 
 @dataclass(frozen=True)

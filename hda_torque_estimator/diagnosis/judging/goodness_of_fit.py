@@ -277,9 +277,9 @@ def shapeless(fitter: Fitter, fit: Fit, lacking: Sequence[Fit]) -> list[Term]:
     """
     Return the causes of several numbers without which one curve explains as much.
 
-    They have their best forms. A curve along an angle explains what a wave along it is, and one
-    that explains nothing for certain does not compete with what chance explains. Where many causes
-    act, what the curve explains beside the cause as well is a rest of another one.
+    They have their best forms. A curve along an angle explains what a wave along it is. One that
+    explains nothing for certain does not compete with what chance explains. Where many causes act,
+    what the curve explains beside the cause as well is a rest of another one.
     """
     found = []
     for term, without in zip(fit.accepted, lacking):
