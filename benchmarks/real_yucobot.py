@@ -19,6 +19,7 @@ from real_commands import Floats, hda, joint_of, line, missed_by_lines, Numbers,
 FILE, ARM = 'voraus_yucobot/test.parquet', 'voraus_yucobot.yaml'
 RUNS = 12, 755, 1702, 1703
 RATIO = 100.0
+MOVES = 'joint2'    # whose zero moves
 SIGNS = 0.01, 0.03, 0.1, 0.3      # speeds over which a sign is smooth [rad/s]
 SHIFTED = 20        # samples by which recordings are shifted against each other, most
 SCANNED = np.arange(80.0, 122.0, 2.0)       # gear ratios that are tried
@@ -30,6 +31,8 @@ def numbers(data: Path, folder: Path) -> Numbers:
     bags = [folder / f'yu_{run}' for run in RUNS]
     silent = refused('diagnose', '--each', *bags, '--arm', ARM, '--out', folder / 'never')
     said = hda('calibrate', *bags, '--arm', ARM, '--out', folder / 'yu.yaml')
+    moving = hda('calibrate', *bags, '--arm', ARM, '--joint', MOVES, '--zero-moves',
+                 '--out', folder / 'moving.yaml')['joints'][0]
     arm, joints = read_arm(ARM), []
     parts = {label: [joint_of(bag, label) for bag in bags] for label in arm.labels}
     for joint in said['joints']:
@@ -46,9 +49,24 @@ def numbers(data: Path, folder: Path) -> Numbers:
     for place in discs:
         joints[place]['without_disc'] = _without_disc(arm, arm.labels[place], parts)
     short = re.search(r'([\d.]+) s are too short; record at least ([\d.]+) s', silent)
-    return {'joints': joints, 'discs': [place + 1 for place in discs],
+    return {'joints': joints, 'moving': {key: moving[key] for key in ('together', 'about')},
+            'unseen': _unseen(bags, folder), 'discs': [place + 1 for place in discs],
             'refused': [float(word) for word in short.groups()] if short else None,
             'ratio': _best_ratio(list(parts.values()))}
+
+
+def _unseen(bags: Sequence[Path], folder: Path) -> dict[str, list[float]]:
+    """Return what each recording is missed by, offset included, with files of the others."""
+    found: dict[str, list[float]] = {}
+    for name, more in (('usual', ()), ('moving', ('--zero-moves',))):
+        found[name] = []
+        for place, left_out in enumerate(bags):
+            arm = folder / f'{name}_{place}.yaml'
+            hda('calibrate', *(bag for bag in bags if bag != left_out), '--arm', ARM,
+                '--joint', MOVES, *more, '--out', arm)
+            said = hda('estimate', left_out, '--arm', arm, '--out', folder / f'{name}_{place}')
+            found[name].append(float(said['errors'][f'reference/{MOVES}/torque']['rms']))
+    return found
 
 
 def _without_disc(arm: Arm, label: str, parts: Mapping[str, Sequence[Measured]]) -> float:

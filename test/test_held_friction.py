@@ -11,6 +11,7 @@ from hda_torque_estimator.calibrate.fitting.witness_fit import motor_of
 from hda_torque_estimator.calibrate.passages.joint_recording import Measured
 from hda_torque_estimator.calibrate.referenced import calibrate
 from hda_torque_estimator.estimating.estimator import Estimator
+from hda_torque_estimator.estimating.laws.fusion_memory import carried, carry, LASTS, MEMORY
 from hda_torque_estimator.samples.readings import READINGS
 import numpy as np
 import pytest
@@ -103,3 +104,44 @@ def test_an_arm_file_keeps_it():
 def test_a_calibration_of_such_rests_knows_the_zero_of_another():
     found = calibrate(joint(), {'joint1': [resting(seed, ALIKE) for seed in range(4)]})
     assert at_rest(found.arm, resting(9, ALIKE)) < 0.25 * ZERO * STIFFNESS
+
+
+def test_a_zero_that_is_said_to_move_is_the_motor_s_to_give():
+    """The zeros of the recordings agree by chance; that of another one is far off."""
+    alike = [replace(one, readings=one.readings - np.array([0.0, zero_of(one), 0.0, 0.0]))
+             for one in (resting(seed, ALIKE) for seed in range(4))]
+    other = resting(9, ALIKE)
+    other = replace(other, readings=other.readings + np.array([0.0, 10.0 * ZERO, 0.0, 0.0]))
+    usual, moving = (calibrate(joint(), {'joint1': alike}, zero_moves=moves).arm
+                     for moves in (False, True))
+    assert at_rest(moving, other) < 0.25 * ZERO * STIFFNESS
+    known, unknown = (arm.tolerances_of('joint1').torsion_zero for arm in (usual, moving))
+    assert unknown > 10.0 * known
+
+
+def zero_of(one: Measured) -> float:
+    """Return the zero of a recording (`resting`) [rad]."""
+    motor, link = one.readings[:, 0, 0], one.readings[:, 0, 1]
+    return float(np.mean(link - motor / RATIO + one.reference / STIFFNESS))
+
+
+def test_what_a_zero_makes_up_for_lasts_until_the_shaft_has_turned():
+    memory = np.zeros(MEMORY)
+    for _ in range(3):
+        carry(memory, 0.5)
+    assert carried(memory, False, 5.0) == pytest.approx(0.875)
+    assert carried(memory, True, LASTS) == pytest.approx(0.875 * np.exp(-1.0))
+
+
+def test_an_error_that_a_zero_makes_up_for_is_not_doubted_twice():
+    """A torsion off by 1 N*m has its zero from a motor: both are as good, and neither leads."""
+    known = joint(dry_friction=DRY, motor_deviation=0.3, held_share=0.0)
+    known = replace(known, joints=(replace(known.joints[0], torsion=replace(
+        known.joints[0].torsion, deviation=1.0)),),
+        tolerances=replace(known.tolerances, stiffness=1e-3))
+    one = resting(20, 0.0)
+    astray = np.where(one.time > 1.0, 1.0 / RATIO, 0.0)         # 1 N*m at the link
+    torque = [Estimator(known).run(one.stamps, one.readings, (one.command + more)[
+        :, np.newaxis]).torque[:, 0] for more in (0.0, astray)]
+    rests = (one.time > 1.3) & (one.time < RESTS - 0.1)
+    assert 0.3 < np.mean((torque[1] - torque[0])[rests]) < 0.7

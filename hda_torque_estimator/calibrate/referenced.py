@@ -18,7 +18,7 @@ import numpy as np
 
 from .calibration import Calibration, HARDLY, one_joint, SPARSE
 from .fitting.arm_numbers import (ArmNumber, GAIN, LEVEL, number, of_all_friction, with_numbers,
-                                  with_tolerances)
+                                  with_tolerances, ZERO)
 from .fitting.by_hand import line_left_out, mean_left_out
 from .fitting.examined import as_given, BETTER, Examined, examined, Witnesses
 from .fitting.ripple_left import with_ripple
@@ -114,8 +114,10 @@ class JointCalibration:
         """Return what moves between recordings, and what the references lag."""
         found = []
         if self.zero_torque > MOVES * self.reference:
+            by = ('the motor gives it' if self.motor > 0.0 else
+                  'tare, or let the motor give it: --zero-moves')
             found.append(f'its zero moves by {self.zero_moves:.2g} rad from recording to recording'
-                         f', which is {self.zero_torque:.3g} N*m: tare, or let the motor give it')
+                         f', which is {self.zero_torque:.3g} N*m: {by}')
         if self.lag != 0.0:
             found.append(f'its reference lags by {1e3 * self.lag:.3g} ms')
         lags = [one.value for one in self.numbers if one.name == LAG]
@@ -131,16 +133,17 @@ class JointCalibration:
 
 
 def calibrate(arm: Arm, recordings: Mapping[str, Sequence[Measured]],
-              notify: Progress = lambda text: None) -> Calibration:
+              notify: Progress = lambda text: None, *, zero_moves: bool = False) -> Calibration:
     """
     Return the calibration of every joint that has an entry, from its recordings.
 
-    Raises CalibrationError when no joint can be calibrated.
+    Where a `zero_moves`, the zero of a torsion is unknown in every other recording, and a motor
+    gives it. Raises CalibrationError when no joint can be calibrated.
     """
     joints = []
     for label, measured in recordings.items():
         notify(f'calibrating {label}')
-        found = _noisy(one_joint(arm, label), measured)
+        found = _noisy(one_joint(arm, label), measured, zero_moves)
         joints.append(found)
         if not found.kept:
             source = f'reference torques of {", ".join(found.recordings)}'
@@ -163,17 +166,17 @@ def _reasons(joints: Sequence[JointCalibration]) -> str:
         f'{reason if len(group) > 1 else group[0].kept}' for reason, group in alike.items())
 
 
-def _noisy(arm: Arm, recordings: Sequence[Measured]) -> JointCalibration:
+def _noisy(arm: Arm, recordings: Sequence[Measured], zero_moves: bool) -> JointCalibration:
     """Return the calibration of a joint, with the noise of its motor encoder at rest."""
     there = with_noise(arm, recordings)
-    found = _calibrated(there, recordings)
+    found = _calibrated(there, recordings, zero_moves)
     if found.kept or there is arm:
         return found
     noise = number(NOISE, there.joints[0].motor_encoder.noise, 0.0)
     return replace(found, numbers=(*found.numbers, noise))
 
 
-def _calibrated(arm: Arm, recordings: Sequence[Measured], *,
+def _calibrated(arm: Arm, recordings: Sequence[Measured], zero_moves: bool, *,
                 settled: bool = False) -> JointCalibration:
     label, names = arm.labels[0], tuple(recording.recording for recording in recordings)
     if not recordings:
@@ -191,17 +194,19 @@ def _calibrated(arm: Arm, recordings: Sequence[Measured], *,
     said = replace(said, aside=tuple(words for words in wrong if words))
     heard = Witnesses(None if wrong.torsion else torsion_of(arm, recordings),
                       None if wrong.motor else motor_of(arm, recordings))
-    best = _trial(arm, recordings, heard)
+    best = _trial(arm, recordings, heard, zero_moves)
     line = line_left_out(arm.joints[0], recordings, best.used.lag if best else 0.0)
-    if not wrong.motor and (best is None or best.found.error > line):
+    if not wrong.motor and (best is None or best.found.error > line or zero_moves):
         at_rest = motor_of(arm, recordings, resting=True)
-        other = _trial(arm, recordings, heard._replace(motor=at_rest)) if at_rest else None
-        best = other if other and (best is None or _earns(other.found, best.found)) else best
+        other = (_trial(arm, recordings, heard._replace(motor=at_rest), zero_moves)
+                 if at_rest else None)
+        if other and (best is None or _earns(other.found, best.found, zero_moves)):
+            best = other
     if best is None:
         return replace(said, kept='; '.join((*said.aside, _why(heard, varies))))
     lag = None if settled else _better_lag(arm, recordings, best)
     return (_weighed(said, arm, recordings, best, line) if lag is None
-            else _acting(arm, recordings, lag))
+            else _acting(arm, recordings, lag, zero_moves))
 
 
 def _least(heard: WitnessFit) -> float:
@@ -225,13 +230,14 @@ class _WitnessChoice(NamedTuple):
     found: Examined
 
 
-def _trial(arm: Arm, recordings: Sequence[Measured], heard: Witnesses) -> _WitnessChoice | None:
+def _trial(arm: Arm, recordings: Sequence[Measured], heard: Witnesses,
+           zero_moves: bool) -> _WitnessChoice | None:
     """Return what the useful witnesses reach together, None if none is useful."""
     used = Witnesses(*(one if one is not None and one.error < _least(one) else None
                        for one in heard))
     if _is_no_gear(used):
         used = used._replace(torsion=None)
-    return _best(arm, recordings, used) if any(used) else None
+    return _best(arm, recordings, used, zero_moves) if any(used) else None
 
 
 def _better_lag(arm: Arm, recordings: Sequence[Measured], best: _WitnessChoice) -> float | None:
@@ -247,9 +253,11 @@ def _better_lag(arm: Arm, recordings: Sequence[Measured], best: _WitnessChoice) 
     return lag if lag != given and errors[lag] < BETTER * best.found.error else None
 
 
-def _acting(arm: Arm, recordings: Sequence[Measured], lag: float) -> JointCalibration:
+def _acting(arm: Arm, recordings: Sequence[Measured], lag: float,
+            zero_moves: bool) -> JointCalibration:
     """Return the calibration of a joint whose motor torques lag by so much, (eq:effort-lag)."""
-    found = _calibrated(entered(arm, arm.labels[0], {LAG: lag}), recordings, settled=True)
+    found = _calibrated(entered(arm, arm.labels[0], {LAG: lag}), recordings, zero_moves,
+                        settled=True)
     return found if found.kept else replace(found, numbers=(*found.numbers,
                                                             number(LAG, lag, 0.0)))
 
@@ -295,30 +303,38 @@ def _size(recordings: Sequence[Measured]) -> float:
     return rms(np.concatenate([one.reference for one in recordings]))
 
 
-def _best(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> _WitnessChoice:
+def _best(arm: Arm, recordings: Sequence[Measured], used: Witnesses,
+          zero_moves: bool) -> _WitnessChoice:
     """Return both witnesses, or the torsion alone where a motor beside it does not earn that."""
-    trial = _tried(arm, recordings, used)
-    if used.torsion is None or used.motor is None or knows_motor(arm, arm.joints[0]):
+    trial = _tried(arm, recordings, used, zero_moves)
+    if (used.torsion is None or used.motor is None or zero_moves
+            or knows_motor(arm, arm.joints[0])):
         return trial
     alone = _tried(arm, recordings, used._replace(motor=None))
     return trial if _earns(trial.found, alone.found) else alone
 
 
-def _earns(found: Examined, than: Examined) -> bool:
+def _earns(found: Examined, than: Examined, zero_moves: bool = False) -> bool:
     """
-    Return if one predicts the torque better by a tenth, and its changes not worse by more.
+    Return if one predicts the torque better by a tenth, and its changes not worse by that.
 
-    Changes may become worse by the factor at most by which the torque becomes better.
+    Who needs the torque more than its changes says that zeros move.
     """
-    return (found.error < BESIDE * than.error
-            and found.error * found.about <= than.error * than.about)
+    return found.error < BESIDE * than.error and (
+        zero_moves or BESIDE * found.about <= than.about)
 
 
-def _tried(arm: Arm, recordings: Sequence[Measured], used: Witnesses) -> _WitnessChoice:
+def _tried(arm: Arm, recordings: Sequence[Measured], used: Witnesses,
+           zero_moves: bool = False) -> _WitnessChoice:
     label, heard = arm.labels[0], [one for one in used if one is not None]
     numbers = tuple(number for one in heard for number in one.numbers)
     known = of_all_friction([number for one in heard for number in one.known],
                             _size(recordings) / arm.joints[0].ratio)
+    if zero_moves and used.motor is not None:
+        joint = arm.joints[0]
+        most = float(joint.torsion.record(joint.ratio)['valid_torsion'])    # of what gears show
+        known = tuple(number(ZERO, one.value, most) if one.name == ZERO else one
+                      for one in known)
     there = with_tolerances(entered(arm, label, {one.name: one.value for one in numbers}),
                             {label: known}, wider=True)
     if used.motor is not None:

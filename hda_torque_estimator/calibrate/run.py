@@ -31,6 +31,7 @@ class Sources(NamedTuple):
     tilts: Words = ()           # of the base in a recording: bag, degrees, direction
     payloads: Words = ()        # that hung at the tip in a recording: bag, kg
     opened: Callable[[Path], Recording] = open_recording
+    zero_moves: bool = False    # of each torsion, from recording to recording
 
 
 def run_calibration(sources: Sources, arm_file: str, out: Path, *,
@@ -52,7 +53,10 @@ def run_calibration(sources: Sources, arm_file: str, out: Path, *,
     known = stated(bags, sources.tilts, sources.payloads)
     recordings = [sources.opened(bag) for bag in bags]
     if arm.links is None or _are_snatches(recordings, chosen):
-        calibration = _from_sensors(arm, bags, recordings, chosen, notify)
+        calibration = _from_sensors(arm, sources, recordings, chosen, notify)
+    elif sources.zero_moves:
+        raise CalibrationError('--zero-moves is for recordings with reference torques and an arm '
+                               'with links: none; links give the zero themselves')
     else:
         calibration = _from_loads(arm, bags, recordings, known, chosen, notify)
     write_arm(calibration.arm, out, force=force)
@@ -70,14 +74,14 @@ def _has(recording: Recording, topic: str) -> bool:
     return topic in (found.strip('/') for found in recording.topics)
 
 
-def _from_sensors(arm: Arm, bags: Sequence[Path], opened: Sequence[Recording],
+def _from_sensors(arm: Arm, sources: Sources, opened: Sequence[Recording],
                   labels: Sequence[str], notify: Callable[[str], None]) -> Calibration:
     """Return the calibration of joints with reference torques, from whatever there is."""
     recordings: dict[str, list[Measured]] = {label: [] for label in labels}
-    for bag, recording in zip(bags, opened):
+    for bag, recording in zip(sources.bags, opened):
         for label, found in recordings.items():
             found.extend(_measured(recording, bag.name, label))
-    return calibrate(arm, recordings, notify)
+    return calibrate(arm, recordings, notify, zero_moves=sources.zero_moves)
 
 
 def _measured(recording: Recording, name: str, label: str) -> list[Measured]:

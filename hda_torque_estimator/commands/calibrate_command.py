@@ -32,6 +32,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
                              '(degrees from the x axis of the base); its weight is then known')
     parser.add_argument('--payload', action='append', default=[], nargs=2,
                         metavar=('BAG', 'KG'), help='a mass that hung at the tip in this bag')
+    parser.add_argument('--zero-moves', action='store_true',
+                        help='where reference torques are read: the zero of a torsion is another '
+                             'after every start, and the motor gives it')
     add_out(parser, 'FILE', 'model file to write')
     add_naming(parser)
     add_page(parser)
@@ -41,7 +44,8 @@ def execute(options: argparse.Namespace) -> Outcome:
     """Calibrate and write; raises the project's errors."""
     check_page(options, options.bags)
     with progress(quiet=options.json) as notify:
-        sources = Sources(options.bags, options.tilt, options.payload, opener(options))
+        sources = Sources(options.bags, options.tilt, options.payload, opener(options),
+                          options.zero_moves)
         found = run_calibration(sources, options.arm, options.out, joints=options.joint,
                                 force=options.force, notify=notify)
     if options.page is not None:

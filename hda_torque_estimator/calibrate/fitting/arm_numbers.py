@@ -32,8 +32,8 @@ _KNOWN_BY = {
     **{known.tolerance: tuple(f'{effect.name}.{number}' for number in known.numbers)
        for effect in EFFECTS if (known := effect.known_by)}}
 _OF_LOAD = f'{unmeasured_at(MESH).name}.coefficient'
-(LEVEL,), (SLOPE,), (GAIN,), (OFFSET,) = (_KNOWN_BY[tolerance] for tolerance in (
-    'dry_friction', 'viscous_friction', 'torque_constant', 'drive_offset'))
+(LEVEL,), (SLOPE,), (GAIN,), (OFFSET,), (ZERO,) = (_KNOWN_BY[tolerance] for tolerance in (
+    'dry_friction', 'viscous_friction', 'torque_constant', 'drive_offset', 'torsion_zero'))
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from scipy.stats import t
 
 from .arm_numbers import ArmNumber, number, rest
-from .witness import FEWEST_BLOCKS
 from .witness_fit import WitnessFit
 from ..passages.joint_recording import Measured
 from ...estimating.estimator import Estimator, EstimatorSettings
@@ -115,16 +114,17 @@ def too_sure(errors: EstimatorErrors, recordings: int) -> float:
 
     Pieces err by sizes of their own. The more these differ, the less do few of them say of
     others. Satterthwaite gives their squares degrees of freedom, and these Student's t. Fifths of
-    one recording do not show how others differ. There each of its fewest stretches counts once.
+    one recording do not show how others differ.
     """
     size = np.abs(errors.error) / np.maximum(errors.deviation, LEAST)
+    usual = float(np.quantile(size, 0.9)) / NORMAL_90
+    if recordings == 1:
+        return usual
     squares = np.array([np.mean(size[errors.piece == one] ** 2)
                         for one in np.unique(errors.piece)])
-    freedom = FEWEST_BLOCKS - 1.0
-    if len(squares) > 1 and recordings > 1:
-        varies = np.var(squares, ddof=1) / max(float(np.mean(squares)) ** 2, LEAST)
-        freedom = max(2.0 * len(squares) / max(varies, LEAST), FEWEST)
-    return float(np.quantile(size, 0.9) / NORMAL_90 * t.ppf(0.95, freedom) / NORMAL_90)
+    varies = np.var(squares, ddof=1) / max(float(np.mean(squares)) ** 2, LEAST)
+    freedom = max(2.0 * len(squares) / max(varies, LEAST), FEWEST)
+    return usual * float(t.ppf(0.95, freedom)) / NORMAL_90
 
 
 def _weighed(arm: Arm, deviations: Mapping[str, float], weights: tuple[float, float]) -> Arm:

@@ -14,11 +14,11 @@ import numpy as np
 
 from .agreement import AgreementWindow, expected, hold_against
 from .compiled_settings import CompiledSettings
-from .fusion_memory import (BEFORE, BEGIN, doubt_zero, ELAPSED, errors_learnt, EXCESS, FREED,
-                            gained, LEARNT, MISFIT, MOMENTS, RISEN, SAMPLES, SENSE, shift_apart,
-                            SINCE, SPAN, STEADY, SUMS, TAUGHT, TIME)
+from .fusion_memory import (BEFORE, BEGIN, carry, doubt_zero, ELAPSED, errors_learnt, EXCESS,
+                            FREED, gained, LASTS, LEARNT, MISFIT, MOMENTS, RISEN, SAMPLES, SENSE,
+                            shift_apart, SINCE, SPAN, STEADY, SUMS, TAUGHT, TIME)
 from .learning import fade, renew
-from .route_errors import ERRORS, ZERO
+from .route_errors import ERRORS, TORSION_ERRORS, ZERO
 
 # Choices unless stated otherwise.
 FEWEST = 5              # samples in half a window
@@ -26,7 +26,6 @@ SETTLED = 3             # halves in one sense before friction is what it is whil
 _COUNTS = 8.0           # of the motor encoder that a half must pass
 _LEAST_MOTION = 1e-3    # [rad], for encoders without counts
 _CORRELATED = 10.0      # windows that share one error of the model
-_LASTING = 1.0          # for which what no law of either way describes is one error [s]
 _FITTING = 5.0          # misfit up to which errors are as large as their tolerances say
 _GOES_ON = 0.5          # of the last half's speed: below a third a shaft stops inside this one
 _HOPELESS = 30.0        # deviations beyond which there is nothing to learn
@@ -111,7 +110,7 @@ def _window(joint: Record, memory: Array, moved: float, stiffness: float,
                            joint.torsion.deviation ** 2 + joint.motor_deviation ** 2 + held,
                            friction, rests or memory[STEADY] >= SETTLED,
                            rests or abs(moved) / time > _GOES_ON * abs(last), time,
-                           mean if rests else _LASTING)
+                           mean if rests else LASTS)
 
 
 @inlined
@@ -159,8 +158,9 @@ def _learn(joint: Record, memory: Array, window: AgreementWindow, time: float,
         gain[i, i] += _DOUBT * max(memory[MISFIT] - _FITTING, 0.0) * time
     unshared = _CORRELATED * window.noise + max(window.lasting / time, 1.0) * window.lawless
     steep = (joint.tolerances.stiffness * window.difference) ** 2
-    change = renew(learnt, gain, spread, window.difference,
-                   likely + steep + unshared * max(memory[MISFIT], 1.0))
+    variance = likely + steep + unshared * max(memory[MISFIT], 1.0)
+    carry(memory, effect[:TORSION_ERRORS] @ spread[:TORSION_ERRORS] / variance)
+    change = renew(learnt, gain, spread, window.difference, variance)
     shift = 0.0
     for i in range(ERRORS):
         memory[MOMENTS] -= memory[MOMENTS + 1 + i] * change[i]

@@ -32,10 +32,11 @@ from .route_errors import ERRORS, TORSION_ERRORS, ZERO
  BEHIND, WAITED,                        # of stamps behind even ones; since an angle was read [s]
  SLID, SLIDING,                         # 1 once the shaft has slid; the torque it has since [N*m]
  TAUGHT,                                # 1 once a window has taught
+ CARRIED,                               # share of what no law describes, made up for
  STEPS, STEPPED,                        # usual steps of its torque [N^2*m^2], time of them [s]
- ) = range(44)
-PARABOLAS, SHAFT_MOTION = 4, 44         # how the shaft moves: four of them, of 5 numbers each
-SUMS = 64                               # over the present half: value and effects (layout)
+ ) = range(45)
+PARABOLAS, SHAFT_MOTION = 4, 45         # how the shaft moves: four of them, of 5 numbers each
+SUMS = 65                               # over the present half: value and effects (layout)
 MOMENTS = SUMS + 1 + ERRORS             # the same, weighed by the time in it
 RISEN = MOMENTS + 1 + ERRORS            # of the last half, weighed by its rising edge
 LEARNT = RISEN + 1 + ERRORS             # errors (ERRORS,) in units of their sigma
@@ -49,6 +50,7 @@ STIFFEST, SOFTEST = 2.0, 0.5    # factor of the stiffness that may be learnt
 # (source: a hand changes a torque in tenths of a second; friction of load and gear follow that)
 SLOW = 0.2              # over which readings average before they are weighed as lasting [s]
 AGREED = 0.5            # time for which both must agree before they are believed again [s]
+LASTS = 1.0             # time for which what no law of either way describes is one error [s]
 
 
 @inlined
@@ -80,6 +82,20 @@ def shift_apart(memory: Array, change: float) -> None:
     """Take what was learnt of the difference out of its means [N*m]."""
     memory[MEAN_APART] -= change
     memory[SLOW_APART] -= change
+
+
+@inlined
+def carry(memory: Array, part: float) -> None:
+    """Let errors of a torsion take over this part of a difference, what no law describes too."""
+    memory[CARRIED] += min(max(part, 0.0), 1.0) * (1.0 - memory[CARRIED])
+
+
+@inlined
+def carried(memory: Array, moving: bool, dt: float) -> float:
+    """Return the share of that which they still make up for, (eq:carried); it lasts at rest."""
+    if moving:
+        memory[CARRIED] *= 1.0 - share(dt, LASTS)
+    return float(memory[CARRIED])
 
 
 @compiled

@@ -16,8 +16,8 @@ import numpy as np
 
 from .compiled_settings import CompiledSettings
 from .fusion import close_half, gather
-from .fusion_memory import (effect_variance, errors_apart, EXCESS, falls_back, follow_apart,
-                            gained, MOTOR_ALONE, SLOW_APART, SLOW_TIME, UNEXPLAINED)
+from .fusion_memory import (carried, effect_variance, errors_apart, EXCESS, falls_back,
+                            follow_apart, gained, MOTOR_ALONE, SLOW_APART, SLOW_TIME, UNEXPLAINED)
 from .motor_witness import (bound, first_bound, follow_scatter, has_friction, hear, Motor,
                             motor_estimate, MotorSample, Own, own_variance, Seen, torque_at_rest)
 from .route_errors import ERRORS, torque_effects, TORSION_ERRORS, ZERO
@@ -173,7 +173,9 @@ def _weighed(joint: Record, memory: Array, effect: Array, motor: Motor, allowed:
     slow_own = left * seen.own.random + seen.own.lawless
     slow_other = seen.other.random + seen.other.held + seen.other.lawless
     both, first = errors_apart(memory, effect)
-    weight = _clear(share_of_second(slow_own + first, slow_other + both - first))
+    made_up = 2.0 * min(carried(memory, motor.moving, dt) * seen.own.lawless,
+                        np.sqrt(first * seen.own.lawless))
+    weight = _clear(share_of_second(slow_own + first - made_up, slow_other + both - first))
     quick_own = seen.own.random + _QUICK * seen.own.lawless
     quick_other = seen.other.random + _QUICK * seen.other.lawless
     quick = _clear(share_of_second(quick_own, quick_other + seen.other.held))
