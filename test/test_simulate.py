@@ -181,13 +181,19 @@ def gained(arm, start, step):
 @given(dissipative, st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.floats(-50.0, 50.0),
        st.floats(-2.0, 2.0), st.floats(0.0, 0.5))
 @example(arm_with(0.0, 0.0, 0.0), 0.0, 0.0, 0.0, 1.0, 0.0)      # which keeps its energy
+@example(arm_with(0.0, 0.0, 0.0).with_effect(Backlash(half_width=1e-4), 'joint1'),
+         0.0, 0.0, 0.0, 0.25, 0.0)
 def test_energy_never_grows_without_inputs(arm, q1, q2, motor_speed, link_speed, tilt):
-    """What an arm without losses seems to gain is the integrator's, and goes with its step."""
+    """
+    What an arm without losses seems to gain is the integrator's, and goes with its step.
+
+    Where play closes within a step, it matters when. So a single halving of the step shows little.
+    """
     arm = replace(arm, base=Base(tilt=tilt, direction=0.7))
     start = rest(arm, (q1, q2))
     start[:, MOTOR_VELOCITY], start[:, LINK_VELOCITY] = motor_speed, (link_speed, -link_speed)
     gain, change = gained(arm, start, DT / 8)
-    assert gain < 1e-5 * (change + 1e-3) or gained(arm, start, DT / 16)[0] < gain / 4.0
+    assert gain < 1e-5 * (change + 1e-3) or gained(arm, start, DT / 64)[0] < gain / 16.0
 
 
 def test_energy_stays_without_friction():
