@@ -1,7 +1,7 @@
 """Steps of the diagnosis' least squares, where channels pull apart."""
 
 from hda_torque_estimator.diagnosis.fitting.solve import Columns, condense, solve
-from hypothesis import given, strategies as st
+from hypothesis import assume, given, strategies as st
 import numpy as np
 
 EFFECTIVE = 0.5
@@ -25,6 +25,8 @@ def along(columns, steps):
 
 @given(st.floats(0.0, 300.0), st.floats(0.02, 0.98), st.floats(-0.5, 1.5))
 def test_of_two_best_steps_the_better_one_is_taken(apart, share, place):
+    """But for one point: in the middle between two equal channels nothing says which way to go."""
+    assume(abs(share - 0.5) + abs(place - 0.5) > 1e-3)
     columns, now = pulled(apart, (share, 1.0 - share)), place * apart
     moved = Columns(columns.products, columns.against + columns.products[:, :, 0] * now,
                     columns.power + 2.0 * columns.against[:, 0] * now
