@@ -9,6 +9,7 @@ from hda_torque_estimator.importing.column_map import ColumnMapError
 from hda_torque_estimator.importing.convert import convert, Imported
 from hda_torque_estimator.importing.guess import guess
 from hda_torque_estimator.importing.guess_text import FILL_IN, map_text
+from hda_torque_estimator.importing.guess_wrench import wrench_columns
 from hda_torque_estimator.importing.headings import KINDS, read_heading
 from hda_torque_estimator.importing.map_document import read_column_map
 from hda_torque_estimator.importing.run import run_import
@@ -269,3 +270,16 @@ def test_every_kind_of_table_can_be_guessed(tmp_path):
     np.savez(tmp_path / 'log.npz', t=TIME, q=np.column_stack([ANGLES[1], ANGLES[2]]))
     assert imported(read_table(tmp_path / 'log.npz')).joint_states.names == ('joint1', 'joint2')
     assert guess(columns).entries == guess(read_table(tmp_path / 'log.npz')).entries
+
+
+@pytest.mark.parametrize('names', [
+    ('Fx', 'Fy', 'Fz', 'Tx', 'Ty', 'Tz'), ('fx [N]', 'fy [N]', 'fz [N]', 'mx', 'my', 'mz'),
+    ('ft.force.x', 'ft.force.y', 'ft.force.z', 'ft.torque.x', 'ft.torque.y', 'ft.torque.z')])
+def test_six_columns_of_a_wrench_are_shown_as_a_line_to_take_in(names):
+    assert wrench_columns(('time', 'exx', *names[::-1], 'max')) == names
+
+
+@pytest.mark.parametrize('names', [
+    ('Fx', 'Fy', 'Fz'), ('Fx', 'Fy', 'Fz', 'Tx', 'Ty', 'Tz', 'fx_filtered'), ('tx', 'max', 'matrix')])
+def test_what_is_no_wrench_for_certain_is_none(names):
+    assert wrench_columns(names) == ()

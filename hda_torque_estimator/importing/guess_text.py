@@ -4,6 +4,7 @@ from collections.abc import Iterator
 import json
 
 from .guess import Guess, NANO, TimeEntry
+from .guess_wrench import wrench_columns
 from .places import MapEntry
 from .units import ANGLE, SPEED, TORQUE
 
@@ -92,6 +93,9 @@ def _entry(key: str, entry: MapEntry, number: int | None) -> str:
 def _unused(guess: Guess) -> Iterator[str]:
     if not {'motor.effort', 'reference'} & guess.entries.keys():
         yield '# No torque and no current was found. Without one nothing tells friction.'
+    if wrench := wrench_columns(guess.unused):
+        yield '# Take this in where it is force [N] and torque [N*m] on the tip, in the base frame:'
+        yield f'# wrench: [{", ".join(map(_name, wrench))}]'
     if guess.unused:
         some = ', '.join(map(_shown, guess.unused[:MOST_SHOWN]))
         more = ', ...' * (len(guess.unused) > MOST_SHOWN)
