@@ -280,6 +280,7 @@ def test_six_columns_of_a_wrench_are_shown_as_a_line_to_take_in(names):
 
 
 @pytest.mark.parametrize('names', [
-    ('Fx', 'Fy', 'Fz'), ('Fx', 'Fy', 'Fz', 'Tx', 'Ty', 'Tz', 'fx_filtered'), ('tx', 'max', 'matrix')])
+    ('Fx', 'Fy', 'Fz'), ('tx', 'max', 'matrix'),
+    ('Fx', 'Fy', 'Fz', 'Tx', 'Ty', 'Tz', 'fx_filtered')])
 def test_what_is_no_wrench_for_certain_is_none(names):
     assert wrench_columns(names) == ()

@@ -94,7 +94,7 @@ def _unused(guess: Guess) -> Iterator[str]:
     if not {'motor.effort', 'reference'} & guess.entries.keys():
         yield '# No torque and no current was found. Without one nothing tells friction.'
     if wrench := wrench_columns(guess.unused):
-        yield '# Take this in where it is force [N] and torque [N*m] on the tip, in the base frame:'
+        yield '# To take in where it is force [N] and torque [N*m] on the tip, in the base frame:'
         yield f'# wrench: [{", ".join(map(_name, wrench))}]'
     if guess.unused:
         some = ', '.join(map(_shown, guess.unused[:MOST_SHOWN]))

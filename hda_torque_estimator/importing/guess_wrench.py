@@ -1,4 +1,4 @@
-"""Six columns of a table that may be a wrench: force and torque along x, y and z, by their names."""
+"""Six columns of a table that may be a wrench by their names: force and torque along x, y, z."""
 
 from collections.abc import Sequence
 import re
@@ -11,7 +11,7 @@ _ORDER = tuple((kind, axis) for kind in ('force', 'torque') for axis in 'xyz')
 
 
 def wrench_columns(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the columns of force and torque as a map lists them; none unless all six are clear."""
+    """Return the columns of force and torque as a map lists them; none unless all are clear."""
     found: dict[tuple[str, str], list[str]] = {place: [] for place in _ORDER}
     for name in names:
         for word, axis in _AXIS.findall(name):
