@@ -317,12 +317,12 @@ def factors_along(power: Array, along: Mapping[str, Array], varies: Sequence[str
                                count if name == _EVEN else 0)
 
 
-def _curves(values: Array, power: Array, count: int = _CURVES) -> Iterator[Array]:
+def _curves(values: Array, power: Array, count: int = 0) -> Iterator[Array]:
     """
-    Yield smooth curves (m,) of values, and such as are as fine as there is power (m,) along them.
+    Yield smooth curves (m,) that are as fine as there is power (m,) along values (eq:curves).
 
-    They are Chebyshev polynomials, a `count` of them of the values themselves, and else of the
-    share of the power that smaller values have.
+    They are Chebyshev polynomials of the share of the power that smaller values have, and a
+    `count` of them, first, of the values themselves.
     """
     order = np.argsort(values)
     share = np.empty_like(values)
