@@ -6,6 +6,7 @@ joints for a while. A base that swings answers the links' own acceleration at on
 """
 
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Any, NamedTuple, TypeAlias
 
 from hda_arm_sim.foundation.arrays import Array
@@ -92,37 +93,40 @@ def contacts_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np
     return found if all(map(is_one_force, found)) else []
 
 
-def split_at_contact(balancer: Balancer, arm: Arm, noise: Array, training: Spans,
-                     held_out: Spans) -> tuple[Spans, Spans]:
+def split_at_contacts(balancer: Balancer, arm: Arm, noise: Array, training: Spans,
+                      held_out: Spans) -> tuple[Spans, Spans]:
     """
-    Return the stretches where fits see begin and end of a contact, and not its middle.
+    Return the stretches where fits see begin and end of each contact, and not its middle.
 
-    A contact is there once: stretches that alternate without regard to it would have all of it
-    in those for fits, or none. Without a contact they stay as they are.
+    Each is there once: stretches that alternate without regard to it would have all of it in
+    those for fits, or none. Without a contact they stay as they are.
     """
     balance = balancer(arm)
     residual = balance.residual - np.median(balance.residual, axis=0)
-    contact = contact_in(balancer, arm, residual, balance.valid, noise)
-    if contact is None:
-        return training, held_out
-    begin, end = contact.onset, contact.onset + contact.duration
-    near = max(begin - _NEAR, 0.0), end + _NEAR
-    centre, reach = 0.5 * (begin + end), _middle(contact.duration)
-    middle = centre - reach, centre + reach
-    return (tuple(sorted((*_without(training, near), (near[0], middle[0]), (middle[1], near[1])))),
-            tuple(sorted((*_without(held_out, near), middle))))
+    contacts = contacts_in(balancer, arm, residual, balance.valid, noise)
+    pushes = sorted((one.onset, one.onset + one.duration) for one in contacts)
+    borders = [0.0, *(0.5 * (one[1] + other[0]) for one, other in pairwise(pushes)), np.inf]
+    near = tuple((max(begin - _NEAR, low), min(end + _NEAR, high))
+                 for (begin, end), (low, high) in zip(pushes, pairwise(borders)))
+    middles = tuple(_middle(*push) for push in pushes)
+    return (tuple(sorted((*_without(training, near), *_without(near, middles)))),
+            tuple(sorted((*_without(held_out, near), *middles))))
 
 
-def _middle(duration: float) -> float:
-    """Return half of what fits do not see of a contact: not its edges, but some windows [s]."""
-    return float(np.clip(0.15, 0.2 * duration, 0.3 * duration))
+def _middle(begin: float, end: float) -> tuple[float, float]:
+    """Return what fits do not see of a contact: not its edges, but some windows [s]."""
+    centre, duration = 0.5 * (begin + end), end - begin
+    reach = float(np.clip(0.15, 0.2 * duration, 0.3 * duration))
+    return centre - reach, centre + reach
 
 
-def _without(spans: Spans, taken: tuple[float, float]) -> Spans:
-    """Return spans of time without one of them."""
-    parts = (part for first, last in spans
-             for part in ((first, min(last, taken[0])), (max(first, taken[1]), last)))
-    return tuple((first, last) for first, last in parts if first < last)
+def _without(spans: Spans, taken: Spans) -> Spans:
+    """Return spans of time without others."""
+    for begin, end in taken:
+        parts = (part for first, last in spans
+                 for part in ((first, min(last, begin)), (max(first, end), last)))
+        spans = tuple((first, last) for first, last in parts if first < last)
+    return spans
 
 
 def leverage(balancer: Balancer, arm: Arm) -> Array:
