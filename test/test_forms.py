@@ -13,6 +13,7 @@ from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.fitting.alignment import aligned
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import HYPOTHESES, terms_of
+from hda_torque_estimator.diagnosis.fitting.starting_points import contacts_in
 from hda_torque_estimator.diagnosis.judging.equal_noise import equal_noise_score, noise_in
 from hda_torque_estimator.diagnosis.judging.law_forms import evidence, reformed
 from hda_torque_estimator.diagnosis.judging.null_distribution import by_chance
@@ -175,6 +176,19 @@ def test_a_cause_is_named_whose_law_has_another_form(effect, form, seed, rate):
     if world.hidden[0].form != form:
         world = worlds.draw(seed, (effect,), form=form, motion='rich', rate=rate)
     assert_named_alone(world)
+
+
+def test_pushes_with_one_force_stand_out_together():
+    """One of three does 6.6 times as much as the others, and stood out alone."""
+    world = worlds.draw(993710, ('external_contact',), form='several', motion='rich', rate=1000)
+    fitter = fitter_of(world)
+    balance = fitter.first.balance
+    found = contacts_in(fitter.balancer, fitter.arm, balance.residual, balance.valid, fitter.noise)
+    assert found[0].power > 5.0 * found[1].power
+    hidden, = world.hidden
+    _, apart, count = hidden.law
+    begins = hidden.parameters['onset'] + apart * np.arange(count)
+    assert sorted(one.onset for one in found) == pytest.approx(begins, abs=0.3)
 
 
 @pytest.mark.study

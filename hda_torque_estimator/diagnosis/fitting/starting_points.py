@@ -29,6 +29,7 @@ from .fit import Fit, Fitter
 from .hypotheses import free_of, HYPOTHESES
 from ..balances.balance import Balancer, RATE
 from ..balances.swinging import swing_in
+from ...least_squares.normal import TINY
 from ...least_squares.term import looked_for, Term
 from ...measurements.running_clock import Spans
 
@@ -72,14 +73,15 @@ def contacts_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np
     Return the forces on the tip that stand out of a residual (m, 2 n), the strongest first.
 
     They must be few and as long, far above every other time, fit one force each, and show in both
-    balances alike. A smooth rest of another cause does not.
+    balances alike. A smooth rest of another cause does not. What equal forces do may differ as
+    much as that: where there may be fewer or more, they are those with most between.
     """
     if arm.links is None:
         return []
     joints = len(arm.labels)
     levers = leverage(balancer, arm)
     weight = valid / noise ** 2
-    found = _standing_out(_sums(levers, residual[:, joints:], weight[:, joints:]))
+    sets = _standing_out(_sums(levers, residual[:, joints:], weight[:, joints:]))
     motor = _sums(levers, residual[:, :joints], weight[:, :joints])
     around = (weight[:, joints:] * residual[:, joints:] ** 2).sum(axis=1)
 
@@ -90,7 +92,7 @@ def contacts_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np
         return (contact.power > _FITS * near
                 and float(miss @ normal @ miss) < _AGREES ** 2 * float(force @ normal @ force))
 
-    return found if all(map(is_one_force, found)) else []
+    return next((found for found in sets if all(map(is_one_force, found))), [])
 
 
 def split_at_contacts(balancer: Balancer, arm: Arm, noise: Array, training: Spans,
@@ -178,21 +180,20 @@ def _forces(sums: Array, profile: Array) -> tuple[Array, Array]:
     return np.asarray(force, float), np.asarray((force * right).sum(axis=1), float)
 
 
-def _standing_out(sums: Array) -> list[ContactStart]:
+def _standing_out(sums: Array) -> list[list[ContactStart]]:
     """
     Return the contacts of the best duration that explain far more than one at other times.
 
-    Beside several there are other times for more than half of a recording.
+    As many are first as have most between them and the next. Beside several there are other times
+    for more than half of a recording.
     """
     tried = [_apart(sums, duration) for duration in DURATIONS[len(sums) > 2 * RATE * DURATIONS]]
     best = max(tried, key=lambda found: found[0].power, default=[])
-    for count in range(1, len(best)):
-        near = count * 2.0 * _CLEAR * best[0].duration * RATE
-        if count > 1 and near > 0.5 * len(sums):
-            return []
-        if best[count - 1].power >= _STANDS_OUT * best[count].power:
-            return best[:count]
-    return []
+    room = 0.5 * len(sums) / (2.0 * _CLEAR * best[0].duration * RATE) if best else 0.0
+    gaps = {count: best[count - 1].power / max(best[count].power, TINY)
+            for count in range(1, len(best)) if count == 1 or count <= room}
+    return [best[:count] for count in sorted(gaps, key=lambda count: -gaps[count])
+            if gaps[count] >= _STANDS_OUT]
 
 
 def _apart(sums: Array, duration: float) -> list[ContactStart]:
