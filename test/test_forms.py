@@ -13,6 +13,7 @@ from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.fitting.alignment import aligned
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import HYPOTHESES, terms_of
+from hda_torque_estimator.diagnosis.fitting.starting_points import contacts_in
 from hda_torque_estimator.diagnosis.judging.equal_noise import equal_noise_score, noise_in
 from hda_torque_estimator.diagnosis.judging.law_forms import evidence, reformed
 from hda_torque_estimator.diagnosis.judging.null_distribution import by_chance
@@ -171,10 +172,37 @@ def test_without_a_twin_nothing_is_chance():
     pytest.param('external_contact', 'several', 997195, 1000, marks=pytest.mark.study),
     ('torque_ripple', 'with_torque', 630053, None)])
 def test_a_cause_is_named_whose_law_has_another_form(effect, form, seed, rate):
-    world = worlds.draw(seed, (effect,), form=form, motion='rich', rate=rate)
+    world = worlds.draw(seed, (effect,), motion='rich', rate=rate)
+    if world.hidden[0].form != form:
+        world = worlds.draw(seed, (effect,), form=form, motion='rich', rate=rate)
+    assert_named_alone(world)
+
+
+def test_pushes_with_one_force_stand_out_together():
+    """One of three does 6.6 times as much as the others, and stood out alone."""
+    world = worlds.draw(993710, ('external_contact',), form='several', motion='rich', rate=1000)
+    fitter = fitter_of(world)
+    balance = fitter.first.balance
+    found = contacts_in(fitter.balancer, fitter.arm, balance.residual, balance.valid, fitter.noise)
+    assert found[0].power > 5.0 * found[1].power
     hidden, = world.hidden
-    assert hidden.form == form
+    _, apart, count = hidden.law
+    begins = hidden.parameters['onset'] + apart * np.arange(count)
+    assert sorted(one.onset for one in found) == pytest.approx(begins, abs=0.3)
+
+
+@pytest.mark.study
+def test_pushes_are_alike_by_their_force_and_not_by_what_it_does():
+    """Two more pushes with the force of the first do twice as much to the arm, where it is."""
+    world = worlds.draw(997195, ('external_contact',), form='several', motion='rich', rate=1000)
+    assert world.hidden[0].law[2] == 3.0
+    assert_named_alone(world)
+
+
+def assert_named_alone(world):
+    """Assert that the one cause of a world is named, and explains all."""
+    hidden, = world.hidden
     arm = arm_of(world)
     said = diagnose(measurement_from(arm.labels, logged(world, arm)), arm).diagnosis
-    assert [(one.effect, one.joint) for one in said.findings] == [(effect, hidden.joint)]
+    assert [(one.effect, one.joint) for one in said.findings] == [(hidden.effect, hidden.joint)]
     assert said.verdict == 'explained'

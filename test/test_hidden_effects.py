@@ -82,8 +82,7 @@ def more(*values):
     more(('clock_skew', 'wave_generator_compliance'), 5951),
     more(('base_vibration', 'stiffening_error', 'structural_damping'), 5989),
     # Whose order or waves show when the drag is known.
-    pytest.param(('position_dependent_friction', 'viscous_friction'), 211582, marks=[
-        pytest.mark.study, pytest.mark.xfail(reason='a lag beside keeps a wrong order')]),
+    more(('position_dependent_friction', 'viscous_friction'), 211582),
     more(('position_dependent_friction', 'stribeck_friction'), 201029),     # as good as each other
     more(('stribeck_friction', 'position_dependent_friction'), 211618),     # waves of the level
     # For which a third cause or a curve stands in at first.

@@ -5,9 +5,12 @@ from dataclasses import replace
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
+from hda_torque_estimator.diagnosis.balances.healthy_twin import noise_of
 from hda_torque_estimator.diagnosis.diagnose import diagnose
-from hda_torque_estimator.diagnosis.fitting.starting_points import contact_in
+from hda_torque_estimator.diagnosis.fitting.starting_points import (
+    contact_in, split_at_contacts)
 from hda_torque_estimator.measurements.measurement import Measurement
+from hda_torque_estimator.measurements.running_clock import inside, split
 import numpy as np
 import pytest
 from truth import draw, record, Reference
@@ -45,6 +48,21 @@ def touched():
     hidden = draw('external_contact', np.random.default_rng(102))
     hidden.parameters.update(onset=12.3)
     return hidden, diagnose(measured([hidden], 102), ARM).diagnosis
+
+
+def test_fits_see_begin_and_end_of_every_push_and_not_its_middle():
+    """Of three short ones after each other, stretches as they alternate would have one or none."""
+    hidden = draw('external_contact', np.random.default_rng(102))
+    hidden.parameters.update(onset=8.3, duration=0.8, force=30.0)
+    hidden = replace(hidden, form='several', law=(4.0, 5.2, 3.0))
+    balancer = Balancer(measured([hidden], 102))
+    noise = noise_of(balancer, ARM)[0]
+    training, held_out = split_at_contacts(balancer, ARM, noise, *split(balancer.measurement))
+    for onset in (8.3, 13.5, 18.7):
+        assert inside(onset + np.array([0.02, 0.1, 0.7, 0.78]), training).all()
+        assert inside(onset + np.array([0.35, 0.45]), held_out).all()
+    time = balancer.time
+    assert not (inside(time, training) & inside(time, held_out)).any()
 
 
 def test_contact_is_found_in_time(touched):

@@ -28,7 +28,7 @@ from .fitting.alignment import aligned, is_aligned
 from .fitting.fit import Fitter
 from .fitting.hypotheses import HYPOTHESES, left_aside
 from .fitting.nuisance import is_of_log
-from .fitting.starting_points import split_at_contact
+from .fitting.starting_points import split_at_contacts
 from .judging.bounds_reached import limited
 from .judging.candidates import with_sizes
 from .judging.discrepancy_search import search_beside_discrepancy
@@ -248,7 +248,7 @@ def _split(fitter: Fitter, arm: Arm, names: Sequence[str], training: Spans,
     """Return the stretches for fits and the others; where a contact shows, it is in both."""
     if not any(HYPOTHESES[name].passing for name in names if name in HYPOTHESES):
         return training, held_out
-    return split_at_contact(fitter.balancer, arm, fitter.noise, training, held_out)
+    return split_at_contacts(fitter.balancer, arm, fitter.noise, training, held_out)
 
 
 def sought_effects() -> tuple[str, ...]:

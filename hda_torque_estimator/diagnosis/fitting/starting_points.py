@@ -6,6 +6,7 @@ joints for a while. A base that swings answers the links' own acceleration at on
 """
 
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Any, NamedTuple, TypeAlias
 
 from hda_arm_sim.foundation.arrays import Array
@@ -28,6 +29,7 @@ from .fit import Fit, Fitter
 from .hypotheses import free_of, HYPOTHESES
 from ..balances.balance import Balancer, RATE
 from ..balances.swinging import swing_in
+from ...least_squares.normal import TINY
 from ...least_squares.term import looked_for, Term
 from ...measurements.running_clock import Spans
 
@@ -71,14 +73,15 @@ def contacts_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np
     Return the forces on the tip that stand out of a residual (m, 2 n), the strongest first.
 
     They must be few and as long, far above every other time, fit one force each, and show in both
-    balances alike. A smooth rest of another cause does not.
+    balances alike. A smooth rest of another cause does not. What equal forces do may differ as
+    much as that: where there may be fewer or more, they are those with most between.
     """
     if arm.links is None:
         return []
     joints = len(arm.labels)
     levers = leverage(balancer, arm)
     weight = valid / noise ** 2
-    found = _standing_out(_sums(levers, residual[:, joints:], weight[:, joints:]))
+    sets = _standing_out(_sums(levers, residual[:, joints:], weight[:, joints:]))
     motor = _sums(levers, residual[:, :joints], weight[:, :joints])
     around = (weight[:, joints:] * residual[:, joints:] ** 2).sum(axis=1)
 
@@ -89,40 +92,43 @@ def contacts_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np
         return (contact.power > _FITS * near
                 and float(miss @ normal @ miss) < _AGREES ** 2 * float(force @ normal @ force))
 
-    return found if all(map(is_one_force, found)) else []
+    return next((found for found in sets if all(map(is_one_force, found))), [])
 
 
-def split_at_contact(balancer: Balancer, arm: Arm, noise: Array, training: Spans,
-                     held_out: Spans) -> tuple[Spans, Spans]:
+def split_at_contacts(balancer: Balancer, arm: Arm, noise: Array, training: Spans,
+                      held_out: Spans) -> tuple[Spans, Spans]:
     """
-    Return the stretches where fits see begin and end of a contact, and not its middle.
+    Return the stretches where fits see begin and end of each contact, and not its middle.
 
-    A contact is there once: stretches that alternate without regard to it would have all of it
-    in those for fits, or none. Without a contact they stay as they are.
+    Each is there once: stretches that alternate without regard to it would have all of it in
+    those for fits, or none. Without a contact they stay as they are.
     """
     balance = balancer(arm)
     residual = balance.residual - np.median(balance.residual, axis=0)
-    contact = contact_in(balancer, arm, residual, balance.valid, noise)
-    if contact is None:
-        return training, held_out
-    begin, end = contact.onset, contact.onset + contact.duration
-    near = max(begin - _NEAR, 0.0), end + _NEAR
-    centre, reach = 0.5 * (begin + end), _middle(contact.duration)
-    middle = centre - reach, centre + reach
-    return (tuple(sorted((*_without(training, near), (near[0], middle[0]), (middle[1], near[1])))),
-            tuple(sorted((*_without(held_out, near), middle))))
+    contacts = contacts_in(balancer, arm, residual, balance.valid, noise)
+    pushes = sorted((one.onset, one.onset + one.duration) for one in contacts)
+    borders = [0.0, *(0.5 * (one[1] + other[0]) for one, other in pairwise(pushes)), np.inf]
+    near = tuple((max(begin - _NEAR, low), min(end + _NEAR, high))
+                 for (begin, end), (low, high) in zip(pushes, pairwise(borders)))
+    middles = tuple(_middle(*push) for push in pushes)
+    return (tuple(sorted((*_without(training, near), *_without(near, middles)))),
+            tuple(sorted((*_without(held_out, near), *middles))))
 
 
-def _middle(duration: float) -> float:
-    """Return half of what fits do not see of a contact: not its edges, but some windows [s]."""
-    return float(np.clip(0.15, 0.2 * duration, 0.3 * duration))
+def _middle(begin: float, end: float) -> tuple[float, float]:
+    """Return what fits do not see of a contact: not its edges, but some windows [s]."""
+    centre, duration = 0.5 * (begin + end), end - begin
+    reach = float(np.clip(0.15, 0.2 * duration, 0.3 * duration))
+    return centre - reach, centre + reach
 
 
-def _without(spans: Spans, taken: tuple[float, float]) -> Spans:
-    """Return spans of time without one of them."""
-    parts = (part for first, last in spans
-             for part in ((first, min(last, taken[0])), (max(first, taken[1]), last)))
-    return tuple((first, last) for first, last in parts if first < last)
+def _without(spans: Spans, taken: Spans) -> Spans:
+    """Return spans of time without others."""
+    for begin, end in taken:
+        parts = (part for first, last in spans
+                 for part in ((first, min(last, begin)), (max(first, end), last)))
+        spans = tuple((first, last) for first, last in parts if first < last)
+    return spans
 
 
 def leverage(balancer: Balancer, arm: Arm) -> Array:
@@ -174,21 +180,20 @@ def _forces(sums: Array, profile: Array) -> tuple[Array, Array]:
     return np.asarray(force, float), np.asarray((force * right).sum(axis=1), float)
 
 
-def _standing_out(sums: Array) -> list[ContactStart]:
+def _standing_out(sums: Array) -> list[list[ContactStart]]:
     """
     Return the contacts of the best duration that explain far more than one at other times.
 
-    Beside several there are other times for more than half of a recording.
+    As many are first as have most between them and the next. Beside several there are other times
+    for more than half of a recording.
     """
     tried = [_apart(sums, duration) for duration in DURATIONS[len(sums) > 2 * RATE * DURATIONS]]
     best = max(tried, key=lambda found: found[0].power, default=[])
-    for count in range(1, len(best)):
-        near = count * 2.0 * _CLEAR * best[0].duration * RATE
-        if count > 1 and near > 0.5 * len(sums):
-            return []
-        if best[count - 1].power >= _STANDS_OUT * best[count].power:
-            return best[:count]
-    return []
+    room = 0.5 * len(sums) / (2.0 * _CLEAR * best[0].duration * RATE) if best else 0.0
+    gaps = {count: best[count - 1].power / max(best[count].power, TINY)
+            for count in range(1, len(best)) if count == 1 or count <= room}
+    return [best[:count] for count in sorted(gaps, key=lambda count: -gaps[count])
+            if gaps[count] >= _STANDS_OUT]
 
 
 def _apart(sums: Array, duration: float) -> list[ContactStart]:

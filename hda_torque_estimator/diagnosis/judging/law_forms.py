@@ -206,8 +206,9 @@ def _forms_of(fitter: Fitter, fit: Fit, term: Term, lacking: Array) -> Array:
     """
     Return what a cause does in other forms (m, c, p), each as strong as the cause itself.
 
-    They are orthogonal to the cause and to each other, in units of noise. Residuals `lacking`
-    (m, c) are those without it.
+    Those of another push are as much stronger as a force does more at its time. All are orthogonal
+    to the cause and to each other, in units of noise. Residuals `lacking` (m, c) are those without
+    it.
     """
     does = (fit.balance.residual - lacking) / fitter.noise
     valid = fitter.valid(fit.balance)
@@ -219,14 +220,18 @@ def _forms_of(fitter: Fitter, fit: Fit, term: Term, lacking: Array) -> Array:
         both = float((does * level).sum(where=valid)) ** 2
         size *= float(np.sqrt(max(1.0 - both / max(
             size ** 2 * float((level ** 2).sum(where=valid)), _AT_REST), 0.0)))
+    others = [(shape, 1.0) for shape in _otherwise(fitter, fit, term, does, lacking, level)]
+    if PUSH in HYPOTHESES[term.name].varies:
+        others += courses(fitter, fit, term.effect, lacking)
     flat = np.stack([np.where(valid, shape, 0.0).ravel() for shape in (
-        does, *_otherwise(fitter, fit, term, does, lacking, level))], axis=1)
+        does, *(shape for shape, _ in others))], axis=1)
     shown = flat.any(axis=1)                # of what passes, a short time
     basis, upper = np.linalg.qr(
         flat[shown] / np.maximum(np.sqrt((flat ** 2).sum(axis=0)), _AT_REST))
     apart = np.abs(np.diag(upper))[1:] > _APART
     made = np.zeros((len(flat), int(apart.sum())))
-    made[shown] = size * basis[:, 1:][:, apart]
+    strengths = np.array([strength for _, strength in others])[apart]
+    made[shown] = size * strengths * basis[:, 1:][:, apart]
     return made.reshape(*does.shape, -1) * fitter.noise[:, None]
 
 
@@ -240,8 +245,6 @@ def _otherwise(fitter: Fitter, fit: Fit, term: Term, does: Array, lacking: Array
     varies = HYPOTHESES[term.name].varies
     if LINK_PATH in varies:
         yield from built_up(fitter, fit, term, does)
-    if PUSH in varies:
-        yield from courses(fitter, fit, term.effect, lacking)
     if RATE_OF in varies:
         rate = _rate(does)
         yield rate
@@ -317,12 +320,12 @@ def factors_along(power: Array, along: Mapping[str, Array], varies: Sequence[str
                                count if name == _EVEN else 0)
 
 
-def _curves(values: Array, power: Array, count: int = _CURVES) -> Iterator[Array]:
+def _curves(values: Array, power: Array, count: int = 0) -> Iterator[Array]:
     """
-    Yield smooth curves (m,) of values, and such as are as fine as there is power (m,) along them.
+    Yield smooth curves (m,) that are as fine as there is power (m,) along values (eq:curves).
 
-    They are Chebyshev polynomials, a `count` of them of the values themselves, and else of the
-    share of the power that smaller values have.
+    They are Chebyshev polynomials of the share of the power that smaller values have, and a
+    `count` of them, first, of the values themselves.
     """
     order = np.argsort(values)
     share = np.empty_like(values)

@@ -22,22 +22,30 @@ _RESOLVED = 2.0 / RATE      # shortest piece of a line that balances resolve [s]
 _MOST = 64                  # pieces of a line
 
 
-def courses(fitter: Fitter, fit: Fit, contact: Any, lacking: Array) -> Iterator[Array]:
+def courses(fitter: Fitter, fit: Fit, contact: Any,
+            lacking: Array) -> Iterator[tuple[Array, float]]:
     """
     Yield what a force of another course than a contact's does (m, c), in units of noise.
 
-    Residuals `lacking` (m, c) are those without it: other pushes stand out of them as well.
+    Residuals `lacking` (m, c) are those without it: other pushes stand out of them as well. Beside
+    each is how much more a force does then than at the contact: the arm may be stretched out.
     """
-    balancer, arm = fitter.balancer, fitter.on(fit.terms)
-    hats = np.concatenate([_hats(balancer.time, *span) for span in _spans(
-        contact, contacts_in(balancer, arm, lacking, fitter.valid(fit.balance), fitter.noise))],
-        axis=1)
-    levers = leverage(balancer, arm)
-    joints = levers.shape[1]
-    for along in range(levers.shape[2]):
-        shapes = [balancer.in_balance(levers[:, channel % joints, along, None] * hats, channel)
-                  / fitter.noise[channel] for channel in range(2 * joints)]
-        yield from np.stack(shapes, axis=1).transpose(2, 0, 1)
+    balancer, arm, valid = fitter.balancer, fitter.on(fit.terms), fitter.valid(fit.balance)
+    levers, strengths = leverage(balancer, arm), list[float]()
+    for span in _spans(contact, contacts_in(balancer, arm, lacking, valid, fitter.noise)):
+        hats = _hats(balancer.time, *span)
+        shapes = np.concatenate([_in_balances(fitter, lever[:, :, None] * hats[:, None])
+                                 for lever in levers.transpose(2, 0, 1)], axis=2)
+        strengths.append(float(np.sqrt((shapes ** 2).sum(where=valid[:, :, None]))))
+        for shape in shapes.transpose(2, 0, 1):
+            yield shape, strengths[-1] / (strengths[0] or 1.0)
+
+
+def _in_balances(fitter: Fitter, torques: Array) -> Array:
+    """Return what torques (m, n, k) on the joints do in both balances (m, 2 n, k), over noise."""
+    joints = torques.shape[1]
+    return np.stack([fitter.balancer.in_balance(torques[:, channel % joints], channel)
+                     / fitter.noise[channel] for channel in range(2 * joints)], axis=1)
 
 
 def _spans(contact: Any, pushes: Sequence[ContactStart]) -> Iterator[tuple[float, float]]:
