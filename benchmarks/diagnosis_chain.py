@@ -31,7 +31,7 @@ from hda_torque_estimator.measurements.measurement import Measurement
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 from size import parser, verdict
-from torque_chain import numbers_off
+from torque_chain import deviate, numbers_off
 
 ARM = read_arm('cobot7.yaml')
 BARS = {'named': 0.95, 'accused': 0.01, 'seconds': 60.0}
@@ -80,7 +80,7 @@ def tolerated(seed: int) -> Arm:
     random = np.random.default_rng([seed, 80])
     made = numbers_off(ARM, random)
     for label in ARM.labels:
-        error = ARM.tolerances.torque_constant * float(random.standard_normal())
+        error = ARM.tolerances.torque_constant * deviate(random)
         made = made.with_effect(TorqueConstantError(error=error), label)
     return made
 

@@ -41,6 +41,7 @@ CONDITIONED = 0.05              # least over largest singular value from which a
 LENGTH = 0.3                    # that makes turning the tip comparable to moving it [m]
 MOVING = 0.02                   # speed of the quickest joint from which on an arm moves [rad/s]
 BARS = {'force': 1.5, 'held': (0.85, 0.95), 'microseconds': 60.0}
+FURTHEST = 3.5                  # deviations: as far as a number with a tolerance may be off
 _COUNTED = 2000                 # samples of which the time is taken
 
 
@@ -85,20 +86,26 @@ def numbers_off(arm: Arm, random: np.random.Generator) -> Arm:
     assert isinstance(links, ChainLinks)
     made = replace(arm, joints=tuple(_off(joint, known, random) for joint in arm.joints))
     for label, one in zip(arm.labels, links.known(known.link_inertia)):
-        x, y, z, mass, error = (size * float(random.standard_normal())
+        x, y, z, mass, error = (size * deviate(random)
                                 for size in (*3 * (one.centre,), one.mass, one.inertia))
         made = made.with_effect(LinkInertiaError(
             error=error, mass=mass, centre_x=x, centre_y=y, centre_z=z), label)
     return made
 
 
+def deviate(random: np.random.Generator) -> float:
+    """Return how far a number is off, in deviations: normal, drawn again where that is far."""
+    drawn = float(random.standard_normal())
+    return drawn if abs(drawn) <= FURTHEST else deviate(random)
+
+
 def _off(joint: Joint, known: Tolerances, random: np.random.Generator) -> Joint:
-    factor = {name: 1.0 + getattr(known, name) * random.standard_normal()
+    factor = {name: 1.0 + getattr(known, name) * deviate(random)
               for name in ('stiffness', 'dry_friction', 'viscous_friction', 'damping')}
     stiffness = factor['stiffness'] * joint.torsion.flexspline_stiffness
     torsion = replace(joint.torsion, flexspline_stiffness=stiffness,
                       damping=factor['damping'] * joint.torsion.damping)
-    zero = known.torsion_zero * float(random.standard_normal())
+    zero = known.torsion_zero * deviate(random)
     return replace(joint, torsion=torsion, link_encoder=replace(joint.link_encoder, zero=zero),
                    dry_friction=factor['dry_friction'] * joint.dry_friction,
                    viscous_friction=factor['viscous_friction'] * joint.viscous_friction)
@@ -108,9 +115,9 @@ def _effects(known: Tolerances, random: np.random.Generator) -> list[Effect]:
     return [KinematicError(**_waves(known.kinematic_error, (2, 4), random)),
             LinkEncoderEccentricity(**_waves(known.eccentricity, (1, 2), random)),
             TorqueRipple(**_waves(known.torque_ripple, (2, 4), random)),
-            TorqueConstantError(error=known.torque_constant * random.standard_normal()),
-            DriveOffset(offset=known.drive_offset * random.standard_normal()),
-            ClockSkew(skew=known.clock_skew * random.standard_normal())]
+            TorqueConstantError(error=known.torque_constant * deviate(random)),
+            DriveOffset(offset=known.drive_offset * deviate(random)),
+            ClockSkew(skew=known.clock_skew * deviate(random))]
 
 
 def _waves(size: float, orders: Sequence[int], random: np.random.Generator) -> dict[str, float]:

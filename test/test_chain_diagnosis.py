@@ -21,7 +21,6 @@ from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
 from hda_torque_estimator.diagnosis.fitting.nuisance import nuisances
 from hda_torque_estimator.diagnosis.fitting.starting_points import contact_in
-from hda_torque_estimator.diagnosis.fitting.turning import turning
 from hda_torque_estimator.measurements.measurement import Measurement
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
@@ -158,7 +157,8 @@ def test_weight_and_friction_within_tolerances_build_up_at_no_turn():
     balancer = Balancer(recorded(true, COBOT, 20.0, 900))
     noise = noise_of(balancer, COBOT)[0]
     assert turning_round(balancer, COBOT, noise)
-    assert not turning(Fitter(balancer, COBOT, noise, 0.5, np.ones(len(balancer.time), bool)))
+    fitter = Fitter(balancer, COBOT, noise, 0.5, np.ones(len(balancer.time), bool))
+    assert not turning_round(balancer, fitter.on(fitter.first.terms), noise)
 
 
 def test_weight_that_is_off_hides_no_friction_that_builds_up():
@@ -170,7 +170,7 @@ def test_weight_that_is_off_hides_no_friction_that_builds_up():
     noise = noise_of(balancer, COBOT)[0]
     assert turning_round(balancer, COBOT, noise) == ()
     fitter = Fitter(balancer, COBOT, noise, 0.5, np.ones(len(balancer.time), bool))
-    assert turning(fitter) == (3,)
+    assert turning_round(balancer, fitter.on(fitter.first.terms), noise) == (3,)
 
 
 def test_bristles_are_named_with_their_damping():

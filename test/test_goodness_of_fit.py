@@ -1,5 +1,7 @@
 """With the true cause out of the catalogue no other one takes its name."""
 
+from dataclasses import replace
+
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_torque_estimator.diagnosis.assumptions import EFFECTIVE
@@ -8,7 +10,7 @@ from hda_torque_estimator.diagnosis.balances.healthy_twin import noise_of
 from hda_torque_estimator.diagnosis.diagnose import diagnose, sought_effects
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
-from hda_torque_estimator.diagnosis.judging import goodness_of_fit
+from hda_torque_estimator.diagnosis.judging import goodness_of_fit, search, selection_criteria
 from hda_torque_estimator.diagnosis.judging.discrepancy_curves import best_curves
 from hda_torque_estimator.measurements.measurement import Measurement
 from hda_torque_estimator.measurements.running_clock import inside, stretches
@@ -80,6 +82,23 @@ def test_only_a_wrong_cause_leaves_a_curve(soft, name, leaves):
     gain = best_curves(fitter, fit, (joint,))[joint].improvement
     assert (gain > 1000.0) == leaves
     assert leaves or gain < 200.0
+
+
+@pytest.mark.parametrize(('share', 'own', 'stuck'), [
+    (0.9, True, False), (1.1, True, True), (1.1, False, False)])
+def test_a_search_goes_back_for_a_little_where_a_cause_acts_alone(soft, monkeypatch, share, own,
+                                                                  stuck):
+    fitter, joint = soft
+    term = next(term for term in terms_of(ARM, 'structural_damping') if term.joint == joint)
+    fit = fitter.refit(fitter.first, term)
+    least = selection_criteria.material(fitter, fitter.first, fit)
+    channel = next(each for label in ARM.labels if (label == joint) == own
+                   for each in fitter.own_channels(label))
+    assert least[channel] < 0.5 * selection_criteria.floor(fitter)[channel]
+    left = fitter.noise ** 2
+    left[channel] += share * least[channel]
+    monkeypatch.setattr(search, 'reformed', lambda *_: replace(fit, variance=left))
+    assert search.is_stuck(fitter, search.SearchResult(fitter.first, fit, ())) == stuck
 
 
 def test_a_curve_of_a_rest_beside_one_of_many_causes_takes_no_name_from_it(monkeypatch):

@@ -194,14 +194,15 @@ def _searched(raw: RawReadings, names: Sequence[str], training: Spans, held_out:
     """
     Return what was found, with the zeros of several recordings as it has them.
 
-    What is assumed of them is asked again of the arm that was found. A contact in held-out
-    stretches may show only when what was found is known.
+    What is assumed of them is asked again of the arm that was found, and only of that where
+    friction builds up. A contact in held-out stretches may show only when what was found is known.
     """
     arm, turns = raw.arm, tuple[int, ...]()
     for _ in range(_ROUNDS):
         raw = raw._replace(measurement=aligned(raw.measurement, arm))
         recorded = AsRecorded.of(raw, training)
-        turns = tuple(sorted({*turns, *recorded.turning(arm)}))
+        if arm is not raw.arm:                  # a cause may be what is loud at turns
+            turns = tuple(sorted({*turns, *recorded.turning(arm)}))
         fitter = recorded.fitter(turns, arm)
         seen, unseen = _split(fitter, arm, names, training, held_out)
         fitter = replace(fitter, rows=inside(fitter.balancer.time, seen))

@@ -10,14 +10,18 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+
 from .bounds_reached import ends_at_limit
 from .law_forms import formed_gain, reformed
 from .model_comparison import leading
 from .screening import Prospect, screen
-from .selection_criteria import accepted, confirmed, freedom, material, open_rest, threshold
+from .selection_criteria import (accepted, confirmed, floor, freedom, material, open_rest,
+                                 threshold)
 from ..fitting.derivatives import IMPOSSIBLE
 from ..fitting.fit import CLOSE, Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES, is_richer, terms_of
+from ..fitting.steps import acts_apart
 from ...least_squares.term import Place, Term
 from ...significance import SCORE_BAR
 
@@ -138,10 +142,18 @@ def with_cause(fitter: Fitter, first: Fit, fit: Fit, step: tuple[Fit, Reason],
 
 
 def is_stuck(fitter: Fitter, found: SearchResult) -> bool:
-    """Return whether more is left than noise, and than the laws that were found may leave."""
-    left = reformed(fitter, found.last).variance
-    return bool((left - fitter.noise ** 2
-                 > material(fitter, found.first, found.last)).any())
+    """
+    Return whether more is left than noise, and than the laws that were found may leave.
+
+    Where none of them acts, no other law or cause in their place would leave less. There it must
+    be as far above noise as what asks for a further cause (`open_rest`).
+    """
+    left = reformed(fitter, found.last).variance - fitter.noise ** 2
+    least = material(fitter, found.first, found.last)
+    acting = np.zeros(len(left), bool)
+    for term in found.last.accepted:
+        acting[fitter.channels_of(term) if acts_apart(term) else slice(None)] = True
+    return bool((left > np.where(acting, least, np.maximum(least, floor(fitter)))).any())
 
 
 def _turns(fitter: Fitter, found: SearchResult) -> Iterator[SearchResult]:
