@@ -10,6 +10,7 @@ from hda_torque_estimator.calibrate.calibration import one_joint
 from hda_torque_estimator.calibrate.fitting.laws import stiffness, waves
 from hda_torque_estimator.calibrate.fitting.orders import candidates
 from hda_torque_estimator.calibrate.fitting.torsion_fits import TorsionFits
+from hda_torque_estimator.calibrate.ordinary import calibrate_ordinary
 from hda_torque_estimator.calibrate.passages.calibration_recording import CalibrationRecording
 from hda_torque_estimator.calibrate.passages.joint_recording import CalibrationError
 from hda_torque_estimator.calibrate.passages.passage import Passage
@@ -93,6 +94,16 @@ def test_what_cannot_calibrate_is_refused_in_one_line(
     with pytest.raises(CalibrationError, match=message) as caught:
         check(arm, 'joint1', [spoil(good())])
     assert '\n' not in str(caught.value)
+
+
+def test_joints_that_can_be_calibrated_without_one_are_named(arm):
+    hanging = good()._replace(reference=0.0 * good().reference)
+    with pytest.raises(CalibrationError, match='joint1 bears one load only') as caught:
+        calibrate_ordinary(arm, {'joint1': [hanging], 'joint2': [good()]}, {})
+    assert str(caught.value).endswith('; or calibrate the others: --joint joint2')
+    with pytest.raises(CalibrationError) as caught:
+        calibrate_ordinary(arm, {'joint1': [hanging], 'joint2': [hanging]}, {})
+    assert '--joint' not in str(caught.value)
 
 
 def test_recordings_that_contradict_each_other_are_refused():

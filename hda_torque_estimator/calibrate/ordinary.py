@@ -20,6 +20,7 @@ from .fitting.friction import friction
 from .fitting.orders import chosen, error_held_out, Fitted, fitted_waves, worthwhile
 from .fitting.polynomial import held_out_error, polynomial_method
 from .fitting.torsion_fits import BESIDE, TorsionFits, TorsionProblem, ZERO_KNOWN
+from .passages.joint_recording import CalibrationError
 from .passages.passage import Passage
 from .passages.suitability import check, check_of_one_piece
 from ..least_squares.descent import Minimum, places
@@ -81,8 +82,7 @@ def calibrate_ordinary(arm: Arm, passages: Mapping[str, Sequence[Passage]],
 
     Raises CalibrationError where a joint's passages cannot calibrate it.
     """
-    for label, seen in passages.items():
-        check(arm, label, seen)
+    _check_all(arm, passages)
     found = []
     for label, seen in passages.items():
         notify(f'calibrating {label}')
@@ -92,6 +92,20 @@ def calibrate_ordinary(arm: Arm, passages: Mapping[str, Sequence[Passage]],
                            f'{", ".join(finding.recordings)}; scale: {finding.scale}')
     arm = with_tolerances(arm, {finding.joint: finding.numbers for finding in found})
     return Calibration(arm, tuple(found))
+
+
+def _check_all(arm: Arm, passages: Mapping[str, Sequence[Passage]]) -> None:
+    """Raise CalibrationError where a joint cannot be calibrated, and name those that can."""
+    able, refused = [], []
+    for label, seen in passages.items():
+        try:
+            check(arm, label, seen)
+            able.append(f'--joint {label}')
+        except CalibrationError as why:
+            refused.append(why)
+    if refused:
+        others = f'; or calibrate the others: {" ".join(able)}' if able else ''
+        raise CalibrationError(f'{refused[0]}{others}')
 
 
 def _joint(arm: Arm, passages: Sequence[Passage], scale: str) -> JointFinding:
