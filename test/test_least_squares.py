@@ -43,7 +43,7 @@ def test_one_number_beyond_its_bound_stays_there_and_the_others_are_the_best_bes
     step = within(columns.T @ columns, columns.T @ reported, np.zeros(4), (low, high))
     scale = np.linalg.norm(columns, axis=0)
     wanted = lsq_linear(columns / scale, reported, (low * scale, high * scale), tol=1e-13)
-    near = 1e-9 * np.maximum(np.abs(free), 1.0)     # a size of its own for every number
+    near = 1e-9 * max(1.0, 0.5 * (high[1] - low[1]))    # of half the way between two bounds
     assert (low - near <= step).all() and (step <= high + near).all()
     np.testing.assert_allclose(columns @ step, columns / scale @ wanted.x, atol=1e-5)
 
