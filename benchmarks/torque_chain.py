@@ -24,6 +24,7 @@ from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.model.parts import Joint, Tolerances
 from hda_arm_sim.motions import motion_of
 from hda_msgs_json.cdr import JointStateEncoder
+from hda_torque_estimator.diagnosis.fitting.solve import REACH
 from hda_torque_estimator.estimating.estimates import Estimates
 from hda_torque_estimator.estimating.estimator import Estimator
 from hda_torque_estimator.estimating.laws import contact, layout
@@ -41,7 +42,6 @@ CONDITIONED = 0.05              # least over largest singular value from which a
 LENGTH = 0.3                    # that makes turning the tip comparable to moving it [m]
 MOVING = 0.02                   # speed of the quickest joint from which on an arm moves [rad/s]
 BARS = {'force': 1.5, 'held': (0.85, 0.95), 'microseconds': 60.0}
-FURTHEST = 3.5                  # deviations: as far as a number with a tolerance may be off
 _COUNTED = 2000                 # samples of which the time is taken
 
 
@@ -94,9 +94,9 @@ def numbers_off(arm: Arm, random: np.random.Generator) -> Arm:
 
 
 def deviate(random: np.random.Generator) -> float:
-    """Return how far a number is off, in deviations: normal, drawn again where that is far."""
+    """Return how far a number is off, in deviations: no further than a diagnosis lets it be."""
     drawn = float(random.standard_normal())
-    return drawn if abs(drawn) <= FURTHEST else deviate(random)
+    return drawn if abs(drawn) <= REACH else deviate(random)
 
 
 def _off(joint: Joint, known: Tolerances, random: np.random.Generator) -> Joint:
