@@ -5,14 +5,16 @@ import math
 
 from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.diagnosis.findings.certainty import (
-    margin_of, margin_of_rest, probability, unsure, verdict_probability)
+    margin_of, margin_of_rest, margin_of_share, probability, unsure, verdict_probability)
 from hda_torque_estimator.diagnosis.findings.choice import ChoiceError, chosen
 from hda_torque_estimator.diagnosis.findings.origin import RecordingFacts
 from hda_torque_estimator.diagnosis.findings.report import (Alike, Candidate, Detectable,
                                                             Diagnosis, Evidence, Finding,
                                                             FittedNumber, Gain, TotalGain)
 from hda_torque_estimator.diagnosis.findings.rest import Unexplained
+from hda_torque_estimator.diagnosis.judging.listed_causes import told
 from hda_torque_estimator.diagnosis.reporting.next_steps import next_steps
+from hda_torque_estimator.diagnosis.reporting.summary import headline
 import pytest
 
 GAIN = Gain(2.0, 1.0, 1.0, 0.99, 0.98, 1.0)
@@ -35,11 +37,31 @@ def report(verdict, rate=1000.0, rest=None, pairs=(), limited_by=None, hidden=()
         limited_by=limited_by, probability=0.9)
 
 
-def test_a_cause_that_is_not_sure_says_why_it_is_not_named_beside_a_rest():
+def test_a_cause_that_is_not_sure_says_why_it_is_not_named():
     assert unsure(cause(0.96)) is None and unsure(cause(math.nan)) is None
     assert unsure(cause(0.63)) == (
-        'coulomb_friction at joint1 is not named: it is 63 % sure, and beside a rest without a '
-        'name 95 % are needed')
+        'coulomb_friction at joint1 is not named: it is 63 % sure, and 95 % are needed')
+
+
+def test_what_is_not_sure_or_at_a_bound_is_listed_with_its_size():
+    edge = replace(cause(0.99), effect='asymmetric_friction', parameters={
+        'asymmetry': FittedNumber(0.95, '', 0.94, 0.96)})
+    named, others = told([cause(0.96), cause(0.63), edge])
+    assert named == (cause(0.96),)
+    assert [(one.effect, one.kind) for one in others] == [
+        ('coulomb_friction', 'unsure'), ('asymmetric_friction', 'at_bound')]
+    shown = replace(report('unknown'), listed=others)
+    first = shown.document()['listed'][0]
+    assert first['probability'] == 0.63 and first['parameters']['level']['value'] == 0.05
+    said = ' '.join(shown.sentences())
+    assert 'is not named: it is 63 % sure' in said and 'it would be level = 0.05' in said
+    assert '63 % probable' in headline(shown) and 'asymmetr' not in headline(shown)
+
+
+def test_a_cause_that_leaves_a_thousandth_of_what_it_explains_is_no_stand_in():
+    assert margin_of_share(0.01) == 0.0
+    assert margin_of_share(0.001) == pytest.approx(1.0)
+    assert margin_of_share(0.0) > 2.0
 
 
 def test_a_bar_is_95_percent_either_way_and_nothing_overflows():

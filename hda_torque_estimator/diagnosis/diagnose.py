@@ -20,7 +20,7 @@ from .balances.led import why_led
 from .balances.stand_in import with_stand_in
 from .detectability.excitation import nothing_seen, remarks, shows_too_little, smallest_sizes
 from .detectability.slow_rate import FAST, rate_hides
-from .findings.certainty import probability, unsure, verdict_probability
+from .findings.certainty import probability, verdict_probability
 from .findings.gains import gains, METRIC
 from .findings.origin import Origin, RecordingFacts, RecordingPart
 from .findings.report import Alike, at_place, Diagnosis, Finding, TotalGain
@@ -29,10 +29,10 @@ from .fitting.fit import Fitter
 from .fitting.hypotheses import HYPOTHESES, left_aside
 from .fitting.nuisance import is_of_log
 from .fitting.starting_points import split_at_contacts
-from .judging.bounds_reached import limited
 from .judging.candidates import with_sizes
 from .judging.discrepancy_search import search_beside_discrepancy
 from .judging.goodness_of_fit import GoodnessOfFit
+from .judging.listed_causes import told, too_small
 from .judging.search import is_stuck, search, SearchResult, without_noise
 from .judging.verdict import residuals
 from .readings.raw_readings import (extended_by, RAW_EFFECTS, raw_findings, raw_readings,
@@ -90,13 +90,15 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     evidence = proof.evidence.as_measured(fitter) if beside.nameless else proof.evidence
     shown = raw_findings(raw, measurement, fitter.balancer, arm, evidence.extended, held_out)
     fitted = (*shown, *proof.findings)
-    held_back = [_held_back(one, judged) for one in fitted]
-    named = tuple(one for one, reason in zip(fitted, held_back) if reason is None)
+    named, unsure = told(fitted)
+    evidence = evidence.without({(one.effect, one.joint) for one in unsure})
     total = raw_total(shown) if named and named == shown else _total(evidence)
-    rest = unexplained(fitter, evidence.fit, is_sure=True) if judged.unexplained.any() else None
+    nameless = len(evidence.fit.accepted) < len(proof.evidence.fit.accepted)
+    left = judged.unexplained.any() or nameless
+    rest = unexplained(fitter, evidence.fit, is_sure=True) if left else None
     notify('finding the smallest size of every effect that would have shown')
     sizes = smallest_sizes(beside.fitter, proof.found, proof.kept, raw, training, names)
-    verdict, limit = _verdict(judged, named, bool(pairs), len(fitted) > len(named)), None
+    verdict, limit = _verdict(judged, named, bool(pairs), bool(unsure)), None
     if verdict == 'no_discrepancy' and shows_too_little(sizes, arm, about):
         verdict, limit = 'insufficient_excitation', _limit(evidence, names, about)
     diagnosis = Diagnosis(
@@ -104,10 +106,11 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
         tuple(one.row() for one in sizes), total,
         residuals(fitter, first, evidence.fit, inside(fitter.balancer.time, held_out)),
         replace(facts, training=training, held_out=held_out), origin.arm_file, origin.version, 0.0,
-        (*filter(None, held_back), *proof.remarks, *_not_gaining(raw, shown),
+        (*proof.remarks, *_not_gaining(raw, shown),
          *(cause.sentence() for cause in beside.nameless), *aside, *_between(raw.measurement),
          *remarks(sizes, arm, about, FAST if limit == 'rate' else None)), limited_by=limit,
-        probability=_probability(verdict, named, pairs, judged))
+        probability=_probability(verdict, named, pairs, judged),
+        listed=(*unsure, *too_small(fitter, found, _places(fitted, pairs))))
     diagnosis = replace(diagnosis, steps=next_steps(diagnosis))
     model = replace(_model(evidence, raw, named, pairs), links=given.links)
     return Conclusion(diagnosis, model, evidence)
@@ -117,6 +120,12 @@ def _total(evidence: Grounds) -> TotalGain:
     """Return what all causes gain together on held-out stretches."""
     return gains(evidence.fitter.balancer, evidence.twin, evidence.before, evidence.extended,
                  evidence.held_out).total()
+
+
+def _places(fitted: Sequence[Finding], pairs: Sequence[Alike]) -> set[Place]:
+    """Return the places of all causes that were fitted."""
+    return {*((one.effect, one.joint) for one in fitted),
+            *(place for pair in pairs for place in pair.effects)}
 
 
 def _limit(evidence: Grounds, names: Sequence[str], about: Sequence[Place]) -> str:
@@ -142,11 +151,6 @@ def _sought(arm: Arm, names: Sequence[str] | None,
         return [name for name in names if name not in planar and name not in of_links], tuple(why)
     why = [f'of a chain of links {", ".join(planar)} are not looked for'] if planar else []
     return [name for name in names if name not in planar], tuple(why)
-
-
-def _held_back(finding: Finding, judged: GoodnessOfFit) -> str | None:
-    """Return why a finding is not named, None where it is."""
-    return limited(finding) or (unsure(finding) if judged.unexplained.any() else None)
 
 
 def _model(evidence: Grounds, raw: RawReadings, findings: Sequence[Finding],
@@ -278,9 +282,9 @@ def _probability(verdict: str, findings: tuple[Finding, ...], pairs: Sequence[Al
 
 
 def _verdict(judged: GoodnessOfFit, findings: tuple[Finding, ...], tied: bool,
-             at_limit: bool) -> str:
-    """Return the verdict that the findings, one that is limited, and the rest call for."""
-    if judged.unexplained.any() or at_limit:
+             is_unsure: bool) -> str:
+    """Return the verdict that the findings, one that is not sure, and the rest call for."""
+    if judged.unexplained.any() or is_unsure:
         return 'unknown'
     if tied:
         return 'ambiguous'

@@ -5,7 +5,7 @@ What a dropped cause explained is a rest without a name. So where one goes, the 
 again and judged by what is left without it. Verdict and names beside it are those of any rest.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -24,7 +24,7 @@ from .judging.search import SearchResult
 from .judging.selection_criteria import accepted
 from .judging.site_pattern import misplaced
 from .judging.verdict import alike, certain, findings
-from ..least_squares.term import Term, with_terms
+from ..least_squares.term import Place, Term, with_terms
 from ..measurements.running_clock import Spans
 
 
@@ -43,6 +43,14 @@ class Grounds(NamedTuple):
         fit = self.fit
         return self._replace(fitter=fitter, fit=fitter.at(fit.terms, len(fit.accepted),
                                                           fit.slopes))
+
+    def without(self, places: Collection[Place]) -> 'Grounds':
+        """Return the same without causes at some places, all others as they are."""
+        fit = self.fit
+        for term in fit.accepted:
+            if term.place in places:
+                fit = self.fitter.lacking(fit, term)
+        return self._replace(fit=fit, extended=self.fitter.on(fit.terms))
 
 
 class Proven(NamedTuple):
@@ -129,9 +137,10 @@ def _findings(evidence: Grounds, found: SearchResult, pairs: Sequence[Alike],
     tied = {place for pair in pairs for place in pair.effects}
     nameable = [term for term in evidence.fit.accepted if term.place not in tied]
     reasons = found.reasons()
+    terms = {term.place: term for term in nameable}
     return tuple(
         replace(one, probability=certain(judged, reasons[one.effect, one.joint],
-                                         (one.effect, one.joint)))
+                                         terms[one.effect, one.joint]))
         for one in findings(evidence.fitter, evidence.fit, reasons, nameable, evidence.twin,
                             evidence.held_out))
 

@@ -16,7 +16,7 @@ VERDICTS = {
     'no_discrepancy': 'Nothing is wrong: the arm is as its model says, within the tolerances.',
     'ambiguous': 'Ambiguous: more than one cause explains this recording equally well.',
     'insufficient_excitation': 'Insufficient excitation: this motion cannot show what is wrong.',
-    'unknown': 'Unknown: something is wrong that no effect of the catalogue explains.',
+    'unknown': 'Unknown: something is wrong, and no effect of the catalogue is sure to be it.',
 }
 RATE_TOO_LOW = ('Insufficient rate: this motion would show what is wrong, sampled more often; at '
                 'this rate it cannot.')
@@ -149,6 +149,22 @@ class Alike:
 
 
 @dataclass(frozen=True)
+class Listed:
+    """A cause that is not told: not sure enough, at a bound of its law, or too small."""
+
+    effect: str
+    joint: str | None
+    parameters: Mapping[str, FittedNumber]
+    probability: float                  # that it is this cause
+    kind: str                           # 'unsure', 'at_bound' or 'small'
+    why: str                            # it is not told, a sentence
+
+    def sentences(self) -> list[str]:
+        """Return why it is not told, and how large it would be."""
+        return [f'  {self.why}', f'    it would be {_numbers(self.parameters)}']
+
+
+@dataclass(frozen=True)
 class Detectable:
     """
     The smallest size of an effect that this recording could have shown 19 times of 20.
@@ -214,6 +230,7 @@ class Diagnosis:
     limited_by: str | None = None   # of insufficient excitation: 'motion' or 'rate'
     probability: float = math.nan   # of the verdict (eq:certainty)
     steps: tuple[str, ...] = ()     # what to measure or to do next
+    listed: tuple[Listed, ...] = ()  # causes that are not told, and why not
 
     @property
     def extends(self) -> bool:
@@ -252,6 +269,7 @@ class Diagnosis:
         return [self.headline, *(_finding_sentence(found) for found in self.findings),
                 *(line for alike in self.ambiguous for line in _alike_sentences(alike)),
                 *_unexplained_sentences(self.unexplained),
+                *(line for one in self.listed for line in one.sentences()),
                 *(f'  {remark}' for remark in self.remarks),
                 *(f'  next: {step}' for step in self.steps)]
 

@@ -14,8 +14,9 @@ from typing import NamedTuple
 
 from .discrepancy_terms import DiscrepancyTerm, DiscrepancyTerms
 from .goodness_of_fit import goodness_of_fit
+from .forward_selection import next_cause, Reason
 from .parameter_constancy import only_steady
-from .search import is_stuck, next_cause, Reason, SearchResult, with_cause, without_unneeded
+from .search import is_stuck, SearchResult, with_cause, without_unneeded
 from .selection_criteria import freedom, open_rest
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES

@@ -23,7 +23,7 @@ from .parameter_constancy import MANY, steady_shares
 from .search import SearchResult
 from ..balances.balance import Balancer, RATE
 from ..balances.healthy_twin import healthy_twin, noise_of, torque_noise_of
-from ..findings.certainty import margin_of_rest
+from ..findings.certainty import margin_of_rest, margin_of_share
 from ..findings.rest import GEAR
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
@@ -100,23 +100,38 @@ def _judged(fitter: Fitter, found: SearchResult, doubted: Sequence[Term]) -> Goo
         left = left - np.where(others, _of_itself(fitter, fit), 0.0)
     rests = left / bar
     curves = _formed(fitter, other, found, counted, trained)
-    formed = [term for term in fit.accepted if curves.get(term.place, 0.0) > 1.0]
+    formed = [term for term in fit.accepted if curves[term.place].share > 1.0]
     apart = [*doubted, *shapeless(fitter, fit, lacking)]
     wrong = [*formed, *apart]
     unexplained = _of_joints(fitter, rests > 1.0, wrong,
                              left <= bar + _CRUDE * _nameless_power(fitter, fit))
     over = {term.place: power / noise for term, power in zip(fit.accepted, powers)}
-    shares = {place: max(float(rests[_acts(power)].max()), curves.get(place, 0.0))
+    shares = {place: max(float(rests[_acts(power)].max()), curves[place].share)
               for place, power in over.items()}
+    margins = {place: _margin_beside(share, left, over[place], curves[place].power)
+               for place, share in shares.items()}
     blamed = {place for place, power in over.items() if (unexplained & _acts(power)).any()}
     if blamed:
         steady = steady_shares(fitter, fit, found.steady)
-        shares |= {place: steady[place] for place in blamed & steady.keys()}
+        margins |= {place: margin_of_rest(steady[place]) for place in blamed & steady.keys()}
         blamed -= steady.keys() - {term.place for term in apart}
     backed = tuple(term for term in found.last.accepted if term.place not in blamed)
-    return GoodnessOfFit(backed, unexplained, over, {
-        place: margin_of_rest(share) for place, share in shares.items()},
-        _margin(rests, unexplained))
+    return GoodnessOfFit(backed, unexplained, over, margins, _margin(rests, unexplained))
+
+
+def _margin_beside(share: float, left: Array, power: Array, curve: float) -> float:
+    """
+    Return the margin by which a cause is no stand-in for what has no name.
+
+    It leaves a `share` of what takes a name back: the powers `left` (c,) over noise, or the power
+    of a `curve`. Or it leaves hardly anything of its own `power` (c,), as no stand-in does.
+    """
+    margin = margin_of_rest(share)
+    if share > 1.0:
+        return margin
+    acts = _acts(power)
+    return max(margin, margin_of_share(float(
+        np.maximum(left[acts], curve).max() / max(power.max(), 1e-300))))
 
 
 def _of_joints(fitter: Fitter, loud: NDArray[np.bool_], wrong: Sequence[Term],
@@ -224,10 +239,17 @@ def _acts(power: Array) -> NDArray[np.bool_]:
     return (power > REST ** 2) | (power >= 0.5 * power.max())
 
 
+class _CurveLeft(NamedTuple):
+    """What the best curve without a name explains beside a cause."""
+
+    share: float        # of what takes a name back
+    power: float        # over noise
+
+
 def _formed(fitter: Fitter, fit: Fit, found: SearchResult, powers: Mapping[Place, Array],
-            trained: float) -> dict[Place, float]:
+            trained: float) -> dict[Place, _CurveLeft]:
     """
-    Return the causes whose rest a simple curve explains, with its share of the bar.
+    Return what a simple curve explains of the rest of each cause.
 
     A curve at the motor is not what a cause in the torsion leaves, nor the reverse, where another
     cause of the joint is nearer; at a joint without one it is held against those of the whole arm.
@@ -240,6 +262,7 @@ def _formed(fitter: Fitter, fit: Fit, found: SearchResult, powers: Mapping[Place
     joints = fitter.arm.labels if whole else {str(term.joint) for term in fit.accepted}
     if not joints:
         return {}
+    none = {term.place: _CurveLeft(0.0, 0.0) for term in fit.accepted}
     rows = fitter.effective * fitter.valid(fit.balance).sum(axis=0)
     shares = {
         place: HYPOTHESES[place[0]].form_share * reason.improvement / trained
@@ -248,20 +271,22 @@ def _formed(fitter: Fitter, fit: Fit, found: SearchResult, powers: Mapping[Place
     shared = sum(share for (name, joint), share in shares.items() if joint is None
                  and HYPOTHESES[name].form_share > Hypothesis.form_share)
 
-    def doubts(curves: Mapping[str, Curve]) -> dict[Place, float]:
-        formed: dict[Place, float] = {}
+    def doubts(curves: Mapping[str, Curve]) -> dict[Place, _CurveLeft]:
+        formed = dict(none)
         for label, curve in curves.items():
             own = [term for term in fit.accepted if term.joint == label]
             near = [term for term in own or whole if {
                 curve.site, effect_named(term.name).site.value} != {'motor', 'torsion'}] or own
             allowed = sum(shares[term.place] for term in near) + (shared if own else 0.0)
             bar = allowed + max(_least(curve, term, powers[term.place].max()) for term in near)
-            formed |= {term.place: max(curve.improvement / bar, formed.get(term.place, 0.0))
-                       for term in near}
+            own_rows = rows[fitter.own_channels(label)].max()
+            left = _CurveLeft(curve.improvement / bar,
+                              float(np.expm1(curve.improvement / max(own_rows, 1.0))))
+            formed |= {term.place: max(left, formed[term.place]) for term in near}
         return formed
 
     formed = doubts(best_curves(fitter, fit, joints))
-    if max(formed.values(), default=0.0) <= 1.0:
+    if max(one.share for one in formed.values()) <= 1.0:
         return formed
     return doubts(best_curves(fitter, fit, joints, _curves_of_itself(fitter, found.last)))
 

@@ -15,7 +15,8 @@ from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 
 from .law_forms import reformed
-from .search import next_cause, SearchResult
+from .forward_selection import next_cause
+from .search import SearchResult
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.solve import condense, prior_weights, step_of

@@ -6,41 +6,28 @@ every step ends with a rest, it weighs the laws of each cause again beside all o
 back to where another cause was nearly as good.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .bounds_reached import ends_at_limit
-from .law_forms import formed_gain, reformed
+from .law_forms import reformed
+from .forward_selection import best_small, cost_formed, exact, look, place_of, Reason, refits, SmallCause
 from .model_comparison import leading
-from .screening import Prospect, screen
 from .selection_criteria import (accepted, confirmed, floor, freedom, material, open_rest,
                                  threshold)
 from ..fitting.derivatives import IMPOSSIBLE
-from ..fitting.fit import CLOSE, Fit, Fitter
-from ..fitting.hypotheses import HYPOTHESES, is_richer, terms_of
+from ..fitting.fit import Fit, Fitter
+from ..fitting.hypotheses import HYPOTHESES, terms_of
 from ..fitting.steps import acts_apart
 from ...least_squares.term import Place, Term
 from ...significance import SCORE_BAR
 
 # Choices unless stated otherwise.
-_CANDIDATES = 6         # fitted in every round, with two steps,
-_FINALISTS = 3          # and the best places of them to the end
 _NEAR = 0.5             # share of an improvement that a cause may lack to be tried in its stead
 _TURNS = 2              # ways that are tried so,
 _BRANCHING = 5          # where no more causes than these were found: a way more costs as much
 _CLOSE = 0.05           # likewise, to be weighed again when all causes are known
-
-
-class Reason(NamedTuple):
-    """Why a cause was accepted."""
-
-    improvement: float          # of the score
-    threshold: float
-    runner_up: Term | None
-    runner_up_gap: float        # score of the runner-up above the accepted one
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,13 +35,15 @@ class SearchResult:
     """
     The outcome of a search: the first and the last fit, and the evidence of every cause.
 
-    Where it was asked, it says by how much the size of each varies (`unsteady_shares`).
+    Where it was asked, it says by how much the size of each varies (`unsteady_shares`). Of what is
+    there and less than what is worth a cause, it has the best.
     """
 
     first: Fit
     last: Fit
     evidence: tuple[Reason, ...]        # one for each accepted term
     steady: Mapping[Place, float] | None = None
+    small: SmallCause | None = None
 
     def with_only(self, fitter: Fitter, kept: Sequence[Term]) -> Fit:
         """
@@ -70,7 +59,7 @@ class SearchResult:
         """Return what was found with some of its terms alone, fitted again."""
         reasons = self.reasons()
         return SearchResult(self.first, self.with_only(fitter, kept),
-                            tuple(reasons[term.place] for term in kept))
+                            tuple(reasons[term.place] for term in kept), small=self.small)
 
     def reasons(self) -> dict[Place, Reason]:
         """Return the evidence by the places of the accepted terms."""
@@ -101,12 +90,16 @@ def search(fitter: Fitter, names: Sequence[str], begun: SearchResult | None = No
         other = _extended(fitter, names, start, notify)
         if _better(fitter, other.last, found.last):
             found = other
-    return _weighed_again(fitter, found)
+    return replace(_weighed_again(fitter, found), small=found.small)
 
 
 def without_noise(fitter: Fitter, found: SearchResult) -> SearchResult:
     """Return what was found without causes that do not stand out of noise as it is known now."""
-    return found.keeping(fitter, confirmed(fitter, found.first, found.last))
+    kept = confirmed(fitter, found.first, found.last)
+    quiet = [SmallCause(found.last, term, reason)
+             for term, reason in zip(found.last.accepted, found.evidence) if term not in kept]
+    largest = max(quiet, key=lambda one: one.reason.improvement, default=found.small)
+    return replace(found.keeping(fitter, kept), small=largest)
 
 
 def _extended(fitter: Fitter, names: Sequence[str], found: SearchResult,
@@ -115,15 +108,18 @@ def _extended(fitter: Fitter, names: Sequence[str], found: SearchResult,
     first, evidence = found.first, found.reasons()
     fit = _simplified(fitter, without_unneeded(fitter, first, found.last), names,
                       evidence)                                 # it may begin with another law
+    small = None
     while open_rest(fitter, fit):
         notify(f'looking for cause {len(fit.accepted) + 1}')
-        step = next_cause(fitter, first, fit, names)
-        taken = None if step is None else with_cause(
-            fitter, first, fit, step, names, evidence)
+        seen = look(fitter, first, fit, names)
+        taken = None if seen.step is None else with_cause(
+            fitter, first, fit, seen.step, names, evidence)
         if taken is None:
+            small = best_small(fitter, seen)
             break
         fit = taken
-    return SearchResult(first, fit, tuple(evidence[term.place] for term in fit.accepted))
+    return SearchResult(first, fit, tuple(evidence[term.place] for term in fit.accepted),
+                        small=small)
 
 
 def with_cause(fitter: Fitter, first: Fit, fit: Fit, step: tuple[Fit, Reason],
@@ -134,7 +130,7 @@ def with_cause(fitter: Fitter, first: Fit, fit: Fit, step: tuple[Fit, Reason],
     The `step` is the best one (`next_cause`). What it rests on is added to the `evidence`.
     """
     extended, reason = step
-    evidence[_place(extended)] = reason
+    evidence[place_of(extended)] = reason
     extended = without_unneeded(fitter, first, extended)
     if fit.score - extended.score < SCORE_BAR:
         return None
@@ -190,7 +186,7 @@ def _other_law(fitter: Fitter, found: SearchResult, term: Term) -> Iterator[Sear
     others = found.last.causes_beside(term)
     without = fitter.fit(others, found.last.nuisance)
     laws = _starts(fitter, others, term.name, term.joint)
-    best = _exact(fitter, _refits(fitter, without, laws))
+    best = exact(fitter, refits(fitter, without, laws))
     if best and _better(fitter, best[0], found.last):
         reasons = found.reasons()
         yield SearchResult(found.first, best[0],
@@ -212,7 +208,7 @@ def _weighed_again(fitter: Fitter, found: SearchResult) -> SearchResult:
         if not all(map(fitter.can_lack_each, fits)):
             continue
         best, other, gap = leading(fitter, found.first, fits, ())
-        if _place(best) != place and not accepted(
+        if place_of(best) != place and not accepted(
                 fitter, found.first, fitter.fit(others, fit.nuisance), best, best.accepted[-1]):
             continue
         found = SearchResult(found.first, best, (
@@ -221,51 +217,9 @@ def _weighed_again(fitter: Fitter, found: SearchResult) -> SearchResult:
     return found
 
 
-def next_cause(fitter: Fitter, first: Fit, fit: Fit,
-               names: Sequence[str]) -> tuple[Fit, Reason] | None:
-    """Return the fit with the best further cause, or None if there is no further cause."""
-    taken = {term.place for term in fit.accepted}
-    prospects = [prospect for prospect in screen(fitter, fit, names)
-                 if prospect.term.place not in taken]
-    promising = [prospect for prospect in _first_places(prospects)
-                 if fit.score - prospect.score > threshold(fitter, prospect.term)]
-    tried = _exact(fitter, _refits(fitter, fit, [each.term for each in promising]))
-    exact = [trial for trial in tried if accepted(fitter, first, fit, trial, trial.accepted[-1])]
-    if not exact:
-        return None
-    refused = {_place(trial) for trial in tried} - {_place(trial) for trial in exact}
-    best, other, gap = leading(fitter, fit, exact, [
-        prospect for prospect in prospects if prospect.term.place not in refused])
-    settled = fitter.fit(best.accepted, best.nuisance)
-    return settled, Reason(fit.score - best.score, threshold(fitter, best.accepted[-1]), other,
-                           gap)
-
-
-def _first_places(prospects: list[Prospect]) -> list[Prospect]:
-    """Return the prospects of the most promising causes, all laws of each."""
-    places = list(dict.fromkeys(each.term.place for each in prospects))
-    first = set(places[:_CANDIDATES])
-    return [each for each in prospects if each.term.place in first]
-
-
-def _place(trial: Fit) -> Place:
-    """Return the place of the last cause of a fit."""
-    return trial.accepted[-1].place
-
-
-def _cost(fitter: Fitter, fit: Fit) -> float:
-    """Return the score of a fit with what the freedom of its causes costs."""
-    return fit.score + sum(freedom(fitter, term) for term in fit.accepted)
-
-
-def _cost_formed(fitter: Fitter, fit: Fit) -> float:
-    """Return what a fit costs with its causes in the forms that fit best."""
-    return _cost(fitter, fit) - formed_gain(fitter, fit)
-
-
 def _better(fitter: Fitter, fit: Fit, than: Fit) -> bool:
     """Return whether a fit, in its best form, costs so much less that it is worth a change."""
-    return _cost_formed(fitter, fit) < _cost_formed(fitter, than) - SCORE_BAR
+    return cost_formed(fitter, fit) < cost_formed(fitter, than) - SCORE_BAR
 
 
 def _starts(fitter: Fitter, others: Sequence[Term], name: str, joint: str | None) -> list[Term]:
@@ -279,42 +233,6 @@ def _starts(fitter: Fitter, others: Sequence[Term], name: str, joint: str | None
     except IMPOSSIBLE:
         return []
     return [start for start in terms_of(arm, name) if start.joint == joint]
-
-
-def _refits(fitter: Fitter, fit: Fit, terms: Sequence[Term]) -> Iterator[Fit]:
-    """Return the fits with one more of these terms, but for those that no arm can have."""
-    for term in terms:
-        try:
-            yield fitter.refit(fit, term)
-        except IMPOSSIBLE:
-            continue
-
-
-def _exact(fitter: Fitter, trials: Iterable[Fit]) -> list[Fit]:
-    """
-    Return the fits of the most promising places to the end, the best first.
-
-    A place may have several laws, and two steps do not show which of them will fit. Of two that
-    fit alike the one with fewer numbers is taken, those with a tolerance too.
-    """
-    tried = sorted(trials, key=lambda trial: _cost(fitter, trial))
-    finalists = list(dict.fromkeys(map(_place, tried)))[:_FINALISTS]
-    best: dict[Place, Fit] = {}
-    refined = (fitter.refined(trial) for trial in tried if _place(trial) in finalists)
-    for trial in sorted((trial for trial in refined if _may_be(fitter, trial)),
-                        key=lambda trial: _cost_formed(fitter, trial)):
-        known = best.setdefault(_place(trial), trial)
-        if (trial.accepted[-1].size < known.accepted[-1].size
-                and _cost_formed(fitter, trial) - _cost_formed(fitter, known) < CLOSE):
-            best[_place(trial)] = trial
-    return list(best.values())
-
-
-def _may_be(fitter: Fitter, fit: Fit) -> bool:
-    """Return if a fit may be accepted: no cause is needed for another, nor does a law do less."""
-    if is_richer(fit.accepted[-1]) and ends_at_limit(fitter, fit, fit.accepted[-1]):
-        return False
-    return fitter.can_lack_each(fit)
 
 
 def without_unneeded(fitter: Fitter, first: Fit, fit: Fit) -> Fit:

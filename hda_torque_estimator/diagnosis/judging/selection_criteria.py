@@ -10,6 +10,7 @@ known, and must stand out of what is noise then.
 """
 
 from collections.abc import Sequence
+from enum import Enum
 
 from hda_arm_sim.model.effects.hypothesis import Hypothesis
 import numpy as np
@@ -41,6 +42,14 @@ _ALL_OF_ALIKE = 0.98    # and to one that it is confused with,
 _ALIKE_REST = 50.0      # of which there must be so much, over noise, that this can be judged
 
 
+class Standing(Enum):
+    """What a term is in a fit."""
+
+    CHANCE = 'no more than its freedom, or the forms of others, would explain'
+    SMALL = 'there, and less than what is worth a cause'
+    CAUSE = 'worth a cause'
+
+
 def freedom(fitter: Fitter, term: Term) -> float:
     """Return what the freedom of a term costs (BIC): a number with a tolerance is not free."""
     return term.freedom * cost_of_number(fitter)
@@ -58,40 +67,48 @@ def threshold(fitter: Fitter, term: Term) -> float:
 
 def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term) -> bool:
     """Return whether a term of an `extended` fit earns its place in it, by a fit without it."""
+    return standing(fitter, first, without, extended, term) is Standing.CAUSE
+
+
+def standing(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term) -> Standing:
+    """Return what a term of an `extended` fit is in it, by a fit without it."""
     beside = extended.causes_beside(term)
     improvement = without.score - extended.score
     if improvement < threshold(fitter, term) or ends_at_limit(fitter, extended, term):
-        return False
+        return Standing.CHANCE
     if not fitter.can_lack_each(extended):
-        return False
+        return Standing.CHANCE
     fair = equal_noise_score(fitter, extended, noise_in(fitter, without))
     improvement = min(improvement, without.score - fair)
     if improvement < threshold(fitter, term):
-        return False
+        return Standing.CHANCE
     if (np.isfinite(HYPOTHESES[term.name].below) and not fitter.balancer.is_commanded
             and gain_below(fitter, without, extended, SLOW) < threshold(fitter, term)):
-        return False                        # what is quick is of commands that nobody recorded
+        return Standing.CHANCE              # what is quick is of commands that nobody recorded
     form = _form_power(fitter, first, without)
     formed = np.inf
     if beside:                              # other forms of what is known may explain as much
         formed = evidence(fitter, without) - evidence(fitter, extended, beside)
         if formed < threshold(fitter, term):
-            return False
+            return Standing.CHANCE
         without, extended = reformed(fitter, without), reformed(fitter, extended, beside)
     improvement -= by_chance(fitter, term)  # asked last: it takes a fit of the twin
     if improvement < threshold(fitter, term):
-        return False
+        return Standing.CHANCE
     improvement = min(improvement, formed)
     if improvement > CERTAIN and alone(fitter, term, beside):
-        return True
-    gain, rest = without.variance - extended.variance, without.variance - fitter.noise ** 2
+        return Standing.CAUSE
+    if not _is_material(fitter, np.zeros_like(form), without, extended):
+        return Standing.SMALL
     if _is_material(fitter, form, without, extended):
-        return True
+        return Standing.CAUSE
+    gain, rest = without.variance - extended.variance, without.variance - fitter.noise ** 2
     alike = any(term.name in HYPOTHESES[other.name].alike for other in beside
                 if other.joint == term.joint)
     least = _ALIKE_REST * fitter.noise ** 2 if alike else floor(fitter)
     nearly_all = gain > (_ALL_OF_ALIKE if alike else _NEARLY_ALL) * rest
-    return improvement > _SURE and bool((nearly_all & (gain > least)).any())
+    explains = improvement > _SURE and bool((nearly_all & (gain > least)).any())
+    return Standing.CAUSE if explains else Standing.CHANCE
 
 
 def alone(fitter: Fitter, term: Term, beside: Sequence[Term]) -> bool:

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from .goodness_of_fit import GoodnessOfFit
 from .held_out_gain import held_out_gain
-from .search import Reason, SearchResult
+from .forward_selection import Reason
+from .search import SearchResult
 from ..balances.balance import Balancer
 from ..findings.certainty import probability
 from ..findings.report import (
@@ -80,7 +81,7 @@ def rival_of(reason: Reason, fit: Fit) -> RunnerUp | None:
     numbers = {} if _vanished(term) else {
         name: _number(term, name, np.nan) for name in
         dict.fromkeys([*HYPOTHESES[term.name].chosen, *named]) if getattr(term.effect, name)}
-    return RunnerUp(term.joint, numbers, 1.0 - probability(_lead(reason)))
+    return RunnerUp(term.joint, numbers, 1.0 - probability(lead_of(reason)))
 
 
 def numbers_of(fitter: Fitter, term: Term, covariance: Array) -> dict[str, FittedNumber]:
@@ -144,17 +145,24 @@ def alike(found: SearchResult, judged: GoodnessOfFit) -> tuple[Alike, ...]:
                 (term.place, other), NO_MOTION if by_nature else sought.experiment,
                 probability=probability(min(judged.margins[term.place],
                                             reason.improvement / reason.threshold)),
-                lead=probability(_lead(reason)) if near else 0.5))
+                lead=probability(lead_of(reason)) if near else 0.5))
     return tuple(pairs)
 
 
-def certain(judged: GoodnessOfFit, reason: Reason, place: Place) -> float:
-    """Return the probability of a cause: that of the weakest of what it rests on."""
-    return probability(min(judged.margins[place], reason.improvement / reason.threshold,
-                           _lead(reason)))
+def certain(judged: GoodnessOfFit, reason: Reason, term: Term) -> float:
+    """
+    Return the probability of a cause: that of the weakest of what it rests on.
+
+    A runner-up with more numbers does not count: one that contains the cause explains as well.
+    """
+    rival = reason.runner_up
+    richer = rival is not None and rival.freedom > term.freedom
+    lead = np.inf if richer else lead_of(reason)
+    return probability(min(judged.margins[term.place], reason.improvement / reason.threshold,
+                           lead))
 
 
-def _lead(reason: Reason) -> float:
+def lead_of(reason: Reason) -> float:
     """Return the margin by which a cause leads its runner-up, in differences that tie."""
     if reason.runner_up is None:
         return np.inf

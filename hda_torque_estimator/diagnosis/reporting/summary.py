@@ -106,10 +106,13 @@ def _candidates(diagnosis: Diagnosis) -> list[tuple[tuple[str, str | None],
 def _rest_sentence(diagnosis: Diagnosis) -> str:
     rest = diagnosis.unexplained
     what = 'beside what is named so far, something else' if diagnosis.findings else 'something'
-    if rest is None:
-        return f'{what} is wrong that no effect of the catalogue explains'
-    return (f'{what} is wrong {_SAID.get(rest.site, "at")} {where(rest.joint)} '
-            'that no effect of the catalogue explains')
+    place = '' if rest is None else f' {_SAID.get(rest.site, "at")} {where(rest.joint)}'
+    likely = [f'that {cause_sentence(one.effect, one.joint, one.parameters)} is '
+              f'{percent(one.probability)} probable' for one in diagnosis.listed
+              if one.kind == 'unsure']
+    if likely:
+        return f'{what} is wrong{place}, and no name for it is sure: {likely[0]}'
+    return f'{what} is wrong{place} that no effect of the catalogue explains'
 
 
 def marks(diagnosis: Diagnosis) -> list[Mark]:

@@ -1,0 +1,145 @@
+"""
+One step of forward selection: the best further cause of all hypotheses, if one is worth it.
+
+All are weighed to first order. The most promising are fitted with two steps, and the best of those
+to the end, each with all of its laws.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple
+
+from .bounds_reached import ends_at_limit
+from .law_forms import formed_gain
+from .model_comparison import leading
+from .screening import Prospect, screen
+from .selection_criteria import freedom, Standing, standing, threshold
+from ..fitting.derivatives import IMPOSSIBLE
+from ..fitting.fit import CLOSE, Fit, Fitter
+from ..fitting.hypotheses import is_richer
+from ...least_squares.term import Place, Term
+
+# Choices unless stated otherwise.
+_CANDIDATES = 6         # fitted in every round, with two steps,
+_FINALISTS = 3          # and the best places of them to the end
+
+
+class Reason(NamedTuple):
+    """Why a cause was accepted."""
+
+    improvement: float          # of the score
+    threshold: float
+    runner_up: Term | None
+    runner_up_gap: float        # score of the runner-up above the accepted one
+
+
+class Round(NamedTuple):
+    """What one look for a further cause found."""
+
+    fit: Fit                            # what was known before
+    step: tuple[Fit, Reason] | None     # with the best further cause, None if there is none
+    small: tuple[Fit, ...] = ()         # with what is there and less than a cause
+
+
+class SmallCause(NamedTuple):
+    """What is there and less than what is worth a cause: a term of a fit."""
+
+    fit: Fit
+    term: Term
+    reason: Reason
+
+
+def next_cause(fitter: Fitter, first: Fit, fit: Fit,
+               names: Sequence[str]) -> tuple[Fit, Reason] | None:
+    """Return the fit with the best further cause, or None if there is no further cause."""
+    return look(fitter, first, fit, names).step
+
+
+def look(fitter: Fitter, first: Fit, fit: Fit, names: Sequence[str]) -> Round:
+    """Return what a look for one more cause beside those of a fit finds."""
+    taken = {term.place for term in fit.accepted}
+    prospects = [prospect for prospect in screen(fitter, fit, names)
+                 if prospect.term.place not in taken]
+    promising = [prospect for prospect in _first_places(prospects)
+                 if fit.score - prospect.score > threshold(fitter, prospect.term)]
+    tried = exact(fitter, refits(fitter, fit, [each.term for each in promising]))
+    are = [standing(fitter, first, fit, trial, trial.accepted[-1]) for trial in tried]
+    causes = [trial for trial, is_ in zip(tried, are) if is_ is Standing.CAUSE]
+    if not causes:
+        return Round(fit, None, tuple(trial for trial, is_ in zip(tried, are)
+                                      if is_ is Standing.SMALL))
+    refused = {place_of(trial) for trial in tried} - {place_of(trial) for trial in causes}
+    best, other, gap = leading(fitter, fit, causes, [
+        prospect for prospect in prospects if prospect.term.place not in refused])
+    settled = fitter.fit(best.accepted, best.nuisance)
+    return Round(fit, (settled, _reason(fitter, fit, best, other, gap)))
+
+
+def _reason(fitter: Fitter, fit: Fit, best: Fit, other: Term | None, gap: float) -> Reason:
+    """Return why a fit is better than another that lacks its last cause."""
+    return Reason(fit.score - best.score, threshold(fitter, best.accepted[-1]), other, gap)
+
+
+def best_small(fitter: Fitter, seen: Round) -> SmallCause | None:
+    """Return the best of what is there and less than a cause, None where nothing is."""
+    if not seen.small:
+        return None
+    best, other, gap = leading(fitter, seen.fit, seen.small, ())
+    return SmallCause(best, best.accepted[-1], _reason(fitter, seen.fit, best, other, gap))
+
+
+def _first_places(prospects: list[Prospect]) -> list[Prospect]:
+    """Return the prospects of the most promising causes, all laws of each."""
+    places = list(dict.fromkeys(each.term.place for each in prospects))
+    first = set(places[:_CANDIDATES])
+    return [each for each in prospects if each.term.place in first]
+
+
+def place_of(trial: Fit) -> Place:
+    """Return the place of the last cause of a fit."""
+    return trial.accepted[-1].place
+
+
+def _cost(fitter: Fitter, fit: Fit) -> float:
+    """Return the score of a fit with what the freedom of its causes costs."""
+    return fit.score + sum(freedom(fitter, term) for term in fit.accepted)
+
+
+def cost_formed(fitter: Fitter, fit: Fit) -> float:
+    """Return what a fit costs with its causes in the forms that fit best."""
+    return _cost(fitter, fit) - formed_gain(fitter, fit)
+
+
+def refits(fitter: Fitter, fit: Fit, terms: Sequence[Term]) -> Iterator[Fit]:
+    """Return the fits with one more of these terms, but for those that no arm can have."""
+    for term in terms:
+        try:
+            yield fitter.refit(fit, term)
+        except IMPOSSIBLE:
+            continue
+
+
+def exact(fitter: Fitter, trials: Iterable[Fit]) -> list[Fit]:
+    """
+    Return the fits of the most promising places to the end, the best first.
+
+    A place may have several laws, and two steps do not show which of them will fit. Of two that
+    fit alike the one with fewer numbers is taken, those with a tolerance too.
+    """
+    tried = sorted(trials, key=lambda trial: _cost(fitter, trial))
+    finalists = list(dict.fromkeys(map(place_of, tried)))[:_FINALISTS]
+    best: dict[Place, Fit] = {}
+    refined = (fitter.refined(trial) for trial in tried if place_of(trial) in finalists)
+    for trial in sorted((trial for trial in refined if _may_be(fitter, trial)),
+                        key=lambda trial: cost_formed(fitter, trial)):
+        known = best.setdefault(place_of(trial), trial)
+        if (trial.accepted[-1].size < known.accepted[-1].size
+                and cost_formed(fitter, trial) - cost_formed(fitter, known) < CLOSE):
+            best[place_of(trial)] = trial
+    return list(best.values())
+
+
+def _may_be(fitter: Fitter, fit: Fit) -> bool:
+    """Return if a fit may be accepted: no cause is needed for another, nor does a law do less."""
+    if is_richer(fit.accepted[-1]) and ends_at_limit(fitter, fit, fit.accepted[-1]):
+        return False
+    return fitter.can_lack_each(fit)
