@@ -55,7 +55,7 @@ def test_what_is_not_sure_or_at_a_bound_is_listed_with_its_size():
     assert first['probability'] == 0.63 and first['parameters']['level']['value'] == 0.05
     said = ' '.join(shown.sentences())
     assert 'is not named: it is 63 % sure' in said and 'it would be level = 0.05' in said
-    assert '63 % probable' in headline(shown) and 'asymmetr' not in headline(shown)
+    assert '63.0 % probable' in headline(shown) and 'asymmetr' not in headline(shown)
 
 
 def test_a_cause_that_leaves_a_thousandth_of_what_it_explains_is_no_stand_in():

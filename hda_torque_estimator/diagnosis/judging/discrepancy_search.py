@@ -13,8 +13,8 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from .discrepancy_terms import DiscrepancyTerm, DiscrepancyTerms
-from .goodness_of_fit import goodness_of_fit
 from .forward_selection import next_cause, Reason
+from .goodness_of_fit import goodness_of_fit
 from .parameter_constancy import only_steady
 from .search import is_stuck, SearchResult, with_cause, without_unneeded
 from .selection_criteria import freedom, open_rest

@@ -14,8 +14,8 @@ from dataclasses import replace
 from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 
-from .law_forms import reformed
 from .forward_selection import next_cause
+from .law_forms import reformed
 from .search import SearchResult
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES

@@ -11,8 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .forward_selection import (best_small, cost_formed, exact, look, place_of, Reason, refits,
+                                SmallCause)
 from .law_forms import reformed
-from .forward_selection import best_small, cost_formed, exact, look, place_of, Reason, refits, SmallCause
 from .model_comparison import leading
 from .selection_criteria import (accepted, confirmed, floor, freedom, material, open_rest,
                                  threshold)

@@ -107,11 +107,11 @@ def _rest_sentence(diagnosis: Diagnosis) -> str:
     rest = diagnosis.unexplained
     what = 'beside what is named so far, something else' if diagnosis.findings else 'something'
     place = '' if rest is None else f' {_SAID.get(rest.site, "at")} {where(rest.joint)}'
-    likely = [f'that {cause_sentence(one.effect, one.joint, one.parameters)} is '
-              f'{percent(one.probability)} probable' for one in diagnosis.listed
-              if one.kind == 'unsure']
+    likely = [f'{percent(one.probability)} probable: '
+              + cause_sentence(one.effect, one.joint, one.parameters)
+              for one in diagnosis.listed if one.kind == 'unsure']
     if likely:
-        return f'{what} is wrong{place}, and no name for it is sure: {likely[0]}'
+        return f'{what} is wrong{place}, and no name for it is sure ({likely[0]})'
     return f'{what} is wrong{place} that no effect of the catalogue explains'
 
 
