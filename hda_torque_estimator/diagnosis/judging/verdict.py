@@ -7,9 +7,9 @@ from hda_arm_sim.model.effects.hypothesis import Hypothesis
 import numpy as np
 from numpy.typing import NDArray
 
+from .forward_selection import Reason
 from .goodness_of_fit import GoodnessOfFit
 from .held_out_gain import held_out_gain
-from .forward_selection import Reason
 from .search import SearchResult
 from ..balances.balance import Balancer
 from ..findings.certainty import probability
