@@ -32,6 +32,7 @@ WINDOW, _DEGREE = 0.021, 5      # of the polynomials [s]
 SHORT = 0.009                   # window for what passes a filter of its own later [s]
 # (measured: turns at the torque limit were wrong by 60 deviations)
 _JOLT = 30.0            # accelerations of two windows this far apart, in the usual distance
+_LONGER = 4             # samples by which the long window has more than the short one, at least
 
 
 class MeasuredMotion(NamedTuple):
@@ -114,13 +115,17 @@ def jolts(measurement: Measurement) -> NDArray[np.bool_]:
     Return where a link is jolted faster than the samples resolve (k,).
 
     There the accelerations by the short and the long window fall apart, far beyond noise and
-    beyond all that the link usually does.
+    beyond all that the link usually does. Both are windows of the samples that were recorded, so
+    the shortest of a slow recording has as many as its polynomial needs.
     """
-    link = measurement.reading[:, :, LINK]
-    long = _derivative(link, 2, WINDOW, measurement.dt)
-    apart = np.abs(_derivative(link, 2, SHORT, measurement.dt) - long)
+    parts = measurement.parts
+    link, dt = measurement.reading[::parts, :, LINK], parts * measurement.dt
+    few = _length(SHORT, dt)
+    long = _second(link, max(_length(WINDOW, dt), few + _LONGER), dt)
+    apart = np.abs(_second(link, few, dt) - long)
     usual = np.maximum(_JOLT * np.median(apart, axis=0), np.std(long, axis=0))
-    return np.asarray((apart > usual).any(axis=1))
+    jolted = np.asarray((apart > usual).any(axis=1))
+    return np.repeat(jolted, parts)[:len(measurement.reading)]
 
 
 def smoothed(values: Array, dt: float) -> Array:
@@ -130,10 +135,19 @@ def smoothed(values: Array, dt: float) -> Array:
 
 def _derivative(angles: Array, order: int, window: float, dt: float) -> Array:
     """Return a derivative of angles by polynomials over a window [s]."""
-    length = max(_DEGREE + 2, 2 * round(0.5 * window / dt) + 1)
     start = angles[0] if order == 0 else 0.0
-    return np.asarray(savgol_filter(angles - angles[0], length, _DEGREE, deriv=order, delta=dt,
-                                    axis=0) + start)
+    return np.asarray(savgol_filter(angles - angles[0], _length(window, dt), _DEGREE, deriv=order,
+                                    delta=dt, axis=0) + start)
+
+
+def _second(angles: Array, length: int, dt: float) -> Array:
+    """Return the second derivative of angles by polynomials over so many samples."""
+    return np.asarray(savgol_filter(angles - angles[0], length, _DEGREE, deriv=2, delta=dt, axis=0))
+
+
+def _length(window: float, dt: float) -> int:
+    """Return how many samples a window [s] has, as many as its polynomial needs at least."""
+    return max(_DEGREE + 2, 2 * round(0.5 * window / dt) + 1)
 
 
 @compiled
