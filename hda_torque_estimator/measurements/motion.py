@@ -142,7 +142,8 @@ def _derivative(angles: Array, order: int, window: float, dt: float) -> Array:
 
 def _second(angles: Array, length: int, dt: float) -> Array:
     """Return the second derivative of angles by polynomials over so many samples."""
-    return np.asarray(savgol_filter(angles - angles[0], length, _DEGREE, deriv=2, delta=dt, axis=0))
+    return np.asarray(savgol_filter(angles - angles[0], length, _DEGREE, deriv=2, delta=dt,
+                                    axis=0))
 
 
 def _length(window: float, dt: float) -> int:

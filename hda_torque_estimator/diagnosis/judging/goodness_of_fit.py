@@ -17,7 +17,7 @@ from hda_arm_sim.model.effects.hypothesis import Hypothesis
 import numpy as np
 from numpy.typing import NDArray
 
-from .discrepancy_curves import best_curves, Curve, improvement_of, Usual, usual_curves
+from .discrepancy_curves import best_curves, Curve, improvement_of, sites, Usual, usual_curves
 from .law_forms import evidence, reformed
 from .parameter_constancy import MANY, steady_shares
 from .search import SearchResult
@@ -252,7 +252,8 @@ def _formed(fitter: Fitter, fit: Fit, found: SearchResult, powers: Mapping[Place
     Return what a simple curve explains of the rest of each cause.
 
     A curve at the motor is not what a cause in the torsion leaves, nor the reverse, where another
-    cause of the joint is nearer; at a joint without one it is held against those of the whole arm.
+    cause of the joint is nearer. At a joint without one it is held against those of the whole arm
+    that act where it is.
     Whose curve it is cannot be identified among those that are near, so it may be what all of
     their laws leave together, and laws of several forms of the whole arm. The `powers` (c,) of the
     causes are over noise; what these improve was found on the share `trained` of the rows that are
@@ -275,8 +276,12 @@ def _formed(fitter: Fitter, fit: Fit, found: SearchResult, powers: Mapping[Place
         formed = dict(none)
         for label, curve in curves.items():
             own = [term for term in fit.accepted if term.joint == label]
-            near = [term for term in own or whole if {
+            shown = sites(fitter, label)[curve.site]
+            acting = [term for term in whole if _acts(powers[term.place])[shown].any()]
+            near = [term for term in own or acting if {
                 curve.site, effect_named(term.name).site.value} != {'motor', 'torsion'}] or own
+            if not near:
+                continue
             allowed = sum(shares[term.place] for term in near) + (shared if own else 0.0)
             bar = allowed + max(_least(curve, term, powers[term.place].max()) for term in near)
             own_rows = rows[fitter.own_channels(label)].max()
