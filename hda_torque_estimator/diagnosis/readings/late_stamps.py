@@ -21,6 +21,7 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import ClockJitter
 from hda_arm_sim.stamping import Stamper
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import convolve1d, median_filter
 from scipy.signal import savgol_filter
 
@@ -65,7 +66,7 @@ class _Spread(NamedTuple):
 
     whole: float
     without: float
-    count: float
+    apart: float
 
 
 def clock_jitter(slips: StampSlips, seen: Mask, arm: Arm) -> RawCause | None:
@@ -225,17 +226,17 @@ def _size(slips: StampSlips, rows: Mask) -> float:
 
 def _least(arm: Arm, dt: float) -> float:
     """Return the jitter that is tolerable, or that is stated [samples]."""
-    stated = arm.effect(ClockJitter.name, None)
-    return max(TOLERABLE, _LARGER * stated.jitter / dt)
+    stated, = arm.effect(ClockJitter.name, None).values()
+    return max(TOLERABLE, _LARGER * stated / dt)
 
 
 def _evidence(spread: _Spread, least: float) -> float:
     """Return twice the log likelihood ratio of such slips to those of a tolerable jitter."""
     ratio = spread.whole / (spread.without + least ** 2)
-    return spread.count * (ratio - 1.0 - math.log(ratio)) if ratio > 1.0 else 0.0
+    return spread.apart * (ratio - 1.0 - math.log(ratio)) if ratio > 1.0 else 0.0
 
 
-def _without(rows: Mask, part: Array) -> Mask:
+def _without(rows: Mask, part: NDArray[np.intp]) -> Mask:
     """Return rows without some of them."""
     kept = rows.copy()
     kept[part] = False
