@@ -33,7 +33,8 @@ from ...measurements.measurement import Measurement
 from ...significance import NORMAL_90, NORMAL_MEDIAN, SCORE_BAR
 
 # Choices unless stated otherwise.
-# (choice: a speed that is the change from sample to sample is then off by 1.4 % of itself)
+# (measured: by it the estimated torque of a moving arm is off by 1.6 % more, by 0.05 of a sample
+# 13 % more, by 0.1 of a sample 49 times as far)
 TOLERABLE = 0.01        # jitter that nobody would call wrong [samples]
 _LARGER = 1.5           # jitters, of that which is stated, from which there is more
 _WINDOW, _DEGREE = 17, 3        # of the polynomials that give the speed [samples]
