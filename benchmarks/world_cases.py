@@ -22,7 +22,8 @@ LEFT_OUT = 'left out'
 LENGTHS = (15.0, 60.0, 240.0, 600.0)        # of the recordings of one arm [s]
 BAGS = 5                        # of 12 s each, of one arm
 NOT_MANY = {'external_contact', 'base_vibration', 'inertial_coupling', 'payload',
-            'torque_saturation', 'presliding_friction', 'coarse_quantisation', 'dropped_samples'}
+            'torque_saturation', 'presliding_friction', 'coarse_quantisation', 'dropped_samples',
+            'clock_jitter'}
 
 
 @dataclass(frozen=True)

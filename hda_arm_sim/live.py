@@ -1,7 +1,8 @@
 """
 The simulated arm as a driver would present it: samples out, commands and pushes in.
 
-Time is that of the samples: stamps advance by exactly one period, and nothing here reads a clock.
+Time is that of the samples: it advances by exactly one period, and nothing here reads a clock.
+A host may stamp them later.
 """
 
 from dataclasses import dataclass
@@ -16,6 +17,7 @@ from .model.arm import Arm
 from .motions import home_of
 from .plant import Plant
 from .simulate import checked, on_tip
+from .stamping import Stamper
 from .start import start_of
 
 LONGEST_HOLD = 50_000_000       # time for which a command stays in force [ns]
@@ -51,7 +53,8 @@ class SimulationSettings(Declared):
 class DriverSample(NamedTuple):
     """One sample of the arm: what its driver shows, and what is true."""
 
-    stamp: int                  # [ns]
+    stamp: int                  # as the driver states it [ns]
+    taken: int                  # when it was taken [ns]
     reading: Array              # (n, 4) angles and velocities of shaft and link
     motor_torque: Array         # (n,) in force from the stamp until the next, shaft [N*m]
     joint_torque: Array         # (n,) true, through the gear [N*m]
@@ -63,7 +66,9 @@ class LiveArm:
 
     def __init__(self, arm: Arm, settings: SimulationSettings, first_stamp: int) -> None:
         """Start at rest in the posture where motions start; raises ArmError without links."""
-        self.arm, self.settings, self.stamp = checked(arm), settings, first_stamp
+        self.arm, self.settings = checked(arm), settings
+        self._stamper = Stamper(arm, int(settings.seed))
+        self.begin(first_stamp)
         self._limits = np.array([joint.torque_limit for joint in arm.joints])
         self.axes = on_tip(arm, np.zeros((1, 2))).shape[1]      # components of what acts on it
         self.saturated = 0              # commands beyond the limit of a motor
@@ -71,8 +76,8 @@ class LiveArm:
         self.reset()
 
     def begin(self, stamp: int) -> None:
-        """Give the next sample this stamp [ns]."""
-        self.stamp = stamp
+        """Take the next sample at this time [ns]."""
+        self.stamp = self._stated = stamp
 
     def reset(self) -> None:
         """
@@ -95,7 +100,7 @@ class LiveArm:
         """
         if not np.isfinite(torque).all():
             raise Refused('effort not finite', f'efforts must be finite, got {torque.tolist()}')
-        if not 0 <= self.stamp - stamp <= LONGEST_HOLD:
+        if not 0 <= max(self.stamp, self._stated) - stamp <= LONGEST_HOLD:
             raise Refused('stamp out of time', 'the stamp must be copied from a sample of the '
                           f'last {LONGEST_HOLD * 1e-9:g} s, got {stamp * 1e-9:.3f} s at '
                           f'{self.stamp * 1e-9:.3f} s')
@@ -122,15 +127,19 @@ class LiveArm:
         self._force = on_tip(self.arm, force[np.newaxis])[0]
 
     def sample(self) -> DriverSample:
-        """Return the sample of `stamp`; its reading and its truth are the same arrays always."""
+        """Return the sample now; its reading and its truth are the same arrays always."""
         if self._commanded is not None and self.stamp - self._commanded > LONGEST_HOLD:
             self._command, self._commanded = np.zeros_like(self._limits), None
             self.expired += 1
         reading = self._plant.sample()
-        return DriverSample(self.stamp, reading, self._command, self._plant.joint_torque,
-                            self._force)
+        if self._stamper.acts:
+            self._stated = int(self._stamper(np.array([self.stamp]))[0])
+        else:
+            self._stated = self.stamp
+        return DriverSample(self._stated, self.stamp, reading, self._command,
+                            self._plant.joint_torque, self._force)
 
     def advance(self) -> None:
-        """Move the arm on to the next stamp."""
+        """Move the arm on to the next sample."""
         self._plant.advance(self._command, self._force)
         self.stamp += self.settings.period

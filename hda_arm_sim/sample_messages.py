@@ -38,7 +38,7 @@ class SampleEncoder:
 
     def truth(self, sample: DriverSample) -> list[bytes]:
         """Return the messages of `truth_topics` in their order."""
-        messages = [encode(sample.stamp, UNKNOWN, (np.nan, np.nan, torque))
+        messages = [encode(sample.taken, UNKNOWN, (np.nan, np.nan, torque))
                     for encode, torque in zip(self._torques, sample.joint_torque.tolist())]
         on_tip = (sample.tip_force.tolist() + [np.nan] * 4)[:6]     # in a plane there are two
-        return [*messages, self._tip(sample.stamp, tuple(on_tip[:3]), tuple(on_tip[3:]))]
+        return [*messages, self._tip(sample.taken, tuple(on_tip[:3]), tuple(on_tip[3:]))]

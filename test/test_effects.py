@@ -11,7 +11,7 @@ from hda_arm_sim.model.effects import (Backlash, BaseVibration, Effect, effect_n
                                        effects_of, KinematicError, PreslidingFriction, Scope,
                                        Site, TorsionalHysteresis)
 from hda_arm_sim.model.effects.catalogue import effects_at
-from hda_arm_sim.model.effects.place import Bent, DRAG, Turned
+from hda_arm_sim.model.effects.place import Bent, DRAG, STAMP, Turned
 from hda_arm_sim.model.effects.transmission import LoadedKinematicError
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.kernel import growth
@@ -20,6 +20,7 @@ from hda_arm_sim.model.typical_sizes import SIZED, typical
 from hda_arm_sim.motions import motion
 from hda_arm_sim.plant import Plant
 from hda_arm_sim.simulate import rest
+from hda_arm_sim.stamping import Stamper
 from hda_torque_estimator.estimating.laws.torsion_torque import torque_through_gear
 from hypothesis import given, strategies as st
 import numpy as np
@@ -45,7 +46,8 @@ CATALOGUE = {
     'link_encoder_eccentricity': (JOINT, TORSION), 'motor_encoder_eccentricity': (JOINT, TORSION),
     'encoder_scale_error': (JOINT, TORSION), 'encoder_interpolation_error': (JOINT, SENSING),
     'coarse_quantisation': (JOINT, SENSING), 'clock_skew': (JOINT, TIMING),
-    'dropped_samples': (ARM, TIMING), 'link_bearing_friction': (JOINT, LINK),
+    'dropped_samples': (ARM, TIMING), 'clock_jitter': (ARM, TIMING),
+    'link_bearing_friction': (JOINT, LINK),
     'payload': (ARM, LINK), 'link_inertia_error': (JOINT, LINK), 'inertial_coupling': (ARM, LINK),
     'base_tilt': (ARM, LINK), 'cable_spring': (JOINT, LINK), 'external_contact': (ARM, LINK),
     'base_vibration': (ARM, LINK), 'bearing_crosstalk': (JOINT, TORSION)}
@@ -71,6 +73,7 @@ SIZES: dict[str, dict[str, float]] = {
     'encoder_interpolation_error': {'amplitude': 1e-5, 'lines': 5000.0},
     'coarse_quantisation': {'motor_step': 0.006, 'link_step': 1e-5},
     'clock_skew': {'skew': 2e-4}, 'dropped_samples': {'rate': 0.02},
+    'clock_jitter': {'jitter': 1e-4},
     'link_bearing_friction': {'level': 1.0}, 'payload': {'mass': 1.0},
     'link_inertia_error': {'error': 0.1}, 'inertial_coupling': {'share': -1.0},
     'base_tilt': {'tilt': 0.03, 'direction': 1.0},
@@ -149,11 +152,15 @@ def test_neutral_does_nothing_to_the_bit(kind):
 
 
 @KINDS
-def test_effect_shows_in_what_the_encoders_say(kind):
-    readings, _ = trace(HEALTHY.with_effect(sized(kind), place(kind)))
+def test_effect_shows_in_what_the_encoders_say_or_in_their_stamps(kind):
+    arm = HEALTHY.with_effect(sized(kind), place(kind))
+    readings, _ = trace(arm)
     assert np.isfinite(readings[1:]).all()
     change = np.abs(readings - HEALTHY_TRACE[0])[1:, :, :2]
-    assert change.max() > 1e-6
+    taken = 1_000_000 * np.arange(len(readings))
+    late = Stamper(arm, 5)(taken) - taken
+    assert (change.max() > 1e-6, late.max() > 1000) == (
+        kind.place is not STAMP, kind.place is STAMP)
 
 
 @KINDS

@@ -18,8 +18,8 @@ TABLES = Path(__file__).parent / 'truth' / 'README.md'
 LISTED = Path(__file__).parents[2] / 'shared' / 'design' / 'catalogue.md'
 MOTOR_STEP, LINK_STEP = 2.0 * np.pi / 16384, 2.0 * np.pi / 4e6
 ONLY_READ = {                   # what the link encoder shows and the arm does not do
-    'bearing_crosstalk', 'clock_skew', 'encoder_drift', 'encoder_interpolation_error',
-    'encoder_scale_error', 'link_encoder_eccentricity'}
+    'bearing_crosstalk', 'clock_jitter', 'clock_skew', 'encoder_drift',
+    'encoder_interpolation_error', 'encoder_scale_error', 'link_encoder_eccentricity'}
 NAMES = pytest.mark.parametrize('name', EFFECTS)
 
 

@@ -32,8 +32,8 @@ ASKED: dict[str, tuple[float, tuple[str, ...]]] = {
     'sensing, ripple, tilt, cable, skew': (0.03, (
         'torque_ripple', 'motor_cogging', 'kinematic_error', 'bearing_crosstalk',
         'link_encoder_eccentricity', 'motor_encoder_eccentricity', 'encoder_scale_error',
-        'encoder_interpolation_error', 'clock_skew', 'dropped_samples', 'base_tilt',
-        'cable_spring', 'inertial_coupling')),
+        'encoder_interpolation_error', 'clock_skew', 'dropped_samples', 'clock_jitter',
+        'base_tilt', 'cable_spring', 'inertial_coupling')),
     'friction, damping, payload': (0.07, (
         'coulomb_friction', 'viscous_friction', 'nonlinear_viscous_friction',
         'stribeck_friction', 'presliding_friction', 'load_dependent_friction',

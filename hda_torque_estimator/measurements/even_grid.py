@@ -27,13 +27,21 @@ def on_grid(measurement: Measurement) -> Measurement:
     """
     if np.abs(measurement.past).max(initial=0.0) < LEAST:
         return replace(measurement, past=np.zeros(0))
-    rate = np.gradient(measurement.reading, measurement.dt, axis=0)
-    moved = measurement.past[:, None, None] * rate
-    even, recorded = _roughness(measurement.reading - moved), _roughness(measurement.reading)
+    stamped = as_stamped(measurement)
+    moved = measurement.reading - stamped
+    even, recorded = _roughness(stamped), _roughness(measurement.reading)
     if even.sum() < recorded.sum():
-        return replace(measurement, reading=measurement.reading - moved)
+        return replace(measurement, reading=stamped)
     known = (_roughness(moved) < recorded).all()
     return measurement if known else replace(measurement, past=np.zeros(0))
+
+
+def as_stamped(measurement: Measurement) -> Array:
+    """Return the readings at the ticks (k, n, 2) [rad], if each was taken when its stamp says."""
+    if not len(measurement.past):
+        return measurement.reading
+    rate = np.gradient(measurement.reading, measurement.dt, axis=0)
+    return np.asarray(measurement.reading - measurement.past[:, None, None] * rate)
 
 
 def _roughness(reading: Array) -> Array:

@@ -16,6 +16,7 @@ from hda_arm_sim.motions import Motion, pushed_link
 from hda_arm_sim.plant import observe
 from hda_arm_sim.sensors import DRAWS, sample_lost
 from hda_arm_sim.simulate import checked, longest_step, on_tip, STEP, step_count
+from hda_arm_sim.stamping import Stamper
 from hda_arm_sim.start import start_of
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +44,7 @@ class ClosedLoopRun:
     estimated_torque: Array     # (k, n) as the controller saw it [N*m], NaN without an estimator
     force: Array                # (k, 2) on the tip, base frame [N]; of a chain the wrench (k, 6)
     state: Array                # (k, n, STATES) true
+    late: NDArray[np.int64]     # (k,) by how much each was stamped after its time [ns]
     pushed: int = 0             # link that the wrench acted on at its end, 0 for the tip
 
 
@@ -75,7 +77,7 @@ def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
     believed, start = known_arm.torsion_only(), start_of(true_arm, motion.angle[0])
     belief, whole = believed.record(), known_arm.record()
     samples, joints = motion.angle.shape
-    noise = _noise(samples, joints, seed)
+    noise, late = _noise(samples, joints, seed), _late(true_arm, motion, seed)
     reference = np.stack([motion.angle, motion.rate], axis=2)
     reading, states = np.empty((samples, joints, 4)), np.empty((samples, joints, STATES))
     torques = np.zeros((3, samples, joints))
@@ -84,14 +86,27 @@ def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
                    controller_settings(known_arm, controller),
                    control.ControlledArm(whole, loaded_inertia(whole.body)), estimator is not None)
     _run(plant, minds, registers(start.state, pushed_link(true_arm, motion)),
-         _Plan(np.ascontiguousarray(reference), motion.force, noise, start.command, dt,
-               step_count(dt, min(STEP, longest_step(true_arm)))),
+         _Plan(np.ascontiguousarray(reference), motion.force, noise, start.command,
+               _since(late, dt),
+               dt, step_count(dt, min(STEP, longest_step(true_arm)))),
          _RunArrays(reading, states, torques))
     if estimator is None:
         torques[2] = np.nan
     return ClosedLoopRun(motion.time, reading, torques[0], torques[1], torques[2], motion.force,
-                         states,
-                         motion.pushed)
+                         states, late, motion.pushed)
+
+
+def _late(arm: Arm, motion: Motion, seed: int) -> NDArray[np.int64]:
+    """Return how late each sample is stamped (k,) [ns]."""
+    taken = np.round(motion.time * 1e9).astype(np.int64)
+    return Stamper(arm, seed)(taken) - taken
+
+
+def _since(late: NDArray[np.int64], dt: float) -> Array:
+    """Return the time from stamp to stamp (k,), by which all who read them reckon [s]."""
+    since = dt + np.diff(late, prepend=0) * 1e-9
+    since[0] = 0.0
+    return np.asarray(since)
 
 
 def _noise(samples: int, joints: int, seed: int) -> Array:
@@ -130,7 +145,7 @@ def _thinned(made: ClosedLoopRun, motion: Motion, every: int,
     reading[:, :, 2:] = rate[np.searchsorted(kept, np.arange(len(rows)), side='right') - 1]
     return ClosedLoopRun(motion.time, reading, made.command[rows], made.joint_torque[rows],
                          made.estimated_torque[rows], motion.force, made.state[rows],
-                         motion.pushed)
+                         made.late[rows], motion.pushed)
 
 
 class _Minds(NamedTuple):
@@ -149,6 +164,7 @@ class _Plan(NamedTuple):
     force: Array
     noise: Array
     held: Array                 # (n,) motor torques until the first answer [N*m]
+    since: Array                # (k,) from the stamp before [s]
     dt: float                   # [s]
     steps: int                  # of the plant in a sample
 
@@ -170,9 +186,9 @@ def _run(plant: ArmRecord, minds: _Minds, w: Array, plan: _Plan, made: _RunArray
     result, tip = np.zeros((joints, layout.RESULTS)), np.zeros(layout.TIP_RESULTS)
     now, command = np.zeros((joints, 4)), plan.held.copy()
     for k in range(plan.reference.shape[0]):
-        since = dt if k > 0 else 0.0
+        since = plan.since[k]
         torques[0, k] = command
-        observe(plant, inertia, w, plan.noise[k], since, now, torques[1, k])
+        observe(plant, inertia, w, plan.noise[k], dt if k > 0 else 0.0, now, torques[1, k])
         made.reading[k], made.states[k] = now, w[:joints, STATE:STATE + STATES]
         if minds.estimates:
             estimate.step(minds.estimator, memory, estimate.EncoderSample(now, command, since),

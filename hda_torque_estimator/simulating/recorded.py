@@ -17,7 +17,8 @@ FIRST_STAMP = 1_000_000_000         # of an offline simulation: bags with a time
 def write_run(bag: BagWriter, arm: Arm, run: ClosedLoopRun) -> None:
     """Write the joint states of a run and what was true: joint torques, forces on tip and link."""
     stamps = FIRST_STAMP + np.round(run.time * 1e9).astype(np.int64)
-    bag.write_joint_states(JOINT_STATES, joint_samples(arm, stamps, run.reading, run.command))
+    bag.write_joint_states(JOINT_STATES, joint_samples(arm, stamps + run.late, run.reading,
+                                                       run.command))
     for label, torque in zip(arm.labels, run.joint_torque.T):
         bag.write_wrenches(truth_joint_torque(label), about_z(stamps, link_frame(label), torque))
     if run.pushed:

@@ -135,6 +135,8 @@ SENSING = (
         size('skew', 's', 0.0, either_sign(5e-5, 3e-4)),)),
     Effect('dropped_samples', 'timing', 'time', (
         size('rate', '1', 0.0, between((0.002, 0.02))),), joints=ARM),
+    Effect('clock_jitter', 'timing', 'time', (
+        size('jitter', 's', 0.0, between((5e-5, 1e-4))),), joints=ARM),
 )
 ENVIRONMENT = (
     Effect('payload', 'link', 'link_acceleration', (

@@ -138,6 +138,8 @@ FORMS: Mapping[str, tuple[Form, ...]] = {
         held('drifting', _E.DRIFTING, share(0.2, 0.6))),
     'dropped_samples': (
         Form('bursts', recording.BURSTS), held('right_stamps', recording.RIGHT_STAMPS)),
+    'clock_jitter': (
+        Form('sampled', recording.SAMPLED), held('busy', recording.BUSY)),
     'payload': (
         Form('own_inertia', _L.OWN_INERTIA, share(0.2, 0.6)),
         held('short', _L.SHORT, share(0.5, 0.9))),

@@ -21,6 +21,11 @@ CLOCK_JITTER = 2e-6             # one sigma of the sampling times; the stamps kn
 LATE = (0.3, 0.9)               # how late a late sample is, in samples
 BURST = 8                       # samples of a burst of mishaps
 BURSTS, RIGHT_STAMPS = 1, 2     # forms of dropped_samples (`forms.py`)
+SAMPLED, BUSY = 1, 2            # forms of clock_jitter
+HALF_NORMAL = np.sqrt(1.0 - 2.0 / np.pi)        # deviation of the size of a normal number
+MOST_UNEVEN = 0.4               # of a sample, by which one may be early or late and in order
+AT_ONCE, BUSY_SHARE = 30, 0.3   # samples for which a host is busy or not, and how often it is
+IDLE = 0.2                      # share of a wait that is left while it is not
 OF_THE_ARM = 2                  # streams of chance that belong to the arm: scatter and mounting
 
 
@@ -81,6 +86,7 @@ class _Chance(NamedTuple):
     torque: np.random.Generator
     reading: np.random.Generator
     form: np.random.Generator
+    stamp: np.random.Generator
 
 
 def record(hidden: Sequence[Hidden], reference: Reference, seed: int, *, noise: float = 1.0,
@@ -98,7 +104,7 @@ def record(hidden: Sequence[Hidden], reference: Reference, seed: int, *, noise: 
     body = seed if device.seed is None else device.seed
     chance = _Chance(*(np.random.default_rng(
         [body, stream] if stream < OF_THE_ARM else [seed, stream, *([part] if part else [])])
-        for stream in range(6)))
+        for stream in range(7)))
     given = device.built or Built(layout.nominal_joints(), layout.nominal_arm())
     joints, arm = given.joints.copy(), given.arm.copy()
     if device.scatter:
@@ -108,7 +114,7 @@ def record(hidden: Sequence[Hidden], reference: Reference, seed: int, *, noise: 
     joints['reference_power'] = usual_loss(
         rate, given.joints, 0.25 * joints['thermal_viscosity_amplitude'])
     lead = round(settling / dt)
-    plan, stamps = _plan(_led(angle, rate, force, lead), dt, lead, chance.clock, arm[0], noise)
+    plan, stamps = _plan(_led(angle, rate, force, lead), dt, lead, chance, arm[0], noise)
     _put_off(plan, joints, chance.form)
     jitter = encoders.JITTER * noise * chance.reading.standard_normal((2, len(stamps), 2))
     plan.noise[:] = (arm[0]['powered'] * (joints['noise'] * noise)
@@ -158,20 +164,40 @@ def _led(angle: Array, rate: Array, force: Array | None, lead: int) -> tuple[Arr
             np.concatenate([still, rate]), np.concatenate([still, push, push[-1:]]))
 
 
-def _plan(motion: tuple[Array, Array, Array], dt: float, lead: int, rng: np.random.Generator,
+def _plan(motion: tuple[Array, Array, Array], dt: float, lead: int, chance: _Chance,
           arm: np.void, noise: float) -> tuple[Plan, NDArray[np.int64]]:
     """Return what is given for each sample, and the stamps that go with them."""
     angle, angle_rate, force = motion
-    samples = len(angle)
+    samples, rng = len(angle), chance.clock
     instant = dt * np.arange(-lead, samples - lead + 1, dtype=np.float64)
     instant += CLOCK_JITTER * noise * layout.truncated(rng, samples + 1)
     stamps = START + np.rint(1e9 * instant[:-1]).astype(np.int64)
     fate, late = _mishaps(rng, samples, lead, arm)
     instant[:-1] += dt * late
+    stamps = _stamped(stamps, instant, dt, arm, chance.stamp)
     plan = Plan(np.ascontiguousarray(angle), np.ascontiguousarray(angle_rate), force, instant,
                 np.repeat(instant[:, None], 2, axis=1), fate, np.zeros((samples, 2)),
                 np.zeros((samples, 2)))
     return plan, stamps
+
+
+def _stamped(stamps: NDArray[np.int64], instant: Array, dt: float, arm: np.void,
+             rng: np.random.Generator) -> NDArray[np.int64]:
+    """Return stamps of a host, in their order, or move the sampling under even ones."""
+    jitter, form = arm['clock_jitter_jitter'], arm['clock_jitter_form']
+    if jitter == 0.0:
+        return stamps
+    drawn = rng.standard_normal(len(stamps))
+    if form == SAMPLED:
+        instant[:-1] += np.clip(jitter * drawn, -MOST_UNEVEN * dt, MOST_UNEVEN * dt)
+        return stamps
+    waits = np.abs(drawn) / HALF_NORMAL
+    if form == BUSY:
+        at_work = rng.random(len(stamps) // AT_ONCE + 1) < BUSY_SHARE
+        waits *= np.repeat(np.where(at_work, 1.0, IDLE), AT_ONCE)[:len(stamps)]
+        waits /= waits.std()
+    late, order = jitter * waits, np.arange(len(stamps))
+    return np.maximum.accumulate(stamps + np.rint(1e9 * late).astype(np.int64) - order) + order
 
 
 def _mishaps(rng: np.random.Generator, samples: int, lead: int,

@@ -29,6 +29,7 @@ SEEDS = 1_000_000               # of development; those of the final study come 
 RATES = (100, 125, 200, 250, 500, 1000, 2000)       # of logs [Hz]
 CONTROLLERS = (250, 500, 1000, 2000)    # which a log takes every sample of, or every n-th [Hz]
 SLOWEST_STEP = 0.004            # longest period of a controller [s]
+NOMINAL_CONTROLLER = 1000       # for which the jitter of stamps is drawn [Hz]
 SECONDS = 60.0
 SETTLING = 1.5                  # time at the first angle before a recording begins [s]
 PLAIN = 0.25                    # share of effects that have the form of README.md
@@ -37,8 +38,8 @@ NEEDS_COMMAND = {'torque_constant_error', 'current_loop_lag', 'command_delay',
                  'torque_saturation', 'torque_ripple'}
 TWO_JOINTS = {'inertial_coupling', 'crossed_friction', 'bearing_crosstalk'}
 NEVER_SMALL = {'presliding_friction', 'torque_saturation', 'inertial_coupling',
-               'dropped_samples', 'coarse_quantisation', 'encoder_interpolation_error',
-               'external_contact', 'base_vibration'}
+               'dropped_samples', 'clock_jitter', 'coarse_quantisation',
+               'encoder_interpolation_error', 'external_contact', 'base_vibration'}
 
 
 @dataclass(frozen=True)
@@ -150,6 +151,8 @@ def hide(world: World, effect: str, rng: np.random.Generator, *, shrink: float =
     if 'rest_angle' in drawn.parameters:        # within what the motion passes
         home = arms.HOME[JOINTS.index(drawn.joint or JOINTS[0])]
         drawn.parameters['rest_angle'] = home + 0.4 * (drawn.parameters['rest_angle'] - 0.5)
+    if effect == 'clock_jitter':                # of the samples of its controller
+        drawn.parameters['jitter'] *= NOMINAL_CONTROLLER / world.controller
     if 'onset' in drawn.parameters:
         drawn.parameters['onset'] *= min(world.seconds / SECONDS, 1.0)
     chosen = _form(effect, rng, world.final) if form is None else form

@@ -12,20 +12,20 @@ from .friction import (AsymmetricFriction, CoulombFriction, LoadDependentFrictio
 from .load import CableSpring, InertialCoupling, LinkBearingFriction, LinkInertiaError, Payload
 from .sensing import (BearingCrosstalk, CoarseQuantisation, EncoderInterpolationError,
                       EncoderScaleError, LinkEncoderEccentricity, MotorEncoderEccentricity)
-from .timing import ClockSkew, DroppedSamples
+from .timing import ClockJitter, ClockSkew, DroppedSamples
 from .transmission import (Backlash, KinematicError, StructuralDamping,
                            TorsionalHysteresis)
 
 __all__ = [
     'AsymmetricFriction', 'Backlash', 'BaseTilt', 'BaseVibration', 'BearingCrosstalk',
-    'CableSpring', 'ClockSkew', 'CoarseQuantisation', 'CommandDelay', 'CoulombFriction',
-    'CurrentLoopLag', 'DriveOffset', 'DroppedSamples', 'Effect', 'effect_named', 'EFFECTS',
-    'effects_of', 'EncoderInterpolationError', 'EncoderScaleError', 'ExternalContact',
-    'InertialCoupling', 'KinematicError', 'LinkBearingFriction', 'LinkEncoderEccentricity',
-    'LinkInertiaError', 'LoadDependentFriction', 'MotorCogging', 'MotorEncoderEccentricity',
-    'MotorInertiaError', 'NonlinearViscousFriction', 'Payload', 'PositionDependentFriction',
-    'PreslidingFriction', 'Scope', 'Site', 'StiffeningError', 'StiffnessError',
-    'StribeckFriction', 'StructuralDamping', 'ThermalViscosity', 'TorqueConstantError',
-    'TorqueRipple', 'TorqueSaturation', 'TorsionalHysteresis', 'ViscousFriction',
-    'WaveGeneratorCompliance',
+    'CableSpring', 'ClockJitter', 'ClockSkew', 'CoarseQuantisation', 'CommandDelay',
+    'CoulombFriction', 'CurrentLoopLag', 'DriveOffset', 'DroppedSamples', 'Effect',
+    'effect_named', 'EFFECTS', 'effects_of', 'EncoderInterpolationError', 'EncoderScaleError',
+    'ExternalContact', 'InertialCoupling', 'KinematicError', 'LinkBearingFriction',
+    'LinkEncoderEccentricity', 'LinkInertiaError', 'LoadDependentFriction', 'MotorCogging',
+    'MotorEncoderEccentricity', 'MotorInertiaError', 'NonlinearViscousFriction', 'Payload',
+    'PositionDependentFriction', 'PreslidingFriction', 'Scope', 'Site', 'StiffeningError',
+    'StiffnessError', 'StribeckFriction', 'StructuralDamping', 'ThermalViscosity',
+    'TorqueConstantError', 'TorqueRipple', 'TorqueSaturation', 'TorsionalHysteresis',
+    'ViscousFriction', 'WaveGeneratorCompliance',
 ]

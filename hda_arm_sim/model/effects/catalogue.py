@@ -18,7 +18,7 @@ from .load import CableSpring, InertialCoupling, LinkBearingFriction, LinkInerti
 from .place import Place
 from .sensing import (BearingCrosstalk, CoarseQuantisation, EncoderInterpolationError,
                       EncoderScaleError, LinkEncoderEccentricity, MotorEncoderEccentricity)
-from .timing import ClockSkew, DroppedSamples
+from .timing import ClockJitter, ClockSkew, DroppedSamples
 from .transmission import (Backlash, KinematicError, LoadedKinematicError, StructuralDamping,
                            TorsionalHysteresis)
 from ...foundation.parameter import ParameterError
@@ -56,6 +56,7 @@ EFFECTS: tuple[type[Effect], ...] = (
     CoarseQuantisation,
     ClockSkew,
     DroppedSamples,
+    ClockJitter,
     LinkBearingFriction,
     Payload,
     LinkInertiaError,

@@ -95,6 +95,12 @@ class Sent(NamedTuple):
     chance: Signal = 0.0                # evenly drawn from [0, 1)
 
 
+class Stamped(NamedTuple):
+    """A sample that waits for its stamp."""
+
+    chance: Signal = 0.0                # evenly drawn from [0, 1)
+
+
 class Stated(NamedTuple):
     """A number of the arm file."""
 
@@ -167,6 +173,7 @@ TILTED_READING = Place(
 COUNTS = Place('counts', Counted, 'both angles as they are counted [rad]')
 CLOCK = Place('clock', Triggered, 'reading of the link encoder after the motor encoder [s]')
 SAMPLE = Place('sample', Sent, 'whether the sample is lost')
+STAMP = Place('stamp', Stamped, 'time from the sampling to the stamp [s]')
 MOTOR_INERTIA = Place('motor inertia', Stated, 'the inertia in force [kg*m^2 motor]')
 STIFFNESS = Place('stiffness', Stated, 'the stiffness in force [N*m/rad output]')
 STIFFENING = Place('stiffening', Stated, 'curvature, knees and stiffnesses in force')

@@ -1,12 +1,14 @@
-"""When the encoders are read, and what of it arrives (docs/model.md, eq:skew, dropped)."""
+"""When encoders are read, what arrives, how it is stamped (docs/model.md, eq:skew, dropped)."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from .effect import Effect, KnownBy, Scope, Site
 from .hypothesis import Hypothesis, Typical, Unmeasured
-from .place import CLOCK, Place, SAMPLE, Sent, Signal, Triggered
+from .place import CLOCK, Place, SAMPLE, Sent, Signal, STAMP, Stamped, Triggered
 from .words import Words
 from ...foundation.compiled import compiled, Record
 from ...foundation.parameter import parameter
@@ -22,6 +24,12 @@ def skewed(own: Record, at: Triggered) -> Signal:
 def lost(own: Record, at: Sent) -> bool:
     """Return whether a sample is lost, for a chance drawn evenly from [0, 1), (eq:dropped)."""
     return at.chance < own.rate
+
+
+@compiled
+def waited(own: Record, at: Stamped) -> Signal:
+    """Return how late a sample is stamped, for a chance from [0, 1), (eq:clock-jitter) [s]."""
+    return -own.jitter * np.log1p(-at.chance)
 
 
 @dataclass(frozen=True)
@@ -64,3 +72,22 @@ class DroppedSamples(Effect):
         'loses {size} of its samples', 'drive',
         'Check bus load, cable and the queue of the recorder.', ('rate',))
     rate: float = parameter(0.0, '', 0.0, 0.5, 'share of the samples that are lost')
+
+
+@dataclass(frozen=True)
+class ClockJitter(Effect):
+    """Stamps that do not say when a sample was taken: late by chance, (eq:clock-jitter)."""
+
+    name: ClassVar[str] = 'clock_jitter'
+    cause: ClassVar[str] = 'stamps do not say when a sample was taken'
+    site: ClassVar[Site] = Site.TIMING
+    place: ClassVar[Place] = STAMP
+    acts: ClassVar[tuple[str, ...]] = ('jitter',)
+    scope: ClassVar[Scope] = Scope.ARM
+    law = staticmethod(waited)
+    words: ClassVar[Words] = Words(
+        'stamps its samples with a jitter of {size}', 'drive',
+        'Stamp samples where they are taken, in the drive or a real-time process, not in the '
+        'recorder.', ('jitter',))
+    jitter: float = parameter(
+        0.0, 's', 0.0, 0.01, 'standard deviation of the time from sampling to stamp')

@@ -9,7 +9,8 @@ from collections.abc import Iterator, Sequence
 import math
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import CoarseQuantisation, DroppedSamples, EncoderInterpolationError
+from hda_arm_sim.model.effects import (ClockJitter, CoarseQuantisation, DroppedSamples,
+                                       EncoderInterpolationError)
 
 from .detectable import smallest_in_balances
 from ..findings.smallest import hidden, places, Smallest, WEAKER
@@ -17,6 +18,7 @@ from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ..judging.search import SearchResult
 from ..readings.encoder_steps import SIDES, smallest_step
+from ..readings.late_stamps import smallest_jitter, stamp_slips
 from ..readings.line_error import LINK, smallest_wave
 from ..readings.lost_samples import slips_of, smallest_rate
 from ..readings.raw_readings import RawReadings
@@ -121,3 +123,5 @@ def _in_readings(measurement: Measurement, arm: Arm, training: Spans) -> Iterato
             angles[:, LINK], measurement.dt, seen, stated.values()[LINK]))
     yield Smallest(DroppedSamples.name, None, 'rate',
                    smallest_rate(slips_of(measurement, arm), seen))
+    yield Smallest(ClockJitter.name, None, 'jitter',
+                   smallest_jitter(stamp_slips(measurement), seen, arm))

@@ -77,7 +77,7 @@ def smallest_rate(slips: Slips, seen: Mask) -> float | None:
 
 def slips_of(measurement: Measurement, arm: Arm) -> Slips:
     """Return the slipped samples of a measurement whose encoders count as those of `arm`."""
-    kernel, steps = _through_neighbours(), _steps(arm)
+    kernel, steps = _through_neighbours(), steps_of(arm)
     reading, absent = measurement.reading.copy(), measurement.put_in
     scatter = _scatter(reading - convolve1d(reading, kernel, axis=0), steps,
                        float(np.sqrt(1.0 + kernel @ kernel)))
@@ -131,7 +131,7 @@ def _scatter(away: Array, steps: Array, gain: float) -> Array:
     return np.maximum(np.maximum(usual, gain * steps / np.sqrt(12.0)), 1e-12)
 
 
-def _steps(arm: Arm) -> Array:
+def steps_of(arm: Arm) -> Array:
     """Return the steps of all encoders (n, 2) [rad]."""
     return np.array([arm.effect(CoarseQuantisation.name, label).values() for label in arm.labels])
 

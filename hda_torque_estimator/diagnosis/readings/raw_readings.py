@@ -7,18 +7,21 @@ out. Simulated recordings with the cause and without it are held against the mea
 detector is made for one effect, so effects have names here.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from functools import partial
+from typing import NamedTuple, TypeAlias
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import CoarseQuantisation, DroppedSamples, EncoderInterpolationError
+from hda_arm_sim.model.effects import (ClockJitter, CoarseQuantisation, DroppedSamples,
+                                       EncoderInterpolationError)
 from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY
 from hda_arm_sim.motions import Motion
 import numpy as np
 
 from .encoder_steps import coarse_encoders
+from .late_stamps import clock_jitter, stamp_slips, stamped_along
 from .line_error import uneven_lines, without_waves
 from .local_rest import local_rest
 from .lost_samples import lost_samples, slips_of
@@ -27,7 +30,7 @@ from ..balances.balance import Balancer
 from ..findings.certainty import margin_of, probability
 from ..findings.gains import Gains
 from ..findings.report import Evidence, Finding, TotalGain, with_gain
-from ...measurements.even_grid import on_grid
+from ...measurements.even_grid import as_stamped, on_grid
 from ...measurements.measurement import joined, Measurement
 from ...measurements.running_clock import inside, Spans, within
 from ...measurements.upsampling import finer
@@ -37,9 +40,15 @@ from ...simulating.closed_loop import run
 # Choices unless stated otherwise.
 _ASIDE = 1e-4           # moves a motion so that its counts fall elsewhere [rad]
 WHOLE: Spans = ((0.0, float('inf')),)
-RAW_EFFECTS = (CoarseQuantisation.name, DroppedSamples.name, EncoderInterpolationError.name)
+RAW_EFFECTS = (CoarseQuantisation.name, DroppedSamples.name, ClockJitter.name,
+               EncoderInterpolationError.name)
+ON_THEIR_WAY = (DroppedSamples.name, ClockJitter.name)      # of samples, behind the encoders
 METRIC = ('squared logarithm of simulated over measured power of what local polynomials leave of '
           'the raw readings, on held-out stretches')
+
+
+# Of an arm, a seed, and how far its motion is moved aside [rad].
+Simulation: TypeAlias = Callable[..., Array]
 
 
 class RawReadings(NamedTuple):
@@ -49,6 +58,7 @@ class RawReadings(NamedTuple):
     arm: Arm
     causes: tuple[RawCause, ...]
     on_time: Measurement        # lost samples put in and jitter taken out, all else as recorded
+    stamped: Measurement        # lost samples put in, all else as stamps date it
 
 
 def raw_readings(measurement: Measurement, arm: Arm,
@@ -73,7 +83,8 @@ def raw_readings(measurement: Measurement, arm: Arm,
     known_arm = extended_by([cause for cause in causes.values()
                              if cause.effect.name == CoarseQuantisation.name], arm)
     return RawReadings(joined([part.measurement for part in parts]), known_arm,
-                       tuple(causes.values()), joined([part.on_time for part in parts]))
+                       tuple(causes.values()), joined([part.on_time for part in parts]),
+                       joined([part.stamped for part in parts]))
 
 
 def _of_one(measurement: Measurement, arm: Arm, names: Sequence[str],
@@ -90,12 +101,16 @@ def _of_one(measurement: Measurement, arm: Arm, names: Sequence[str],
         if lost is not None:
             causes.append(lost)
             measurement = replace(measurement, reading=slips.reading)
+    if ClockJitter.name in names:
+        jitter = clock_jitter(stamp_slips(measurement), seen, arm)
+        causes += [] if jitter is None else [jitter]
+    stamped = replace(measurement, reading=as_stamped(measurement))
     on_time = measurement = on_grid(measurement)
     if EncoderInterpolationError.name in names:
         waves = list(uneven_lines(measurement, known, seen))
         causes += waves
         measurement = without_waves(measurement, waves, arm.labels)
-    return RawReadings(finer(measurement), known, tuple(causes), on_time)
+    return RawReadings(finer(measurement), known, tuple(causes), on_time, stamped)
 
 
 def extended_by(causes: Sequence[RawCause], arm: Arm) -> Arm:
@@ -115,13 +130,12 @@ def raw_findings(raw: RawReadings, measured: Measurement, balancer: Balancer, gi
     """
     gaining = []
     for cause in raw.causes:
-        late, place = cause.effect.name == DroppedSamples.name, cause.recording
+        place = cause.recording
         piece = measured.pieces()[place]
-        there = balancer.measurement.pieces()[place]
-        whole = extended_by([other for other in raw.causes
-                             if late or other.effect.name != DroppedSamples.name], extended)
-        gain = _gains(cause, (measured if late else raw.on_time).recordings()[place],
-                      _motion(balancer, extended, there), given, whole,
+        whole = extended_by([other for other in raw.causes if other is cause
+                             or other.effect.name not in ON_THEIR_WAY], extended)
+        gain = _gains(cause, _shows(cause, raw, measured).recordings()[place],
+                      _simulation(cause, raw, balancer, extended), given, whole,
                       within(held_out, piece, measured.dt)).gain()
         odds = float(np.exp(min(0.5 * cause.score, 700.0)))
         evidence = Evidence(cause.score, SCORE_BAR, None, odds)
@@ -131,12 +145,26 @@ def raw_findings(raw: RawReadings, measured: Measurement, balancer: Balancer, gi
     return with_gain(gaining)
 
 
+def _shows(cause: RawCause, raw: RawReadings, measured: Measurement) -> Measurement:
+    """Return the readings that show a cause: those in which all behind it is mended."""
+    return {DroppedSamples.name: measured, ClockJitter.name: raw.stamped}.get(
+        cause.effect.name, raw.on_time)
+
+
 def raw_total(findings: Sequence[Finding]) -> TotalGain:
     """Return the gain of all raw causes together, the mean of theirs."""
     before, after, floor, removed, low, high = np.mean([
         [gain.before, gain.after, gain.floor, gain.removed, gain.low, gain.high]
         for gain in (finding.gain for finding in findings)], axis=0).tolist()
     return TotalGain(before, after, floor, removed, low, high, METRIC, '1')
+
+
+def _simulation(cause: RawCause, raw: RawReadings, balancer: Balancer, arm: Arm) -> Simulation:
+    """Return what simulates the readings of arms, as it needs be to show a cause."""
+    if cause.effect.name == ClockJitter.name:
+        return partial(stamped_along, raw.on_time.recordings()[cause.recording])
+    there = balancer.measurement.pieces()[cause.recording]
+    return partial(_readings, _motion(balancer, arm, there))
 
 
 def _motion(balancer: Balancer, arm: Arm, piece: slice) -> Motion:
@@ -148,9 +176,10 @@ def _motion(balancer: Balancer, arm: Arm, piece: slice) -> Motion:
     return Motion(time, angle, rate, np.zeros((len(angle), 2)))
 
 
-def _readings(arm: Arm, motion: Motion, seed: int) -> Array:
-    """Return the angles (k, n, 2) that a simulated arm shows along a motion."""
-    return run(arm, arm, motion, seed, estimator=None).reading[:, :, :2]
+def _readings(motion: Motion, arm: Arm, seed: int, aside: float = 0.0) -> Array:
+    """Return the angles (k, n, 2) that a simulated arm shows beside a motion [rad]."""
+    moved = motion._replace(angle=motion.angle + aside)
+    return run(arm, arm, moved, seed, estimator=None).reading[:, :, :2]
 
 
 def _scatter(reading: Array, spans: Spans, dt: float,
@@ -162,15 +191,14 @@ def _scatter(reading: Array, spans: Spans, dt: float,
     return np.log(np.array([row.mean(axis=0) for row in rows if len(row)]) + 1e-30)
 
 
-def _gains(cause: RawCause, measured: Measurement, motion: Motion, given: Arm, extended: Arm,
-           spans: Spans) -> Gains:
+def _gains(cause: RawCause, measured: Measurement, simulated: Simulation, given: Arm,
+           extended: Arm, spans: Spans) -> Gains:
     """Return how far the scatter of simulations is from the measured, and by chance alone."""
     place = cause.effect.name, cause.joint
     lacking = extended.without(*place).with_effect(given.effect(*place), cause.joint)
-    aside = motion._replace(angle=motion.angle + _ASIDE)
     shown, before, after, again = (
         _scatter(reading, spans, measured.dt, cause.channels) for reading in
-        (measured.reading, _readings(lacking, motion, 1), _readings(extended, motion, 1),
-         _readings(extended, aside, 2)))
+        (measured.reading, simulated(lacking, 1), simulated(extended, 1),
+         simulated(extended, 2, _ASIDE)))
     return Gains(*(np.mean((one - other) ** 2, axis=1) for one, other in
                    ((before, shown), (after, shown), (again, after))))
