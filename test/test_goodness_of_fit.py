@@ -12,12 +12,14 @@ from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
 from hda_torque_estimator.diagnosis.judging import goodness_of_fit, search, selection_criteria
 from hda_torque_estimator.diagnosis.judging.discrepancy_curves import best_curves
-from hda_torque_estimator.measurements.measurement import Measurement
+from hda_torque_estimator.diagnosis.judging.tolerances_reached import beyond_tolerance
+from hda_torque_estimator.measurements.measurement import Measurement, measurement_from
 from hda_torque_estimator.measurements.running_clock import inside, stretches
 import numpy as np
 import pytest
-from truth import draw, record, Reference
+from truth import draw, record, Reference, worlds
 from truth_cases import hide
+from world_samples import arm_of, logged
 
 ARM = read_arm('hda_arm.yaml')
 
@@ -82,6 +84,27 @@ def test_only_a_wrong_cause_leaves_a_curve(soft, name, leaves):
     gain = best_curves(fitter, fit, (joint,))[joint].improvement
     assert (gain > 1000.0) == leaves
     assert leaves or gain < 200.0
+
+
+@pytest.mark.parametrize(('name', 'passes'), [
+    ('stiffness_error', False), ('structural_damping', True)])
+def test_beside_a_wrong_cause_alone_a_number_would_pass_its_tolerance(soft, name, passes):
+    """The stiffness runs to its end, and explains what a damping does not."""
+    fitter, joint = soft
+    term = next(term for term in terms_of(ARM, name) if term.joint == joint)
+    beyond = beyond_tolerance(fitter, fitter.refined(fitter.refit(fitter.first, term)))
+    assert (beyond > 1.0).any() == (beyond[fitter.own_channels(joint)[1]] > 1.0) == passes
+
+
+@pytest.mark.study
+@pytest.mark.parametrize(('effect', 'seed'), [
+    ('payload', 998174), ('base_tilt', 998189), ('link_inertia_error', 997322)])
+def test_no_cause_stands_for_a_link_with_tolerances_at_their_ends(effect, seed):
+    world = worlds.draw(seed, (effect,), motion='rich', rate=1000)
+    arm = arm_of(world)
+    said = diagnose(measurement_from(arm.labels, logged(world, arm)), arm, names=[
+        each for each in sought_effects() if each != effect]).diagnosis
+    assert (said.verdict, said.findings, said.ambiguous) == ('unknown', (), ())
 
 
 @pytest.mark.parametrize(('share', 'own', 'stuck'), [

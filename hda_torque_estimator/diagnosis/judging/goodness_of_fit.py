@@ -4,8 +4,9 @@ Whether the causes that were found are backed: nothing is named on a rest that n
 A wrong cause takes the place of the right one and leaves a part of what it cannot describe. So a
 joint takes back every cause that rests on it where much more is left than noise. It must also be
 more than the accepted laws may leave as one form of several (`Hypothesis.form_error`). And so does
-a rest of any size that a simple curve explains (`discrepancy_curves`). What a simulated arm with
-the same causes leaves as well, where none of them acts, is no rest.
+a rest of any size that a simple curve explains (`discrepancy_curves`), or a number of the arm
+beyond its tolerance (`tolerances_reached`). What a simulated arm with the same causes leaves as
+well, where none of them acts, is no rest.
 """
 
 from collections.abc import Mapping, MutableMapping, Sequence
@@ -21,6 +22,7 @@ from .discrepancy_curves import best_curves, Curve, improvement_of, sites, Usual
 from .law_forms import evidence, reformed
 from .parameter_constancy import MANY, steady_shares
 from .search import SearchResult
+from .tolerances_reached import beyond_tolerance
 from ..balances.balance import Balancer, RATE
 from ..balances.healthy_twin import healthy_twin, noise_of, torque_noise_of
 from ..findings.certainty import margin_of_rest, margin_of_share
@@ -98,13 +100,15 @@ def _judged(fitter: Fitter, found: SearchResult, doubted: Sequence[Term]) -> Goo
         left = np.minimum(left, _left_at_all_frequencies(fitter, fit))
     if (others := _where_none_acts(fitter, fit) & (left > bar)).any():
         left = left - np.where(others, _of_itself(fitter, fit), 0.0)
-    rests = left / bar
+    beyond = beyond_tolerance(fitter, fit) if fit.accepted else np.zeros_like(noise)
+    rests = np.maximum(left / bar, beyond)
     curves = _formed(fitter, other, found, counted, trained)
     formed = [term for term in fit.accepted if curves[term.place].share > 1.0]
     apart = [*doubted, *shapeless(fitter, fit, lacking)]
     wrong = [*formed, *apart]
     unexplained = _of_joints(fitter, rests > 1.0, wrong,
-                             left <= bar + _CRUDE * _nameless_power(fitter, fit))
+                             (left <= bar + _CRUDE * _nameless_power(fitter, fit))
+                             & (beyond <= 1.0))
     over = {term.place: power / noise for term, power in zip(fit.accepted, powers)}
     shares = {place: max(float(rests[_acts(power)].max()), curves[place].share)
               for place, power in over.items()}

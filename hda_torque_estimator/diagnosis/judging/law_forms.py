@@ -71,6 +71,14 @@ _BEST: MutableMapping[Fitter, MutableMapping[Fit, dict[frozenset[Place], _Best |
     WeakKeyDictionary())
 
 
+class InBestForms(NamedTuple):
+    """A fit whose causes have the forms that fit best, ready to be solved with other priors."""
+
+    fit: Fit                    # beside whose numbers these forms were found
+    columns: Columns            # those of the forms first
+    spread: Array               # (p,) of the forms
+
+
 def reformed(fitter: Fitter, fit: Fit, causes: Sequence[Term] | None = None) -> Fit:
     """Return a fit whose `causes`, or all, have the forms that fit best; itself if none pays."""
     best = _best(fitter, fit, causes)
@@ -89,6 +97,18 @@ def evidence(fitter: Fitter, fit: Fit, causes: Sequence[Term] | None = None) -> 
 def formed_gain(fitter: Fitter, fit: Fit) -> float:
     """Return by how much other forms of its causes improve the score of a fit, less their cost."""
     return fit.score - evidence(fitter, fit)
+
+
+def in_best_forms(fitter: Fitter, fit: Fit) -> InBestForms:
+    """Return a fit with all of its causes in their best forms, without forms if none pays."""
+    best = _best(fitter, fit, None)
+    if best is None or best.cost > fit.score:
+        return InBestForms(fit, condense(fit.balance.residual, fit.columns,
+                                         fitter.valid(fit.balance)), np.zeros(0))
+    beside = fitter.at(best.terms, len(fit.accepted), fit.slopes)
+    made, columns, _ = _known(fitter, beside)
+    owner = np.repeat(np.arange(len(made)), [part.shape[2] for part in made])
+    return InBestForms(beside, columns, _within_reach(fitter, beside, columns, owner)[1])
 
 
 def powers(fitter: Fitter, fit: Fit) -> Array:

@@ -1,0 +1,83 @@
+"""
+Numbers of the arm that a fit holds at the end of their tolerance, though they would go on.
+
+A tolerance is a measurement of a number. So what causes leave of it must be as small as noise, as
+in any balance. A cause that stands in for another one bends what it may: inertias and stiffnesses
+run to their ends. If such numbers had no tolerance and that explained much more, the causes beside
+them explain too little (eq:beyond). At the site of a cause whose law has other forms it may be
+one of these, and curves judge that.
+"""
+
+from collections.abc import Sequence
+
+from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.model.effects import effect_named, Site
+from hda_arm_sim.model.effects.hypothesis import Hypothesis
+import numpy as np
+from numpy.typing import NDArray
+
+from .law_forms import in_best_forms, InBestForms
+from ..fitting.fit import Fit, Fitter
+from ..fitting.hypotheses import HYPOTHESES
+from ..fitting.nuisance import AnyTerm, CouplingInertia
+from ..fitting.solve import REACH, Solution, solve
+from ...least_squares.term import Place, Term
+from ...significance import SCORE_BAR
+
+# (choice: rounding)
+_AT_END = 1.0 - 1e-6    # of its reach, from which a number is held there
+
+
+def beyond_tolerance(fitter: Fitter, fit: Fit) -> Array:
+    """
+    Return what numbers at the end of their tolerance would explain beyond it, by channel (c,).
+
+    It is a share of what a curve explains that takes a name back. Causes have their best forms,
+    as without these the numbers run to their ends for a form's sake. What the same numbers
+    explain of a healthy arm is chance. A channel in which they improve little shows nothing.
+    """
+    formed = in_best_forms(fitter, fit)
+    held = _solved(fitter, formed, ())
+    ends = _at_end(fitter, formed, held)
+    if not ends:
+        return np.zeros_like(fitter.noise)
+    free = _solved(fitter, formed, ends)
+    gains, gain = held.scores - free.scores, held.score - free.score
+    more = gain - _by_chance(fitter.healthy, ends)
+    return np.where(gains > SCORE_BAR, more / Hypothesis.form, 0.0)
+
+
+def _by_chance(healthy: Fitter | None, free: Sequence[Place]) -> float:
+    """Return what numbers free of their tolerance explain of a healthy arm with as much noise."""
+    if healthy is None:
+        return 0.0
+    first = in_best_forms(healthy, healthy.first)
+    return max(_solved(healthy, first, ()).score - _solved(healthy, first, free).score, 0.0)
+
+
+def _solved(fitter: Fitter, formed: InBestForms, free: Sequence[Place]) -> Solution:
+    """Return the best step of a fit in which terms at some places are free of tolerances."""
+    fit, columns, spread = formed
+    is_free = np.concatenate([np.full(term.size, term.place in free) for term in fit.terms])
+    return solve(columns, fitter.noise, fitter.effective,
+                 np.concatenate([np.zeros(len(spread)), fitter.away(fit.terms)]),
+                 np.concatenate([spread, np.where(is_free, np.inf, fit.deviations)]))
+
+
+def _at_end(fitter: Fitter, formed: InBestForms, held: Solution) -> list[Place]:
+    """Return the places of terms of which a number is held at the end of its tolerance."""
+    fit, _, spread = formed
+    away = np.abs(fitter.away(fit.terms) + held.step[len(spread):])
+    is_held: NDArray[np.bool_] = np.isfinite(fit.deviations) & (
+        away >= _AT_END * REACH * fit.deviations)
+    taken = {(_site(term), term.joint) for term in fit.accepted
+             if HYPOTHESES[term.name].varies}
+    return [term.place for term in fit.nuisance
+            if is_held[fit.own(term)].any() and (_site(term), term.joint) not in taken]
+
+
+def _site(term: AnyTerm) -> Site:
+    """Return where a term acts; what is tolerated is an effect, a zero, or a coupling of links."""
+    if isinstance(term, Term):
+        return effect_named(term.name).site
+    return Site.LINK if isinstance(term, CouplingInertia) else Site.TORSION
