@@ -103,17 +103,17 @@ def _judged(fitter: Fitter, found: SearchResult, doubted: Sequence[Term]) -> Goo
     beyond = beyond_tolerance(fitter, fit) if fit.accepted else np.zeros_like(noise)
     rests = np.maximum(left / bar, beyond)
     curves = _formed(fitter, other, found, counted, trained)
-    formed = [term for term in fit.accepted if curves[term.place].share > 1.0]
+    over = {term.place: power / noise for term, power in zip(fit.accepted, powers)}
+    formed = [term for term in fit.accepted if curves[term.place].share > 1.0
+              and _may_stand_in(curves[term.place].power, over[term.place])]
     apart = [*doubted, *shapeless(fitter, fit, lacking)]
     wrong = [*formed, *apart]
     unexplained = _of_joints(fitter, rests > 1.0, wrong,
                              (left <= bar + _CRUDE * _nameless_power(fitter, fit))
                              & (beyond <= 1.0))
-    over = {term.place: power / noise for term, power in zip(fit.accepted, powers)}
-    shares = {place: max(float(rests[_acts(power)].max()), curves[place].share)
-              for place, power in over.items()}
-    margins = {place: _margin_beside(share, left, over[place], curves[place].power)
-               for place, share in shares.items()}
+    margins = {place: min(_margin_beside(left, bar, power, curves[place]),
+                          margin_of_rest(float(beyond[_acts(power)].max())))
+               for place, power in over.items()}
     blamed = {place for place, power in over.items() if (unexplained & _acts(power)).any()}
     if blamed:
         steady = steady_shares(fitter, fit, found.steady)
@@ -123,19 +123,28 @@ def _judged(fitter: Fitter, found: SearchResult, doubted: Sequence[Term]) -> Goo
     return GoodnessOfFit(backed, unexplained, over, margins, _margin(rests, unexplained))
 
 
-def _margin_beside(share: float, left: Array, power: Array, curve: float) -> float:
+def _margin_beside(left: Array, bar: Array, power: Array, curve: '_CurveLeft') -> float:
     """
     Return the margin by which a cause is no stand-in for what has no name.
 
-    It leaves a `share` of what takes a name back: the powers `left` (c,) over noise, or the power
-    of a `curve`. Or it leaves hardly anything of its own `power` (c,), as no stand-in does.
+    Beside it are `left` powers (c,) over noise, of which the `bar` (c,) takes its name back, and
+    what a `curve` explains. Or it leaves hardly anything of its own `power` (c,).
     """
-    margin = margin_of_rest(share)
-    if share > 1.0:
-        return margin
     acts = _acts(power)
-    return max(margin, margin_of_share(float(
-        np.maximum(left[acts], curve).max() / max(power.max(), 1e-300))))
+    level, loudest = float((left / bar)[acts].max()), max(float(left[acts].max()), curve.power)
+    margin = margin_of_rest(max(level, curve.share))
+    if level > 1.0 or curve.share > 1.0 and _may_stand_in(curve.power, power):
+        return margin
+    return max(margin, margin_of_share(loudest / max(float(power.max()), 1e-300)))
+
+
+def _may_stand_in(left: float, power: Array) -> bool:
+    """
+    Return whether a cause of a `power` (c,) that leaves so much is not sure to be no stand-in.
+
+    What a curve improves grows with the length of a recording, and this does not.
+    """
+    return margin_of_share(left / max(float(power.max()), 1e-300)) < 1.0
 
 
 def _of_joints(fitter: Fitter, loud: NDArray[np.bool_], wrong: Sequence[Term],
