@@ -16,7 +16,7 @@ import numpy as np
 
 from .assumptions import AsRecorded, EFFECTIVE, twin_of
 from .balances.healthy_twin import noise_of, torque_noise_of
-from .balances.led import why_led
+from .balances.led import held_against, why_led
 from .balances.stand_in import with_stand_in
 from .detectability.excitation import nothing_seen, remarks, shows_too_little, smallest_sizes
 from .detectability.slow_rate import FAST, rate_hides
@@ -77,6 +77,8 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
         return Conclusion(_unmoved(facts, arm, origin), given, None)
     unloaded = why_led(measurement, given)
     names, aside = _sought(arm, names, unloaded)
+    if unloaded:
+        aside = (*aside, *held_against(replace(measurement, led=True)))
     notify('looking at the raw readings')
     raw = _of_gears(raw_readings(measurement, arm, names, training), bool(unloaded))
     fitter, found, training, held_out = _searched(raw, names, training, held_out, notify)

@@ -31,9 +31,18 @@ def on_grid(measurement: Measurement) -> Measurement:
     moved = measurement.past[:, None, None] * rate
     even, recorded = _roughness(measurement.reading - moved), _roughness(measurement.reading)
     if even.sum() < recorded.sum():
-        return replace(measurement, reading=measurement.reading - moved)
+        return replace(measurement, reading=measurement.reading - moved,
+                       reference=_at_ticks(measurement))
     known = (_roughness(moved) < recorded).all()
     return measurement if known else replace(measurement, past=np.zeros(0))
+
+
+def _at_ticks(measurement: Measurement) -> Array:
+    """Return reference torques (k, n) at the ticks."""
+    if not measurement.reference.size:
+        return measurement.reference
+    rate = np.gradient(measurement.reference, measurement.dt, axis=0)
+    return np.asarray(measurement.reference - measurement.past[:, None] * rate)
 
 
 def _roughness(reading: Array) -> Array:

@@ -7,6 +7,7 @@ from typing import cast
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects import Site
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +18,7 @@ from .solve import condense, covariance, ends, score
 from .steps import columns_of, places_of, Sized
 from ..balances.balance import Balance, Balancer, RATE
 from ..balances.recent_cache import RecentCache
+from ..findings.rest import REFERENCE
 from ...least_squares.descent import damped, improved
 from ...least_squares.sandwich import sandwich
 from ...least_squares.term import Place, Term
@@ -88,10 +90,14 @@ class Fitter:
     _known: RecentCache[Derivatives] = field(default_factory=lambda: RecentCache(_BALANCES),
                                              repr=False)
 
-    @property
-    def led(self) -> bool:
-        """Return whether links are led: then motor balances alone count, of motor and torsion."""
-        return self.balancer.measurement.led
+    def is_unloaded(self, joint: str | None) -> bool:
+        """Return whether nobody knows the load of a joint: its motor balance alone counts then."""
+        return bool(self.balancer.measurement.unloaded[self.arm.labels.index(str(joint))])
+
+    def beyond_gear(self, joint: str) -> str:
+        """Return what a torsion is held against: the link of a joint, or its reference torque."""
+        sensed = self.balancer.measurement.held_against[self.arm.labels.index(joint)]
+        return REFERENCE if sensed else Site.LINK.value
 
     @property
     def healthy(self) -> 'Fitter | None':

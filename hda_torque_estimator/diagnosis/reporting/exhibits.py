@@ -53,10 +53,10 @@ class Exhibits:
         """Return the column at a site and joint in which the extension removes the most."""
         joints = len(self.labels)
         sides = {'motor': (0,), 'torsion': (1,), 'link': (1,)}.get(site, (0, 1))
-        if self.missed().is_of_gears:
-            sides = (0,)
-        columns = [side * joints + place for side in sides
-                   for place, label in enumerate(self.labels) if joint in (None, label)]
+        missed = self.missed()
+        columns = [side * joints + place for place, label in enumerate(self.labels)
+                   if joint in (None, label)
+                   for side in ((0,) if missed.is_of_gear(place) else sides)]
         return max(columns, key=self._removed)
 
     def _removed(self, column: int) -> float:
