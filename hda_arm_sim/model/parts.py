@@ -55,13 +55,15 @@ class SensorErrors(NamedTuple):
     """
     What a torque sensor at the output of a joint shows beside the torque of the gear.
 
-    It reads (1 + gain) times the torque of `lag` before, and `zero` on top. These are of a
-    recording: no arm file states them, and no simulation has them.
+    It reads (1 + gain) times the torque, and `zero` on top. Its response to an impulse has the
+    mean `lag` and the variance `blur`. A low-pass of the time constant T has T and T^2, a delay
+    has no variance. These are of a recording: no arm file states them, and no simulation has them.
     """
 
     zero: float = 0.0           # [N*m]
     gain: float = 0.0           # relative
     lag: float = 0.0            # [s]
+    blur: float = 0.0           # [s^2]
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from .balances.healthy_twin import noise_of, torque_noise_of
 from .balances.led import held_against, why_led
 from .balances.stand_in import with_stand_in
 from .detectability.excitation import nothing_seen, remarks, shows_too_little, smallest_sizes
+from .detectability.one_sided import one_sided
 from .detectability.slow_rate import FAST, rate_hides
 from .findings.certainty import probability, unsure, verdict_probability
 from .findings.gains import gains, METRIC
@@ -78,7 +79,8 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     unloaded = why_led(measurement, given)
     names, aside = _sought(arm, names, unloaded)
     if unloaded:
-        aside = (*aside, *held_against(replace(measurement, led=True)))
+        led = replace(measurement, led=True)
+        aside = (*aside, *held_against(led), *one_sided(led))
     notify('looking at the raw readings')
     raw = _of_gears(raw_readings(measurement, arm, names, training), bool(unloaded))
     fitter, found, training, held_out = _searched(raw, names, training, held_out, notify)

@@ -46,8 +46,8 @@ class Measurement:
     put between (`finer`).
 
     Links that are `led` move under forces that nobody knows: a hand, or loads without a model.
-    A `reference` (k, n) is the torque of each gear as a sensor or somebody's model has it [N*m at
-    the output], NaN where it is not known. It is empty where nothing is known of any.
+    A `reference` (k, n) is the torque of each gear as a sensor, or a model of others, has it [N*m
+    at the output]. It is NaN where it is not known, and empty where nothing is known of any.
     Whether commands were `held` is asked of readings once (`upsampling.is_held`), None until then.
     """
 

@@ -139,7 +139,7 @@ def _noise_beside(balancer: Balancer, arm: Arm, twin: Measurement,
 
 def _of_sensors(balancer: Balancer, residuals: tuple[Array, Array], valid: NDArray[np.bool_],
                 plain: Array, seed: int) -> Array:
-    """Return the noise (n,) of torsion balances behind sensors, whose own is white, 0 of others."""
+    """Return the noise (n,) of torsion balances, sensors with a white one beside, 0 of others."""
     joints = valid.shape[1] // 2
     left, added = (_roughness(values[:, joints:], valid[:, joints:]) for values in residuals)
     of_white = _of_white(balancer, 2 * joints, seed)[:, joints:]

@@ -39,11 +39,12 @@ def held_against(measurement: Measurement) -> tuple[str, ...]:
     alone = [label for label in measurement.labels if label not in sensed]
     if not sensed:
         return ()
-    said = (f'{", ".join(sensed)}: motor and torsion are held against the reference torque, whose '
-            'own zero, gain and lag are free; an offset of the drive cannot be distinguished from '
-            'its zero',)
-    return (*said, f'{", ".join(alone)}: the motor is held against the torsion alone') if (
-        alone) else said
+    said = [f'{", ".join(sensed)}: motor and torsion are held against the reference torque, whose '
+            'own zero, gain and lag are tolerated; an offset of the drive cannot be distinguished '
+            'from its zero']
+    if alone:
+        said.append(f'{", ".join(alone)}: the motor is held against the torsion alone')
+    return tuple(said)
 
 
 def why_led(measurement: Measurement, arm: Arm) -> str:

@@ -1,8 +1,8 @@
 """
-Torques of gears as a sensor has them, where they stand for what links need (eq:balance-reference).
+Torques of gears as sensors have them, in the place of what links need (eq:balance-reference).
 
-A sensor has errors of its own: its zero, its gain, and how late it is. They belong to the
-recording, so they are tolerances of a fit and never a cause.
+A sensor has errors of its own: its zero, its gain, how late it is, and how it smooths. They
+belong to the recording, so they are tolerances of a fit and never a cause.
 """
 
 from hda_arm_sim.foundation.arrays import Array
@@ -29,6 +29,8 @@ def torque_behind(shown: Array, errors: SensorErrors, dt: float) -> Array:
     if errors.lag:
         time = dt * np.arange(len(shown), dtype=np.float64)
         shown = np.interp(time + errors.lag, time, shown)
+    if errors.blur:
+        shown = shown - 0.5 * errors.blur * np.gradient(np.gradient(shown, dt), dt)
     return np.asarray((shown - errors.zero) / (1.0 + errors.gain))
 
 

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 NOTHING = 'nothing'     # what a rest follows that no coordinate explains
 GEAR = 'gear'           # site of a rest that may be of a motor or in its torsion
-REFERENCE = 'reference'     # of a rest that is of the torque a gear is held against
 IN_WORDS = {
     'time': 'time', 'motor_velocity': 'the speed of the motor',
     'link_velocity': 'the speed of the link', 'motor_angle': 'the motor angle',

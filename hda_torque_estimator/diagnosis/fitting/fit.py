@@ -18,7 +18,6 @@ from .solve import condense, covariance, ends, score
 from .steps import columns_of, places_of, Sized
 from ..balances.balance import Balance, Balancer, RATE
 from ..balances.recent_cache import RecentCache
-from ..findings.rest import REFERENCE
 from ...least_squares.descent import damped, improved
 from ...least_squares.sandwich import sandwich
 from ...least_squares.term import Place, Term
@@ -30,6 +29,7 @@ _TWINS = 2              # of other rows, for which what fits them is kept
 _BALANCES = 4           # of which derivatives are kept: of twins, and beside what has no name
 _SHARES = (1.0, 0.4, 0.1)       # of a step that are tried, the longest first
 _BLOCK = 1.0            # within which residuals may go together [s]
+REFERENCE = 'reference'  # what a gear is held against in the place of its link
 CLOSE = 0.5             # improvement of the score that is not worth another pass
 FAR = 100.0             # improvement by a step after which no derivative is as it was
 

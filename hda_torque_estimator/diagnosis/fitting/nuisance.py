@@ -171,9 +171,9 @@ def nuisances(arm: Arm, untold: float = 0.0,
     """
     Return the tolerances of an arm as terms about its nominal numbers.
 
-    Nobody knows what acted for the time `untold` [s] after each recorded command. Joints that are
-    held against `sensors` have their errors as well: by how much each reference torque varies
-    [N*m] is how far its zero may be off.
+    Nobody knows what acted for the time `untold` [s] after each recorded command. Joints held
+    against `sensors` have their errors as well. A zero may be off by what its torque varies by,
+    which stands there [N*m].
     """
     terms: list[AnyTerm] = []
     for label in arm.labels:
@@ -196,7 +196,9 @@ def nuisances(arm: Arm, untold: float = 0.0,
         terms += [_term(arm, _LATENESS.name, label, late) for label in arm.labels]
     for label, varies in (sensors or {}).items():
         terms += [SensorError(label, number, tolerance) for number, tolerance in
-                  (('zero', varies), ('gain', _SENSOR_GAIN), ('lag', _SENSOR_LAG))]
+                  (
+                      ('zero', varies), ('gain', _SENSOR_GAIN), ('lag', _SENSOR_LAG),
+                      ('blur', _SENSOR_LAG ** 2))]
     return *terms, *_carried(arm)
 
 
