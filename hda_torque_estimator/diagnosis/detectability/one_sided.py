@@ -2,7 +2,7 @@
 What one direction, or one load, cannot show of a gear that is held against a reference torque.
 
 Turned one way, friction is a constant, as an offset and the zero of a sensor are. Under one load
-the torque is a curve over the angle of the link. So laws of it and errors over the angle are alike.
+the torque is a curve over the link angle. So laws of it and errors over the angle are alike.
 """
 
 from collections.abc import Iterator
