@@ -68,7 +68,7 @@ def numbers(data: Path, folder: Path) -> Numbers:
             'dry': DRY / RATIO, 'by_hand': _by_hand(parts), 'disc': _disc(parts),
             'files': {name: _left_out(arm, parts) for name, arm in given.items()},
             'diagnosis': _diagnosis(data / FILE, folder, arms['new']),
-            'referenced': _referenced(log, folder, arms['new'])}
+            'referenced': referenced(log, folder, arms['new'])}
 
 
 def _straight(arm: Arm) -> Arm:
@@ -182,7 +182,7 @@ def _diagnosis(table: Path, folder: Path, arm: Path) -> Numbers:
         'calibrate', folder / 'sweep', '--arm', arm, '--out', folder / 'never.yaml')}
 
 
-def _referenced(log: dict[str, Floats], folder: Path, arm: Path) -> Numbers:
+def referenced(log: dict[str, Floats], folder: Path, arm: Path) -> Numbers:
     """Return what `hda diagnose` says of the gear, held against the reference."""
     wanted = 'Timestamp', 'encoder_motorinc_3', 'encoder_loadinc_3', 'joint_torque_current_3'
     table = write_table(folder / 'referenced.csv', {

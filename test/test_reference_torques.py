@@ -1,6 +1,7 @@
 """Gears without a model of their links are held against torques that sensors of theirs show."""
 
 from dataclasses import replace
+from pathlib import Path
 
 from hda_arm_sim.model.parts import SensorErrors
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
@@ -11,21 +12,25 @@ from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.measurements.measurement import Measurement, measurement_from
 import numpy as np
 import pytest
+from real_commands import hda, log_of
+import real_lara8
 from scipy.signal import lfilter
 from truth import worlds
 from world_samples import arm_of, logged, sensed
 
 SECONDS, DT = 20.0, 1e-3
+LARA8 = Path(__file__).parents[2] / 'shared' / 'data' / real_lara8.FILE
 further = pytest.mark.study
 
 
-def recorded(effect, seed, joints=1, seconds=SECONDS):
+def recorded(effect, seed, joints=1, seconds=SECONDS, gain=None):
     """Return a recording with torque sensors of an arm whose links nobody knows, and that arm."""
     world = worlds.draw(seed, (effect,) if effect else (), motion='rich', rate=1000,
                         joints=joints, seconds=seconds, form='')
     world = replace(world, logger=world.logger._replace(jitter=0.0))
     arm = arm_of(world)
-    measurement = measurement_from(arm.labels, logged(world, arm), references=sensed(world, arm))
+    measurement = measurement_from(arm.labels, logged(world, arm),
+                                   references=sensed(world, arm, gain))
     return measurement, replace(arm, links=None)
 
 
@@ -57,6 +62,26 @@ def test_nobody_is_accused_of_what_the_sensor_has_wrong(seed, joints):
     said = diagnose(measurement, arm).diagnosis
     assert said.verdict in ('no_discrepancy', 'insufficient_excitation')
     assert any('held against the reference torque' in remark for remark in said.remarks)
+
+
+@pytest.mark.parametrize('seed, gain', [
+    (6102, -0.12), *(pytest.param(*case, marks=further) for case in (
+        (6202, -0.12), (6109, -0.12), (6202, 0.15), (6109, 0.15), (6202, -2.0), (6109, -2.0)))])
+def test_a_wrong_gain_or_sign_of_the_sensor_is_no_cause_of_the_arm(seed, gain):
+    """It was told as a motor inertia beside a compliance, which together scale both balances."""
+    said = diagnose(*recorded(None, seed, gain=gain)).diagnosis
+    assert said.verdict == 'unknown' and not said.findings and not said.ambiguous
+
+
+@pytest.mark.skipif(not LARA8.exists(), reason='the recordings of the LARA8 are kept apart')
+def test_a_sweep_of_a_real_joint_accuses_no_encoder(tmp_path):
+    arm = tmp_path / 'arm.yaml'
+    hda('new', '--gear', 'CSG-32-100', '--ratio', real_lara8.RATIO, '--joints', real_lara8.JOINT,
+        '--motor-inertia', '4e-4', '--motor-torque', 2, '--motor-counts', real_lara8.TURN,
+        '--link-counts', real_lara8.TURN, '--out', arm)
+    said = real_lara8.referenced(log_of(LARA8), tmp_path, arm)
+    assert said['verdict'] == 'unknown' and not said['named'] and not said['alike']
+    assert said['one_way'] and said['one_load'] and said['unseen']
 
 
 def test_both_balances_hold_and_a_joint_without_a_sensor_has_one():

@@ -22,20 +22,21 @@ def logged(world: worlds.World, arm: Arm) -> JointSamples:
     return joint_samples(arm, log.stamps, log.reading, log.command)
 
 
-def sensed(world: worlds.World, arm: Arm) -> dict[str, WrenchSamples]:
+def sensed(world: worlds.World, arm: Arm, gain: float | None = None) -> dict[str, WrenchSamples]:
     """
     Return what torque sensors of the joints show, which have errors of their own.
 
-    One sigma: their zeros are off by a fifth of what the torque varies by, their gains by 2 %.
-    Their low-passes have some 3 ms, and their noise is 0.5 % of the torque.
+    One sigma: their zeros are off by a fifth of what the torque varies by, their gains by 2 %
+    unless one is given. Their low-passes have some 3 ms, and their noise is 0.5 % of the torque.
     """
     log, random = worlds.record(world), np.random.default_rng([world.seed, 77])
     found, step = {}, float(np.median(np.diff(log.stamps))) * 1e-9
     for label, torque in zip(arm.labels, log.joint_torque.T):
         size = torque.std()
-        zero, gain = size * random.normal(0.0, 0.2), random.normal(0.0, 0.02)
+        zero, drawn = size * random.normal(0.0, 0.2), random.normal(0.0, 0.02)
         kept = np.exp(-step / max(abs(random.normal(0.0, 0.003)), 1e-6))
         slow = lfilter([1.0 - kept], [1.0, -kept], torque - torque[0]) + torque[0]
-        shown = (1.0 + gain) * slow + zero + 0.005 * size * random.standard_normal(len(torque))
+        off = drawn if gain is None else gain
+        shown = (1.0 + off) * slow + zero + 0.005 * size * random.standard_normal(len(torque))
         found[label] = about_z(log.stamps, label, shown)
     return found

@@ -218,7 +218,7 @@ class Balancer:
         recorded = made.reading[::made.parts].shape
         random = made.reading_noise() * np.random.default_rng(0).standard_normal(recorded)
         more = replace(made, reading=made.reading + between(random, made.parts))
-        if not made.referenced.any():
+        if not made.held_against.any():
             return self.like(more)
         return self.like(replace(more, reference=made.reference + between(
             made.reference_noise() * np.random.default_rng(1).standard_normal(recorded[:2]),

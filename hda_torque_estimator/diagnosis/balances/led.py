@@ -40,8 +40,8 @@ def held_against(measurement: Measurement) -> tuple[str, ...]:
     if not sensed:
         return ()
     said = [f'{", ".join(sensed)}: motor and torsion are held against the reference torque, whose '
-            'own zero, gain and lag are tolerated; an offset of the drive cannot be distinguished '
-            'from its zero']
+            'own zero, gain and lag are tolerated; an offset of the drive may be taken for its '
+            'zero']
     if alone:
         said.append(f'{", ".join(alone)}: the motor is held against the torsion alone')
     return tuple(said)

@@ -8,6 +8,7 @@ Chains with one other link each are run together, because the motion of their li
 """
 
 from collections.abc import Sequence
+from functools import partial
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
@@ -105,7 +106,7 @@ class Parts:
         """Return how much the drives give of what changes in their commands (n,)."""
         return np.array([self._drive_gains[joint].of(
             key_of(arm.record(), joint, _DRIVES),
-            lambda joint=joint: self._drive_gain(arm, joint)) for joint in self._joints])
+            partial(self._drive_gain, arm, joint)) for joint in self._joints])
 
     def _drive_gain(self, arm: Arm, joint: int) -> float:
         asked = np.concatenate([centred(self._measurement.command[piece, joint])

@@ -36,6 +36,8 @@ class Exhibits:
     lacking: Mapping[tuple[str, str | None], Array] = field(default_factory=dict)
     # Torque commanded to the motors (m, n), filtered as the balances are [N*m at the output].
     commanded: Array | None = None
+    # What each gear is held against (n,): its link, unless it is another.
+    beyond: tuple[str, ...] = ()
 
     def of(self, effect: str, joint: str | None) -> 'Exhibits':
         """Return the exhibits of one cause: before is then the extended arm without it."""
@@ -43,7 +45,8 @@ class Exhibits:
 
     def missed(self) -> Rest:
         """Return what the simulation misses before."""
-        return Rest(self.time, self.labels, self.before, self.valid, self.noise, self.coordinates)
+        return Rest(self.time, self.labels, self.before, self.valid, self.noise, self.coordinates,
+                    self.beyond)
 
     def rest(self) -> Rest:
         """Return what backed causes leave."""
