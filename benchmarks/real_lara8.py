@@ -67,7 +67,8 @@ def numbers(data: Path, folder: Path) -> Numbers:
             'guessed': given['new'].joints[0].torsion.flexspline_stiffness,
             'dry': DRY / RATIO, 'by_hand': _by_hand(parts), 'disc': _disc(parts),
             'files': {name: _left_out(arm, parts) for name, arm in given.items()},
-            'diagnosis': _diagnosis(data / FILE, folder, arms['new'])}
+            'diagnosis': _diagnosis(data / FILE, folder, arms['new']),
+            'referenced': referenced(log, folder, arms['new'])}
 
 
 def _straight(arm: Arm) -> Arm:
@@ -176,14 +177,36 @@ def _disc(parts: Sequence[Measured]) -> Numbers:
 
 def _diagnosis(table: Path, folder: Path, arm: Path) -> Numbers:
     """Return what `hda diagnose` says of the gear, without the reference."""
-    shown = folder / 'sweep.yaml'
-    shown.write_text(MAP.format(more='', motor='first', link='first'), encoding='utf-8')
-    hda('import', table, '--map', shown, '--out', folder / 'sweep')
-    said = hda('diagnose', folder / 'sweep', '--arm', arm, '--out', folder / 'sweep_report')
+    said = _said(table, folder / 'sweep', arm)
+    return {**_verdict(said), 'off': said['gain']['before'], 'refused': refused(
+        'calibrate', folder / 'sweep', '--arm', arm, '--out', folder / 'never.yaml')}
+
+
+def referenced(log: dict[str, Floats], folder: Path, arm: Path) -> Numbers:
+    """Return what `hda diagnose` says of the gear, held against the reference."""
+    wanted = 'Timestamp', 'encoder_motorinc_3', 'encoder_loadinc_3', 'joint_torque_current_3'
+    table = write_table(folder / 'referenced.csv', {
+        **{name: log[name] for name in wanted}, 'reference': reference(log)})
+    said = _said(table, folder / 'referenced', arm, IN_FIFTHS[1])
+    remarks = ' '.join(said['remarks'])
+    return {**_verdict(said), 'one_way': 'turns one way' in remarks,
+            'one_load': 'bears one load' in remarks,
+            'before': {one['site']: one['before'] for one in said['residuals']}}
+
+
+def _said(table: Path, bag: Path, arm: Path, below: str = '') -> Numbers:
+    """Return what `hda diagnose` says of a table."""
+    shown = bag.with_suffix('.yaml')
+    shown.write_text(MAP.format(more='', motor='first', link='first') + below, encoding='utf-8')
+    hda('import', table, '--map', shown, '--out', bag)
+    return hda('diagnose', bag, '--arm', arm, '--out', bag.with_name(f'{bag.name}_report'))
+
+
+def _verdict(said: Numbers) -> Numbers:
+    """Return verdict, names, and what could not have been seen, of what `hda diagnose` says."""
     unseen = re.search(r'(\d+) of (\d+) effects could not', ' '.join(said['remarks']))
-    return {'verdict': said['verdict'], 'joint': (said['unexplained'] or {}).get('joint'),
+    rest = said['unexplained'] or {}
+    return {'verdict': said['verdict'], 'joint': rest.get('joint'), 'site': rest.get('site'),
             'named': [cause['effect'] for cause in said['findings']],
             'alike': [pair['effects'] for pair in said['ambiguous']], 'next': said['next'],
-            'unseen': [int(count) for count in unseen.groups()] if unseen else None,
-            'off': said['gain']['before'], 'refused': refused(
-                'calibrate', folder / 'sweep', '--arm', arm, '--out', folder / 'never.yaml')}
+            'unseen': [int(count) for count in unseen.groups()] if unseen else None}

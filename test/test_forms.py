@@ -8,7 +8,7 @@ from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.diagnosis.assumptions import EFFECTIVE
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.healthy_twin import (
-    healthy_twin, noise_of, torque_noise_of)
+    healthy_twin, noise_of, torque_noise_of, TorqueNoise)
 from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.fitting.alignment import aligned
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
@@ -149,7 +149,8 @@ def test_a_law_that_follows_noise_gains_as_much_on_a_healthy_twin():
     lag = next(term for term in terms_of(fitter.arm, 'current_loop_lag')
                if term.joint == fitter.arm.labels[1]).at(np.array([0.01]))
     gains = [by_chance(replace(fitter, twin=Balancer(healthy_twin(
-        fitter.balancer, fitter.arm, 2, unfelt))), lag) for unfelt in (0.028, 0.0)]
+        fitter.balancer, fitter.arm, 2, TorqueNoise(np.full(2, unfelt), np.zeros(2))))), lag)
+        for unfelt in (0.028, 0.0)]
     assert gains[0] > 300.0
     assert gains[1] < 60.0
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from functools import cache, cached_property
 import math
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 from .effects import Effect, effects_of, Scope
 from .effects.effect import neutral
@@ -51,6 +51,21 @@ class Tolerances(Declared):
     drive_offset: float = parameter(6e-4, 'N*m', 0.0, 1.0, 'constant torque of the drive, shaft')
 
 
+class SensorErrors(NamedTuple):
+    """
+    What a torque sensor at the output of a joint shows beside the torque of the gear.
+
+    It reads (1 + gain) times the torque, and `zero` on top. Its response to an impulse has the
+    mean `lag` and the variance `blur`. A low-pass of the time constant T has T and T^2, a delay
+    has no variance. These are of a recording: no arm file states them, and no simulation has them.
+    """
+
+    zero: float = 0.0           # [N*m]
+    gain: float = 0.0           # relative
+    lag: float = 0.0            # [s]
+    blur: float = 0.0           # [s^2]
+
+
 @dataclass(frozen=True)
 class Joint(Declared):
     """One joint: motor, gear, torsion and two encoders; friction is stated at the motor shaft."""
@@ -61,6 +76,7 @@ class Joint(Declared):
     motor_encoder: Encoder = Encoder()
     link_encoder: Encoder = Encoder()
     tolerances: Tolerances | None = None        # its own, in the place of the arm's
+    sensor: SensorErrors = SensorErrors()
     ratio: float = parameter(100.0, '', 1.0, 1e4, 'gear ratio N')
     motor_inertia: float = parameter(
         1.289e-4, 'kg*m^2', 1e-9, 10.0, 'J_m + J_w, rotor and wave generator, motor side')

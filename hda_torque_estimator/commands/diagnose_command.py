@@ -11,12 +11,14 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.writing import arm_to_text
 from hda_arm_sim.simulate import checked
-from hda_msgs_json.samples import JointSamples
+from hda_msgs_json.bag import Recording
+from hda_msgs_json.samples import JointSamples, WrenchSamples
 from matplotlib.figure import Figure
 
 from . import fleet
 from .bag_option import add_naming, opener
 from .kept_memory import keep_freed_memory
+from .known_torques import references_of
 from .motors_alone import motor_figures
 from .out_option import add_out
 from .outcome import Outcome
@@ -90,7 +92,8 @@ def _together(options: argparse.Namespace,
     sources = [str(bag) for bag in options.bags]
     notify('reading')
     opened = opener(options)
-    recorded = [opened(bag).joint_states() for bag in options.bags]
+    recordings = [opened(bag) for bag in options.bags]
+    recorded = [recording.joint_states() for recording in recordings]
     alone = [is_motor_side(samples, arm) for samples in recorded]
     if all(alone):
         return _motors(options, dict(zip(sources, recorded)), arm, begin)
@@ -99,8 +102,9 @@ def _together(options: argparse.Namespace,
                         f'{sources[alone.index(False)]} has links as well; diagnose them apart')
     arm = arm if arm.links is None else checked(arm)
     about = asked(arm, options.about)
-    measurement = together([_measurement(part, options, arm, source) for part, source in
-                            zip(recorded, sources)], sources)
+    measurement = together([
+        _measurement(part, options, arm, source, _references(recording, options, arm))
+        for part, source, recording in zip(recorded, sources, recordings)], sources)
     found = diagnose(measurement, arm, about=about,
                      origin=Origin(options.arm, version(), sources), notify=notify)
     spent, found = time.monotonic() - begin, _chosen(found, arm, options)
@@ -149,13 +153,20 @@ def _chosen(found: Conclusive, arm: Arm, options: argparse.Namespace) -> Conclus
 
 
 def _measurement(samples: JointSamples, options: argparse.Namespace, arm: Arm,
-                 source: str) -> Measurement:
+                 source: str, references: Mapping[str, WrenchSamples]) -> Measurement:
     """Return what a recording holds, mended as the user says; raises GateError."""
     check_names(samples, arm, source)
     measurement = measurement_from(arm.labels, mended(samples, arm, _mending(options), source),
-                                   source)
+                                   source, references)
     check(measurement, arm, source)
     return measurement
+
+
+def _references(recording: Recording, options: argparse.Namespace,
+                arm: Arm) -> dict[str, WrenchSamples]:
+    """Return the reference torques of a recording; a link that is flipped turns its own round."""
+    return {label: replace(torque, torque=-torque.torque) if label in options.flip else torque
+            for label, torque in references_of(recording, arm.labels).items()}
 
 
 def _mending(options: argparse.Namespace) -> Mending:

@@ -1,10 +1,12 @@
 """What a bag knows of torques and forces that no estimator knows: truths and sensors."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_msgs_json.bag import Recording
+from hda_msgs_json.samples import WrenchSamples
 from hda_msgs_json.topics import (reference_joint_torque, REFERENCE_TIP_WRENCH, truth_joint_torque,
                                   TRUTH_TIP_WRENCH)
 import numpy as np
@@ -38,6 +40,12 @@ def known_signals(recording: Recording, arm: Arm, estimates: Estimates) -> dict[
                 found[f'{topic.name}.{"xyz"[axis]}'] = KnownSignal(
                     wrenches.stamps, wrenches.force[:, axis], column)
     return found
+
+
+def references_of(recording: Recording, labels: Sequence[str]) -> dict[str, WrenchSamples]:
+    """Return the reference torques that a bag holds, by joint."""
+    topics = {label: _held(recording, reference_joint_torque(label).name) for label in labels}
+    return {label: recording.wrenches(topic) for label, topic in topics.items() if topic}
 
 
 def all_errors(known: dict[str, KnownSignal], estimates: Estimates) -> dict[str, EstimateErrors]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from .balances.balance import Balancer
 from .balances.commands import on_its_way
-from .balances.healthy_twin import healthy_twin, noise_of, torque_noise_of
+from .balances.healthy_twin import healthy_twin, noise_of, torque_noise_of, TorqueNoise
 from .balances.reversals import turning_round
 from .fitting.fit import Fitter
 from .readings.raw_readings import RawReadings
@@ -91,6 +91,6 @@ class AsRecorded:
         return replace(self.fitter((), found), rows=fitter.rows)
 
 
-def twin_of(balancer: Balancer, arm: Arm, seed: int, torque_noise: Array) -> Balancer:
+def twin_of(balancer: Balancer, arm: Arm, seed: int, more: TorqueNoise) -> Balancer:
     """Return the balances of a healthy arm that was recorded with as much noise."""
-    return balancer.like(healthy_twin(balancer, arm, seed, torque_noise))
+    return balancer.like(healthy_twin(balancer, arm, seed, more))

@@ -16,9 +16,10 @@ import numpy as np
 
 from .assumptions import AsRecorded, EFFECTIVE, twin_of
 from .balances.healthy_twin import noise_of, torque_noise_of
-from .balances.led import why_led
+from .balances.led import held_against, why_led
 from .balances.stand_in import with_stand_in
 from .detectability.excitation import nothing_seen, remarks, shows_too_little, smallest_sizes
+from .detectability.one_sided import one_sided
 from .detectability.slow_rate import FAST, rate_hides
 from .findings.certainty import probability, verdict_probability
 from .findings.gains import gains, METRIC
@@ -77,6 +78,9 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
         return Conclusion(_unmoved(facts, arm, origin), given, None)
     unloaded = why_led(measurement, given)
     names, aside = _sought(arm, names, unloaded)
+    if unloaded:
+        led = replace(measurement, led=True)
+        aside = (*aside, *held_against(led), *one_sided(led))
     notify('looking at the raw readings')
     raw = _of_gears(raw_readings(measurement, arm, names, training), bool(unloaded))
     fitter, found, training, held_out = _searched(raw, names, training, held_out, notify)

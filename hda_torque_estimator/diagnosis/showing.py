@@ -29,7 +29,8 @@ def exhibits_of(evidence: Grounds) -> Exhibits:
         _predicted(balancer, evidence.extended, evidence),
         _predicted(evidence.twin, evidence.extended, evidence), lacking=lacking,
         commanded=balancer.filtered(balancer.measurement.command * np.array(
-            [joint.ratio for joint in evidence.extended.joints])))
+            [joint.ratio for joint in evidence.extended.joints])),
+        beyond=tuple(map(fitter.beyond_gear, fitter.arm.labels)))
 
 
 def predictions(exhibits: Exhibits) -> tuple[Prediction, ...]:

@@ -22,6 +22,7 @@ from .judging.goodness_of_fit import goodness_of_fit, GoodnessOfFit
 from .judging.held_out_gain import held_out_gain
 from .judging.search import SearchResult
 from .judging.selection_criteria import accepted
+from .judging.sensor_scale import in_place_of_gain
 from .judging.site_pattern import misplaced
 from .judging.verdict import alike, certain, findings
 from ..least_squares.term import Place, Term, with_terms
@@ -76,7 +77,8 @@ def proven(fitter: Fitter, found: SearchResult, twin: Balancer, given: Arm, held
     nameless: list[Term] = []
     while True:
         notify('judging the causes')
-        doubted = (*misplaced(fitter, found), *straight(fitter, found.last))
+        doubted = (*misplaced(fitter, found), *straight(fitter, found.last),
+                   *in_place_of_gain(fitter, found))
         judged = goodness_of_fit(fitter, found, doubted)
         notify('measuring the gain on held-out stretches')
         kept = found.with_only(fitter, judged.backed)

@@ -31,7 +31,7 @@ def on_grid(measurement: Measurement) -> Measurement:
     moved = measurement.reading - stamped
     even, recorded = _roughness(stamped), _roughness(measurement.reading)
     if even.sum() < recorded.sum():
-        return replace(measurement, reading=stamped)
+        return replace(measurement, reading=stamped, reference=_at_ticks(measurement))
     known = (_roughness(moved) < recorded).all()
     return measurement if known else replace(measurement, past=np.zeros(0))
 
@@ -42,6 +42,14 @@ def as_stamped(measurement: Measurement) -> Array:
         return measurement.reading
     rate = np.gradient(measurement.reading, measurement.dt, axis=0)
     return np.asarray(measurement.reading - measurement.past[:, None, None] * rate)
+
+
+def _at_ticks(measurement: Measurement) -> Array:
+    """Return reference torques (k, n) at the ticks."""
+    if not measurement.reference.size:
+        return measurement.reference
+    rate = np.gradient(measurement.reference, measurement.dt, axis=0)
+    return np.asarray(measurement.reference - measurement.past[:, None] * rate)
 
 
 def _roughness(reading: Array) -> Array:

@@ -1,11 +1,11 @@
 """A recording as the diagnosis sees it: both angles and the commanded torque on a time grid."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_msgs_json.errors import HdaError
-from hda_msgs_json.samples import JointSamples
+from hda_msgs_json.samples import JointSamples, WrenchSamples
 from hda_msgs_json.topics import motor_name
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from ..significance import FOURTH_DIFFERENCES
 SEGMENT = 0.5           # of an estimate of noise [s]
 QUIET = 0.25            # share of segments that an effect surely leaves quiet
 FINEST = 1e-6           # period of a grid: no encoder is read more often [s]
+_MOST_KNOWN = 0.5       # share of a recording over which a torque is known that is one
 _SINGLE = 0.75          # share by which an interval of one period may differ from the usual one
 _STEEPER = 4.0            # deviations by which a line is steeper than jitter makes it
 _FIRST = 8              # half of the intervals in the first stretch that sets the period
@@ -45,6 +46,8 @@ class Measurement:
     put between (`finer`).
 
     Links that are `led` move under forces that nobody knows: a hand, or loads without a model.
+    A `reference` (k, n) is the torque of each gear as a sensor, or a model of others, has it [N*m
+    at the output]. It is NaN where it is not known, and empty where nothing is known of any.
     Whether commands were `held` is asked of readings once (`upsampling.is_held`), None until then.
     """
 
@@ -58,6 +61,24 @@ class Measurement:
     parts: int = 1
     led: bool = False
     held: bool | None = None
+    reference: Array = field(default_factory=lambda: np.zeros((0, 0)))
+
+    @property
+    def referenced(self) -> NDArray[np.bool_]:
+        """Return of which joints a reference torque is known, for most of the recording (n,)."""
+        if not self.reference.size:
+            return np.zeros(len(self.labels), bool)
+        return np.asarray(np.isfinite(self.reference).mean(axis=0) > _MOST_KNOWN)
+
+    @property
+    def unloaded(self) -> NDArray[np.bool_]:
+        """Return of which joints nobody knows what loads them (n,)."""
+        return self.led & ~self.referenced
+
+    @property
+    def held_against(self) -> NDArray[np.bool_]:
+        """Return which joints are held against a reference torque in the place of links (n,)."""
+        return self.led & self.referenced
 
     @property
     def time(self) -> Array:
@@ -97,6 +118,19 @@ class Measurement:
         rounding = np.where(np.isfinite(rounding), rounding, 0.0)
         return np.maximum(self._white_noise(self.reading), np.maximum(rounding, 1e-13))
 
+    def reference_noise(self) -> Array:
+        """Return the white noise of reference torques (n,), 0 where there are none [N*m]."""
+        noise = np.zeros(len(self.labels))
+        for joint in np.flatnonzero(self.referenced):
+            column = self.reference[:, joint]
+            noise[joint] = self._white_noise(column[np.isfinite(column)])
+        return noise
+
+    def reference_spread(self) -> dict[str, float]:
+        """Return how far each torque varies that a joint is held against, by joint [N*m rms]."""
+        return {self.labels[joint]: float(np.nanstd(self.reference[:, joint]))
+                for joint in np.flatnonzero(self.held_against)}
+
     def command_noise(self) -> Array:
         """
         Return the white noise by which commands (n,) differ from what acted [N*m, shaft].
@@ -125,7 +159,8 @@ class Measurement:
         return [Measurement(self.labels, self.dt, self.reading[piece], self.command[piece],
                             tuple(place - piece.start for place in self.absent
                                   if piece.start <= place < piece.stop), past=self.past[piece],
-                            parts=self.parts, held=self.held)
+                            parts=self.parts, held=self.held,
+                            reference=self.reference[piece])
                 for piece in self.pieces()]
 
     def as_recorded(self) -> 'Measurement':
@@ -136,7 +171,15 @@ class Measurement:
                            np.ascontiguousarray(self.reading[::self.parts]),
                            self.command[::self.parts], past=self.past[::self.parts],
                            begins=tuple(begin // self.parts for begin in self.begins),
-                           held=self.held)
+                           held=self.held, reference=self.reference[::self.parts])
+
+
+def without_gaps(column: Array) -> Array:
+    """Return a column (k,) with lines over what is not known, 0 where nothing is."""
+    known = np.flatnonzero(np.isfinite(column))
+    if len(known) == 0:
+        return np.zeros_like(column)
+    return np.interp(np.arange(len(column)), known, column[known])
 
 
 def joined(recordings: Sequence[Measurement], grain: int = 1) -> Measurement:
@@ -155,7 +198,8 @@ def joined(recordings: Sequence[Measurement], grain: int = 1) -> Measurement:
         np.concatenate([one.command[:length] for one, length in zip(recordings, lengths)]),
         tuple(begin + place for one, length, begin in zip(recordings, lengths, begins)
               for place in one.absent if place < length), tuple(begins),
-        _past(recordings, lengths), recordings[0].parts, held=_held(recordings))
+        _past(recordings, lengths), recordings[0].parts, held=_held(recordings),
+        reference=_references(recordings, lengths))
 
 
 def _held(recordings: Sequence[Measurement]) -> bool | None:
@@ -169,6 +213,15 @@ def _past(recordings: Sequence[Measurement], lengths: Sequence[int]) -> Array:
     if not any(len(one.past) for one in recordings):
         return np.zeros(0)
     return np.concatenate([one.past[:length] if len(one.past) else np.zeros(length)
+                           for one, length in zip(recordings, lengths)])
+
+
+def _references(recordings: Sequence[Measurement], lengths: Sequence[int]) -> Array:
+    """Return the reference torques of all, NaN where a recording has none; empty if nowhere."""
+    if not any(one.reference.size for one in recordings):
+        return np.zeros((0, 0))
+    return np.concatenate([one.reference[:length] if one.reference.size else
+                           np.full((length, len(one.labels)), np.nan)
                            for one, length in zip(recordings, lengths)])
 
 
@@ -192,13 +245,20 @@ def resampled(measurement: Measurement, dt: float) -> Measurement:
     absent = {min(round(place * measurement.dt / dt), len(grid) - 1)
               for place in measurement.absent}
     return Measurement(measurement.labels, dt, CubicSpline(time, measurement.reading)(grid),
-                       np.diff(given, axis=0) / dt, tuple(sorted(absent)))
+                       np.diff(given, axis=0) / dt, tuple(sorted(absent)),
+                       reference=np.stack([np.interp(grid, time, column) for column in
+                                           measurement.reference.T], axis=1)
+                       if measurement.reference.size else measurement.reference)
 
 
 def measurement_from(labels: tuple[str, ...], samples: JointSamples,
-                     source: str = 'the recording') -> Measurement:
+                     source: str = 'the recording',
+                     references: Mapping[str, WrenchSamples] | None = None) -> Measurement:
     """
     Return the joint states on the even grid of their usual period.
+
+    The `references` of some joints, torques about z, are interpolated between their own stamps
+    and never beyond them.
 
     Stamps that jitter by less than half a period only show by how much a sample was past its tick.
     One so late that the next shares its tick belongs to the tick before, if that has none.
@@ -210,6 +270,7 @@ def measurement_from(labels: tuple[str, ...], samples: JointSamples,
     keep = np.isfinite(reading).all(axis=(1, 2)) & np.isfinite(command).all(axis=1)
     latest = np.maximum.accumulate(samples.stamps)
     keep &= np.diff(latest, prepend=latest[:1] - 1) > 0
+    reference = _referring(labels, samples.stamps[keep], references or {})
     stamps = samples.stamps[keep]
     _check_count(stamps, samples.stamps, source)
     since = (stamps - stamps[0]) * 1e-9
@@ -222,7 +283,7 @@ def measurement_from(labels: tuple[str, ...], samples: JointSamples,
     past = since - dt * ticks
     if ticks[-1] == len(ticks) - 1:
         return Measurement(labels, dt, np.ascontiguousarray(reading[keep]), command[keep],
-                           past=past)
+                           past=past, reference=reference)
     grid = np.arange(ticks[-1] + 1)
     flat = reading[keep].reshape(len(ticks), -1)
     full = np.stack([np.interp(grid, ticks, column) for column in flat.T], axis=1)
@@ -230,7 +291,22 @@ def measurement_from(labels: tuple[str, ...], samples: JointSamples,
     absent = np.setdiff1d(grid, ticks)
     return Measurement(labels, dt, full.reshape(len(grid), *reading.shape[1:]),
                        command[keep][held], tuple(absent.tolist()),
-                       past=np.interp(grid, ticks, past))
+                       past=np.interp(grid, ticks, past),
+                       reference=np.stack([np.interp(grid, ticks, column) for column in
+                                           reference.T], axis=1) if reference.size else reference)
+
+
+def _referring(labels: tuple[str, ...], stamps: NDArray[np.int64],
+               references: Mapping[str, WrenchSamples]) -> Array:
+    """Return the reference torques at some stamps (k, n), NaN where unknown; empty of none."""
+    if not references:
+        return np.zeros((0, 0))
+    found = np.full((len(stamps), len(labels)), np.nan)
+    for joint, label in enumerate(labels):
+        known = references.get(label)
+        if known is not None and len(known) > 1:
+            found[:, joint] = np.interp(stamps, known.stamps, known.torque[:, 2], np.nan, np.nan)
+    return found
 
 
 def _check_count(kept: NDArray[np.int64], stamps: NDArray[np.int64], source: str) -> None:

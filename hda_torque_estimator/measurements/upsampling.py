@@ -17,7 +17,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from .measurement import Measurement
+from .measurement import Measurement, without_gaps
 
 # Choices unless stated otherwise.
 # (source: bus cycles of robot drives are 1 ms and shorter)
@@ -48,7 +48,17 @@ def finer(measurement: Measurement) -> Measurement:
                between(measurement.command, parts))
     return replace(measurement, dt=measurement.dt / parts, parts=parts, command=command,
                    reading=between(measurement.reading, parts), absent=(),
-                   past=np.repeat(measurement.past, parts), held=held)
+                   past=np.repeat(measurement.past, parts), held=held,
+                   reference=_finer_reference(measurement.reference, parts))
+
+
+def _finer_reference(reference: Array, parts: int) -> Array:
+    """Return reference torques with so many samples for each, unknown ones as they are."""
+    if not reference.size:
+        return reference
+    known = np.isfinite(reference)
+    filled = np.stack([without_gaps(column) for column in reference.T], axis=1)
+    return np.where(np.repeat(known, parts, axis=0), between(filled, parts), np.nan)
 
 
 def between(values: Array, parts: int) -> Array:

@@ -13,6 +13,12 @@ and nothing is said of B:
 
     A, motor:    N J (ddtheta_m - predicted)
 
+Where a sensor has the torque of such a gear, it stands for what the link needs
+(eq:balance-reference):
+
+    A, motor:    N J (ddtheta_m - predicted) + B
+    B, torsion:  reference - torsion torque
+
 Torques at the output side; what is hardly smoothed in them passes one filter with all else. A
 wrong friction shows in A alone, a wrong torsion in B alone, a wrong load in both alike.
 """
@@ -139,17 +145,34 @@ class Balancer:
 
     def whole(self, arm: Arm) -> Array:
         """Return the residual (m, 2 n) of a run of the whole arm, not of parts [N*m]."""
-        return self._in_balances(self._filtered_run(arm))
+        run = self._filtered_run(arm)
+        if self.measurement.held_against.any():
+            run = self._against_sensors(run[:, :len(arm.joints)], arm)
+        return self._in_balances(run)
 
     def _filtered_run(self, arm: Arm) -> Array:
         return self.filtered(run_whole(self.measurement, self._parts, arm)[0])
 
+    def _against_sensors(self, motor: Array, arm: Arm) -> Array:
+        """
+        Return residuals (m, 2 n) with what motors miss (m, n), some gears behind sensors.
+
+        Those of motors are as if their drives gave what they were asked for (eq:in-commands).
+        """
+        link = self._parts.needed(arm) - self._parts.carried(arm)
+        motor = (motor + self.measurement.held_against * link) / self._parts.drive_gains(arm)
+        return np.concatenate([motor, link], axis=1)
+
     def _filtered_residual(self, arm: Arm) -> Array:
         """Return the filtered residual (m, 2 n), whose noise may not be white."""
+        sensed = self.measurement.held_against.any()
         if hands_on(arm):
             record = arm.record()
-            return self._runs.of(record.joints.tobytes() + record.body.tobytes(), lambda: (
+            run = self._runs.of(record.joints.tobytes() + record.body.tobytes(), lambda: (
                 self._filtered_run(arm)))
+            return self._against_sensors(run[:, :len(arm.joints)], arm) if sensed else run
+        if sensed:
+            return self._against_sensors(self._parts.missed(arm), arm)
         motor, link = self._parts.missed(arm), self._parts.needed(arm) - self._parts.carried(arm)
         if not self.measurement.led:
             motor = motor + link
@@ -160,6 +183,12 @@ class Balancer:
         """Return where a jolt is within the filter's reach (k,)."""
         return np.concatenate([_spread(jolts(one), self._reach)
                                for one in self.measurement.recordings()])
+
+    @cached_property
+    def _sensed(self) -> NDArray[np.bool_]:
+        """Return where the filter has seen all that it needs of reference torques (k, n)."""
+        lacking = ~np.isfinite(self.measurement.reference) & self.measurement.held_against
+        return ~np.stack([_spread(column, self._reach) for column in lacking.T], axis=1)
 
     @cached_property
     def is_commanded(self) -> bool:
@@ -178,7 +207,7 @@ class Balancer:
         padded = np.concatenate([made.command, np.repeat(made.command[-1:], part, axis=0)])
         command = np.mean([padded[k:k + len(made.command):part] for k in range(part)], axis=0)
         return self.like(replace(made, dt=part * made.dt, command=command, absent=(), parts=1,
-                                 past=np.zeros(0),
+                                 past=np.zeros(0), reference=made.reference[::part],
                                  reading=np.ascontiguousarray(made.reading[::part]),
                                  begins=tuple(begin // part for begin in made.begins)))
 
@@ -188,7 +217,12 @@ class Balancer:
         made = self.measurement
         recorded = made.reading[::made.parts].shape
         random = made.reading_noise() * np.random.default_rng(0).standard_normal(recorded)
-        return self.like(replace(made, reading=made.reading + between(random, made.parts)))
+        more = replace(made, reading=made.reading + between(random, made.parts))
+        if not made.held_against.any():
+            return self.like(more)
+        return self.like(replace(more, reference=made.reference + between(
+            made.reference_noise() * np.random.default_rng(1).standard_normal(recorded[:2]),
+            made.parts)))
 
     def memory(self, arm: Arm) -> Array:
         """Return what the arm's effects remember along the motion (k, n, STATES - MEASURED)."""
@@ -250,7 +284,9 @@ class Balancer:
         valid = valid[::self.every]
         if self.unknown is not None:
             valid[:, :slow.shape[1]] &= ~self.unknown
-        valid[:, slow.shape[1]:] &= not self.measurement.led
+        valid[:, slow.shape[1]:] &= ~self.measurement.unloaded
+        if self.measurement.held_against.any():
+            valid &= np.tile(self._sensed[::self.every], 2)
         return valid if self.whitening is None else self.whitening.holds(valid)
 
 

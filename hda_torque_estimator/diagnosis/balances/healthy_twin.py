@@ -1,6 +1,7 @@
 """What a healthy arm would have recorded on the same motion: the noise of the diagnosis."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
@@ -21,17 +22,30 @@ _MOST = 2.0             # times what white noise makes, that rounding or jitter 
 _UNSEEN = 1.0           # noise of a balance that never holds, for which any will do [N*m]
 
 
+class TorqueNoise(NamedTuple):
+    """White noise of torques (n,), one sigma of every recorded sample."""
+
+    motor: Array            # by which commands differ from what acted [N*m shaft]
+    sensor: Array           # of reference torques, beyond what they show [N*m]
+
+    @classmethod
+    def none(cls, joints: int) -> 'TorqueNoise':
+        """Return none at so many joints."""
+        return cls(np.zeros(joints), np.zeros(joints))
+
+
 def healthy_twin(balancer: Balancer, arm: Arm, seed: int,
-                 torque_noise: Array | float = 0.0) -> Measurement:
+                 more: 'TorqueNoise | None' = None) -> Measurement:
     """
     Return a simulated recording of `arm` along the links' measured motion.
 
-    Its readings are as noisy as the measured ones. `torque_noise` (n,) is the standard deviation
-    by which every recorded command differs from what acted [N*m shaft].
+    Its readings are as noisy as the measured ones, and so are its reference torques. `more` is
+    what torques have beyond that.
     """
+    more = more or TorqueNoise.none(len(arm.joints))
     measured = balancer.measurement
     reading = np.empty(measured.reading.shape)          # rows in a row, as compiled code has them
-    command = np.empty(measured.command.shape)
+    command, torque = np.empty((2, *measured.command.shape))
     for place, piece in enumerate(measured.pieces()):
         state = balancer.motion(arm).state[piece]
         angle, rate = state[:, :, LINK_ANGLE].copy(), state[:, :, LINK_VELOCITY].copy()
@@ -41,21 +55,34 @@ def healthy_twin(balancer: Balancer, arm: Arm, seed: int,
         made = run(own, own, asked, seed + place, estimator=None)
         read = made.reading[::measured.parts, :, :2]
         reading[piece], command[piece] = between(read, measured.parts), made.command
+        torque[piece] = made.joint_torque
     random = np.random.default_rng(seed)
-    command += torque_noise * _white(random, measured, len(arm.joints))
+    command += more.motor * _white(random, measured, len(arm.joints))
     twin = Measurement(measured.labels, measured.dt, reading, command, begins=measured.begins,
                        parts=measured.parts, led=measured.led, held=measured.held)
+    if measured.held_against.any():
+        noise = np.hypot(measured.reference_noise(), more.sensor)
+        twin = replace(twin, reference=np.where(
+            np.isfinite(measured.reference),
+            torque + noise * _white(random, measured, len(arm.joints)), np.nan))
     lacking = np.sqrt(np.maximum(measured.reading_noise() ** 2 - twin.reading_noise() ** 2, 0.0))
-    more = lacking * random.standard_normal(reading[::measured.parts].shape)
-    return replace(twin, reading=reading + between(more, measured.parts))
+    missing = lacking * random.standard_normal(reading[::measured.parts].shape)
+    return replace(twin, reading=reading + between(missing, measured.parts))
 
 
-def torque_noise_of(noise: Array, plain: Array, balancer: Balancer, arm: Arm) -> Array:
-    """Return the noise of the motor torque that lifts motor balances so far (n,) [N*m shaft]."""
+def torque_noise_of(noise: Array, plain: Array, balancer: Balancer, arm: Arm) -> TorqueNoise:
+    """
+    Return the noise of torques that lifts balances so far.
+
+    Noise of a sensor is in both balances of its joint, that of a motor in its own alone.
+    """
     joints = len(arm.joints)
-    excess = np.maximum(noise[:joints] ** 2 - plain[:joints] ** 2, 0.0)
-    passed = _of_white(balancer, joints, 0).std(axis=0)
-    return np.asarray(np.sqrt(excess) / passed / arm.record().joints['ratio'])
+    excess = np.maximum(noise ** 2 - plain ** 2, 0.0)
+    sensed = np.where(balancer.measurement.held_against, excess[joints:], 0.0)
+    passed = _of_white(balancer, 2 * joints, 0).std(axis=0)
+    sensor, passed = np.sqrt(sensed) / passed[joints:], passed[:joints]
+    motor = np.maximum(excess[:joints] - (sensor * passed) ** 2, 0.0)
+    return TorqueNoise(np.asarray(np.sqrt(motor) / passed / arm.record().joints['ratio']), sensor)
 
 
 def noise_of(balancer: Balancer, arm: Arm, twin: Measurement | None = None, *,
@@ -70,7 +97,8 @@ def noise_of(balancer: Balancer, arm: Arm, twin: Measurement | None = None, *,
     again with as much more of it [N*m]. Rounding of slow readings is not white, and a simulated
     twin shows how much more it makes. The rest of what a twin has is of its own loop. What motor
     balances then have more at high frequency, where effects seldom show, is white noise of the
-    torque, which is added. What torsion balances have more there is of clocks that jitter.
+    torque, which is added. What torsion balances have more there is of clocks that jitter, or
+    noise of a sensor.
     """
     if twin is not None:
         return _noise_beside(balancer, arm, twin, seed)
@@ -103,7 +131,21 @@ def _noise_beside(balancer: Balancer, arm: Arm, twin: Measurement,
     ratio = np.divide(usual[0], usual[1], where=usual[1] > 0.0, out=np.ones(joints))
     jittering = added_level[joints:] * np.minimum(np.nan_to_num(ratio, nan=1.0), _MOST)
     noise[joints:] = np.maximum(plain[joints:], jittering)
+    if balancer.measurement.held_against.any():
+        noise[joints:] = np.maximum(noise[joints:], _of_sensors(
+            balancer, (ours.residual, added), ours.valid, plain, seed))
     return noise, plain
+
+
+def _of_sensors(balancer: Balancer, residuals: tuple[Array, Array], valid: NDArray[np.bool_],
+                plain: Array, seed: int) -> Array:
+    """Return the noise (n,) of torsion balances, sensors with a white one beside, 0 of others."""
+    joints = valid.shape[1] // 2
+    left, added = (_roughness(values[:, joints:], valid[:, joints:]) for values in residuals)
+    of_white = _of_white(balancer, 2 * joints, seed)[:, joints:]
+    share = _roughness(of_white / of_white.std(axis=0), np.ones(of_white.shape, bool))
+    white = np.maximum(np.nan_to_num((left ** 2 - added ** 2) / share ** 2), 0.0)
+    return np.where(balancer.measurement.held_against, np.sqrt(plain[joints:] ** 2 + white), 0.0)
 
 
 def _rms(values: Array, valid: NDArray[np.bool_]) -> Array:

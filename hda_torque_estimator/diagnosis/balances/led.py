@@ -33,6 +33,20 @@ def is_led(measurement: Measurement, arm: Arm) -> bool:
     return bool((np.mean(given ** 2, axis=0) < _NOTHING ** 2 * through).all())
 
 
+def held_against(measurement: Measurement) -> tuple[str, ...]:
+    """Return what the gears of led links are held against, nothing where it is as ever."""
+    sensed = [label for label, one in zip(measurement.labels, measurement.held_against) if one]
+    alone = [label for label in measurement.labels if label not in sensed]
+    if not sensed:
+        return ()
+    said = [f'{", ".join(sensed)}: motor and torsion are held against the reference torque, whose '
+            'own zero, gain and lag are tolerated; an offset of the drive may be taken for its '
+            'zero']
+    if alone:
+        said.append(f'{", ".join(alone)}: the motor is held against the torsion alone')
+    return tuple(said)
+
+
 def why_led(measurement: Measurement, arm: Arm) -> str:
     """Return why nobody knows what loads the links of a recording, empty where it is known."""
     if arm.links is None:

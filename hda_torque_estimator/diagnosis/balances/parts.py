@@ -8,6 +8,7 @@ Chains with one other link each are run together, because the motion of their li
 """
 
 from collections.abc import Sequence
+from functools import partial
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
@@ -18,11 +19,12 @@ from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
 
 from .fields import key_of, KeysOfArms, places_of
-from .gears import Gears
+from .gears import Geared, Gears
 from .kernel_along import centred, deliver, fill_missed
 from .low_pass import LowPass
 from .needed_torques import fill_needed, fill_needed_with, other_link, Others
 from .recent_cache import RecentCache
+from .reference_torques import sensed_torques, sensor_key
 from .sensed_motion import SensedMotion, sensing
 from ...measurements.measurement import Measurement
 from ...measurements.motion import DifferentiatedAngle, LINK
@@ -49,8 +51,9 @@ class Parts:
         self.motions = SensedMotion(measurement)
         self._commands, self._carried, self._missed = (
             [RecentCache[Array](_KEPT) for _ in self._joints] for _ in range(3))
+        self._drive_gains = [RecentCache[float](_KEPT) for _ in self._joints]
         self._gears = Gears(measurement, self.motions)
-        self._needed = RecentCache[Array](_KEPT)
+        self._needed, self._sensed_torques = RecentCache[Array](_KEPT), RecentCache[Array](_KEPT)
         self._ahead: dict[bytes, Array] = {}
         self._keys = KeysOfArms[bytes]()
 
@@ -63,7 +66,14 @@ class Parts:
         return np.stack([self._carried_by(arm, joint) for joint in self._joints], axis=1)
 
     def needed(self, arm: Arm) -> Array:
-        """Return what the links need (m, n), on a base at rest [N*m]."""
+        """
+        Return what the links need (m, n), on a base at rest [N*m].
+
+        Where sensors say what led links need, nothing is asked of others.
+        """
+        if self._measurement.held_against.any():
+            return self._sensed_torques.of(sensor_key(arm), lambda: self._filtered(
+                sensed_torques(self._measurement, arm)))
         key = self._links_key(arm)
         return self._needed.of(key, lambda: self._ahead.pop(key) if key in self._ahead
                                else self._filtered(self._links(arm)))
@@ -92,6 +102,19 @@ class Parts:
         return self._commands[joint].of(key_of(arm.record(), joint, _DRIVES),
                                         lambda: self._delivered(arm, joint))
 
+    def drive_gains(self, arm: Arm) -> Array:
+        """Return how much the drives give of what changes in their commands (n,)."""
+        return np.array([self._drive_gains[joint].of(
+            key_of(arm.record(), joint, _DRIVES),
+            partial(self._drive_gain, arm, joint)) for joint in self._joints])
+
+    def _drive_gain(self, arm: Arm, joint: int) -> float:
+        asked = np.concatenate([centred(self._measurement.command[piece, joint])
+                                for piece in self._measurement.pieces()])
+        asked = asked - asked.mean()
+        power = float(asked @ asked)
+        return float(asked @ self.command(arm, joint)) / power if power > 0.0 else 1.0
+
     def _thin(self, column: Array) -> Array:
         return self._filtered(column[:, None])[:, 0]
 
@@ -103,7 +126,12 @@ class Parts:
     def _carried_by(self, arm: Arm, joint: int) -> Array:
         return self._carried[joint].of(
             self._gears.key(arm, joint),
-            lambda: self._thin(self._gears.torques(arm, joint).driving))
+            lambda: self._thin(self._given(self._gears.torques(arm, joint), joint)))
+
+    def _given(self, geared: Geared, joint: int) -> Array:
+        """Return what a joint gives its link (k,): a sensor behind its gear sees no cables."""
+        sensed = self._measurement.held_against[joint]
+        return geared.through if sensed else geared.driving
 
     def _motor(self, arm: Arm, joint: int) -> Array:
         """Run the motor of a joint, under the torques of its gear (k,)."""

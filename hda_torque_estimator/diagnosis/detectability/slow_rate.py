@@ -6,6 +6,7 @@ is asked which effects would have been seen. The motion between samples is that 
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.kernel import LINK_ANGLE
@@ -39,6 +40,7 @@ def rate_hides(balancer: Balancer, arm: Arm, names: Sequence[str], about: Sequen
     twin = _faster(balancer, arm)
     training = split(twin)[0]
     raw = raw_readings(twin, arm, names, training)
+    raw = raw._replace(measurement=replace(raw.measurement, led=balancer.measurement.led))
     fast = Balancer(raw.measurement)
     fitter = Fitter(fast, arm, noise_of(fast, arm)[0], effective, inside(fast.time, training))
     fit = fitter.fit(())
@@ -53,5 +55,9 @@ def _faster(balancer: Balancer, arm: Arm) -> Measurement:
     spline = CubicSpline(balancer.measurement.dt * np.arange(len(angle)), angle)
     time = np.arange(round(min(float(spline.x[-1]), _LONGEST) * FAST)) / FAST
     made = run(arm, arm, Motion(time, spline(time), spline(time, 1), np.zeros((len(time), 2))), 1)
-    return Measurement(balancer.measurement.labels, 1.0 / FAST,
-                       np.ascontiguousarray(made.reading[:, :, :2]), made.command)
+    measured = balancer.measurement
+    sensed = np.where(measured.referenced, made.joint_torque + measured.reference_noise() * (
+        np.random.default_rng(1).standard_normal(made.joint_torque.shape)), np.nan)
+    return Measurement(measured.labels, 1.0 / FAST,
+                       np.ascontiguousarray(made.reading[:, :, :2]), made.command,
+                       reference=sensed if measured.referenced.any() else measured.reference)

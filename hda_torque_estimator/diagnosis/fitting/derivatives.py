@@ -107,7 +107,8 @@ class Derivatives:
     @cached_property
     def tolerated(self) -> tuple[AnyTerm, ...]:
         """Return what may differ from the arm as given without being wrong."""
-        return nuisances(self.arm, self.balancer.measurement.untold)
+        measurement = self.balancer.measurement
+        return nuisances(self.arm, measurement.untold, measurement.reference_spread())
 
     @cached_property
     def as_given(self) -> Array:

@@ -7,6 +7,7 @@ from typing import cast
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects import Site
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,6 +29,7 @@ _TWINS = 2              # of other rows, for which what fits them is kept
 _BALANCES = 4           # of which derivatives are kept: of twins, and beside what has no name
 _SHARES = (1.0, 0.4, 0.1)       # of a step that are tried, the longest first
 _BLOCK = 1.0            # within which residuals may go together [s]
+REFERENCE = 'reference'  # what a gear is held against in the place of its link
 CLOSE = 0.5             # improvement of the score that is not worth another pass
 FAR = 100.0             # improvement by a step after which no derivative is as it was
 
@@ -88,10 +90,14 @@ class Fitter:
     _known: RecentCache[Derivatives] = field(default_factory=lambda: RecentCache(_BALANCES),
                                              repr=False)
 
-    @property
-    def led(self) -> bool:
-        """Return whether links are led: then motor balances alone count, of motor and torsion."""
-        return self.balancer.measurement.led
+    def is_unloaded(self, joint: str | None) -> bool:
+        """Return whether nobody knows the load of a joint: its motor balance alone counts then."""
+        return bool(self.balancer.measurement.unloaded[self.arm.labels.index(str(joint))])
+
+    def beyond_gear(self, joint: str) -> str:
+        """Return what a torsion is held against: the link of a joint, or its reference torque."""
+        sensed = self.balancer.measurement.held_against[self.arm.labels.index(joint)]
+        return REFERENCE if sensed else Site.LINK.value
 
     @property
     def healthy(self) -> 'Fitter | None':

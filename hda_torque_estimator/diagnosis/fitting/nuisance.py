@@ -27,6 +27,9 @@ _ZERO_STEP = 1e-6       # of an encoder's zero, for a derivative [rad]
 # (source: from 0, had commands changed at once, to a half, if the log's own loop held them)
 _LATE = 0.5             # of the time between two commands, by which they acted late at most
 _LATENESS = sole_at(WIRE)
+# (source: sensors of torque are calibrated to 1 %, and their mounting takes as much again)
+_SENSOR_GAIN = 0.02     # of a torque sensor, one sigma
+_SENSOR_LAG = 0.02      # of a reference torque, as a calibration has it [s]
 # Effect, number and tolerance of all numbers that an arm is given with: errors, and sizes.
 _KNOWN = [(kind, *kind.tolerance) for kind in EFFECTS if kind.tolerance]
 _ERRORS, _SIZES = ([(kind.name, number, tolerance) for kind, number, tolerance in _KNOWN
@@ -114,14 +117,63 @@ class CouplingInertia:
         return replace(arm, links=replace(arm.links, p3=arm.links.p3 * (1.0 + self.value)))
 
 
-AnyTerm = Term | Zero | CouplingInertia
+@dataclass(frozen=True)
+class SensorError:
+    """One error of the torque sensor of a joint (eq:balance-reference), in the shape of a term."""
+
+    joint: str
+    number: str
+    tolerance: float
+    value: float = 0.0
+    size: int = 1
+
+    @property
+    def name(self) -> str:
+        """Return what it is called."""
+        return f'sensor_{self.number}'
+
+    @property
+    def place(self) -> Place:
+        """Return what distinguishes a term from all others of a fit."""
+        return self.name, self.joint
+
+    def all_steps(self) -> Array:
+        """Return the step for finite differences."""
+        return np.array([self.tolerance])
+
+    def deviations(self) -> Array:
+        """Return the tolerance."""
+        return np.array([self.tolerance])
+
+    def vector(self) -> Array:
+        """Return the error."""
+        return np.array([self.value])
+
+    def at(self, vector: Array) -> 'SensorError':
+        """Return another error."""
+        return replace(self, value=float(vector[0]))
+
+    def on(self, arm: Arm) -> Arm:
+        """Return the arm whose sensor has this error."""
+        return replace(arm, joints=tuple(
+            self.on_joint(joint) if joint.label == self.joint else joint for joint in arm.joints))
+
+    def on_joint(self, joint: Joint) -> Joint:
+        """Return the joint whose sensor has this error."""
+        return replace(joint, sensor=joint.sensor._replace(**{self.number: self.value}))
 
 
-def nuisances(arm: Arm, untold: float = 0.0) -> tuple[AnyTerm, ...]:
+AnyTerm = Term | Zero | CouplingInertia | SensorError
+
+
+def nuisances(arm: Arm, untold: float = 0.0,
+              sensors: Mapping[str, float] | None = None) -> tuple[AnyTerm, ...]:
     """
     Return the tolerances of an arm as terms about its nominal numbers.
 
-    Nobody knows what acted for the time `untold` [s] after each recorded command.
+    Nobody knows what acted for the time `untold` [s] after each recorded command. Joints held
+    against `sensors` have their errors as well. A zero may be off by what its torque varies by,
+    which stands there [N*m].
     """
     terms: list[AnyTerm] = []
     for label in arm.labels:
@@ -142,6 +194,11 @@ def nuisances(arm: Arm, untold: float = 0.0) -> tuple[AnyTerm, ...]:
     if untold > 0.0:
         late = {'delay': _LATE * untold / REACH}
         terms += [_term(arm, _LATENESS.name, label, late) for label in arm.labels]
+    for label, varies in (sensors or {}).items():
+        terms += [SensorError(label, number, tolerance) for number, tolerance in
+                  (
+                      ('zero', varies), ('gain', _SENSOR_GAIN), ('lag', _SENSOR_LAG),
+                      ('blur', _SENSOR_LAG ** 2))]
     return *terms, *_carried(arm)
 
 
@@ -163,7 +220,7 @@ def _carried(arm: Arm) -> Iterator[Term]:
 
 def is_of_log(term: AnyTerm) -> bool:
     """Return whether what is tolerated is of the recording, and no property of the arm."""
-    return isinstance(term, Zero) or term.name == _LATENESS.name
+    return isinstance(term, (Zero, SensorError)) or term.name == _LATENESS.name
 
 
 def link_tolerances(arm: Arm, joint: str) -> dict[str, float]:

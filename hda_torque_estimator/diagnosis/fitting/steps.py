@@ -5,7 +5,7 @@ from typing import TypeAlias
 
 from hda_arm_sim.model.effects import effect_named, Scope, Site
 
-from .nuisance import AnyTerm, CouplingInertia, Zero
+from .nuisance import AnyTerm, CouplingInertia, SensorError, Zero
 from ...least_squares.term import Place
 
 # Choices unless stated otherwise.
@@ -67,7 +67,7 @@ def groups_at_once(terms: Sequence[AnyTerm]) -> list[list[tuple[int, int, int]]]
 
 def acts_apart(term: AnyTerm) -> bool:
     """Return whether a term shows in its own joint only."""
-    if isinstance(term, Zero):
+    if isinstance(term, (Zero, SensorError)):
         return True
     if isinstance(term, CouplingInertia):
         return False

@@ -162,9 +162,9 @@ def _curves(fitter: Fitter, fit: Fit, joints: Collection[str],
 def sites(fitter: Fitter, label: str) -> dict[str, list[int]]:
     """Return the channels in which a curve at each site of a joint shows."""
     motor, torsion = fitter.own_channels(label)
-    if fitter.led:
+    if fitter.is_unloaded(label):
         return {GEAR: [motor]}
-    return {'motor': [motor], 'torsion': [torsion], 'link': [motor, torsion]}
+    return {'motor': [motor], 'torsion': [torsion], fitter.beyond_gear(label): [motor, torsion]}
 
 
 def _one_of(wide: Columns, number: int, count: int) -> Columns:

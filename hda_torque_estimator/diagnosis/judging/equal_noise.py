@@ -41,6 +41,22 @@ def noise_in(fitter: Fitter, fit: Fit) -> Array:
 
 
 def _noise_of(fitter: Fitter, arm: Arm, valid: NDArray[np.bool_]) -> Array:
-    """Return the power (c,) that some noise of the angles has in the balances of an arm."""
+    """
+    Return the power (c,) that some noise of the angles has in the balances of an arm.
+
+    In balances held against sensors that of torques stands beside it. It is of commands and of
+    sensors, in whose units these balances are, and so the same for all arms.
+    """
+    power = _power_of_more(fitter, arm, valid)
+    sensed = np.tile(fitter.balancer.measurement.held_against, 2)
+    if sensed.any():
+        of_torques = fitter.noise ** 2 * valid.sum(axis=0) - _power_of_more(
+            fitter, fitter.arm, valid)
+        power = power + np.where(sensed, np.maximum(of_torques, 0.0), 0.0)
+    return np.maximum(power, 1e-300)
+
+
+def _power_of_more(fitter: Fitter, arm: Arm, valid: NDArray[np.bool_]) -> Array:
+    """Return the power (c,) that as much noise of readings again has in the balances."""
     more = fitter.balancer.noisier(arm).residual - fitter.balancer(arm).residual
-    return np.asarray(np.maximum((more ** 2).sum(axis=0, where=valid), 1e-300))
+    return np.asarray((more ** 2).sum(axis=0, where=valid))

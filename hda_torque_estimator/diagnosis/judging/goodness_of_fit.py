@@ -24,7 +24,7 @@ from .parameter_constancy import MANY, steady_shares
 from .search import SearchResult
 from .tolerances_reached import beyond_tolerance
 from ..balances.balance import Balancer, RATE
-from ..balances.healthy_twin import healthy_twin, noise_of, torque_noise_of
+from ..balances.healthy_twin import healthy_twin, noise_of, torque_noise_of, TorqueNoise
 from ..findings.certainty import margin_of_rest, margin_of_share
 from ..findings.rest import GEAR
 from ..fitting.fit import Fit, Fitter
@@ -210,10 +210,10 @@ def _of_itself(fitter: Fitter, fit: Fit) -> Array:
     return np.asarray(np.maximum(_power(made.residual, made.valid) / fitter.noise ** 2 - 1.0, 0.0))
 
 
-def _simulated(fitter: Fitter, fit: Fit, torque_noise: Array | float = 0.0) -> Balancer:
+def _simulated(fitter: Fitter, fit: Fit, more: TorqueNoise | None = None) -> Balancer:
     """Return the balances of a simulated recording of an arm that has what was fitted."""
     arm, balancer = fitter.on(fit.terms), fitter.balancer
-    return balancer.like(healthy_twin(balancer, arm, _NOISE, torque_noise))
+    return balancer.like(healthy_twin(balancer, arm, _NOISE, more))
 
 
 def _curves_of_itself(fitter: Fitter, fit: Fit) -> Usual:

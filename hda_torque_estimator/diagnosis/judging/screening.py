@@ -83,11 +83,16 @@ def _shift(fitter: Fitter, fit: Fit, term: Term) -> Array:
 
 
 def _may_show(fitter: Fitter, fit: Fit, site: Site) -> bool:
-    """Return whether more than noise is left where effects of a site show most, or nowhere."""
+    """
+    Return whether more than noise is left where effects of a site show most, or nowhere.
+
+    Of led links, what a motor gives is held against the torsion alone, or against a sensor whose
+    gain may take what a torsion has wrong into the balance of the motor.
+    """
     joints = len(fitter.arm.labels)
     loud = fit.variance > LOUD * fitter.noise ** 2
     loud |= not loud.any()
-    if fitter.led:
+    if fitter.balancer.measurement.led:
         return bool(loud.any())
     where = {Site.MOTOR: loud[:joints], Site.TORSION: loud[joints:]}
     return bool(where.get(site, loud).any())

@@ -13,6 +13,7 @@ from .dependence import against, dependence_of, spectrum, where
 from .exhibits import Exhibits
 from .following import Following
 from ..findings.report import Diagnosis
+from ..fitting.fit import REFERENCE
 from ...pages.plot import Plot, PlotGroup, PlotLine
 from ...pages.wording import spoken
 
@@ -96,10 +97,19 @@ def through_time(exhibits: Exhibits, columns: Sequence[int], names: tuple[str, s
         return None
     sides = {column // len(exhibits.labels) for column in columns}
     said = [*([_MOTOR] if 0 in sides else []),
-            *([_GEAR if site in _IN_TORSION else _LINKS] if 1 in sides else []), _SHOWN]
+            *([_gear_said(exhibits, columns, site)] if 1 in sides else []), _SHOWN]
     return PlotGroup('Torque, measured and simulated', ' '.join(said), {
         _timed_name(exhibits.labels, column): _timed(exhibits, column, names, site)
         for column in columns})
+
+
+def _gear_said(exhibits: Exhibits, columns: Sequence[int], site: str) -> str:
+    """Return what the torques of gears are, held against links or against a reference."""
+    joints = len(exhibits.labels)
+    if any(exhibits.beyond[column - joints] == REFERENCE for column in columns
+           if column >= joints and exhibits.beyond):
+        return _SENSED
+    return _GEAR if site in _IN_TORSION else _LINKS
 
 
 _IN_TORSION = ('torsion', 'timing', 'sensing')
@@ -109,6 +119,8 @@ _LINKS = ('Of a joint, measured is the torque of the gear, as the torsion gives 
           'what the links of the model need to move as measured.')
 _GEAR = ('Of a joint, measured is the torque that the motion of the links asked for; simulated '
          'is what the gear of the model gives at the measured torsion.')
+_SENSED = ('Of a joint, the torque of the gear by the torsion stands beside its reference torque, '
+           'as what is simulated and what is measured.')
 _SHOWN = 'The plot begins with the seconds in which the two part most.'
 
 

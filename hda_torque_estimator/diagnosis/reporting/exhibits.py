@@ -36,6 +36,8 @@ class Exhibits:
     lacking: Mapping[tuple[str, str | None], Array] = field(default_factory=dict)
     # Torque commanded to the motors (m, n), filtered as the balances are [N*m at the output].
     commanded: Array | None = None
+    # What each gear is held against (n,): its link, unless it is another.
+    beyond: tuple[str, ...] = ()
 
     def of(self, effect: str, joint: str | None) -> 'Exhibits':
         """Return the exhibits of one cause: before is then the extended arm without it."""
@@ -43,7 +45,8 @@ class Exhibits:
 
     def missed(self) -> Rest:
         """Return what the simulation misses before."""
-        return Rest(self.time, self.labels, self.before, self.valid, self.noise, self.coordinates)
+        return Rest(self.time, self.labels, self.before, self.valid, self.noise, self.coordinates,
+                    self.beyond)
 
     def rest(self) -> Rest:
         """Return what backed causes leave."""
@@ -53,10 +56,10 @@ class Exhibits:
         """Return the column at a site and joint in which the extension removes the most."""
         joints = len(self.labels)
         sides = {'motor': (0,), 'torsion': (1,), 'link': (1,)}.get(site, (0, 1))
-        if self.missed().is_of_gears:
-            sides = (0,)
-        columns = [side * joints + place for side in sides
-                   for place, label in enumerate(self.labels) if joint in (None, label)]
+        missed = self.missed()
+        columns = [side * joints + place for place, label in enumerate(self.labels)
+                   if joint in (None, label)
+                   for side in ((0,) if missed.is_of_gear(place) else sides)]
         return max(columns, key=self._removed)
 
     def _removed(self, column: int) -> float:

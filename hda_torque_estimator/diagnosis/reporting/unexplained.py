@@ -34,11 +34,12 @@ class Rest(NamedTuple):
     valid: NDArray[np.bool_]            # (m, 2 n)
     noise: Array                        # (2 n,) standard deviation
     coordinates: Mapping[str, Array]    # (m, n) each
+    # What each gear is held against (n,): its link, unless it is another.
+    beyond: tuple[str, ...] = ()
 
-    @property
-    def is_of_gears(self) -> bool:
-        """Return whether nothing is known of links, as they are led: only motor balances hold."""
-        return not self.valid[:, len(self.labels):].any()
+    def is_of_gear(self, place: int) -> bool:
+        """Return whether nothing is known of a joint's load: only its motor balance holds."""
+        return not self.valid[:, len(self.labels) + place].any()
 
     def column(self, place: int, site: str) -> int:
         """Return the column in which a rest at a site shows best."""
@@ -80,7 +81,8 @@ def rest_of(fitter: Fitter, fit: Fit) -> Rest:
     """Return what a fit leaves, with the coordinates of the arm that it found."""
     balancer = fitter.balancer
     return Rest(balancer.time, fitter.arm.labels, fit.balance.residual, fit.balance.valid,
-                fitter.noise, coordinates_of(balancer, fitter.on(fit.terms)))
+                fitter.noise, coordinates_of(balancer, fitter.on(fit.terms)),
+                tuple(map(fitter.beyond_gear, fitter.arm.labels)))
 
 
 def described(rest: Rest, least: float = LEAST) -> Unexplained | None:
@@ -103,9 +105,10 @@ def described(rest: Rest, least: float = LEAST) -> Unexplained | None:
 
 def site_of(rest: Rest, place: int) -> str:
     """Return the site of a rest at a joint: the one whose own pattern it breaks least."""
-    if rest.is_of_gears:
+    if rest.is_of_gear(place):
         return GEAR
-    return pair_of(rest.residual, rest.valid, rest.noise, place).site()
+    site = pair_of(rest.residual, rest.valid, rest.noise, place).site()
+    return rest.beyond[place] if rest.beyond and site == 'link' else site
 
 
 def _timed(site: str, following: Following) -> str:
