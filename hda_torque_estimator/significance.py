@@ -2,17 +2,18 @@
 
 import math
 
+# Judgement; choices unless stated otherwise.
+# Improvement of the score beyond what its freedom costs, from which a cause is named. The score is
+# twice a log likelihood, so this asks for odds of e^30 to 1.
+SCORE_BAR = 60.0
+SIGN_CERTAIN = 0.6      # correlation, of either sign, from which the sign is certain
+
+# Numerics.
 NORMAL_90 = 1.645           # deviations each side of a 90 % interval (source: normal distribution)
 NORMAL_MEDIAN = 0.6745      # median of absolute noise over deviation (source: normal distribution)
-
 # Mean square of the fourth differences of white noise over its own: 1 + 16 + 36 + 16 + 1
 # (source: squares of the binomial coefficients).
 FOURTH_DIFFERENCES = 70.0
-
-# Improvement of the score beyond what its freedom costs, from which a cause is named. The score is
-# twice a log likelihood, so this asks for odds of e^30 to 1 (choice).
-SCORE_BAR = 60.0
-SIGN_CERTAIN = 0.6      # correlation, of either sign, from which the sign is certain (choice)
 
 
 def surely_above(bar: float) -> float:

@@ -45,11 +45,13 @@ from ..measurements.effort import as_held
 from ..measurements.measurement import Measurement
 from ..measurements.running_clock import inside, Spans, split
 
-# Choices unless stated otherwise.
-_ROUNDS = 2             # of searches, while zeros of several recordings or stretches move
+# Judgement; choices unless stated otherwise.
 _QUIETER = 0.7          # of the noise that was taken, below which it has hidden something
-_LAST_NOISE = 1         # seed of the twin of the arm that was found
 _STILL = 0.02           # link travel below which nothing was moved [rad]
+
+# Numerics; choices unless stated otherwise.
+_ROUNDS = 2             # of searches, while zeros of several recordings or stretches move
+_LAST_NOISE = 1         # seed of the twin of the arm that was found
 
 
 class Conclusion(NamedTuple):

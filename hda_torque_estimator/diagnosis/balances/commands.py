@@ -20,13 +20,15 @@ from scipy.ndimage import gaussian_filter1d
 from .balance import Balancer, RATE
 from ...measurements.measurement import Measurement
 
-# Choices unless stated otherwise.
-_FAST = 4.0             # samples of the balances over which what is slower is another's effect
-_CHANGES = 5            # stretches of a second with changes of the command, at least
+# Judgement; choices unless stated otherwise.
 _EXPLAINED = 0.25  # share of the power there that the way to the next command must explain
 _CERTAIN = 4.0          # deviations from held, and from the other end, that determine a way
 # (source: half of the least way of a log of a faster loop, that of every second sample)
 _HELD_WAY = 0.25        # below which commands were held
+
+# Numerics; choices unless stated otherwise.
+_FAST = 4.0             # samples of the balances over which what is slower is another's effect
+_CHANGES = 5            # stretches of a second with changes of the command, at least
 
 
 def way_between(balancer: Balancer, arm: Arm, noise: Array) -> float | None:

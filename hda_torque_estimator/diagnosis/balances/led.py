@@ -11,9 +11,11 @@ import numpy as np
 from .coordinates import torques_of
 from ...measurements.measurement import Measurement
 
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
 # (source: a motor that moves its link gives all of that torque, and friction beside it)
 _NOTHING = 0.05         # share of the torque through a gear below which its motor does nothing
+
+# Numerics; choices unless stated otherwise.
 _ENOUGH = 5000          # samples that suffice, evenly over a recording
 
 

@@ -13,15 +13,17 @@ import numpy as np
 
 from .balance import Balancer
 
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
 # (null: short stops of 24 joints of healthy arms left 167 to 474, presliding 1109 and more)
 _LOUD = 800.0           # power where a shaft turns round, over that of noise
 _APART = 20.0           # ... and over the power elsewhere
-_FEWEST = 25            # rows that suffice
 # (measured: a wrist that is light behind its gear stops shortly in many turns. Half of the rows
 # of 87 healthy joints of cobot7 there had up to 16 times the power of noise, over 20 to 60 s. Of
 # typical presliding they had 34 to 548 times in eleven records, in others before from 7 on)
 _BROAD = 24.0           # median power there on a chain, over that of noise and elsewhere
+
+# Numerics; choices unless stated otherwise.
+_FEWEST = 25            # rows that suffice
 
 
 def turning_round(balancer: Balancer, arm: Arm, noise: Array) -> tuple[int, ...]:

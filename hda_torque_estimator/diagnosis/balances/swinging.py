@@ -19,11 +19,13 @@ from numpy.typing import NDArray
 from .balance import Balancer, RATE
 from .base_motion import stirring
 
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
+_STANDS_OUT = 0.2       # least share of what is left in the torsion balances beyond noise
+
+# Numerics; choices unless stated otherwise.
 _LOWEST, _HIGHEST = 3.0, 30.0   # frequencies, below the balances' bandwidth [Hz]
 _DAMPINGS = (0.04, 0.3, 1.0)    # of steel, of a base on rubber, and of one that creeps back
 _DIRECTIONS = np.linspace(0.0, np.pi, 36, endpoint=False)  # of the base that are tried [rad]
-_STANDS_OUT = 0.2       # least share of what is left in the torsion balances beyond noise
 
 
 class Mode(NamedTuple):

@@ -24,7 +24,7 @@ from ..judging.selection_criteria import (CERTAIN, floor, material, quiet_joints
 from ...least_squares.term import Term
 from ...significance import surely_above
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _PHASES = np.linspace(0.0, math.pi, 12, endpoint=False)     # of a wave, one of which shows least
 _CLOSE = 0.03           # of what is needed: near enough
 _ROUNDS = 12            # of a bisection, at most

@@ -10,9 +10,11 @@ import math
 
 from .report import at_place, Evidence, Finding
 
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
 ODDS = 19.0             # to 1 at a margin of one bar: those of 95 %
 NAMED = 0.95             # probability of a cause that is named beside a rest without a name
+
+# Numerics; choices unless stated otherwise.
 _MOST = 40.0                    # bars beyond which a number of this size holds nothing more
 
 

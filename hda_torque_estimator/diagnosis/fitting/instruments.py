@@ -19,7 +19,7 @@ from .fit import Fit, Fitter, moved
 from .solve import condense, solve
 from ..balances.balance import Balancer
 
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
 _ALIKE = 0.85           # correlation with the twin's column from which it can stand for one
 _FAR = 8.0              # deviations by which no bias of noise moves a cause
 

@@ -19,9 +19,12 @@ from ..fitting.nuisance import Zero
 from ...least_squares.term import Term
 
 Array = NDArray[np.float64]
-_LAWS = (1, 2, 3, 5)    # powers of the torque that laws of a torsion may have (choice)
+# Judgement; choices unless stated otherwise.
 # (measured: what stood in for a disc had 4 to 71, six true discs 33 000 and more)
 _BEND = 1000.0          # score of the bend alone, from which a disc is one
+
+# Numerics; choices unless stated otherwise.
+_LAWS = (1, 2, 3, 5)    # powers of the torque that laws of a torsion may have (choice)
 
 
 def straight(fitter: Fitter, fit: Fit) -> tuple[Term, ...]:

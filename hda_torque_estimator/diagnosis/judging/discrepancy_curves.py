@@ -22,20 +22,22 @@ from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.solve import Columns, condense, condense_more, Solution, solve
 
 Array = NDArray[np.float64]
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
+# (measured: 0.005 at most in the laboratory, 0.05 to 0.9 where noise made 200 to 1800 of score)
+_OF_NOISE = 0.02        # share of its power that noise may have in a rate that is of the motion
+
+# Numerics; choices unless stated otherwise.
 SLOW = 1.0              # shaft speed over which a sense of motion sets in [rad/s]
 # (source: what noise moves has no less at high frequency; motions of robots end below 7 Hz)
 _SMOOTH = 3.0           # samples of the balances over which torques and rates are of the motion
-# (measured: 0.005 at most in the laboratory, 0.05 to 0.9 where noise made 200 to 1800 of score)
-_OF_NOISE = 0.02        # share of its power that noise may have in a rate that is of the motion
-_RATED = ('joint_torque', 'motor_torque', 'motor_velocity')
 SLIDING = (5.0, 20.0)   # shaft speeds over which friction may fall [rad/s]
 _LINK_ORDERS = (1, 2, 3, 4, 6)  # waves per link turn of curves without a name
 _MOTOR_ORDERS = (1, 2, 4, 6, 8, 12)  # waves per motor turn of curves without a name
+_AT_REST = 1e-30        # mean square of a shape, below which nothing moved that makes it
+_RATED = ('joint_torque', 'motor_torque', 'motor_velocity')
 # Beside these two, what follows the torque lets a motor balance shrink with all of its noise.
 _SCALED = {name for name, sought in HYPOTHESES.items() if sought.scales}
 _SCALE = 'joint_torque^1'
-_AT_REST = 1e-30        # mean square of a shape, below which nothing moved that makes it
 
 
 Usual = Mapping[tuple[str, str, str], float]    # improvements by joint, site and form

@@ -22,11 +22,13 @@ from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Place, Term
 from ...significance import SCORE_BAR
 
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
 # (measured: right causes left some 100 to the best curve, others 700 to 5500)
 _IMPROVES = 300.0           # improvement of the score by a cause without a name that is taken
 # (choice: a law and its curve explain the same, and then the law has the name)
 _AHEAD = 1.2            # of what the best of the catalogue improves, that one taken first does
+
+# Numerics; choices unless stated otherwise.
 _MOST = 6               # causes without a name: more are a rest that none describes
 
 

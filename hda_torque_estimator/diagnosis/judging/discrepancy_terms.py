@@ -25,13 +25,15 @@ from ..findings.rest import IN_WORDS
 from ..fitting.fit import Fit, Fitter
 from ..fitting.solve import score
 
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
+_OWN = 0.01             # of a curve's power, that is its own beside all that a fit may move
+
+# Numerics; choices unless stated otherwise.
 _POWERS = (1, 2, 3)     # of a torque and of an angle
+_HALF_A_WAVE = np.pi    # of travel, below which a wave is any curve [rad]
+_SAME = 1e-6            # singular value over the largest, below which columns are the same
 # The most waves per turn of each angle.
 _ORDERS = {'motor_angle': 12, 'link_angle': 12, 'other_link_angle': 6}
-_HALF_A_WAVE = np.pi    # of travel, below which a wave is any curve [rad]
-_OWN = 0.01             # of a curve's power, that is its own beside all that a fit may move
-_SAME = 1e-6            # singular value over the largest, below which columns are the same
 
 
 class DiscrepancyTerm(NamedTuple):

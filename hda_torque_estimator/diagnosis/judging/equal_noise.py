@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..fitting.fit import Fit, Fitter
 from ..fitting.solve import score
 
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
 _STAYS = 0.1            # share of a rest that stays at least, without what noise makes,
 _SHARES = (0.5, 1.5)    # and how much less or more noise one arm may make than another
 

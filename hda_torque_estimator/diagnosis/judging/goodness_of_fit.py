@@ -31,12 +31,14 @@ from ...least_squares.term import Place, Term
 from ...significance import SCORE_BAR
 
 Array = NDArray[np.float64]
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
 REST = 0.8              # rms left beside noise, in rms of noise, that asks for an explanation
 # (null: over ten seconds the noise is known to 40 %; one healthy arm in two left more)
 _ENOUGH = 40.0          # of motion; over less, the level of noise is known less well [s]
 # (choice: as much as the forms of laws of friction leave)
 _CRUDE = 0.02           # share of what has no name, below which a rest at its site is its own
+
+# Numerics; choices unless stated otherwise.
 _NOISE = 2              # seed of the noise of an arm that is simulated here; any other will do
 
 

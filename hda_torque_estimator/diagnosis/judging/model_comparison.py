@@ -21,6 +21,7 @@ from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Term
 
+# Judgement.
 # (measured: the harmonic of a disc as a form lacked 6 % of what the exact one explained)
 _UNSURE = 0.1           # share of what forms improve that does not separate two causes
 

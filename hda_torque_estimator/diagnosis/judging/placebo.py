@@ -20,10 +20,12 @@ from ...least_squares.term import Term
 from ...significance import NORMAL_90
 
 Array = NDArray[np.float64]
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
+_REMOVABLE = 0.01       # of the power of noise, beyond which there is something to remove
+
+# Numerics; choices unless stated otherwise.
 _NEAREST = 0.25         # of the recording, that a placebo is away from the cause at least
 _PLACEBOS = 4           # of each cause
-_REMOVABLE = 0.01       # of the power of noise, beyond which there is something to remove
 
 
 class RemovedShares(NamedTuple):

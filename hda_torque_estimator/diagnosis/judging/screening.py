@@ -19,7 +19,7 @@ from ..fitting.steps import acts_apart
 from ...least_squares.term import Term, with_terms
 
 Array = NDArray[np.float64]
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
 LOUD = 1.4              # variance over that of noise from which something is left in a channel
 
 

@@ -25,13 +25,15 @@ from ..fitting.steps import acts_apart
 from ...least_squares.term import Place, Term
 from ...significance import SCORE_BAR
 
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
+_NEAR = 0.5             # share of an improvement that a cause may lack to be tried in its stead
+_CLOSE = 0.05           # likewise, to be weighed again when all causes are known
+_BRANCHING = 5          # causes beyond which no other way is tried: each costs as much
+
+# Numerics; choices unless stated otherwise.
 _CANDIDATES = 6         # fitted in every round, with two steps,
 _FINALISTS = 3          # and the best places of them to the end
-_NEAR = 0.5             # share of an improvement that a cause may lack to be tried in its stead
-_TURNS = 2              # ways that are tried so,
-_BRANCHING = 5          # where no more causes than these were found: a way more costs as much
-_CLOSE = 0.05           # likewise, to be weighed again when all causes are known
+_TURNS = 2              # other ways that are tried
 
 
 class Reason(NamedTuple):

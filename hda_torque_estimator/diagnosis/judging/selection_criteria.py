@@ -28,10 +28,8 @@ from ...least_squares.term import Term
 from ...significance import SCORE_BAR
 
 Array = NDArray[np.float64]
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
 _MATERIAL = 0.7         # least explained rms, in rms that a healthy arm leaves
-# (source: what laws do along motions of robots is nearly all below this)
-SLOW = 10.0             # frequency [Hz] below which as much of the noise there is enough
 # (null: a simple curve improved the score of healthy arms by 61 at most)
 CERTAIN = 200.0        # improvement of the score that may pass for noise at first
 _SURE = 1000.0          # improvement and
@@ -39,6 +37,10 @@ _NEARLY_ALL = 0.9       # share of a rest that no law leaves to one of another f
 _ALL_OF_ALIKE = 0.98    # and to one that it is confused with,
 # (measured: a soft wind-up named a stiffness left a rest of 8.6 times noise)
 _ALIKE_REST = 50.0      # of which there must be so much, over noise, that this can be judged
+
+# Numerics; choices unless stated otherwise.
+# (source: what laws do along motions of robots is nearly all below this)
+SLOW = 10.0             # frequency [Hz] below which as much of the noise there is enough
 
 
 def freedom(fitter: Fitter, term: Term) -> float:

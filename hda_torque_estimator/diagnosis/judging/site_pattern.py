@@ -17,7 +17,7 @@ from ..fitting.fit import Fit, Fitter
 from ...least_squares.term import Term
 
 Array = NDArray[np.float64]
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
 _ALIKE = 0.25           # most of the power that A - B may hold where both are of one link torque
 _LOUD = 3.0             # rms over noise from which a balance shows a pattern
 

@@ -22,6 +22,7 @@ from ...measurements.running_clock import Spans
 from ...significance import NORMAL_90
 
 Array = NDArray[np.float64]
+# Judgement.
 # Difference of scores, and in shares of what the cause improves, below which two causes explain
 # equally well (measured: scale and eccentricity of an encoder differ by 0.002 on a short arc).
 TIED, TIED_SHARE = 20.0, 0.002

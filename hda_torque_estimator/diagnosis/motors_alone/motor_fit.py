@@ -21,11 +21,13 @@ from ..findings.gains import Gains
 from ..judging.placebo import moved_away
 from ...significance import FOURTH_DIFFERENCES, NORMAL_MEDIAN
 
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
+_OWN = 0.1              # of a placebo, that is its own beside all other columns
+
+# Numerics; choices unless stated otherwise.
 MOST = 12               # lines of one motor that are tried
 _PERIODS = 3.0          # of a line, over which slower errors are taken out of it
 _WINDOW = 0.1           # of held-out errors [s]
-_OWN = 0.1              # of a placebo, that is its own beside all other columns
 LOAD = 3                # columns: inertia, and the load over the link angle (layout)
 METRIC = ('mean squared error of the motor torque that the measured motion calls for, on held-out '
           'stretches, over white noise')

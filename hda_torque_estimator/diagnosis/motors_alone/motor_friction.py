@@ -20,12 +20,14 @@ from .friction_causes import (
 from .motor_record import Sweep
 from .posterior import PossibleCause, Posterior, posterior, Weigher
 
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
+_HELD = 0.5             # probability from which a cause is part of what explains a torque
+
+# Numerics; choices unless stated otherwise.
 _ROUNDS = 3             # in which the load and the scales of laws are found more closely
 MEMORY = 0.3            # time over which errors of a torque may go together [s]
 _EXACT = 1e-3           # of a relative tolerance: nothing is known exactly
 _DIGITS = 6             # of a log evidence: the last ones depend on how a machine sums
-_HELD = 0.5             # probability from which a cause is part of what explains a torque
 
 
 class FrictionCause(NamedTuple):

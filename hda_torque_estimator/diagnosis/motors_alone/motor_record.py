@@ -14,15 +14,17 @@ from scipy.signal import savgol_coeffs, savgol_filter
 
 from ...measurements.recording_checks import check_duration, check_torque
 
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
+_TRAVEL = 0.02          # link travel below which a joint was held still [rad]
+_CERTAIN = 4.0          # deviations of a speed, by the encoder's steps, that show its sense
+
+# Numerics; choices unless stated otherwise.
 SHORTEST = 2.0          # recording of a sweep from which friction and ripple are observable [s]
 _WINDOW, _DEGREE = 0.041, 3     # of the polynomials that give speeds [s]
-_TRAVEL = 0.02          # link travel below which a joint was held still [rad]
 _SLOW = 0.3             # shaft speed below which dry friction is not known [rad/s]
 _BLOCKS = 12            # stretches of the motion of a sweep,
 HELD = 3               # of so many of which one is held out
 _WINDOWS = 2              # windows of the polynomials in a stretch that suffices
-_CERTAIN = 4.0          # deviations of a speed, by the encoder's steps, that show its sense
 
 
 class Sweep(NamedTuple):

@@ -31,7 +31,7 @@ from ..findings.report import (Alike, Candidate, Detectable, Diagnosis, Evidence
 from ..findings.rest import NOTHING, Unexplained
 from ...significance import NORMAL_90
 
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
 REST = 2.5              # rms left over white noise that asks for an explanation
 _UNSEEN = (Site.TORSION, Site.TIMING, Site.SENSING)
 _SIDE = ('One encoder for each joint: torsion, timing and sensing cannot be seen; '

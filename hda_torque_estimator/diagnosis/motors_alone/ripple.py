@@ -13,9 +13,11 @@ import numpy as np
 from scipy.ndimage import median_filter
 from scipy.optimize import minimize_scalar
 
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
 STANDS_OUT = 20.0       # power over the median about it (null: passed in 1 % of spectra)
 SHARE = 0.01            # of the power, below which a line is immaterial
+
+# Numerics; choices unless stated otherwise.
 _LOWEST = 0.5           # order: slower waves are loads [1/turn]
 _ABOUT = 201            # frequencies about a line that show its surroundings
 _PER_SAMPLE = 0.4       # waves in a sample: faster ones are not seen

@@ -23,13 +23,15 @@ from ...measurements.measurement import Measurement
 from ...significance import NORMAL_MEDIAN, SCORE_BAR
 
 SIDES = ('motor_step', 'link_step')
-# Choices unless stated otherwise.
-_SAME = 1e-9            # changes of an angle that rounding may make [rad]
+# Judgement; choices unless stated otherwise.
 _COARSER = 1.5          # steps, in those stated, from which an encoder is coarser
 _NEAR = 0.05            # of a step, how far a change may be from a whole multiple
 _WHOLE = 0.98           # share of changes that must be whole multiples
-_PARTS = 8              # of the smallest change, one of which is the step
 _RARE = 1e-3            # share of changes and of gaps that may be of faults
+
+# Numerics; choices unless stated otherwise.
+_SAME = 1e-9            # changes of an angle that rounding may make [rad]
+_PARTS = 8              # of the smallest change, one of which is the step
 _PASS = 25              # samples within which an arm passes a place once
 
 

@@ -13,13 +13,15 @@ import math
 from hda_arm_sim.foundation.arrays import Array, Mask
 import numpy as np
 
-# Choices unless stated otherwise.
-STRETCHES = 6           # in time, and in each of both directions, that must agree
-_CYCLES = 0.45          # of a wave between two samples that are distinguished; at 0.5 none is
+# Judgement; choices unless stated otherwise.
 # Least share of what stretches gain alone that one wave gains
 # (null: aliases of counts have 0.71 to 0.82 of it, waves of encoders more than 0.99).
 _AGREED = 0.9
 _MOVING = 0.5           # of its size at the link, from which a wave at the motor is the same
+
+# Numerics; choices unless stated otherwise.
+STRETCHES = 6           # in time, and in each of both directions, that must agree
+_CYCLES = 0.45          # of a wave between two samples that are distinguished; at 0.5 none is
 
 
 def resolved(travel: Array, fewest: float, most: float, window: int) -> Mask:

@@ -23,17 +23,19 @@ from ...measurements.measurement import Measurement
 from ...significance import NORMAL_90, SCORE_BAR
 
 MOTOR, LINK = 0, 1      # sides of a reading
-# Choices unless stated otherwise.
-_BINS = 2 ** 18         # of one turn
-_FEWEST, _MOST = 1000, 2 ** 16  # lines per turn that are looked for; fewer, the arm may follow
+# Judgement; choices unless stated otherwise.
 _SHARE = 0.05           # of the rest's power, below which a wave is immaterial
 _HINT = 0.01            # of it, by folding alone, from which a wave is fitted
+_PASSED = 0.01          # least power of a wave of 1 that the polynomials must leave
+
+# Numerics; choices unless stated otherwise.
+_BINS = 2 ** 18         # of one turn
+_FEWEST, _MOST = 1000, 2 ** 16  # lines per turn that are looked for; fewer, the arm may follow
 _WHOLE_STEPS = 4.0      # least counts of the encoder in a line
 _BAND = 1.4             # from the fewest lines to the most that are looked for in the same rows
 _NEAR = 2               # lines about the strongest that are fitted exactly
 _ROUNDS = 3             # the angle behind a reading is known better each time
 _TRIED = (2500.0, 6000.0, 20000.0)          # lines for which the smallest wave is sought
-_PASSED = 0.01          # least power of a wave of 1 that the polynomials must leave
 _INVERSE = 12           # rounds to the angle behind a reading
 
 

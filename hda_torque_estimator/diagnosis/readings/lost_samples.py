@@ -24,16 +24,18 @@ from ..findings.report import FittedNumber
 from ...measurements.measurement import Measurement
 from ...significance import NORMAL_MEDIAN, SCORE_BAR
 
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
 TOLERABLE = 1e-4        # share of slipped samples that nobody would call wrong
 _SLIP = 0.2            # slip that counts [samples]
 _SURE = 8.0             # standard deviations of the slip that it must be away from zero
 _COMMON = 0.8           # least share of a sample's deviation that one slip must explain
+_GAP = 10               # samples absent in a row that are lost samples, not a pause
+
+# Numerics; choices unless stated otherwise.
 _REACH = 4              # neighbours on each side through which a curve is laid
 _NEARBY = 25            # samples on each side that show how much samples slip by themselves
 _PASSES = 12            # slipped samples next to each other come to light one by one
 _RATES = 200            # that are tried
-_GAP = 10               # samples absent in a row that are lost samples, not a pause
 
 
 class Slips(NamedTuple):

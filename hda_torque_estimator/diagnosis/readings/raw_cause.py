@@ -8,7 +8,7 @@ from hda_arm_sim.model.effects import Effect
 
 from ..findings.report import FittedNumber
 
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
 SHARE = 0.02            # of what the readings scatter, below which a cause is immaterial
 
 

@@ -16,7 +16,7 @@ from scipy.signal import savgol_filter
 from ...significance import NORMAL_MEDIAN
 
 _WINDOW, _DEGREE = 17, 3        # of the polynomials that give the usual change [samples]
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
 _COUNTS = 2.0           # counts from sample to sample, from which none repeats by itself,
 _CLEAR = 4.0            # and standard deviations of such a change by noise (one in 10 000 is more)
 _MADE_UP = 1.5          # usual changes that the reading after a repeated one makes, of 2

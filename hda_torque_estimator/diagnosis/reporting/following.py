@@ -19,24 +19,26 @@ from numpy.typing import NDArray
 from ..balances.strongest_wave import strongest_wave, TURN, wave_share
 
 Bins = NDArray[np.int64]
-# Choices unless stated otherwise.
 WRAPPED = 'motor_angle'             # the coordinate that counts modulo one turn
+# Judgement; choices unless stated otherwise.
+_CARRIED = 0.05                     # by which a carrier must explain more than none
+_EVERYTHING = 0.05                  # by which time, which everything follows, must explain more
+_OTHER_SIDE = 0.02                  # by which the velocity of the other side must explain more
+_WAVE = 0.7                         # least share of a curve that makes it a wave
+
+# Numerics; choices unless stated otherwise.
 TRAVEL = 2.0                        # least motor turns in which a period of one turn shows
-_ANGLES = ('link_angle', 'other_link_angle')
-VELOCITIES = ('motor_velocity', 'link_velocity')
-# Carriers that a coordinate is, or goes with: a curve along it holds what they would explain.
-_HELD = {**dict.fromkeys(VELOCITIES, ('direction', 'torque')), 'joint_torque': ('torque',),
-         'motor_torque': ('direction', 'torque')}
 BINS = 24               # of a coordinate
 TURN_BINS = 120                    # of a motor turn: cogging has up to 42 periods in it
 _FASTEST = 0.98                     # share of the speeds within the bins of a velocity
 _PER_BIN = 15                       # least samples in a bin, on average
 _SHIFTS = 16            # of a coordinate along the recording, to see what chance explains
-_CARRIED = 0.05                     # by which a carrier must explain more than none
-_EVERYTHING = 0.05                  # by which time, which everything follows, must explain more
-_OTHER_SIDE = 0.02                  # by which the velocity of the other side must explain more
 _ORDERS = np.arange(0.5, 13.0, 0.25)        # of a link turn: higher ones move too fast to separate
-_WAVE = 0.7                         # least share of a curve that makes it a wave
+_ANGLES = ('link_angle', 'other_link_angle')
+VELOCITIES = ('motor_velocity', 'link_velocity')
+# Carriers that a coordinate is, or goes with: a curve along it holds what they would explain.
+_HELD = {**dict.fromkeys(VELOCITIES, ('direction', 'torque')), 'joint_torque': ('torque',),
+         'motor_torque': ('direction', 'torque')}
 
 
 class Following(NamedTuple):

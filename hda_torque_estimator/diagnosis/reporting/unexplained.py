@@ -18,7 +18,7 @@ from ..findings.rest import GEAR, NOTHING, Unexplained
 from ..fitting.fit import Fit, Fitter
 from ..judging.site_pattern import pair_of, power
 
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
 LEAST = 2.0             # rms left over noise from which there is a rest
 _FOLLOWED = 0.1            # least share of the power that a coordinate must explain
 _TIMING = 0.5           # least share that follows the velocity if angles are sampled apart
