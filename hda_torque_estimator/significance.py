@@ -7,6 +7,15 @@ import math
 # twice a log likelihood, so this asks for odds of e^30 to 1.
 SCORE_BAR = 60.0
 SIGN_CERTAIN = 0.6      # correlation, of either sign, from which the sign is certain
+NEARLY_ALL = 0.9        # share of a thing from which nothing of note lacks
+# (source: more than all else together)
+MOSTLY = 0.5            # share of a thing from which it is that more than anything else
+IMMATERIAL = 0.02       # share of a power below which it is not worth a name
+# (source: normal distribution, one of 16 000 is farther off)
+DEVIATIONS = 4.0        # standard deviations from which a difference is not of noise
+STILL = 0.02            # link travel below which nothing was moved [rad]
+
+HARDLY = 1.0 - NEARLY_ALL           # share of a thing up to which it is nothing of note
 
 # Numerics.
 NORMAL_90 = 1.645           # deviations each side of a 90 % interval (source: normal distribution)

@@ -44,10 +44,10 @@ from ..least_squares.term import Place
 from ..measurements.effort import as_held
 from ..measurements.measurement import Measurement
 from ..measurements.running_clock import inside, Spans, split
+from ..significance import STILL
 
 # Judgement; choices unless stated otherwise.
 _QUIETER = 0.7          # of the noise that was taken, below which it has hidden something
-_STILL = 0.02           # link travel below which nothing was moved [rad]
 
 # Numerics; choices unless stated otherwise.
 _ROUNDS = 2             # of searches, while zeros of several recordings or stretches move
@@ -75,7 +75,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     given, arm, measurement = arm, with_stand_in(arm), as_held(measurement, arm)
     training, held_out = split(measurement)
     facts = _facts(measurement, training, held_out, origin.sources)
-    if (np.ptp(measurement.reading[:, :, 1], axis=0) < _STILL).all():
+    if (np.ptp(measurement.reading[:, :, 1], axis=0) < STILL).all():
         return Conclusion(_unmoved(facts, arm, origin), given, None)
     unloaded = why_led(measurement, given)
     names, aside = _sought(arm, names, unloaded)

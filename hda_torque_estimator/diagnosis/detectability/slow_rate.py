@@ -22,10 +22,11 @@ from ..readings.raw_readings import raw_readings
 from ...least_squares.term import Place
 from ...measurements.measurement import Measurement
 from ...measurements.running_clock import inside, split
+from ...significance import NEARLY_ALL
 from ...simulating.closed_loop import run
 
 # Judgement; choices unless stated otherwise.
-SLOWER = 0.9           # share of it, below which a rate may be to blame
+SLOWER = NEARLY_ALL     # share of it, below which a rate may be to blame
 
 # Numerics; choices unless stated otherwise.
 # (source: the rate of the records of docs/accuracy.md)

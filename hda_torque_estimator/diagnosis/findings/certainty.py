@@ -11,8 +11,8 @@ import math
 from .report import at_place, Evidence, Finding
 
 # Judgement; choices unless stated otherwise.
-ODDS = 19.0             # to 1 at a margin of one bar: those of 95 %
-NAMED = 0.95             # probability of a cause that is named beside a rest without a name
+NAMED = 0.95             # probability at one bar, and of a cause beside what has no name
+ODDS = NAMED / (1.0 - NAMED)        # to 1 at a margin of one bar
 
 # Numerics; choices unless stated otherwise.
 _MOST = 40.0                    # bars beyond which a number of this size holds nothing more

@@ -20,12 +20,9 @@ from ..findings.rest import GEAR
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.solve import Columns, condense, condense_more, Solution, solve
+from ...significance import IMMATERIAL
 
 Array = NDArray[np.float64]
-# Judgement; choices unless stated otherwise.
-# (measured: 0.005 at most in the laboratory, 0.05 to 0.9 where noise made 200 to 1800 of score)
-_OF_NOISE = 0.02        # share of its power that noise may have in a rate that is of the motion
-
 # Numerics; choices unless stated otherwise.
 SLOW = 1.0              # shaft speed over which a sense of motion sets in [rad/s]
 # (source: what noise moves has no less at high frequency; motions of robots end below 7 Hz)
@@ -131,7 +128,7 @@ def curves_at_sites(fitter: Fitter, fit: Fit, joints: Collection[str],
         for rates_of in (_rates, _quick_rates):
             with_noise = {} if quick else dict(rates_of(time, noisier))
             forms |= {name: rate for name, rate in rates_of(time, along) if quick or (
-                np.var(with_noise[name] - rate) <= _OF_NOISE * np.var(rate))}
+                np.var(with_noise[name] - rate) <= IMMATERIAL * np.var(rate))}
         columns = np.stack(list(forms.values()), 1)
         shapes = columns / np.sqrt(np.maximum(np.mean(columns ** 2, axis=0), _AT_REST))
         for site, channels in sites(fitter, label).items():

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from .discrepancy_curves import best_curves, Curve, improvement_of, Usual, usual_curves
 from .law_forms import evidence, reformed
-from .parameter_constancy import MANY, steady_shares
-from .search import SearchResult
+from .parameter_constancy import steady_shares
+from .search import MANY, SearchResult
 from ..balances.balance import Balancer, RATE
 from ..balances.healthy_twin import healthy_twin, noise_of, torque_noise_of
 from ..findings.certainty import margin_of_rest
@@ -28,15 +28,13 @@ from ..findings.rest import GEAR
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Place, Term
-from ...significance import SCORE_BAR
+from ...significance import IMMATERIAL, MOSTLY, SCORE_BAR
 
 Array = NDArray[np.float64]
 # Judgement; choices unless stated otherwise.
 REST = 0.8              # rms left beside noise, in rms of noise, that asks for an explanation
 # (null: over ten seconds the noise is known to 40 %; one healthy arm in two left more)
 _ENOUGH = 40.0          # of motion; over less, the level of noise is known less well [s]
-# (choice: as much as the forms of laws of friction leave)
-_CRUDE = 0.02           # share of what has no name, below which a rest at its site is its own
 
 # Numerics; choices unless stated otherwise.
 _NOISE = 2              # seed of the noise of an arm that is simulated here; any other will do
@@ -106,7 +104,7 @@ def _judged(fitter: Fitter, found: SearchResult, doubted: Sequence[Term]) -> Goo
     apart = [*doubted, *shapeless(fitter, fit, lacking)]
     wrong = [*formed, *apart]
     unexplained = _of_joints(fitter, rests > 1.0, wrong,
-                             left <= bar + _CRUDE * _nameless_power(fitter, fit))
+                             left <= bar + IMMATERIAL * _nameless_power(fitter, fit))
     over = {term.place: power / noise for term, power in zip(fit.accepted, powers)}
     shares = {place: max(float(rests[_acts(power)].max()), curves.get(place, 0.0))
               for place, power in over.items()}
@@ -223,7 +221,7 @@ def _unsure(fit: Fit) -> Array:
 
 def _acts(power: Array) -> NDArray[np.bool_]:
     """Return in which channels (c,) a cause acts by its power over noise: most, or much."""
-    return (power > REST ** 2) | (power >= 0.5 * power.max())
+    return (power > REST ** 2) | (power >= MOSTLY * power.max())
 
 
 def _formed(fitter: Fitter, fit: Fit, found: SearchResult, powers: Mapping[Place, Array],

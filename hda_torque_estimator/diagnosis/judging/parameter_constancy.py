@@ -15,7 +15,7 @@ from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 
 from .law_forms import reformed
-from .search import next_cause, SearchResult
+from .search import MANY, next_cause, SearchResult
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.solve import condense, prior_weights, step_of
@@ -26,7 +26,6 @@ from ...least_squares.term import Place, Term
 # (measured: of two arms with fifteen, 11 of 14 right causes varied by less than half of it, and
 # stand-ins by more, up to 8, but for a kinematic error in place of an eccentric encoder)
 _VARIES = 0.2           # share of its size that a cause varies by, from which it is not steady
-MANY = 5                # steady causes beside which a rest is one imperfection more
 
 # Numerics; choices unless stated otherwise.
 _STRETCHES = 12         # parts of a recording in which sizes are compared

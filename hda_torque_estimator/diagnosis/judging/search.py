@@ -23,12 +23,11 @@ from ..fitting.fit import CLOSE, Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES, is_richer, terms_of
 from ..fitting.steps import acts_apart
 from ...least_squares.term import Place, Term
-from ...significance import SCORE_BAR
+from ...significance import MOSTLY, SCORE_BAR
 
 # Judgement; choices unless stated otherwise.
-_NEAR = 0.5             # share of an improvement that a cause may lack to be tried in its stead
-_CLOSE = 0.05           # likewise, to be weighed again when all causes are known
-_BRANCHING = 5          # causes beyond which no other way is tried: each costs as much
+_CLOSE = 0.05           # share of an improvement that a cause may lack to be weighed again
+MANY = 5                # causes: one more is an imperfection, and each further way costs as much
 
 # Numerics; choices unless stated otherwise.
 _CANDIDATES = 6         # fitted in every round, with two steps,
@@ -166,7 +165,7 @@ def _turns(fitter: Fitter, found: SearchResult) -> Iterator[SearchResult]:
     with a cause that was nearly as good as another.
     """
     terms = found.last.accepted
-    if len(terms) > _BRANCHING:
+    if len(terms) > MANY:
         return
     for term in terms:
         if HYPOTHESES[term.name].grid or HYPOTHESES[term.name].more:
@@ -177,7 +176,7 @@ def _turns(fitter: Fitter, found: SearchResult) -> Iterator[SearchResult]:
     for share, place in near[:_TURNS]:
         reason = found.evidence[place]
         assert reason.runner_up is not None
-        if share > _NEAR:
+        if share > MOSTLY:
             return
         before = fitter.fit(terms[:place], found.first.nuisance) if place else found.first
         fit = fitter.fit([*terms[:place], reason.runner_up], before.nuisance)

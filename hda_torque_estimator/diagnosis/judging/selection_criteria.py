@@ -25,18 +25,14 @@ from ..balances.balance import BANDWIDTH
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Term
-from ...significance import SCORE_BAR
+from ...significance import IMMATERIAL, NEARLY_ALL, SCORE_BAR
 
 Array = NDArray[np.float64]
 # Judgement; choices unless stated otherwise.
 _MATERIAL = 0.7         # least explained rms, in rms that a healthy arm leaves
 # (null: a simple curve improved the score of healthy arms by 61 at most)
 CERTAIN = 200.0        # improvement of the score that may pass for noise at first
-_SURE = 1000.0          # improvement and
-_NEARLY_ALL = 0.9       # share of a rest that no law leaves to one of another form,
-_ALL_OF_ALIKE = 0.98    # and to one that it is confused with,
-# (measured: a soft wind-up named a stiffness left a rest of 8.6 times noise)
-_ALIKE_REST = 50.0      # of which there must be so much, over noise, that this can be judged
+_SURE = 1000.0          # improvement of one that explains nearly all of a rest
 
 # Numerics; choices unless stated otherwise.
 # (source: what laws do along motions of robots is nearly all below this)
@@ -91,8 +87,9 @@ def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term
         return True
     alike = any(term.name in HYPOTHESES[other.name].alike for other in beside
                 if other.joint == term.joint)
-    least = _ALIKE_REST * fitter.noise ** 2 if alike else floor(fitter)
-    nearly_all = gain > (_ALL_OF_ALIKE if alike else _NEARLY_ALL) * rest
+    # Of one that it is confused with all but what is immaterial, which must be at least noise.
+    least = fitter.noise ** 2 / IMMATERIAL if alike else floor(fitter)
+    nearly_all = gain > (1.0 - IMMATERIAL if alike else NEARLY_ALL) * rest
     return improvement > _SURE and bool((nearly_all & (gain > least)).any())
 
 

@@ -19,9 +19,7 @@ from .friction_causes import (
     Along, along, causes, friction_effects, friction_laws, FrictionLaw, Rows, spacing)
 from .motor_record import Sweep
 from .posterior import PossibleCause, Posterior, posterior, Weigher
-
-# Judgement; choices unless stated otherwise.
-_HELD = 0.5             # probability from which a cause is part of what explains a torque
+from ...significance import MOSTLY
 
 # Numerics; choices unless stated otherwise.
 _ROUNDS = 3             # in which the load and the scales of laws are found more closely
@@ -166,7 +164,7 @@ def _held(found: Posterior, laws: dict[str, list[FrictionLaw]], motion: Along,
     for place, number in best.chosen:
         cause, law = found.causes[place], found.causes[place].laws[number]
         size = law.columns.shape[1]
-        if cause.named and found.of(cause.name) > _HELD:
+        if cause.named and found.of(cause.name) > MOSTLY:
             own = slice(first, first + size)
             held.append(FrictionCause(
                 laws[cause.name][number], laws[cause.name][number].columns(motion),
@@ -180,7 +178,7 @@ def _held(found: Posterior, laws: dict[str, list[FrictionLaw]], motion: Along,
 
 def _needed(found: Posterior) -> str | None:
     """Return the coordinate of the curve without a name that is needed most, None for none."""
-    if found.nameless() <= _HELD:
+    if found.nameless() <= MOSTLY:
         return None
     curves = [cause.name for cause in found.causes if not cause.named]
     return max(curves, key=found.of)

@@ -13,10 +13,7 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_coeffs, savgol_filter
 
 from ...measurements.recording_checks import check_duration, check_torque
-
-# Judgement; choices unless stated otherwise.
-_TRAVEL = 0.02          # link travel below which a joint was held still [rad]
-_CERTAIN = 4.0          # deviations of a speed, by the encoder's steps, that show its sense
+from ...significance import DEVIATIONS, STILL
 
 # Numerics; choices unless stated otherwise.
 SHORTEST = 2.0          # recording of a sweep from which friction and ripple are observable [s]
@@ -127,7 +124,7 @@ def _sweep(samples: JointSamples, joint: Joint, source: str,
     angle, torque = motor.position[:, 0], motor.effort[:, 0]
     good = np.isfinite(angle) & np.isfinite(torque)
     check_torque(torque, joint.label, source)
-    if good.sum() < 100 or np.ptp(angle[good]) < _TRAVEL * joint.ratio:
+    if good.sum() < 100 or np.ptp(angle[good]) < STILL * joint.ratio:
         return
     since = (samples.stamps[good] - samples.stamps[good][0]) * 1e-9
     dt = float(np.median(np.diff(since))) if period is None else period
@@ -138,7 +135,7 @@ def _sweep(samples: JointSamples, joint: Joint, source: str,
     window = max(_DEGREE + 2, 2 * round(0.5 * _WINDOW / dt) + 1)
     speed, acceleration = (savgol_filter(angle, window, _DEGREE, deriv=order, delta=dt)
                            for order in (1, 2))
-    unsure = _CERTAIN * _speed_noise(motor.position[good, 0], window, dt)
+    unsure = DEVIATIONS * _speed_noise(motor.position[good, 0], window, dt)
     moving = np.abs(speed) > max(_SLOW, unsure)
     moving[:window], moving[-window:] = False, False
     if moving.sum() >= _BLOCKS * _WINDOWS * window:

@@ -14,8 +14,7 @@ from typing import NamedTuple
 from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 
-# Judgement; choices unless stated otherwise.
-_FAR = 30.0             # log odds to the best, below which a set is not extended
+from ...significance import SCORE_BAR
 
 # Numerics; choices unless stated otherwise.
 _BEAM = 12              # sets of different causes that are extended in every round,
@@ -168,7 +167,7 @@ def posterior(weigher: Weigher) -> Posterior:
     for _ in range(_ROUNDS):
         best = _apart(_best(known))
         ahead = [one.chosen for one in best[:_BEAM] if one.chosen not in extended
-                 and one.evidence > best[0].evidence - _FAR]
+                 and one.evidence > best[0].evidence - 0.5 * SCORE_BAR]
         if not ahead:
             break
         for chosen in ahead:

@@ -18,15 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import xlogy
 
-from .raw_cause import number, RawCause, SHARE
+from .raw_cause import number, RawCause
 from ...measurements.measurement import Measurement
-from ...significance import NORMAL_MEDIAN, SCORE_BAR
+from ...significance import IMMATERIAL, NORMAL_MEDIAN, SCORE_BAR
 
 SIDES = ('motor_step', 'link_step')
 # Judgement; choices unless stated otherwise.
 _COARSER = 1.5          # steps, in those stated, from which an encoder is coarser
 _NEAR = 0.05            # of a step, how far a change may be from a whole multiple
-_WHOLE = 0.98           # share of changes that must be whole multiples
 _RARE = 1e-3            # share of changes and of gaps that may be of faults
 
 # Numerics; choices unless stated otherwise.
@@ -64,7 +63,7 @@ def coarse_encoders(measurement: Measurement, arm: Arm,
 
 def smallest_step(angle: Array, stated: float, seen: NDArray[np.bool_]) -> float | None:
     """Return the smallest step that rows `seen` of readings (k,) would show, None if none."""
-    size = max(_COARSER * stated, math.sqrt(12.0 * SHARE) * _noise(angle))
+    size = max(_COARSER * stated, math.sqrt(12.0 * IMMATERIAL) * _noise(angle))
     counts = float(np.abs(np.diff(angle))[seen[1:]].sum()) / max(size, _SAME)
     return size if _evidence(size, stated, int(counts)) > SCORE_BAR else None
 
@@ -83,7 +82,7 @@ def true_step(angle: Array, left_out: NDArray[np.bool_]) -> Step | None:
     for part in range(1, _PARTS + 1):
         counts = changes * part / smallest
         near = np.abs(counts - np.round(counts)) < _NEAR
-        if near.mean() > _WHOLE:
+        if near.mean() > 1.0 - IMMATERIAL:
             return _fitted(changes[near], np.round(counts[near]))
     return _between_levels(angle[~left_out])
 
@@ -125,7 +124,7 @@ def _coarser(step: Step | None, stated: float, angle: Array) -> float:
     """Return the evidence that a step is larger than stated, and matters; else 0."""
     if step is None or step.size < _COARSER * stated:
         return 0.0
-    if step.size ** 2 / 12.0 < SHARE * _noise(angle) ** 2:
+    if step.size ** 2 / 12.0 < IMMATERIAL * _noise(angle) ** 2:
         return 0.0
     return _evidence(step.size, stated, step.changes)
 

@@ -8,9 +8,6 @@ from hda_arm_sim.model.effects import Effect
 
 from ..findings.report import FittedNumber
 
-# Judgement; choices unless stated otherwise.
-SHARE = 0.02            # of what the readings scatter, below which a cause is immaterial
-
 
 class RawCause(NamedTuple):
     """An effect at its place, its numbers with 90 % intervals, and how sure it is."""

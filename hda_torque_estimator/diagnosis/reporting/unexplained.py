@@ -17,12 +17,10 @@ from ..balances.coordinates import coordinates_of
 from ..findings.rest import GEAR, NOTHING, Unexplained
 from ..fitting.fit import Fit, Fitter
 from ..judging.site_pattern import pair_of, power
+from ...significance import HARDLY, MOSTLY
 
 # Judgement; choices unless stated otherwise.
 LEAST = 2.0             # rms left over noise from which there is a rest
-_FOLLOWED = 0.1            # least share of the power that a coordinate must explain
-_TIMING = 0.5           # least share that follows the velocity if angles are sampled apart
-_ARM = 0.1              # least power at each joint, over the largest, of what loads the whole arm
 
 
 class Rest(NamedTuple):
@@ -92,12 +90,12 @@ def described(rest: Rest, least: float = LEAST) -> Unexplained | None:
     site = site_of(rest, place)
     following = rest.followed(rest.column(place, site))[0]
     whole = site == 'link' and joints > 1 and all(
-        found > _ARM * powers[place] and site_of(rest, other) == 'link'
+        found > HARDLY * powers[place] and site_of(rest, other) == 'link'
         for other, found in enumerate(powers))
     return Unexplained(
         _timed(site, following), None if whole else rest.labels[place],
-        following.coordinate if following.share > _FOLLOWED else NOTHING,
-        following.line if following.share > _FOLLOWED else None,
+        following.coordinate if following.share > HARDLY else NOTHING,
+        following.line if following.share > HARDLY else None,
         min(following.share, 1.0) * (1.0 if whole else float(powers[place] / powers.sum())))
 
 
@@ -110,5 +108,5 @@ def site_of(rest: Rest, place: int) -> str:
 
 def _timed(site: str, following: Following) -> str:
     """Return `timing` for a torsion that is off as the speed is: the angles are of two times."""
-    late = following.coordinate in VELOCITIES and following.share > _TIMING
+    late = following.coordinate in VELOCITIES and following.share > MOSTLY
     return 'timing' if site == 'torsion' and late else site
