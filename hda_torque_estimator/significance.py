@@ -6,11 +6,18 @@ import math
 # Improvement of the score beyond what its freedom costs, from which a cause is named. The score is
 # twice a log likelihood, so this asks for odds of e^30 to 1.
 SCORE_BAR = 60.0
+# Improvement of the score by which a curve, a bend or a whole rest explained is certain, whatever
+# the noise (measured: right causes left some 100 to the best curve, others 700 to 5500; what stood
+# in for a disc bent by 4 to 71, six true discs by 33 000 and more; healthy arms left 61 at most).
+CERTAIN = 300.0
 SIGN_CERTAIN = 0.6      # correlation, of either sign, from which the sign is certain
+MATERIAL = 0.8          # rms beyond noise, over that of noise, that asks for a cause
+LOUD = 2.5              # rms over that of noise from which it is a rest, however noise is known
 NEARLY_ALL = 0.9        # share of a thing from which nothing of note lacks
 # (source: more than all else together)
 MOSTLY = 0.5            # share of a thing from which it is that more than anything else
 IMMATERIAL = 0.02       # share of a power below which it is not worth a name
+UNLIKE = 0.25           # share of power by which two records of one thing may differ
 # (source: normal distribution, one of 16 000 is farther off)
 DEVIATIONS = 4.0        # standard deviations from which a difference is not of noise
 STILL = 0.02            # link travel below which nothing was moved [rad]

@@ -5,11 +5,11 @@ from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.kernel import LINK_ANGLE, MOTOR_VELOCITY
 from hda_arm_sim.motions import home_of
 from hda_torque_estimator.cli import main
-from hda_torque_estimator.diagnosis.judging.selection_criteria import CERTAIN
 from hda_torque_estimator.planning.paths import candidates, Path
 from hda_torque_estimator.planning.plan import planned_motion
 from hda_torque_estimator.planning.question import question, shown
 from hda_torque_estimator.planning.separation import load_of, separation
+from hda_torque_estimator.significance import CERTAIN
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 import pytest

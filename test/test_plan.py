@@ -15,11 +15,11 @@ from hda_arm_sim.motions import motion, MotionError
 from hda_torque_estimator.cli import main
 from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.fitting.hypotheses import HYPOTHESES
-from hda_torque_estimator.diagnosis.judging.selection_criteria import CERTAIN
 from hda_torque_estimator.measurements.measurement import Measurement
 from hda_torque_estimator.planning.paths import candidates, Path
 from hda_torque_estimator.planning.question import question, shown
 from hda_torque_estimator.planning.separation import separation
+from hda_torque_estimator.significance import CERTAIN
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 import pytest

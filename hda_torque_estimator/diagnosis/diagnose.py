@@ -44,10 +44,8 @@ from ..least_squares.term import Place
 from ..measurements.effort import as_held
 from ..measurements.measurement import Measurement
 from ..measurements.running_clock import inside, Spans, split
+from ..significance import MATERIAL
 from ..significance import STILL
-
-# Judgement; choices unless stated otherwise.
-_QUIETER = 0.7          # of the noise that was taken, below which it has hidden something
 
 # Numerics; choices unless stated otherwise.
 _ROUNDS = 2             # of searches, while zeros of several recordings or stretches move
@@ -230,7 +228,7 @@ def _reconsidered(fitter: Fitter, found: SearchResult, names: Sequence[str],
     taken = fitter.noise
     noise, plain = noise_of(fitter.balancer, fitter.as_noisy(found.last))
     fitter = replace(fitter, noise=np.minimum(taken, noise))
-    if (fitter.noise < _QUIETER * taken).any():
+    if (taken ** 2 > (1.0 + MATERIAL ** 2) * fitter.noise ** 2).any():
         found = search(fitter, names, found, notify)
     return fitter, without_noise(fitter, found), plain
 

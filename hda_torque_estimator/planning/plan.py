@@ -13,8 +13,8 @@ from scipy.optimize import minimize
 from .paths import candidates, ChainPaths, Path
 from .question import PlanError, Question
 from .separation import Load, load_of, SEED, separation, Strength, USED
-from ..diagnosis.judging.selection_criteria import CERTAIN
 from ..diagnosis.judging.verdict import TIED
+from ..significance import CERTAIN
 from ..simulating.closed_loop import ClosedLoopRun, run
 
 USUAL = 'rich'          # motion of the project that plans are compared to

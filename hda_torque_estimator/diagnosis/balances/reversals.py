@@ -16,11 +16,10 @@ from .balance import Balancer
 # Judgement; choices unless stated otherwise.
 # (null: short stops of 24 joints of healthy arms left 167 to 474, presliding 1109 and more)
 _LOUD = 800.0           # power where a shaft turns round, over that of noise
-_APART = 20.0           # ... and over the power elsewhere
 # (measured: a wrist that is light behind its gear stops shortly in many turns. Half of the rows
 # of 87 healthy joints of cobot7 there had up to 16 times the power of noise, over 20 to 60 s. Of
 # typical presliding they had 34 to 548 times in eleven records, in others before from 7 on)
-_BROAD = 24.0           # median power there on a chain, over that of noise and elsewhere
+_ELSEWHERE = 24.0       # power there, median on a chain, over that of noise and elsewhere
 
 # Numerics; choices unless stated otherwise.
 _FEWEST = 25            # rows that suffice
@@ -38,8 +37,8 @@ def turning_round(balancer: Balancer, arm: Arm, noise: Array) -> tuple[int, ...]
         if turns.sum() < _FEWEST or not usual.any():
             continue
         here = power[turns].mean()
-        broad = not chain or np.median(power[turns]) > _BROAD * max(
+        broad = not chain or np.median(power[turns]) > _ELSEWHERE * max(
             1.0, float(np.median(power[usual])))
-        if broad and here > _LOUD and here > _APART * power[usual].mean():
+        if broad and here > _LOUD and here > _ELSEWHERE * power[usual].mean():
             found.append(joint)
     return tuple(found)

@@ -19,10 +19,9 @@ from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.solve import Columns, condense, condense_more, score, solve
 from ..judging.search import SearchResult
-from ..judging.selection_criteria import (CERTAIN, floor, material, quiet_joints, SLOW,
-                                          threshold)
+from ..judging.selection_criteria import floor, material, quiet_joints, SLOW, threshold
 from ...least_squares.term import Term
-from ...significance import surely_above
+from ...significance import CERTAIN, surely_above
 
 # Numerics; choices unless stated otherwise.
 _PHASES = np.linspace(0.0, math.pi, 12, endpoint=False)     # of a wave, one of which shows least

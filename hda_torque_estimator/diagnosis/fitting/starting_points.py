@@ -32,12 +32,11 @@ from ..balances.swinging import swing_in
 from ...least_squares.normal import TINY
 from ...least_squares.term import looked_for, Term
 from ...measurements.running_clock import Spans
+from ...significance import UNLIKE
 
 # Judgement; choices unless stated otherwise.
 _STANDS_OUT = 5.0       # least power of a contact, over the best one at any other time
 _FEW = 4                # contacts, at most, of which none is another cause's rest
-_FITS = 0.7             # least share of the power around a contact that one force explains
-_AGREES = 0.35          # largest difference of motor and torsion balance, of what it does
 
 # Numerics; choices unless stated otherwise.
 DURATIONS = np.geomspace(0.2, 6.0, 18)      # of contacts that are tried [s]
@@ -91,8 +90,8 @@ def contacts_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np
         force, normal = _at(motor, contact)         # what it does to the joints must agree
         miss = force - contact.force
         near = float(around[_around(balancer.time, contact)].sum())
-        return (contact.power > _FITS * near
-                and float(miss @ normal @ miss) < _AGREES ** 2 * float(force @ normal @ force))
+        return (contact.power > (1.0 - UNLIKE) * near
+                and float(miss @ normal @ miss) < UNLIKE * float(force @ normal @ force))
 
     return next((found for found in sets if all(map(is_one_force, found))), [])
 

@@ -24,9 +24,7 @@ from ..balances.strongest_wave import strongest_wave, TURN
 from ..findings.rest import IN_WORDS
 from ..fitting.fit import Fit, Fitter
 from ..fitting.solve import score
-
-# Judgement; choices unless stated otherwise.
-_OWN = 0.01             # of a curve's power, that is its own beside all that a fit may move
+from ...significance import HARDLY
 
 # Numerics; choices unless stated otherwise.
 _POWERS = (1, 2, 3)     # of a torque and of an angle
@@ -143,7 +141,7 @@ class _Rest(NamedTuple):
         made = np.where(self.valid[:, None], fitter.balancer.in_balance(curves, self.channel), 0.0)
         made = np.concatenate([made, np.zeros((len(self.values) - len(made), made.shape[1]))])
         own = made - self.moves @ (self.moves.T @ made)
-        if ((own ** 2).sum(axis=0) <= _OWN * (made ** 2).sum(axis=0)).any():
+        if ((own ** 2).sum(axis=0) <= HARDLY ** 2 * (made ** 2).sum(axis=0)).any():
             return 0.0                      # the fit could move as much
         against = own.T @ self.values
         explained = float(against @ np.linalg.lstsq(own.T @ own, against, rcond=1e-9)[0])

@@ -28,11 +28,10 @@ from ..findings.rest import GEAR
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Place, Term
-from ...significance import IMMATERIAL, MOSTLY, SCORE_BAR
+from ...significance import IMMATERIAL, MATERIAL, MOSTLY, SCORE_BAR
 
 Array = NDArray[np.float64]
 # Judgement; choices unless stated otherwise.
-REST = 0.8              # rms left beside noise, in rms of noise, that asks for an explanation
 # (null: over ten seconds the noise is known to 40 %; one healthy arm in two left more)
 _ENOUGH = 40.0          # of motion; over less, the level of noise is known less well [s]
 
@@ -93,7 +92,7 @@ def _judged(fitter: Fitter, found: SearchResult, doubted: Sequence[Term]) -> Goo
                   np.zeros_like(noise))
     other = reformed(fitter, fit)
     left = other.variance / noise - 1.0
-    bar = REST ** 2 * _unsure(fit) + allowed
+    bar = MATERIAL ** 2 * _unsure(fit) + allowed
     if (left > bar).any():
         left = np.minimum(left, _left_at_all_frequencies(fitter, fit))
     if (others := _where_none_acts(fitter, fit) & (left > bar)).any():
@@ -221,7 +220,7 @@ def _unsure(fit: Fit) -> Array:
 
 def _acts(power: Array) -> NDArray[np.bool_]:
     """Return in which channels (c,) a cause acts by its power over noise: most, or much."""
-    return (power > REST ** 2) | (power >= MOSTLY * power.max())
+    return (power > MATERIAL ** 2) | (power >= MOSTLY * power.max())
 
 
 def _formed(fitter: Fitter, fit: Fit, found: SearchResult, powers: Mapping[Place, Array],

@@ -29,9 +29,7 @@ from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.nuisance import AnyTerm
 from ..fitting.solve import Columns, condense, Solution, solve
 from ...least_squares.term import Place, Term
-
-# Judgement; choices unless stated otherwise.
-_APART = 0.05           # of a form, that is its own beside those before it
+from ...significance import HARDLY
 
 # Numerics; choices unless stated otherwise.
 _ORDERS = (1, 2, 4)     # waves per motor turn by which a cause that is a wave is changed
@@ -230,7 +228,7 @@ def _forms_of(fitter: Fitter, fit: Fit, term: Term, lacking: Array) -> Array:
     shown = flat.any(axis=1)                # of what passes, a short time
     basis, upper = np.linalg.qr(
         flat[shown] / np.maximum(np.sqrt((flat ** 2).sum(axis=0)), _AT_REST))
-    apart = np.abs(np.diag(upper))[1:] > _APART
+    apart = np.abs(np.diag(upper))[1:] > HARDLY
     made = np.zeros((len(flat), int(apart.sum())))
     strengths = np.array([strength for _, strength in others])[apart]
     made[shown] = size * strengths * basis[:, 1:][:, apart]

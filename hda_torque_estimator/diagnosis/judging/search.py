@@ -23,10 +23,9 @@ from ..fitting.fit import CLOSE, Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES, is_richer, terms_of
 from ..fitting.steps import acts_apart
 from ...least_squares.term import Place, Term
-from ...significance import MOSTLY, SCORE_BAR
+from ...significance import HARDLY, MOSTLY, SCORE_BAR
 
 # Judgement; choices unless stated otherwise.
-_CLOSE = 0.05           # share of an improvement that a cause may lack to be weighed again
 MANY = 5                # causes: one more is an imperfection, and each further way costs as much
 
 # Numerics; choices unless stated otherwise.
@@ -205,7 +204,7 @@ def _weighed_again(fitter: Fitter, found: SearchResult) -> SearchResult:
         taken, reason = {term.place for term in fit.accepted}, reasons[place]
         rival = reason.runner_up
         if (rival is None or rival.place in taken or len(taken) < 2
-                or reason.runner_up_gap > _CLOSE * reason.improvement):
+                or reason.runner_up_gap > HARDLY * reason.improvement):
             continue
         own, = (term for term in fit.accepted if term.place == place)
         others = fit.causes_beside(own)

@@ -25,14 +25,9 @@ from ..balances.balance import BANDWIDTH
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Term
-from ...significance import IMMATERIAL, NEARLY_ALL, SCORE_BAR
+from ...significance import CERTAIN, IMMATERIAL, MATERIAL, NEARLY_ALL, SCORE_BAR
 
 Array = NDArray[np.float64]
-# Judgement; choices unless stated otherwise.
-_MATERIAL = 0.7         # least explained rms, in rms that a healthy arm leaves
-# (null: a simple curve improved the score of healthy arms by 61 at most)
-CERTAIN = 200.0        # improvement of the score that may pass for noise at first
-_SURE = 1000.0          # improvement of one that explains nearly all of a rest
 
 # Numerics; choices unless stated otherwise.
 # (source: what laws do along motions of robots is nearly all below this)
@@ -90,7 +85,7 @@ def accepted(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term
     # Of one that it is confused with all but what is immaterial, which must be at least noise.
     least = fitter.noise ** 2 / IMMATERIAL if alike else floor(fitter)
     nearly_all = gain > (1.0 - IMMATERIAL if alike else NEARLY_ALL) * rest
-    return improvement > _SURE and bool((nearly_all & (gain > least)).any())
+    return improvement > CERTAIN and bool((nearly_all & (gain > least)).any())
 
 
 def alone(fitter: Fitter, term: Term, beside: Sequence[Term]) -> bool:
@@ -134,7 +129,7 @@ def _form_power(fitter: Fitter, first: Fit, fit: Fit, usual: float = 0.0) -> Arr
 
 def floor(fitter: Fitter) -> Array:
     """Return the power (c,) that is far above noise [N^2*m^2]."""
-    return np.asarray((_MATERIAL * fitter.noise) ** 2)
+    return np.asarray((MATERIAL * fitter.noise) ** 2)
 
 
 def _slow_floor(fitter: Fitter) -> Array:

@@ -19,10 +19,7 @@ from .motor_record import Sweep
 from .ripple import RippleLine, strongest_line, waves
 from ..findings.gains import Gains
 from ..judging.placebo import moved_away
-from ...significance import FOURTH_DIFFERENCES, NORMAL_MEDIAN
-
-# Judgement; choices unless stated otherwise.
-_OWN = 0.1              # of a placebo, that is its own beside all other columns
+from ...significance import FOURTH_DIFFERENCES, HARDLY, NORMAL_MEDIAN
 
 # Numerics; choices unless stated otherwise.
 MOST = 12               # lines of one motor that are tried
@@ -193,7 +190,7 @@ def placebo_of(part: Explained, taken: Sequence[int]) -> float:
     for rolled in moved_away(part.columns[:, None, list(taken)]):
         moved = rolled[:, 0]
         apart = moved - basis @ (basis.T @ moved)
-        if (np.linalg.norm(apart, axis=0) > _OWN * np.linalg.norm(moved, axis=0)).all():
+        if (np.linalg.norm(apart, axis=0) > HARDLY * np.linalg.norm(moved, axis=0)).all():
             after = _rest(part.sweep, np.concatenate([others, moved], axis=1))
             best = max(best, _gains(part.sweep, before, after, floor).removed())
     return best

@@ -13,9 +13,10 @@ import numpy as np
 from scipy.ndimage import median_filter
 from scipy.optimize import minimize_scalar
 
+from ...significance import IMMATERIAL
+
 # Judgement; choices unless stated otherwise.
 STANDS_OUT = 20.0       # power over the median about it (null: passed in 1 % of spectra)
-SHARE = 0.01            # of the power, below which a line is immaterial
 
 # Numerics; choices unless stated otherwise.
 _LOWEST = 0.5           # order: slower waves are loads [1/turn]
@@ -54,7 +55,7 @@ def strongest_line(angle: Array, rest: Array, known: Sequence[float] = ()) -> Ri
                             method='bounded',
                             bounds=(orders[best] - 2.0 * step, orders[best] + 2.0 * step))
     order = _whole(float(found.x), _TURN / float(np.ptp(angle)))
-    if order < 1.0 or explained_power(angle, rest, order) < SHARE * float(rest @ rest):
+    if order < 1.0 or explained_power(angle, rest, order) < IMMATERIAL * float(rest @ rest):
         return None
     return RippleLine(order, float(ratio[best]))
 

@@ -13,7 +13,7 @@ import math
 from hda_arm_sim.foundation.arrays import Array, Mask
 import numpy as np
 
-from ...significance import MOSTLY, NEARLY_ALL
+from ...significance import DEVIATIONS, MOSTLY, NEARLY_ALL
 
 # Numerics; choices unless stated otherwise.
 STRETCHES = 6           # in time, and in each of both directions, that must agree
@@ -64,7 +64,7 @@ def moves(columns: Array, link: Array, motor: Array) -> bool:
     (at_link, _), (at_motor, left) = _explained(columns, link), _explained(columns, motor)
     spread = math.sqrt(left / len(motor) * float(np.linalg.pinv(columns @ columns.T).trace()))
     size = math.hypot(*at_motor)
-    return size > MOSTLY * math.hypot(*at_link) and size > 3.0 * spread
+    return size > MOSTLY * math.hypot(*at_link) and size > DEVIATIONS * spread
 
 
 def _explained(columns: Array, rest: Array) -> tuple[Array, float]:

@@ -27,7 +27,6 @@ from ...significance import NORMAL_MEDIAN, SCORE_BAR
 # Judgement; choices unless stated otherwise.
 TOLERABLE = 1e-4        # share of slipped samples that nobody would call wrong
 _SLIP = 0.2            # slip that counts [samples]
-_SURE = 8.0             # standard deviations of the slip that it must be away from zero
 _COMMON = 0.8           # least share of a sample's deviation that one slip must explain
 _GAP = 10               # samples absent in a row that are lost samples, not a pause
 
@@ -108,9 +107,9 @@ def _slipping(reading: Array, curve: Array, scatter: Array) -> tuple[Mask, Mask]
     slip = (away * speed).sum(axis=(1, 2)) / power
     spread = _usual(slip * np.sqrt(power)) / np.sqrt(power)
     common = slip ** 2 * power > _COMMON * (away ** 2).sum(axis=(1, 2))
-    clear = (np.abs(slip) > np.maximum(_SLIP, _SURE * spread)) & common
+    clear = (np.abs(slip) > np.maximum(_SLIP, np.sqrt(SCORE_BAR) * spread)) & common
     highest = np.abs(slip) >= maximum_filter1d(np.abs(slip), 2 * _REACH + 1)
-    return clear & highest, _SURE * spread < _SLIP
+    return clear & highest, np.sqrt(SCORE_BAR) * spread < _SLIP
 
 
 def _usual(slip: Array) -> Array:

@@ -9,6 +9,10 @@ from hda_arm_sim.model.effects import Effect
 from ..findings.report import FittedNumber
 
 
+# Judgement.
+BETWEEN = 1.5           # steps: more than one, for noise, and less than two (source: their middle)
+
+
 class RawCause(NamedTuple):
     """An effect at its place, its numbers with 90 % intervals, and how sure it is."""
 

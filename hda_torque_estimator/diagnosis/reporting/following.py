@@ -17,13 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..balances.strongest_wave import strongest_wave, TURN, wave_share
+from ...significance import IMMATERIAL
 
 Bins = NDArray[np.int64]
 WRAPPED = 'motor_angle'             # the coordinate that counts modulo one turn
 # Judgement; choices unless stated otherwise.
-_CARRIED = 0.05                     # by which a carrier must explain more than none
-_EVERYTHING = 0.05                  # by which time, which everything follows, must explain more
-_OTHER_SIDE = 0.02                  # by which the velocity of the other side must explain more
 _WAVE = 0.7                         # least share of a curve that makes it a wave
 
 # Numerics; choices unless stated otherwise.
@@ -71,7 +69,7 @@ def follow(time: Array, values: Array, valid: NDArray[np.bool_],
                               for carrier, weight in carriers.items()
                               if carrier not in _HELD.get(name, ())), key=_rank))
     other = velocity and VELOCITIES[VELOCITIES.index(velocity) - 1]
-    return sorted(found, reverse=True, key=lambda one: _rank(one) - _OTHER_SIDE * (
+    return sorted(found, reverse=True, key=lambda one: _rank(one) - IMMATERIAL * (
         one.coordinate == other))
 
 
@@ -83,8 +81,8 @@ def _varies(name: str, along: Array) -> bool:
 
 def _rank(following: Following) -> float:
     """Return what dependences are ordered by: the simpler one wins where two explain the same."""
-    return (following.share - _CARRIED * bool(following.carrier)
-            - _EVERYTHING * (following.coordinate == 'time'))
+    return (following.share - IMMATERIAL * bool(following.carrier)
+            - IMMATERIAL * (following.coordinate == 'time'))
 
 
 def over_time(time: Array, rest: Array, valid: NDArray[np.bool_]) -> Following:

@@ -17,10 +17,7 @@ from ..balances.coordinates import coordinates_of
 from ..findings.rest import GEAR, NOTHING, Unexplained
 from ..fitting.fit import Fit, Fitter
 from ..judging.site_pattern import pair_of, power
-from ...significance import HARDLY, MOSTLY
-
-# Judgement; choices unless stated otherwise.
-LEAST = 2.0             # rms left over noise from which there is a rest
+from ...significance import HARDLY, LOUD, MOSTLY
 
 
 class Rest(NamedTuple):
@@ -52,13 +49,13 @@ class Rest(NamedTuple):
         return follow(self.time, self.residual[:, column], self.valid[:, column],
                       self.along(place), VELOCITIES[side])
 
-    def excess(self, least: float = LEAST) -> Array:
+    def excess(self, least: float = LOUD) -> Array:
         """Return the power (2 n,) beyond that of noise, 0 where its rms is not `least` times."""
         powers = np.array([power(column[valid]) for column, valid in
                            zip(self.residual.T, self.valid.T)])
         return np.where(powers > (least * self.noise) ** 2, powers - self.noise ** 2, 0.0)
 
-    def powers(self, least: float = LEAST) -> Array:
+    def powers(self, least: float = LOUD) -> Array:
         """Return the larger excess of both balances of each joint (n,)."""
         joints, excess = len(self.labels), self.excess(least)
         return np.maximum(excess[:joints], excess[joints:])
@@ -81,7 +78,7 @@ def rest_of(fitter: Fitter, fit: Fit) -> Rest:
                 fitter.noise, coordinates_of(balancer, fitter.on(fit.terms)))
 
 
-def described(rest: Rest, least: float = LEAST) -> Unexplained | None:
+def described(rest: Rest, least: float = LOUD) -> Unexplained | None:
     """Return where a rest sits and what it follows, None if it is not `least` times noise."""
     joints, powers = len(rest.labels), rest.powers(least)
     if not powers.any():
