@@ -22,14 +22,13 @@ from .friction_findings import friction_findings, friction_pairs, is_sure
 from .motor_fit import Explained, explained, floor_of, gain_without, LOAD, METRIC
 from .motor_friction import load_columns
 from .motor_record import HELD, Sweep
-from .ripple import STANDS_OUT
 from ..findings.certainty import margin_of, probability
 from ..findings.gains import Gains
 from ..findings.origin import RecordingFacts, RecordingPart
 from ..findings.report import (Alike, Candidate, Detectable, Diagnosis, Evidence, Finding,
                                FittedNumber, Residual, TotalGain, with_gain)
 from ..findings.rest import NOTHING, Unexplained
-from ...significance import LOUD, NORMAL_90
+from ...significance import LOUD, NORMAL_90, STANDS_OUT
 
 _UNSEEN = (Site.TORSION, Site.TIMING, Site.SENSING)
 _SIDE = ('One encoder for each joint: torsion, timing and sensing cannot be seen; '

@@ -13,10 +13,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 from scipy.optimize import minimize_scalar
 
-from ...significance import IMMATERIAL
-
-# Judgement; choices unless stated otherwise.
-STANDS_OUT = 20.0       # power over the median about it (null: passed in 1 % of spectra)
+from ...significance import IMMATERIAL, STANDS_OUT
 
 # Numerics; choices unless stated otherwise.
 _LOWEST = 0.5           # order: slower waves are loads [1/turn]

@@ -20,11 +20,10 @@ from scipy.special import xlogy
 
 from .raw_cause import BETWEEN, number, RawCause
 from ...measurements.measurement import Measurement
-from ...significance import IMMATERIAL, NORMAL_MEDIAN, SCORE_BAR
+from ...significance import HARDLY, IMMATERIAL, NORMAL_MEDIAN, SCORE_BAR
 
 SIDES = ('motor_step', 'link_step')
 # Judgement; choices unless stated otherwise.
-_NEAR = 0.05            # of a step, how far a change may be from a whole multiple
 _RARE = 1e-3            # share of changes and of gaps that may be of faults
 
 # Numerics; choices unless stated otherwise.
@@ -80,7 +79,7 @@ def true_step(angle: Array, left_out: NDArray[np.bool_]) -> Step | None:
     smallest = float(np.quantile(changes, _RARE, method='lower'))
     for part in range(1, _PARTS + 1):
         counts = changes * part / smallest
-        near = np.abs(counts - np.round(counts)) < _NEAR
+        near = np.abs(counts - np.round(counts)) < HARDLY
         if near.mean() > 1.0 - IMMATERIAL:
             return _fitted(changes[near], np.round(counts[near]))
     return _between_levels(angle[~left_out])

@@ -22,12 +22,11 @@ from .raw_cause import RawCause
 from .repeats import repeats_of
 from ..findings.report import FittedNumber
 from ...measurements.measurement import Measurement
-from ...significance import NORMAL_MEDIAN, SCORE_BAR
+from ...significance import NORMAL_MEDIAN, SCORE_BAR, UNLIKE
 
 # Judgement; choices unless stated otherwise.
 TOLERABLE = 1e-4        # share of slipped samples that nobody would call wrong
 _SLIP = 0.2            # slip that counts [samples]
-_COMMON = 0.8           # least share of a sample's deviation that one slip must explain
 _GAP = 10               # samples absent in a row that are lost samples, not a pause
 
 # Numerics; choices unless stated otherwise.
@@ -106,7 +105,7 @@ def _slipping(reading: Array, curve: Array, scatter: Array) -> tuple[Mask, Mask]
     power = (speed ** 2).sum(axis=(1, 2)) + 1e-30
     slip = (away * speed).sum(axis=(1, 2)) / power
     spread = _usual(slip * np.sqrt(power)) / np.sqrt(power)
-    common = slip ** 2 * power > _COMMON * (away ** 2).sum(axis=(1, 2))
+    common = slip ** 2 * power > (1.0 - UNLIKE) * (away ** 2).sum(axis=(1, 2))
     clear = (np.abs(slip) > np.maximum(_SLIP, np.sqrt(SCORE_BAR) * spread)) & common
     highest = np.abs(slip) >= maximum_filter1d(np.abs(slip), 2 * _REACH + 1)
     return clear & highest, np.sqrt(SCORE_BAR) * spread < _SLIP

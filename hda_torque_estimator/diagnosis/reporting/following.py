@@ -17,13 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..balances.strongest_wave import strongest_wave, TURN, wave_share
-from ...significance import IMMATERIAL
+from ...significance import IMMATERIAL, UNLIKE
 
 Bins = NDArray[np.int64]
 WRAPPED = 'motor_angle'             # the coordinate that counts modulo one turn
-# Judgement; choices unless stated otherwise.
-_WAVE = 0.7                         # least share of a curve that makes it a wave
-
 # Numerics; choices unless stated otherwise.
 TRAVEL = 2.0                        # least motor turns in which a period of one turn shows
 BINS = 24               # of a coordinate
@@ -119,7 +116,7 @@ def _line(name: str, along: Array, weight: Array, rest: Array, explained: float,
     shares = [wave_share(order * along, rest, weight) for order in orders]
     best = float(orders[int(np.argmax(shares))])
     whole = best * float(np.ptp(along)) >= TURN     # a part of a wave could be any curve
-    return best if whole and max(shares) > _WAVE * explained else None
+    return best if whole and max(shares) > (1.0 - UNLIKE) * explained else None
 
 
 def _bins(name: str, along: Array, valid: NDArray[np.bool_]) -> tuple[Bins, int]:
