@@ -8,7 +8,7 @@ import math
 SCORE_BAR = 60.0
 # Improvement of the score by which a curve, a bend or a whole rest explained is certain, whatever
 # the noise (measured: right causes left some 100 to the best curve, others 700 to 5500; what stood
-# in for a disc bent by 4 to 71, six true discs by 33 000 and more; healthy arms left 61 at most).
+# in for a disc bent by 4 to 71, six true discs by 33 000 and more).
 CERTAIN = 300.0
 SIGN_CERTAIN = 0.6      # correlation, of either sign, from which the sign is certain
 MATERIAL = 0.8          # rms beyond noise, over that of noise, that asks for a cause
