@@ -1,18 +1,21 @@
 """
-Write docs/constants.md: every constant of judgement with its meaning, origin and tests.
+Write docs/constants.md: every number that a judgement uses, with its meaning, origin and tests.
 
 The table is read from the source. A constant is a number in capitals at the top level of a module
 that judges. Its comment states its meaning, its unit in brackets, and in parentheses where the
 number comes from: `(choice)`, or `(null: ...)`, `(measured: ...)`, `(source: ...)` with words. A
 comment `Choices unless stated otherwise` speaks for all constants down to the next blank line.
-Positions in an array are marked `(layout)` and are no judgement.
+Where a diagnosis judges, such a head says as well of which kind they are, `Judgement; choices
+unless stated otherwise` or `Numerics; ...`, and `Judgement.` where each states its origin.
+Positions in an array are marked `(layout)` and are no constants.
 """
 
 import ast
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
-from constant_comments import comment_of, Constant, constant_of, origin_of_group
+from constant_comments import comment_of, Constant, constant_of, stated_by_group
 import hypothesis_table
 from project_files import files, PACKAGES, ROOT
 from project_imports import IMPORTS, PATHS
@@ -27,12 +30,16 @@ MODULES = {
     'recording_facts', 'reference', 'route_health', 'sample_judge', 'sample_limits',
     'significance', 'slips', 'stamp_order', 'standstill', 'tip_force'}
 
+# Where constants state their kind.
+TOLD_APART = {'diagnosis', 'significance'}
+
 NUMPY = {'np.arange', 'np.geomspace', 'np.linspace'}
 MOST_TESTS = 3
 COMMAND_LINE = f'{PACKAGES[-1]}.cli'      # imports commands by their names
-COLUMNS = '| constant | value | meaning | origin | tests |\n|---|---|---|---|---|'
+COLUMNS = ('| constant | value | meaning | origin | tests |\n|---|---|---|---|---|\n',
+           '| constant | kind | value | meaning | origin | tests |\n|---|---|---|---|---|---|\n')
 
-HEAD = """# Constants of judgement
+HEAD = """# Constants
 
 Written by `make docs` from the comments in the source. Tests are those that name the constant.
 Where none does, they bear the name of its module, or are nearest in the chain of imports.
@@ -42,6 +49,15 @@ Origins are of four kinds:
 - **measured**: seen on simulated arms with a known truth, or on real arms;
 - **source**: a formula, a standard or a paper;
 - **choice**: a plain choice for the purpose that the meaning states; no experiment set the number.
+
+Constants of a diagnosis are of two kinds, {judgement} of judgement and {numerics} of numerics:
+
+- **judgement**: decides whether something is named or taken back, how sure it is, or what a rest
+  follows;
+- **numerics**: how that is computed and shown, like widths of filters, numbers of samples,
+  rounds of a fit, and how robots move.
+
+Thresholds that effects declare have a [table of their own](#effects).
 """
 
 
@@ -51,22 +67,27 @@ def judging() -> list[str]:
             and (FOLDERS.intersection(name.split('.')) or name.split('.')[-1] in MODULES)]
 
 
+def tells_kinds(module: str) -> bool:
+    """Return whether the constants of a module state their kind."""
+    return bool(TOLD_APART.intersection(module.split('.')))
+
+
 def constants(text: str) -> Iterator[Constant]:
-    """Yield the constants of judgement of one module's source."""
+    """Yield the constants of one module's source."""
     lines = text.split('\n')
     for node in ast.parse(text).body:
         if not isinstance(node, ast.Assign):
             continue
         names = tuple(ast.unparse(part)
                       for part in getattr(node.targets[0], 'elts', node.targets))
-        if all(name.isupper() for name in names) and _is_judgement(names, node.value):
+        if all(name.isupper() for name in names) and _is_constant(names, node.value):
             constant = constant_of(names, ast.unparse(node.value), comment_of(lines, node),
-                                   origin_of_group(lines, node.lineno))
+                                   *stated_by_group(lines, node.lineno))
             if constant.origin != 'layout':
                 yield constant
 
 
-def _is_judgement(names: tuple[str, ...], value: ast.expr) -> bool:
+def _is_constant(names: tuple[str, ...], value: ast.expr) -> bool:
     """Return whether a value is one number or several; whole ones for several names are places."""
     if len(names) > 1:
         parts = getattr(value, 'elts', [])
@@ -130,14 +151,18 @@ def rows() -> Iterator[tuple[str, Constant, list[str]]]:
 
 def page() -> str:
     """Return docs/constants.md."""
-    parts, last = [HEAD], ''
-    for module, constant, tests in rows():
+    found, last = list(rows()), ''
+    kinds = Counter(constant.kind for _, constant, _ in found)
+    parts = [HEAD.format(judgement=kinds['judgement'], numerics=kinds['numerics'])]
+    for module, constant, tests in found:
+        told = tells_kinds(module)
         if module != last:
-            parts.append(f'\n## `{module.partition(".")[2]}`\n\n{COLUMNS}\n')
+            parts.append(f'\n## `{module.partition(".")[2]}`\n\n{COLUMNS[told]}')
             last = module
         more = ' and more' if len(tests) > MOST_TESTS else ''
         cells = (', '.join(f'`{name}`' for name in constant.names),
-                 f'{constant.value} {constant.unit}'.strip(), constant.meaning, constant.origin,
+                 *([constant.kind] if told else []), f'{constant.value} {constant.unit}'.strip(),
+                 constant.meaning, constant.origin,
                  ', '.join(f'`{test}`' for test in tests[:MOST_TESTS]) + more)
         parts.append('| ' + ' | '.join(cell.replace('|', r'\|') for cell in cells) + ' |\n')
     return ''.join([*parts, hypothesis_table.section()])

@@ -20,8 +20,10 @@ from .readings.raw_readings import RawReadings
 from ..measurements.measurement import Measurement
 from ..measurements.running_clock import inside, Spans
 
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
 EFFECTIVE = 0.5         # share of the balances' samples that are independent
+
+# Numerics; choices unless stated otherwise.
 _FIRST_NOISE = 0        # seed of a twin that shows what noise leaves,
 _OTHER_NOISE = 2        # and of another one, that shows what chance buys
 

@@ -45,12 +45,12 @@ from ..least_squares.term import Place
 from ..measurements.effort import as_held
 from ..measurements.measurement import Measurement
 from ..measurements.running_clock import inside, Spans, split
+from ..significance import MATERIAL
+from ..significance import STILL
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _ROUNDS = 2             # of searches, while zeros of several recordings or stretches move
-_QUIETER = 0.7          # of the noise that was taken, below which it has hidden something
 _LAST_NOISE = 1         # seed of the twin of the arm that was found
-_STILL = 0.02           # link travel below which nothing was moved [rad]
 
 
 class Conclusion(NamedTuple):
@@ -74,7 +74,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     given, arm, measurement = arm, with_stand_in(arm), as_held(measurement, arm)
     training, held_out = split(measurement)
     facts = _facts(measurement, training, held_out, origin.sources)
-    if (np.ptp(measurement.reading[:, :, 1], axis=0) < _STILL).all():
+    if (np.ptp(measurement.reading[:, :, 1], axis=0) < STILL).all():
         return Conclusion(_unmoved(facts, arm, origin), given, None)
     unloaded = why_led(measurement, given)
     names, aside = _sought(arm, names, unloaded)
@@ -236,7 +236,7 @@ def _reconsidered(fitter: Fitter, found: SearchResult, names: Sequence[str],
     taken = fitter.noise
     noise, plain = noise_of(fitter.balancer, fitter.as_noisy(found.last))
     fitter = replace(fitter, noise=np.minimum(taken, noise))
-    if (fitter.noise < _QUIETER * taken).any():
+    if (taken ** 2 > (1.0 + MATERIAL ** 2) * fitter.noise ** 2).any():
         found = search(fitter, names, found, notify)
     return fitter, without_noise(fitter, found), plain
 

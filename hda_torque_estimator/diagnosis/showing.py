@@ -11,7 +11,7 @@ from .findings.report import Prediction
 from .reporting.exhibits import Exhibits
 from .validation import Grounds
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 HORIZONS = (0.01, 0.02, 0.05, 0.1, 0.2)     # over which predictions are shown [s]
 
 

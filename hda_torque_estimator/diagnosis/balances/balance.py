@@ -44,7 +44,7 @@ from ...measurements.measurement import Measurement
 from ...measurements.motion import jolts, MeasuredMotion, MOTOR
 from ...measurements.upsampling import between, is_held
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 BANDWIDTH = 40.0        # of the balances [Hz]
 RATE = 125.0            # at which balances are kept [Hz]
 _ENOUGH = 500.0         # samples that show what a change of the arm changes in them [1/s]

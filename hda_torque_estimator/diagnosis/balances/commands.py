@@ -19,14 +19,13 @@ from scipy.ndimage import gaussian_filter1d
 
 from .balance import Balancer, RATE
 from ...measurements.measurement import Measurement
+from ...significance import DEVIATIONS, MOSTLY, UNLIKE
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _FAST = 4.0             # samples of the balances over which what is slower is another's effect
+# (source: eq:command-way, of every second sample)
+_LEAST_WAY = 0.5        # to the next command, of a log of a faster loop
 _CHANGES = 5            # stretches of a second with changes of the command, at least
-_EXPLAINED = 0.25  # share of the power there that the way to the next command must explain
-_CERTAIN = 4.0          # deviations from held, and from the other end, that determine a way
-# (source: half of the least way of a log of a faster loop, that of every second sample)
-_HELD_WAY = 0.25        # below which commands were held
 
 
 def way_between(balancer: Balancer, arm: Arm, noise: Array) -> float | None:
@@ -53,9 +52,10 @@ def way_between(balancer: Balancer, arm: Arm, noise: Array) -> float | None:
     way = min(max(share, 0.0), 1.0)
     as_held, as_even, after = (float(((rest + part * shift) ** 2 * weight).sum())
                                for part in (0.0, 1.0, way))
-    if way > _CERTAIN * unsure and after < (1.0 - _EXPLAINED) * as_held:
+    if way > DEVIATIONS * unsure and after < (1.0 - UNLIKE) * as_held:
         return way
-    surely_held = share + _CERTAIN * unsure < _HELD_WAY and as_held < (1.0 - _EXPLAINED) * as_even
+    surely_held = (share + DEVIATIONS * unsure < MOSTLY * _LEAST_WAY
+                   and as_held < (1.0 - UNLIKE) * as_even)
     return 0.0 if surely_held else None
 
 

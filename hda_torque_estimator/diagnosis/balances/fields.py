@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .recent_cache import RecentCache
 
 Key = TypeVar('Key')
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _ARMS = 2               # whose keys are kept: derivatives compare one arm after another to one
 # Each number of a joint's record is its own place in it: the record has nothing but numbers.
 _PLACES = np.arange(JOINT_RECORD.itemsize // np.dtype(np.float64).itemsize,

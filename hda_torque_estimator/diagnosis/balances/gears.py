@@ -24,7 +24,7 @@ from .recent_cache import RecentCache
 from .sensed_motion import JointMotion, SensedMotion, sensing
 from ...measurements.measurement import Measurement
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _KEPT = 4               # of what each gear does
 # What each of its runs reads of a joint's record.
 _TWISTS = places_of('ratio', *effects_at(TRANSMISSION))

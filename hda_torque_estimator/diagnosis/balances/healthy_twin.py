@@ -17,8 +17,10 @@ from ...measurements.running_clock import arm_during
 from ...measurements.upsampling import between
 from ...simulating.closed_loop import run
 
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
 _MOST = 2.0             # times what white noise makes, that rounding or jitter may make
+
+# Numerics; choices unless stated otherwise.
 _UNSEEN = 1.0           # noise of a balance that never holds, for which any will do [N*m]
 
 

@@ -26,7 +26,7 @@ from .gears import Geared
 from .sample_residuals import missed_torques, motor_missed
 from .sensed_motion import JointMotion
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _REST = 2e-3            # link speed at which a bearing may stick [rad/s]
 MEASURED = 4           # states that a motion gives; the kernel's others are its memory (layout)
 _wire_of, _bent_after = record_at(WIRE), sole_at(BRISTLES).law_after

@@ -10,10 +10,9 @@ import numpy as np
 
 from .coordinates import torques_of
 from ...measurements.measurement import Measurement
+from ...significance import HARDLY
 
-# Choices unless stated otherwise.
-# (source: a motor that moves its link gives all of that torque, and friction beside it)
-_NOTHING = 0.05         # share of the torque through a gear below which its motor does nothing
+# Numerics; choices unless stated otherwise.
 _ENOUGH = 5000          # samples that suffice, evenly over a recording
 
 
@@ -30,7 +29,7 @@ def is_led(measurement: Measurement, arm: Arm) -> bool:
                        for each in (angle, angle + noise))
     through = np.var(torque, axis=0) - np.var(noisier - torque, axis=0)
     given = arm.record().joints['ratio'] * command
-    return bool((np.mean(given ** 2, axis=0) < _NOTHING ** 2 * through).all())
+    return bool((np.mean(given ** 2, axis=0) < HARDLY ** 2 * through).all())
 
 
 def held_against(measurement: Measurement) -> tuple[str, ...]:

@@ -30,7 +30,7 @@ from ...measurements.measurement import Measurement
 from ...measurements.motion import DifferentiatedAngle, LINK
 from ...measurements.running_clock import arm_during
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _KEPT = 4               # of each part
 _LINKS, _SENSED = 'links', 'sensed'     # names of keys; that of a motor is its joint (layout)
 # What each part reads of a joint's record.

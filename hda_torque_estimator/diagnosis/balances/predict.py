@@ -25,7 +25,7 @@ from .balance import Balancer
 from .kernel_along import MEASURED
 from ...measurements.running_clock import arm_during, Spans, within
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 HORIZON = 0.2           # length of a window [s]
 EVERY = 0.1             # from window to window [s]
 _LINK = [LINK_ANGLE, LINK_VELOCITY]

@@ -12,16 +12,14 @@ from hda_arm_sim.model.chain_links import ChainLinks
 import numpy as np
 
 from .balance import Balancer
+from ...significance import STANDS_OUT
 
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
 # (null: short stops of 24 joints of healthy arms left 167 to 474, presliding 1109 and more)
 _LOUD = 800.0           # power where a shaft turns round, over that of noise
-_APART = 20.0           # ... and over the power elsewhere
+
+# Numerics; choices unless stated otherwise.
 _FEWEST = 25            # rows that suffice
-# (measured: a wrist that is light behind its gear stops shortly in many turns. Half of the rows
-# of 87 healthy joints of cobot7 there had up to 16 times the power of noise, over 20 to 60 s. Of
-# typical presliding they had 34 to 548 times in eleven records, in others before from 7 on)
-_BROAD = 24.0           # median power there on a chain, over that of noise and elsewhere
 
 
 def turning_round(balancer: Balancer, arm: Arm, noise: Array) -> tuple[int, ...]:
@@ -36,8 +34,9 @@ def turning_round(balancer: Balancer, arm: Arm, noise: Array) -> tuple[int, ...]
         if turns.sum() < _FEWEST or not usual.any():
             continue
         here = power[turns].mean()
-        broad = not chain or np.median(power[turns]) > _BROAD * max(
+        # A wrist that is light behind its gear stops shortly in many turns.
+        broad = not chain or np.median(power[turns]) > STANDS_OUT * max(
             1.0, float(np.median(power[usual])))
-        if broad and here > _LOUD and here > _APART * power[usual].mean():
+        if broad and here > _LOUD and here > STANDS_OUT * power[usual].mean():
             found.append(joint)
     return tuple(found)

@@ -22,7 +22,7 @@ from ...measurements.measurement import Measurement
 from ...measurements.motion import (angle_behind, course_of, DifferentiatedAngle, lateness, LINK,
                                     MeasuredMotion, motion_of, MOTOR, SHORT)
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _KEPT = 4               # courses of each encoder
 _WHOLE = 2              # motions of all joints
 _ROUNDING = 1e-15       # of an angle, to which a difference from another one is constant

@@ -10,7 +10,7 @@ from dataclasses import replace
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.chain_links import ChainLinks
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _MASS = 1.0             # of each link, whose centre is on the axis: it matters to nothing [kg]
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 # (source: one turn in rad)
 TURN = 2.0 * math.pi    # one turn [rad]
 _FINER = 4              # points of a spectrum in the width of a line

@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 
 from .balance import Balancer, RATE
 from .base_motion import stirring
+from ...significance import HARDLY
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _LOWEST, _HIGHEST = 3.0, 30.0   # frequencies, below the balances' bandwidth [Hz]
 _DAMPINGS = (0.04, 0.3, 1.0)    # of steel, of a base on rubber, and of one that creeps back
 _DIRECTIONS = np.linspace(0.0, np.pi, 36, endpoint=False)  # of the base that are tried [rad]
-_STANDS_OUT = 0.2       # least share of what is left in the torsion balances beyond noise
 
 
 class Mode(NamedTuple):
@@ -45,7 +45,7 @@ def swing_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np.bo
     most = sole_at(BASE).declaration('amplitude').high
     scale = (np.sqrt(valid) / noise)[:, joints:]
     rest = (scale * residual[:, joints:]).ravel()
-    best, power = None, _STANDS_OUT * float(rest @ rest - np.count_nonzero(scale))
+    best, power = None, HARDLY * float(rest @ rest - np.count_nonzero(scale))
     for frequency, damping in _modes():
         columns = np.stack([
             scale[:, [joint]] * balancer.in_balance(torques, joints + joint) for joint, torques

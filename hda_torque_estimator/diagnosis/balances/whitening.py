@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import firwin2, welch
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _SEGMENT = 256          # samples of the balances in a spectrum
 _BINS = 1.5             # of a spectrum that are smoothed together
 # (source: motions of robots end below 7 Hz, most of their power below 4 Hz)

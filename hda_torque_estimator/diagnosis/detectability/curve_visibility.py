@@ -16,7 +16,7 @@ from ..fitting.fit import Fit, Fitter
 from ..fitting.solve import Columns, condense_more, prior_weights
 from ..judging.discrepancy_curves import curves_at_sites
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _OWN = 1e-6             # share of a curve that the terms do not have, below which it is theirs
 
 

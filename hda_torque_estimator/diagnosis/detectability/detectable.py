@@ -27,7 +27,7 @@ from ..judging.screening import shifts
 from ..judging.search import SearchResult
 from ...least_squares.term import Term
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _BEYOND = 3.0           # values that were tried, to which lines through them go on
 
 

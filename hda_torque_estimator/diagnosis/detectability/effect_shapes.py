@@ -17,7 +17,7 @@ from ...least_squares.term import looked_for, Term
 # Whose shapes nobody chooses: the faintest counts.
 AT_LEAST_SEEN = tuple(name for name, sought in HYPOTHESES.items()
                       if sought.start is SearchStart.SWING)
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _CLIPPED = (0.6, 0.8, 0.92, 1.0)    # limits of torque, over the largest command: one a start
 _TOUCH = 1.0            # duration of a contact [s]
 _CREEPS = 2.0           # damping of a base that shows least: twice what keeps it from ringing

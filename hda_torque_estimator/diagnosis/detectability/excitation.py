@@ -26,10 +26,12 @@ from ...least_squares.term import Place
 from ...measurements.measurement import Measurement
 from ...measurements.running_clock import inside, Spans
 
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
 _SEEN = 0.6            # share of the effects that must have been seen for silence to mean health
-_PLAN = 'hda plan --show EFFECT finds a motion that shows one'
+
+# Numerics; choices unless stated otherwise.
 _LISTED = 6             # effects that a sentence names
+_PLAN = 'hda plan --show EFFECT finds a motion that shows one'
 
 
 def smallest_sizes(fitter: Fitter, found: SearchResult, fit: Fit, raw: RawReadings,

@@ -11,10 +11,8 @@ from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 
 from ...measurements.measurement import Measurement
+from ...significance import HARDLY, NEARLY_ALL
 
-# Choices unless stated otherwise.
-_BACK = 0.05            # share of the travel that is back, below which a joint turns one way
-_OF_ANGLE = 0.9         # share of a torque that the angle explains, from which it is of one load
 _LINK = 1               # side of a reading (layout)
 
 
@@ -27,10 +25,10 @@ def one_sided(measurement: Measurement) -> tuple[str, ...]:
 def _of_joint(measurement: Measurement, place: int) -> Iterator[str]:
     label, torque = measurement.labels[place], measurement.reference[:, place]
     angle, known = measurement.reading[:, place, _LINK], np.isfinite(torque)
-    if _share_back(measurement, angle) < _BACK:
+    if _share_back(measurement, angle) < HARDLY:
         yield (f'{label} turns one way: dry friction, an offset of its drive and the zero of its '
                'reference torque cannot be distinguished')
-    if _of_angle(angle[known], torque[known]) > _OF_ANGLE:
+    if _of_angle(angle[known], torque[known]) > NEARLY_ALL:
         yield (f'{label} bears one load: a law of its torsion cannot be distinguished from an '
                'error over the link angle')
 

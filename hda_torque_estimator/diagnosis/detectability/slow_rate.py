@@ -23,12 +23,15 @@ from ..readings.raw_readings import raw_readings
 from ...least_squares.term import Place
 from ...measurements.measurement import Measurement
 from ...measurements.running_clock import inside, split
+from ...significance import NEARLY_ALL
 from ...simulating.closed_loop import run
 
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
+SLOWER = NEARLY_ALL     # share of it, below which a rate may be to blame
+
+# Numerics; choices unless stated otherwise.
 # (source: the rate of the records of docs/accuracy.md)
 FAST = 1000.0           # rate at which the diagnosis was measured [Hz]
-SLOWER = 0.9           # share of it, below which a rate may be to blame
 _LONGEST = 60.0         # of the motion that is simulated [s]
 
 

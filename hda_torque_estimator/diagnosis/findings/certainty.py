@@ -9,12 +9,13 @@ from collections.abc import Iterable
 import math
 
 from .report import at_place, Evidence, Finding
+from ...significance import IMMATERIAL
 
-# Choices unless stated otherwise.
-ODDS = 19.0             # to 1 at a margin of one bar: those of 95 %
-NAMED = 0.95             # probability of a cause that is named: a wrong name is worse than none
-# (measured: a soft wind-up named a stiffness left 0.11 to 0.15, fitted rightly 0.0003)
-_STAND_IN = 0.01         # share of what it explains that a stand-in leaves at least
+# Judgement; choices unless stated otherwise.
+NAMED = 0.95             # probability at one bar, and of a cause that is named
+ODDS = NAMED / (1.0 - NAMED)        # to 1 at a margin of one bar
+
+# Numerics; choices unless stated otherwise.
 _MOST = 40.0                    # bars beyond which a number of this size holds nothing more
 
 
@@ -36,9 +37,9 @@ def margin_of_share(left: float) -> float:
     """
     Return the margin by which a cause is no stand-in, if it leaves a share of what it explains.
 
-    Odds are even at a hundredth, and 19 to 1 at a thousandth.
+    Odds are even where that is immaterial, and 19 to 1 at a tenth of it.
     """
-    return math.log10(_STAND_IN / max(left, 1e-300))
+    return math.log10(IMMATERIAL / max(left, 1e-300))
 
 
 def margin_of(evidence: Evidence) -> float:

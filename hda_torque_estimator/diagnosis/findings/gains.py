@@ -12,7 +12,7 @@ from ..balances.balance import Balancer
 from ..balances.predict import HORIZON, prediction_errors
 from ...measurements.running_clock import Spans
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _RESAMPLES = 400        # of windows, for the interval of a gain
 _EXACT = 1e-30          # mean squared error of a prediction that counts as none [rad^2]
 METRIC = (f'mean squared error of motor angles, link angles and torsions predicted over '

@@ -20,7 +20,7 @@ from ...measurements.measurement import joined, Measurement, resampled
 from ...measurements.rates import check_rate
 from ...measurements.upsampling import parts_of
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _PASSES = 3             # the torsion law is not straight
 _LINK = 1               # side of a reading (layout)
 _SETTLED = 0.5          # of the noise, that a zero may still be off

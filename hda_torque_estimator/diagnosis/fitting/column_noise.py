@@ -19,7 +19,7 @@ from .nuisance import AnyTerm, Zero
 from .steps import columns_of, Sized, sized
 from ...least_squares.normal import RIDGE, TINY
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _BANDS = 24             # of frequency, in each of which noise has one power
 
 

@@ -20,7 +20,7 @@ from ..balances.recent_cache import RecentCache
 from ...least_squares.term import Term, with_terms
 
 IMPOSSIBLE = (ArmError, ParameterError)     # no arm can have such numbers
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _ARMS = 4               # that were asked for last and are known
 _TWINS = 2              # beside which noise is known
 

@@ -22,7 +22,7 @@ from ...least_squares.descent import damped, improved
 from ...least_squares.sandwich import sandwich
 from ...least_squares.term import Place, Term
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 PASSES = 4              # of a fit of all numbers, at most
 _REFINEMENTS = 6        # further passes of a fit that still gains
 _TWINS = 2              # of other rows, for which what fits them is kept

@@ -18,10 +18,7 @@ from .derivatives import IMPOSSIBLE
 from .fit import Fit, Fitter, moved
 from .solve import condense, solve
 from ..balances.balance import Balancer
-
-# Choices unless stated otherwise.
-_ALIKE = 0.85           # correlation with the twin's column from which it can stand for one
-_FAR = 8.0              # deviations by which no bias of noise moves a cause
+from ...significance import NEARLY_ALL, SCORE_BAR
 
 
 def unbiased(fitter: Fitter, fit: Fit, twin: Balancer) -> Fit:
@@ -38,19 +35,19 @@ def unbiased(fitter: Fitter, fit: Fit, twin: Balancer) -> Fit:
                  fitter.away(fit.terms), fit.deviations).step
     causes = slice(sum(term.size for term in fit.accepted))
     spread = np.sqrt(np.diag(fitter.covariance(fit)))
-    if (np.abs(step) > _FAR * spread)[causes].any():
+    if (np.abs(step) > np.sqrt(SCORE_BAR) * spread)[causes].any():
         return fit
     try:
         there = fitter.at(moved(fit.terms, step), len(fit.accepted),
                           fit.slopes.with_columns(columns))
     except IMPOSSIBLE:
         return fit
-    return there if there.score < fit.score + len(step) * _FAR ** 2 else fit
+    return there if there.score < fit.score + len(step) * SCORE_BAR else fit
 
 
 def _projected(own: Array, theirs: Array, weight: Array) -> Array:
     """Return columns (m, c, p) as far as the twin's explain them, weighed by (m, c)."""
     ours, instruments = (columns * weight[:, :, None] for columns in (own, theirs))
     power = np.sqrt((ours ** 2).sum(axis=(0, 1)) * (instruments ** 2).sum(axis=(0, 1)))
-    alike = (ours * instruments).sum(axis=(0, 1)) > _ALIKE * power
+    alike = (ours * instruments).sum(axis=(0, 1)) > NEARLY_ALL * power
     return projection(own, np.where(alike, theirs, own), weight)

@@ -21,7 +21,7 @@ from .solve import REACH
 from ...least_squares.charts import Identity
 from ...least_squares.term import Place, Term
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _FLOOR = 1e-3           # of a relative tolerance: nothing is known exactly
 _ZERO_STEP = 1e-6       # of an encoder's zero, for a derivative [rad]
 # (source: from 0, had commands changed at once, to a half, if the log's own loop held them)

@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 
 from ...least_squares.normal import raised, RIDGE, TINY, within
 
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
 REACH = 3.5             # standard deviations that a nuisance may go from its nominal value
+
+# Numerics; choices unless stated otherwise.
 _SAME = 1e-3            # by which variances differ at one and the same end,
 _LEAST = 1e-8           # and besides by so much at most [N^2*m^2]
 _PASSES = 12            # of weights and bounds, at most

@@ -32,15 +32,16 @@ from ..balances.swinging import swing_in
 from ...least_squares.normal import TINY
 from ...least_squares.term import looked_for, Term
 from ...measurements.running_clock import Spans
+from ...significance import UNLIKE
 
-# Choices unless stated otherwise.
-DURATIONS = np.geomspace(0.2, 6.0, 18)      # of contacts that are tried [s]
+# Judgement; choices unless stated otherwise.
 _STANDS_OUT = 5.0       # least power of a contact, over the best one at any other time
-_CLEAR = 1.25           # durations from a contact's begin to that of another
 _FEW = 4                # contacts, at most, of which none is another cause's rest
-_FITS = 0.7             # least share of the power around a contact that one force explains
+
+# Numerics; choices unless stated otherwise.
+DURATIONS = np.geomspace(0.2, 6.0, 18)      # of contacts that are tried [s]
+_CLEAR = 1.25           # durations from a contact's begin to that of another
 _NEAR = 0.3             # before and after a contact, where fits see all [s]
-_AGREES = 0.35          # largest difference of motor and torsion balance, of what it does
 _AROUND = 0.25          # before and after a contact, of its duration, that is close to it
 
 Numbers: TypeAlias = dict[str, float]           # of an effect, by their names
@@ -89,8 +90,8 @@ def contacts_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np
         force, normal = _at(motor, contact)         # what it does to the joints must agree
         miss = force - contact.force
         near = float(around[_around(balancer.time, contact)].sum())
-        return (contact.power > _FITS * near
-                and float(miss @ normal @ miss) < _AGREES ** 2 * float(force @ normal @ force))
+        return (contact.power > (1.0 - UNLIKE) * near
+                and float(miss @ normal @ miss) < UNLIKE * float(force @ normal @ force))
 
     return next((found for found in sets if all(map(is_one_force, found))), [])
 

@@ -8,7 +8,7 @@ from hda_arm_sim.model.effects import effect_named, Scope, Site
 from .nuisance import AnyTerm, CouplingInertia, SensorError, Zero
 from ...least_squares.term import Place
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _FINE = 0.01            # share of the usual step in a derivative: noise is the same at both ends
 
 # A place and how many numbers are free there: another law of a cause has others.

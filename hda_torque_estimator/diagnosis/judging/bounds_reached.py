@@ -18,7 +18,7 @@ from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Term
 from ...significance import NORMAL_90
 
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
 _NEAR = 0.3             # of a number, from its bound, within which its interval is looked at
 _ROUND = ('phase', 'direction')     # what these begin with turns round and has no end
 

@@ -17,17 +17,17 @@ from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.nuisance import Zero
 from ...least_squares.term import Term
+from ...significance import CERTAIN
 
 Array = NDArray[np.float64]
+# Numerics; choices unless stated otherwise.
 _LAWS = (1, 2, 3, 5)    # powers of the torque that laws of a torsion may have (choice)
-# (measured: what stood in for a disc had 4 to 71, six true discs 33 000 and more)
-_BEND = 1000.0          # score of the bend alone, from which a disc is one
 
 
 def straight(fitter: Fitter, fit: Fit) -> tuple[Term, ...]:
     """Return the accepted discs of link encoders that were not seen to bend."""
     return tuple(term for term in fit.accepted if HYPOTHESES[term.name].bends
-                 and _bend(fitter, fit, term, term.effect) < _BEND)
+                 and _bend(fitter, fit, term, term.effect) < CERTAIN)
 
 
 def _bend(fitter: Fitter, fit: Fit, term: Term, disc: Effect) -> float:

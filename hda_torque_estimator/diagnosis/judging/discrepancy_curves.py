@@ -20,22 +20,21 @@ from ..findings.rest import GEAR
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.solve import Columns, condense, condense_more, Solution, solve
+from ...significance import IMMATERIAL
 
 Array = NDArray[np.float64]
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 SLOW = 1.0              # shaft speed over which a sense of motion sets in [rad/s]
 # (source: what noise moves has no less at high frequency; motions of robots end below 7 Hz)
 _SMOOTH = 3.0           # samples of the balances over which torques and rates are of the motion
-# (measured: 0.005 at most in the laboratory, 0.05 to 0.9 where noise made 200 to 1800 of score)
-_OF_NOISE = 0.02        # share of its power that noise may have in a rate that is of the motion
-_RATED = ('joint_torque', 'motor_torque', 'motor_velocity')
 SLIDING = (5.0, 20.0)   # shaft speeds over which friction may fall [rad/s]
 _LINK_ORDERS = (1, 2, 3, 4, 6)  # waves per link turn of curves without a name
 _MOTOR_ORDERS = (1, 2, 4, 6, 8, 12)  # waves per motor turn of curves without a name
+_AT_REST = 1e-30        # mean square of a shape, below which nothing moved that makes it
+_RATED = ('joint_torque', 'motor_torque', 'motor_velocity')
 # Beside these two, what follows the torque lets a motor balance shrink with all of its noise.
 _SCALED = {name for name, sought in HYPOTHESES.items() if sought.scales}
 _SCALE = 'joint_torque^1'
-_AT_REST = 1e-30        # mean square of a shape, below which nothing moved that makes it
 
 
 Usual = Mapping[tuple[str, str, str], float]    # improvements by joint, site and form
@@ -129,7 +128,7 @@ def curves_at_sites(fitter: Fitter, fit: Fit, joints: Collection[str],
         for rates_of in (_rates, _quick_rates):
             with_noise = {} if quick else dict(rates_of(time, noisier))
             forms |= {name: rate for name, rate in rates_of(time, along) if quick or (
-                np.var(with_noise[name] - rate) <= _OF_NOISE * np.var(rate))}
+                np.var(with_noise[name] - rate) <= IMMATERIAL * np.var(rate))}
         columns = np.stack(list(forms.values()), 1)
         shapes = columns / np.sqrt(np.maximum(np.mean(columns ** 2, axis=0), _AT_REST))
         for site, channels in sites(fitter, label).items():

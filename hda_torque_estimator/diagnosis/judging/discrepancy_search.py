@@ -21,13 +21,9 @@ from .selection_criteria import freedom, open_rest
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Place, Term
-from ...significance import SCORE_BAR
+from ...significance import CERTAIN, NEARLY_ALL, SCORE_BAR
 
-# Choices unless stated otherwise.
-# (measured: right causes left some 100 to the best curve, others 700 to 5500)
-_IMPROVES = 300.0           # improvement of the score by a cause without a name that is taken
-# (choice: a law and its curve explain the same, and then the law has the name)
-_AHEAD = 1.2            # of what the best of the catalogue improves, that one taken first does
+# Numerics; choices unless stated otherwise.
 _MOST = 6               # causes without a name: more are a rest that none describes
 
 
@@ -97,8 +93,9 @@ class _Search:
         fitter, fit = self._fitter, self._fit
         step = next_cause(fitter, fitter.first, fit, self._names)
         curve = self._all.best(fitter, fit, fitter.arm.labels)
-        if self._is_room and curve.improvement > max(_IMPROVES, _AHEAD * (
-                fit.score - step[0].score if step else 0.0)):
+        # A law and its curve explain nearly the same, and then the law has the name.
+        if self._is_room and curve.improvement > max(CERTAIN, (
+                fit.score - step[0].score if step else 0.0) / NEARLY_ALL):
             self._take(curve, fit.accepted)
             return True
         taken = None if step is None else with_cause(
@@ -133,7 +130,7 @@ class _Search:
             curve = self._all.best(self._fitter, without, (
                 self._fitter.arm.labels if term.joint is None else (term.joint,)))
             lead = SCORE_BAR if len(term.sought) > 1 else -SCORE_BAR
-            if curve.improvement > max(_IMPROVES, own - lead):
+            if curve.improvement > max(CERTAIN, own - lead):
                 self._take(curve, others)
                 return True
         return False

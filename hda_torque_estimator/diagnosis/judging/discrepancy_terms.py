@@ -24,14 +24,14 @@ from ..balances.strongest_wave import strongest_wave, TURN
 from ..findings.rest import IN_WORDS
 from ..fitting.fit import Fit, Fitter
 from ..fitting.solve import score
+from ...significance import HARDLY
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _POWERS = (1, 2, 3)     # of a torque and of an angle
+_HALF_A_WAVE = np.pi    # of travel, below which a wave is any curve [rad]
+_SAME = 1e-6            # singular value over the largest, below which columns are the same
 # The most waves per turn of each angle.
 _ORDERS = {'motor_angle': 12, 'link_angle': 12, 'other_link_angle': 6}
-_HALF_A_WAVE = np.pi    # of travel, below which a wave is any curve [rad]
-_OWN = 0.01             # of a curve's power, that is its own beside all that a fit may move
-_SAME = 1e-6            # singular value over the largest, below which columns are the same
 
 
 class DiscrepancyTerm(NamedTuple):
@@ -141,7 +141,7 @@ class _Rest(NamedTuple):
         made = np.where(self.valid[:, None], fitter.balancer.in_balance(curves, self.channel), 0.0)
         made = np.concatenate([made, np.zeros((len(self.values) - len(made), made.shape[1]))])
         own = made - self.moves @ (self.moves.T @ made)
-        if ((own ** 2).sum(axis=0) <= _OWN * (made ** 2).sum(axis=0)).any():
+        if ((own ** 2).sum(axis=0) <= HARDLY ** 2 * (made ** 2).sum(axis=0)).any():
             return 0.0                      # the fit could move as much
         against = own.T @ self.values
         explained = float(against @ np.linalg.lstsq(own.T @ own, against, rcond=1e-9)[0])

@@ -16,10 +16,7 @@ from numpy.typing import NDArray
 
 from ..fitting.fit import Fit, Fitter
 from ..fitting.solve import score
-
-# Choices unless stated otherwise.
-_STAYS = 0.1            # share of a rest that stays at least, without what noise makes,
-_SHARES = (0.5, 1.5)    # and how much less or more noise one arm may make than another
+from ...significance import HARDLY, MOSTLY
 
 
 def equal_noise_score(fitter: Fitter, fit: Fit, usual: Array) -> float:
@@ -29,8 +26,8 @@ def equal_noise_score(fitter: Fitter, fit: Fit, usual: Array) -> float:
     arm = fitter.on(fit.terms)
     left, exact = (np.where(valid, residual ** 2, 0.0).sum(axis=0) / count for residual in
                    (fit.balance.residual, fitter.balancer(arm).residual))
-    share = np.clip(_noise_of(fitter, arm, valid) / usual, *_SHARES)
-    fair = np.maximum(exact + fitter.noise ** 2 * (1.0 - share), _STAYS * left)
+    share = np.clip(_noise_of(fitter, arm, valid) / usual, 1.0 - MOSTLY, 1.0 + MOSTLY)
+    fair = np.maximum(exact + fitter.noise ** 2 * (1.0 - share), HARDLY * left)
     return (fit.score + score(fair, count, fitter.noise, fitter.effective)
             - score(left, count, fitter.noise, fitter.effective))
 

@@ -18,7 +18,7 @@ from ..fitting.fit import CLOSE, Fit, Fitter
 from ..fitting.hypotheses import is_richer
 from ...least_squares.term import Place, Term
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _CANDIDATES = 6         # fitted in every round, with two steps,
 _FINALISTS = 3          # and the best places of them to the end
 

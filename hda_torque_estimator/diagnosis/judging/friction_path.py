@@ -18,7 +18,7 @@ from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Term
 
 LINK_PATH = 'link_path'         # declares that laws differ in how they build up along a link
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 # (source: a link that turns round takes half of the time for a quarter of the path)
 _SHARES = (1.0, 0.25, 0.0625)   # of the reach of forms, which those of some paths have
 _PATHS = (1e-7, 1.0)    # between which paths are looked for [rad],

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from .discrepancy_curves import best_curves, Curve, improvement_of, sites, Usual, usual_curves
 from .law_forms import evidence, reformed
-from .parameter_constancy import MANY, steady_shares
-from .search import SearchResult
+from .parameter_constancy import steady_shares
+from .search import MANY, SearchResult
 from .tolerances_reached import beyond_tolerance
 from ..balances.balance import Balancer, RATE
 from ..balances.healthy_twin import healthy_twin, noise_of, torque_noise_of, TorqueNoise
@@ -30,15 +30,14 @@ from ..findings.rest import GEAR
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Place, Term
-from ...significance import SCORE_BAR
+from ...significance import IMMATERIAL, MATERIAL, MOSTLY, SCORE_BAR
 
 Array = NDArray[np.float64]
-# Choices unless stated otherwise.
-REST = 0.8              # rms left beside noise, in rms of noise, that asks for an explanation
+# Judgement; choices unless stated otherwise.
 # (null: over ten seconds the noise is known to 40 %; one healthy arm in two left more)
 _ENOUGH = 40.0          # of motion; over less, the level of noise is known less well [s]
-# (choice: as much as the forms of laws of friction leave)
-_CRUDE = 0.02           # share of what has no name, below which a rest at its site is its own
+
+# Numerics; choices unless stated otherwise.
 _NOISE = 2              # seed of the noise of an arm that is simulated here; any other will do
 
 
@@ -95,7 +94,7 @@ def _judged(fitter: Fitter, found: SearchResult, doubted: Sequence[Term]) -> Goo
                   np.zeros_like(noise))
     other = reformed(fitter, fit)
     left = other.variance / noise - 1.0
-    bar = REST ** 2 * _unsure(fit) + allowed
+    bar = MATERIAL ** 2 * _unsure(fit) + allowed
     if (left > bar).any():
         left = np.minimum(left, _left_at_all_frequencies(fitter, fit))
     if (others := _where_none_acts(fitter, fit) & (left > bar)).any():
@@ -109,7 +108,7 @@ def _judged(fitter: Fitter, found: SearchResult, doubted: Sequence[Term]) -> Goo
     apart = [*doubted, *shapeless(fitter, fit, lacking)]
     wrong = [*formed, *apart]
     unexplained = _of_joints(fitter, rests > 1.0, wrong,
-                             (left <= bar + _CRUDE * _nameless_power(fitter, fit))
+                             (left <= bar + IMMATERIAL * _nameless_power(fitter, fit))
                              & (beyond <= 1.0))
     margins = {place: min(_margin_beside(left, bar, power, curves[place]),
                           margin_of_rest(float(beyond[_acts(power)].max())))
@@ -249,7 +248,7 @@ def _unsure(fit: Fit) -> Array:
 
 def _acts(power: Array) -> NDArray[np.bool_]:
     """Return in which channels (c,) a cause acts by its power over noise: most, or much."""
-    return (power > REST ** 2) | (power >= 0.5 * power.max())
+    return (power > MATERIAL ** 2) | (power >= MOSTLY * power.max())
 
 
 class _CurveLeft(NamedTuple):

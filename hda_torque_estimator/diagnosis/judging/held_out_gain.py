@@ -7,8 +7,8 @@ way. Then the balances of the same stretches are asked, beside which all else is
 (eq:held-out). Beside few causes predictions are near noise: what they do not show is not there.
 """
 
-from .parameter_constancy import MANY
 from .placebo import placebo_shares
+from .search import MANY
 from ..balances.balance import Balancer
 from ..findings.gains import gains, METRIC
 from ..findings.report import OwnGain

@@ -29,22 +29,22 @@ from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.nuisance import AnyTerm
 from ..fitting.solve import Columns, condense, Solution, solve
 from ...least_squares.term import Place, Term
+from ...significance import HARDLY
 
-# Choices unless stated otherwise.
-_APART = 0.05           # of a form, that is its own beside those before it
+# Numerics; choices unless stated otherwise.
 _ORDERS = (1, 2, 4)     # waves per motor turn by which a cause that is a wave is changed
-RATE_OF = 'rate'        # of what a cause does: laws of a drive differ by its time behaviour
-# Of a wave along a coordinate: it may have a harmonic where the motion has seen a whole wave,
-# and else any course.
-WAVES = {'motor_waves': 'motor_angle', 'link_waves': 'link_angle'}
-_SIGNED = ('time', 'link_angle')     # coordinates that laws follow with their sign
-_EVEN = 'time'          # along which laws go on evenly, whether a cause acts or not
 _PHASES = (0.0, 0.5 * np.pi)    # of a wave, that make one of any phase [rad]
 _SLOW = 0.1             # waves per turn that are none, of a law of waves
 _CURVES = 3             # smooth curves along a coordinate (choice)
 _DIFFERENCES = (0.75, -0.15, 1.0 / 60.0)    # of neighbours by 1, 2, 3 samples: a rate
 _NEARER, _SHORTER = 0.6, 20     # of a spread, and how often, until a form is within its reach
 _AT_REST = 1e-300       # rms of a coordinate along which nothing moved
+RATE_OF = 'rate'        # of what a cause does: laws of a drive differ by its time behaviour
+# Of a wave along a coordinate: it may have a harmonic where the motion has seen a whole wave,
+# and else any course.
+WAVES = {'motor_waves': 'motor_angle', 'link_waves': 'link_angle'}
+_SIGNED = ('time', 'link_angle')     # coordinates that laws follow with their sign
+_EVEN = 'time'          # along which laws go on evenly, whether a cause acts or not
 
 
 class _Forms(NamedTuple):
@@ -248,7 +248,7 @@ def _forms_of(fitter: Fitter, fit: Fit, term: Term, lacking: Array) -> Array:
     shown = flat.any(axis=1)                # of what passes, a short time
     basis, upper = np.linalg.qr(
         flat[shown] / np.maximum(np.sqrt((flat ** 2).sum(axis=0)), _AT_REST))
-    apart = np.abs(np.diag(upper))[1:] > _APART
+    apart = np.abs(np.diag(upper))[1:] > HARDLY
     made = np.zeros((len(flat), int(apart.sum())))
     strengths = np.array([strength for _, strength in others])[apart]
     made[shown] = size * strengths * basis[:, 1:][:, apart]

@@ -7,7 +7,7 @@ from scipy.signal import filtfilt, firwin
 from ..balances.balance import RATE
 from ..fitting.fit import Fit, Fitter
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _TAPS = 101             # of the low-pass, at the balances' rate
 
 

@@ -20,9 +20,7 @@ from .selection_criteria import freedom
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Term
-
-# (measured: the harmonic of a disc as a form lacked 6 % of what the exact one explained)
-_UNSURE = 0.1           # share of what forms improve that does not separate two causes
+from ...significance import HARDLY
 
 
 def leading(fitter: Fitter, fit: Fit, exact: Sequence[Fit],
@@ -40,7 +38,8 @@ def leading(fitter: Fitter, fit: Fit, exact: Sequence[Fit],
                  + freedom(fitter, each.accepted[-1]) for each in exact]
         first, second = np.argsort(costs)[:2]
         best, other, lack = exact[first], exact[second], costs[second] - costs[first]
-        lack = max(lack - _UNSURE * max(_own_forms(fitter, each) for each in (best, other)), 0.0)
+        # (measured: the harmonic of a disc as a form lacked 6 % of what the exact one explained)
+        lack = max(lack - HARDLY * max(_own_forms(fitter, each) for each in (best, other)), 0.0)
         below = min(HYPOTHESES[each.accepted[-1].name].below for each in (best, other))
         if np.isfinite(below):
             lack = gain_below(fitter, other, best, below)

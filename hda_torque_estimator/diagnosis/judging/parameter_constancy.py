@@ -16,19 +16,20 @@ import numpy as np
 
 from .forward_selection import next_cause
 from .law_forms import reformed
-from .search import SearchResult
+from .search import MANY, SearchResult
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.solve import condense, prior_weights, step_of
 from ...least_squares.normal import TINY
 from ...least_squares.term import Place, Term
 
-# Choices unless stated otherwise.
-_STRETCHES = 12         # parts of a recording in which sizes are compared
+# Judgement; choices unless stated otherwise.
 # (measured: of two arms with fifteen, 11 of 14 right causes varied by less than half of it, and
 # stand-ins by more, up to 8, but for a kinematic error in place of an eccentric encoder)
 _VARIES = 0.2           # share of its size that a cause varies by, from which it is not steady
-MANY = 5                # steady causes beside which a rest is one imperfection more
+
+# Numerics; choices unless stated otherwise.
+_STRETCHES = 12         # parts of a recording in which sizes are compared
 
 
 def unsteady_shares(fitter: Fitter, fit: Fit) -> dict[Place, float]:

@@ -17,13 +17,12 @@ from ..balances.balance import RATE
 from ..fitting.fit import deviations, Fit, Fitter
 from ..fitting.solve import condense, solve
 from ...least_squares.term import Term
-from ...significance import NORMAL_90
+from ...significance import IMMATERIAL, NORMAL_90
 
 Array = NDArray[np.float64]
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _NEAREST = 0.25         # of the recording, that a placebo is away from the cause at least
 _PLACEBOS = 4           # of each cause
-_REMOVABLE = 0.01       # of the power of noise, beyond which there is something to remove
 
 
 class RemovedShares(NamedTuple):
@@ -62,7 +61,7 @@ def placebo_shares(fitter: Fitter, fit: Fit, term: Term) -> RemovedShares:
     before, after = float((without ** 2).sum()), float((beside ** 2).sum())
     # A channel that is quieter than its noise takes nothing from the others.
     excess = max(float(np.maximum((without ** 2 - rows).sum(axis=0), 0.0).sum()),
-                 _REMOVABLE * count)
+                 IMMATERIAL * count)
     best = max(before - float((left(moved) ** 2).sum()) for moved in moved_away(own))
     cause, reach = (before - after) / excess, _reach(without, beside) / excess
     return RemovedShares(cause, best / excess, cause - reach, cause + reach,

@@ -17,7 +17,7 @@ from ..fitting.fit import Fit, Fitter
 from ..fitting.starting_points import contacts_in, ContactStart, leverage, span_of
 
 PUSH = 'push'           # declares that a force may have any course, while a contact lasts
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _RESOLVED = 2.0 / RATE      # shortest piece of a line that balances resolve [s]
 _MOST = 64                  # pieces of a line
 

@@ -17,10 +17,9 @@ from ..fitting.solve import Columns, condense, condense_more, Solution, solve
 from ..fitting.starting_points import LOCATED, located
 from ..fitting.steps import acts_apart
 from ...least_squares.term import Term, with_terms
+from ...significance import MATERIAL
 
 Array = NDArray[np.float64]
-# Choices unless stated otherwise.
-LOUD = 1.4              # variance over that of noise from which something is left in a channel
 
 
 class Prospect(NamedTuple):
@@ -90,7 +89,7 @@ def _may_show(fitter: Fitter, fit: Fit, site: Site) -> bool:
     gain may take what a torsion has wrong into the balance of the motor.
     """
     joints = len(fitter.arm.labels)
-    loud = fit.variance > LOUD * fitter.noise ** 2
+    loud = fit.variance > (1.0 + MATERIAL ** 2) * fitter.noise ** 2
     loud |= not loud.any()
     if fitter.balancer.measurement.led:
         return bool(loud.any())

@@ -22,13 +22,13 @@ from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES, terms_of
 from ..fitting.steps import acts_apart
 from ...least_squares.term import Place, Term
-from ...significance import SCORE_BAR
+from ...significance import HARDLY, MOSTLY, SCORE_BAR
 
-# Choices unless stated otherwise.
-_NEAR = 0.5             # share of an improvement that a cause may lack to be tried in its stead
-_TURNS = 2              # ways that are tried so,
-_BRANCHING = 5          # where no more causes than these were found: a way more costs as much
-_CLOSE = 0.05           # likewise, to be weighed again when all causes are known
+# Judgement; choices unless stated otherwise.
+MANY = 5                # causes: one more is an imperfection, and each further way costs as much
+
+# Numerics; choices unless stated otherwise.
+_TURNS = 2              # other ways that are tried
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +161,7 @@ def _turns(fitter: Fitter, found: SearchResult) -> Iterator[SearchResult]:
     with a cause that was nearly as good as another.
     """
     terms = found.last.accepted
-    if len(terms) > _BRANCHING:
+    if len(terms) > MANY:
         return
     for term in terms:
         if HYPOTHESES[term.name].grid or HYPOTHESES[term.name].more:
@@ -172,7 +172,7 @@ def _turns(fitter: Fitter, found: SearchResult) -> Iterator[SearchResult]:
     for share, place in near[:_TURNS]:
         reason = found.evidence[place]
         assert reason.runner_up is not None
-        if share > _NEAR:
+        if share > MOSTLY:
             return
         before = fitter.fit(terms[:place], found.first.nuisance) if place else found.first
         fit = fitter.fit([*terms[:place], reason.runner_up], before.nuisance)
@@ -201,7 +201,7 @@ def _weighed_again(fitter: Fitter, found: SearchResult) -> SearchResult:
         taken, reason = {term.place for term in fit.accepted}, reasons[place]
         rival = reason.runner_up
         if (rival is None or rival.place in taken or len(taken) < 2
-                or reason.runner_up_gap > _CLOSE * reason.improvement):
+                or reason.runner_up_gap > HARDLY * reason.improvement):
             continue
         own, = (term for term in fit.accepted if term.place == place)
         others = fit.causes_beside(own)

@@ -26,20 +26,18 @@ from ..balances.balance import BANDWIDTH
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Term
-from ...significance import SCORE_BAR
+from ...significance import CERTAIN, IMMATERIAL, MATERIAL, NEARLY_ALL, SCORE_BAR
 
 Array = NDArray[np.float64]
-# Choices unless stated otherwise.
-_MATERIAL = 0.7         # least explained rms, in rms that a healthy arm leaves
+
+# Judgement.
+# Improvement of the score that may pass for noise at first; silence and plans rest on it too
+# (null: a simple curve improved the score of healthy arms by 61 at most).
+LOOKED_AT = 200.0
+
+# Numerics; choices unless stated otherwise.
 # (source: what laws do along motions of robots is nearly all below this)
 SLOW = 10.0             # frequency [Hz] below which as much of the noise there is enough
-# (null: a simple curve improved the score of healthy arms by 61 at most)
-CERTAIN = 200.0        # improvement of the score that may pass for noise at first
-_SURE = 1000.0          # improvement and
-_NEARLY_ALL = 0.9       # share of a rest that no law leaves to one of another form,
-_ALL_OF_ALIKE = 0.98    # and to one that it is confused with,
-# (measured: a soft wind-up named a stiffness left a rest of 8.6 times noise)
-_ALIKE_REST = 50.0      # of which there must be so much, over noise, that this can be judged
 
 
 class Standing(Enum):
@@ -96,7 +94,7 @@ def standing(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term
     if improvement < threshold(fitter, term):
         return Standing.CHANCE
     improvement = min(improvement, formed)
-    if improvement > CERTAIN and alone(fitter, term, beside):
+    if improvement > LOOKED_AT and alone(fitter, term, beside):
         return Standing.CAUSE
     if not _is_material(fitter, np.zeros_like(form), without, extended):
         return Standing.SMALL
@@ -105,9 +103,10 @@ def standing(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term
     gain, rest = without.variance - extended.variance, without.variance - fitter.noise ** 2
     alike = any(term.name in HYPOTHESES[other.name].alike for other in beside
                 if other.joint == term.joint)
-    least = _ALIKE_REST * fitter.noise ** 2 if alike else floor(fitter)
-    nearly_all = gain > (_ALL_OF_ALIKE if alike else _NEARLY_ALL) * rest
-    explains = improvement > _SURE and bool((nearly_all & (gain > least)).any())
+    # Of one that it is confused with all but what is immaterial, which must be at least noise.
+    least = fitter.noise ** 2 / IMMATERIAL if alike else floor(fitter)
+    nearly_all = gain > (1.0 - IMMATERIAL if alike else NEARLY_ALL) * rest
+    explains = improvement > CERTAIN and bool((nearly_all & (gain > least)).any())
     return Standing.CAUSE if explains else Standing.CHANCE
 
 
@@ -152,7 +151,7 @@ def _form_power(fitter: Fitter, first: Fit, fit: Fit, usual: float = 0.0) -> Arr
 
 def floor(fitter: Fitter) -> Array:
     """Return the power (c,) that is far above noise [N^2*m^2]."""
-    return np.asarray((_MATERIAL * fitter.noise) ** 2)
+    return np.asarray((MATERIAL * fitter.noise) ** 2)
 
 
 def _slow_floor(fitter: Fitter) -> Array:
@@ -166,7 +165,7 @@ def open_rest(fitter: Fitter, fit: Fit) -> bool:
     if (left - fitter.noise ** 2 > floor(fitter)).any():
         return True
     quiet = quiet_joints(fitter, fit)
-    return bool(quiet) and is_worth_a_look(fitter, fit, quiet, CERTAIN)
+    return bool(quiet) and is_worth_a_look(fitter, fit, quiet, LOOKED_AT)
 
 
 def quiet_joints(fitter: Fitter, fit: Fit) -> list[str]:

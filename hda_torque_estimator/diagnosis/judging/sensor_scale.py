@@ -18,7 +18,7 @@ from ..fitting.nuisance import AnyTerm, SensorError
 from ...least_squares.term import Term
 from ...significance import SCORE_BAR
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _ANY = 1.0              # tolerance of a gain of which nothing is known but its sign
 _MOST = 3               # causes at a joint that may stand in for a gain together
 

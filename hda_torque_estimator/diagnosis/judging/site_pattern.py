@@ -15,11 +15,9 @@ from numpy.typing import NDArray
 from .search import SearchResult
 from ..fitting.fit import Fit, Fitter
 from ...least_squares.term import Term
+from ...significance import LOUD, UNLIKE
 
 Array = NDArray[np.float64]
-# Choices unless stated otherwise.
-_ALIKE = 0.25           # most of the power that A - B may hold where both are of one link torque
-_LOUD = 3.0             # rms over noise from which a balance shows a pattern
 
 
 class BalancePair(NamedTuple):
@@ -40,8 +38,8 @@ class BalancePair(NamedTuple):
     def is_one_link_torque(self) -> bool:
         """Return whether both balances show the same, far above their noise."""
         least = min(power(self.motor), power(self.torsion))
-        return (least > (_LOUD * max(self.motor_noise, self.torsion_noise)) ** 2
-                and power(self.motor - self.torsion) < _ALIKE * least)
+        return (least > (LOUD * max(self.motor_noise, self.torsion_noise)) ** 2
+                and power(self.motor - self.torsion) < UNLIKE * least)
 
 
 def pair_of(residual: Array, valid: NDArray[np.bool_], noise: Array, place: int) -> BalancePair:
@@ -76,7 +74,7 @@ def _doubtful(fitter: Fitter, fit: Fit, here: list[Term]) -> bool:
     if not here:
         return False
     own = fitter.own_channels(here[0].joint)
-    loud = fit.variance[own] > (_LOUD * fitter.noise[own]) ** 2
+    loud = fit.variance[own] > (LOUD * fitter.noise[own]) ** 2
     return bool(loud.any()) or len({effect_named(term.name).site for term in here}) > 1
 
 

@@ -24,8 +24,8 @@ from ..fitting.solve import REACH, Solution, solve
 from ...least_squares.term import Place, Term
 from ...significance import SCORE_BAR
 
-# (choice: rounding)
-_AT_END = 1.0 - 1e-6    # of its reach, from which a number is held there
+# Numerics.
+_AT_END = 1.0 - 1e-6    # of its reach, from which a number is held there (choice: rounding)
 
 
 def beyond_tolerance(fitter: Fitter, fit: Fit) -> Array:

@@ -23,9 +23,8 @@ from ...measurements.running_clock import Spans
 from ...significance import NORMAL_90
 
 Array = NDArray[np.float64]
-# Difference of scores, and in shares of what the cause improves, below which two causes explain
-# equally well (measured: scale and eccentricity of an encoder differ by 0.002 on a short arc).
-TIED, TIED_SHARE = 20.0, 0.002
+# Judgement; choices unless stated otherwise.
+TIED = 20.0             # difference of scores below which two causes explain equally well
 NO_MOTION = ('none that moves the arm, as no motion separates them; read the torque of the drive '
              'in a dwell at zero command')
 
@@ -170,8 +169,13 @@ def lead_of(reason: Reason) -> float:
 
 
 def _tied(reason: Reason) -> float:
-    """Return the difference of scores below which a cause and its runner-up tie."""
-    return max(TIED, TIED_SHARE * reason.improvement)
+    """
+    Return the difference of scores below which a cause and its runner-up tie.
+
+    No law is better than its form (measured: scale and eccentricity of an encoder differ by 0.002
+    of what they improve, on a short arc).
+    """
+    return max(TIED, Hypothesis.form_error * reason.improvement)
 
 
 def residuals(fitter: Fitter, first: Fit, last: Fit,

@@ -23,20 +23,22 @@ from .motor_record import Sweep
 from .posterior import Law, PossibleCause
 from ..fitting.hypotheses import HYPOTHESES
 from ..judging.law_forms import factors_along, spread_of
+from ...significance import HARDLY
 
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
 _USUAL = 0.3            # share of a motor's torque that a cause usually has, rms
 _NAMED = 0.1            # prior probability of each cause of the catalogue
 _NAMELESS = 0.02        # prior probability of a curve without a name along each coordinate
 _SIZES = (0.01, 0.03, 0.1)      # share of the torque that such a curve may have, rms
+
+# Numerics; choices unless stated otherwise.
 _POINTS = 8             # of a grid over a number that is a scale,
 _WIDER = 3.0            # that goes so far beyond what is declared,
 _WIDEST = 81.0          # and from its first to its last number
-_KNOTS, _TIMES = 8, 3   # of a curve along a coordinate, and of what drifts over a recording
-_ORDERS = (1.0, 2.0, 3.0, 4.0, 6.0)     # waves per link turn of such a curve
-_APART = 0.05           # of a form, that is its own beside the law and those before it
+_ORDERS = (1.0, 2.0, 3.0, 4.0, 6.0)     # waves per link turn of a nameless curve
 _IDLE = 1e-3           # of its usual torque, below which a law does nothing along a motion
 _AT_REST = 1e-300       # rms of a column along which nothing moved
+_KNOTS, _TIMES = 8, 3   # of a curve along a coordinate, and of what drifts over a recording
 
 
 Rows = NDArray[np.intp]
@@ -112,7 +114,7 @@ def _shows(law: FrictionLaw, motion: Along, rows: Rows, basis: Array) -> bool:
     if float(np.abs(own).max()) <= _IDLE * law.unit * _usual_torque(law, motion, rows):
         return False
     apart = own if law.plain else own - basis @ (basis.T @ own)
-    return float(np.linalg.norm(apart)) > _APART * size
+    return float(np.linalg.norm(apart)) > HARDLY * size
 
 
 def _usual_torque(law: FrictionLaw, motion: Along, rows: Rows) -> float:
@@ -221,7 +223,7 @@ def _law(law: FrictionLaw, motion: Along, rows: Rows, torque: float,
     shapes = [*known, *(unit * factor[rows] for factor in
                         factors_along(power, motion._asdict(), sought.varies, count=0))]
     basis, upper = np.linalg.qr(np.stack(shapes, axis=1))
-    apart = np.abs(np.diag(upper))[len(known):] > _APART * np.sqrt(len(rows))
+    apart = np.abs(np.diag(upper))[len(known):] > HARDLY * np.sqrt(len(rows))
     forms = basis[:, len(known):][:, apart] * np.sqrt(len(rows)) * size[0]
     return Law(own, _USUAL * torque / size, forms,
                float(spread_of(np.asarray(sought.reach))))

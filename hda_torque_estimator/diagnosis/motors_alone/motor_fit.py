@@ -19,13 +19,12 @@ from .motor_record import Sweep
 from .ripple import RippleLine, strongest_line, waves
 from ..findings.gains import Gains
 from ..judging.placebo import moved_away
-from ...significance import FOURTH_DIFFERENCES, NORMAL_MEDIAN
+from ...significance import FOURTH_DIFFERENCES, HARDLY, NORMAL_MEDIAN
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 MOST = 12               # lines of one motor that are tried
 _PERIODS = 3.0          # of a line, over which slower errors are taken out of it
 _WINDOW = 0.1           # of held-out errors [s]
-_OWN = 0.1              # of a placebo, that is its own beside all other columns
 LOAD = 3                # columns: inertia, and the load over the link angle (layout)
 METRIC = ('mean squared error of the motor torque that the measured motion calls for, on held-out '
           'stretches, over white noise')
@@ -191,7 +190,7 @@ def placebo_of(part: Explained, taken: Sequence[int]) -> float:
     for rolled in moved_away(part.columns[:, None, list(taken)]):
         moved = rolled[:, 0]
         apart = moved - basis @ (basis.T @ moved)
-        if (np.linalg.norm(apart, axis=0) > _OWN * np.linalg.norm(moved, axis=0)).all():
+        if (np.linalg.norm(apart, axis=0) > HARDLY * np.linalg.norm(moved, axis=0)).all():
             after = _rest(part.sweep, np.concatenate([others, moved], axis=1))
             best = max(best, _gains(part.sweep, before, after, floor).removed())
     return best

@@ -19,13 +19,13 @@ from .friction_causes import (
     Along, along, causes, friction_effects, friction_laws, FrictionLaw, Rows, spacing)
 from .motor_record import Sweep
 from .posterior import PossibleCause, Posterior, posterior, Weigher
+from ...significance import MOSTLY
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _ROUNDS = 3             # in which the load and the scales of laws are found more closely
 MEMORY = 0.3            # time over which errors of a torque may go together [s]
 _EXACT = 1e-3           # of a relative tolerance: nothing is known exactly
 _DIGITS = 6             # of a log evidence: the last ones depend on how a machine sums
-_HELD = 0.5             # probability from which a cause is part of what explains a torque
 
 
 class FrictionCause(NamedTuple):
@@ -164,7 +164,7 @@ def _held(found: Posterior, laws: dict[str, list[FrictionLaw]], motion: Along,
     for place, number in best.chosen:
         cause, law = found.causes[place], found.causes[place].laws[number]
         size = law.columns.shape[1]
-        if cause.named and found.of(cause.name) > _HELD:
+        if cause.named and found.of(cause.name) > MOSTLY:
             own = slice(first, first + size)
             held.append(FrictionCause(
                 laws[cause.name][number], laws[cause.name][number].columns(motion),
@@ -178,7 +178,7 @@ def _held(found: Posterior, laws: dict[str, list[FrictionLaw]], motion: Along,
 
 def _needed(found: Posterior) -> str | None:
     """Return the coordinate of the curve without a name that is needed most, None for none."""
-    if found.nameless() <= _HELD:
+    if found.nameless() <= MOSTLY:
         return None
     curves = [cause.name for cause in found.causes if not cause.named]
     return max(curves, key=found.of)

@@ -13,16 +13,15 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_coeffs, savgol_filter
 
 from ...measurements.recording_checks import check_duration, check_torque
+from ...significance import DEVIATIONS, STILL
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 SHORTEST = 2.0          # recording of a sweep from which friction and ripple are observable [s]
 _WINDOW, _DEGREE = 0.041, 3     # of the polynomials that give speeds [s]
-_TRAVEL = 0.02          # link travel below which a joint was held still [rad]
 _SLOW = 0.3             # shaft speed below which dry friction is not known [rad/s]
 _BLOCKS = 12            # stretches of the motion of a sweep,
 HELD = 3               # of so many of which one is held out
 _WINDOWS = 2              # windows of the polynomials in a stretch that suffices
-_CERTAIN = 4.0          # deviations of a speed, by the encoder's steps, that show its sense
 
 
 class Sweep(NamedTuple):
@@ -125,7 +124,7 @@ def _sweep(samples: JointSamples, joint: Joint, source: str,
     angle, torque = motor.position[:, 0], motor.effort[:, 0]
     good = np.isfinite(angle) & np.isfinite(torque)
     check_torque(torque, joint.label, source)
-    if good.sum() < 100 or np.ptp(angle[good]) < _TRAVEL * joint.ratio:
+    if good.sum() < 100 or np.ptp(angle[good]) < STILL * joint.ratio:
         return
     since = (samples.stamps[good] - samples.stamps[good][0]) * 1e-9
     dt = float(np.median(np.diff(since))) if period is None else period
@@ -136,7 +135,7 @@ def _sweep(samples: JointSamples, joint: Joint, source: str,
     window = max(_DEGREE + 2, 2 * round(0.5 * _WINDOW / dt) + 1)
     speed, acceleration = (savgol_filter(angle, window, _DEGREE, deriv=order, delta=dt)
                            for order in (1, 2))
-    unsure = _CERTAIN * _speed_noise(motor.position[good, 0], window, dt)
+    unsure = DEVIATIONS * _speed_noise(motor.position[good, 0], window, dt)
     moving = np.abs(speed) > max(_SLOW, unsure)
     moving[:window], moving[-window:] = False, False
     if moving.sum() >= _BLOCKS * _WINDOWS * window:

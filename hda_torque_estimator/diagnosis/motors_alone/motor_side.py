@@ -22,17 +22,14 @@ from .friction_findings import friction_findings, friction_pairs, is_sure
 from .motor_fit import Explained, explained, floor_of, gain_without, LOAD, METRIC
 from .motor_friction import load_columns
 from .motor_record import HELD, Sweep
-from .ripple import STANDS_OUT
 from ..findings.certainty import margin_of, probability
 from ..findings.gains import Gains
 from ..findings.origin import RecordingFacts, RecordingPart
 from ..findings.report import (Alike, Candidate, Detectable, Diagnosis, Evidence, Finding,
                                FittedNumber, Residual, TotalGain, with_gain)
 from ..findings.rest import NOTHING, Unexplained
-from ...significance import NORMAL_90
+from ...significance import LOUD, NORMAL_90, STANDS_OUT
 
-# Choices unless stated otherwise.
-REST = 2.5              # rms left over white noise that asks for an explanation
 _UNSEEN = (Site.TORSION, Site.TIMING, Site.SENSING)
 _SIDE = ('One encoder for each joint: torsion, timing and sensing cannot be seen; '
          'sizes of fast waves are what the drive answered them with.')
@@ -159,7 +156,7 @@ def _unexplained(part: Explained) -> Iterator[Unexplained]:
     rest = part.without(())[part.sweep.moving]
     power, floor = float(np.mean(rest ** 2)), floor_of(part)
     follows = part.friction.nameless if part.friction else None
-    if follows or power > (1.0 + REST ** 2) * floor:
+    if follows or power > LOUD ** 2 * floor:
         yield Unexplained('motor', part.sweep.joint.label, follows or NOTHING, None,
                           max(1.0 - floor / power, 0.0))
 

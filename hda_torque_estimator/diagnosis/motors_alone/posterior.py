@@ -14,12 +14,13 @@ from typing import NamedTuple
 from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 
-# Choices unless stated otherwise.
+from ...significance import SCORE_BAR
+
+# Numerics; choices unless stated otherwise.
 _BEAM = 12              # sets of different causes that are extended in every round,
 _ROUNDS = 10            # of which there are at most so many
 _NONE = 1e-9            # prior of a form of a law that does nothing: it has none
 _DIGITS = 9             # of a probability: the last ones depend on how a machine sums
-_FAR = 30.0             # log odds to the best, below which a set is not extended
 
 
 class Law(NamedTuple):
@@ -166,7 +167,7 @@ def posterior(weigher: Weigher) -> Posterior:
     for _ in range(_ROUNDS):
         best = _apart(_best(known))
         ahead = [one.chosen for one in best[:_BEAM] if one.chosen not in extended
-                 and one.evidence > best[0].evidence - _FAR]
+                 and one.evidence > best[0].evidence - 0.5 * SCORE_BAR]
         if not ahead:
             break
         for chosen in ahead:

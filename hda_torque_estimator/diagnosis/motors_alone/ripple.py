@@ -13,9 +13,9 @@ import numpy as np
 from scipy.ndimage import median_filter
 from scipy.optimize import minimize_scalar
 
-# Choices unless stated otherwise.
-STANDS_OUT = 20.0       # power over the median about it (null: passed in 1 % of spectra)
-SHARE = 0.01            # of the power, below which a line is immaterial
+from ...significance import IMMATERIAL, STANDS_OUT
+
+# Numerics; choices unless stated otherwise.
 _LOWEST = 0.5           # order: slower waves are loads [1/turn]
 _ABOUT = 201            # frequencies about a line that show its surroundings
 _PER_SAMPLE = 0.4       # waves in a sample: faster ones are not seen
@@ -52,7 +52,7 @@ def strongest_line(angle: Array, rest: Array, known: Sequence[float] = ()) -> Ri
                             method='bounded',
                             bounds=(orders[best] - 2.0 * step, orders[best] + 2.0 * step))
     order = _whole(float(found.x), _TURN / float(np.ptp(angle)))
-    if order < 1.0 or explained_power(angle, rest, order) < SHARE * float(rest @ rest):
+    if order < 1.0 or explained_power(angle, rest, order) < IMMATERIAL * float(rest @ rest):
         return None
     return RippleLine(order, float(ratio[best]))
 

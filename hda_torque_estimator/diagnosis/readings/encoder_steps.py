@@ -18,18 +18,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import xlogy
 
-from .raw_cause import number, RawCause, SHARE
+from .raw_cause import BETWEEN, number, RawCause
 from ...measurements.measurement import Measurement
-from ...significance import NORMAL_MEDIAN, SCORE_BAR
+from ...significance import HARDLY, IMMATERIAL, NORMAL_MEDIAN, SCORE_BAR
 
 SIDES = ('motor_step', 'link_step')
-# Choices unless stated otherwise.
-_SAME = 1e-9            # changes of an angle that rounding may make [rad]
-_COARSER = 1.5          # steps, in those stated, from which an encoder is coarser
-_NEAR = 0.05            # of a step, how far a change may be from a whole multiple
-_WHOLE = 0.98           # share of changes that must be whole multiples
-_PARTS = 8              # of the smallest change, one of which is the step
+# Judgement; choices unless stated otherwise.
 _RARE = 1e-3            # share of changes and of gaps that may be of faults
+
+# Numerics; choices unless stated otherwise.
+_SAME = 1e-9            # changes of an angle that rounding may make [rad]
+_PARTS = 8              # of the smallest change, one of which is the step
 _PASS = 25              # samples within which an arm passes a place once
 
 
@@ -62,7 +61,7 @@ def coarse_encoders(measurement: Measurement, arm: Arm,
 
 def smallest_step(angle: Array, stated: float, seen: NDArray[np.bool_]) -> float | None:
     """Return the smallest step that rows `seen` of readings (k,) would show, None if none."""
-    size = max(_COARSER * stated, math.sqrt(12.0 * SHARE) * _noise(angle))
+    size = max(BETWEEN * stated, math.sqrt(12.0 * IMMATERIAL) * _noise(angle))
     counts = float(np.abs(np.diff(angle))[seen[1:]].sum()) / max(size, _SAME)
     return size if _evidence(size, stated, int(counts)) > SCORE_BAR else None
 
@@ -80,8 +79,8 @@ def true_step(angle: Array, left_out: NDArray[np.bool_]) -> Step | None:
     smallest = float(np.quantile(changes, _RARE, method='lower'))
     for part in range(1, _PARTS + 1):
         counts = changes * part / smallest
-        near = np.abs(counts - np.round(counts)) < _NEAR
-        if near.mean() > _WHOLE:
+        near = np.abs(counts - np.round(counts)) < HARDLY
+        if near.mean() > 1.0 - IMMATERIAL:
             return _fitted(changes[near], np.round(counts[near]))
     return _between_levels(angle[~left_out])
 
@@ -108,7 +107,7 @@ def _between_levels(angle: Array) -> Step | None:
     if as_far < usual or 2.0 * float(xlogy(closer, closer / usual)
                                      + xlogy(as_far, as_far / usual)) < SCORE_BAR:
         return None
-    own = gaps[(gaps >= least) & (gaps < _COARSER * least)]
+    own = gaps[(gaps >= least) & (gaps < BETWEEN * least)]
     return Step(float(own.mean()), float(own.std()), as_far)
 
 
@@ -121,9 +120,9 @@ def _fitted(changes: Array, counts: Array) -> Step:
 
 def _coarser(step: Step | None, stated: float, angle: Array) -> float:
     """Return the evidence that a step is larger than stated, and matters; else 0."""
-    if step is None or step.size < _COARSER * stated:
+    if step is None or step.size < BETWEEN * stated:
         return 0.0
-    if step.size ** 2 / 12.0 < SHARE * _noise(angle) ** 2:
+    if step.size ** 2 / 12.0 < IMMATERIAL * _noise(angle) ** 2:
         return 0.0
     return _evidence(step.size, stated, step.changes)
 

@@ -27,21 +27,21 @@ from scipy.signal import savgol_filter
 
 from .local_rest import local_rest
 from .lost_samples import steps_of
-from .raw_cause import number, RawCause, SHARE
+from .raw_cause import number, RawCause
 from ...measurements.even_grid import as_stamped
 from ...measurements.measurement import Measurement
-from ...significance import NORMAL_90, NORMAL_MEDIAN, SCORE_BAR
+from ...significance import IMMATERIAL, MOSTLY, NORMAL_90, NORMAL_MEDIAN, SCORE_BAR
 
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
 # (measured: by it the estimated torque of a moving arm is off by 1.6 % more, by 0.05 of a sample
 # 13 % more, by 0.1 of a sample 49 times as far)
 TOLERABLE = 0.01        # jitter that nobody would call wrong [samples]
-_LARGER = 1.5           # jitters, of that which is stated, from which there is more
+
+# Numerics; choices unless stated otherwise.
 _WINDOW, _DEGREE = 17, 3        # of the polynomials that give the speed [samples]
 _CLEAR = 0.05           # slip that noise may make of a sample that shows it [samples]
 _HALF_CLEAR = 0.1       # likewise of half of the encoders [samples]
 _LEAST = 100            # samples that show slips, at least
-_BY_STAMPS = 0.5        # of the power of slips, from which stamps make them
 _NEARBY = 51            # samples of which the usual delay is none of jitter
 _STRETCHES = 20         # that are left out in turn for an interval
 _TRIED = 200            # sizes, for the smallest one
@@ -180,7 +180,7 @@ def _channels(late: Array, speed: Array, scatter: Array,
         return ()
     slip = _power(_slip(late / scatter, speed / scatter, np.ones(scatter.shape))[watched])
     made = slip * (speed[watched] ** 2).mean(axis=0)
-    shown = made > SHARE * (late[watched] ** 2).mean(axis=0)
+    shown = made > IMMATERIAL * (late[watched] ** 2).mean(axis=0)
     return tuple((int(column), int(side)) for column, side in np.argwhere(shown))
 
 
@@ -218,7 +218,7 @@ def _size(slips: StampSlips, rows: Mask) -> float:
     """
     spread = _spread(slips, rows)
     by_stamps = spread.whole - _power(slips.recorded[rows])
-    if by_stamps < _BY_STAMPS * (spread.whole - spread.without):
+    if by_stamps < MOSTLY * (spread.whole - spread.without):
         return math.sqrt(_common(slips, rows))
     said = slips.recorded[rows] - slips.stamped[rows]           # by the stamps
     right = float(said @ slips.recorded[rows]) / max(float(said @ said), 1e-300)
@@ -228,7 +228,7 @@ def _size(slips: StampSlips, rows: Mask) -> float:
 def _least(arm: Arm, dt: float) -> float:
     """Return the jitter that is tolerable, or that is stated [samples]."""
     stated, = arm.effect(ClockJitter.name, None).values()
-    return max(TOLERABLE, _LARGER * stated / dt)
+    return max(TOLERABLE, (1.0 + MOSTLY) * stated / dt)
 
 
 def _evidence(spread: _Spread, least: float) -> float:

@@ -13,13 +13,11 @@ import math
 from hda_arm_sim.foundation.arrays import Array, Mask
 import numpy as np
 
-# Choices unless stated otherwise.
+from ...significance import DEVIATIONS, MOSTLY, NEARLY_ALL
+
+# Numerics; choices unless stated otherwise.
 STRETCHES = 6           # in time, and in each of both directions, that must agree
 _CYCLES = 0.45          # of a wave between two samples that are distinguished; at 0.5 none is
-# Least share of what stretches gain alone that one wave gains
-# (null: aliases of counts have 0.71 to 0.82 of it, waves of encoders more than 0.99).
-_AGREED = 0.9
-_MOVING = 0.5           # of its size at the link, from which a wave at the motor is the same
 
 
 def resolved(travel: Array, fewest: float, most: float, window: int) -> Mask:
@@ -54,7 +52,7 @@ def agrees(speed: Array, columns: Array, rest: Array) -> bool:
                 gained = float(rest[part] @ rest[part]) - _explained(columns[:, part],
                                                                      rest[part])[1]
                 alone += max(gained - 2.0 * usual, 0.0)
-    return together >= _AGREED * alone
+    return together >= NEARLY_ALL * alone
 
 
 def moves(columns: Array, link: Array, motor: Array) -> bool:
@@ -66,7 +64,7 @@ def moves(columns: Array, link: Array, motor: Array) -> bool:
     (at_link, _), (at_motor, left) = _explained(columns, link), _explained(columns, motor)
     spread = math.sqrt(left / len(motor) * float(np.linalg.pinv(columns @ columns.T).trace()))
     size = math.hypot(*at_motor)
-    return size > _MOVING * math.hypot(*at_link) and size > 3.0 * spread
+    return size > MOSTLY * math.hypot(*at_link) and size > DEVIATIONS * spread
 
 
 def _explained(columns: Array, rest: Array) -> tuple[Array, float]:

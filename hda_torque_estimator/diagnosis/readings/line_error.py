@@ -20,20 +20,17 @@ from .line_alias import agrees, counting, moves, resolved, STRETCHES
 from .local_rest import local_rest, local_speed, window_of
 from .raw_cause import number, RawCause
 from ...measurements.measurement import Measurement
-from ...significance import NORMAL_90, SCORE_BAR
+from ...significance import IMMATERIAL, MOSTLY, NORMAL_90, SCORE_BAR
 
 MOTOR, LINK = 0, 1      # sides of a reading
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _BINS = 2 ** 18         # of one turn
 _FEWEST, _MOST = 1000, 2 ** 16  # lines per turn that are looked for; fewer, the arm may follow
-_SHARE = 0.05           # of the rest's power, below which a wave is immaterial
-_HINT = 0.01            # of it, by folding alone, from which a wave is fitted
 _WHOLE_STEPS = 4.0      # least counts of the encoder in a line
 _BAND = 1.4             # from the fewest lines to the most that are looked for in the same rows
 _NEAR = 2               # lines about the strongest that are fitted exactly
 _ROUNDS = 3             # the angle behind a reading is known better each time
 _TRIED = (2500.0, 6000.0, 20000.0)          # lines for which the smallest wave is sought
-_PASSED = 0.01          # least power of a wave of 1 that the polynomials must leave
 _INVERSE = 12           # rounds to the angle behind a reading
 
 
@@ -63,7 +60,7 @@ def uneven_lines(measurement: Measurement, arm: Arm, seen: Mask) -> Iterator[Raw
         motor, link = measurement.reading[:, column].T
         step = arm.effect(CoarseQuantisation.name, label).values()[LINK]
         wave = wave_of(link, measurement.dt, seen, step)
-        if wave is not None and wave.before - wave.after >= _SHARE * wave.before \
+        if wave is not None and wave.before - wave.after >= IMMATERIAL * wave.before \
                 and wave.score > SCORE_BAR \
                 and _of_one_encoder(wave, motor / joint.ratio, link, measurement.dt, step):
             size, slope = (NORMAL_90 * wave.spread).tolist()
@@ -98,10 +95,10 @@ def _smallest(rest: Array, wave: Array, rows: Mask, window: int) -> float:
     """Return how many of a wave (k,) would show beside a rest (k,) in these rows."""
     enough = int(rows.sum()) >= STRETCHES * window
     passed = float(np.mean(wave[rows] ** 2)) if enough else 0.0
-    if passed < _PASSED:
+    if passed < IMMATERIAL:
         return math.inf
     power = float(np.mean(rest[rows] ** 2))
-    needed = max(_SHARE, -math.expm1(-SCORE_BAR / int(rows.sum())))
+    needed = max(IMMATERIAL, -math.expm1(-SCORE_BAR / int(rows.sum())))
     return math.sqrt(needed / (1.0 - needed) * power / passed)
 
 
@@ -163,7 +160,7 @@ def _strongest(angle: Array, rest: Array, good: Mask, travel: Array, window: int
         if power > 0.0 and count >= STRETCHES * window:
             folded = np.abs(np.fft.rfft(np.bincount(place[rows], rest[rows], _BINS))[fewest:end])
             gained = 2.0 * float(folded.max()) ** 2 / power         # share of it, times samples
-            if gained > max(_HINT * count, best):
+            if gained > max(MOSTLY * IMMATERIAL * count, best):
                 best, strongest = gained, int(np.argmax(folded)) + fewest
         fewest = end
     return strongest

@@ -4,7 +4,7 @@ from hda_arm_sim.foundation.arrays import Array
 import numpy as np
 from scipy.signal import savgol_filter
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _WINDOW, _DEGREE = 0.021, 5     # of the polynomials [s]
 
 

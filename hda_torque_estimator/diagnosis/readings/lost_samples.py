@@ -22,18 +22,18 @@ from .raw_cause import RawCause
 from .repeats import repeats_of
 from ..findings.report import FittedNumber
 from ...measurements.measurement import Measurement
-from ...significance import NORMAL_MEDIAN, SCORE_BAR
+from ...significance import NORMAL_MEDIAN, SCORE_BAR, UNLIKE
 
-# Choices unless stated otherwise.
+# Judgement; choices unless stated otherwise.
 TOLERABLE = 1e-4        # share of slipped samples that nobody would call wrong
 _SLIP = 0.2            # slip that counts [samples]
-_SURE = 8.0             # standard deviations of the slip that it must be away from zero
-_COMMON = 0.8           # least share of a sample's deviation that one slip must explain
+_GAP = 10               # samples absent in a row that are lost samples, not a pause
+
+# Numerics; choices unless stated otherwise.
 _REACH = 4              # neighbours on each side through which a curve is laid
 _NEARBY = 25            # samples on each side that show how much samples slip by themselves
 _PASSES = 12            # slipped samples next to each other come to light one by one
 _RATES = 200            # that are tried
-_GAP = 10               # samples absent in a row that are lost samples, not a pause
 
 
 class Slips(NamedTuple):
@@ -105,10 +105,10 @@ def _slipping(reading: Array, curve: Array, scatter: Array) -> tuple[Mask, Mask]
     power = (speed ** 2).sum(axis=(1, 2)) + 1e-30
     slip = (away * speed).sum(axis=(1, 2)) / power
     spread = _usual(slip * np.sqrt(power)) / np.sqrt(power)
-    common = slip ** 2 * power > _COMMON * (away ** 2).sum(axis=(1, 2))
-    clear = (np.abs(slip) > np.maximum(_SLIP, _SURE * spread)) & common
+    common = slip ** 2 * power > (1.0 - UNLIKE) * (away ** 2).sum(axis=(1, 2))
+    clear = (np.abs(slip) > np.maximum(_SLIP, np.sqrt(SCORE_BAR) * spread)) & common
     highest = np.abs(slip) >= maximum_filter1d(np.abs(slip), 2 * _REACH + 1)
-    return clear & highest, _SURE * spread < _SLIP
+    return clear & highest, np.sqrt(SCORE_BAR) * spread < _SLIP
 
 
 def _usual(slip: Array) -> Array:

@@ -8,8 +8,9 @@ from hda_arm_sim.model.effects import Effect
 
 from ..findings.report import FittedNumber
 
-# Choices unless stated otherwise.
-SHARE = 0.02            # of what the readings scatter, below which a cause is immaterial
+
+# Judgement.
+BETWEEN = 1.5           # steps: more than one, for noise, and less than two (source: their middle)
 
 
 class RawCause(NamedTuple):

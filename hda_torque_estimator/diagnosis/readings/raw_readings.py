@@ -37,7 +37,7 @@ from ...measurements.upsampling import finer
 from ...significance import SCORE_BAR
 from ...simulating.closed_loop import run
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _ASIDE = 1e-4           # moves a motion so that its counts fall elsewhere [rad]
 WHOLE: Spans = ((0.0, float('inf')),)
 RAW_EFFECTS = (CoarseQuantisation.name, DroppedSamples.name, ClockJitter.name,

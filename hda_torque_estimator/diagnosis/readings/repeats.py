@@ -13,13 +13,10 @@ from hda_arm_sim.foundation.arrays import Array, Mask
 import numpy as np
 from scipy.signal import savgol_filter
 
-from ...significance import NORMAL_MEDIAN
+from .raw_cause import BETWEEN
+from ...significance import DEVIATIONS, NORMAL_MEDIAN
 
 _WINDOW, _DEGREE = 17, 3        # of the polynomials that give the usual change [samples]
-# Choices unless stated otherwise.
-_COUNTS = 2.0           # counts from sample to sample, from which none repeats by itself,
-_CLEAR = 4.0            # and standard deviations of such a change by noise (one in 10 000 is more)
-_MADE_UP = 1.5          # usual changes that the reading after a repeated one makes, of 2
 
 
 class Repeats(NamedTuple):
@@ -34,10 +31,10 @@ def repeats_of(reading: Array, steps: Array) -> Repeats:
     change = np.diff(reading, axis=0, prepend=reading[:1])
     usual = savgol_filter(reading, _WINDOW, _DEGREE, deriv=1, axis=0)
     noise = np.median(np.abs(change - usual), axis=0) / NORMAL_MEDIAN
-    quick = np.abs(usual) > np.maximum(_COUNTS * np.maximum(steps, _smallest(change)),
-                                       _CLEAR * noise)
+    quick = np.abs(usual) > np.maximum(BETWEEN * np.maximum(steps, _smallest(change)),
+                                       DEVIATIONS * noise)
     after = np.roll(change, -1, axis=0)
-    again = (change == 0.0) & (after * np.sign(usual) > _MADE_UP * np.abs(usual))
+    again = (change == 0.0) & (after * np.sign(usual) > BETWEEN * np.abs(usual))
     watched = np.asarray(quick.any(axis=(1, 2)))
     return Repeats(watched & (again | ~quick).all(axis=(1, 2)), watched)
 

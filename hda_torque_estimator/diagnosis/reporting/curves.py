@@ -17,7 +17,7 @@ from ..fitting.fit import REFERENCE
 from ...pages.plot import Plot, PlotGroup, PlotLine
 from ...pages.wording import spoken
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _STRETCH = 3.0          # of a recording that is shown at first [s]
 
 

@@ -16,7 +16,7 @@ from ..findings.rest import Unexplained
 from ...pages.plot import Plot, PlotLine
 from ...pages.wording import spoken
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _FEWEST = 20            # samples of a bin, on average: fewer draw noise
 _LINES = 1500           # of a spectrum: as many as can be seen
 _SHAPE = 12             # bins of a wave: fewer hardly show it, so all of its periods are laid over

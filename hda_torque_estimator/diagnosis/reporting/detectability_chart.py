@@ -10,7 +10,7 @@ from ..findings.report import Detectable
 from ..findings.smallest import WEAKER
 from ...pages.wording import spoken
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _DECADES = 3.0          # shown on both sides of the typical size
 _BY_NAME = {effect.name: effect for effect in EFFECTS}
 

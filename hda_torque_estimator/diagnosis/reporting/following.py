@@ -17,26 +17,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..balances.strongest_wave import strongest_wave, TURN, wave_share
+from ...significance import IMMATERIAL, UNLIKE
 
 Bins = NDArray[np.int64]
-# Choices unless stated otherwise.
 WRAPPED = 'motor_angle'             # the coordinate that counts modulo one turn
+# Numerics; choices unless stated otherwise.
 TRAVEL = 2.0                        # least motor turns in which a period of one turn shows
-_ANGLES = ('link_angle', 'other_link_angle')
-VELOCITIES = ('motor_velocity', 'link_velocity')
-# Carriers that a coordinate is, or goes with: a curve along it holds what they would explain.
-_HELD = {**dict.fromkeys(VELOCITIES, ('direction', 'torque')), 'joint_torque': ('torque',),
-         'motor_torque': ('direction', 'torque')}
 BINS = 24               # of a coordinate
 TURN_BINS = 120                    # of a motor turn: cogging has up to 42 periods in it
 _FASTEST = 0.98                     # share of the speeds within the bins of a velocity
 _PER_BIN = 15                       # least samples in a bin, on average
 _SHIFTS = 16            # of a coordinate along the recording, to see what chance explains
-_CARRIED = 0.05                     # by which a carrier must explain more than none
-_EVERYTHING = 0.05                  # by which time, which everything follows, must explain more
-_OTHER_SIDE = 0.02                  # by which the velocity of the other side must explain more
 _ORDERS = np.arange(0.5, 13.0, 0.25)        # of a link turn: higher ones move too fast to separate
-_WAVE = 0.7                         # least share of a curve that makes it a wave
+_ANGLES = ('link_angle', 'other_link_angle')
+VELOCITIES = ('motor_velocity', 'link_velocity')
+# Carriers that a coordinate is, or goes with: a curve along it holds what they would explain.
+_HELD = {**dict.fromkeys(VELOCITIES, ('direction', 'torque')), 'joint_torque': ('torque',),
+         'motor_torque': ('direction', 'torque')}
 
 
 class Following(NamedTuple):
@@ -69,7 +66,7 @@ def follow(time: Array, values: Array, valid: NDArray[np.bool_],
                               for carrier, weight in carriers.items()
                               if carrier not in _HELD.get(name, ())), key=_rank))
     other = velocity and VELOCITIES[VELOCITIES.index(velocity) - 1]
-    return sorted(found, reverse=True, key=lambda one: _rank(one) - _OTHER_SIDE * (
+    return sorted(found, reverse=True, key=lambda one: _rank(one) - IMMATERIAL * (
         one.coordinate == other))
 
 
@@ -81,8 +78,8 @@ def _varies(name: str, along: Array) -> bool:
 
 def _rank(following: Following) -> float:
     """Return what dependences are ordered by: the simpler one wins where two explain the same."""
-    return (following.share - _CARRIED * bool(following.carrier)
-            - _EVERYTHING * (following.coordinate == 'time'))
+    return (following.share - IMMATERIAL * bool(following.carrier)
+            - IMMATERIAL * (following.coordinate == 'time'))
 
 
 def over_time(time: Array, rest: Array, valid: NDArray[np.bool_]) -> Following:
@@ -119,7 +116,7 @@ def _line(name: str, along: Array, weight: Array, rest: Array, explained: float,
     shares = [wave_share(order * along, rest, weight) for order in orders]
     best = float(orders[int(np.argmax(shares))])
     whole = best * float(np.ptp(along)) >= TURN     # a part of a wave could be any curve
-    return best if whole and max(shares) > _WAVE * explained else None
+    return best if whole and max(shares) > (1.0 - UNLIKE) * explained else None
 
 
 def _bins(name: str, along: Array, valid: NDArray[np.bool_]) -> tuple[Bins, int]:

@@ -9,7 +9,7 @@ from ..findings.report import Diagnosis
 from ..findings.rest import NOTHING, Unexplained
 from ..fitting.hypotheses import HYPOTHESES
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _LISTED = 3             # effects that a sentence names
 # What shows whether a rest follows the coordinate that it seems to follow.
 _SHOWN_BY = {

@@ -13,7 +13,7 @@ from ..findings.report import Diagnosis, Evidence, Finding, FittedNumber, Gain, 
 from ...pages.wording import (
     capital, figure, handy, percent, ranged, short, spoken, unbroken)
 
-# Choices unless stated otherwise.
+# Numerics; choices unless stated otherwise.
 _CERTAIN = 1e6          # odds beyond which the number says nothing more
 _SURE = 0.999           # probability beyond which more digits say nothing
 _NAMED = 2              # causes that one sentence can hold

@@ -17,12 +17,7 @@ from ..balances.coordinates import coordinates_of
 from ..findings.rest import GEAR, NOTHING, Unexplained
 from ..fitting.fit import Fit, Fitter
 from ..judging.site_pattern import pair_of, power
-
-# Choices unless stated otherwise.
-LEAST = 2.0             # rms left over noise from which there is a rest
-_FOLLOWED = 0.1            # least share of the power that a coordinate must explain
-_TIMING = 0.5           # least share that follows the velocity if angles are sampled apart
-_ARM = 0.1              # least power at each joint, over the largest, of what loads the whole arm
+from ...significance import HARDLY, LOUD, MOSTLY
 
 
 class Rest(NamedTuple):
@@ -55,13 +50,13 @@ class Rest(NamedTuple):
         return follow(self.time, self.residual[:, column], self.valid[:, column],
                       self.along(place), VELOCITIES[side])
 
-    def excess(self, least: float = LEAST) -> Array:
+    def excess(self, least: float = LOUD) -> Array:
         """Return the power (2 n,) beyond that of noise, 0 where its rms is not `least` times."""
         powers = np.array([power(column[valid]) for column, valid in
                            zip(self.residual.T, self.valid.T)])
         return np.where(powers > (least * self.noise) ** 2, powers - self.noise ** 2, 0.0)
 
-    def powers(self, least: float = LEAST) -> Array:
+    def powers(self, least: float = LOUD) -> Array:
         """Return the larger excess of both balances of each joint (n,)."""
         joints, excess = len(self.labels), self.excess(least)
         return np.maximum(excess[:joints], excess[joints:])
@@ -85,7 +80,7 @@ def rest_of(fitter: Fitter, fit: Fit) -> Rest:
                 tuple(map(fitter.beyond_gear, fitter.arm.labels)))
 
 
-def described(rest: Rest, least: float = LEAST) -> Unexplained | None:
+def described(rest: Rest, least: float = LOUD) -> Unexplained | None:
     """Return where a rest sits and what it follows, None if it is not `least` times noise."""
     joints, powers = len(rest.labels), rest.powers(least)
     if not powers.any():
@@ -94,12 +89,12 @@ def described(rest: Rest, least: float = LEAST) -> Unexplained | None:
     site = site_of(rest, place)
     following = rest.followed(rest.column(place, site))[0]
     whole = site == 'link' and joints > 1 and all(
-        found > _ARM * powers[place] and site_of(rest, other) == 'link'
+        found > HARDLY * powers[place] and site_of(rest, other) == 'link'
         for other, found in enumerate(powers))
     return Unexplained(
         _timed(site, following), None if whole else rest.labels[place],
-        following.coordinate if following.share > _FOLLOWED else NOTHING,
-        following.line if following.share > _FOLLOWED else None,
+        following.coordinate if following.share > HARDLY else NOTHING,
+        following.line if following.share > HARDLY else None,
         min(following.share, 1.0) * (1.0 if whole else float(powers[place] / powers.sum())))
 
 
@@ -113,5 +108,5 @@ def site_of(rest: Rest, place: int) -> str:
 
 def _timed(site: str, following: Following) -> str:
     """Return `timing` for a torsion that is off as the speed is: the angles are of two times."""
-    late = following.coordinate in VELOCITIES and following.share > _TIMING
+    late = following.coordinate in VELOCITIES and following.share > MOSTLY
     return 'timing' if site == 'torsion' and late else site
