@@ -107,7 +107,7 @@ def in_best_forms(fitter: Fitter, fit: Fit) -> InBestForms:
                                          fitter.valid(fit.balance)), np.zeros(0))
     beside = fitter.at(best.terms, len(fit.accepted), fit.slopes)
     made, columns, _ = _known(fitter, beside)
-    owner = np.repeat(np.arange(len(made)), [part.shape[2] for part in made])
+    owner: Array = np.repeat(np.arange(len(made)), [part.shape[2] for part in made])
     return InBestForms(beside, columns, _within_reach(fitter, beside, columns, owner)[1])
 
 
