@@ -27,8 +27,7 @@ _ZERO_STEP = 1e-6       # of an encoder's zero, for a derivative [rad]
 # (source: from 0, had commands changed at once, to a half, if the log's own loop held them)
 _LATE = 0.5             # of the time between two commands, by which they acted late at most
 _LATENESS = sole_at(WIRE)
-# (source: sensors of torque are calibrated to 1 %, and their mounting takes as much again)
-_SENSOR_GAIN = 0.02     # of a torque sensor, one sigma
+_SENSOR_GAIN = 0.02     # of a torque sensor, one sigma; of 0.1, wrong names came
 _SENSOR_LAG = 0.02      # of a reference torque, as a calibration has it [s]
 # Effect, number and tolerance of all numbers that an arm is given with: errors, and sizes.
 _KNOWN = [(kind, *kind.tolerance) for kind in EFFECTS if kind.tolerance]
@@ -195,10 +194,9 @@ def nuisances(arm: Arm, untold: float = 0.0,
         late = {'delay': _LATE * untold / REACH}
         terms += [_term(arm, _LATENESS.name, label, late) for label in arm.labels]
     for label, varies in (sensors or {}).items():
-        terms += [SensorError(label, number, tolerance) for number, tolerance in
-                  (
-                      ('zero', varies), ('gain', _SENSOR_GAIN), ('lag', _SENSOR_LAG),
-                      ('blur', _SENSOR_LAG ** 2))]
+        terms += [SensorError(label, number, tolerance) for number, tolerance in (
+            ('zero', varies), ('gain', _SENSOR_GAIN), ('lag', _SENSOR_LAG),
+            ('blur', _SENSOR_LAG ** 2))]
     return *terms, *_carried(arm)
 
 

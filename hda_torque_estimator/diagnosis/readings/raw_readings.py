@@ -161,7 +161,7 @@ def raw_total(findings: Sequence[Finding]) -> TotalGain:
 
 def _simulation(cause: RawCause, raw: RawReadings, balancer: Balancer, arm: Arm) -> Simulation:
     """Return what simulates the readings of arms, as it needs be to show a cause."""
-    if cause.effect.name == ClockJitter.name:
+    if cause.effect.name in (ClockJitter.name, CoarseQuantisation.name):
         return partial(stamped_along, raw.on_time.recordings()[cause.recording])
     there = balancer.measurement.pieces()[cause.recording]
     return partial(_readings, _motion(balancer, arm, there))
