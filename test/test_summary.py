@@ -11,7 +11,7 @@ from types import SimpleNamespace
 from hda_arm_sim.model.effects import effect_named, EFFECTS
 from hda_torque_estimator.calibrate.page import page as calibration_page
 from hda_torque_estimator.diagnosis.findings.report import (
-    Candidate, Detectable, FittedNumber, RunnerUp, VERDICTS)
+    Candidate, Detectable, FittedNumber, Listed, RunnerUp, VERDICTS)
 from hda_torque_estimator.diagnosis.reporting import summary
 from hda_torque_estimator.diagnosis.reporting.detectability_chart import by_site
 from hda_torque_estimator.diagnosis.reporting.effect_words import ELEMENTS, WORDS
@@ -104,6 +104,18 @@ def test_an_ambiguous_sentence_gives_every_size():
     assert said == ('Joint 1 has 86 µrad (0.3 arcmin) of play; or joint 1 has a link encoder '
                     'that is read 0.88 ms after its motor encoder: this recording cannot '
                     'decide.')
+
+
+def test_what_is_listed_has_a_section_with_its_size_and_why_it_is_not_named():
+    sized = {'level': FittedNumber(0.05, 'N*m', 0.04, 0.06)}
+    one = Listed('coulomb_friction', 'joint1', sized, 0.63, 'unsure',
+                 'coulomb_friction at joint1 is not named: it is 63 % sure, and 95 % are needed')
+    shown = ' '.join(Reader(page(replace(diagnosis('unknown'), findings=(), listed=(one,)),
+                                 {})).text.split())
+    assert 'no name for it is sure (63.0 % probable: joint 1 has 50 mN·m' in shown
+    listed = shown.partition('Listed, not named')[2]
+    assert '63.0 % probable' in listed and 'it is 63 % sure, and 95 % are needed' in listed
+    assert 'Listed, not named' not in Reader(page(diagnosis(), {})).text
 
 
 def test_many_causes_are_counted():
