@@ -10,6 +10,7 @@ well, where none of them acts, is no rest.
 """
 
 from collections.abc import Mapping, MutableMapping, Sequence
+import math
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -104,7 +105,7 @@ def _judged(fitter: Fitter, found: SearchResult, doubted: Sequence[Term]) -> Goo
     curves = _formed(fitter, other, found, counted, trained)
     over = {term.place: power / noise for term, power in zip(fit.accepted, powers)}
     formed = [term for term in fit.accepted if curves[term.place].share > 1.0
-              and _may_stand_in(curves[term.place].power, over[term.place])]
+              and _sure_of_share(left, over[term.place], curves[term.place]) < 1.0]
     apart = [*doubted, *shapeless(fitter, fit, lacking)]
     wrong = [*formed, *apart]
     unexplained = _of_joints(fitter, rests > 1.0, wrong,
@@ -129,21 +130,22 @@ def _margin_beside(left: Array, bar: Array, power: Array, curve: '_CurveLeft') -
     Beside it are `left` powers (c,) over noise, of which the `bar` (c,) takes its name back, and
     what a `curve` explains. Or it leaves hardly anything of its own `power` (c,).
     """
-    acts = _acts(power)
-    level, loudest = float((left / bar)[acts].max()), max(float(left[acts].max()), curve.power)
-    margin = margin_of_rest(max(level, curve.share))
-    if level > 1.0 or curve.share > 1.0 and _may_stand_in(curve.power, power):
-        return margin
-    return max(margin, margin_of_share(loudest / max(float(power.max()), 1e-300)))
+    level = float((left / bar)[_acts(power)].max())
+    margin, of_share = margin_of_rest(max(level, curve.share)), _sure_of_share(left, power, curve)
+    return margin if curve.share > 1.0 > of_share else max(margin, of_share)
 
 
-def _may_stand_in(left: float, power: Array) -> bool:
+def _sure_of_share(left: Array, power: Array, curve: '_CurveLeft') -> float:
     """
-    Return whether a cause of a `power` (c,) that leaves so much is not sure to be no stand-in.
+    Return the margin by which a cause of a `power` (c,) leaves too little to be a stand-in.
 
-    What a curve improves grows with the length of a recording, and this does not.
+    What a curve improves grows with the length of a recording, and this does not. It says nothing
+    where more than noise is `left` (c,).
     """
-    return margin_of_share(left / max(float(power.max()), 1e-300)) < 1.0
+    loudest = float(left[_acts(power)].max())
+    if loudest > MATERIAL ** 2:
+        return -math.inf
+    return margin_of_share(max(loudest, curve.power) / max(float(power.max()), 1e-300))
 
 
 def _of_joints(fitter: Fitter, loud: NDArray[np.bool_], wrong: Sequence[Term],
