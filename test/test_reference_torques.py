@@ -81,7 +81,8 @@ def test_a_sweep_of_a_real_joint_accuses_no_encoder(tmp_path):
         '--motor-inertia', '4e-4', '--motor-torque', 2, '--motor-counts', real_lara8.TURN,
         '--link-counts', real_lara8.TURN, '--out', arm)
     said = real_lara8.referenced(log_of(LARA8), tmp_path, arm)
-    assert said['verdict'] == 'unknown' and not said['named'] and not said['alike']
+    assert said['verdict'] == 'unknown' and not said['alike']
+    assert said['named'] == ['clock_jitter']        # its host stamps 0.2 ms late of 4
     assert said['one_way'] and said['one_load'] and said['unseen']
 
 
