@@ -16,7 +16,7 @@ from .discrepancy_terms import DiscrepancyTerm, DiscrepancyTerms
 from .forward_selection import next_cause, Reason
 from .goodness_of_fit import goodness_of_fit
 from .parameter_constancy import only_steady
-from .search import SearchResult, with_cause, without_unneeded
+from .search import is_stuck, SearchResult, with_cause, without_unneeded
 from .selection_criteria import freedom, open_rest
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
@@ -49,7 +49,7 @@ def search_beside_discrepancy(fitter: Fitter, found: SearchResult, names: Sequen
     The search is done anew among effects of these names where that left a rest which takes names
     back. `notify` hears what is being done.
     """
-    if not goodness_of_fit(fitter, found).unexplained.any():
+    if not is_stuck(fitter, found) or not goodness_of_fit(fitter, found).unexplained.any():
         return BesideDiscrepancy(fitter, found, ())
     names = [name for name in names if name in HYPOTHESES]
     notify('looking which causes are steady beside the rest')
