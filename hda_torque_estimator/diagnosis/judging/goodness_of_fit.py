@@ -95,7 +95,8 @@ def _judged(fitter: Fitter, found: SearchResult, doubted: Sequence[Term]) -> Goo
                   np.zeros_like(noise))
     other = reformed(fitter, fit)
     left = other.variance / noise - 1.0
-    bar = MATERIAL ** 2 * _unsure(fit) + allowed
+    noisy = MATERIAL ** 2 * _unsure(fit)
+    bar = noisy + allowed
     if (left > bar).any():
         left = np.minimum(left, _left_at_all_frequencies(fitter, fit))
     if (others := _where_none_acts(fitter, fit) & (left > bar)).any():
@@ -105,13 +106,13 @@ def _judged(fitter: Fitter, found: SearchResult, doubted: Sequence[Term]) -> Goo
     curves = _formed(fitter, other, found, counted, trained)
     over = {term.place: power / noise for term, power in zip(fit.accepted, powers)}
     formed = [term for term in fit.accepted if curves[term.place].share > 1.0
-              and _sure_of_share(left, over[term.place], curves[term.place]) < 1.0]
+              and _sure_of_share(left, noisy, over[term.place], curves[term.place]) < 1.0]
     apart = [*doubted, *shapeless(fitter, fit, lacking)]
     wrong = [*formed, *apart]
     unexplained = _of_joints(fitter, rests > 1.0, wrong,
                              (left <= bar + IMMATERIAL * _nameless_power(fitter, fit))
                              & (beyond <= 1.0))
-    margins = {place: min(_margin_beside(left, bar, power, curves[place]),
+    margins = {place: min(_margin_beside(left, (noisy, bar), power, curves[place]),
                           margin_of_rest(float(beyond[_acts(power)].max())))
                for place, power in over.items()}
     blamed = {place for place, power in over.items() if (unexplained & _acts(power)).any()}
@@ -123,29 +124,33 @@ def _judged(fitter: Fitter, found: SearchResult, doubted: Sequence[Term]) -> Goo
     return GoodnessOfFit(backed, unexplained, over, margins, _margin(rests, unexplained))
 
 
-def _margin_beside(left: Array, bar: Array, power: Array, curve: '_CurveLeft') -> float:
+def _margin_beside(left: Array, bars: tuple[Array, Array], power: Array,
+                   curve: '_CurveLeft') -> float:
     """
     Return the margin by which a cause is no stand-in for what has no name.
 
-    Beside it are `left` powers (c,) over noise, of which the `bar` (c,) takes its name back, and
-    what a `curve` explains. Or it leaves hardly anything of its own `power` (c,).
+    Beside it are `left` powers (c,) over noise, and what a `curve` explains. The `bars` (c,) are
+    what noise may leave, and what takes its name back. Or it leaves hardly anything of its own
+    `power` (c,).
     """
-    level = float((left / bar)[_acts(power)].max())
-    margin, of_share = margin_of_rest(max(level, curve.share)), _sure_of_share(left, power, curve)
+    noisy, bar = bars
+    margin = margin_of_rest(max(float((left / bar)[_acts(power)].max()), curve.share))
+    of_share = _sure_of_share(left, noisy, power, curve)
     return margin if curve.share > 1.0 > of_share else max(margin, of_share)
 
 
-def _sure_of_share(left: Array, power: Array, curve: '_CurveLeft') -> float:
+def _sure_of_share(left: Array, noisy: Array, power: Array, curve: '_CurveLeft') -> float:
     """
     Return the margin by which a cause of a `power` (c,) leaves too little to be a stand-in.
 
     What a curve improves grows with the length of a recording, and this does not. It says nothing
-    where more than noise is `left` (c,).
+    where more is `left` (c,) than is `noisy` (c,).
     """
-    loudest = float(left[_acts(power)].max())
-    if loudest > MATERIAL ** 2:
+    acts = _acts(power)
+    if (left > noisy)[acts].any():
         return -math.inf
-    return margin_of_share(max(loudest, curve.power) / max(float(power.max()), 1e-300))
+    most = max(float(left[acts].max()), curve.power)
+    return margin_of_share(most / max(float(power.max()), 1e-300))
 
 
 def _of_joints(fitter: Fitter, loud: NDArray[np.bool_], wrong: Sequence[Term],
