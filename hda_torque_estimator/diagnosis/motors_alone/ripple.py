@@ -13,7 +13,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 from scipy.optimize import minimize_scalar
 
-from ...significance import IMMATERIAL, STANDS_OUT
+from ...significance import IMMATERIAL, MOSTLY, STANDS_OUT
 
 # Numerics; choices unless stated otherwise.
 _LOWEST = 0.5           # order: slower waves are loads [1/turn]
@@ -52,7 +52,8 @@ def strongest_line(angle: Array, rest: Array, known: Sequence[float] = ()) -> Ri
                             method='bounded',
                             bounds=(orders[best] - 2.0 * step, orders[best] + 2.0 * step))
     order = _whole(float(found.x), _TURN / float(np.ptp(angle)))
-    if order < 1.0 or explained_power(angle, rest, order) < IMMATERIAL * float(rest @ rest):
+    least = MOSTLY * IMMATERIAL     # a line is half of what is worth a name: some make one law
+    if order < 1.0 or explained_power(angle, rest, order) < least * float(rest @ rest):
         return None
     return RippleLine(order, float(ratio[best]))
 
