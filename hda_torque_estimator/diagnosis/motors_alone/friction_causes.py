@@ -23,7 +23,7 @@ from .motor_record import Sweep
 from .posterior import Law, PossibleCause
 from ..fitting.hypotheses import HYPOTHESES
 from ..judging.law_forms import factors_along, spread_of
-from ...significance import HARDLY
+from ...significance import HARDLY, MOSTLY
 
 # Judgement; choices unless stated otherwise.
 _USUAL = 0.3            # share of a motor's torque that a cause usually has, rms
@@ -36,6 +36,7 @@ _POINTS = 8             # of a grid over a number that is a scale,
 _WIDER = 3.0            # that goes so far beyond what is declared,
 _WIDEST = 81.0          # and from its first to its last number
 _ORDERS = (1.0, 2.0, 3.0, 4.0, 6.0)     # waves per link turn of a nameless curve
+_APART = MOSTLY * HARDLY        # of a form, that is its own beside the law and those before it
 _IDLE = 1e-3           # of its usual torque, below which a law does nothing along a motion
 _AT_REST = 1e-300       # rms of a column along which nothing moved
 _KNOTS, _TIMES = 8, 3   # of a curve along a coordinate, and of what drifts over a recording
@@ -114,7 +115,7 @@ def _shows(law: FrictionLaw, motion: Along, rows: Rows, basis: Array) -> bool:
     if float(np.abs(own).max()) <= _IDLE * law.unit * _usual_torque(law, motion, rows):
         return False
     apart = own if law.plain else own - basis @ (basis.T @ own)
-    return float(np.linalg.norm(apart)) > HARDLY * size
+    return float(np.linalg.norm(apart)) > _APART * size
 
 
 def _usual_torque(law: FrictionLaw, motion: Along, rows: Rows) -> float:
@@ -223,7 +224,7 @@ def _law(law: FrictionLaw, motion: Along, rows: Rows, torque: float,
     shapes = [*known, *(unit * factor[rows] for factor in
                         factors_along(power, motion._asdict(), sought.varies, count=0))]
     basis, upper = np.linalg.qr(np.stack(shapes, axis=1))
-    apart = np.abs(np.diag(upper))[len(known):] > HARDLY * np.sqrt(len(rows))
+    apart = np.abs(np.diag(upper))[len(known):] > _APART * np.sqrt(len(rows))
     forms = basis[:, len(known):][:, apart] * np.sqrt(len(rows)) * size[0]
     return Law(own, _USUAL * torque / size, forms,
                float(spread_of(np.asarray(sought.reach))))

@@ -156,7 +156,7 @@ def _unexplained(part: Explained) -> Iterator[Unexplained]:
     rest = part.without(())[part.sweep.moving]
     power, floor = float(np.mean(rest ** 2)), floor_of(part)
     follows = part.friction.nameless if part.friction else None
-    if follows or power > LOUD ** 2 * floor:
+    if follows or power > (1.0 + LOUD ** 2) * floor:
         yield Unexplained('motor', part.sweep.joint.label, follows or NOTHING, None,
                           max(1.0 - floor / power, 0.0))
 
