@@ -77,10 +77,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     if (np.ptp(measurement.reading[:, :, 1], axis=0) < STILL).all():
         return Conclusion(_unmoved(facts, arm, origin), given, None)
     unloaded = why_led(measurement, given)
-    names, aside = _sought(arm, names, unloaded)
-    if unloaded:
-        led = replace(measurement, led=True)
-        aside = (*aside, *held_against(led), *one_sided(led))
+    names, aside = _sought(measurement, arm, names, unloaded)
     notify('looking at the raw readings')
     raw = _of_gears(raw_readings(measurement, arm, names, training), bool(unloaded))
     fitter, found, training, held_out = _searched(raw, names, training, held_out, notify)
@@ -143,7 +140,7 @@ def _of_gears(raw: RawReadings, led: bool) -> RawReadings:
     return raw._replace(measurement=replace(raw.measurement, led=led))
 
 
-def _sought(arm: Arm, names: Sequence[str] | None,
+def _sought(measurement: Measurement, arm: Arm, names: Sequence[str] | None,
             unloaded: str) -> tuple[list[str], tuple[str, ...]]:
     """Return which effects are looked for, all unless some are named, and why others are not."""
     names = sought_effects() if names is None else names
@@ -152,6 +149,8 @@ def _sought(arm: Arm, names: Sequence[str] | None,
         of_links = [name for name in names if effect_named(name).site is Site.LINK]
         why = [f'{unloaded}, so only the gears are judged, '
                'and nothing is said of the links']
+        led = replace(measurement, led=True)
+        why += [*held_against(led), *one_sided(led)]
         return [name for name in names if name not in planar and name not in of_links], tuple(why)
     why = [f'of a chain of links {", ".join(planar)} are not looked for'] if planar else []
     return [name for name in names if name not in planar], tuple(why)
