@@ -94,7 +94,9 @@ def test_a_healthy_arm_that_a_hand_leads_is_not_accused(seed, rate):
     world = worlds.draw(seed, (), motion='hand_guided', rate=rate, joints=2, seconds=30.0)
     arm = arm_of(world)
     said = diagnose(measurement_from(arm.labels, logged(world, arm)), arm).diagnosis
-    assert said.verdict == 'no_discrepancy' and not said.findings
+    late = ['clock_jitter'] if world.logger.jitter > 0.0 else []
+    assert [one.effect for one in said.findings] == late and not said.ambiguous
+    assert said.verdict == ('explained' if late else 'no_discrepancy')
     assert any('led by a hand' in remark for remark in said.remarks)
 
 

@@ -150,7 +150,9 @@ def test_commands_of_a_slow_loop_beside_late_stamps_accuse_no_healthy_arm():
     """What jitter of the clock adds to commands is in no stamp, so the motor shows it."""
     arm, measurement = slow_world(650008, rate=250, controller=250, jitter=6e-4)
     assert not is_held(on_grid(measurement))
-    assert diagnose(measurement, arm).diagnosis.verdict == 'no_discrepancy'
+    said = diagnose(measurement, arm).diagnosis
+    assert [one.effect for one in said.findings] == ['clock_jitter'] and not said.ambiguous
+    assert said.verdict == 'explained'
 
 
 @pytest.mark.parametrize(('period', 'every'), [(1e-3, 5), (4e-3, 2), (4e-3, 1), (1e-3, 1)])
