@@ -18,7 +18,10 @@ from .derivatives import IMPOSSIBLE
 from .fit import Fit, Fitter, moved
 from .solve import condense, solve
 from ..balances.balance import Balancer
-from ...significance import NEARLY_ALL, SCORE_BAR
+from ...significance import SCORE_BAR
+
+# Numerics; choices unless stated otherwise.
+_ALIKE = 0.85           # correlation with the twin's column from which it can stand for one
 
 
 def unbiased(fitter: Fitter, fit: Fit, twin: Balancer) -> Fit:
@@ -49,5 +52,5 @@ def _projected(own: Array, theirs: Array, weight: Array) -> Array:
     """Return columns (m, c, p) as far as the twin's explain them, weighed by (m, c)."""
     ours, instruments = (columns * weight[:, :, None] for columns in (own, theirs))
     power = np.sqrt((ours ** 2).sum(axis=(0, 1)) * (instruments ** 2).sum(axis=(0, 1)))
-    alike = (ours * instruments).sum(axis=(0, 1)) > NEARLY_ALL * power
+    alike = (ours * instruments).sum(axis=(0, 1)) > _ALIKE * power
     return projection(own, np.where(alike, theirs, own), weight)
