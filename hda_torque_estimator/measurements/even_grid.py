@@ -31,7 +31,9 @@ def on_grid(measurement: Measurement) -> Measurement:
     moved = measurement.reading - stamped
     even, recorded = _roughness(stamped), _roughness(measurement.reading)
     if even.sum() < recorded.sum():
-        return replace(measurement, reading=stamped, reference=_at_ticks(measurement))
+        reference = measurement.reference
+        return replace(measurement, reading=stamped, reference=_at_ticks(
+            measurement, reference) if reference.size else reference)
     known = (_roughness(moved) < recorded).all()
     return measurement if known else replace(measurement, past=np.zeros(0))
 
@@ -40,16 +42,13 @@ def as_stamped(measurement: Measurement) -> Array:
     """Return the readings at the ticks (k, n, 2) [rad], if each was taken when its stamp says."""
     if not len(measurement.past):
         return measurement.reading
-    rate = np.gradient(measurement.reading, measurement.dt, axis=0)
-    return np.asarray(measurement.reading - measurement.past[:, None, None] * rate)
+    return _at_ticks(measurement, measurement.reading)
 
 
-def _at_ticks(measurement: Measurement) -> Array:
-    """Return reference torques (k, n) at the ticks."""
-    if not measurement.reference.size:
-        return measurement.reference
-    rate = np.gradient(measurement.reference, measurement.dt, axis=0)
-    return np.asarray(measurement.reference - measurement.past[:, None] * rate)
+def _at_ticks(measurement: Measurement, values: Array) -> Array:
+    """Return values (k, ...) at the ticks, which were taken when their stamps say."""
+    past = measurement.past.reshape(-1, *[1] * (values.ndim - 1))
+    return np.asarray(values - past * np.gradient(values, measurement.dt, axis=0))
 
 
 def _roughness(reading: Array) -> Array:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_msgs_json.errors import HdaError
@@ -246,9 +247,7 @@ def resampled(measurement: Measurement, dt: float) -> Measurement:
               for place in measurement.absent}
     return Measurement(measurement.labels, dt, CubicSpline(time, measurement.reading)(grid),
                        np.diff(given, axis=0) / dt, tuple(sorted(absent)),
-                       reference=np.stack([np.interp(grid, time, column) for column in
-                                           measurement.reference.T], axis=1)
-                       if measurement.reference.size else measurement.reference)
+                       reference=_interpolated(grid, time, measurement.reference))
 
 
 def measurement_from(labels: tuple[str, ...], samples: JointSamples,
@@ -292,8 +291,14 @@ def measurement_from(labels: tuple[str, ...], samples: JointSamples,
     return Measurement(labels, dt, full.reshape(len(grid), *reading.shape[1:]),
                        command[keep][held], tuple(absent.tolist()),
                        past=np.interp(grid, ticks, past),
-                       reference=np.stack([np.interp(grid, ticks, column) for column in
-                                           reference.T], axis=1) if reference.size else reference)
+                       reference=_interpolated(grid, ticks, reference))
+
+
+def _interpolated(grid: NDArray[np.floating[Any]], time: Array, reference: Array) -> Array:
+    """Return reference torques (k, n) of some times at those of a grid; empty ones stay empty."""
+    if not reference.size:
+        return reference
+    return np.stack([np.interp(grid, time, column) for column in reference.T], axis=1)
 
 
 def _referring(labels: tuple[str, ...], stamps: NDArray[np.int64],

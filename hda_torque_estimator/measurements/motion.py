@@ -83,10 +83,11 @@ def motion_of(measurement: Measurement, arm: Arm, window: float = WINDOW) -> Mea
 
 def course_of(angles: Array, late: Array, window: float, dt: float) -> DifferentiatedAngle:
     """Return the course of angles (k, c) that were read so late (c,) after their stamps [s]."""
-    smooth, velocity = (_derivative(angles, order, WINDOW, dt) for order in range(2))
-    acceleration = _derivative(angles, 2, window, dt)
+    usual = _length(WINDOW, dt)
+    smooth, velocity = (_derivative(angles, order, usual, dt) for order in range(2))
+    acceleration = _derivative(angles, 2, _length(window, dt), dt)
     if late.any():
-        curvature, jerk = (_derivative(angles, order, WINDOW, dt) for order in (2, 3))
+        curvature, jerk = (_derivative(angles, order, usual, dt) for order in (2, 3))
         smooth = smooth - late * velocity + 0.5 * late ** 2 * curvature
         velocity = velocity - late * curvature
         acceleration = acceleration - late * jerk
@@ -121,8 +122,8 @@ def jolts(measurement: Measurement) -> NDArray[np.bool_]:
     parts = measurement.parts
     link, dt = measurement.reading[::parts, :, LINK], parts * measurement.dt
     few = _length(SHORT, dt)
-    long = _second(link, max(_length(WINDOW, dt), few + _LONGER), dt)
-    apart = np.abs(_second(link, few, dt) - long)
+    long = _derivative(link, 2, max(_length(WINDOW, dt), few + _LONGER), dt)
+    apart = np.abs(_derivative(link, 2, few, dt) - long)
     usual = np.maximum(_JOLT * np.median(apart, axis=0), np.std(long, axis=0))
     jolted = np.asarray((apart > usual).any(axis=1))
     return np.repeat(jolted, parts)[:len(measurement.reading)]
@@ -130,20 +131,14 @@ def jolts(measurement: Measurement) -> NDArray[np.bool_]:
 
 def smoothed(values: Array, dt: float) -> Array:
     """Return values (k, ...) as smooth as the motion is: polynomials over the same window."""
-    return _derivative(values, 0, WINDOW, dt)
+    return _derivative(values, 0, _length(WINDOW, dt), dt)
 
 
-def _derivative(angles: Array, order: int, window: float, dt: float) -> Array:
-    """Return a derivative of angles by polynomials over a window [s]."""
+def _derivative(angles: Array, order: int, length: int, dt: float) -> Array:
+    """Return a derivative of angles by polynomials over so many samples."""
     start = angles[0] if order == 0 else 0.0
-    return np.asarray(savgol_filter(angles - angles[0], _length(window, dt), _DEGREE, deriv=order,
-                                    delta=dt, axis=0) + start)
-
-
-def _second(angles: Array, length: int, dt: float) -> Array:
-    """Return the second derivative of angles by polynomials over so many samples."""
-    return np.asarray(savgol_filter(angles - angles[0], length, _DEGREE, deriv=2, delta=dt,
-                                    axis=0))
+    return np.asarray(savgol_filter(angles - angles[0], length, _DEGREE, deriv=order, delta=dt,
+                                    axis=0) + start)
 
 
 def _length(window: float, dt: float) -> int:

@@ -7,6 +7,7 @@ A log of every so many commands does not know when what acted between them began
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
@@ -29,6 +30,7 @@ _LATE = 0.5             # of the time between two commands, by which they acted 
 _LATENESS = sole_at(WIRE)
 _SENSOR_GAIN = 0.02     # of a torque sensor, one sigma; of 0.1, wrong names came
 _SENSOR_LAG = 0.02      # of a reference torque, as a calibration has it [s]
+_SENSOR = 'sensor_'     # what the names of errors of a sensor begin with
 # Effect, number and tolerance of all numbers that an arm is given with: errors, and sizes.
 _KNOWN = [(kind, *kind.tolerance) for kind in EFFECTS if kind.tolerance]
 _ERRORS, _SIZES = ([(kind.name, number, tolerance) for kind, number, tolerance in _KNOWN
@@ -37,14 +39,17 @@ _ERRORS, _SIZES = ([(kind.name, number, tolerance) for kind, number, tolerance i
                    for has_unit in (False, True))
 _OF_ARM = [known for known in _KNOWN if known[0].scope is Scope.ARM]
 
+One = TypeVar('One', bound='OneNumber')
+
 
 @dataclass(frozen=True)
-class Zero:
-    """The zero of one link encoder, of which nothing is known; it has the shape of a term."""
+class OneNumber:
+    """One free number beside the effects of the catalogue, in the shape of a term."""
 
-    joint: str
+    joint: str | None = None
+    name: str = ''
+    tolerance: float = np.inf
     value: float = 0.0
-    name: str = 'encoder_zero'
     size: int = 1
 
     @property
@@ -53,25 +58,35 @@ class Zero:
         return self.name, self.joint
 
     def all_steps(self) -> Array:
-        """Return the step for finite differences [rad]."""
-        return np.array([_ZERO_STEP])
+        """Return the step for finite differences."""
+        return self.deviations()
 
     def deviations(self) -> Array:
-        """Return an infinite tolerance."""
-        return np.array([np.inf])
+        """Return the tolerance."""
+        return np.array([self.tolerance])
 
     def vector(self) -> Array:
-        """Return the zero [rad]."""
+        """Return the number."""
         return np.array([self.value])
 
-    def at(self, vector: Array) -> 'Zero':
-        """Return another zero."""
+    def at(self: One, vector: Array) -> One:
+        """Return another number."""
         return replace(self, value=float(vector[0]))
+
+
+@dataclass(frozen=True)
+class Zero(OneNumber):
+    """The zero of one link encoder, of which nothing is known [rad]."""
+
+    name: str = 'encoder_zero'
 
     def on(self, arm: Arm) -> Arm:
         """Return the arm with this zero added to the one that it has."""
-        return replace(arm, joints=tuple(
-            self.on_joint(joint) if joint.label == self.joint else joint for joint in arm.joints))
+        return _with_joint(self, arm)
+
+    def all_steps(self) -> Array:
+        """Return the step for finite differences [rad]."""
+        return np.array([_ZERO_STEP])
 
     def on_joint(self, joint: Joint) -> Joint:
         """Return the joint with this zero added to the one that it has."""
@@ -80,35 +95,10 @@ class Zero:
 
 
 @dataclass(frozen=True)
-class CouplingInertia:
-    """The relative error of p3, by which the links feel each other; it has the shape of a term."""
+class CouplingInertia(OneNumber):
+    """The relative error of p3, by which the links feel each other."""
 
-    tolerance: float
-    value: float = 0.0
     name: str = 'coupling_inertia'
-    joint: None = None
-    size: int = 1
-
-    @property
-    def place(self) -> Place:
-        """Return what distinguishes a term from all others of a fit."""
-        return self.name, self.joint
-
-    def all_steps(self) -> Array:
-        """Return the step for finite differences."""
-        return np.array([self.tolerance])
-
-    def deviations(self) -> Array:
-        """Return the tolerance."""
-        return np.array([self.tolerance])
-
-    def vector(self) -> Array:
-        """Return the relative error."""
-        return np.array([self.value])
-
-    def at(self, vector: Array) -> 'CouplingInertia':
-        """Return another error."""
-        return replace(self, value=float(vector[0]))
 
     def on(self, arm: Arm) -> Arm:
         """Return the arm with p3 so much larger than it has it."""
@@ -117,49 +107,23 @@ class CouplingInertia:
 
 
 @dataclass(frozen=True)
-class SensorError:
-    """One error of the torque sensor of a joint (eq:balance-reference), in the shape of a term."""
-
-    joint: str
-    number: str
-    tolerance: float
-    value: float = 0.0
-    size: int = 1
-
-    @property
-    def name(self) -> str:
-        """Return what it is called."""
-        return f'sensor_{self.number}'
-
-    @property
-    def place(self) -> Place:
-        """Return what distinguishes a term from all others of a fit."""
-        return self.name, self.joint
-
-    def all_steps(self) -> Array:
-        """Return the step for finite differences."""
-        return np.array([self.tolerance])
-
-    def deviations(self) -> Array:
-        """Return the tolerance."""
-        return np.array([self.tolerance])
-
-    def vector(self) -> Array:
-        """Return the error."""
-        return np.array([self.value])
-
-    def at(self, vector: Array) -> 'SensorError':
-        """Return another error."""
-        return replace(self, value=float(vector[0]))
+class SensorError(OneNumber):
+    """One error of the torque sensor of a joint (eq:balance-reference): `sensor_` and which."""
 
     def on(self, arm: Arm) -> Arm:
         """Return the arm whose sensor has this error."""
-        return replace(arm, joints=tuple(
-            self.on_joint(joint) if joint.label == self.joint else joint for joint in arm.joints))
+        return _with_joint(self, arm)
 
     def on_joint(self, joint: Joint) -> Joint:
         """Return the joint whose sensor has this error."""
-        return replace(joint, sensor=joint.sensor._replace(**{self.number: self.value}))
+        errors = {self.name.removeprefix(_SENSOR): self.value}
+        return replace(joint, sensor=joint.sensor._replace(**errors))
+
+
+def _with_joint(term: Zero | SensorError, arm: Arm) -> Arm:
+    """Return the arm with a number at the joint that it is of."""
+    return replace(arm, joints=tuple(
+        term.on_joint(joint) if joint.label == term.joint else joint for joint in arm.joints))
 
 
 AnyTerm = Term | Zero | CouplingInertia | SensorError
@@ -189,12 +153,12 @@ def nuisances(arm: Arm, untold: float = 0.0,
                     number: value * max(getattr(known, tolerance), _FLOOR)}))
         terms.append(Zero(label))
     if isinstance(arm.links, Links) and arm.links.p3:
-        terms.append(CouplingInertia(max(arm.tolerances.link_inertia, _FLOOR)))
+        terms.append(CouplingInertia(tolerance=max(arm.tolerances.link_inertia, _FLOOR)))
     if untold > 0.0:
         late = {'delay': _LATE * untold / REACH}
         terms += [_term(arm, _LATENESS.name, label, late) for label in arm.labels]
     for label, varies in (sensors or {}).items():
-        terms += [SensorError(label, number, tolerance) for number, tolerance in (
+        terms += [SensorError(label, _SENSOR + number, tolerance) for number, tolerance in (
             ('zero', varies), ('gain', _SENSOR_GAIN), ('lag', _SENSOR_LAG),
             ('blur', _SENSOR_LAG ** 2))]
     return *terms, *_carried(arm)

@@ -5,7 +5,7 @@ from typing import TypeAlias
 
 from hda_arm_sim.model.effects import effect_named, Scope, Site
 
-from .nuisance import AnyTerm, CouplingInertia, SensorError, Zero
+from .nuisance import AnyTerm, OneNumber
 from ...least_squares.term import Place
 
 # Numerics; choices unless stated otherwise.
@@ -67,9 +67,7 @@ def groups_at_once(terms: Sequence[AnyTerm]) -> list[list[tuple[int, int, int]]]
 
 def acts_apart(term: AnyTerm) -> bool:
     """Return whether a term shows in its own joint only."""
-    if isinstance(term, (Zero, SensorError)):
-        return True
-    if isinstance(term, CouplingInertia):
-        return False
+    if isinstance(term, OneNumber):
+        return term.joint is not None
     kind = effect_named(term.name)
     return kind.scope is Scope.JOINT and kind.site is not Site.LINK

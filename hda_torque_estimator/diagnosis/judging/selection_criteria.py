@@ -96,11 +96,12 @@ def standing(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term
     improvement = min(improvement, formed)
     if improvement > LOOKED_AT and alone(fitter, term, beside):
         return Standing.CAUSE
-    if not _is_material(fitter, np.zeros_like(form), without, extended):
-        return Standing.SMALL
-    if _is_material(fitter, form, without, extended):
-        return Standing.CAUSE
     gain, rest = without.variance - extended.variance, without.variance - fitter.noise ** 2
+    slow = power_below(fitter, without, SLOW) - power_below(fitter, extended, SLOW)
+    if not _is_material(fitter, gain, slow):
+        return Standing.SMALL
+    if _is_material(fitter, gain, slow, form):
+        return Standing.CAUSE
     alike = any(term.name in HYPOTHESES[other.name].alike for other in beside
                 if other.joint == term.joint)
     # Of one that it is confused with all but what is immaterial, which must be at least noise.
@@ -116,15 +117,14 @@ def alone(fitter: Fitter, term: Term, beside: Sequence[Term]) -> bool:
     return not any(own.intersection(fitter.channels_of(other)) for other in beside)
 
 
-def _is_material(fitter: Fitter, form: Array, without: Fit, extended: Fit) -> bool:
+def _is_material(fitter: Fitter, gain: Array, slow: Array, form: Array | float = 0.0) -> bool:
     """
-    Return whether an extended fit explains what is worth a cause beside others in some channel.
+    Return whether a cause that explains so much is worth one beside others in some channel.
 
-    It does at all frequencies, or where arms move: there noise is less, and effects are not. The
-    others may leave the power `form` (c,) as one form of several [N^2*m^2].
+    It is by the power (c,) at all frequencies, or by that where arms move: there noise is less,
+    and effects are not. The others may leave the power `form` (c,) as one form of several, all
+    powers in [N^2*m^2].
     """
-    gain = without.variance - extended.variance
-    slow = power_below(fitter, without, SLOW) - power_below(fitter, extended, SLOW)
     return bool(((gain > np.maximum(floor(fitter), form))
                  | (slow > np.maximum(_slow_floor(fitter), form))).any())
 
