@@ -8,6 +8,7 @@ from hda_arm_sim.foundation.parameter import ParameterError
 from hda_arm_sim.model.torsion import (flexed, flexspline_torsion, stiffer_torque,
                                        stiffer_torsion, stiffness_at, torque_of_torsion,
                                        torsion_of_torque, TorsionLaw, wave_generator_torsion)
+from hda_arm_sim.model.torsion_table import tabled_torque, torque_table
 from hypothesis import assume, given, strategies as st
 import numpy as np
 import pytest
@@ -187,6 +188,26 @@ def test_infinite_stiffness_leaves_a_part_out():
 def test_no_curvature_is_a_linear_spring():
     law = TorsionLaw(flexspline_curvature=0.0, wave_generator_stiffness=np.inf).record(RATIO)
     assert torque_of_torsion(law, RATIO, 1e-3) == pytest.approx(9.743939, rel=1e-12)
+
+
+@given(laws, st.floats(1e-3, 1.5), st.lists(st.floats(-1.0, 1.0), min_size=5, max_size=20))
+def test_a_table_gives_the_torques_of_the_iteration(law, share, places):
+    record = law.record(RATIO)
+    most = share * record['valid_torsion']
+    table = torque_table(record, RATIO, min(most, record['valid_torsion']))
+    for torsion in most * np.array(places):
+        torque = torque_of_torsion(record, RATIO, torsion)
+        found = tabled_torque(record, RATIO, table, torsion)
+        assert abs(found - torque) <= 4e-9 * torque_of_torsion(record, RATIO, most)
+
+
+def test_a_table_iterates_at_knees_alone():
+    record = SEGMENTS.record(RATIO)
+    table = torque_table(record, RATIO, record['valid_torsion'])
+    assert 1 <= np.count_nonzero(~table.good) <= 4
+    for torsion in np.linspace(0.0, record['valid_torsion'], 3001):
+        assert tabled_torque(record, RATIO, table, torsion) == pytest.approx(
+            torque_of_torsion(record, RATIO, torsion), rel=1e-8)
 
 
 def test_segments_pass_through_their_knees():

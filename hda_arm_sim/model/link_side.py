@@ -86,12 +86,15 @@ def free_torque(body: Record, inertia: Inertia, pose: Pose,
                 force: tuple[float, float]) -> tuple[float, float]:
     """Return what tip force, gravity and motion do to joints 1 and 2, without gears [N*m]."""
     (q1, q2, dq1, dq2), (force_x, force_y) = pose, force
-    tip1, tip2 = tip_torque(body.links.length1, body.links.length2, q1, q2, force_x, force_y)
     turn1, turn2 = coriolis(inertia, q2, dq1, dq2)
-    if body.pull == 0.0:
-        return tip1 - turn1, tip2 - turn2
-    weight1, weight2 = gravity_torque(inertia, body.pull, body.direction, q1, q2)
-    return tip1 + weight1 - turn1, tip2 + weight2 - turn2
+    net1, net2 = -turn1, -turn2
+    if force_x != 0.0 or force_y != 0.0:        # seldom, and a force costs four waves
+        tip1, tip2 = tip_torque(body.links.length1, body.links.length2, q1, q2, force_x, force_y)
+        net1, net2 = net1 + tip1, net2 + tip2
+    if body.pull != 0.0:
+        weight1, weight2 = gravity_torque(inertia, body.pull, body.direction, q1, q2)
+        net1, net2 = net1 + weight1, net2 + weight2
+    return net1, net2
 
 
 @inlined

@@ -232,8 +232,9 @@ def _reconsidered(fitter: Fitter, found: SearchResult, names: Sequence[str],
     A wrong extension makes noise of its own, so the fitter's noise only falls. Where it falls far,
     it had hidden something.
     """
-    taken = fitter.noise
-    noise, plain = noise_of(fitter.balancer, fitter.as_noisy(found.last))
+    taken, accepted = fitter.noise, found.last.accepted
+    noise, plain = noise_of(fitter.balancer,
+                            fitter.as_noisy(found.last) if accepted else fitter.arm)
     fitter = replace(fitter, noise=np.minimum(taken, noise))
     if (taken ** 2 > (1.0 + MATERIAL ** 2) * fitter.noise ** 2).any():
         found = search(fitter, names, found, notify)

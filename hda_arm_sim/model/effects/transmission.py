@@ -18,9 +18,13 @@ from ...foundation.parameter import parameter
 @compiled
 def transmission_error(own: Record, at: Turned) -> Signal:
     """Return e(theta_m), (eq:kinematic-error) [rad at the output]."""
-    error = (own.amplitude_1 * np.sin(at.motor_angle + own.phase_1)
-             + own.amplitude_2 * np.sin(2.0 * at.motor_angle + own.phase_2)
-             + own.amplitude_4 * np.sin(4.0 * at.motor_angle + own.phase_4))
+    error = 0.0 * at.motor_angle
+    if own.amplitude_1 != 0.0:
+        error = error + own.amplitude_1 * np.sin(at.motor_angle + own.phase_1)
+    if own.amplitude_2 != 0.0:
+        error = error + own.amplitude_2 * np.sin(2.0 * at.motor_angle + own.phase_2)
+    if own.amplitude_4 != 0.0:
+        error = error + own.amplitude_4 * np.sin(4.0 * at.motor_angle + own.phase_4)
     if own.amplitude_a != 0.0:
         error = error + own.amplitude_a * np.sin(own.order_a * at.motor_angle + own.phase_a)
     if own.amplitude_b != 0.0:
@@ -36,9 +40,15 @@ def transmission_error(own: Record, at: Turned) -> Signal:
 def transmission_slope(own: Record, at: Turned) -> Signal:
     """Return e'(theta_m), (eq:kinematic-slope): how the error changes the gear ratio [rad/rad]."""
     turn = 0.5 * np.pi                  # a quarter of a wave: cosines in the place of sines
-    slope = (own.amplitude_1 * np.sin(at.motor_angle + (own.phase_1 + turn))
-             + 2.0 * own.amplitude_2 * np.sin(2.0 * at.motor_angle + (own.phase_2 + turn))
-             + 4.0 * own.amplitude_4 * np.sin(4.0 * at.motor_angle + (own.phase_4 + turn)))
+    slope = 0.0 * at.motor_angle
+    if own.amplitude_1 != 0.0:
+        slope = slope + own.amplitude_1 * np.sin(at.motor_angle + (own.phase_1 + turn))
+    if own.amplitude_2 != 0.0:
+        slope = slope + 2.0 * own.amplitude_2 * np.sin(
+            2.0 * at.motor_angle + (own.phase_2 + turn))
+    if own.amplitude_4 != 0.0:
+        slope = slope + 4.0 * own.amplitude_4 * np.sin(
+            4.0 * at.motor_angle + (own.phase_4 + turn))
     if own.order_a * own.amplitude_a != 0.0:
         slope = slope + own.order_a * own.amplitude_a * np.sin(
             own.order_a * at.motor_angle + (own.phase_a + turn))

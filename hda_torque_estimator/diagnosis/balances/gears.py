@@ -9,14 +9,16 @@ the spring, and another stiffness no wave of the transmission.
 from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
-from hda_arm_sim.foundation.compiled import compiled, Record
+from hda_arm_sim.foundation.compiled import compiled, inlined, Record
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects.catalogue import effects_at
 from hda_arm_sim.model.effects.place import (GEAR, LINK_TORQUE, LOADED_GEAR, LOOP, PLAY,
                                              TRANSMISSION)
-from hda_arm_sim.model.kernel import (gear_torque, growth, loop_state, loops, REGISTERS, slide,
-                                      spring_torque, STATE, torque_against, twist)
+from hda_arm_sim.model.kernel import (gear_torque, growth, loop_state, loops, played_torsion,
+                                      REGISTERS, slide, spring_torque, STATE, torque_against,
+                                      twist)
 from hda_arm_sim.model.link_side import link_torque
+from hda_arm_sim.model.torsion_table import tabled_torque, torque_table
 import numpy as np
 
 from .fields import key_of, KeysOfArms, places_of
@@ -141,7 +143,24 @@ def _fill_twist(joints: Record, j: int, moved: JointMotion, twisted: Twist) -> N
 @compiled
 def _fill_spring(joints: Record, j: int, angle: Array, torsion: Array, spring: Array) -> None:
     """Fill the torque of a gear's spring (k,) at angles of its shaft [N*m]."""
-    joint, w = joints[j], np.zeros((1, REGISTERS))
+    joint, largest, grows = joints[j], 0.0, False
+    for k in range(spring.shape[0]):
+        spring[k] = played_torsion(joint, torsion[k])
+        largest = max(largest, abs(spring[k]))
+        grows = grows or growth(joint, angle[k])[0] != 0.0
+    if grows:
+        _fill_growing_spring(joint, angle, torsion, spring)
+    elif largest > 0.0:
+        law = joint.torsion
+        table = torque_table(law, joint.ratio, min(largest, law.valid_torsion))
+        for k in range(spring.shape[0]):
+            spring[k] = tabled_torque(law, joint.ratio, table, spring[k])
+
+
+@inlined
+def _fill_growing_spring(joint: Record, angle: Array, torsion: Array, spring: Array) -> None:
+    """Fill the torque of a spring whose compliance varies along a turn (k,), by iteration."""
+    w = np.zeros((1, REGISTERS))
     for k in range(spring.shape[0]):
         spring[k] = spring_torque(joint, torsion[k], growth(joint, angle[k])[0], w, 0)
 

@@ -102,12 +102,11 @@ def noise_of(balancer: Balancer, arm: Arm, twin: Measurement | None = None, *,
     torque, which is added. What torsion balances have more there is of clocks that jitter, or
     noise of a sensor.
     """
-    if twin is not None:
-        return _noise_beside(balancer, arm, twin, seed)
     record = arm.record()
     return balancer.noises.of(
         (record.joints.tobytes(), record.body.tobytes(), seed),
-        lambda: _noise_beside(balancer, arm, healthy_twin(balancer, arm, seed), seed))
+        lambda: _noise_beside(
+            balancer, arm, healthy_twin(balancer, arm, seed) if twin is None else twin, seed))
 
 
 def _noise_beside(balancer: Balancer, arm: Arm, twin: Measurement,
