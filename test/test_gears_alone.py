@@ -54,6 +54,15 @@ def test_balances_of_gears_do_not_depend_on_links():
     np.testing.assert_allclose(own.residual[:, :2][both], other.residual[:, :2][both], atol=1e-9)
 
 
+def test_a_hand_turns_shafts_even_where_coarse_encoders_show_no_torque():
+    world = worlds.draw(740258, ())
+    arm = arm_of(world)
+    measurement = measurement_from(arm.labels, logged(world, arm))
+    assert world.motion == 'hand_guided' and is_led(measurement, arm)
+    friction = arm.record().joints['coulomb_friction']['level']
+    assert not is_led(replace(measurement, command=measurement.command + 0.2 * friction), arm)
+
+
 def test_noise_of_a_coarse_encoder_on_a_stiff_gear_leads_nothing():
     """It makes 36 N*m of a torsion that carries 2: torque that motors do not give."""
     world = worlds.draw(997301, (), motion='rich', rate=1000, seconds=10.0, joints=2)

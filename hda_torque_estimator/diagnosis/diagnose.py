@@ -26,7 +26,7 @@ from .findings.gains import gains, METRIC
 from .findings.origin import Origin, RecordingFacts, RecordingPart
 from .findings.report import Alike, at_place, Diagnosis, Finding, TotalGain
 from .fitting.alignment import aligned, is_aligned
-from .fitting.fit import Fitter
+from .fitting.fit import Fit, Fitter
 from .fitting.hypotheses import HYPOTHESES, left_aside
 from .fitting.nuisance import is_of_log
 from .fitting.starting_points import split_at_contacts
@@ -230,15 +230,28 @@ def _reconsidered(fitter: Fitter, found: SearchResult, names: Sequence[str],
     Return a fitter with the noise beside the causes, what it finds, and what resolution leaves.
 
     A wrong extension makes noise of its own, so the fitter's noise only falls. Where it falls far,
-    it had hidden something.
+    it had hidden something. A cause that is not kept has shown nothing of the noise: a lag makes
+    commands smoother, and what they leave quieter. So the noise is asked again without it.
     """
-    taken, accepted = fitter.noise, found.last.accepted
-    noise, plain = noise_of(fitter.balancer,
-                            fitter.as_noisy(found.last) if accepted else fitter.arm)
-    fitter = replace(fitter, noise=np.minimum(taken, noise))
-    if (taken ** 2 > (1.0 + MATERIAL ** 2) * fitter.noise ** 2).any():
-        found = search(fitter, names, found, notify)
-    return fitter, without_noise(fitter, found), plain
+    taken, first = fitter.noise, found.last
+    for _ in range(_ROUNDS):
+        before = found.last
+        noise, plain = noise_of(fitter.balancer,
+                                fitter.as_noisy(before) if before.accepted else fitter.arm)
+        fitter = replace(fitter, noise=np.minimum(taken, noise))
+        if (taken ** 2 > (1.0 + MATERIAL ** 2) * fitter.noise ** 2).any():
+            found = search(fitter, names, found, notify)
+        elif before is not first:
+            found = found.refitted(fitter)
+        found = without_noise(fitter, found)
+        if _placed(before) <= _placed(found.last):
+            break
+    return fitter, found, plain
+
+
+def _placed(fit: Fit) -> set[Place]:
+    """Return the places of the causes of a fit."""
+    return {term.place for term in fit.accepted}
 
 
 def _without_turns(other: Fitter, fitter: Fitter, found: SearchResult,

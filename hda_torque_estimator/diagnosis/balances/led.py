@@ -5,12 +5,15 @@ Then the links' equation of motion holds a force that nobody measured, and deter
 two sides of the gears still do: what twists a gear must move its motor (eq:balance-led).
 """
 
+import math
+
 from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects import CoulombFriction
 import numpy as np
 
 from .coordinates import torques_of
 from ...measurements.measurement import Measurement
-from ...significance import HARDLY
+from ...significance import DEVIATIONS, HARDLY
 
 # Numerics; choices unless stated otherwise.
 _ENOUGH = 5000          # samples that suffice, evenly over a recording
@@ -18,9 +21,10 @@ _ENOUGH = 5000          # samples that suffice, evenly over a recording
 
 def is_led(measurement: Measurement, arm: Arm) -> bool:
     """
-    Return whether the motors of a recording do nothing while torque goes through the gears.
+    Return whether motors do nothing while torque goes through the gears, or turns their shafts.
 
-    What noise of the readings makes of a stiff gear goes through none.
+    What noise of the readings makes of a stiff gear goes through none. Behind coarse encoders that
+    is all that shows. But a shaft that turns rubs, and something must turn it.
     """
     every = max(1, len(measurement.command) // _ENOUGH)
     angle, command = measurement.reading[::every], measurement.command[::every]
@@ -28,8 +32,11 @@ def is_led(measurement: Measurement, arm: Arm) -> bool:
     torque, noisier = (torques_of(arm, each[:, :, 0], each[:, :, 1])
                        for each in (angle, angle + noise))
     through = np.var(torque, axis=0) - np.var(noisier - torque, axis=0)
-    given = arm.record().joints['ratio'] * command
-    return bool((np.mean(given ** 2, axis=0) < HARDLY ** 2 * through).all())
+    joints, step = arm.record().joints, np.abs(np.diff(angle[:, :, 0], axis=0))
+    turned = step > math.sqrt(2.0) * DEVIATIONS * measurement.reading_noise()[:, 0]
+    rubbed = (joints['ratio'] * joints[CoulombFriction.name]['level']) ** 2 * turned.mean(axis=0)
+    given = np.mean((joints['ratio'] * command) ** 2, axis=0)
+    return bool((given < HARDLY ** 2 * np.maximum(through, rubbed)).all())
 
 
 def held_against(measurement: Measurement) -> tuple[str, ...]:

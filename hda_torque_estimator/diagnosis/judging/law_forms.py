@@ -11,7 +11,7 @@ that is farther from the law than published ones (`Hypothesis.reach`) is another
 
 from collections.abc import Iterable, Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
 from hda_arm_sim.foundation.arrays import Array
@@ -28,6 +28,7 @@ from ..fitting.fit import FAR, Fit, Fitter, moved, PASSES
 from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.nuisance import AnyTerm
 from ..fitting.solve import Columns, condense, Solution, solve
+from ...least_squares.bounds import bounded
 from ...least_squares.term import Place, Term
 from ...significance import HARDLY
 
@@ -272,8 +273,7 @@ def _otherwise(fitter: Fitter, fit: Fit, term: Term, does: Array, lacking: Array
     coordinates = coordinates_of(fitter.balancer, fitter.on(fit.terms))
     for name in WAVES.keys() & set(varies):
         if level is None:
-            waves = [replace(term.effect, phase=phase, order=2.0 * term.effect.order)
-                     for phase in _PHASES]
+            waves = [_wave(term.effect, phase, 2.0 * term.effect.order) for phase in _PHASES]
             yield from _instead(fitter, fit, term, waves, lacking)
         else:
             angle = coordinates[WAVES[name]][:, fitter.arm.labels.index(str(term.joint))]
@@ -296,9 +296,15 @@ def _level(fitter: Fitter, fit: Fit, term: Term, lacking: Array) -> Array | None
         angle = coordinates_of(fitter.balancer, fitter.on(fit.terms))[WAVES[name]][
             :, fitter.arm.labels.index(str(term.joint))]
         if np.ptp(angle) * term.effect.order < 2.0 * np.pi:
-            slow = replace(term.effect, phase=_PHASES[1], order=_SLOW)
+            slow = _wave(term.effect, _PHASES[1], _SLOW)
             return next(_instead(fitter, fit, term, [slow], lacking))
     return None
+
+
+def _wave(effect: Effect, phase: float, order: float) -> Effect:
+    """Return a law of waves with another phase and order, the nearest one that it may have."""
+    numbers: dict[str, Any] = {'phase': phase, **bounded(type(effect), {'order': order})}
+    return replace(effect, **numbers)
 
 
 def _rate(values: Array) -> Array:

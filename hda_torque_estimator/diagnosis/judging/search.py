@@ -62,6 +62,12 @@ class SearchResult:
         return SearchResult(self.first, self.with_only(fitter, kept),
                             tuple(reasons[term.place] for term in kept), small=self.small)
 
+    def refitted(self, fitter: Fitter) -> 'SearchResult':
+        """Return what was found, fitted again by a fitter with another noise."""
+        first, last = fitter.fit(()), self.last
+        return replace(self, first=first, last=(
+            fitter.fit(last.accepted, last.nuisance) if last.accepted else first))
+
     def reasons(self) -> dict[Place, Reason]:
         """Return the evidence by the places of the accepted terms."""
         return {term.place: reason for term, reason in zip(self.last.accepted, self.evidence)}
@@ -77,11 +83,11 @@ def search(fitter: Fitter, names: Sequence[str], begun: SearchResult | None = No
     """
     names = [name for name in names if name in HYPOTHESES]
     notify('fitting the arm as it is known')
-    first = fitter.fit(())
-    found = SearchResult(first, first, ())
-    if begun is not None and begun.last.accepted:
-        found = SearchResult(first, fitter.fit(begun.last.accepted, begun.last.nuisance),
-                             begun.evidence)
+    if begun is None:
+        first = fitter.fit(())
+        found = SearchResult(first, first, ())
+    else:
+        found = begun.refitted(fitter)
     found = _extended(fitter, names, found, notify)
     turns = _turns(fitter, found)
     while found.last.accepted and is_stuck(fitter, found):      # asked first: a way is a search

@@ -26,7 +26,7 @@ from ..balances.balance import BANDWIDTH
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Term
-from ...significance import CERTAIN, IMMATERIAL, MATERIAL, NEARLY_ALL, SCORE_BAR
+from ...significance import CERTAIN, IMMATERIAL, MATERIAL, MOSTLY, NEARLY_ALL, SCORE_BAR
 
 Array = NDArray[np.float64]
 
@@ -90,9 +90,10 @@ def standing(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term
         if formed < threshold(fitter, term):
             return Standing.CHANCE
         without, extended = reformed(fitter, without), reformed(fitter, extended, beside)
-    improvement -= by_chance(fitter, term)  # asked last: it takes a fit of the twin
-    if improvement < threshold(fitter, term):
+    chance = by_chance(fitter, term)        # asked last: it takes a fit of the twin
+    if chance > MOSTLY * improvement or improvement - chance < threshold(fitter, term):
         return Standing.CHANCE
+    improvement -= chance
     improvement = min(improvement, formed)
     if improvement > LOOKED_AT and alone(fitter, term, beside):
         return Standing.CAUSE

@@ -1,0 +1,42 @@
+"""Noise as causes show it: what is dropped shows none, what only quietens it explains nothing."""
+
+from hda_torque_estimator.diagnosis.diagnose import diagnose
+from hda_torque_estimator.measurements.measurement import measurement_from
+import pytest
+from truth import worlds
+from world_samples import arm_of, logged
+
+
+def healthy(seed, motion):
+    """Return the arm and a log at 1 kHz of a world in which nothing is wrong."""
+    world = worlds.draw(seed, (), motion=motion, rate=1000)
+    arm = arm_of(world)
+    return arm, measurement_from(arm.labels, logged(world, arm))
+
+
+@pytest.mark.parametrize('seed', [745002, 745008])
+def test_a_lag_that_is_dropped_leaves_noise_as_loud_as_it_was(seed):
+    """It makes commands smoother, and at first explains more than it costs."""
+    arm, measurement = healthy(seed, 'fourier')
+    found = diagnose(measurement, arm)
+    assert found.diagnosis.verdict in ('no_discrepancy', 'insufficient_excitation')
+    fitter, left = found.evidence.fitter, found.evidence.fit.variance
+    assert (left < 1.3 * fitter.noise ** 2).all()
+
+
+def test_links_that_quieten_the_noise_of_coarse_encoders_explain_nothing():
+    """With 4096 counts a turn, a link of a third of its inertia makes a third of the noise."""
+    arm, measurement = healthy(745012, 'rich')
+    found = diagnose(measurement, arm).diagnosis
+    assert found.verdict == 'insufficient_excitation'
+    assert not found.findings and not found.listed
+
+
+@pytest.mark.study
+def test_an_arm_that_creeps_at_rest_has_no_cause():
+    """At 100 Hz its rest is rounding and stick-slip; most of what laws gain there is chance."""
+    world = worlds.draw(740218, ())
+    arm = arm_of(world)
+    found = diagnose(measurement_from(arm.labels, logged(world, arm)), arm).diagnosis
+    assert world.motion == 'standstill'
+    assert not found.findings
