@@ -73,7 +73,8 @@ def test_noise_of_columns_is_found_with_a_twin_that_moves_otherwise_too(late):
     columns = motion[:, None, None] * np.ones((1, 2, 1)) + noise
     twin = np.roll(motion, late)[:, None, None] * np.ones((1, 2, 1)) + other
     term, valid = nuisances(ARM)[0], np.ones((6000, 2), bool)
-    known = ColumnNoise.made([term], twin, again, 0.8 * again[:, :, 0], valid)
+    known = ColumnNoise.made([term], twin, again, 0.8 * again[:, :, 0], valid,
+                             np.array([True, False]))
     rest = 0.8 * noise[:, :, 0]
     found, = known.noise_in([term], columns, rest, valid, np.full((6000, 2), 1.0 / 0.008)).values()
     along = (rest[:, :, None] * (noise - found)).sum(axis=(0, 2))
@@ -104,7 +105,8 @@ def test_a_balance_that_no_row_of_a_fit_holds_has_noise_as_well():
     term, weight = nuisances(ARM)[0], np.full((600, 2), 10.0)
     weight[:, 0], columns[:5] = 0.0, np.nan
     valid[:5] = weight[:5] = False
-    known = ColumnNoise.made([term], twin, again - 1.0, again[:, :, 0] - 1.0, valid)
+    known = ColumnNoise.made([term], twin, again - 1.0, again[:, :, 0] - 1.0, valid,
+                             np.array([True, False]))
     found, = known.noise_in([term], columns, twin[:, :, 0] - 1.0, valid, weight).values()
     assert np.isfinite(found).all() and found.std() > 0.01
 

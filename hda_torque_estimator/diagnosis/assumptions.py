@@ -42,7 +42,7 @@ class AsRecorded:
     @classmethod
     def of(cls, raw: RawReadings, training: Spans) -> 'AsRecorded':
         """Return it of readings, to be fitted on the training stretches."""
-        balancer = Balancer(raw.measurement)
+        balancer = Balancer(raw.measurement).apart(raw.arm)
         quiet = healthy_twin(balancer, raw.arm, _FIRST_NOISE)
         return cls(raw.arm, balancer, quiet, *noise_of(balancer, raw.arm, quiet), training)
 
@@ -57,7 +57,8 @@ class AsRecorded:
 
     def assuming(self, turns: tuple[int, ...], found: Arm) -> Balancer:
         """Return balances with joints that turn, and commands as motors of `found` show them."""
-        balancer = Balancer(self.balancer.measurement, turns) if turns else self.balancer
+        balancer = self.balancer if not turns else Balancer(
+            self.balancer.measurement, turns, shared=self.balancer.shared)
         return on_its_way(balancer, found, self.noise)
 
     def bears_out(self, fitter: Fitter, found: Arm) -> bool:

@@ -16,7 +16,7 @@ import numpy as np
 
 from .assumptions import AsRecorded, EFFECTIVE, twin_of
 from .balances.healthy_twin import noise_of, torque_noise_of
-from .balances.led import held_against, why_led
+from .balances.led import held_against, third_witnesses, why_led
 from .balances.stand_in import with_stand_in
 from .detectability.excitation import nothing_seen, remarks, shows_too_little, smallest_sizes
 from .detectability.one_sided import one_sided
@@ -31,6 +31,7 @@ from .fitting.hypotheses import HYPOTHESES, left_aside
 from .fitting.nuisance import is_of_log
 from .fitting.starting_points import split_at_contacts
 from .judging.candidates import with_sizes
+from .judging.contradicted_sensors import contradicted, in_sensors_alone
 from .judging.discrepancy_search import search_beside_discrepancy
 from .judging.goodness_of_fit import GoodnessOfFit
 from .judging.listed_causes import told, too_small
@@ -80,7 +81,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     names, aside = _sought(measurement, arm, names, unloaded)
     notify('looking at the raw readings')
     raw = _of_gears(raw_readings(measurement, arm, names, training), bool(unloaded))
-    fitter, found, training, held_out = _searched(raw, names, training, held_out, notify)
+    fitter, found, training, held_out, scales = _scaled(raw, names, training, held_out, notify)
     fitter, found, plain = _reconsidered(fitter, found, names, notify)
     first = found.first
     beside = search_beside_discrepancy(fitter, found, names, notify)
@@ -108,7 +109,8 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
         residuals(fitter, first, evidence.fit, inside(fitter.balancer.time, held_out)),
         replace(facts, training=training, held_out=held_out), origin.arm_file, origin.version, 0.0,
         (*proof.remarks, *_not_gaining(raw, shown),
-         *(cause.sentence() for cause in beside.nameless), *aside, *_between(raw.measurement),
+         *(cause.sentence() for cause in beside.nameless), *scales,
+         *in_sensors_alone(fitter, evidence.fit), *aside, *_between(raw.measurement),
          *remarks(sizes, arm, about, FAST if limit == 'rate' else None)), limited_by=limit,
         probability=_probability(verdict, named, pairs, judged),
         listed=(*unsure, *too_small(fitter, found, _places(fitted, pairs))))
@@ -153,6 +155,7 @@ def _sought(measurement: Measurement, arm: Arm, names: Sequence[str] | None,
         why += [*held_against(led), *one_sided(led)]
         return [name for name in names if name not in planar and name not in of_links], tuple(why)
     why = [f'of a chain of links {", ".join(planar)} are not looked for'] if planar else []
+    why += third_witnesses(measurement)
     return [name for name in names if name not in planar], tuple(why)
 
 
@@ -222,6 +225,25 @@ def _searched(raw: RawReadings, names: Sequence[str], training: Spans, held_out:
                 and (seen != training or _split(fitter, arm, names, seen, unseen)[0] == seen)):
             break
     return fitter, found, seen, unseen
+
+
+def _scaled(raw: RawReadings, names: Sequence[str], training: Spans, held_out: Spans,
+            notify: Callable[[str], None]) -> tuple[Fitter, SearchResult, Spans, Spans,
+                                                    tuple[str, ...]]:
+    """
+    Return what `_searched` does, with the scales of sensors as others have them, and remarks.
+
+    Where others contradict the gain of a sensor, all is looked for again without it.
+    """
+    searched = _searched(raw, names, training, held_out, notify)
+    gains = contradicted(*searched[:2])
+    if not gains:
+        return *searched, ()
+    again = raw._replace(measurement=raw.measurement.rescaled(gains))
+    return *_searched(again, names, training, held_out, notify), tuple(
+        f'the reference torque of {label} shows {1.0 + gain:.3g} times what motor, torsion and '
+        'links agree on: its scale tells nothing, its course does'
+        for label, gain in gains.items())
 
 
 def _reconsidered(fitter: Fitter, found: SearchResult, names: Sequence[str],

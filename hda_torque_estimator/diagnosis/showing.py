@@ -30,7 +30,7 @@ def exhibits_of(evidence: Grounds) -> Exhibits:
         _predicted(evidence.twin, evidence.extended, evidence), lacking=lacking,
         commanded=balancer.filtered(balancer.measurement.command * np.array(
             [joint.ratio for joint in evidence.extended.joints])),
-        beyond=tuple(map(fitter.beyond_gear, fitter.arm.labels)))
+        beyond=tuple(map(fitter.beyond_gear, fitter.arm.labels)), shared=balancer.shared)
 
 
 def predictions(exhibits: Exhibits) -> tuple[Prediction, ...]:

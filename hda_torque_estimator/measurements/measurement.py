@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 from hda_arm_sim.foundation.arrays import Array
@@ -49,6 +50,7 @@ class Measurement:
     Links that are `led` move under forces that nobody knows: a hand, or loads without a model.
     A `reference` (k, n) is the torque of each gear as a sensor, or a model of others, has it [N*m
     at the output]. It is NaN where it is not known, and empty where nothing is known of any.
+    Joints whose reference has a scale that nobody knows are `unscaled`.
     Whether commands were `held` is asked of readings once (`upsampling.is_held`), None until then.
     """
 
@@ -63,8 +65,9 @@ class Measurement:
     led: bool = False
     held: bool | None = None
     reference: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    unscaled: tuple[str, ...] = ()
 
-    @property
+    @cached_property
     def referenced(self) -> NDArray[np.bool_]:
         """Return of which joints a reference torque is known, for most of the recording (n,)."""
         if not self.reference.size:
@@ -80,6 +83,35 @@ class Measurement:
     def held_against(self) -> NDArray[np.bool_]:
         """Return which joints are held against a reference torque in the place of links (n,)."""
         return self.led & self.referenced
+
+    @property
+    def thrice_witnessed(self) -> NDArray[np.bool_]:
+        """Return of which joints links and a reference torque both say the load (n,)."""
+        return ~np.bool_(self.led) & self.referenced
+
+    @property
+    def sides(self) -> int:
+        """Return for how many balances joints have a column: A and B, or C as well."""
+        return 3 if self.thrice_witnessed.any() else 2
+
+    def channels_of(self, place: int) -> list[int]:
+        """Return the columns of balances that one joint has."""
+        joints = len(self.labels)
+        return [place, joints + place,
+                *([2 * joints + place] if self.thrice_witnessed[place] else [])]
+
+    @property
+    def sensed_channels(self) -> NDArray[np.bool_]:
+        """Return which balances (c,) hold a reference torque."""
+        return np.concatenate([self.held_against, self.held_against,
+                               *([self.thrice_witnessed] if self.sides > 2 else [])])
+
+    @property
+    def noisy_by_torques(self) -> NDArray[np.bool_]:
+        """Return which balances (c,) have noise of commands or of sensors beside links."""
+        joints = len(self.labels)
+        return np.concatenate([np.ones(joints, bool), np.zeros(joints, bool),
+                               *([self.thrice_witnessed] if self.sides > 2 else [])])
 
     @property
     def time(self) -> Array:
@@ -102,6 +134,11 @@ class Measurement:
         mask = np.zeros(len(self.command), bool)
         mask[list(self.absent)] = True
         return mask
+
+    def rescaled(self, gains: Mapping[str, float]) -> 'Measurement':
+        """Return references of some joints without these gains; their scales tell nothing then."""
+        scale = np.array([1.0 + gains.get(label, 0.0) for label in self.labels])
+        return replace(self, reference=self.reference / scale, unscaled=(*self.unscaled, *gains))
 
     def pieces(self) -> list[slice]:
         """Return the samples of each recording."""
@@ -128,9 +165,9 @@ class Measurement:
         return noise
 
     def reference_spread(self) -> dict[str, float]:
-        """Return how far each torque varies that a joint is held against, by joint [N*m rms]."""
+        """Return how far each reference torque varies, by joint [N*m rms]."""
         return {self.labels[joint]: float(np.nanstd(self.reference[:, joint]))
-                for joint in np.flatnonzero(self.held_against)}
+                for joint in np.flatnonzero(self.referenced)}
 
     def command_noise(self) -> Array:
         """

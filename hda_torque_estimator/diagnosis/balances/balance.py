@@ -19,8 +19,14 @@ Where a sensor has the torque of such a gear, it stands for what the link needs
     A, motor:    N J (ddtheta_m - predicted) + B
     B, torsion:  reference - torsion torque
 
+Where links and a sensor both say the load, the sensor is a third witness. It is held against the
+torsion, and what of that is noise in B as well is taken out (eq:balance-third):
+
+    C, sensor:   reference - torsion torque - shared B
+
 Torques at the output side; what is hardly smoothed in them passes one filter with all else. A
-wrong friction shows in A alone, a wrong torsion in B alone, a wrong load in both alike.
+wrong friction shows in A alone, a wrong torsion in B and C, a wrong load in A and B alike. What a
+sensor has wrong shows in C alone.
 """
 
 from collections.abc import Sequence
@@ -38,7 +44,7 @@ from .low_pass import LowPass
 from .parts import Parts
 from .recent_cache import RecentCache
 from .sensed_motion import sensing
-from .whitening import Whitening, whitening_of
+from .whitening import MOTION, Whitening, whitening_of
 from .whole_runs import hands_on, remembered, run_whole
 from ...measurements.measurement import Measurement
 from ...measurements.motion import jolts, MeasuredMotion, MOTOR
@@ -56,10 +62,10 @@ _SLOW = 0.3             # shaft speed below which dry friction is not known [rad
 
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """Residuals over time, columns A1, A2, B1, B2 (m, 2 n) [N*m at the output]."""
+    """Residuals over time, columns A1, A2, B1, B2 (m, c), C1, C2 if any [N*m at the output]."""
 
     residual: Array
-    valid: NDArray[np.bool_]        # (m, 2 n): away from ends, jolts, and for A standstill
+    valid: NDArray[np.bool_]        # (m, c): away from ends, jolts, and for A standstill
 
 
 class Shape(NamedTuple):
@@ -76,9 +82,11 @@ class Balancer:
     def __init__(self, measurement: Measurement, turning: Sequence[int] = (),
                  unknown: NDArray[np.bool_] | None = None,
                  whitening: Whitening | None = None, parts: Parts | None = None,
-                 aside: Sequence[Shape] = ()) -> None:
+                 aside: Sequence[Shape] = (), shared: Array | None = None) -> None:
         """
         Prepare filters, and use what is known of `parts` of the same measurement.
+
+        Of each third balance so much of the second is taken out as is `shared` (n,) by noise.
 
         Joints that are `turning` are valid where they turn round without a stop. Motor balances
         are not valid where the torque of the motor is `unknown` (m, n). Balances may pass a
@@ -86,6 +94,7 @@ class Balancer:
         """
         self.measurement, self.turning, self.unknown = measurement, tuple(turning), unknown
         self.whitening, self.aside = whitening, tuple(aside)
+        self.shared = np.zeros(len(measurement.labels)) if shared is None else shared
         self.every = max(1, round(1.0 / (RATE * measurement.dt)))
         self.time = measurement.time[::self.every]
         self.filtered = LowPass(measurement, BANDWIDTH, self.every)
@@ -97,12 +106,31 @@ class Balancer:
 
     def like(self, measurement: Measurement) -> 'Balancer':
         """Return the balances of another measurement along the same motion."""
-        return Balancer(measurement, self.turning, self.unknown, self.whitening, None, self.aside)
+        return Balancer(measurement, self.turning, self.unknown, self.whitening, None, self.aside,
+                        self.shared)
 
     def beside(self, shapes: Sequence[Shape]) -> 'Balancer':
         """Return balances without what they have along these shapes (eq:beside)."""
         return Balancer(self.measurement, self.turning, self.unknown, self.whitening, self._parts,
-                        shapes)
+                        shapes, self.shared)
+
+    def apart(self, arm: Arm) -> 'Balancer':
+        """
+        Return balances whose third has no noise of readings that the second has as well.
+
+        Where arms move, torsion and links have it from one encoder. A coarse one blurs the
+        torsion, and then the sensor is held against the links, which are known better.
+        """
+        if not self.measurement.thrice_witnessed.any():
+            return self
+        joints, plain = len(arm.joints), self(arm)
+        noise = np.where(plain.valid, self.noisier(arm).residual - plain.residual, 0.0)
+        slow = np.fft.rfft(noise, axis=0)[np.fft.rfftfreq(len(noise), 1.0 / RATE) < MOTION]
+        second, third = slow[:, joints:2 * joints], slow[:, 2 * joints:]
+        shared = (second.conj() * third).real.sum(axis=0) / np.maximum(
+            (np.abs(second) ** 2).sum(axis=0), 1e-300)
+        return Balancer(self.measurement, self.turning, self.unknown, self.whitening, self._parts,
+                        self.aside, self.shared + shared)
 
     @cached_property
     def unwhitened(self) -> 'Balancer':
@@ -110,7 +138,7 @@ class Balancer:
         if self.whitening is None:
             return self
         return Balancer(self.measurement, self.turning, self.unknown, None, self._parts,
-                        self.aside)
+                        self.aside, self.shared)
 
     def whitened(self, arm: Arm, white: Array) -> 'Balancer':
         """
@@ -121,8 +149,9 @@ class Balancer:
         plain = self(arm)
         noise = np.where(plain.valid, self.noisier(arm).residual - plain.residual, 0.0)
         whitening = whitening_of(noise, white ** 2 / BANDWIDTH, RATE, BANDWIDTH)
-        return self if whitening is None else Balancer(self.measurement, self.turning,
-                                                       self.unknown, whitening, self._parts)
+        return self if whitening is None else Balancer(
+            self.measurement, self.turning, self.unknown, whitening, self._parts,
+            shared=self.shared)
 
     def motion(self, arm: Arm) -> MeasuredMotion:
         """Return the motion behind the measurement if the arm senses as `arm` does."""
@@ -135,7 +164,7 @@ class Balancer:
             lambda: self.valid_if_turning(arm, self.turning)))
 
     def change(self, arm: Arm, other: Arm) -> Array:
-        """Return what the residual (m, 2 n) of an arm has more than that of another [N*m]."""
+        """Return what the residual (m, c) of an arm has more than that of another [N*m]."""
         return self._in_balances(self._filtered_residual(arm) - self._filtered_residual(other))
 
     def run_ahead(self, arm: Arm, others: Sequence[Arm]) -> None:
@@ -144,14 +173,17 @@ class Balancer:
             self._parts.run_ahead(arm, others)
 
     def whole(self, arm: Arm) -> Array:
-        """Return the residual (m, 2 n) of a run of the whole arm, not of parts [N*m]."""
-        run = self._filtered_run(arm)
-        if self.measurement.held_against.any():
-            run = self._against_sensors(run[:, :len(arm.joints)], arm)
-        return self._in_balances(run)
+        """Return the residual (m, c) of a run of the whole arm, not of parts [N*m]."""
+        return self._in_balances(self._of_run(arm, self._filtered_run(arm)))
 
     def _filtered_run(self, arm: Arm) -> Array:
         return self.filtered(run_whole(self.measurement, self._parts, arm)[0])
+
+    def _of_run(self, arm: Arm, run: Array) -> Array:
+        """Return the residual (m, c) of a run (m, 2 n) with what sensors witness beside it."""
+        if self.measurement.held_against.any():
+            return self._against_sensors(run[:, :len(arm.joints)], arm)
+        return self._with_third(run, arm)
 
     def _against_sensors(self, motor: Array, arm: Arm) -> Array:
         """
@@ -159,24 +191,41 @@ class Balancer:
 
         Those of motors are as if their drives gave what they were asked for (eq:in-commands).
         """
-        link = self._parts.needed(arm) - self._parts.carried(arm)
-        motor = (motor + self.measurement.held_against * link) / self._parts.drive_gains(arm)
-        return np.concatenate([motor, link], axis=1)
+        sensor = self._sensor(arm)
+        motor = (motor + self.measurement.held_against * sensor) / self._parts.drive_gains(arm)
+        return np.concatenate([motor, sensor], axis=1)
+
+    def _sensor(self, arm: Arm) -> Array:
+        """Return what sensors behind gears show beyond the torque by torsion (m, n) [N*m]."""
+        return self._parts.sensed(arm) - self._parts.through(arm)
+
+    def _with_third(self, two: Array, arm: Arm) -> Array:
+        """Return residuals (m, 2 n) with those of sensors beside links (eq:balance-third)."""
+        witnessed = self.measurement.thrice_witnessed
+        if not witnessed.any():
+            return two
+        third = self._sensor(arm) - self.shared * two[:, len(arm.joints):]
+        return np.concatenate([two, witnessed * third], axis=1)
 
     def _filtered_residual(self, arm: Arm) -> Array:
-        """Return the filtered residual (m, 2 n), whose noise may not be white."""
-        sensed = self.measurement.held_against.any()
+        """Return the filtered residual (m, c), whose noise may not be white."""
         if hands_on(arm):
             record = arm.record()
-            run = self._runs.of(record.joints.tobytes() + record.body.tobytes(), lambda: (
-                self._filtered_run(arm)))
-            return self._against_sensors(run[:, :len(arm.joints)], arm) if sensed else run
-        if sensed:
+            return self._of_run(arm, self._runs.of(
+                record.joints.tobytes() + record.body.tobytes(), lambda: self._filtered_run(arm)))
+        if self.measurement.held_against.any():
             return self._against_sensors(self._parts.missed(arm), arm)
         motor, link = self._parts.missed(arm), self._parts.needed(arm) - self._parts.carried(arm)
         if not self.measurement.led:
             motor = motor + link
-        return np.concatenate([motor, link], axis=1)
+        return self._with_third(np.concatenate([motor, link], axis=1), arm)
+
+    @property
+    def of_link_torque(self) -> Array:
+        """Return how much each balance (c,) has of a torque that a link needs."""
+        joints = len(self.shared)
+        return np.concatenate([np.ones(2 * joints), *(
+            [-self.shared] if self.measurement.sides > 2 else [])])
 
     @cached_property
     def _jolted(self) -> NDArray[np.bool_]:
@@ -187,7 +236,7 @@ class Balancer:
     @cached_property
     def _sensed(self) -> NDArray[np.bool_]:
         """Return where the filter has seen all that it needs of reference torques (k, n)."""
-        lacking = ~np.isfinite(self.measurement.reference) & self.measurement.held_against
+        lacking = ~np.isfinite(self.measurement.reference) & self.measurement.referenced
         return ~np.stack([_spread(column, self._reach) for column in lacking.T], axis=1)
 
     @cached_property
@@ -218,7 +267,7 @@ class Balancer:
         recorded = made.reading[::made.parts].shape
         random = made.reading_noise() * np.random.default_rng(0).standard_normal(recorded)
         more = replace(made, reading=made.reading + between(random, made.parts))
-        if not made.held_against.any():
+        if not made.referenced.any():
             return self.like(more)
         return self.like(replace(more, reference=made.reference + between(
             made.reference_noise() * np.random.default_rng(1).standard_normal(recorded[:2]),
@@ -229,7 +278,7 @@ class Balancer:
         return remembered(self.measurement, self._parts, arm)
 
     def _in_balances(self, values: Array) -> Array:
-        """Return filtered columns (m, 2 n), one for each balance, as the balances have them."""
+        """Return filtered columns (m, c), one for each balance, as the balances have them."""
         if self.whitening is None and not self.aside:
             return values
         return np.concatenate([
@@ -263,7 +312,7 @@ class Balancer:
 
     def valid_if_turning(self, arm: Arm, joints: Sequence[int]) -> NDArray[np.bool_]:
         """
-        Return where the balances of an arm hold if these joints are turning (m, 2 n).
+        Return where the balances of an arm hold if these joints are turning (m, c).
 
         Their filter has seen no end, no jolt, and those of motors no standstill.
         """
@@ -287,6 +336,9 @@ class Balancer:
         valid[:, slow.shape[1]:] &= ~self.measurement.unloaded
         if self.measurement.held_against.any():
             valid &= np.tile(self._sensed[::self.every], 2)
+        if self.measurement.thrice_witnessed.any():
+            valid = np.concatenate([valid, smooth[::self.every, None] & self._sensed[
+                ::self.every] & self.measurement.thrice_witnessed], axis=1)
         return valid if self.whitening is None else self.whitening.holds(valid)
 
 

@@ -73,11 +73,12 @@ def on_its_way(balancer: Balancer, arm: Arm, noise: Array) -> Balancer:
         return balancer
     if way == 0.0:
         held = replace(_on_way(balancer.measurement, way), held=True)
-        return Balancer(held, balancer.turning)
+        return Balancer(held, balancer.turning, shared=balancer.shared)
     one, other = (Balancer(_on_way(balancer.measurement, share))(arm) for share in (0.0, 1.0))
     joints = len(arm.joints)
     unknown = np.abs(other.residual - one.residual)[:, :joints] / np.sqrt(12.0) > noise[:joints]
-    return Balancer(_on_way(balancer.measurement, way), balancer.turning, unknown)
+    return Balancer(_on_way(balancer.measurement, way), balancer.turning, unknown,
+                    shared=balancer.shared)
 
 
 def _on_way(measurement: Measurement, share: float) -> Measurement:

@@ -61,8 +61,9 @@ def healthy_twin(balancer: Balancer, arm: Arm, seed: int,
     random = np.random.default_rng(seed)
     command += more.motor * _white(random, measured, len(arm.joints))
     twin = Measurement(measured.labels, measured.dt, reading, command, begins=measured.begins,
-                       parts=measured.parts, led=measured.led, held=measured.held)
-    if measured.held_against.any():
+                       parts=measured.parts, led=measured.led, held=measured.held,
+                       unscaled=measured.unscaled)
+    if measured.referenced.any():
         noise = np.hypot(measured.reference_noise(), more.sensor)
         twin = replace(twin, reference=np.where(
             np.isfinite(measured.reference),
@@ -76,14 +77,17 @@ def torque_noise_of(noise: Array, plain: Array, balancer: Balancer, arm: Arm) ->
     """
     Return the noise of torques that lifts balances so far.
 
-    Noise of a sensor is in both balances of its joint, that of a motor in its own alone.
+    Noise of a sensor in the place of links is in both balances of its joint. That of a sensor
+    beside them is in the third alone, that of a motor in its own alone.
     """
-    joints = len(arm.joints)
+    measurement, joints = balancer.measurement, len(arm.joints)
     excess = np.maximum(noise ** 2 - plain ** 2, 0.0)
-    sensed = np.where(balancer.measurement.held_against, excess[joints:], 0.0)
-    passed = _of_white(balancer, 2 * joints, 0).std(axis=0)
-    sensor, passed = np.sqrt(sensed) / passed[joints:], passed[:joints]
-    motor = np.maximum(excess[:joints] - (sensor * passed) ** 2, 0.0)
+    last = slice(len(noise) - joints, None)             # B, or C where there is one
+    sensed = np.where(measurement.referenced, excess[last], 0.0)
+    passed = _of_white(balancer, len(noise), 0).std(axis=0)
+    sensor, passed = np.sqrt(sensed) / passed[last], passed[:joints]
+    of_sensor = np.where(measurement.held_against, sensor * passed, 0.0)
+    motor = np.maximum(excess[:joints] - of_sensor ** 2, 0.0)
     return TorqueNoise(np.asarray(np.sqrt(motor) / passed / arm.record().joints['ratio']), sensor)
 
 
@@ -129,24 +133,26 @@ def _noise_beside(balancer: Balancer, arm: Arm, twin: Measurement,
         white, (command_noise * of_white.std(axis=0)) ** 2))
     usual = [_roughness(values[:, joints:], ours.valid[:, joints:], 0.5)
              for values in (ours.residual, added)]
-    ratio = np.divide(usual[0], usual[1], where=usual[1] > 0.0, out=np.ones(joints))
+    ratio = np.divide(usual[0], usual[1], where=usual[1] > 0.0, out=np.ones(len(usual[1])))
     jittering = added_level[joints:] * np.minimum(np.nan_to_num(ratio, nan=1.0), _MOST)
     noise[joints:] = np.maximum(plain[joints:], jittering)
-    if balancer.measurement.held_against.any():
-        noise[joints:] = np.maximum(noise[joints:], _of_sensors(
+    if balancer.measurement.referenced.any():
+        noise = np.maximum(noise, _of_sensors(
             balancer, (ours.residual, added), ours.valid, plain, seed))
     return noise, plain
 
 
 def _of_sensors(balancer: Balancer, residuals: tuple[Array, Array], valid: NDArray[np.bool_],
                 plain: Array, seed: int) -> Array:
-    """Return the noise (n,) of torsion balances, sensors with a white one beside, 0 of others."""
-    joints = valid.shape[1] // 2
-    left, added = (_roughness(values[:, joints:], valid[:, joints:]) for values in residuals)
-    of_white = _of_white(balancer, 2 * joints, seed)[:, joints:]
+    """Return the noise (c,) of torsion against sensors with a white one beside, 0 of others."""
+    last = slice(len(plain) - len(balancer.measurement.labels), None)
+    left, added = (_roughness(values[:, last], valid[:, last]) for values in residuals)
+    of_white = _of_white(balancer, len(plain), seed)[:, last]
     share = _roughness(of_white / of_white.std(axis=0), np.ones(of_white.shape, bool))
     white = np.maximum(np.nan_to_num((left ** 2 - added ** 2) / share ** 2), 0.0)
-    return np.where(balancer.measurement.held_against, np.sqrt(plain[joints:] ** 2 + white), 0.0)
+    found = np.zeros_like(plain)
+    found[last] = np.where(balancer.measurement.referenced, np.sqrt(plain[last] ** 2 + white), 0.0)
+    return found
 
 
 def _rms(values: Array, valid: NDArray[np.bool_]) -> Array:
@@ -155,10 +161,11 @@ def _rms(values: Array, valid: NDArray[np.bool_]) -> Array:
                      for column, seen in zip(values.T, valid.T)])
 
 
-def _of_white(balancer: Balancer, joints: int, seed: int) -> Array:
-    """Return what white noise of a deviation of 1 makes of motor balances (m, n)."""
+def _of_white(balancer: Balancer, count: int, seed: int) -> Array:
+    """Return what white noise of a deviation of 1 makes of the first balances (m, c)."""
     balance = balancer.filtered(_white(np.random.default_rng(seed), balancer.measurement, 1))
-    return np.concatenate([balancer.in_balance(balance, joint) for joint in range(joints)], axis=1)
+    return np.concatenate([balancer.in_balance(balance, channel) for channel in range(count)],
+                          axis=1)
 
 
 def _white(random: np.random.Generator, measurement: Measurement, columns: int) -> Array:

@@ -53,6 +53,15 @@ def held_against(measurement: Measurement) -> tuple[str, ...]:
     return tuple(said)
 
 
+def third_witnesses(measurement: Measurement) -> tuple[str, ...]:
+    """Return what is known of joints with a reference torque beside their links, if any."""
+    third = [label for label, one in zip(measurement.labels, measurement.thrice_witnessed) if one]
+    if not third:
+        return ()
+    return (f'{", ".join(third)}: the reference torque is a third witness beside motor, torsion '
+            'and links, whose own zero, gain and lag are tolerated',)
+
+
 def why_led(measurement: Measurement, arm: Arm) -> str:
     """Return why nobody knows what loads the links of a recording, empty where it is known."""
     if arm.links is None:

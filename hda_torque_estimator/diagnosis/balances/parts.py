@@ -1,9 +1,10 @@
 """
 The parts of which balances are made, for the last few arms (docs/model.md, eq:balance-parts).
 
-They are what each motor misses, what each gear gives its link, and what the links need. Each is
-known by the numbers that it depends on. So another friction costs no run of a spring, another
-gear none of the links, and another payload none of either.
+They are what each motor misses, what each gear gives its link, what the links need, and what
+sensors show. So each witness of a torque has one. Each is known by the numbers that it depends on.
+So another friction costs no run of a spring, another gear none of the links, and another payload
+none of either.
 Chains with one other link each are run together, because the motion of their links is one.
 """
 
@@ -19,7 +20,7 @@ from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
 
 from .fields import key_of, KeysOfArms, places_of
-from .gears import Geared, Gears
+from .gears import Gears
 from .kernel_along import centred, deliver, fill_missed
 from .low_pass import LowPass
 from .needed_torques import fill_needed, fill_needed_with, other_link, Others
@@ -49,8 +50,8 @@ class Parts:
         self._measurement, self._filtered = measurement, filtered
         self._joints = range(len(measurement.labels))
         self.motions = SensedMotion(measurement)
-        self._commands, self._carried, self._missed = (
-            [RecentCache[Array](_KEPT) for _ in self._joints] for _ in range(3))
+        self._commands, self._carried, self._through, self._missed = (
+            [RecentCache[Array](_KEPT) for _ in self._joints] for _ in range(4))
         self._drive_gains = [RecentCache[float](_KEPT) for _ in self._joints]
         self._gears = Gears(measurement, self.motions)
         self._needed, self._sensed_torques = RecentCache[Array](_KEPT), RecentCache[Array](_KEPT)
@@ -65,15 +66,17 @@ class Parts:
         """Return what gears and cables give the links (m, n) [N*m]."""
         return np.stack([self._carried_by(arm, joint) for joint in self._joints], axis=1)
 
-    def needed(self, arm: Arm) -> Array:
-        """
-        Return what the links need (m, n), on a base at rest [N*m].
+    def through(self, arm: Arm) -> Array:
+        """Return what gears alone carry (m, n): a sensor behind one sees no cables [N*m]."""
+        return np.stack([self._through_gear(arm, joint) for joint in self._joints], axis=1)
 
-        Where sensors say what led links need, nothing is asked of others.
-        """
-        if self._measurement.held_against.any():
-            return self._sensed_torques.of(sensor_key(arm), lambda: self._filtered(
-                sensed_torques(self._measurement, arm)))
+    def sensed(self, arm: Arm) -> Array:
+        """Return what gears carry by their sensors (m, n), 0 where there is none [N*m]."""
+        return self._sensed_torques.of(sensor_key(arm), lambda: self._filtered(
+            sensed_torques(self._measurement, arm)))
+
+    def needed(self, arm: Arm) -> Array:
+        """Return what the links need (m, n), on a base at rest [N*m]."""
         key = self._links_key(arm)
         return self._needed.of(key, lambda: self._ahead.pop(key) if key in self._ahead
                                else self._filtered(self._links(arm)))
@@ -126,12 +129,12 @@ class Parts:
     def _carried_by(self, arm: Arm, joint: int) -> Array:
         return self._carried[joint].of(
             self._gears.key(arm, joint),
-            lambda: self._thin(self._given(self._gears.torques(arm, joint), joint)))
+            lambda: self._thin(self._gears.torques(arm, joint).driving))
 
-    def _given(self, geared: Geared, joint: int) -> Array:
-        """Return what a joint gives its link (k,): a sensor behind its gear sees no cables."""
-        sensed = self._measurement.held_against[joint]
-        return geared.through if sensed else geared.driving
+    def _through_gear(self, arm: Arm, joint: int) -> Array:
+        return self._through[joint].of(
+            self._gears.key(arm, joint),
+            lambda: self._thin(self._gears.torques(arm, joint).through))
 
     def _motor(self, arm: Arm, joint: int) -> Array:
         """Run the motor of a joint, under the torques of its gear (k,)."""

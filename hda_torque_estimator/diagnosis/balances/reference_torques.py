@@ -1,5 +1,5 @@
 """
-Torques of gears as sensors have them, in the place of what links need (eq:balance-reference).
+Torques of gears as sensors have them, a witness beside or instead of links (eq:balance-reference).
 
 A sensor has errors of its own: its zero, its gain, how late it is, and how it smooths. They
 belong to the recording, so they are tolerances of a fit and never a cause.
@@ -16,7 +16,7 @@ from ...measurements.measurement import Measurement, without_gaps
 def sensed_torques(measurement: Measurement, arm: Arm) -> Array:
     """Return what the gears carry by their sensors (k, n), 0 where there is none [N*m]."""
     torque = np.zeros(measurement.command.shape)
-    for place in np.flatnonzero(measurement.held_against):
+    for place in np.flatnonzero(measurement.referenced):
         for piece in measurement.pieces():
             torque[piece, place] = torque_behind(
                 without_gaps(measurement.reference[piece, place]), arm.joints[place].sensor,

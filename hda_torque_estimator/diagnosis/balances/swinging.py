@@ -37,14 +37,15 @@ class Mode(NamedTuple):
 
 def swing_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np.bool_],
              noise: Array) -> Mode | None:
-    """Return the mode that explains most of a residual (m, 2 n), None if it explains little."""
+    """Return the mode that explains most of a residual (m, c), None if it explains little."""
     joints = len(arm.labels)
     if arm.links is None or joints < 2:
         return None
     push, coupling = _stirred(balancer, arm)
     most = sole_at(BASE).declaration('amplitude').high
-    scale = (np.sqrt(valid) / noise)[:, joints:]
-    rest = (scale * residual[:, joints:]).ravel()
+    of_links = slice(joints, 2 * joints)
+    scale = (np.sqrt(valid) / noise)[:, of_links]
+    rest = (scale * residual[:, of_links]).ravel()
     best, power = None, HARDLY * float(rest @ rest - np.count_nonzero(scale))
     for frequency, damping in _modes():
         columns = np.stack([

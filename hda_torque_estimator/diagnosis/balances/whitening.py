@@ -20,7 +20,7 @@ from scipy.signal import firwin2, welch
 _SEGMENT = 256          # samples of the balances in a spectrum
 _BINS = 1.5             # of a spectrum that are smoothed together
 # (source: motions of robots end below 7 Hz, most of their power below 4 Hz)
-_MOTION = 5.0           # frequency below which an arm moves [Hz]
+MOTION = 5.0           # frequency below which an arm moves [Hz]
 _WORTH = 0.7            # gain at some frequency from which a filter is worth its reach
 _HALF = 0.5             # gain at a frequency of which a filter sees a wave to each side,
 _REACH = 0.1            # but no more than this [s]
@@ -59,7 +59,7 @@ def whitening_of(noise: Array, white: Array, rate: float, most: float) -> Whiten
         return None
     frequency, power = welch(noise, rate, nperseg=_SEGMENT, axis=0)
     loud = gaussian_filter1d(np.sqrt(power + white), _BINS, axis=0)
-    slow = np.median(loud[frequency < _MOTION], axis=0)
+    slow = np.median(loud[frequency < MOTION], axis=0)
     gain = np.minimum(1.0, np.divide(slow, loud, where=loud > 0.0, out=np.ones_like(loud)))
     gain[frequency > most] = gain[frequency <= most][-1]
     if gain.min() > _WORTH:

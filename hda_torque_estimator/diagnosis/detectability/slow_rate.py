@@ -44,7 +44,7 @@ def rate_hides(balancer: Balancer, arm: Arm, names: Sequence[str], about: Sequen
     training = split(twin)[0]
     raw = raw_readings(twin, arm, names, training)
     raw = raw._replace(measurement=replace(raw.measurement, led=balancer.measurement.led))
-    fast = Balancer(raw.measurement)
+    fast = Balancer(raw.measurement).apart(arm)
     fitter = Fitter(fast, arm, noise_of(fast, arm)[0], effective, inside(fast.time, training))
     fit = fitter.fit(())
     sizes = smallest_sizes(fitter, SearchResult(fit, fit, ()), fit, raw, training, names)

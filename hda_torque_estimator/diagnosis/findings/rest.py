@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 NOTHING = 'nothing'     # what a rest follows that no coordinate explains
 GEAR = 'gear'           # site of a rest that may be of a motor or in its torsion
+SENSOR = 'sensor'       # site of a rest in a torque that two other witnesses contradict
 IN_WORDS = {
     'time': 'time', 'motor_velocity': 'the speed of the motor',
     'link_velocity': 'the speed of the link', 'motor_angle': 'the motor angle',

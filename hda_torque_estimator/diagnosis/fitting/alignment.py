@@ -70,9 +70,10 @@ def zeros_of(balancer: Balancer, arm: Arm) -> Array:
     balance = balancer(arm)
     joints, residual = len(arm.labels), balance.residual
     slope = (balancer(shifted).residual - residual) / step
-    use = np.where(balance.valid, 1.0, 0.0)[:, joints:]
-    along = _by_recording(balancer, use * (slope * residual)[:, joints:])
-    return -along / np.maximum(_by_recording(balancer, use * slope[:, joints:] ** 2), 1e-30)
+    of_links = slice(joints, 2 * joints)
+    use = np.where(balance.valid, 1.0, 0.0)[:, of_links]
+    along = _by_recording(balancer, use * (slope * residual)[:, of_links])
+    return -along / np.maximum(_by_recording(balancer, use * slope[:, of_links] ** 2), 1e-30)
 
 
 def _by_recording(balancer: Balancer, rows: Array) -> Array:
@@ -82,9 +83,11 @@ def _by_recording(balancer: Balancer, rows: Array) -> Array:
 
 
 def is_aligned(balancer: Balancer, arm: Arm, noise: Array) -> bool:
-    """Return whether the zeros of all recordings differ by less than the noise (2 n,) can show."""
+    """Return whether the zeros of all recordings differ by less than the noise (c,) can show."""
     if len(balancer.measurement.begins) == 1:
         return True
     zeros = zeros_of(balancer, arm)
     stiffness = np.array([joint.torsion.flexspline_stiffness for joint in arm.joints])
-    return bool((np.abs(zeros - zeros[0]) * stiffness < _SETTLED * noise[len(zeros[0]):]).all())
+    joints = len(arm.labels)
+    return bool((np.abs(zeros - zeros[0]) * stiffness
+                 < _SETTLED * noise[joints:2 * joints]).all())

@@ -32,17 +32,19 @@ class ColumnNoise:
     power: Array                        # (b, c, q) of the noise of columns, by bands
     across: Array                       # (b, c, q) cross-spectra with that of the residual
     rest: Array                         # (b, c) power of the noise of the residual
+    by_torques: NDArray[np.bool_]       # (c,) balances that have noise of torques as well
 
     @classmethod
     def made(cls, terms: Sequence[AnyTerm], twin: Array, columns: Array, rest: Array,
-             valid: NDArray[np.bool_]) -> 'ColumnNoise':
+             valid: NDArray[np.bool_], by_torques: NDArray[np.bool_]) -> 'ColumnNoise':
         """Return it from noise that was made: of `columns` (m, c, q) and of the `rest` (m, c)."""
         loud = _spectra(np.where(valid[:, :, None], columns, 0.0))
         of_rest = _spectra(np.where(valid, rest, 0.0))
         places = {sized(term): own for term, own in columns_of(terms)
                   if not isinstance(term, Zero)}
         return cls(places, twin, _in_bands(np.abs(loud) ** 2),
-                   _in_bands(loud * of_rest.conj()[:, :, None]), _in_bands(np.abs(of_rest) ** 2))
+                   _in_bands(loud * of_rest.conj()[:, :, None]), _in_bands(np.abs(of_rest) ** 2),
+                   by_torques)
 
     def noise_in(self, terms: Sequence[AnyTerm], columns: Array, rest: Array,
                  valid: NDArray[np.bool_], weight: Array) -> dict[Sized, Array]:
@@ -86,11 +88,11 @@ class ColumnNoise:
         """
         Return the power (b,) of all noise in a residual, that of readings at least.
 
-        Motor balances have noise of the torque as well, which no column of a reading goes with.
+        Some balances have noise of torques as well, which no column of a reading goes with.
         """
         of_readings = np.maximum(self.rest[:, channel], TINY)
         most = float(weight[:, channel].max())
-        if channel >= rest.shape[1] // 2 or most == 0.0:
+        if not self.by_torques[channel] or most == 0.0:
             return of_readings
         whole = np.count_nonzero(rest[:, channel]) * len(rest) / 2.0 / most ** 2
         return np.asarray(of_readings * max(whole / float(of_readings.sum()), 1.0))

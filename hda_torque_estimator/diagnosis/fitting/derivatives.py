@@ -86,7 +86,8 @@ class Derivatives:
 
     def of(self, terms: Sequence[AnyTerm], among: Sequence[AnyTerm]) -> Array:
         """Return the derivative columns (m, c, p) of terms, all of which are `among` others."""
-        shape = 2 * len(self.arm.joints), sum(term.size for term in terms)
+        shape = (self.balancer.measurement.sides * len(self.arm.joints),
+                 sum(term.size for term in terms))
         columns = np.zeros((*shape, len(self.balancer.time))).transpose(2, 0, 1)   # each in a row
         trials = list(self._trials(terms, among))
         self.balancer.thinned.run_ahead(self._about(among), [trial.arm for trial in trials])
@@ -108,7 +109,8 @@ class Derivatives:
     def tolerated(self) -> tuple[AnyTerm, ...]:
         """Return what may differ from the arm as given without being wrong."""
         measurement = self.balancer.measurement
-        return nuisances(self.arm, measurement.untold, measurement.reference_spread())
+        return nuisances(self.arm, measurement.untold, measurement.reference_spread(),
+                         measurement.unscaled)
 
     @cached_property
     def as_given(self) -> Array:
@@ -152,7 +154,8 @@ class Derivatives:
         ours = columns(self)
         return _Beside(twin, ColumnNoise.made(
             ours.terms, twin.as_given, columns(noisier).columns - ours.columns,
-            noisier.balancer(self.arm).residual - balance.residual, balance.valid))
+            noisier.balancer(self.arm).residual - balance.residual, balance.valid,
+            self.balancer.measurement.noisy_by_torques))
 
     def _about(self, terms: Sequence[AnyTerm]) -> Arm:
         """Return the arm with terms, which is asked for many times."""
@@ -169,7 +172,8 @@ class Derivatives:
                 moved_on = changed[id(term)] = stepped(term, number)
                 size = float((moved_on.vector() - term.vector())[number])
                 channels = (slice(None) if len(group) == 1
-                            else channels_of_joint(self.arm, str(term.joint)))
+                            else self.balancer.measurement.channels_of(
+                                self.arm.labels.index(str(term.joint))))
                 if size:
                     steps.append(_Step(column, channels, size))
             try:
@@ -184,12 +188,6 @@ class Derivatives:
         arm = with_terms(self._about(among), changed.values())      # effects replace each other
         arm.record()
         return arm
-
-
-def channels_of_joint(arm: Arm, joint: str) -> list[int]:
-    """Return the channels of a joint: its A and its B."""
-    place = arm.labels.index(joint)
-    return [place, len(arm.labels) + place]
 
 
 def same(terms: Sequence[AnyTerm], others: Sequence[AnyTerm]) -> bool:

@@ -11,7 +11,7 @@ from hda_arm_sim.model.effects import Site
 import numpy as np
 from numpy.typing import NDArray
 
-from .derivatives import channels_of_joint, Derivatives, IMPOSSIBLE, same
+from .derivatives import Derivatives, IMPOSSIBLE, same
 from .nuisance import AnyTerm
 from .slopes import has_noise, of_noise, Slopes, take_noise, without
 from .solve import condense, covariance, ends, score
@@ -331,13 +331,13 @@ class Fitter:
         return self._derivatives.change(terms, arm)
 
     def own_channels(self, joint: str | None) -> list[int]:
-        """Return the channels of a joint: its A and its B."""
-        return channels_of_joint(self.arm, str(joint))
+        """Return the channels of a joint: its A, its B, and its C if a sensor is beside links."""
+        return self.balancer.measurement.channels_of(self.arm.labels.index(str(joint)))
 
     def channels_of(self, term: Term) -> list[int]:
         """Return the channels in which a term may show: those of its joint, or all."""
         return (self.own_channels(term.joint) if term.joint is not None
-                else list(range(2 * len(self.arm.labels))))
+                else list(range(len(self.noise))))
 
     def _others(self, accepted: Sequence[Term], start: Sequence[AnyTerm]) -> list[AnyTerm]:
         """Return the nuisances that are not accepted effects, as far as they have come."""

@@ -5,7 +5,7 @@ They are terms like any other, with a prior; an effect is named only beyond what
 A log of every so many commands does not know when what acted between them began to act (eq:late).
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
@@ -28,9 +28,11 @@ _ZERO_STEP = 1e-6       # of an encoder's zero, for a derivative [rad]
 # (source: from 0, had commands changed at once, to a half, if the log's own loop held them)
 _LATE = 0.5             # of the time between two commands, by which they acted late at most
 _LATENESS = sole_at(WIRE)
-_SENSOR_GAIN = 0.02     # of a torque sensor, one sigma; of 0.1, wrong names came
+SENSOR_GAIN = 0.02      # of a torque sensor, one sigma; of 0.1, wrong names came
+ANY_GAIN = 1.0          # the same, of which nothing is known but its sign
 _SENSOR_LAG = 0.02      # of a reference torque, as a calibration has it [s]
 _SENSOR = 'sensor_'     # what the names of errors of a sensor begin with
+GAIN = f'{_SENSOR}gain'
 # Effect, number and tolerance of all numbers that an arm is given with: errors, and sizes.
 _KNOWN = [(kind, *kind.tolerance) for kind in EFFECTS if kind.tolerance]
 _ERRORS, _SIZES = ([(kind.name, number, tolerance) for kind, number, tolerance in _KNOWN
@@ -130,13 +132,14 @@ AnyTerm = Term | Zero | CouplingInertia | SensorError
 
 
 def nuisances(arm: Arm, untold: float = 0.0,
-              sensors: Mapping[str, float] | None = None) -> tuple[AnyTerm, ...]:
+              sensors: Mapping[str, float] | None = None,
+              unscaled: Collection[str] = ()) -> tuple[AnyTerm, ...]:
     """
     Return the tolerances of an arm as terms about its nominal numbers.
 
     Nobody knows what acted for the time `untold` [s] after each recorded command. Joints held
     against `sensors` have their errors as well. A zero may be off by what its torque varies by,
-    which stands there [N*m].
+    which stands there [N*m]. Sensors that are `unscaled` have any gain.
     """
     terms: list[AnyTerm] = []
     for label in arm.labels:
@@ -159,7 +162,8 @@ def nuisances(arm: Arm, untold: float = 0.0,
         terms += [_term(arm, _LATENESS.name, label, late) for label in arm.labels]
     for label, varies in (sensors or {}).items():
         terms += [SensorError(label, _SENSOR + number, tolerance) for number, tolerance in (
-            ('zero', varies), ('gain', _SENSOR_GAIN), ('lag', _SENSOR_LAG),
+            ('zero', varies), ('gain', ANY_GAIN if label in unscaled else SENSOR_GAIN),
+            ('lag', _SENSOR_LAG),
             ('blur', _SENSOR_LAG ** 2))]
     return *terms, *_carried(arm)
 

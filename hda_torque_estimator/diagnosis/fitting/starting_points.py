@@ -71,7 +71,7 @@ def contact_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np.
 def contacts_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np.bool_],
                 noise: Array) -> list[ContactStart]:
     """
-    Return the forces on the tip that stand out of a residual (m, 2 n), the strongest first.
+    Return the forces on the tip that stand out of a residual (m, c), the strongest first.
 
     They must be few and as long, far above every other time, fit one force each, and show in both
     balances alike. A smooth rest of another cause does not. What equal forces do may differ as
@@ -82,9 +82,10 @@ def contacts_in(balancer: Balancer, arm: Arm, residual: Array, valid: NDArray[np
     joints = len(arm.labels)
     levers = leverage(balancer, arm)
     weight = valid / noise ** 2
-    sets = _standing_out(_sums(levers, residual[:, joints:], weight[:, joints:]))
+    of_links = slice(joints, 2 * joints)
+    sets = _standing_out(_sums(levers, residual[:, of_links], weight[:, of_links]))
     motor = _sums(levers, residual[:, :joints], weight[:, :joints])
-    around = (weight[:, joints:] * residual[:, joints:] ** 2).sum(axis=1)
+    around = (weight[:, of_links] * residual[:, of_links] ** 2).sum(axis=1)
 
     def is_one_force(contact: ContactStart) -> bool:
         force, normal = _at(motor, contact)         # what it does to the joints must agree

@@ -32,7 +32,7 @@ def straight(fitter: Fitter, fit: Fit) -> tuple[Term, ...]:
 
 def _bend(fitter: Fitter, fit: Fit, term: Term, disc: Effect) -> float:
     """Return the score of what a disc reads beside the link's angle and laws of the torque."""
-    place, torsion = fitter.own_channels(term.joint)
+    place, torsion = fitter.own_channels(term.joint)[:2]
     shows = place if fitter.is_unloaded(term.joint) else torsion
     valid = fitter.valid(fit.balance)
     motion = fitter.balancer.motion(fitter.on(fit.terms))

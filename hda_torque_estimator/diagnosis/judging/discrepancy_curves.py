@@ -10,13 +10,14 @@ from collections.abc import Collection, Iterator, Mapping, MutableMapping
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
+from hda_arm_sim.model.effects import Site
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from ..balances.balance import RATE
 from ..balances.coordinates import coordinates_of
-from ..findings.rest import GEAR
+from ..findings.rest import GEAR, SENSOR
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.solve import Columns, condense, condense_more, Solution, solve
@@ -133,8 +134,8 @@ def curves_at_sites(fitter: Fitter, fit: Fit, joints: Collection[str],
         shapes = columns / np.sqrt(np.maximum(np.mean(columns ** 2, axis=0), _AT_REST))
         for site, channels in sites(fitter, label).items():
             more = np.zeros((len(shapes), len(fitter.noise), shapes.shape[1]))
-            for channel in channels:
-                more[:, channel] = fitter.balancer.in_balance(shapes, channel)
+            for channel, share in channels.items():
+                more[:, channel] = share * fitter.balancer.in_balance(shapes, channel)
             yield CurvesAtSite(label, site, tuple(forms), more)
 
 
@@ -158,12 +159,20 @@ def _curves(fitter: Fitter, fit: Fit, joints: Collection[str],
                             float((plain.scores - solution.scores)[own].sum())))
 
 
-def sites(fitter: Fitter, label: str) -> dict[str, list[int]]:
-    """Return the channels in which a curve at each site of a joint shows."""
-    motor, torsion = fitter.own_channels(label)
+def sites(fitter: Fitter, label: str) -> dict[str, dict[int, float]]:
+    """Return the channels in which a curve at each site of a joint shows, and how much of it."""
+    motor, torsion, *third = fitter.own_channels(label)
     if fitter.is_unloaded(label):
-        return {GEAR: [motor]}
-    return {'motor': [motor], 'torsion': [torsion], fitter.beyond_gear(label): [motor, torsion]}
+        return {GEAR: {motor: 1.0}}
+    found = {'motor': {motor: 1.0}, 'torsion': {torsion: 1.0},
+             fitter.beyond_gear(label): {motor: 1.0, torsion: 1.0}}
+    for channel in third:                       # eq:balance-third
+        of_link = float(fitter.balancer.of_link_torque[channel])
+        found['torsion'][channel] = 1.0 + of_link
+        if of_link:
+            found[Site.LINK.value][channel] = of_link
+        found[SENSOR] = {channel: 1.0}
+    return found
 
 
 def _one_of(wide: Columns, number: int, count: int) -> Columns:

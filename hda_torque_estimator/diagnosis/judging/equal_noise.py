@@ -45,7 +45,7 @@ def _noise_of(fitter: Fitter, arm: Arm, valid: NDArray[np.bool_]) -> Array:
     sensors, in whose units these balances are, and so the same for all arms.
     """
     power = _power_of_more(fitter, arm, valid)
-    sensed = np.tile(fitter.balancer.measurement.held_against, 2)
+    sensed = fitter.balancer.measurement.sensed_channels
     if sensed.any():
         of_torques = fitter.noise ** 2 * valid.sum(axis=0) - _power_of_more(
             fitter, fitter.arm, valid)

@@ -27,7 +27,7 @@ from .tolerances_reached import beyond_tolerance
 from ..balances.balance import Balancer, RATE
 from ..balances.healthy_twin import healthy_twin, noise_of, torque_noise_of, TorqueNoise
 from ..findings.certainty import margin_of_rest, margin_of_share
-from ..findings.rest import GEAR
+from ..findings.rest import GEAR, SENSOR
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Place, Term
@@ -38,6 +38,8 @@ Array = NDArray[np.float64]
 # (null: over ten seconds the noise is known to 40 %; one healthy arm in two left more)
 _ENOUGH = 40.0          # of motion; over less, the level of noise is known less well [s]
 
+# Sites of a curve and of a cause that show in other balances each.
+_APART = ({'motor', 'torsion'}, {'motor', SENSOR})
 # Numerics; choices unless stated otherwise.
 _NOISE = 2              # seed of the noise of an arm that is simulated here; any other will do
 
@@ -295,10 +297,10 @@ def _formed(fitter: Fitter, fit: Fit, found: SearchResult, powers: Mapping[Place
         formed = dict(none)
         for label, curve in curves.items():
             own = [term for term in fit.accepted if term.joint == label]
-            shown = sites(fitter, label)[curve.site]
+            shown = list(sites(fitter, label)[curve.site])
             acting = [term for term in whole if _acts(powers[term.place])[shown].any()]
             near = [term for term in own or acting if {
-                curve.site, effect_named(term.name).site.value} != {'motor', 'torsion'}] or own
+                curve.site, effect_named(term.name).site.value} not in _APART] or own
             if not near:
                 continue
             allowed = sum(shares[term.place] for term in near) + (shared if own else 0.0)

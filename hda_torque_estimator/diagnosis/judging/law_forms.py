@@ -282,12 +282,12 @@ def _otherwise(fitter: Fitter, fit: Fit, term: Term, does: Array, lacking: Array
     power = np.where(fitter.valid(fit.balance), does, 0.0) ** 2
     count = len(fitter.arm.labels)
     factors = [list(factors_along(
-        power[:, place] + power[:, count + place],
+        np.asarray(sum(power[:, own] for own in fitter.own_channels(label))),
         {'time': fitter.balancer.time,
          **{name: values[:, place] for name, values in coordinates.items()}}, varies))
-        for place in range(count)]
+        for place, label in enumerate(fitter.arm.labels)]
     for each in zip(*factors):
-        yield does * np.tile(np.stack(each, axis=1), 2)
+        yield does * np.tile(np.stack(each, axis=1), does.shape[1] // count)
 
 
 def _level(fitter: Fitter, fit: Fit, term: Term, lacking: Array) -> Array | None:

@@ -42,10 +42,11 @@ def courses(fitter: Fitter, fit: Fit, contact: Any,
 
 
 def _in_balances(fitter: Fitter, torques: Array) -> Array:
-    """Return what torques (m, n, k) on the joints do in both balances (m, 2 n, k), over noise."""
+    """Return what torques (m, n, k) on the joints do in all balances (m, c, k), over noise."""
     joints = torques.shape[1]
-    return np.stack([fitter.balancer.in_balance(torques[:, channel % joints], channel)
-                     / fitter.noise[channel] for channel in range(2 * joints)], axis=1)
+    return np.stack([share * fitter.balancer.in_balance(torques[:, channel % joints], channel)
+                     / fitter.noise[channel] for channel, share in enumerate(
+                         fitter.balancer.of_link_torque)], axis=1)
 
 
 def _spans(contact: Any, pushes: Sequence[ContactStart]) -> Iterator[tuple[float, float]]:

@@ -14,12 +14,11 @@ from itertools import combinations
 from .equal_noise import equal_noise_score, noise_in
 from .search import SearchResult
 from ..fitting.fit import Fit, Fitter
-from ..fitting.nuisance import AnyTerm, SensorError
+from ..fitting.nuisance import ANY_GAIN, AnyTerm, GAIN, SensorError
 from ...least_squares.term import Term
 from ...significance import SCORE_BAR
 
 # Numerics; choices unless stated otherwise.
-_ANY = 1.0              # tolerance of a gain of which nothing is known but its sign
 _MOST = 3               # causes at a joint that may stand in for a gain together
 
 
@@ -49,5 +48,5 @@ def _sets(here: list[Term]) -> Iterator[tuple[Term, ...]]:
 
 def _any_gain(fit: Fit, label: str) -> list[AnyTerm]:
     """Return the tolerances of a fit, but for the gain of a joint's sensor: it may be any."""
-    return [replace(term, tolerance=_ANY) if isinstance(term, SensorError)
-            and term.place == ('sensor_gain', label) else term for term in fit.nuisance]
+    return [replace(term, tolerance=ANY_GAIN) if isinstance(term, SensorError)
+            and term.place == (GAIN, label) else term for term in fit.nuisance]

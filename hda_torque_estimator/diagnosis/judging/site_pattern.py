@@ -1,11 +1,13 @@
 """
-The pattern that a rest makes in the two balances of a joint identifies its site.
+The pattern that a rest makes in the balances of a joint identifies its site.
 
 What acts on the motor shows in A alone, what acts on the torsion in B alone, what acts on the link
 in both alike. Each of the three says that something must vanish (B, A, or A - B); the one of which
-the least is left is right.
+the least is left is right. Beside a third balance C, what acts on the torsion is in B and C alike.
+What a sensor has wrong is in C alone (eq:balance-third).
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from hda_arm_sim.model.effects import effect_named, Site
@@ -13,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .search import SearchResult
+from ..findings.rest import SENSOR
 from ..fitting.fit import Fit, Fitter
 from ...least_squares.term import Term
 from ...significance import LOUD, UNLIKE
@@ -21,18 +24,27 @@ Array = NDArray[np.float64]
 
 
 class BalancePair(NamedTuple):
-    """Residuals of one joint where both of its balances hold (k,) [N*m], and their noise."""
+    """Residuals of one joint where all of its balances hold (k,) [N*m], and their noise."""
 
     motor: Array
     torsion: Array
     motor_noise: float
     torsion_noise: float
+    sensor: Array | None = None     # of a third balance, whole: reference less torsion
+    sensor_noise: float = 0.0
 
     def site(self) -> str:
         """Return the site whose own pattern the residuals break least."""
         var_a, var_b = self.motor_noise ** 2, self.torsion_noise ** 2
         left = {'motor': power(self.torsion) - var_b, 'torsion': power(self.motor) - var_a,
                 'link': power(self.motor - self.torsion) - var_a - var_b}
+        if self.sensor is not None:
+            var_c = self.sensor_noise ** 2
+            alone = power(self.sensor) - var_c
+            left[SENSOR] = left['motor'] + left['torsion']
+            left['motor'] += alone
+            left['link'] += alone
+            left['torsion'] += power(self.torsion - self.sensor) - var_b - var_c
         return min(left, key=lambda site: left[site])
 
     def is_one_link_torque(self) -> bool:
@@ -42,12 +54,20 @@ class BalancePair(NamedTuple):
                 and power(self.motor - self.torsion) < UNLIKE * least)
 
 
-def pair_of(residual: Array, valid: NDArray[np.bool_], noise: Array, place: int) -> BalancePair:
-    """Return the residuals of one joint from those of all, columns A then B (m, 2 n)."""
-    motor, torsion = place, len(noise) // 2 + place
-    both = valid[:, motor] & valid[:, torsion]
-    return BalancePair(residual[both, motor], residual[both, torsion], float(noise[motor]),
+def pair_of(residual: Array, valid: NDArray[np.bool_], noise: Array, channels: Sequence[int],
+            shared: float = 0.0) -> BalancePair:
+    """
+    Return the residuals of one joint from those of all (m, c), in its own `channels`.
+
+    Of the third as much of the second was taken out as was `shared`.
+    """
+    motor, torsion, *third = channels
+    both = valid[:, channels].all(axis=1)
+    pair = BalancePair(residual[both, motor], residual[both, torsion], float(noise[motor]),
                        float(noise[torsion]))
+    return pair if not third else pair._replace(
+        sensor=residual[both, third[0]] + shared * pair.torsion,
+        sensor_noise=float(np.hypot(noise[third[0]], shared * pair.torsion_noise)))
 
 
 def misplaced(fitter: Fitter, found: SearchResult) -> tuple[Term, ...]:
@@ -64,7 +84,8 @@ def misplaced(fitter: Fitter, found: SearchResult) -> tuple[Term, ...]:
         if _doubtful(fitter, found.last, here):
             others = [term for term in found.last.accepted if term not in here]
             balance = found.with_only(fitter, others).balance
-            if pair_of(balance.residual, balance.valid, fitter.noise, place).is_one_link_torque():
+            if pair_of(balance.residual, balance.valid, fitter.noise, fitter.own_channels(label),
+                       fitter.balancer.shared[place]).is_one_link_torque():
                 wrong += here
     return tuple(wrong)
 

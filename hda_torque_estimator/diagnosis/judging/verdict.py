@@ -1,6 +1,7 @@
 """From fits to findings: causes with intervals, runners-up, gains, and what is left."""
 
 from collections.abc import Mapping, Sequence
+from itertools import product
 
 from hda_arm_sim.model.effects import effect_named
 from hda_arm_sim.model.effects.hypothesis import Hypothesis
@@ -15,6 +16,7 @@ from ..balances.balance import Balancer
 from ..findings.certainty import probability
 from ..findings.report import (
     Alike, Evidence, Finding, FittedNumber, OwnGain, Residual, RunnerUp, with_gain)
+from ..findings.rest import SENSOR
 from ..findings.smallest import size_numbers
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
@@ -182,8 +184,11 @@ def residuals(fitter: Fitter, first: Fit, last: Fit,
               held_out: NDArray[np.bool_]) -> tuple[Residual, ...]:
     """Return what each balance misses on held-out rows, rms [N*m at the output]."""
     rows = []
-    for place, (site, label) in enumerate([(site, label) for site in ('motor', 'torsion')
-                                           for label in fitter.arm.labels]):
+    third = fitter.balancer.measurement.thrice_witnessed
+    sites = ('motor', 'torsion', *([SENSOR] if third.any() else []))
+    for place, (site, label) in enumerate(product(sites, fitter.arm.labels)):
+        if site == SENSOR and not third[fitter.arm.labels.index(label)]:
+            continue
         left = []
         for fit in (first, last):
             valid = fit.balance.valid[:, place] & held_out

@@ -1,5 +1,7 @@
 """What the axes of figures and plots are called."""
 
+from ..findings.rest import SENSOR
+
 COORDINATES = {
     'time': 'time [s]',
     'motor_velocity': 'motor velocity, shaft [rad/s]',
@@ -12,4 +14,5 @@ COORDINATES = {
 }
 GIVEN, EXTENDED, ADJUSTED = 'arm as given', 'extended arm', 'within its tolerances'
 RESIDUAL = 'residual, output [N·m]'
-BALANCES = ('A, motor', 'B, torsion')
+BALANCES = ('A, motor', 'B, torsion', 'C, sensor')
+SIDES = ('motor', 'torsion', SENSOR)     # sites of their residuals

@@ -8,11 +8,12 @@ from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.effects import effect_named
 import numpy as np
 
-from .axes import ADJUSTED, COORDINATES, EXTENDED, GIVEN, RESIDUAL
+from .axes import ADJUSTED, COORDINATES, EXTENDED, GIVEN, RESIDUAL, SIDES
 from .dependence import against, dependence_of, spectrum, where
 from .exhibits import Exhibits
 from .following import Following
 from ..findings.report import Diagnosis
+from ..findings.rest import SENSOR
 from ..fitting.fit import REFERENCE
 from ...pages.plot import Plot, PlotGroup, PlotLine
 from ...pages.wording import spoken
@@ -45,7 +46,7 @@ def overview(diagnosis: Diagnosis, exhibits: Exhibits) -> PlotGroup:
     plots = {}
     for column in _worst_first(exhibits):
         label, side = exhibits.labels[column % joints], column // joints
-        floor = floors.get((('motor', 'torsion')[side], label), math.nan)
+        floor = floors.get((SIDES[side], label), math.nan)
         plots[where(exhibits.labels, column)] = Plot(
             COORDINATES['time'], RESIDUAL, exhibits.time, [
                 PlotLine(GIVEN, _shown(exhibits, column, exhibits.before), 'before'),
@@ -97,7 +98,8 @@ def through_time(exhibits: Exhibits, columns: Sequence[int], names: tuple[str, s
         return None
     sides = {column // len(exhibits.labels) for column in columns}
     said = [*([_MOTOR] if 0 in sides else []),
-            *([_gear_said(exhibits, columns, site)] if 1 in sides else []), _SHOWN]
+            *([_gear_said(exhibits, columns, site)] if 1 in sides else []),
+            *([_SENSED] if 2 in sides else []), _SHOWN]
     return PlotGroup('Torque, measured and simulated', ' '.join(said), {
         _timed_name(exhibits.labels, column): _timed(exhibits, column, names, site)
         for column in columns})
@@ -106,7 +108,7 @@ def through_time(exhibits: Exhibits, columns: Sequence[int], names: tuple[str, s
 def _gear_said(exhibits: Exhibits, columns: Sequence[int], site: str) -> str:
     """Return what the torques of gears are, held against links or against a reference."""
     joints = len(exhibits.labels)
-    if any(exhibits.beyond[column - joints] == REFERENCE for column in columns
+    if any(exhibits.beyond[column % joints] == REFERENCE for column in columns
            if column >= joints and exhibits.beyond):
         return _SENSED
     return _GEAR if site in _IN_TORSION else _LINKS
@@ -125,7 +127,7 @@ _SHOWN = 'The plot begins with the seconds in which the two part most.'
 
 
 def _timed_name(labels: tuple[str, ...], column: int) -> str:
-    part = ('motor', 'gear')[column // len(labels)]
+    part = ('motor', 'gear', SENSOR)[column // len(labels)]
     return f'{part} of {spoken(labels[column % len(labels)])}'
 
 

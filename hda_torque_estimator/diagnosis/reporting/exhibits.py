@@ -15,29 +15,31 @@ class Exhibits:
     """
     Residuals, coordinates and predictions of the arm as given and of the extended arm.
 
-    Columns (m, 2 n) are balance A of every joint, then balance B of every joint [N*m at the
-    output]. Coordinates (m, n) are `motor_velocity`, `link_velocity` [rad/s], `motor_angle` [rad
-    at the shaft], `link_angle` [rad], `joint_torque` [N*m at the output] and `motor_torque` [N*m
-    at the shaft]. Predictions are rms errors (h,) [rad at the output].
+    Columns (m, c) are balance A of every joint, then balance B, then C of every joint if there are
+    any [N*m at the output]. Coordinates (m, n) are `motor_velocity`, `link_velocity` [rad/s],
+    `motor_angle` [rad at the shaft], `link_angle` [rad], `joint_torque` [N*m at the output] and
+    `motor_torque` [N*m at the shaft]. Predictions are rms errors (h,) [rad at the output].
     """
 
     time: Array                     # (m,) [s]
     labels: tuple[str, ...]
     before: Array
     after: Array
-    valid: Mask                     # (m, 2 n)
-    noise: Array                    # (2 n,) standard deviation
+    valid: Mask                     # (m, c)
+    noise: Array                    # (c,) standard deviation
     coordinates: Mapping[str, Array]
     horizons: Array                 # (h,) [s]
     predicted_before: Array
     predicted_after: Array
     predicted_floor: Array
-    # Residuals (m, 2 n) of the extended arm without one cause (effect, joint).
+    # Residuals (m, c) of the extended arm without one cause (effect, joint).
     lacking: Mapping[tuple[str, str | None], Array] = field(default_factory=dict)
     # Torque commanded to the motors (m, n), filtered as the balances are [N*m at the output].
     commanded: Array | None = None
     # What each gear is held against (n,): its link, unless it is another.
     beyond: tuple[str, ...] = ()
+    # How much of each second balance was taken out of the third (n,), if any.
+    shared: Array | None = None
 
     def of(self, effect: str, joint: str | None) -> 'Exhibits':
         """Return the exhibits of one cause: before is then the extended arm without it."""
@@ -46,7 +48,7 @@ class Exhibits:
     def missed(self) -> Rest:
         """Return what the simulation misses before."""
         return Rest(self.time, self.labels, self.before, self.valid, self.noise, self.coordinates,
-                    self.beyond)
+                    self.beyond, self.shared)
 
     def rest(self) -> Rest:
         """Return what backed causes leave."""

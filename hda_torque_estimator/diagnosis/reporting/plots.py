@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter
 import numpy as np
 
-from .axes import BALANCES, COORDINATES, GIVEN, RESIDUAL
+from .axes import BALANCES, COORDINATES, GIVEN, RESIDUAL, SIDES
 from .curves import made_of
 from .dependence import against, dependence_of, spectrum, where
 from .exhibits import Exhibits
@@ -38,9 +38,11 @@ def residual_figure(diagnosis: Diagnosis, exhibits: Exhibits) -> Figure:
     joints = len(exhibits.labels)
     floors = {(row.site, row.joint): row.floor for row in diagnosis.residuals}
     with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(7.6, 1.0 + 1.45 * 2 * joints), layout='constrained')
-        rows = figure.subplots(2 * joints, 1, sharex=True, squeeze=False)[:, 0]
-        for column, axes in enumerate(rows):
+        columns = sorted(column for place in range(joints)
+                         for column in exhibits.missed().channels(place))
+        figure = Figure(figsize=(7.6, 1.0 + 1.45 * len(columns)), layout='constrained')
+        rows = figure.subplots(len(columns), 1, sharex=True, squeeze=False)[:, 0]
+        for column, axes in zip(columns, rows):
             label, side = exhibits.labels[column % joints], column // joints
             axes.set_title(f'{plain(label)}: balance {BALANCES[side]}')
             axes.set_ylabel('residual,\noutput [N·m]')
@@ -49,7 +51,7 @@ def residual_figure(diagnosis: Diagnosis, exhibits: Exhibits) -> Figure:
                 shown = np.where(exhibits.valid[:, column], residual[:, column], np.nan)
                 band(axes, exhibits.time, shown, colour, name,
                      alpha=0.55 if colour == BEFORE else 1.0)
-            _floor(axes, floors.get((('motor', 'torsion')[side], label), math.nan))
+            _floor(axes, floors.get((SIDES[side], label), math.nan))
         rows[-1].set_xlabel(COORDINATES['time'])
         _legend(figure, rows[0])
         figure.align_ylabels()

@@ -130,9 +130,10 @@ def marks(diagnosis: Diagnosis) -> list[Mark]:
 _SAID = {'motor': 'at the motor side of', 'torsion': 'in the torsion of',
          'link': 'at the link side of', 'timing': 'in the timing of',
          'sensing': 'in the sensors of', 'gear': 'at the motor or in the torsion of',
-         'reference': 'in the reference torque of'}
+         'reference': 'in the reference torque of', 'sensor': 'in the reference torque of'}
 _SITES = {'motor': 'motor', 'torsion': 'flexspline', 'link': 'link', 'timing': 'link_encoder',
-          'sensing': 'link_encoder', 'gear': 'wave_generator', 'reference': 'link'}
+          'sensing': 'link_encoder', 'gear': 'wave_generator', 'reference': 'link',
+          'sensor': 'link'}
 assert set(_SITES.values()) <= set(ELEMENTS)
 
 

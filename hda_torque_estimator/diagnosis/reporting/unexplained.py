@@ -14,23 +14,25 @@ from numpy.typing import NDArray
 
 from .following import follow, Following, VELOCITIES
 from ..balances.coordinates import coordinates_of
-from ..findings.rest import GEAR, NOTHING, Unexplained
+from ..findings.rest import GEAR, NOTHING, SENSOR, Unexplained
 from ..fitting.fit import Fit, Fitter
 from ..judging.site_pattern import pair_of, power
 from ...significance import HARDLY, LOUD, MOSTLY
 
 
 class Rest(NamedTuple):
-    """What a fit leaves: columns (m, 2 n) A of every joint, then B [N*m at the output]."""
+    """What a fit leaves: columns (m, c) A of every joint, then B, then C if any [N*m]."""
 
     time: Array                         # (m,) [s]
     labels: tuple[str, ...]
     residual: Array
-    valid: NDArray[np.bool_]            # (m, 2 n)
-    noise: Array                        # (2 n,) standard deviation
+    valid: NDArray[np.bool_]            # (m, c)
+    noise: Array                        # (c,) standard deviation
     coordinates: Mapping[str, Array]    # (m, n) each
     # What each gear is held against (n,): its link, unless it is another.
     beyond: tuple[str, ...] = ()
+    # How much of each second balance was taken out of the third (n,), if any.
+    shared: Array | None = None
 
     def is_of_gear(self, place: int) -> bool:
         """Return whether nothing is known of a joint's load: only its motor balance holds."""
@@ -38,7 +40,14 @@ class Rest(NamedTuple):
 
     def column(self, place: int, site: str) -> int:
         """Return the column in which a rest at a site shows best."""
-        return place if site in ('motor', GEAR) else len(self.labels) + place
+        side = {'motor': 0, GEAR: 0, SENSOR: 2}.get(site, 1)
+        return side * len(self.labels) + place
+
+    def channels(self, place: int) -> list[int]:
+        """Return the columns of a joint that hold somewhere, its motor and torsion at least."""
+        joints = len(self.labels)
+        return [channel for channel in range(place, len(self.noise), joints)
+                if channel < 2 * joints or self.valid[:, channel].any()]
 
     def along(self, place: int) -> dict[str, Array]:
         """Return the coordinates (m,) of a joint."""
@@ -48,18 +57,17 @@ class Rest(NamedTuple):
         """Return what a column follows, the most first."""
         side, place = divmod(column, len(self.labels))
         return follow(self.time, self.residual[:, column], self.valid[:, column],
-                      self.along(place), VELOCITIES[side])
+                      self.along(place), VELOCITIES[min(side, 1)])
 
     def excess(self, least: float = LOUD) -> Array:
-        """Return the power (2 n,) beyond that of noise, 0 where its rms is not `least` times."""
+        """Return the power (c,) beyond that of noise, 0 where its rms is not `least` times."""
         powers = np.array([power(column[valid]) for column, valid in
                            zip(self.residual.T, self.valid.T)])
         return np.where(powers > (least * self.noise) ** 2, powers - self.noise ** 2, 0.0)
 
     def powers(self, least: float = LOUD) -> Array:
-        """Return the larger excess of both balances of each joint (n,)."""
-        joints, excess = len(self.labels), self.excess(least)
-        return np.maximum(excess[:joints], excess[joints:])
+        """Return the largest excess of the balances of each joint (n,)."""
+        return np.asarray(self.excess(least).reshape(-1, len(self.labels)).max(axis=0))
 
 
 def unexplained(fitter: Fitter, fit: Fit, is_sure: bool = False) -> Unexplained | None:
@@ -77,7 +85,7 @@ def rest_of(fitter: Fitter, fit: Fit) -> Rest:
     balancer = fitter.balancer
     return Rest(balancer.time, fitter.arm.labels, fit.balance.residual, fit.balance.valid,
                 fitter.noise, coordinates_of(balancer, fitter.on(fit.terms)),
-                tuple(map(fitter.beyond_gear, fitter.arm.labels)))
+                tuple(map(fitter.beyond_gear, fitter.arm.labels)), balancer.shared)
 
 
 def described(rest: Rest, least: float = LOUD) -> Unexplained | None:
@@ -102,7 +110,8 @@ def site_of(rest: Rest, place: int) -> str:
     """Return the site of a rest at a joint: the one whose own pattern it breaks least."""
     if rest.is_of_gear(place):
         return GEAR
-    site = pair_of(rest.residual, rest.valid, rest.noise, place).site()
+    site = pair_of(rest.residual, rest.valid, rest.noise, rest.channels(place),
+                   0.0 if rest.shared is None else float(rest.shared[place])).site()
     return rest.beyond[place] if rest.beyond and site == 'link' else site
 
 
