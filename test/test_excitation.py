@@ -112,7 +112,7 @@ def test_healthy_and_rich_is_no_discrepancy():
 
 @pytest.mark.parametrize(('size', 'verdict'), [
     (0.01, 'insufficient_excitation'),
-    (0.026, 'no_discrepancy')])                 # shows 25 of 41 effects, and says so
+    (0.027, 'no_discrepancy')])                 # shows 27 of 42 effects, and says so
 def test_a_tiny_motion_abstains_or_says_what_it_could_not_show(size, verdict):
     found = diagnose(measured(size=size), ARM).diagnosis
     assert found.verdict == verdict

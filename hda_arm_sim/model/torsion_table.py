@@ -15,8 +15,8 @@ from .torsion import stiffness_at, torque_of_torsion, torsion_of_torque
 from ..foundation.arrays import Array
 from ..foundation.compiled import compiled, inlined, Record
 
-_CELLS = 512            # of a table
-_ERROR = 1e-9           # of the largest torque, at the middle of a cell
+_CELLS = 1024           # of a table
+_ERROR = 1e-11          # of the largest torque, at the middle of a cell
 
 
 class TorqueTable(NamedTuple):

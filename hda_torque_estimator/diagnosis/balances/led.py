@@ -8,7 +8,6 @@ two sides of the gears still do: what twists a gear must move its motor (eq:bala
 import math
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import CoulombFriction
 import numpy as np
 
 from .coordinates import torques_of
@@ -32,10 +31,11 @@ def is_led(measurement: Measurement, arm: Arm) -> bool:
     torque, noisier = (torques_of(arm, each[:, :, 0], each[:, :, 1])
                        for each in (angle, angle + noise))
     through = np.var(torque, axis=0) - np.var(noisier - torque, axis=0)
-    joints, step = arm.record().joints, np.abs(np.diff(angle[:, :, 0], axis=0))
+    ratio, step = arm.record().joints['ratio'], np.abs(np.diff(angle[:, :, 0], axis=0))
     turned = step > math.sqrt(2.0) * DEVIATIONS * measurement.reading_noise()[:, 0]
-    rubbed = (joints['ratio'] * joints[CoulombFriction.name]['level']) ** 2 * turned.mean(axis=0)
-    given = np.mean((joints['ratio'] * command) ** 2, axis=0)
+    dry = np.array([joint.dry_friction for joint in arm.joints])
+    rubbed = (ratio * dry) ** 2 * turned.mean(axis=0)
+    given = np.mean((ratio * command) ** 2, axis=0)
     return bool((given < HARDLY ** 2 * np.maximum(through, rubbed)).all())
 
 
