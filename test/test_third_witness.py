@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from hda_arm_sim.model.effects import effect_named
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
+from hda_torque_estimator.diagnosis.balances.channels import channels_of
 from hda_torque_estimator.diagnosis.balances.healthy_twin import healthy_twin, noise_of
 from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.fitting.nuisance import SensorError
@@ -51,7 +52,7 @@ def test_a_joint_without_a_sensor_has_two_balances(healthy):
     reference = measurement.reference.copy()
     reference[:, 0], reference[2000:2500, 1] = np.nan, np.nan
     one = replace(measurement, reference=reference)
-    assert [one.channels_of(place) for place in (0, 1)] == [[0, 2], [1, 3, 5]]
+    assert [channels_of(one, place) for place in (0, 1)] == [[0, 2], [1, 3, 5]]
     balancer = Balancer(one).apart(arm)
     balance = balancer(arm)
     lost = (balancer.time > 2.0) & (balancer.time < 2.499)

@@ -59,12 +59,10 @@ def _cubic(torque: Array, rise: Array, cell: int, along: float) -> float:
 def tabled_torque(law: Record, ratio: float, table: TorqueTable, torsion: float) -> float:
     """Return the torque under a torsion within reach of the table, or beyond all [N*m]."""
     size = abs(torsion)
-    if size >= law.valid_torsion:
-        torque = law.valid_torque + law.last_stiffness * (size - law.valid_torsion)
-    else:
+    if size < law.valid_torsion:
         place = size / table.step
         cell = min(int(place), _CELLS - 1)
-        if not table.good[cell]:
-            return torque_of_torsion(law, ratio, torsion)
-        torque = _cubic(table.torque, table.rise, cell, place - cell)
-    return torque if torsion > 0.0 else -torque
+        if table.good[cell]:
+            torque = _cubic(table.torque, table.rise, cell, place - cell)
+            return torque if torsion > 0.0 else -torque
+    return torque_of_torsion(law, ratio, torsion)

@@ -50,7 +50,7 @@ from ..significance import MATERIAL
 from ..significance import STILL
 
 # Numerics; choices unless stated otherwise.
-_ROUNDS = 2             # of searches, while zeros of several recordings or stretches move
+_ROUNDS = 2             # of searches, while zeros of recordings, stretches or noise move
 _LAST_NOISE = 1         # seed of the twin of the arm that was found
 
 
@@ -255,7 +255,7 @@ def _reconsidered(fitter: Fitter, found: SearchResult, names: Sequence[str],
     it had hidden something. A cause that is not kept has shown nothing of the noise: a lag makes
     commands smoother, and what they leave quieter. So the noise is asked again without it.
     """
-    taken, first = fitter.noise, found.last
+    taken, begun = fitter.noise, found.last
     for _ in range(_ROUNDS):
         before = found.last
         noise, plain = noise_of(fitter.balancer,
@@ -263,7 +263,7 @@ def _reconsidered(fitter: Fitter, found: SearchResult, names: Sequence[str],
         fitter = replace(fitter, noise=np.minimum(taken, noise))
         if (taken ** 2 > (1.0 + MATERIAL ** 2) * fitter.noise ** 2).any():
             found = search(fitter, names, found, notify)
-        elif before is not first:
+        elif before is not begun:
             found = found.refitted(fitter)
         found = without_noise(fitter, found)
         if _placed(before) <= _placed(found.last):

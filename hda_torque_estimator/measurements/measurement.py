@@ -90,30 +90,6 @@ class Measurement:
         return ~np.bool_(self.led) & self.referenced
 
     @property
-    def sides(self) -> int:
-        """Return for how many balances joints have a column: A and B, or C as well."""
-        return 3 if self.thrice_witnessed.any() else 2
-
-    def channels_of(self, place: int) -> list[int]:
-        """Return the columns of balances that one joint has."""
-        joints = len(self.labels)
-        return [place, joints + place,
-                *([2 * joints + place] if self.thrice_witnessed[place] else [])]
-
-    @property
-    def sensed_channels(self) -> NDArray[np.bool_]:
-        """Return which balances (c,) hold a reference torque."""
-        return np.concatenate([self.held_against, self.held_against,
-                               *([self.thrice_witnessed] if self.sides > 2 else [])])
-
-    @property
-    def noisy_by_torques(self) -> NDArray[np.bool_]:
-        """Return which balances (c,) have noise of commands or of sensors beside links."""
-        joints = len(self.labels)
-        return np.concatenate([np.ones(joints, bool), np.zeros(joints, bool),
-                               *([self.thrice_witnessed] if self.sides > 2 else [])])
-
-    @property
     def time(self) -> Array:
         """Return the times since the first sample (k,) [s]."""
         return self.dt * np.arange(len(self.command), dtype=np.float64)

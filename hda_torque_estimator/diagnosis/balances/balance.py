@@ -32,7 +32,7 @@ sensor has wrong shows in C alone.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
@@ -40,6 +40,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
+from .channels import of_sides
 from .low_pass import LowPass
 from .parts import Parts
 from .recent_cache import RecentCache
@@ -106,13 +107,18 @@ class Balancer:
 
     def like(self, measurement: Measurement) -> 'Balancer':
         """Return the balances of another measurement along the same motion."""
-        return Balancer(measurement, self.turning, self.unknown, self.whitening, None, self.aside,
-                        self.shared)
+        return self._but(measurement=measurement, parts=None)
 
     def beside(self, shapes: Sequence[Shape]) -> 'Balancer':
         """Return balances without what they have along these shapes (eq:beside)."""
-        return Balancer(self.measurement, self.turning, self.unknown, self.whitening, self._parts,
-                        shapes, self.shared)
+        return self._but(aside=shapes)
+
+    def _but(self, **other: Any) -> 'Balancer':
+        """Return these balances with something of what they are made of in another way."""
+        own = {'measurement': self.measurement, 'turning': self.turning, 'unknown': self.unknown,
+               'whitening': self.whitening, 'parts': self._parts, 'aside': self.aside,
+               'shared': self.shared}
+        return Balancer(**{**own, **other})
 
     def apart(self, arm: Arm) -> 'Balancer':
         """
@@ -123,22 +129,19 @@ class Balancer:
         """
         if not self.measurement.thrice_witnessed.any():
             return self
-        joints, plain = len(arm.joints), self(arm)
-        noise = np.where(plain.valid, self.noisier(arm).residual - plain.residual, 0.0)
+        joints, noise = len(arm.joints), self._noise_made(arm)
         slow = np.fft.rfft(noise, axis=0)[np.fft.rfftfreq(len(noise), 1.0 / RATE) < MOTION]
         second, third = slow[:, joints:2 * joints], slow[:, 2 * joints:]
         shared = (second.conj() * third).real.sum(axis=0) / np.maximum(
             (np.abs(second) ** 2).sum(axis=0), 1e-300)
-        return Balancer(self.measurement, self.turning, self.unknown, self.whitening, self._parts,
-                        self.aside, self.shared + shared)
+        return self._but(shared=self.shared + shared)
 
     @cached_property
     def unwhitened(self) -> 'Balancer':
         """Return the balances as they are, with all of their noise at all frequencies."""
         if self.whitening is None:
             return self
-        return Balancer(self.measurement, self.turning, self.unknown, None, self._parts,
-                        self.aside, self.shared)
+        return self._but(whitening=None)
 
     def whitened(self, arm: Arm, white: Array) -> 'Balancer':
         """
@@ -146,12 +149,13 @@ class Balancer:
 
         It is what readings make, and beside it `white` noise of these deviations (c,) [N*m].
         """
+        whitening = whitening_of(self._noise_made(arm), white ** 2 / BANDWIDTH, RATE, BANDWIDTH)
+        return self if whitening is None else self._but(whitening=whitening)
+
+    def _noise_made(self, arm: Arm) -> Array:
+        """Return what as much noise of the readings again makes of the balances (m, c) [N*m]."""
         plain = self(arm)
-        noise = np.where(plain.valid, self.noisier(arm).residual - plain.residual, 0.0)
-        whitening = whitening_of(noise, white ** 2 / BANDWIDTH, RATE, BANDWIDTH)
-        return self if whitening is None else Balancer(
-            self.measurement, self.turning, self.unknown, whitening, self._parts,
-            shared=self.shared)
+        return np.where(plain.valid, self.noisier(arm).residual - plain.residual, 0.0)
 
     def motion(self, arm: Arm) -> MeasuredMotion:
         """Return the motion behind the measurement if the arm senses as `arm` does."""
@@ -223,9 +227,8 @@ class Balancer:
     @property
     def of_link_torque(self) -> Array:
         """Return how much each balance (c,) has of a torque that a link needs."""
-        joints = len(self.shared)
-        return np.concatenate([np.ones(2 * joints), *(
-            [-self.shared] if self.measurement.sides > 2 else [])])
+        both = np.ones_like(self.shared)
+        return of_sides(self.measurement, both, both, -self.shared)
 
     @cached_property
     def _jolted(self) -> NDArray[np.bool_]:

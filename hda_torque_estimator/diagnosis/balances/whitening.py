@@ -20,7 +20,7 @@ from scipy.signal import firwin2, welch
 _SEGMENT = 256          # samples of the balances in a spectrum
 _BINS = 1.5             # of a spectrum that are smoothed together
 # (source: motions of robots end below 7 Hz, most of their power below 4 Hz)
-MOTION = 5.0           # frequency below which an arm moves [Hz]
+MOTION = 5.0            # frequency below which an arm moves [Hz]
 _WORTH = 0.7            # gain at some frequency from which a filter is worth its reach
 _HALF = 0.5             # gain at a frequency of which a filter sees a wave to each side,
 _REACH = 0.1            # but no more than this [s]

@@ -16,6 +16,7 @@ from .hypotheses import carried_by
 from .nuisance import AnyTerm, nuisances
 from .steps import groups_at_once, Sized, stepped
 from ..balances.balance import Balance, Balancer
+from ..balances.channels import channels_of, noisy_by_torques, sides
 from ..balances.recent_cache import RecentCache
 from ...least_squares.term import Term, with_terms
 
@@ -86,7 +87,7 @@ class Derivatives:
 
     def of(self, terms: Sequence[AnyTerm], among: Sequence[AnyTerm]) -> Array:
         """Return the derivative columns (m, c, p) of terms, all of which are `among` others."""
-        shape = (self.balancer.measurement.sides * len(self.arm.joints),
+        shape = (sides(self.balancer.measurement) * len(self.arm.joints),
                  sum(term.size for term in terms))
         columns = np.zeros((*shape, len(self.balancer.time))).transpose(2, 0, 1)   # each in a row
         trials = list(self._trials(terms, among))
@@ -155,7 +156,7 @@ class Derivatives:
         return _Beside(twin, ColumnNoise.made(
             ours.terms, twin.as_given, columns(noisier).columns - ours.columns,
             noisier.balancer(self.arm).residual - balance.residual, balance.valid,
-            self.balancer.measurement.noisy_by_torques))
+            noisy_by_torques(self.balancer.measurement)))
 
     def _about(self, terms: Sequence[AnyTerm]) -> Arm:
         """Return the arm with terms, which is asked for many times."""
@@ -172,8 +173,8 @@ class Derivatives:
                 moved_on = changed[id(term)] = stepped(term, number)
                 size = float((moved_on.vector() - term.vector())[number])
                 channels = (slice(None) if len(group) == 1
-                            else self.balancer.measurement.channels_of(
-                                self.arm.labels.index(str(term.joint))))
+                            else channels_of(self.balancer.measurement,
+                                             self.arm.labels.index(str(term.joint))))
                 if size:
                     steps.append(_Step(column, channels, size))
             try:

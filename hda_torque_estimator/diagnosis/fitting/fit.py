@@ -17,6 +17,7 @@ from .slopes import has_noise, of_noise, Slopes, take_noise, without
 from .solve import condense, covariance, ends, score
 from .steps import columns_of, places_of, Sized
 from ..balances.balance import Balance, Balancer, RATE
+from ..balances.channels import channels_of
 from ..balances.recent_cache import RecentCache
 from ...least_squares.descent import damped, improved
 from ...least_squares.sandwich import sandwich
@@ -332,7 +333,7 @@ class Fitter:
 
     def own_channels(self, joint: str | None) -> list[int]:
         """Return the channels of a joint: its A, its B, and its C if a sensor is beside links."""
-        return self.balancer.measurement.channels_of(self.arm.labels.index(str(joint)))
+        return channels_of(self.balancer.measurement, self.arm.labels.index(str(joint)))
 
     def channels_of(self, term: Term) -> list[int]:
         """Return the channels in which a term may show: those of its joint, or all."""

@@ -5,7 +5,7 @@ They are terms like any other, with a prior; an effect is named only beyond what
 A log of every so many commands does not know when what acted between them began to act (eq:late).
 """
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
@@ -29,7 +29,7 @@ _ZERO_STEP = 1e-6       # of an encoder's zero, for a derivative [rad]
 _LATE = 0.5             # of the time between two commands, by which they acted late at most
 _LATENESS = sole_at(WIRE)
 SENSOR_GAIN = 0.02      # of a torque sensor, one sigma; of 0.1, wrong names came
-ANY_GAIN = 1.0          # the same, of which nothing is known but its sign
+_ANY_GAIN = 1.0         # the same, of which nothing is known but its sign
 _SENSOR_LAG = 0.02      # of a reference torque, as a calibration has it [s]
 _SENSOR = 'sensor_'     # what the names of errors of a sensor begin with
 GAIN = f'{_SENSOR}gain'
@@ -122,6 +122,15 @@ class SensorError(OneNumber):
         return replace(joint, sensor=joint.sensor._replace(**errors))
 
 
+def any_gains(terms: Iterable['AnyTerm'], labels: Collection[str],
+              values: Mapping[str, float] | None = None) -> list['AnyTerm']:
+    """Return tolerances with any gains of the sensors of some joints, of `values` if given."""
+    found = values or {}
+    return [replace(term, tolerance=_ANY_GAIN, value=found.get(str(term.joint), term.value))
+            if isinstance(term, SensorError) and term.name == GAIN and term.joint in labels
+            else term for term in terms]
+
+
 def _with_joint(term: Zero | SensorError, arm: Arm) -> Arm:
     """Return the arm with a number at the joint that it is of."""
     return replace(arm, joints=tuple(
@@ -162,7 +171,7 @@ def nuisances(arm: Arm, untold: float = 0.0,
         terms += [_term(arm, _LATENESS.name, label, late) for label in arm.labels]
     for label, varies in (sensors or {}).items():
         terms += [SensorError(label, _SENSOR + number, tolerance) for number, tolerance in (
-            ('zero', varies), ('gain', ANY_GAIN if label in unscaled else SENSOR_GAIN),
+            ('zero', varies), ('gain', _ANY_GAIN if label in unscaled else SENSOR_GAIN),
             ('lag', _SENSOR_LAG),
             ('blur', _SENSOR_LAG ** 2))]
     return *terms, *_carried(arm)

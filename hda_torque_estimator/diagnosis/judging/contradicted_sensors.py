@@ -6,16 +6,16 @@ shows where the sensor does and nowhere else. So it competes, of any size, with 
 there. Where it wins, the scale of that sensor tells nothing of the arm.
 """
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
 from .equal_noise import equal_noise_score, noise_in
 from .search import SearchResult
+from ..balances.channels import channels_of
 from ..balances.coordinates import coordinates_of
 from ..fitting.fit import Fit, Fitter
-from ..fitting.nuisance import ANY_GAIN, AnyTerm, GAIN, SENSOR_GAIN, SensorError
+from ..fitting.nuisance import any_gains, GAIN, SENSOR_GAIN
 from ..fitting.solve import condense, REACH, solve
 from ..fitting.steps import places_of
 from ...least_squares.term import Term
@@ -34,7 +34,7 @@ def contradicted(fitter: Fitter, found: SearchResult) -> dict[str, float]:
               if measurement.thrice_witnessed[place] and label not in measurement.unscaled}
     if not places:
         return {}
-    sensors = [measurement.channels_of(place)[-1] for place in places.values()]
+    sensors = [channels_of(measurement, place)[-1] for place in places.values()]
     others = [term for term in fit.accepted
               if not fit.columns[:, sensors][:, :, fit.own(term)].any()]
     trials = [(fit.accepted, -SCORE_BAR)]
@@ -42,7 +42,7 @@ def contradicted(fitter: Fitter, found: SearchResult) -> dict[str, float]:
     for causes, most in trials:
         if _first_order(fitter, fit, causes, places) < fit.score + most:
             usual = noise_in(fitter, fit)
-            free = fitter.fit(causes, _any_gains(fit, {
+            free = fitter.fit(causes, any_gains(fit.nuisance, places, {
                 label: _gain_of(fitter, fit, place) for label, place in places.items()}))
             gains = {str(term.joint): float(term.vector()[0]) for term in free.nuisance
                      if term.place[0] == GAIN and term.joint in places
@@ -59,7 +59,7 @@ def in_sensors_alone(fitter: Fitter, fit: Fit) -> tuple[str, ...]:
     loud = fit.variance > (LOUD * fitter.noise) ** 2
     said = []
     for place in np.flatnonzero(measurement.thrice_witnessed).tolist():
-        motor, torsion, sensor = measurement.channels_of(place)
+        motor, torsion, sensor = channels_of(measurement, place)
         if loud[sensor] and not loud[motor] and not loud[torsion]:
             said.append(
                 f'the reference torque of {fitter.arm.labels[place]} differs by '
@@ -69,9 +69,9 @@ def in_sensors_alone(fitter: Fitter, fit: Fit) -> tuple[str, ...]:
 
 
 def _first_order(fitter: Fitter, fit: Fit, causes: Sequence[Term],
-                 places: dict[str, int]) -> float:
+                 sensors: Collection[str]) -> float:
     """Return the score of a fit with some of its causes alone and any gains of these sensors."""
-    free = _any_gains(fit, dict.fromkeys(places))
+    free = any_gains(fit.nuisance, sensors)
     beside = fitter.at([*causes, *free], len(causes), fit.slopes.with_columns(
         fit.columns[:, :, places_of(fit.terms, [*causes, *fit.nuisance])]))
     return solve(condense(beside.balance.residual, beside.columns, fitter.valid(beside.balance)),
@@ -79,19 +79,11 @@ def _first_order(fitter: Fitter, fit: Fit, causes: Sequence[Term],
                  beside.deviations).score
 
 
-def _any_gains(fit: Fit, starts: dict[str, float | None]) -> list[AnyTerm]:
-    """Return the tolerances of a fit with any gains of some sensors, from `starts` where given."""
-    return [term if not isinstance(term, SensorError) or term.name != GAIN
-            or term.joint not in starts else replace(term, tolerance=ANY_GAIN, value=next(
-                value for value in (starts[term.joint], term.value) if value is not None))
-            for term in fit.nuisance]
-
-
 def _gain_of(fitter: Fitter, fit: Fit, place: int) -> float:
     """Return by how much a sensor shows more than the torsion of its joint carries."""
     balancer = fitter.balancer
     torque = coordinates_of(balancer, fitter.on(fit.terms))['joint_torque'][:, place]
     shown = balancer.measurement.reference[::balancer.every, place]
-    seen = fitter.valid(fit.balance)[:, balancer.measurement.channels_of(place)[-1]]
+    seen = fitter.valid(fit.balance)[:, channels_of(balancer.measurement, place)[-1]]
     columns = np.stack([torque, np.ones_like(torque)], axis=1)[seen]
     return float(np.linalg.lstsq(columns, shown[seen], rcond=None)[0][0]) - 1.0

@@ -14,6 +14,7 @@ from hda_arm_sim.model.arm import Arm
 import numpy as np
 from numpy.typing import NDArray
 
+from ..balances.channels import sensed_channels
 from ..fitting.fit import Fit, Fitter
 from ..fitting.solve import score
 from ...significance import HARDLY, MOSTLY
@@ -45,7 +46,7 @@ def _noise_of(fitter: Fitter, arm: Arm, valid: NDArray[np.bool_]) -> Array:
     sensors, in whose units these balances are, and so the same for all arms.
     """
     power = _power_of_more(fitter, arm, valid)
-    sensed = fitter.balancer.measurement.sensed_channels
+    sensed = sensed_channels(fitter.balancer.measurement)
     if sensed.any():
         of_torques = fitter.noise ** 2 * valid.sum(axis=0) - _power_of_more(
             fitter, fitter.arm, valid)

@@ -8,13 +8,12 @@ joint, these are not told.
 """
 
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import combinations
 
 from .equal_noise import equal_noise_score, noise_in
 from .search import SearchResult
 from ..fitting.fit import Fit, Fitter
-from ..fitting.nuisance import ANY_GAIN, AnyTerm, GAIN, SensorError
+from ..fitting.nuisance import any_gains
 from ...least_squares.term import Term
 from ...significance import SCORE_BAR
 
@@ -35,7 +34,7 @@ def _of_joint(fitter: Fitter, fit: Fit, label: str) -> tuple[Term, ...]:
     least = equal_noise_score(fitter, fit, usual) + SCORE_BAR
     for some in _sets([term for term in fit.accepted if term.joint == label]):
         others = [term for term in fit.accepted if term not in some]
-        scaled = fitter.fit(others, _any_gain(fit, label))
+        scaled = fitter.fit(others, any_gains(fit.nuisance, [label]))
         if equal_noise_score(fitter, scaled, usual) < least:
             return some
     return ()
@@ -44,9 +43,3 @@ def _of_joint(fitter: Fitter, fit: Fit, label: str) -> tuple[Term, ...]:
 def _sets(here: list[Term]) -> Iterator[tuple[Term, ...]]:
     for count in range(min(len(here), _MOST), 0, -1):
         yield from combinations(here, count)
-
-
-def _any_gain(fit: Fit, label: str) -> list[AnyTerm]:
-    """Return the tolerances of a fit, but for the gain of a joint's sensor: it may be any."""
-    return [replace(term, tolerance=ANY_GAIN) if isinstance(term, SensorError)
-            and term.place == (GAIN, label) else term for term in fit.nuisance]
