@@ -7,10 +7,9 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import Effect
 
 from ..findings.report import FittedNumber
+from ...significance import MOSTLY
 
-
-# Judgement.
-BETWEEN = 1.5           # steps: more than one, for noise, and less than two (source: their middle)
+BETWEEN = 1.0 + MOSTLY      # steps: what is more is nearer to two than to one
 
 
 class RawCause(NamedTuple):
