@@ -18,14 +18,13 @@ from scipy.signal import savgol_filter
 from scipy.special import xlogy
 from scipy.stats import chi2
 
-from .raw_cause import RawCause
+from .raw_cause import RawCause, TOLERABLE
 from .repeats import repeats_of
 from ..findings.report import FittedNumber
 from ...measurements.measurement import Measurement
 from ...significance import NORMAL_MEDIAN, SCORE_BAR, UNLIKE
 
 # Judgement; choices unless stated otherwise.
-TOLERABLE = 1e-4        # share of slipped samples that nobody would call wrong
 _SLIP = 0.2            # slip that counts [samples]
 _GAP = 10               # samples absent in a row that are lost samples, not a pause
 
@@ -34,6 +33,9 @@ _REACH = 4              # neighbours on each side through which a curve is laid
 _NEARBY = 25            # samples on each side that show how much samples slip by themselves
 _PASSES = 12            # slipped samples next to each other come to light one by one
 _RATES = 200            # that are tried
+
+# A share of samples that slip by one whole sample has that share as its mean square.
+_TOLERABLE = TOLERABLE ** 2
 
 
 class Slips(NamedTuple):
@@ -70,7 +72,7 @@ def lost_samples(slips: Slips, seen: Mask) -> RawCause | None:
 def smallest_rate(slips: Slips, seen: Mask) -> float | None:
     """Return the smallest share of slipped samples that rows `seen` would show, or None."""
     watched = int((slips.watched & seen).sum())
-    rates = np.geomspace(TOLERABLE, DroppedSamples.declaration('rate').high, _RATES).tolist()
+    rates = np.geomspace(_TOLERABLE, DroppedSamples.declaration('rate').high, _RATES).tolist()
     return next((rate for rate in rates if rate * watched >= 1.0
                  and _evidence(round(rate * watched), rate) > SCORE_BAR), None)
 
@@ -147,8 +149,8 @@ def _paused(absent: Mask) -> Mask:
 
 def _evidence(count: int, rate: float) -> float:
     """Return twice the log likelihood ratio of so many slips to those of a tolerable rate."""
-    if rate <= TOLERABLE:
+    if rate <= _TOLERABLE:
         return 0.0
     samples = count / rate
-    return 2.0 * float(xlogy(count, rate / TOLERABLE)
-                       + xlogy(samples - count, (1.0 - rate) / (1.0 - TOLERABLE)))
+    return 2.0 * float(xlogy(count, rate / _TOLERABLE)
+                       + xlogy(samples - count, (1.0 - rate) / (1.0 - _TOLERABLE)))
