@@ -20,12 +20,12 @@ IMMATERIAL = 0.02       # share of a power below which it is not worth a name
 # Power over that about it, or elsewhere (null: passed by lines in 1 % of spectra, by none of the
 # turns of 87 healthy joints of a cobot, which had up to 16; typical presliding had 34 to 548).
 STANDS_OUT = 20.0
-UNLIKE = 0.25           # share of power by which two records of one thing may differ
 # (source: normal distribution, one of 16 000 is farther off)
 DEVIATIONS = 4.0        # standard deviations from which a difference is not of noise
 STILL = 0.02            # link travel below which nothing was moved [rad]
 
 HARDLY = 1.0 - NEARLY_ALL           # share of a thing up to which it is nothing of note
+UNLIKE = MOSTLY ** 2    # share of power by which two records of one thing may differ
 
 # Numerics.
 NORMAL_90 = 1.645           # deviations each side of a 90 % interval (source: normal distribution)
