@@ -23,6 +23,7 @@ STANDS_OUT = 20.0
 # (source: normal distribution, one of 16 000 is farther off)
 DEVIATIONS = 4.0        # standard deviations from which a difference is not of noise
 STILL = 0.02            # link travel below which nothing was moved [rad]
+MANY = 5                # causes or contacts: one more is an imperfection, or a part of a rest
 
 HARDLY = 1.0 - NEARLY_ALL           # share of a thing up to which it is nothing of note
 UNLIKE = MOSTLY ** 2    # share of power by which two records of one thing may differ

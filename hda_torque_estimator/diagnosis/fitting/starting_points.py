@@ -32,11 +32,10 @@ from ..balances.swinging import swing_in
 from ...least_squares.normal import TINY
 from ...least_squares.term import looked_for, Term
 from ...measurements.running_clock import Spans
-from ...significance import UNLIKE
+from ...significance import MANY, UNLIKE
 
 # Judgement; choices unless stated otherwise.
 _STANDS_OUT = 5.0       # least power of a contact, over the best one at any other time
-_FEW = 4                # contacts, at most, of which none is another cause's rest
 
 # Numerics; choices unless stated otherwise.
 DURATIONS = np.geomspace(0.2, 6.0, 18)      # of contacts that are tried [s]
@@ -201,7 +200,7 @@ def _apart(sums: Array, duration: float) -> list[ContactStart]:
     """Return the best contacts of one duration at times apart, one more than there may be."""
     force, power = _forces(sums, _profile(duration))
     free, found = power.copy(), []
-    for _ in range(_FEW + 1):
+    for _ in range(MANY):               # so many are another cause's rest
         at = int(np.argmax(free))
         found.append(ContactStart(float(free[at]), tuple(force[at].tolist()), at / RATE, duration))
         free[np.abs(np.arange(len(free)) - at) <= _CLEAR * duration * RATE] = 0.0
