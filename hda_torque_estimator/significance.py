@@ -10,7 +10,6 @@ SCORE_BAR = 60.0
 # the noise (measured: right causes left some 100 to the best curve, others 700 to 5500; what stood
 # in for a disc bent by 4 to 71, six true discs by 33 000 and more).
 CERTAIN = 300.0
-SIGN_CERTAIN = 0.6      # correlation, of either sign, from which the sign is certain
 MATERIAL = 0.8          # rms beyond noise, over that of noise, that asks for a cause
 LOUD = 2.5              # rms over that of noise from which it is a rest, however noise is known
 NEARLY_ALL = 0.9        # share of a thing from which nothing of note lacks
