@@ -16,6 +16,9 @@ BETWEEN = 1.0 + MOSTLY      # steps: what is more is nearer to two than to one
 # 13 % more, by 0.1 of a sample 49 times as far)
 TOLERABLE = 0.01        # rms by which samples slip, that nobody would call wrong [samples]
 
+# Share of samples that may be wrong: it is the mean square of slips by one whole sample.
+WRONG = TOLERABLE ** 2
+
 
 class RawCause(NamedTuple):
     """An effect at its place, its numbers with 90 % intervals, and how sure it is."""
