@@ -10,7 +10,6 @@ SCORE_BAR = 60.0
 # the noise (measured: right causes left some 100 to the best curve, others 700 to 5500; what stood
 # in for a disc bent by 4 to 71, six true discs by 33 000 and more).
 CERTAIN = 300.0
-SIGN_CERTAIN = 0.6      # correlation, of either sign, from which the sign is certain
 MATERIAL = 0.8          # rms beyond noise, over that of noise, that asks for a cause
 LOUD = 2.5              # rms over that of noise from which it is a rest, however noise is known
 NEARLY_ALL = 0.9        # share of a thing from which nothing of note lacks
@@ -20,12 +19,13 @@ IMMATERIAL = 0.02       # share of a power below which it is not worth a name
 # Power over that about it, or elsewhere (null: passed by lines in 1 % of spectra, by none of the
 # turns of 87 healthy joints of a cobot, which had up to 16; typical presliding had 34 to 548).
 STANDS_OUT = 20.0
-UNLIKE = 0.25           # share of power by which two records of one thing may differ
 # (source: normal distribution, one of 16 000 is farther off)
 DEVIATIONS = 4.0        # standard deviations from which a difference is not of noise
 STILL = 0.02            # link travel below which nothing was moved [rad]
+MANY = 5                # causes or contacts: one more is an imperfection, or a part of a rest
 
 HARDLY = 1.0 - NEARLY_ALL           # share of a thing up to which it is nothing of note
+UNLIKE = MOSTLY ** 2    # share of power by which two records of one thing may differ
 
 # Numerics.
 NORMAL_90 = 1.645           # deviations each side of a 90 % interval (source: normal distribution)

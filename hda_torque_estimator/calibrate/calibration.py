@@ -6,7 +6,7 @@ from typing import Any, Protocol
 from hda_arm_sim.model.arm import Arm
 
 # Choices unless stated otherwise.
-HARDLY = 1.0            # deviation of a torque that says little about a gear [N*m]
+LITTLE_TORQUE = 1.0     # deviation of a torque that says little about a gear [N*m]
 SPARSE = '    its torque hardly varies: the numbers rest on little, as their intervals say'
 
 

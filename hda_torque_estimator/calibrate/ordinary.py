@@ -13,7 +13,7 @@ from hda_arm_sim.model.arm import Arm
 import numpy as np
 from numpy.typing import NDArray
 
-from .calibration import Calibration, HARDLY, one_joint, SPARSE
+from .calibration import Calibration, LITTLE_TORQUE, one_joint, SPARSE
 from .fitting import laws
 from .fitting.arm_numbers import ArmNumber, number, numbers, rest, with_numbers, with_tolerances
 from .fitting.friction import friction
@@ -62,7 +62,7 @@ class JointFinding:
                 f'has not seen; a polynomial of degree 5 leaves {self.polynomial:.3g}; the torque '
                 f'varies by {self.torque:.3g}',
                 f'    scale of the torque: {self.scale}',
-                *([SPARSE] if self.torque < HARDLY else []),
+                *([SPARSE] if self.torque < LITTLE_TORQUE else []),
                 *(f'    {number}' for number in self.numbers),
                 *([f'    nominal, because the recordings do not show: {", ".join(self.nominal)}']
                   if self.nominal else [])]

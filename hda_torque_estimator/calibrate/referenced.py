@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 from hda_arm_sim.model.arm import Arm
 import numpy as np
 
-from .calibration import Calibration, HARDLY, one_joint, SPARSE
+from .calibration import Calibration, LITTLE_TORQUE, one_joint, SPARSE
 from .fitting.arm_numbers import (ArmNumber, GAIN, LEVEL, number, of_all_friction, with_numbers,
                                   with_tolerances, ZERO)
 from .fitting.by_hand import line_left_out, mean_left_out
@@ -86,7 +86,7 @@ class JointCalibration:
         seen = 'on recordings left out of the fit' if self.held_out else 'on the only recording'
         return [f'{self.joint}: {" and ".join(self._errors())} {seen}, of a '
                 f'torque that varies by {self.reference:.3g} N*m rms',
-                *([SPARSE] if self.reference < HARDLY else []),
+                *([SPARSE] if self.reference < LITTLE_TORQUE else []),
                 *(f'    {words}' for words in (*self._together(), *self.aside, *self._moving())),
                 *(f'    {number}' for number in self.numbers),
                 *(f'    {name} is far from what was known: it predicts this torque, but need not '

@@ -20,7 +20,7 @@ from scipy.ndimage import uniform_filter1d
 
 from ..samples.coupling import (AT_LINK, bend_over, disc_of, kind_of, LINK_DEGREES,
                                 MOTOR_DEGREES, RIGHT, TRAVEL, twist_of)
-from ..significance import SIGN_CERTAIN
+from ..significance import MOSTLY
 
 # Choices unless stated otherwise.
 STRETCHES = 9           # of a recording, each with a slope of its own; their median counts
@@ -158,7 +158,7 @@ def wrong_effort(joint: Joint, motor: Array, link: Array,
         return None             # one way only: a load that goes down drives its motor
     seen = torque[moving], link[:-1][known][moving], speed[moving]
     twists = _twists((motor / joint.ratio - link)[:-1][known][moving], *seen)
-    if twists < -SIGN_CERTAIN:
+    if twists < -MOSTLY:
         return ConventionFault(f'{joint.label}: its gear twists against its motor (correlation '
                                f'{twists:.2f}): the motor torques have the wrong sign; import '
                                'them with the other one')
@@ -200,7 +200,7 @@ def _helps(torque: Array, link: Array, speed: Array) -> bool:
 
     Weight depends on the angle alone, whatever it is, and so does what an encoder does.
     """
-    return alike(torque, np.sign(speed), _of_angle(link)) < -SIGN_CERTAIN
+    return alike(torque, np.sign(speed), _of_angle(link)) < -MOSTLY
 
 
 def _twists(torsion: Array, torque: Array, link: Array, speed: Array) -> float:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from .joint_recording import Measured
 from ...measurements.conventions import alike, disc_slope, wrong_angles
 from ...samples.readings import LINK_READING, MOTOR_READING
-from ...significance import SIGN_CERTAIN
+from ...significance import MOSTLY
 
 Floats = NDArray[np.float64]
 
@@ -36,7 +36,7 @@ def wrong_signs(arm: Arm, recordings: Sequence[Measured]) -> SignFaults:
                                                    disc_slope(arm, 0))):
             return SignFaults(f'{one.recording}: {wrong.mended_on_import()}')
     torsion, motor = (_correlation(recordings, arm, side) for side in (_torsion, _motor))
-    falls = [seen < -SIGN_CERTAIN for seen in (torsion, motor)]
+    falls = [seen < -MOSTLY for seen in (torsion, motor)]
     if all(falls) or (falls[0] and motor == 0.0):
         return SignFaults(f'its torsion falls where the reference grows (correlation '
                           f'{torsion:.2f}): the sign of the reference is wrong, or that of '

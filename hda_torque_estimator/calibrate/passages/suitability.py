@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from .joint_recording import CalibrationError
 from .passage import Passage
 from ...measurements.conventions import disc_slope, wrong_convention
-from ...significance import SIGN_CERTAIN
+from ...significance import MOSTLY
 
 Floats = NDArray[np.float64]
 # Choices unless stated otherwise.
@@ -91,7 +91,7 @@ def _check_sign(label: str, ratio: float, passages: Sequence[Passage]) -> None:
     torsion, torque = rest.T
     alike = float(torsion @ torque / math.sqrt(max(float(
         (torsion @ torsion) * (torque @ torque)), 1e-300)))
-    if alike < -SIGN_CERTAIN and torque.std() > LEAST_TORQUE:
+    if alike < -MOSTLY and torque.std() > LEAST_TORQUE:
         raise CalibrationError(
             f'{label}: the torque falls where the torsion grows (correlation {alike:.2f}): the '
             'sign of the reference, the tilt or the tip force is wrong')

@@ -12,14 +12,14 @@ from hda_arm_sim.model.chain_links import ChainLinks
 import numpy as np
 
 from .balance import Balancer
-from ...significance import STANDS_OUT
-
-# Judgement; choices unless stated otherwise.
-# (null: short stops of 24 joints of healthy arms left 167 to 474, presliding 1109 and more)
-_LOUD = 800.0           # power where a shaft turns round, over that of noise
+from ...significance import IMMATERIAL, STANDS_OUT
 
 # Numerics; choices unless stated otherwise.
 _FEWEST = 25            # rows that suffice
+
+# Power where a shaft turns round, over that of noise: even what is immaterial of it stands out.
+# Short stops of 52 joints of healthy arms left 167 to 594, presliding 1109 and more.
+_LOUD = STANDS_OUT / IMMATERIAL
 
 
 def turning_round(balancer: Balancer, arm: Arm, noise: Array) -> tuple[int, ...]:

@@ -32,11 +32,7 @@ from ..balances.swinging import swing_in
 from ...least_squares.normal import TINY
 from ...least_squares.term import looked_for, Term
 from ...measurements.running_clock import Spans
-from ...significance import UNLIKE
-
-# Judgement; choices unless stated otherwise.
-_STANDS_OUT = 5.0       # least power of a contact, over the best one at any other time
-_FEW = 4                # contacts, at most, of which none is another cause's rest
+from ...significance import MANY, STANDS_OUT, UNLIKE
 
 # Numerics; choices unless stated otherwise.
 DURATIONS = np.geomspace(0.2, 6.0, 18)      # of contacts that are tried [s]
@@ -195,14 +191,14 @@ def _standing_out(sums: Array) -> list[list[ContactStart]]:
     gaps = {count: best[count - 1].power / max(best[count].power, TINY)
             for count in range(1, len(best)) if count == 1 or count <= room}
     return [best[:count] for count in sorted(gaps, key=lambda count: -gaps[count])
-            if gaps[count] >= _STANDS_OUT]
+            if gaps[count] >= STANDS_OUT]
 
 
 def _apart(sums: Array, duration: float) -> list[ContactStart]:
     """Return the best contacts of one duration at times apart, one more than there may be."""
     force, power = _forces(sums, _profile(duration))
     free, found = power.copy(), []
-    for _ in range(_FEW + 1):
+    for _ in range(MANY):               # so many are another cause's rest
         at = int(np.argmax(free))
         found.append(ContactStart(float(free[at]), tuple(force[at].tolist()), at / RATE, duration))
         free[np.abs(np.arange(len(free)) - at) <= _CLEAR * duration * RATE] = 0.0

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from .discrepancy_curves import best_curves, Curve, improvement_of, sites, Usual, usual_curves
 from .law_forms import evidence, reformed
 from .parameter_constancy import steady_shares
-from .search import MANY, SearchResult
+from .search import SearchResult
 from .tolerances_reached import beyond_tolerance
 from ..balances.balance import Balancer, RATE
 from ..balances.healthy_twin import healthy_twin, noise_of, torque_noise_of, TorqueNoise
@@ -31,7 +31,7 @@ from ..findings.rest import GEAR, SENSOR
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Place, Term
-from ...significance import IMMATERIAL, MATERIAL, MOSTLY, SCORE_BAR
+from ...significance import IMMATERIAL, MANY, MATERIAL, MOSTLY, SCORE_BAR
 
 Array = NDArray[np.float64]
 # Judgement; choices unless stated otherwise.

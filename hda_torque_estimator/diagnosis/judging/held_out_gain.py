@@ -8,13 +8,13 @@ way. Then the balances of the same stretches are asked, beside which all else is
 """
 
 from .placebo import placebo_shares
-from .search import MANY
 from ..balances.balance import Balancer
 from ..findings.gains import gains, METRIC
 from ..findings.report import OwnGain
 from ..fitting.fit import Fit, Fitter
 from ...least_squares.term import Term
 from ...measurements.running_clock import Spans
+from ...significance import MANY
 
 IN_BALANCES = ('power of the balances on held-out stretches, over that of noise, beside all other '
                'causes')

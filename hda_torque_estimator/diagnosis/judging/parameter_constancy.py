@@ -16,12 +16,13 @@ import numpy as np
 
 from .forward_selection import next_cause
 from .law_forms import reformed
-from .search import MANY, SearchResult
+from .search import SearchResult
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.solve import condense, prior_weights, step_of
 from ...least_squares.normal import TINY
 from ...least_squares.term import Place, Term
+from ...significance import MANY
 
 # Judgement; choices unless stated otherwise.
 # (measured: of two arms with fifteen, 11 of 14 right causes varied by less than half of it, and

@@ -22,10 +22,7 @@ from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES, terms_of
 from ..fitting.steps import acts_apart
 from ...least_squares.term import Place, Term
-from ...significance import HARDLY, MOSTLY, SCORE_BAR
-
-# Judgement; choices unless stated otherwise.
-MANY = 5                # causes: one more is an imperfection, and each further way costs as much
+from ...significance import HARDLY, MANY, MOSTLY, SCORE_BAR
 
 # Numerics; choices unless stated otherwise.
 _TURNS = 2              # other ways that are tried

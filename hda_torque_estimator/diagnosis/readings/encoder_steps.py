@@ -18,14 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import xlogy
 
-from .raw_cause import BETWEEN, number, RawCause
+from .raw_cause import BETWEEN, number, RawCause, WRONG
 from ...measurements.measurement import Measurement
 from ...significance import HARDLY, IMMATERIAL, NORMAL_MEDIAN, SCORE_BAR
 
 SIDES = ('motor_step', 'link_step')
-# Judgement; choices unless stated otherwise.
-_RARE = 1e-3            # share of changes and of gaps that may be of faults
-
 # Numerics; choices unless stated otherwise.
 _SAME = 1e-9            # changes of an angle that rounding may make [rad]
 _PARTS = 8              # of the smallest change, one of which is the step
@@ -76,7 +73,7 @@ def true_step(angle: Array, left_out: NDArray[np.bool_]) -> Step | None:
     changes = changes[changes > _SAME]
     if not len(changes):
         return None
-    smallest = float(np.quantile(changes, _RARE, method='lower'))
+    smallest = float(np.quantile(changes, WRONG, method='lower'))
     for part in range(1, _PARTS + 1):
         counts = changes * part / smallest
         near = np.abs(counts - np.round(counts)) < HARDLY
@@ -100,7 +97,7 @@ def _between_levels(angle: Array) -> Step | None:
     gaps = gaps[gaps > _SAME]
     if not len(gaps):
         return None
-    least = float(np.quantile(gaps, _RARE, method='lower'))
+    least = float(np.quantile(gaps, WRONG, method='lower'))
     closer, seen_again = int((gaps < least).sum()), int((last - first > _PASS).sum())
     as_far = min(int(((gaps >= least) & (gaps < 2.0 * least)).sum()), seen_again)
     usual = max(0.5 * (closer + as_far), 0.5)

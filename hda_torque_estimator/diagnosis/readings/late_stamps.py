@@ -27,15 +27,10 @@ from scipy.signal import savgol_filter
 
 from .local_rest import local_rest
 from .lost_samples import steps_of
-from .raw_cause import number, RawCause
+from .raw_cause import number, RawCause, TOLERABLE
 from ...measurements.even_grid import as_stamped
 from ...measurements.measurement import Measurement
 from ...significance import IMMATERIAL, MOSTLY, NORMAL_90, NORMAL_MEDIAN, SCORE_BAR
-
-# Judgement; choices unless stated otherwise.
-# (measured: by it the estimated torque of a moving arm is off by 1.6 % more, by 0.05 of a sample
-# 13 % more, by 0.1 of a sample 49 times as far)
-TOLERABLE = 0.01        # jitter that nobody would call wrong [samples]
 
 # Numerics; choices unless stated otherwise.
 _WINDOW, _DEGREE = 17, 3        # of the polynomials that give the speed [samples]

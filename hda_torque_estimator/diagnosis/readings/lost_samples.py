@@ -18,16 +18,11 @@ from scipy.signal import savgol_filter
 from scipy.special import xlogy
 from scipy.stats import chi2
 
-from .raw_cause import RawCause
+from .raw_cause import RawCause, WRONG
 from .repeats import repeats_of
 from ..findings.report import FittedNumber
 from ...measurements.measurement import Measurement
-from ...significance import NORMAL_MEDIAN, SCORE_BAR, UNLIKE
-
-# Judgement; choices unless stated otherwise.
-TOLERABLE = 1e-4        # share of slipped samples that nobody would call wrong
-_SLIP = 0.2            # slip that counts [samples]
-_GAP = 10               # samples absent in a row that are lost samples, not a pause
+from ...significance import HARDLY, NORMAL_MEDIAN, SCORE_BAR, UNLIKE
 
 # Numerics; choices unless stated otherwise.
 _REACH = 4              # neighbours on each side through which a curve is laid
@@ -70,7 +65,7 @@ def lost_samples(slips: Slips, seen: Mask) -> RawCause | None:
 def smallest_rate(slips: Slips, seen: Mask) -> float | None:
     """Return the smallest share of slipped samples that rows `seen` would show, or None."""
     watched = int((slips.watched & seen).sum())
-    rates = np.geomspace(TOLERABLE, DroppedSamples.declaration('rate').high, _RATES).tolist()
+    rates = np.geomspace(WRONG, DroppedSamples.declaration('rate').high, _RATES).tolist()
     return next((rate for rate in rates if rate * watched >= 1.0
                  and _evidence(round(rate * watched), rate) > SCORE_BAR), None)
 
@@ -106,9 +101,9 @@ def _slipping(reading: Array, curve: Array, scatter: Array) -> tuple[Mask, Mask]
     slip = (away * speed).sum(axis=(1, 2)) / power
     spread = _usual(slip * np.sqrt(power)) / np.sqrt(power)
     common = slip ** 2 * power > (1.0 - UNLIKE) * (away ** 2).sum(axis=(1, 2))
-    clear = (np.abs(slip) > np.maximum(_SLIP, np.sqrt(SCORE_BAR) * spread)) & common
+    clear = (np.abs(slip) > np.maximum(HARDLY, np.sqrt(SCORE_BAR) * spread)) & common
     highest = np.abs(slip) >= maximum_filter1d(np.abs(slip), 2 * _REACH + 1)
-    return clear & highest, np.sqrt(SCORE_BAR) * spread < _SLIP
+    return clear & highest, np.sqrt(SCORE_BAR) * spread < HARDLY
 
 
 def _usual(slip: Array) -> Array:
@@ -137,18 +132,22 @@ def steps_of(arm: Arm) -> Array:
 
 
 def _paused(absent: Mask) -> Mask:
-    """Return which absent samples belong to a pause of the recording."""
+    """
+    Return which absent samples belong to a pause of the recording.
+
+    More are absent in a row than a curve is laid through: nothing shows that an arm moved on.
+    """
     edges = np.flatnonzero(np.diff(absent.astype(int), prepend=0, append=0))
     paused = np.zeros(len(absent), bool)
     for begin, end in zip(edges[::2], edges[1::2]):
-        paused[begin:end] = end - begin > _GAP
+        paused[begin:end] = end - begin > 2 * _REACH
     return paused
 
 
 def _evidence(count: int, rate: float) -> float:
     """Return twice the log likelihood ratio of so many slips to those of a tolerable rate."""
-    if rate <= TOLERABLE:
+    if rate <= WRONG:
         return 0.0
     samples = count / rate
-    return 2.0 * float(xlogy(count, rate / TOLERABLE)
-                       + xlogy(samples - count, (1.0 - rate) / (1.0 - TOLERABLE)))
+    return 2.0 * float(xlogy(count, rate / WRONG)
+                       + xlogy(samples - count, (1.0 - rate) / (1.0 - WRONG)))
