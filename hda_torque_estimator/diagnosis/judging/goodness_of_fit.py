@@ -144,13 +144,15 @@ def _sure_of_share(left: Array, noisy: Array, power: Array, curve: '_CurveLeft')
     Return the margin by which a cause of a `power` (c,) leaves too little to be a stand-in.
 
     What a curve improves grows with the length of a recording, and this does not. It says nothing
-    where more is `left` (c,) than is `noisy` (c,).
+    where more is `left` (c,) than is `noisy` (c,). What a curve explains is compared to what the
+    cause does in the same balances: one that does much in one says nothing of another.
     """
     acts = _acts(power)
     if (left > noisy)[acts].any():
         return -math.inf
-    most = max(float(left[acts].max()), curve.power)
-    return margin_of_share(most / max(float(power.max()), 1e-300))
+    shares = (float(left[acts].max()) / max(float(power.max()), 1e-300),
+              curve.power / max(float(power[curve.channels].max(initial=0.0)), 1e-300))
+    return margin_of_share(max(shares))
 
 
 def _of_joints(fitter: Fitter, loud: NDArray[np.bool_], wrong: Sequence[Term],
@@ -263,6 +265,7 @@ class _CurveLeft(NamedTuple):
 
     share: float        # of what takes a name back
     power: float        # over noise
+    channels: list[int]     # in which it shows
 
 
 def _formed(fitter: Fitter, fit: Fit, found: SearchResult, powers: Mapping[Place, Array],
@@ -282,7 +285,7 @@ def _formed(fitter: Fitter, fit: Fit, found: SearchResult, powers: Mapping[Place
     joints = fitter.arm.labels if whole else {str(term.joint) for term in fit.accepted}
     if not joints:
         return {}
-    none = {term.place: _CurveLeft(0.0, 0.0) for term in fit.accepted}
+    none = {term.place: _CurveLeft(0.0, 0.0, []) for term in fit.accepted}
     rows = fitter.effective * fitter.valid(fit.balance).sum(axis=0)
     shares = {
         place: HYPOTHESES[place[0]].form_share * reason.improvement / trained
@@ -304,8 +307,8 @@ def _formed(fitter: Fitter, fit: Fit, found: SearchResult, powers: Mapping[Place
             allowed = sum(shares[term.place] for term in near) + (shared if own else 0.0)
             bar = allowed + max(_least(curve, term, powers[term.place].max()) for term in near)
             own_rows = rows[fitter.own_channels(label)].max()
-            left = _CurveLeft(curve.improvement / bar,
-                              float(np.expm1(curve.improvement / max(own_rows, 1.0))))
+            left = _CurveLeft(curve.improvement / bar, float(np.expm1(
+                curve.improvement / max(own_rows, 1.0))), shown)
             formed |= {term.place: max(left, formed[term.place]) for term in near}
         return formed
 
