@@ -145,15 +145,15 @@ def _sure_of_share(left: Array, noisy: Array, power: Array, curve: '_CurveLeft')
     Return the margin by which a cause of a `power` (c,) leaves too little to be a stand-in.
 
     What a curve improves grows with the length of a recording, and this does not. It says nothing
-    where more is `left` (c,) than is `noisy` (c,). What a curve explains is compared to what the
-    cause does in the same balances: one that does much in one says nothing of another.
+    where more is `left` (c,) than is `noisy` (c,). A curve that would take the name back counts
+    by what the cause does in the same balances: one that does much in one says nothing of another.
     """
     acts = _acts(power)
     if (left > noisy)[acts].any():
         return -math.inf
-    shares = (float(left[acts].max()) / max(float(power.max()), 1e-300),
-              curve.power / max(float(power[curve.channels].max(initial=0.0)), 1e-300))
-    return margin_of_share(max(shares))
+    most, does = float(left[acts].max()), float(power.max())
+    there = float(power[curve.channels].max()) if curve.share > 1.0 else does
+    return margin_of_share(max(most / max(does, 1e-300), curve.power / max(there, 1e-300)))
 
 
 def _of_joints(fitter: Fitter, loud: NDArray[np.bool_], wrong: Sequence[Term],
