@@ -20,6 +20,7 @@ from .fitting.nuisance import is_of_log
 from .judging.curvature import straight
 from .judging.goodness_of_fit import goodness_of_fit, GoodnessOfFit
 from .judging.held_out_gain import held_out_gain
+from .judging.other_laws import of_other_laws
 from .judging.search import SearchResult
 from .judging.selection_criteria import accepted
 from .judging.sensor_scale import in_place_of_gain
@@ -78,7 +79,7 @@ def proven(fitter: Fitter, found: SearchResult, twin: Balancer, given: Arm, held
     while True:
         notify('judging the causes')
         doubted = (*misplaced(fitter, found), *straight(fitter, found.last),
-                   *in_place_of_gain(fitter, found))
+                   *in_place_of_gain(fitter, found), *of_other_laws(fitter, found))
         judged = goodness_of_fit(fitter, found, doubted)
         notify('measuring the gain on held-out stretches')
         kept = found.with_only(fitter, judged.backed)

@@ -140,7 +140,9 @@ class ViscousFriction(Effect):
     place: ClassVar[Place] = DRAG
     stated: ClassVar[Mapping[str, str]] = {'slope': 'viscous_friction'}
     law = staticmethod(viscous_drag)
+    # (source: a power of 0.8 to 1.2 of the speed leaves up to 0.005 to a line)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        varies=('motor_velocity',), reach=0.005,
         free={'slope': 5e-05}, alike=('thermal_viscosity', 'nonlinear_viscous_friction'),
         experiment='at least three speeds, the same early and late')
     typical: ClassVar[Typical | None] = Typical({'slope': 0.0002})

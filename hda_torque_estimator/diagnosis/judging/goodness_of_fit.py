@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .discrepancy_curves import best_curves, Curve, improvement_of, sites, Usual, usual_curves
-from .law_forms import evidence, reformed
+from .law_forms import evidence, left_by_forms, reformed
 from .parameter_constancy import steady_shares
 from .search import SearchResult
 from .tolerances_reached import beyond_tolerance
@@ -93,8 +93,9 @@ def _judged(fitter: Fitter, found: SearchResult, doubted: Sequence[Term]) -> Goo
     powers = [np.maximum(without.variance - fit.variance, 0.0) for without in lacking]
     counted = {term.place: np.minimum(power, found.first.variance) / noise
                for term, power in zip(fit.accepted, powers)}
+    by_forms = left_by_forms(fitter, fit) / noise
     allowed = sum((HYPOTHESES[name].form_error * power for (name, _), power in counted.items()),
-                  np.zeros_like(noise))
+                  by_forms)
     other = reformed(fitter, fit)
     left = other.variance / noise - 1.0
     noisy = MATERIAL ** 2 * _unsure(fit)
@@ -105,7 +106,7 @@ def _judged(fitter: Fitter, found: SearchResult, doubted: Sequence[Term]) -> Goo
         left = left - np.where(others, _of_itself(fitter, fit), 0.0)
     beyond = beyond_tolerance(fitter, fit) if fit.accepted else np.zeros_like(noise)
     rests = np.maximum(left / bar, beyond)
-    curves = _formed(fitter, other, found, counted, trained)
+    curves = _formed(fitter, other, found, counted, trained, by_forms)
     over = {term.place: power / noise for term, power in zip(fit.accepted, powers)}
     formed = [term for term in fit.accepted if curves[term.place].share > 1.0
               and _sure_of_share(left, noisy, over[term.place], curves[term.place]) < 1.0]
@@ -146,13 +147,15 @@ def _sure_of_share(left: Array, noisy: Array, power: Array, curve: '_CurveLeft')
     Return the margin by which a cause of a `power` (c,) leaves too little to be a stand-in.
 
     What a curve improves grows with the length of a recording, and this does not. It says nothing
-    where more is `left` (c,) than is `noisy` (c,).
+    where more is `left` (c,) than is `noisy` (c,). A curve that would take the name back counts
+    by what the cause does in the same balances: one that does much in one says nothing of another.
     """
     acts = _acts(power)
     if (left > noisy)[acts].any():
         return -math.inf
-    most = max(float(left[acts].max()), curve.power)
-    return margin_of_share(most / max(float(power.max()), 1e-300))
+    most, does = float(left[acts].max()), float(power.max())
+    there = float(power[curve.channels].max()) if curve.share > 1.0 else does
+    return margin_of_share(max(most / max(does, 1e-300), curve.power / max(there, 1e-300)))
 
 
 def _of_joints(fitter: Fitter, loud: NDArray[np.bool_], wrong: Sequence[Term],
@@ -265,10 +268,11 @@ class _CurveLeft(NamedTuple):
 
     share: float        # of what takes a name back
     power: float        # over noise
+    channels: list[int]     # in which it shows
 
 
 def _formed(fitter: Fitter, fit: Fit, found: SearchResult, powers: Mapping[Place, Array],
-            trained: float) -> dict[Place, _CurveLeft]:
+            trained: float, by_forms: Array) -> dict[Place, _CurveLeft]:
     """
     Return what a simple curve explains of the rest of each cause.
 
@@ -278,13 +282,13 @@ def _formed(fitter: Fitter, fit: Fit, found: SearchResult, powers: Mapping[Place
     Whose curve it is cannot be identified among those that are near, so it may be what all of
     their laws leave together, and laws of several forms of the whole arm. The `powers` (c,) of the
     causes are over noise; what these improve was found on the share `trained` of the rows that are
-    looked at.
+    looked at. So is the power (c,) `by_forms` that their best forms may leave.
     """
     whole = [term for term in fit.accepted if term.joint is None]
     joints = fitter.arm.labels if whole else {str(term.joint) for term in fit.accepted}
     if not joints:
         return {}
-    none = {term.place: _CurveLeft(0.0, 0.0) for term in fit.accepted}
+    none = {term.place: _CurveLeft(0.0, 0.0, []) for term in fit.accepted}
     rows = fitter.effective * fitter.valid(fit.balance).sum(axis=0)
     shares = {
         place: HYPOTHESES[place[0]].form_share * reason.improvement / trained
@@ -304,10 +308,12 @@ def _formed(fitter: Fitter, fit: Fit, found: SearchResult, powers: Mapping[Place
             if not near:
                 continue
             allowed = sum(shares[term.place] for term in near) + (shared if own else 0.0)
+            joint = fitter.own_channels(label)
+            allowed += float(rows[joint] @ np.log1p(by_forms[joint]))
             bar = allowed + max(_least(curve, term, powers[term.place].max()) for term in near)
-            own_rows = rows[fitter.own_channels(label)].max()
-            left = _CurveLeft(curve.improvement / bar,
-                              float(np.expm1(curve.improvement / max(own_rows, 1.0))))
+            own_rows = rows[joint].max()
+            left = _CurveLeft(curve.improvement / bar, float(np.expm1(
+                curve.improvement / max(own_rows, 1.0))), shown)
             formed |= {term.place: max(left, formed[term.place]) for term in near}
         return formed
 

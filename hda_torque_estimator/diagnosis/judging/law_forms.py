@@ -30,7 +30,7 @@ from ..fitting.nuisance import AnyTerm
 from ..fitting.solve import Columns, condense, Solution, solve
 from ...least_squares.bounds import bounded
 from ...least_squares.term import Place, Term
-from ...significance import HARDLY
+from ...significance import HARDLY, IMMATERIAL
 
 # Numerics; choices unless stated otherwise.
 _ORDERS = (1, 2, 4)     # waves per motor turn by which a cause that is a wave is changed
@@ -78,6 +78,7 @@ class InBestForms(NamedTuple):
     fit: Fit                    # beside whose numbers these forms were found
     columns: Columns            # those of the forms first
     spread: Array               # (p,) of the forms
+    forms: Array                # (m, c, p) what each does, none where no form pays
 
 
 def reformed(fitter: Fitter, fit: Fit, causes: Sequence[Term] | None = None) -> Fit:
@@ -105,11 +106,22 @@ def in_best_forms(fitter: Fitter, fit: Fit) -> InBestForms:
     best = _best(fitter, fit, None)
     if best is None or best.cost > fit.score:
         return InBestForms(fit, condense(fit.balance.residual, fit.columns,
-                                         fitter.valid(fit.balance)), np.zeros(0))
+                                         fitter.valid(fit.balance)), np.zeros(0),
+                           np.zeros((*fit.balance.residual.shape, 0)))
     beside = fitter.at(best.terms, len(fit.accepted), fit.slopes)
     made, columns, _ = _known(fitter, beside)
     owner: Array = np.repeat(np.arange(len(made)), [part.shape[2] for part in made])
-    return InBestForms(beside, columns, _within_reach(fitter, beside, columns, owner)[1])
+    return InBestForms(beside, columns, _within_reach(fitter, beside, columns, owner)[1],
+                       np.concatenate(made, axis=2))
+
+
+def left_by_forms(fitter: Fitter, fit: Fit) -> Array:
+    """
+    Return the power (c,) that best forms may leave: immaterial to what they explain [N^2*m^2].
+
+    A form is a few curves, and no law of the literature is just these (eq:left-by-forms).
+    """
+    return IMMATERIAL * np.maximum(fit.variance - reformed(fitter, fit).variance, 0.0)
 
 
 def powers(fitter: Fitter, fit: Fit) -> Array:

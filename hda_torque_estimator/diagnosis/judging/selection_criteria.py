@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from .bounds_reached import ends_at_limit
 from .discrepancy_curves import is_worth_a_look
 from .equal_noise import equal_noise_score, noise_in
-from .law_forms import evidence, powers, reformed
+from .law_forms import evidence, left_by_forms, powers, reformed
 from .low_frequency import gain_below, power_below
 from .null_distribution import by_chance
 from ..balances.balance import BANDWIDTH
@@ -140,14 +140,14 @@ def _form_power(fitter: Fitter, first: Fit, fit: Fit, usual: float = 0.0) -> Arr
     Return the power (c,) that causes of a fit may leave as one form of several [N^2*m^2].
 
     It is a share of what each does, and of no more than was wrong at `first`: some may cancel.
-    Those that have other forms leave nothing beside the best of them. Nor do those that leave no
-    more than is `usual`.
+    Those that have other forms leave hardly anything beside the best of them (`left_by_forms`).
+    Those that leave no more than is `usual` leave nothing.
     """
     excess = np.maximum(first.variance - fitter.noise ** 2, 0.0)
     left = [HYPOTHESES[term.name].form_error * np.minimum(power, excess)
             for term, power in zip(fit.accepted, powers(fitter, fit))
             if not HYPOTHESES[term.name].varies and HYPOTHESES[term.name].form_error > usual]
-    return np.max([np.zeros_like(excess), *left], axis=0)
+    return np.max([left_by_forms(fitter, fit), *left], axis=0)
 
 
 def floor(fitter: Fitter) -> Array:

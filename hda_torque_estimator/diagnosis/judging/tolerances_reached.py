@@ -57,7 +57,7 @@ def _by_chance(healthy: Fitter | None, free: Sequence[Place]) -> float:
 
 def _solved(fitter: Fitter, formed: InBestForms, free: Sequence[Place]) -> Solution:
     """Return the best step of a fit in which terms at some places are free of tolerances."""
-    fit, columns, spread = formed
+    fit, columns, spread, _ = formed
     is_free = np.concatenate([np.full(term.size, term.place in free) for term in fit.terms])
     return solve(columns, fitter.noise, fitter.effective,
                  np.concatenate([np.zeros(len(spread)), fitter.away(fit.terms)]),
@@ -66,7 +66,7 @@ def _solved(fitter: Fitter, formed: InBestForms, free: Sequence[Place]) -> Solut
 
 def _at_end(fitter: Fitter, formed: InBestForms, held: Solution) -> list[Place]:
     """Return the places of terms of which a number is held at the end of its tolerance."""
-    fit, _, spread = formed
+    fit, _, spread, _ = formed
     away = np.abs(fitter.away(fit.terms) + held.step[len(spread):])
     is_held: NDArray[np.bool_] = np.isfinite(fit.deviations) & (
         away >= _AT_END * REACH * fit.deviations)
