@@ -39,6 +39,7 @@ _SLOW = 0.1             # waves per turn that are none, of a law of waves
 _CURVES = 3             # smooth curves along a coordinate (choice)
 _DIFFERENCES = (0.75, -0.15, 1.0 / 60.0)    # of neighbours by 1, 2, 3 samples: a rate
 _NEARER, _SHORTER = 0.6, 20     # of a spread, and how often, until a form is within its reach
+_DIGITS = 9             # of the largest of values, by which two are told apart (choice)
 _AT_REST = 1e-300       # rms of a coordinate along which nothing moved
 RATE_OF = 'rate'        # of what a cause does: laws of a drive differ by its time behaviour
 # Of a wave along a coordinate: it may have a harmonic where the motion has seen a whole wave,
@@ -365,7 +366,8 @@ def _curves(values: Array, power: Array, count: int = 0) -> Iterator[Array]:
     They are Chebyshev polynomials of the share of the power that smaller values have, and a
     `count` of them, first, of the values themselves.
     """
-    order = np.argsort(values)
+    order = np.argsort(np.round(values / np.max(np.abs(values), initial=_AT_REST), _DIGITS),
+                       kind='stable')       # what rounding alone parts keeps the order of time
     share = np.empty_like(values)
     share[order] = np.cumsum(power[order])
     low, high = np.min(values[power > 0.0], initial=np.inf), np.max(
