@@ -24,6 +24,13 @@ def test_a_lag_that_is_dropped_leaves_noise_as_loud_as_it_was(seed):
     assert (left < 1.3 * fitter.noise ** 2).all()
 
 
+def test_a_lag_that_smooths_commands_of_coarse_encoders_explains_no_motion():
+    """A controller of 2 kHz repeats rounding that a log of 1 kHz has every second sample of."""
+    arm, measurement = healthy(1020035, 'rich')
+    found = diagnose(measurement, arm).diagnosis
+    assert found.verdict == 'no_discrepancy'
+
+
 def test_links_that_quieten_the_noise_of_coarse_encoders_explain_nothing():
     """With 4096 counts a turn, a link of a third of its inertia makes a third of the noise."""
     arm, measurement = healthy(745012, 'rich')

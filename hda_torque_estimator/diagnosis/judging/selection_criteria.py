@@ -81,7 +81,7 @@ def standing(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term
     if improvement < threshold(fitter, term):
         return Standing.CHANCE
     if (np.isfinite(HYPOTHESES[term.name].below) and not fitter.balancer.is_commanded
-            and gain_below(fitter, without, extended, SLOW) < threshold(fitter, term)):
+            and not _follows_motion(fitter, without, extended, term)):
         return Standing.CHANCE              # what is quick is of commands that nobody recorded
     form = _form_power(fitter, first, without)
     formed = np.inf
@@ -110,6 +110,17 @@ def standing(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term
     nearly_all = gain > (1.0 - IMMATERIAL if alike else NEARLY_ALL) * rest
     explains = improvement > CERTAIN and bool((nearly_all & (gain > least)).any())
     return Standing.CAUSE if explains else Standing.CHANCE
+
+
+def _follows_motion(fitter: Fitter, without: Fit, extended: Fit, term: Term) -> bool:
+    """
+    Return whether a term explains what is slow: enough for a cause, and most of it (eq:of-motion).
+
+    What a lag takes from noise of commands is mostly quick, but some of that noise is slow too.
+    """
+    before, after = (power_below(fitter, fit, SLOW) for fit in (without, extended))
+    return bool(gain_below(fitter, without, extended, SLOW) >= threshold(fitter, term)
+                and (before - after > MOSTLY * before).any())
 
 
 def alone(fitter: Fitter, term: Term, beside: Sequence[Term]) -> bool:
