@@ -92,8 +92,29 @@ def test_beside_a_wrong_cause_alone_a_number_would_pass_its_tolerance(soft, name
     """The stiffness runs to its end, and explains what a damping does not."""
     fitter, joint = soft
     term = next(term for term in terms_of(ARM, name) if term.joint == joint)
-    beyond = beyond_tolerance(fitter, fitter.refined(fitter.refit(fitter.first, term)))
+    fit = fitter.refined(fitter.refit(fitter.first, term))
+    beyond = beyond_tolerance(fitter, fit, np.zeros_like(fitter.noise))
     assert (beyond > 1.0).any() == (beyond[fitter.own_channels(joint)[1]] > 1.0) == passes
+
+
+def test_what_laws_may_leave_is_nothing_beyond_a_tolerance(soft):
+    fitter, joint = soft
+    term = next(term for term in terms_of(ARM, 'structural_damping') if term.joint == joint)
+    fit = fitter.refined(fitter.refit(fitter.first, term))
+    torsion = fitter.own_channels(joint)[1]
+    own, other = np.zeros_like(fitter.noise), np.full_like(fitter.noise, np.inf)
+    own[torsion], other[torsion] = np.inf, 0.0
+    assert beyond_tolerance(fitter, fit, own)[torsion] == 0.0
+    assert beyond_tolerance(fitter, fit, other)[torsion] > 1.0
+
+
+def test_a_bearing_that_explains_a_thousand_times_the_noise_may_leave_a_fifth_of_it():
+    """Of 1 N*m and torsions of five counts, a stiffness 49 % off would explain what is left."""
+    world = worlds.draw(1020045, ('link_bearing_friction',), motion='rich', rate=1000)
+    arm = arm_of(world)
+    said = diagnose(measurement_from(arm.labels, logged(world, arm)), arm).diagnosis
+    assert [(one.effect, one.joint) for one in said.findings] == [
+        ('link_bearing_friction', 'joint2')]
 
 
 @pytest.mark.study

@@ -28,13 +28,14 @@ from ...significance import SCORE_BAR
 _AT_END = 1.0 - 1e-6    # of its reach, from which a number is held there (choice: rounding)
 
 
-def beyond_tolerance(fitter: Fitter, fit: Fit) -> Array:
+def beyond_tolerance(fitter: Fitter, fit: Fit, allowed: Array) -> Array:
     """
     Return what numbers at the end of their tolerance would explain beyond it, by channel (c,).
 
     It is a share of what a curve explains that takes a name back. Causes have their best forms,
     as without these the numbers run to their ends for a form's sake. What the same numbers
-    explain of a healthy arm is chance. A channel in which they improve little shows nothing.
+    explain of a healthy arm is chance. A channel in which they improve little shows nothing, nor
+    does one where the power is `allowed` (c,) over noise: laws leave as much there.
     """
     formed = in_best_forms(fitter, fit)
     held = _solved(fitter, formed, ())
@@ -43,8 +44,10 @@ def beyond_tolerance(fitter: Fitter, fit: Fit) -> Array:
         return np.zeros_like(fitter.noise)
     free = _solved(fitter, formed, ends)
     gains, gain = held.scores - free.scores, held.score - free.score
-    more = gain - _by_chance(fitter.healthy, ends)
-    return np.where(gains > SCORE_BAR, more / Hypothesis.form, 0.0)
+    rows = np.maximum(fitter.effective * fitter.valid(fit.balance).sum(axis=0), 1.0)
+    of_laws = (gains > 0.0) & (np.expm1(gains / rows) <= allowed)
+    more = gain - gains[of_laws].sum() - _by_chance(fitter.healthy, ends)
+    return np.where((gains > SCORE_BAR) & ~of_laws, more / Hypothesis.form, 0.0)
 
 
 def _by_chance(healthy: Fitter | None, free: Sequence[Place]) -> float:
