@@ -319,8 +319,8 @@ def _formed(fitter: Fitter, fit: Fit, found: SearchResult, powers: Mapping[Place
         return formed
 
     formed = doubts(best_curves(fitter, fit, joints))
-    if max(one.share for one in formed.values()) <= 1.0:
-        return formed
+    if margin_of_rest(max(one.share for one in formed.values())) >= 1.0:
+        return formed               # nothing that a name would be less sure for
     return doubts(best_curves(fitter, fit, joints, _curves_of_itself(fitter, found.last)))
 
 
