@@ -44,6 +44,17 @@ def test_commands_that_were_held_are_left_as_they_are():
         assert on_its_way(balancer, arm, noise) is balancer
 
 
+def test_motors_are_not_asked_where_readings_show_that_commands_were_held():
+    """What follows quick sweeps at 2 kHz looks like commands that went all the way."""
+    world = worlds.draw(1020217, ())
+    arm = arm_of(world)
+    balancer = Balancer(finer(measurement_from(arm.labels, logged(world, arm))))
+    noise = noise_of(balancer, arm)[0]
+    assert (world.motion, world.logger.every) == ('chirp', 1)
+    assert way_between(balancer, arm, noise) > 0.9
+    assert on_its_way(balancer, arm, noise) is balancer
+
+
 def test_a_delay_of_commands_is_no_way_to_the_next_one():
     arm, balancer, noise = balances(720000, effects=('command_delay',))
     assert on_its_way(balancer, arm, noise) is balancer

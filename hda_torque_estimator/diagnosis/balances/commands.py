@@ -65,11 +65,14 @@ def on_its_way(balancer: Balancer, arm: Arm, noise: Array) -> Balancer:
 
     Where a command changed so much that what is not known of its way is more than noise, the
     motor balances hold nothing. Those of commands that were held are returned as they are.
-    A delay looks as if commands had been held. So that is not asked of motors where readings show
-    it.
+    What else acts as quickly looks like a way. So motors are not asked where readings and stamps
+    show that commands were held.
     """
+    with_stamps = len(balancer.measurement.past) > 0
+    if with_stamps and balancer.is_commanded:
+        return balancer
     way = way_between(balancer, arm, noise)
-    if way is None or way == 0.0 and len(balancer.measurement.past):
+    if way is None or way == 0.0 and with_stamps:
         return balancer
     if way == 0.0:
         held = replace(_on_way(balancer.measurement, way), held=True)
