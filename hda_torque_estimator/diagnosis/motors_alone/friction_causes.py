@@ -21,15 +21,10 @@ from numpy.typing import NDArray
 
 from .motor_record import Sweep
 from .posterior import Law, PossibleCause
+from ..findings.certainty import NAMED
 from ..fitting.hypotheses import HYPOTHESES
 from ..judging.law_forms import factors_along, spread_of
 from ...significance import HARDLY, MOSTLY
-
-# Judgement; choices unless stated otherwise.
-_USUAL = 0.3            # share of a motor's torque that a cause usually has, rms
-_NAMED = 0.1            # prior probability of each cause of the catalogue
-_NAMELESS = 0.02        # prior probability of a curve without a name along each coordinate
-_SIZES = (0.01, 0.03, 0.1)      # share of the torque that such a curve may have, rms
 
 # Numerics; choices unless stated otherwise.
 _POINTS = 8             # of a grid over a number that is a scale,
@@ -40,6 +35,12 @@ _APART = MOSTLY * HARDLY        # of a form, that is its own beside the law and 
 _IDLE = 1e-3           # of its usual torque, below which a law does nothing along a motion
 _AT_REST = 1e-300       # rms of a column along which nothing moved
 _KNOTS, _TIMES = 8, 3   # of a curve along a coordinate, and of what drifts over a recording
+_STEPS = 3              # of the sizes that a curve without a name may have
+
+# Share of the torque that a curve without a name may have, rms: nothing of note, by it or its root.
+_SIZES = np.geomspace(HARDLY ** 2, HARDLY, _STEPS).tolist()
+# Prior probability of such a curve along each coordinate: that by which a name may be wrong.
+_NAMELESS = 1.0 - NAMED
 
 
 Rows = NDArray[np.intp]
@@ -186,12 +187,17 @@ def causes(motion: Along, laws: Mapping[str, list[FrictionLaw]], rows: Rows, tor
     named = [PossibleCause(name, tuple(
         _law(law, motion, rows, torque, [] if law.plain else plain)._replace(
             least=_least(law, stated.get(name, 0.0)), weight=_weight(law, several))
-        for law in several), _NAMED)
+        for law in several), _even())
         for name, several in laws.items()]
     return named + [PossibleCause(name, tuple(
         Law(curves[rows], np.full(curves.shape[1], size * torque / np.sqrt(curves.shape[1])),
             np.zeros((len(rows), 0))) for size in _SIZES), _NAMELESS, named=False)
         for name, curves in nameless(motion, rows).items()]
+
+
+def _even() -> float:
+    """Return how likely each cause is at first: as another one, or as none; so its usual power."""
+    return 1.0 / (1.0 + len(friction_effects()))
 
 
 def _weight(law: FrictionLaw, several: Sequence[FrictionLaw]) -> float:
@@ -226,7 +232,7 @@ def _law(law: FrictionLaw, motion: Along, rows: Rows, torque: float,
     basis, upper = np.linalg.qr(np.stack(shapes, axis=1))
     apart = np.abs(np.diag(upper))[len(known):] > _APART * np.sqrt(len(rows))
     forms = basis[:, len(known):][:, apart] * np.sqrt(len(rows)) * size[0]
-    return Law(own, _USUAL * torque / size, forms,
+    return Law(own, np.sqrt(_even()) * torque / size, forms,
                float(spread_of(np.asarray(sought.reach))))
 
 
