@@ -22,15 +22,16 @@ from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.solve import condense, prior_weights, step_of
 from ...least_squares.normal import TINY
 from ...least_squares.term import Place, Term
-from ...significance import MANY
-
-# Judgement; choices unless stated otherwise.
-# (measured: of two arms with fifteen, 11 of 14 right causes varied by less than half of it, and
-# stand-ins by more, up to 8, but for a kinematic error in place of an eccentric encoder)
-_VARIES = 0.2           # share of its size that a cause varies by, from which it is not steady
+from ...significance import HARDLY, MANY
 
 # Numerics; choices unless stated otherwise.
 _STRETCHES = 12         # parts of a recording in which sizes are compared
+
+# Share of its size that a cause varies by, from which it is not steady: it is sure to be at half
+# of it, where it hardly varies. Of two arms with fifteen, 11 of 14 right causes varied by less than
+# that half, and stand-ins by more, up to 8, but for a kinematic error in place of an eccentric
+# encoder.
+_VARIES = 2.0 * HARDLY
 
 
 def unsteady_shares(fitter: Fitter, fit: Fit) -> dict[Place, float]:
