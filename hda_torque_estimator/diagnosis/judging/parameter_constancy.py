@@ -28,9 +28,9 @@ from ...significance import HARDLY, MANY
 _STRETCHES = 12         # parts of a recording in which sizes are compared
 
 # Share of its size that a cause varies by, from which it is not steady: it is sure to be at half
-# of it, where it hardly varies. Of two arms with fifteen, 11 of 14 right causes varied by less than
-# that half, and stand-ins by more, up to 8, but for a kinematic error in place of an eccentric
-# encoder.
+# of it, where it hardly varies. Of two arms with fifteen, 11 of 14 right causes varied by less
+# than that half, and stand-ins by more, up to 8, but for a kinematic error in place of an
+# eccentric encoder.
 _VARIES = 2.0 * HARDLY
 
 

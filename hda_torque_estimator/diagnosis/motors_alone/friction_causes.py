@@ -37,7 +37,7 @@ _AT_REST = 1e-300       # rms of a column along which nothing moved
 _KNOTS, _TIMES = 8, 3   # of a curve along a coordinate, and of what drifts over a recording
 _STEPS = 3              # of the sizes that a curve without a name may have
 
-# Share of the torque that a curve without a name may have, rms: nothing of note, by it or its root.
+# Share of the torque that a curve without a name may have, rms: nothing of note, by power or rms.
 _SIZES = np.geomspace(HARDLY ** 2, HARDLY, _STEPS).tolist()
 # Prior probability of such a curve along each coordinate: that by which a name may be wrong.
 _NAMELESS = 1.0 - NAMED
