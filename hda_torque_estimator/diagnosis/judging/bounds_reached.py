@@ -18,8 +18,6 @@ from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Term
 from ...significance import NORMAL_90
 
-# Judgement; choices unless stated otherwise.
-_NEAR = 0.3             # of a number, from its bound, within which its interval is looked at
 _ROUND = ('phase', 'direction')     # what these begin with turns round and has no end
 
 
@@ -35,8 +33,7 @@ def limits_of(effect: str, number: str) -> tuple[float, float]:
 
 def ends_at_limit(fitter: Fitter, fit: Fit, term: Term) -> bool:
     """Return whether the interval of a free number of a term in a fit reaches a limit."""
-    near = [number for number in term.free
-            if _room(fitter, term, number) <= _NEAR * abs(getattr(term.effect, number))]
+    near = [number for number in term.free if math.isfinite(_room(fitter, term, number))]
     if not near:
         return False
     if any(_room(fitter, term, number) <= 0.0 for number in near):
