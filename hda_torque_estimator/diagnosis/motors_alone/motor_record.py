@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_coeffs, savgol_filter
 
 from ...measurements.recording_checks import check_duration, check_torque
-from ...significance import DEVIATIONS, STILL
+from ...significance import DEVIATIONS
 
 # Numerics; choices unless stated otherwise.
 SHORTEST = 2.0          # recording of a sweep from which friction and ripple are observable [s]
@@ -124,7 +124,7 @@ def _sweep(samples: JointSamples, joint: Joint, source: str,
     angle, torque = motor.position[:, 0], motor.effort[:, 0]
     good = np.isfinite(angle) & np.isfinite(torque)
     check_torque(torque, joint.label, source)
-    if good.sum() < 100 or np.ptp(angle[good]) < STILL * joint.ratio:
+    if good.sum() < 100:
         return
     since = (samples.stamps[good] - samples.stamps[good][0]) * 1e-9
     dt = float(np.median(np.diff(since))) if period is None else period
