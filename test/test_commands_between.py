@@ -44,14 +44,14 @@ def test_commands_that_were_held_are_left_as_they_are():
         assert on_its_way(balancer, arm, noise) is balancer
 
 
-def test_motors_are_not_asked_where_readings_show_that_commands_were_held():
-    """What follows quick sweeps at 2 kHz looks like commands that went all the way."""
+def test_a_way_that_is_not_known_is_none():
+    """What follows quick sweeps at 2 kHz looks like 1.4 of the way, give or take 0.9."""
     world = worlds.draw(1020217, ())
     arm = arm_of(world)
     balancer = Balancer(finer(measurement_from(arm.labels, logged(world, arm))))
     noise = noise_of(balancer, arm)[0]
     assert (world.motion, world.logger.every) == ('chirp', 1)
-    assert way_between(balancer, arm, noise) > 0.9
+    assert way_between(balancer, arm, noise) is None
     assert on_its_way(balancer, arm, noise) is balancer
 
 
@@ -73,8 +73,8 @@ def test_motor_balances_hold_nothing_where_what_a_command_did_is_unknown():
     assert left[1] < 0.9 * left[0]
 
 
-def test_what_a_base_does_at_once_is_no_way_of_commands_when_the_base_is_known():
-    """Without stamps readings do not show for certain that commands were held."""
+def test_what_a_base_does_at_once_is_no_way_of_commands_known_or_not():
+    """It looks like 1.6 of the way, give or take 1; no command goes farther than the next one."""
     swings = {'frequency': 10.0, 'damping': 1.4, 'amplitude': 0.03, 'direction': 2.0}
     arm = read_arm('hda_arm.yaml')
     asked = motion('rich', 2, 30.0, 1e-3, 105)
@@ -84,5 +84,5 @@ def test_what_a_base_does_at_once_is_no_way_of_commands_when_the_base_is_known()
                            made.command)
     plain = Balancer(recorded)
     noise = noise_of(plain, arm)[0]
-    assert way_between(plain, arm, noise) > 0.5
+    assert way_between(plain, arm, noise) is None
     assert not way_between(plain, arm.with_effect(BaseVibration(**swings), None), noise)

@@ -15,6 +15,7 @@ from .balances.balance import Balancer
 from .balances.commands import on_its_way
 from .balances.healthy_twin import healthy_twin, noise_of, torque_noise_of, TorqueNoise
 from .balances.reversals import turning_round
+from .balances.unresolved import unresolved
 from .fitting.fit import Fitter
 from .readings.raw_readings import RawReadings
 from ..measurements.measurement import Measurement
@@ -41,10 +42,23 @@ class AsRecorded:
 
     @classmethod
     def of(cls, raw: RawReadings, training: Spans) -> 'AsRecorded':
-        """Return it of readings, to be fitted on the training stretches."""
-        balancer = Balancer(raw.measurement).apart(raw.arm)
-        quiet = healthy_twin(balancer, raw.arm, _FIRST_NOISE)
-        return cls(raw.arm, balancer, quiet, *noise_of(balancer, raw.arm, quiet), training)
+        """
+        Return it of readings, to be fitted on the training stretches.
+
+        Where the arm moved faster than samples resolve, balances hold nothing.
+        """
+        whole = cls._of_all(raw.arm, raw.measurement, training)
+        spans = unresolved(whole.balancer, whole.arm, whole.quiet, whole.noise)
+        if not spans:
+            return whole
+        return cls._of_all(raw.arm, replace(raw.measurement, unresolved=spans), training)
+
+    @classmethod
+    def _of_all(cls, arm: Arm, measurement: Measurement, training: Spans) -> 'AsRecorded':
+        """Return it of all readings but those that are said to be unresolved."""
+        balancer = Balancer(measurement).apart(arm)
+        quiet = healthy_twin(balancer, arm, _FIRST_NOISE)
+        return cls(arm, balancer, quiet, *noise_of(balancer, arm, quiet), training)
 
     def turning(self, found: Arm) -> tuple[int, ...]:
         """

@@ -110,7 +110,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
         replace(facts, training=training, held_out=held_out), origin.arm_file, origin.version, 0.0,
         (*proof.remarks, *_not_gaining(raw, shown),
          *(cause.sentence() for cause in beside.nameless), *scales,
-         *in_sensors_alone(fitter, evidence.fit), *aside, *_between(raw.measurement),
+         *in_sensors_alone(fitter, evidence.fit), *aside, *_between(fitter.balancer.measurement),
          *remarks(sizes, arm, about, FAST if limit == 'rate' else None)), limited_by=limit,
         probability=_probability(verdict, named, pairs, judged),
         listed=(*unsure, *too_small(fitter, found, _places(fitted, pairs))))
@@ -181,12 +181,16 @@ def _not_gaining(raw: RawReadings, shown: Sequence[Finding]) -> Iterator[str]:
                    'nothing on stretches that no fit has seen')
 
 
-def _between(measurement: Measurement) -> tuple[str, ...]:
-    """Return what a log does not know of its commands, nothing where they were held."""
-    if not measurement.untold:
-        return ()
-    return (f'commands were recorded every {1e3 * measurement.untold:.3g} ms and not in between: '
-            'a lag or a delay of up to half of that is not named',)
+def _between(measurement: Measurement) -> Iterator[str]:
+    """Yield what a log does not know of its commands, and of the motion between its samples."""
+    if measurement.untold:
+        yield (f'commands were recorded every {1e3 * measurement.untold:.3g} ms and not in '
+               'between: a lag or a delay of up to half of that is not named')
+    if measurement.unresolved:
+        seconds = sum(end - begin for begin, end in measurement.unresolved)
+        period = 1e3 * measurement.parts * measurement.dt
+        yield (f'for {seconds:.3g} s the arm moved faster than samples every {period:.3g} ms '
+               'resolve, as one that shakes: nothing is judged there; record faster')
 
 
 def _facts(measurement: Measurement, training: Spans, held_out: Spans,

@@ -52,6 +52,7 @@ class Measurement:
     at the output]. It is NaN where it is not known, and empty where nothing is known of any.
     Joints whose reference has a scale that nobody knows are `unscaled`.
     Whether commands were `held` is asked of readings once (`upsampling.is_held`), None until then.
+    Stretches in which the arm moved faster than samples resolve are `unresolved` [s].
     """
 
     labels: tuple[str, ...]
@@ -66,6 +67,7 @@ class Measurement:
     held: bool | None = None
     reference: Array = field(default_factory=lambda: np.zeros((0, 0)))
     unscaled: tuple[str, ...] = ()
+    unresolved: tuple[tuple[float, float], ...] = ()
 
     @cached_property
     def referenced(self) -> NDArray[np.bool_]:

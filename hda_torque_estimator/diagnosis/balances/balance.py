@@ -49,6 +49,7 @@ from .whitening import MOTION, Whitening, whitening_of
 from .whole_runs import hands_on, remembered, run_whole
 from ...measurements.measurement import Measurement
 from ...measurements.motion import jolts, MeasuredMotion, MOTOR
+from ...measurements.running_clock import inside
 from ...measurements.upsampling import between, is_held
 
 # Numerics; choices unless stated otherwise.
@@ -232,9 +233,11 @@ class Balancer:
 
     @cached_property
     def _jolted(self) -> NDArray[np.bool_]:
-        """Return where a jolt is within the filter's reach (k,)."""
-        return np.concatenate([_spread(jolts(one), self._reach)
-                               for one in self.measurement.recordings()])
+        """Return where a jolt, or unresolved motion, is within the filter's reach (k,)."""
+        unknown = inside(self.measurement.time, self.measurement.unresolved)
+        return np.concatenate([
+            _spread(jolts(one) | unknown[piece], self._reach) for one, piece in zip(
+                self.measurement.recordings(), self.measurement.pieces())])
 
     @cached_property
     def _sensed(self) -> NDArray[np.bool_]:

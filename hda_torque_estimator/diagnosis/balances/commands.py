@@ -34,7 +34,8 @@ def way_between(balancer: Balancer, arm: Arm, noise: Array) -> float | None:
 
     0 if they were held, 1 if they went all the way at an even rate; None where no change of the
     command shows. `noise` (c,) is that of the balances [N*m]. Its way must explain much of what
-    motors do there that it would not, had commands been held, or gone all the way.
+    motors do there that it would not, had commands been held, or gone all the way. It must be
+    known well enough to tell the least way that there may be from none.
     """
     held, even = (Balancer(_on_way(balancer.measurement, share), balancer.turning)(arm)
                   for share in (0.0, 1.0))
@@ -52,7 +53,7 @@ def way_between(balancer: Balancer, arm: Arm, noise: Array) -> float | None:
     way = min(max(share, 0.0), 1.0)
     as_held, as_even, after = (float(((rest + part * shift) ** 2 * weight).sum())
                                for part in (0.0, 1.0, way))
-    if way > DEVIATIONS * unsure and after < (1.0 - UNLIKE) * as_held:
+    if min(way, _LEAST_WAY) > DEVIATIONS * unsure and after < (1.0 - UNLIKE) * as_held:
         return way
     surely_held = (share + DEVIATIONS * unsure < MOSTLY * _LEAST_WAY
                    and as_held < (1.0 - UNLIKE) * as_even)
@@ -65,14 +66,11 @@ def on_its_way(balancer: Balancer, arm: Arm, noise: Array) -> Balancer:
 
     Where a command changed so much that what is not known of its way is more than noise, the
     motor balances hold nothing. Those of commands that were held are returned as they are.
-    What else acts as quickly looks like a way. So motors are not asked where readings and stamps
-    show that commands were held.
+    A delay looks as if commands had been held. So that is not asked of motors where readings show
+    it.
     """
-    with_stamps = len(balancer.measurement.past) > 0
-    if with_stamps and balancer.is_commanded:
-        return balancer
     way = way_between(balancer, arm, noise)
-    if way is None or way == 0.0 and with_stamps:
+    if way is None or way == 0.0 and len(balancer.measurement.past):
         return balancer
     if way == 0.0:
         held = replace(_on_way(balancer.measurement, way), held=True)
