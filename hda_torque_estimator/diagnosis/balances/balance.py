@@ -232,8 +232,8 @@ class Balancer:
 
     @cached_property
     def _jolted(self) -> NDArray[np.bool_]:
-        """Return where a jolt is within the filter's reach (k,)."""
-        return np.concatenate([_spread(jolts(one), self._reach)
+        """Return where a jolt, or a motion that nobody knows, is in the filter's reach (k,)."""
+        return np.concatenate([_spread(jolts(one) | one.is_blind, self._reach)
                                for one in self.measurement.recordings()])
 
     @cached_property
@@ -259,6 +259,7 @@ class Balancer:
         padded = np.concatenate([made.command, np.repeat(made.command[-1:], part, axis=0)])
         command = np.mean([padded[k:k + len(made.command):part] for k in range(part)], axis=0)
         return self.like(replace(made, dt=part * made.dt, command=command, absent=(), parts=1,
+                                 blind=tuple(sorted({place // part for place in made.blind})),
                                  past=np.zeros(0), reference=made.reference[::part],
                                  reading=np.ascontiguousarray(made.reading[::part]),
                                  begins=tuple(begin // part for begin in made.begins)))
@@ -317,7 +318,8 @@ class Balancer:
         """
         Return where the balances of an arm hold if these joints are turning (m, c).
 
-        Their filter has seen no end, no jolt, and those of motors no standstill.
+        Their filter has seen no end, no jolt, no motion that nobody knows, and those of motors
+        no standstill.
         """
         velocity = np.stack([self._parts.motions.course(arm, joint, MOTOR).velocity
                              for joint in range(len(arm.joints))], axis=1)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array, Mask
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 from .raw_cause import BETWEEN
@@ -26,17 +27,38 @@ class Repeats(NamedTuple):
     watched: Mask
 
 
-def repeats_of(reading: Array, steps: Array) -> Repeats:
-    """Return the repeated samples of readings (k, n, 2) of encoders with these steps (n, 2)."""
-    change = np.diff(reading, axis=0, prepend=reading[:1])
-    usual = savgol_filter(reading, _WINDOW, _DEGREE, deriv=1, axis=0)
+def repeats_of(reading: Array, steps: Array, absent: Mask | None = None) -> Repeats:
+    """
+    Return the repeated samples of readings (k, n, 2) of encoders with these steps (n, 2).
+
+    What is `absent` (k,) was never read. A streak of repeats is made up for by the reading after.
+    """
+    came = np.arange(len(reading)) if absent is None else np.flatnonzero(~absent)
+    usual = savgol_filter(reading, _WINDOW, _DEGREE, deriv=1, axis=0)[came]
+    change = np.diff(reading[came], axis=0, prepend=reading[came][:1])
     noise = np.median(np.abs(change - usual), axis=0) / NORMAL_MEDIAN
     quick = np.abs(usual) > np.maximum(BETWEEN * np.maximum(steps, _smallest(change)),
                                        DEVIATIONS * noise)
-    after = np.roll(change, -1, axis=0)
-    again = (change == 0.0) & (after * np.sign(usual) > BETWEEN * np.abs(usual))
     watched = np.asarray(quick.any(axis=(1, 2)))
-    return Repeats(watched & (again | ~quick).all(axis=(1, 2)), watched)
+    same = watched & ((change == 0.0) | ~quick).all(axis=(1, 2))
+    after = change[_next_without(same)]
+    made_up = after * np.sign(usual) > BETWEEN * np.abs(usual)
+    repeated = same & (made_up | ~quick).all(axis=(1, 2))
+    return Repeats(_among(came, repeated, len(reading)), _among(came, watched, len(reading)))
+
+
+def _next_without(marked: Mask) -> NDArray[np.intp]:
+    """Return the next sample of each that is not marked (k,), the last one if there is none."""
+    order = np.where(marked, len(marked) - 1, np.arange(len(marked)))
+    order = np.minimum.accumulate(order[::-1])[::-1]
+    return np.append(order[1:], len(marked) - 1)
+
+
+def _among(places: NDArray[np.intp], marked: Mask, count: int) -> Mask:
+    """Return which of all samples (count,) are marked ones, of those at some places."""
+    mask = np.zeros(count, bool)
+    mask[places] = marked
+    return mask
 
 
 def _smallest(change: Array) -> Array:
