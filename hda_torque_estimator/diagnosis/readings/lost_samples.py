@@ -5,6 +5,8 @@ A reading of another time than its stamp says is off by speed times that time, i
 once. Against the curve through its neighbours, each sample gives the time by which it slipped.
 What slips by itself, where an encoder counts coarsely, a clock jitters or a motion is quicker than
 the samples resolve, does so all about. A sample must slip far more than those near it usually do.
+
+Mishaps come in bursts. There neighbours are wrong as well, so each is asked by good samples alone.
 """
 
 from typing import NamedTuple
@@ -115,7 +117,7 @@ def _slipping(reading: Array, good: Mask, scatter: Array) -> tuple[Mask, Mask]:
 
 
 def _beside_gaps(reading: Array, good: Mask, scatter: Array) -> tuple[Array, Array]:
-    """Return curves through neighbours, good ones beside gaps, and how far off they usually are."""
+    """Return curves through good neighbours (k, n, 2), and how far off they usually are."""
     curve, noise = convolve1d(reading, KERNEL, axis=0), np.ones((len(reading), 1, 1)) * scatter
     beside = good & maximum_filter1d(~good, 2 * REACH + 1)
     beside[:2 * REACH], beside[-2 * REACH:] = False, False
@@ -142,7 +144,7 @@ def _asked_again(reading: Array, slipped: Mask, surely: Mask, scatter: Array) ->
     best known of each group comes first, and if it is good helps to know the others.
     """
     wrong = slipped | surely
-    group, count = label(binary_closing(np.pad(wrong, REACH), np.ones(2 * REACH + 1)))
+    group, count = label(binary_closing(np.pad(wrong, REACH), np.ones(2 * REACH + 1, bool)))
     group = group[REACH:-REACH]
     several = np.bincount(group, wrong, count + 1) > 1.0
     several[0] = False

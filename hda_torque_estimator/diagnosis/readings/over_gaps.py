@@ -44,7 +44,7 @@ def laid(reading: Array, good: Mask, at: Places) -> Curves:
 
 
 def _through(good: Mask, at: Places) -> tuple[Places, Array, Places]:
-    """Return samples (q, c) of curves, all kinds of weights (w, 2, c), and which they have (q,)."""
+    """Return samples (q, c) of curves, kinds of weights (w, 2, c), and which each has (q,)."""
     known, order = np.flatnonzero(good), np.arange(2 * REACH)
     first = np.clip(np.searchsorted(known, at) - REACH, 0, len(known) - 2 * REACH - 1)
     itself = good[at][:, None] & (order >= REACH)
@@ -78,9 +78,9 @@ def blind_gaps(readings: Array, wrong: Mask, clean: Mask, scatter: Array, dt: fl
     """
     Return the gaps (k,) in readings (k, n, 2) in which nobody knows how the arm moved.
 
-    The curve over the same gap is known to be wrong where samples are `clean`. It is too wrong
-    where balances would show that beside noise (eq:blind-gap). `scatter` (n, 2) is what the curve
-    through all neighbours leaves of clean readings [rad].
+    How far a curve is off over the same gap shows where samples are `clean`. It is too far where
+    balances would show that beside noise (eq:blind-gap). `scatter` (n, 2) is what curves through
+    all neighbours leave of clean readings [rad].
     """
     blind, known = np.zeros(len(readings), bool), dict[bytes, bool]()
     before = np.concatenate([[0], np.cumsum(~clean)])
@@ -98,7 +98,7 @@ def blind_gaps(readings: Array, wrong: Mask, clean: Mask, scatter: Array, dt: fl
 
 def _gaps(wrong: Mask) -> list[slice]:
     """Return the wrong samples (k,), in one gap where too few are good in between for a curve."""
-    closed = binary_closing(np.pad(wrong, REACH), np.ones(REACH))[REACH:-REACH]
+    closed = binary_closing(np.pad(wrong, REACH), np.ones(REACH, bool))[REACH:-REACH]
     edges = np.flatnonzero(np.diff(closed.astype(np.int8), prepend=0, append=0)).tolist()
     return [slice(begin, end) for begin, end in zip(edges[::2], edges[1::2])]
 

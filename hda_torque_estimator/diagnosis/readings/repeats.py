@@ -3,8 +3,8 @@ Readings that are the one before once more, while the arm moved.
 
 An encoder that counts coarsely repeats by itself when it is slow, and a noisy one by chance. So it
 is asked only where it moves by more than its counts and its noise from sample to sample. All that
-do must repeat at once, and the next reading must make up for it: an arm that really stops does not
-jump.
+do must repeat at once, and the next reading that is another one must make up for it: an arm that
+really stops does not jump.
 """
 
 from typing import NamedTuple
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 from .raw_cause import BETWEEN
-from ...significance import DEVIATIONS, NORMAL_MEDIAN
+from ...significance import DEVIATIONS, MOSTLY, NORMAL_MEDIAN
 
 _WINDOW, _DEGREE = 17, 3        # of the polynomials that give the usual change [samples]
 
@@ -41,17 +41,19 @@ def repeats_of(reading: Array, steps: Array, absent: Mask | None = None) -> Repe
                                        DEVIATIONS * noise)
     watched = np.asarray(quick.any(axis=(1, 2)))
     same = watched & ((change == 0.0) | ~quick).all(axis=(1, 2))
-    after = change[_next_without(same)]
-    made_up = after * np.sign(usual) > BETWEEN * np.abs(usual)
+    streak, end = _streaks(same)
+    between = (1.0 + MOSTLY * streak)[:, None, None]        # it stood, and it only seemed to
+    made_up = change[end] * np.sign(usual) > between * np.abs(usual)
     repeated = same & (made_up | ~quick).all(axis=(1, 2))
     return Repeats(_among(came, repeated, len(reading)), _among(came, watched, len(reading)))
 
 
-def _next_without(marked: Mask) -> NDArray[np.intp]:
-    """Return the next sample of each that is not marked (k,), the last one if there is none."""
-    order = np.where(marked, len(marked) - 1, np.arange(len(marked)))
-    order = np.minimum.accumulate(order[::-1])[::-1]
-    return np.append(order[1:], len(marked) - 1)
+def _streaks(marked: Mask) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return how long the streaks of marked samples (k,) are, and which sample is next to each."""
+    count = np.arange(len(marked))
+    before = np.maximum.accumulate(np.where(marked, 0, count))
+    after = np.minimum.accumulate(np.where(marked, len(marked) - 1, count)[::-1])[::-1]
+    return after - before - 1, after
 
 
 def _among(places: NDArray[np.intp], marked: Mask, count: int) -> Mask:
