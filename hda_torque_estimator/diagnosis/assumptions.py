@@ -48,14 +48,15 @@ class AsRecorded:
         Where the arm moved faster than samples resolve, balances hold nothing.
         """
         whole = cls._of_all(raw.arm, raw.measurement, training)
-        spans = unresolved(whole.balancer, whole.arm, whole.quiet, whole.noise)
-        if not spans:
+        more = unresolved(whole.balancer, whole.arm, whole.quiet, whole.noise)
+        if not more:
             return whole
-        return cls._of_all(raw.arm, replace(raw.measurement, unresolved=spans), training)
+        blind = tuple(sorted({*raw.measurement.blind, *more}))
+        return cls._of_all(raw.arm, replace(raw.measurement, blind=blind), training)
 
     @classmethod
     def _of_all(cls, arm: Arm, measurement: Measurement, training: Spans) -> 'AsRecorded':
-        """Return it of all readings but those that are said to be unresolved."""
+        """Return it of all readings but the blind ones."""
         balancer = Balancer(measurement).apart(arm)
         quiet = healthy_twin(balancer, arm, _FIRST_NOISE)
         return cls(arm, balancer, quiet, *noise_of(balancer, arm, quiet), training)

@@ -186,11 +186,11 @@ def _between(measurement: Measurement) -> Iterator[str]:
     if measurement.untold:
         yield (f'commands were recorded every {1e3 * measurement.untold:.3g} ms and not in '
                'between: a lag or a delay of up to half of that is not named')
-    if measurement.unresolved:
-        seconds = sum(end - begin for begin, end in measurement.unresolved)
+    if measurement.blind:
         period = 1e3 * measurement.parts * measurement.dt
-        yield (f'for {seconds:.3g} s the arm moved faster than samples every {period:.3g} ms '
-               'resolve, as one that shakes: nothing is judged there; record faster')
+        yield (f'for {len(measurement.blind) * measurement.dt:.2g} s samples every {period:.3g} '
+               'ms do not show how the arm moved, as in long gaps or where it shakes: nothing is '
+               'judged there')
 
 
 def _facts(measurement: Measurement, training: Spans, held_out: Spans,

@@ -38,7 +38,8 @@ class Measurement:
 
     `reading` (k, n, 2) are the angles of shaft and link as the encoders show them [rad].
     `command` (k, n) the motor torque in force from a sample until the next [N*m, shaft]. Samples
-    that never came, and were put in to keep the grid, are listed in `absent`.
+    that never came, and were put in to keep the grid, are listed in `absent`. Those in which
+    nobody knows how the arm moved are `blind`.
 
     `past` (k,) says by how much each was taken after its tick [s], as far as its stamp
     knows. It is empty if nothing is known. What lies between samples has that of the one before.
@@ -52,7 +53,6 @@ class Measurement:
     at the output]. It is NaN where it is not known, and empty where nothing is known of any.
     Joints whose reference has a scale that nobody knows are `unscaled`.
     Whether commands were `held` is asked of readings once (`upsampling.is_held`), None until then.
-    Stretches in which the arm moved faster than samples resolve are `unresolved` [s].
     """
 
     labels: tuple[str, ...]
@@ -67,7 +67,7 @@ class Measurement:
     held: bool | None = None
     reference: Array = field(default_factory=lambda: np.zeros((0, 0)))
     unscaled: tuple[str, ...] = ()
-    unresolved: tuple[tuple[float, float], ...] = ()
+    blind: tuple[int, ...] = ()
 
     @cached_property
     def referenced(self) -> NDArray[np.bool_]:
@@ -109,8 +109,17 @@ class Measurement:
     @property
     def put_in(self) -> NDArray[np.bool_]:
         """Return which samples never came (k,)."""
+        return self._at(self.absent)
+
+    @property
+    def is_blind(self) -> NDArray[np.bool_]:
+        """Return in which samples nobody knows how the arm moved (k,)."""
+        return self._at(self.blind)
+
+    def _at(self, places: Sequence[int]) -> NDArray[np.bool_]:
+        """Return a mask (k,) of these samples."""
         mask = np.zeros(len(self.command), bool)
-        mask[list(self.absent)] = True
+        mask[list(places)] = True
         return mask
 
     def rescaled(self, gains: Mapping[str, float]) -> 'Measurement':
@@ -173,10 +182,9 @@ class Measurement:
     def recordings(self) -> list['Measurement']:
         """Return each recording on its own, its time from zero."""
         return [Measurement(self.labels, self.dt, self.reading[piece], self.command[piece],
-                            tuple(place - piece.start for place in self.absent
-                                  if piece.start <= place < piece.stop), past=self.past[piece],
+                            _within(self.absent, piece), past=self.past[piece],
                             parts=self.parts, held=self.held,
-                            reference=self.reference[piece])
+                            reference=self.reference[piece], blind=_within(self.blind, piece))
                 for piece in self.pieces()]
 
     def as_recorded(self) -> 'Measurement':
@@ -187,7 +195,20 @@ class Measurement:
                            np.ascontiguousarray(self.reading[::self.parts]),
                            self.command[::self.parts], past=self.past[::self.parts],
                            begins=tuple(begin // self.parts for begin in self.begins),
-                           held=self.held, reference=self.reference[::self.parts])
+                           held=self.held, reference=self.reference[::self.parts],
+                           blind=tuple(sorted({place // self.parts for place in self.blind})))
+
+
+def _within(places: Sequence[int], piece: slice) -> tuple[int, ...]:
+    """Return those of some samples that are in one recording, counted from its first."""
+    return tuple(place - piece.start for place in places if piece.start <= place < piece.stop)
+
+
+def _running(places: Sequence[Sequence[int]], lengths: Sequence[int]) -> tuple[int, ...]:
+    """Return samples of recordings, counted from the first of all."""
+    begins = np.cumsum([0, *lengths[:-1]]).tolist()
+    return tuple(begin + place for some, length, begin in zip(places, lengths, begins)
+                 for place in some if place < length)
 
 
 def without_gaps(column: Array) -> Array:
@@ -212,10 +233,10 @@ def joined(recordings: Sequence[Measurement], grain: int = 1) -> Measurement:
         recordings[0].labels, recordings[0].dt,
         np.concatenate([one.reading[:length] for one, length in zip(recordings, lengths)]),
         np.concatenate([one.command[:length] for one, length in zip(recordings, lengths)]),
-        tuple(begin + place for one, length, begin in zip(recordings, lengths, begins)
-              for place in one.absent if place < length), tuple(begins),
+        _running([one.absent for one in recordings], lengths), tuple(begins),
         _past(recordings, lengths), recordings[0].parts, held=_held(recordings),
-        reference=_references(recordings, lengths))
+        reference=_references(recordings, lengths),
+        blind=_running([one.blind for one in recordings], lengths))
 
 
 def _held(recordings: Sequence[Measurement]) -> bool | None:

@@ -49,7 +49,9 @@ def finer(measurement: Measurement) -> Measurement:
     return replace(measurement, dt=measurement.dt / parts, parts=parts, command=command,
                    reading=between(measurement.reading, parts), absent=(),
                    past=np.repeat(measurement.past, parts), held=held,
-                   reference=_finer_reference(measurement.reference, parts))
+                   reference=_finer_reference(measurement.reference, parts),
+                   blind=tuple(part for place in measurement.blind
+                               for part in range(parts * place, parts * (place + 1))))
 
 
 def _finer_reference(reference: Array, parts: int) -> Array:

@@ -49,7 +49,6 @@ from .whitening import MOTION, Whitening, whitening_of
 from .whole_runs import hands_on, remembered, run_whole
 from ...measurements.measurement import Measurement
 from ...measurements.motion import jolts, MeasuredMotion, MOTOR
-from ...measurements.running_clock import inside
 from ...measurements.upsampling import between, is_held
 
 # Numerics; choices unless stated otherwise.
@@ -233,11 +232,9 @@ class Balancer:
 
     @cached_property
     def _jolted(self) -> NDArray[np.bool_]:
-        """Return where a jolt, or unresolved motion, is within the filter's reach (k,)."""
-        unknown = inside(self.measurement.time, self.measurement.unresolved)
-        return np.concatenate([
-            _spread(jolts(one) | unknown[piece], self._reach) for one, piece in zip(
-                self.measurement.recordings(), self.measurement.pieces())])
+        """Return where a jolt, or a motion that nobody knows, is in the filter's reach (k,)."""
+        return np.concatenate([_spread(jolts(one) | one.is_blind, self._reach)
+                               for one in self.measurement.recordings()])
 
     @cached_property
     def _sensed(self) -> NDArray[np.bool_]:
@@ -262,6 +259,7 @@ class Balancer:
         padded = np.concatenate([made.command, np.repeat(made.command[-1:], part, axis=0)])
         command = np.mean([padded[k:k + len(made.command):part] for k in range(part)], axis=0)
         return self.like(replace(made, dt=part * made.dt, command=command, absent=(), parts=1,
+                                 blind=tuple(sorted({place // part for place in made.blind})),
                                  past=np.zeros(0), reference=made.reference[::part],
                                  reading=np.ascontiguousarray(made.reading[::part]),
                                  begins=tuple(begin // part for begin in made.begins)))
@@ -320,7 +318,8 @@ class Balancer:
         """
         Return where the balances of an arm hold if these joints are turning (m, c).
 
-        Their filter has seen no end, no jolt, and those of motors no standstill.
+        Their filter has seen no end, no jolt, no motion that nobody knows, and those of motors
+        no standstill.
         """
         velocity = np.stack([self._parts.motions.course(arm, joint, MOTOR).velocity
                              for joint in range(len(arm.joints))], axis=1)

@@ -62,7 +62,7 @@ def healthy_twin(balancer: Balancer, arm: Arm, seed: int,
     command += more.motor * _white(random, measured, len(arm.joints))
     twin = Measurement(measured.labels, measured.dt, reading, command, begins=measured.begins,
                        parts=measured.parts, led=measured.led, held=measured.held,
-                       unscaled=measured.unscaled, unresolved=measured.unresolved)
+                       unscaled=measured.unscaled, blind=measured.blind)
     if measured.referenced.any():
         noise = np.hypot(measured.reference_noise(), more.sensor)
         twin = replace(twin, reference=np.where(

@@ -18,7 +18,6 @@ from scipy.interpolate import CubicSpline
 
 from .balance import Balancer, RATE
 from ...measurements.measurement import Measurement
-from ...measurements.running_clock import Spans
 from ...significance import HARDLY, LOUD
 
 # Numerics; choices unless stated otherwise.
@@ -34,9 +33,10 @@ class _Changes(NamedTuple):
     rows: Array             # that are valid
 
 
-def unresolved(balancer: Balancer, arm: Arm, twin: Measurement, noise: Array) -> Spans:
+def unresolved(balancer: Balancer, arm: Arm, twin: Measurement,
+               noise: Array) -> tuple[int, ...]:
     """
-    Return the stretches [s] in which balances of an arm are off by more than noise makes them.
+    Return the samples about which balances of an arm are off by more than noise makes them.
 
     There they change far more, over their `noise` (c,) [N*m], than those of a healthy `twin` do,
     and by what is more than hardly any noise. One joint that shakes does so to all.
@@ -47,8 +47,8 @@ def unresolved(balancer: Balancer, arm: Arm, twin: Measurement, noise: Array) ->
     usual = np.sqrt(theirs.power.sum(axis=0) / np.maximum(theirs.noise.sum(axis=0), _LEAST))
     share = np.sqrt(ours.power / np.maximum(ours.rows, 1.0)) / noise
     is_off = (share > np.maximum(LOUD * usual, HARDLY)).any(axis=1)
-    return tuple((float(begin), float(begin) + _WINDOW)
-                 for begin in _WINDOW * np.flatnonzero(is_off))
+    window = (balancer.measurement.time / _WINDOW).astype(np.intp)
+    return tuple(np.flatnonzero(is_off[np.minimum(window, len(is_off) - 1)]).tolist())
 
 
 def _changes(balancer: Balancer, arm: Arm) -> _Changes:

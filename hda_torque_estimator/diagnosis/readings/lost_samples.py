@@ -5,6 +5,8 @@ A reading of another time than its stamp says is off by speed times that time, i
 once. Against the curve through its neighbours, each sample gives the time by which it slipped.
 What slips by itself, where an encoder counts coarsely, a clock jitters or a motion is quicker than
 the samples resolve, does so all about. A sample must slip far more than those near it usually do.
+
+Mishaps come in bursts. There neighbours are wrong as well, so each is asked by good samples alone.
 """
 
 from typing import NamedTuple
@@ -13,19 +15,19 @@ from hda_arm_sim.foundation.arrays import Array, Mask
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import CoarseQuantisation, DroppedSamples
 import numpy as np
-from scipy.ndimage import convolve1d, maximum_filter1d, median_filter
+from scipy.ndimage import binary_closing, convolve1d, label, maximum_filter1d, median_filter
 from scipy.signal import savgol_filter
 from scipy.special import xlogy
 from scipy.stats import chi2
 
+from .over_gaps import blind_gaps, GAIN, KERNEL, laid, REACH
 from .raw_cause import RawCause, WRONG
 from .repeats import repeats_of
 from ..findings.report import FittedNumber
 from ...measurements.measurement import Measurement
-from ...significance import HARDLY, NORMAL_MEDIAN, SCORE_BAR, UNLIKE
+from ...significance import DEVIATIONS, HARDLY, NORMAL_MEDIAN, SCORE_BAR, UNLIKE
 
 # Numerics; choices unless stated otherwise.
-_REACH = 4              # neighbours on each side through which a curve is laid
 _NEARBY = 25            # samples on each side that show how much samples slip by themselves
 _PASSES = 12            # slipped samples next to each other come to light one by one
 _RATES = 200            # that are tried
@@ -39,6 +41,7 @@ class Slips(NamedTuple):
     watched: Mask           # moved fast enough to be seen if they had slipped or repeated
     lost: Mask              # by the stamps
     repeated: Mask          # of the slipped ones: the reading before once more
+    blind: tuple[int, ...]  # samples in which nobody knows how the arm moved
 
 
 def lost_samples(slips: Slips, seen: Mask) -> RawCause | None:
@@ -72,38 +75,93 @@ def smallest_rate(slips: Slips, seen: Mask) -> float | None:
 
 def slips_of(measurement: Measurement, arm: Arm) -> Slips:
     """Return the slipped samples of a measurement whose encoders count as those of `arm`."""
-    kernel, steps = _through_neighbours(), steps_of(arm)
-    reading, absent = measurement.reading.copy(), measurement.put_in
-    scatter = _scatter(reading - convolve1d(reading, kernel, axis=0), steps,
-                       float(np.sqrt(1.0 + kernel @ kernel)))
-    ends = np.zeros(len(reading), bool)
-    ends[:2 * _REACH], ends[-2 * _REACH:] = True, True
-    again = repeats_of(reading, steps)
-    slipped = again.repeated & ~(ends | absent)
+    recorded, absent = measurement.reading, measurement.put_in
+    scatter, lost = _scatter(recorded, steps_of(arm)), absent & ~_paused(absent)
+    free = ~absent
+    free[:2 * REACH], free[-2 * REACH:] = False, False
+    again = repeats_of(recorded, steps_of(arm), absent)
+    repeated = slipped = again.repeated & free
     watched = slipped
     for _ in range(_PASSES):
-        curve = convolve1d(reading, kernel, axis=0)
-        fresh, watched = _slipping(reading, curve, scatter)
-        fresh &= ~(ends | absent)
-        if not fresh.any() and not (slipped | absent).any():
+        good = ~(slipped | absent)
+        fresh, watched = _slipping(_mended(recorded, slipped | lost, good), good, scatter)
+        fresh &= free & good
+        if not fresh.any():
             break
-        slipped |= fresh
-        reading[slipped | absent] = curve[slipped | absent]
-    return Slips(reading, slipped, (watched | again.watched) & ~(ends | absent),
-                 absent & ~_paused(absent), again.repeated & ~(ends | absent))
+        slipped = free & _asked_again(recorded, slipped | fresh, repeated | absent, scatter)
+    wrong, watched = slipped | absent, watched | again.watched
+    blind = blind_gaps(recorded, wrong, watched & ~wrong, scatter, measurement.dt)
+    return Slips(_mended(recorded, slipped | lost, ~wrong), slipped, watched & free, lost,
+                 repeated, tuple(np.flatnonzero(blind).tolist()))
 
 
-def _slipping(reading: Array, curve: Array, scatter: Array) -> tuple[Mask, Mask]:
-    """Return which samples slip, more than their neighbours, and which would show it."""
-    speed = savgol_filter(reading, 4 * _REACH + 1, 3, deriv=1, axis=0) / scatter
-    away = (reading - curve) / scatter
-    power = (speed ** 2).sum(axis=(1, 2)) + 1e-30
-    slip = (away * speed).sum(axis=(1, 2)) / power
+def _mended(reading: Array, wrong: Mask, good: Mask) -> Array:
+    """Return readings (k, n, 2) with the wrong ones on curves through good ones."""
+    mended, places = reading.copy(), np.flatnonzero(wrong)
+    if len(places):
+        mended[places] = laid(reading, good, places).reading
+    return mended
+
+
+def _slipping(reading: Array, good: Mask, scatter: Array) -> tuple[Mask, Mask]:
+    """Return which good samples slip, more than their neighbours, and which would show it."""
+    curve, noise = _beside_gaps(reading, good, scatter)
+    speed = savgol_filter(reading, 4 * REACH + 1, 3, deriv=1, axis=0) / noise
+    away = np.where(good[:, None, None], reading - curve, 0.0) / noise
+    slip, power = _slip(away, speed)
     spread = _usual(slip * np.sqrt(power)) / np.sqrt(power)
     common = slip ** 2 * power > (1.0 - UNLIKE) * (away ** 2).sum(axis=(1, 2))
     clear = (np.abs(slip) > np.maximum(HARDLY, np.sqrt(SCORE_BAR) * spread)) & common
-    highest = np.abs(slip) >= maximum_filter1d(np.abs(slip), 2 * _REACH + 1)
+    highest = np.abs(slip) >= maximum_filter1d(np.abs(slip), 2 * REACH + 1)
     return clear & highest, np.sqrt(SCORE_BAR) * spread < HARDLY
+
+
+def _beside_gaps(reading: Array, good: Mask, scatter: Array) -> tuple[Array, Array]:
+    """Return curves through good neighbours (k, n, 2), and how far off they usually are."""
+    curve, noise = convolve1d(reading, KERNEL, axis=0), np.ones((len(reading), 1, 1)) * scatter
+    beside = good & maximum_filter1d(~good, 2 * REACH + 1)
+    beside[:2 * REACH], beside[-2 * REACH:] = False, False
+    places = np.flatnonzero(beside)
+    if len(places):
+        found = laid(reading, good, places)
+        curve[places] = found.reading
+        noise[places] *= found.gain[:, None, None] / GAIN
+    return curve, noise
+
+
+def _slip(away: Array, speed: Array) -> tuple[Array, Array]:
+    """Return by how much samples slip that are `away`, and what that is known by (k,)."""
+    power = (speed ** 2).sum(axis=(1, 2)) + 1e-30
+    return (away * speed).sum(axis=(1, 2)) / power, power
+
+
+def _asked_again(reading: Array, slipped: Mask, surely: Mask, scatter: Array) -> Mask:
+    """
+    Return which samples slipped, of those that may have and those between them.
+
+    A curve through one wrong sample makes others near it look wrong. So where several lie within
+    its reach, they and all between them are asked again, by curves through good ones alone. The
+    best known of each group comes first, and if it is good helps to know the others.
+    """
+    wrong = slipped | surely
+    group, count = label(binary_closing(np.pad(wrong, REACH), np.ones(2 * REACH + 1, bool)))
+    group = group[REACH:-REACH]
+    several = np.bincount(group, wrong, count + 1) > 1.0
+    several[0] = False
+    asked = several[group] & ~surely
+    wrong = wrong & ~asked
+    while asked.any():
+        places = np.flatnonzero(asked)
+        curves = laid(reading, ~(wrong | asked), places)
+        order = np.lexsort((curves.gain, group[places]))
+        first = order[np.diff(group[places[order]], prepend=0) > 0]
+        best = places[first]
+        noise = scatter * (curves.gain[first] / GAIN)[:, None, None]
+        slip, power = _slip((reading[best] - curves.reading[first]) / noise,
+                            curves.change[first] / noise)
+        wrong[best] = np.abs(slip) > np.maximum(HARDLY, DEVIATIONS / np.sqrt(power))
+        asked[best] = False
+    return wrong
 
 
 def _usual(slip: Array) -> Array:
@@ -111,19 +169,11 @@ def _usual(slip: Array) -> Array:
     return np.maximum(median_filter(np.abs(slip), 2 * _NEARBY + 1) / NORMAL_MEDIAN, 1.0)
 
 
-def _through_neighbours() -> Array:
-    """Return weights (2 reach + 1,) of a cubic through the neighbours, at the sample between."""
-    places = np.arange(-_REACH, _REACH + 1, dtype=float)
-    near = places != 0.0
-    weights = np.zeros(len(places))
-    weights[near] = np.linalg.pinv(np.vander(places[near], 4))[-1]
-    return weights
-
-
-def _scatter(away: Array, steps: Array, gain: float) -> Array:
+def _scatter(reading: Array, steps: Array) -> Array:
     """Return how far readings of healthy samples are from their curves (n, 2) [rad]."""
+    away = reading - convolve1d(reading, KERNEL, axis=0)
     usual = np.median(np.abs(away), axis=0) / NORMAL_MEDIAN
-    return np.maximum(np.maximum(usual, gain * steps / np.sqrt(12.0)), 1e-12)
+    return np.maximum(np.maximum(usual, GAIN * steps / np.sqrt(12.0)), 1e-12)
 
 
 def steps_of(arm: Arm) -> Array:
@@ -140,7 +190,7 @@ def _paused(absent: Mask) -> Mask:
     edges = np.flatnonzero(np.diff(absent.astype(int), prepend=0, append=0))
     paused = np.zeros(len(absent), bool)
     for begin, end in zip(edges[::2], edges[1::2]):
-        paused[begin:end] = end - begin > 2 * _REACH
+        paused[begin:end] = end - begin > 2 * REACH
     return paused
 
 

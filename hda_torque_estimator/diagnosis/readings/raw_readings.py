@@ -100,7 +100,7 @@ def _of_one(measurement: Measurement, arm: Arm, names: Sequence[str],
         lost = lost_samples(slips, seen)
         if lost is not None:
             causes.append(lost)
-            measurement = replace(measurement, reading=slips.reading)
+            measurement = replace(measurement, reading=slips.reading, blind=slips.blind)
     if ClockJitter.name in names:
         jitter = clock_jitter(stamp_slips(measurement), seen, arm)
         causes += [] if jitter is None else [jitter]
