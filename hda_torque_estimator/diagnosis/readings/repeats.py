@@ -3,8 +3,8 @@ Readings that are the one before once more, while the arm moved.
 
 An encoder that counts coarsely repeats by itself when it is slow, and a noisy one by chance. So it
 is asked only where it moves by more than its counts and its noise from sample to sample. All that
-do must repeat at once, and the next reading that is another one must make up for it: an arm that
-really stops does not jump.
+do must repeat at once, and the next other reading must make up for it. An arm that really stops
+does not jump.
 """
 
 from typing import NamedTuple
