@@ -108,6 +108,22 @@ def test_a_friction_that_builds_up_while_a_link_turns_round_is_a_form_of_a_dry_o
     assert before > 5.0 and after < 0.3 * before
 
 
+@pytest.mark.parametrize(('effect', 'form', 'seed'), [
+    ('torsional_hysteresis', 'dahl', 760201),
+    pytest.param('torsional_hysteresis', 'dahl', 760203, marks=pytest.mark.study),
+    ('structural_damping', 'with_torsion', 760205),
+    ('motor_encoder_eccentricity', 'fourth_order', 760201),
+    pytest.param('motor_encoder_eccentricity', 'fourth_order', 760203, marks=pytest.mark.study)])
+def test_a_published_law_of_the_torsion_is_a_form(effect, form, seed):
+    world = worlds.draw(seed, (effect,), form=form, motion='rich', rate=1000, joints=1,
+                        seconds=20.0)
+    fitter = fitter_of(replace(world, controller=1000, logger=Logger()))
+    right = fitted(fitter, effect)
+    before, after = ((fit.variance / fitter.noise ** 2 - 1.0).max() for fit in (
+        right, reformed(fitter, right)))
+    assert before > 0.25 and after < 0.15 * before
+
+
 def test_the_noise_of_an_arm_counts_alike_for_all_causes():
     """
     A gear that is stiffer in all of its compliances, as no law has it.

@@ -59,6 +59,7 @@ class Hypothesis:
     less than `clear` is not distinguished from the first of `alike`. No other `form` than the
     usual one is asked of it. `varies` are the coordinates along which published laws of the cause
     differ from this one. A form that does more than `reach`, a share of its power, is another law.
+    A friction beside the spring begins to slide over a `path`, one of its numbers.
     `contains` are curves without a name that are this law, or a published form of it, at some of
     its numbers. One of them explains as much as the law and is the law. A `passing` effect acts
     for a part of a recording, from its `onset` on. A search begins as `start` says. Of many shapes
@@ -98,6 +99,7 @@ class Hypothesis:
     bends: bool = False
     shaped: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     varies: tuple[str, ...] = ()
+    path: str = ''
     # share of its power that another form of its law may do (source: published laws differ by
     # 0.002 to 0.1 of it, unless an effect declares otherwise)
     reach: float = 0.1

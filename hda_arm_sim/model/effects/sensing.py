@@ -144,7 +144,7 @@ class MotorEncoderEccentricity(Effect):
     law_slope = staticmethod(motor_runout_slope)
     # (source: waves of more orders, as those of the gear)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        varies=('motor_angle',), reach=0.3,
+        varies=('orders',), reach=0.3,
         waves={('amplitude', 'phase'): 0.002, ('amplitude_2', 'phase_2'): 0.002},
         alike=('kinematic_error',),
         experiment='constant speed off the resonance at two loads')

@@ -5,8 +5,8 @@ What a right cause leaves is another form of its law, and these follow known coo
 (`Hypothesis.varies`). A cable that pulls more from minute to minute is none: what pulls there has
 another law, and its name is not known. So a cause that explains much more if it may vary along
 another coordinate as well is in doubt (eq:other-law). What was taken out of the balances without a
-name is asked of too, for it may be the rest of the same. Of a play or a hysteresis nobody knows
-along what published laws differ: they are not asked.
+name is asked of too, for it may be the rest of the same. Of a play nobody knows along what
+published laws differ: it is not asked.
 """
 
 from collections.abc import Iterator

@@ -26,7 +26,7 @@ from ..balances.balance import BANDWIDTH
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Term
-from ...significance import CERTAIN, IMMATERIAL, MATERIAL, MOSTLY, NEARLY_ALL, SCORE_BAR
+from ...significance import CERTAIN, HARDLY, IMMATERIAL, MATERIAL, MOSTLY, NEARLY_ALL, SCORE_BAR
 
 Array = NDArray[np.float64]
 
@@ -151,13 +151,14 @@ def _form_power(fitter: Fitter, first: Fit, fit: Fit, usual: float = 0.0) -> Arr
     Return the power (c,) that causes of a fit may leave as one form of several [N^2*m^2].
 
     It is a share of what each does, and of no more than was wrong at `first`: some may cancel.
-    Those that have other forms leave hardly anything beside the best of them (`left_by_forms`).
-    Those that leave no more than is `usual` leave nothing.
+    Those that have other forms leave hardly anything beside the best of them (`left_by_forms`),
+    unless they state more than that. Those that leave no more than is `usual` leave nothing.
     """
     excess = np.maximum(first.variance - fitter.noise ** 2, 0.0)
     left = [HYPOTHESES[term.name].form_error * np.minimum(power, excess)
             for term, power in zip(fit.accepted, powers(fitter, fit))
-            if not HYPOTHESES[term.name].varies and HYPOTHESES[term.name].form_error > usual]
+            if HYPOTHESES[term.name].form_error > (
+                max(usual, HARDLY) if HYPOTHESES[term.name].varies else usual)]
     return np.max([left_by_forms(fitter, fit), *left], axis=0)
 
 
