@@ -8,14 +8,18 @@ A friction beside the torsion states its path, and other forms of it bend over h
 """
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled
+from hda_arm_sim.model.effects.effect import Effect
 from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY, MOTOR_ANGLE
 import numpy as np
 
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
+from ...least_squares.bounds import bounded
 from ...least_squares.term import Term
 
 LINK_PATH = 'link_path'         # declares that laws differ in how they build up along a link
@@ -24,7 +28,8 @@ TORSION_PATH = 'torsion_path'   # and along the torsion of a gear
 # (source: a link that turns round takes half of the time for a quarter of the path)
 _SHARES = (1.0, 0.25, 0.0625)   # of the reach of forms, which those of some paths have
 # (measured: beside loops of other paths, published ones leave 0.02 of themselves at most)
-_WIDTHS = (0.5, 2.0)    # of the path of a law, over which another one builds up
+_WIDTHS = (0.5, 2.0)    # of the path of a law, over which another one builds up,
+_SLIDING = (0.25, 4.0)  # and over which others begin to slide
 _PATHS = (1e-7, 1.0)    # between which paths are looked for [rad],
 _HALVINGS = 12          # by steps of a bisection
 
@@ -54,6 +59,15 @@ def bent_over(fitter: Fitter, fit: Fit, term: Term, does: Array) -> Iterator[Arr
     for share in _WIDTHS:
         bent = _seen(fitter, fit, term, _bent(slow, share * path))
         yield _level(bent, does) * bent
+
+
+def other_paths(term: Term) -> Iterator[Effect]:
+    """Yield a law of friction that begins to slide over other paths: a sum of them is any loop."""
+    path = HYPOTHESES[term.name].path
+    for share in _SLIDING:
+        numbers: dict[str, Any] = bounded(
+            type(term.effect), {path: share * getattr(term.effect, path)})
+        yield replace(term.effect, **numbers)
 
 
 def _lacking(fitter: Fitter, fit: Fit, term: Term, does: Array) -> Callable[[float], Array]:

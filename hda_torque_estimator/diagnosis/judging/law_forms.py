@@ -19,7 +19,7 @@ from hda_arm_sim.model.effects.effect import Effect
 import numpy as np
 
 from .discrepancy_curves import SLOW
-from .friction_path import bent_over, built_up, LINK_PATH, TORSION_PATH
+from .friction_path import bent_over, built_up, LINK_PATH, other_paths, TORSION_PATH
 from .push_course import courses, PUSH
 from ..balances.balance import Balance
 from ..balances.coordinates import coordinates_of
@@ -34,8 +34,6 @@ from ...significance import HARDLY, IMMATERIAL
 
 # Numerics; choices unless stated otherwise.
 _ORDERS = (1, 2, 4)     # waves per motor turn by which a cause that is a wave is changed
-# (measured: with these and those that bend, published loops leave 0.02 of themselves at most)
-_PATHS = (0.25, 4.0)    # of that of a law, over which others begin to slide
 _PHASES = (0.0, 0.5 * np.pi)    # of a wave, that make one of any phase [rad]
 _SLOW = 0.1             # waves per turn that are none, of a law of waves
 _CURVES = 3             # smooth curves along a coordinate (choice)
@@ -283,7 +281,7 @@ def _otherwise(fitter: Fitter, fit: Fit, term: Term, does: Array, lacking: Array
     if LINK_PATH in varies:
         yield from built_up(fitter, fit, term, does)
     if TORSION_PATH in varies:
-        yield from _instead(fitter, fit, term, _other_paths(term), lacking)
+        yield from _instead(fitter, fit, term, other_paths(term), lacking)
         yield from bent_over(fitter, fit, term, does)
     if RATE_OF in varies:
         rate = _rate(does)
@@ -326,15 +324,6 @@ def _wave(effect: Effect, phase: float, order: float) -> Effect:
     """Return a law of waves with another phase and order, the nearest one that it may have."""
     numbers: dict[str, Any] = {'phase': phase, **bounded(type(effect), {'order': order})}
     return replace(effect, **numbers)
-
-
-def _other_paths(term: Term) -> Iterator[Effect]:
-    """Yield a law of friction that begins to slide over other paths: a sum of them is any loop."""
-    path = HYPOTHESES[term.name].path
-    for share in _PATHS:
-        numbers: dict[str, Any] = bounded(
-            type(term.effect), {path: share * getattr(term.effect, path)})
-        yield replace(term.effect, **numbers)
 
 
 def _other_orders(effect: Effect) -> Iterator[Effect]:
