@@ -38,8 +38,8 @@ def unresolved(balancer: Balancer, arm: Arm, twin: Measurement,
     """
     Return the samples about which balances of an arm are off by more than noise makes them.
 
-    There they change far more, over their `noise` (c,) [N*m], than those of a healthy `twin` do,
-    and by what is more than hardly any noise. One joint that shakes does so to all.
+    Over their `noise` (c,) [N*m] they change far more there than those of a healthy `twin` do,
+    and by more than a little. One joint that shakes does so to all.
     """
     if balancer.measurement.parts == 1:
         return ()
