@@ -29,22 +29,21 @@ def shaken(measurement, begin, end, frequency, share):
     return replace(measurement, reading=reading)
 
 
-def unresolved(arm, measurement):
-    """Return the stretches of a measurement in which nothing is judged."""
-    made = AsRecorded.of(raw_readings(measurement, arm), ((0.0, 30.0),))
-    return made.balancer
+def judged(arm, measurement):
+    """Return the balances of a measurement, which is blind where nothing is judged."""
+    return AsRecorded.of(raw_readings(measurement, arm), ((0.0, 30.0),)).balancer
 
 
 @pytest.mark.parametrize('rate', [100, 250, 500, 1000])
 @pytest.mark.parametrize('motion', ['rich', 'trapezoid'])
 def test_a_smooth_motion_is_resolved_at_any_rate(motion, rate):
     arm, measurement = recorded(770011, rate, motion=motion)
-    assert not unresolved(arm, measurement).measurement.blind
+    assert not judged(arm, measurement).measurement.blind
 
 
 def test_where_shafts_shake_at_a_fifth_of_the_rate_balances_hold_nothing():
     arm, measurement = recorded(770011, 250)
-    balancer = unresolved(arm, shaken(measurement, 10.0, 15.0, 53.0, 1e-3))
+    balancer = judged(arm, shaken(measurement, 10.0, 15.0, 53.0, 1e-3))
     made = balancer.measurement
     found = made.is_blind[[round((second + 0.5) / made.dt) for second in range(30)]]
     assert found[11:14].all()

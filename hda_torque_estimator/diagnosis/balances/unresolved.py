@@ -10,10 +10,9 @@ resolve that changes next to nothing: noise of readings, as much as in a healthy
 from dataclasses import replace
 from typing import NamedTuple
 
-from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.arrays import Array, Mask
 from hda_arm_sim.model.arm import Arm
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from .balance import Balancer, RATE
@@ -69,6 +68,6 @@ def _laid_anew(measurement: Measurement) -> Measurement:
         halfway = ticks[:-1] + 0.5
         anew = CubicSpline(halfway, CubicSpline(ticks, recorded)(halfway))
         grid = np.arange(len(reading[piece])) / parts
-        inner: NDArray[np.bool_] = (grid >= halfway[0]) & (grid <= halfway[-1])
+        inner: Mask = (grid >= halfway[0]) & (grid <= halfway[-1])
         reading[piece][inner] = anew(grid[inner])
     return replace(measurement, reading=reading)

@@ -104,8 +104,7 @@ def _judged(fitter: Fitter, found: SearchResult, doubted: Sequence[Term]) -> Goo
         left = np.minimum(left, _left_at_all_frequencies(fitter, fit))
     if (others := _where_none_acts(fitter, fit) & (left > bar)).any():
         left = left - np.where(others, _of_itself(fitter, fit), 0.0)
-    beyond = (beyond_tolerance(fitter, fit, allowed) if fit.accepted
-              else np.zeros_like(noise))
+    beyond = beyond_tolerance(fitter, fit, allowed) if fit.accepted else np.zeros_like(noise)
     rests = np.maximum(left / bar, beyond)
     curves = _formed(fitter, other, found, counted, trained, by_forms)
     over = {term.place: power / noise for term, power in zip(fit.accepted, powers)}

@@ -20,7 +20,7 @@ from scipy.signal import savgol_filter
 from scipy.special import xlogy
 from scipy.stats import chi2
 
-from .over_gaps import blind_gaps, GAIN, KERNEL, laid, REACH
+from .over_gaps import blind_gaps, GAIN, KERNEL, laid, REACH, runs_of
 from .raw_cause import RawCause, WRONG
 from .repeats import repeats_of
 from ..findings.report import FittedNumber
@@ -187,10 +187,9 @@ def _paused(absent: Mask) -> Mask:
 
     More are absent in a row than a curve is laid through: nothing shows that an arm moved on.
     """
-    edges = np.flatnonzero(np.diff(absent.astype(int), prepend=0, append=0))
     paused = np.zeros(len(absent), bool)
-    for begin, end in zip(edges[::2], edges[1::2]):
-        paused[begin:end] = end - begin > 2 * REACH
+    for run in runs_of(absent):
+        paused[run] = run.stop - run.start > 2 * REACH
     return paused
 
 

@@ -98,8 +98,12 @@ def blind_gaps(readings: Array, wrong: Mask, clean: Mask, scatter: Array, dt: fl
 
 def _gaps(wrong: Mask) -> list[slice]:
     """Return the wrong samples (k,), in one gap where too few are good in between for a curve."""
-    closed = binary_closing(np.pad(wrong, REACH), np.ones(REACH, bool))[REACH:-REACH]
-    edges = np.flatnonzero(np.diff(closed.astype(np.int8), prepend=0, append=0)).tolist()
+    return runs_of(binary_closing(np.pad(wrong, REACH), np.ones(REACH, bool))[REACH:-REACH])
+
+
+def runs_of(marked: Mask) -> list[slice]:
+    """Return where samples (k,) are marked without a break."""
+    edges = np.flatnonzero(np.diff(marked.astype(np.int8), prepend=0, append=0)).tolist()
     return [slice(begin, end) for begin, end in zip(edges[::2], edges[1::2])]
 
 
