@@ -14,8 +14,9 @@ from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.findings.rest import NOTHING, Unexplained
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
+from hda_torque_estimator.diagnosis.judging.discrepancy_terms import DiscrepancyTerms
 from hda_torque_estimator.diagnosis.judging.search import SearchResult
-from hda_torque_estimator.diagnosis.judging.site_pattern import misplaced
+from hda_torque_estimator.diagnosis.judging.site_pattern import is_one_link_torque, misplaced
 from hda_torque_estimator.diagnosis.reporting.following import follow
 from hda_torque_estimator.diagnosis.reporting.unexplained import (described, Rest, site_of,
                                                                   unexplained)
@@ -198,3 +199,22 @@ def test_a_right_cause_leaves_nothing_and_stands():
     assert misplaced(fitter, SearchResult(first, right, ())) == ()
     skew = next(term for term in terms_of(ARM, 'clock_skew') if term.joint == hidden.joint)
     assert misplaced(fitter, SearchResult(first, fitter.fit([skew], first.nuisance), ())) == ()
+
+
+def test_a_friction_of_the_link_without_a_name_is_seen_in_both_balances():
+    hidden = draw('link_bearing_friction', np.random.default_rng(7))
+    fitter = fitter_of(hidden)
+    best = DiscrepancyTerms.along(fitter).best(fitter, fitter.first, LABELS)
+    assert (best.joint, best.site, best.coordinate) == (hidden.joint, 'link', 'motor_velocity')
+    assert best.form == 'sense'
+
+
+@pytest.mark.parametrize('seed', range(3))
+def test_one_torque_at_the_link_is_told_from_what_acts_beside_it(seed):
+    of_link = ('cable_spring', 'link_bearing_friction')
+    for effect in (*of_link, 'encoder_scale_error', 'coulomb_friction', 'stiffness_error'):
+        hidden = draw(effect, np.random.default_rng(seed))
+        fitter = fitter_of(hidden)
+        nothing = SearchResult(fitter.first, fitter.first, ())
+        alike = {label for label in LABELS if is_one_link_torque(fitter, nothing, label)}
+        assert alike == ({hidden.joint} if effect in of_link else set())

@@ -21,6 +21,7 @@ REACH = 3.5             # standard deviations that a nuisance may go from its no
 _SAME = 1e-3            # by which variances differ at one and the same end,
 _LEAST = 1e-8           # and besides by so much at most [N^2*m^2]
 _PASSES = 12            # of weights and bounds, at most
+_AT_END = 1.0 - 1e-6    # of its reach, from which a number is held there (choice: rounding)
 _APART = 4.0            # times noise: with less left there is one best step (eq:two-ends)
 
 
@@ -124,6 +125,11 @@ def _descended(columns: Columns, noise: Array, effective: float, now: Array,
 def _are_same(variance: Array, other: Array) -> bool:
     """Return whether variances (c,) are those of one end."""
     return bool((np.abs(variance - other) <= _LEAST + _SAME * other).all())
+
+
+def at_end(away: Array, deviations: Array) -> NDArray[np.bool_]:
+    """Return which numbers (p,) are held at the end of what priors let them be away."""
+    return np.asarray(np.isfinite(deviations) & (np.abs(away) >= _AT_END * REACH * deviations))
 
 
 def prior_weights(deviations: Array) -> Array:

@@ -18,6 +18,7 @@ from .goodness_of_fit import goodness_of_fit
 from .parameter_constancy import only_steady
 from .search import is_stuck, SearchResult, with_cause, without_unneeded
 from .selection_criteria import freedom, open_rest
+from .site_pattern import is_one_link_torque, not_of_link
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Place, Term
@@ -58,7 +59,13 @@ def search_beside_discrepancy(fitter: Fitter, found: SearchResult, names: Sequen
         return BesideDiscrepancy(fitter, steady, ())
     notify('looking for causes beside what has no name')
     other = _Search(fitter, names).run()
-    return other if other.nameless else BesideDiscrepancy(fitter, found, ())
+    if not other.nameless:
+        return BesideDiscrepancy(fitter, found, ())
+    # What has no name was taken out of each balance on its own: these do not show it any more.
+    misplaced = [term for label in fitter.arm.labels if is_one_link_torque(fitter, found, label)
+                 for term in not_of_link(other.found.last, label)]
+    return other._replace(found=other.found.keeping(other.fitter, [
+        term for term in other.found.last.accepted if term not in misplaced]))
 
 
 @dataclass(eq=False)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from .search import SearchResult
 from ..findings.rest import SENSOR
 from ..fitting.fit import Fit, Fitter
+from ..fitting.solve import condense, solve
 from ...least_squares.term import Term
 from ...significance import LOUD, UNLIKE
 
@@ -47,12 +48,6 @@ class BalancePair(NamedTuple):
             left['torsion'] += power(self.torsion - self.sensor) - var_b - var_c
         return min(left, key=lambda site: left[site])
 
-    def is_one_link_torque(self) -> bool:
-        """Return whether both balances show the same, far above their noise."""
-        least = min(power(self.motor), power(self.torsion))
-        return (least > (LOUD * max(self.motor_noise, self.torsion_noise)) ** 2
-                and power(self.motor - self.torsion) < UNLIKE * least)
-
 
 def pair_of(residual: Array, valid: NDArray[np.bool_], noise: Array, channels: Sequence[int],
             shared: float = 0.0) -> BalancePair:
@@ -78,16 +73,39 @@ def misplaced(fitter: Fitter, found: SearchResult) -> tuple[Term, ...]:
     them is the same torque, and no such causes do that.
     """
     wrong: list[Term] = []
-    for place, label in enumerate(fitter.arm.labels):
-        here = [term for term in found.last.accepted if term.joint == label
-                and effect_named(term.name).site is not Site.LINK]
-        if _doubtful(fitter, found.last, here):
-            others = [term for term in found.last.accepted if term not in here]
-            balance = found.with_only(fitter, others).balance
-            if pair_of(balance.residual, balance.valid, fitter.noise, fitter.own_channels(label),
-                       fitter.balancer.shared[place]).is_one_link_torque():
-                wrong += here
+    for label in fitter.arm.labels:
+        here = not_of_link(found.last, label)
+        if _doubtful(fitter, found.last, here) and is_one_link_torque(fitter, found, label):
+            wrong += here
     return tuple(wrong)
+
+
+def is_one_link_torque(fitter: Fitter, found: SearchResult, label: str) -> bool:
+    """
+    Return whether both balances of a joint show the same, without causes that are not of its link.
+
+    It is far above their noise. Numbers within their tolerance may make up for a difference: each
+    balance has moved them as suits its own rest (eq:one-link-torque).
+    """
+    here = not_of_link(found.last, label)
+    fit = found.with_only(fitter, [term for term in found.last.accepted if term not in here])
+    own = fitter.own_channels(label)[:2]
+    rests, moved, noise = fit.balance.residual[:, own], fit.columns[:, own], fitter.noise[own]
+    both = np.logical_and.reduce(fitter.valid(fit.balance)[:, own], axis=1)
+    least = min(power(values) for values in rests[both].T)
+    if least <= (LOUD * float(noise.max())) ** 2:
+        return False
+    first = sum(term.size for term in fit.accepted)             # whose numbers stay as they are
+    apart = condense(-np.diff(rests), -np.diff(moved[:, :, first:], axis=1), both[:, None])
+    left = solve(apart, np.array([np.hypot(*noise)]), fitter.effective,
+                 fitter.away(fit.terms)[first:], fit.deviations[first:]).variance
+    return float(left[0] - noise @ noise) < UNLIKE * least
+
+
+def not_of_link(fit: Fit, label: str) -> list[Term]:
+    """Return the accepted causes at a joint that are none of its link."""
+    return [term for term in fit.accepted
+            if term.joint == label and effect_named(term.name).site is not Site.LINK]
 
 
 def _doubtful(fitter: Fitter, fit: Fit, here: list[Term]) -> bool:

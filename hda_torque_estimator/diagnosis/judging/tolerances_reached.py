@@ -14,18 +14,14 @@ from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.effects import effect_named, Site
 from hda_arm_sim.model.effects.hypothesis import Hypothesis
 import numpy as np
-from numpy.typing import NDArray
 
 from .law_forms import in_best_forms, InBestForms
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.nuisance import AnyTerm, CouplingInertia
-from ..fitting.solve import REACH, Solution, solve
+from ..fitting.solve import at_end, Solution, solve
 from ...least_squares.term import Place, Term
 from ...significance import SCORE_BAR
-
-# Numerics.
-_AT_END = 1.0 - 1e-6    # of its reach, from which a number is held there (choice: rounding)
 
 
 def beyond_tolerance(fitter: Fitter, fit: Fit, allowed: Array) -> Array:
@@ -70,9 +66,7 @@ def _solved(fitter: Fitter, formed: InBestForms, free: Sequence[Place]) -> Solut
 def _at_end(fitter: Fitter, formed: InBestForms, held: Solution) -> list[Place]:
     """Return the places of terms of which a number is held at the end of its tolerance."""
     fit, _, spread, _ = formed
-    away = np.abs(fitter.away(fit.terms) + held.step[len(spread):])
-    is_held: NDArray[np.bool_] = np.isfinite(fit.deviations) & (
-        away >= _AT_END * REACH * fit.deviations)
+    is_held = at_end(fitter.away(fit.terms) + held.step[len(spread):], fit.deviations)
     taken = {(_site(term), term.joint) for term in fit.accepted
              if HYPOTHESES[term.name].varies}
     return [term.place for term in fit.nuisance
