@@ -33,6 +33,23 @@ def measured(name, seed):
     return Measurement(ARM.labels, 1e-3, reading, made.command), hidden
 
 
+def fitter_of(hidden, seed):
+    """Return a fitter of 20 s of an arm in which effects are hidden."""
+    asked = motion('rich', 2, 20.0, 1e-3, seed)
+    made = record(hidden, Reference(asked.angle, asked.rate, 1e-3), seed=seed)
+    balancer = Balancer(Measurement(ARM.labels, 1e-3, np.stack(
+        [made.motor_angle, made.link_angle], axis=2), made.command))
+    return Fitter(balancer, ARM, noise_of(balancer, ARM)[0], EFFECTIVE,
+                  np.ones(len(balancer.time), bool))
+
+
+def with_and_without(fitter, name, joint):
+    """Return the fit of an effect at a joint to the end, and the same without it."""
+    term = next(one for one in terms_of(ARM, name) if one.joint == joint)
+    fit = fitter.refined(fitter.refit(fitter.first, term))
+    return fit, fitter.lacking(fit, fit.accepted[0])
+
+
 @pytest.mark.parametrize(('name', 'seed', 'site'), [
     pytest.param('coulomb_friction', 130, 'motor', marks=pytest.mark.study),
     pytest.param('viscous_friction', 130, 'motor', marks=pytest.mark.study),
@@ -153,20 +170,22 @@ def test_a_search_goes_back_for_a_little_where_a_cause_acts_alone(soft, monkeypa
     assert search.is_stuck(fitter, search.SearchResult(fitter.first, fit, ())) == stuck
 
 
+def test_a_line_along_the_angle_is_a_cable_that_rests_at_zero():
+    """It explains all that the cable does, and is no simpler law in the place of it."""
+    fitter = fitter_of([hide('cable_spring', 'joint1', stiffness=0.8, rest_angle=0.0)], 134)
+    fit, without = with_and_without(fitter, 'cable_spring', 'joint1')
+    curve = best_curves(fitter, without, ('joint1',))['joint1']
+    assert (curve.site, curve.form) == ('link', 'link_angle^1')
+    assert goodness_of_fit.shapeless(fitter, fit, [without]) == []
+
+
 def test_a_curve_of_a_rest_beside_one_of_many_causes_takes_no_name_from_it(monkeypatch):
     """An encoder is off in scale as well: a curve explains more of that than the friction."""
     hidden = [hide('stribeck_friction', 'joint1', excess=0.02, speed=8.0),
               hide('encoder_scale_error', 'joint1', relative_error=8e-3)]
-    asked = motion('rich', 2, 20.0, 1e-3, 133)
-    made = record(hidden, Reference(asked.angle, asked.rate, 1e-3), seed=133)
-    balancer = Balancer(Measurement(ARM.labels, 1e-3, np.stack(
-        [made.motor_angle, made.link_angle], axis=2), made.command))
-    fitter = Fitter(balancer, ARM, noise_of(balancer, ARM)[0], EFFECTIVE,
-                    np.ones(len(balancer.time), bool))
-    term = next(one for one in terms_of(ARM, 'stribeck_friction') if one.joint == 'joint1')
-    fit = fitter.refined(fitter.refit(fitter.first, term))
+    fitter = fitter_of(hidden, 133)
+    fit, without = with_and_without(fitter, 'stribeck_friction', 'joint1')
     curve = best_curves(fitter, fit, ('joint1',))['joint1']
-    without = fitter.lacking(fit, fit.accepted[0])
     assert (fit.variance > 20.0 * fitter.noise ** 2).any()
     assert curve.improvement > without.score - fit.score
     assert goodness_of_fit.shapeless(fitter, fit, [without]) == list(fit.accepted)
