@@ -15,7 +15,7 @@ from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import HYPOTHESES, terms_of
 from hda_torque_estimator.diagnosis.fitting.starting_points import contacts_in
 from hda_torque_estimator.diagnosis.judging.equal_noise import equal_noise_score, noise_in
-from hda_torque_estimator.diagnosis.judging.law_forms import evidence, reformed
+from hda_torque_estimator.diagnosis.judging.law_forms import evidence, factors_along, reformed
 from hda_torque_estimator.diagnosis.judging.null_distribution import by_chance
 from hda_torque_estimator.diagnosis.judging.screening import screen
 from hda_torque_estimator.measurements.measurement import measurement_from
@@ -84,6 +84,20 @@ def test_a_law_that_changes_along_a_coordinate_itself_leaves_noise(effect, form,
     right = fitted(fitter, effect)
     left = [fit.variance / fitter.noise ** 2 - 1.0 for fit in (right, reformed(fitter, right))]
     assert left[1].max() < max(0.2, 0.02 * left[0].max())
+
+
+@pytest.mark.parametrize('rest_angle', [-0.5, 0.3, 0.5])
+def test_a_cable_that_stiffens_is_a_form_wherever_it_rests(rest_angle):
+    """It does nothing where it rests, so its power says nothing of that angle."""
+    time = np.arange(0.0, 60.0, 0.01)
+    angle = 0.3 + 0.6 * np.sin(time)
+    pull = angle - rest_angle
+    factors = factors_along(pull ** 2, {'time': time, 'link_angle': angle}, ('link_angle',))
+    law = np.stack([np.ones_like(angle), angle], axis=1)
+    formed = np.concatenate([law, pull[:, None] * np.stack(list(factors), axis=1)], axis=1)
+    left = [stiffening - columns @ np.linalg.lstsq(columns, stiffening, rcond=None)[0]
+            for stiffening, columns in ((pull ** 3, law), (pull ** 3, formed))]
+    assert np.sum(left[1] ** 2) < 1e-6 * np.sum(left[0] ** 2)
 
 
 def test_a_law_of_several_numbers_is_weighed_with_all_of_them():
@@ -187,6 +201,7 @@ def test_without_a_twin_nothing_is_chance():
     pytest.param('stribeck_friction', 'with_load', 993015, 1000, marks=pytest.mark.study),
     pytest.param('external_contact', 'trapezoid', 994195, 1000, marks=pytest.mark.study),
     pytest.param('external_contact', 'several', 997195, 1000, marks=pytest.mark.study),
+    pytest.param('cable_spring', 'progressive', 780018, 1000, marks=pytest.mark.study),
     ('torque_ripple', 'with_torque', 630053, None)])
 def test_a_cause_is_named_whose_law_has_another_form(effect, form, seed, rate):
     world = worlds.draw(seed, (effect,), motion='rich', rate=rate)

@@ -46,8 +46,9 @@ ORDERS = 'orders'       # of a wave that has its own order and twice that: all o
 # Of a wave along a coordinate: it may have a harmonic where the motion has seen a whole wave,
 # and else any course.
 WAVES = {'motor_waves': 'motor_angle', 'link_waves': 'link_angle'}
-_SIGNED = ('time', 'link_angle')     # coordinates that laws follow with their sign
-_EVEN = 'time'          # along which laws go on evenly, whether a cause acts or not
+# Coordinates that laws follow with their sign, and on which they go on evenly, whether a cause
+# acts or not: a cable does nothing at its rest angle, and is the same law on both sides of it.
+_SIGNED = ('time', 'link_angle')
 
 
 class _Forms(NamedTuple):
@@ -355,7 +356,8 @@ def factors_along(power: Array, along: Mapping[str, Array], varies: Sequence[str
     """
     Yield factors (m,) along the coordinates of a joint on which laws of a cause differ.
 
-    They vary where the cause has its `power` (m,). A `count` of curves follows time itself.
+    They vary where the cause has its `power` (m,). A `count` of curves follows time itself, and as
+    many a link's angle.
     """
     for name in varies:
         if name in (RATE_OF, LINK_PATH, TORSION_PATH, ORDERS, PUSH) or name in WAVES:
@@ -370,8 +372,9 @@ def factors_along(power: Array, along: Mapping[str, Array], varies: Sequence[str
                 yield np.sin(order * along['motor_angle'])
                 yield np.cos(order * along['motor_angle'])
         else:
-            yield from _curves(along[name] if name in _SIGNED else np.abs(along[name]), power,
-                               count if name == _EVEN else 0)
+            signed = name in _SIGNED
+            yield from _curves(along[name] if signed else np.abs(along[name]), power,
+                               count if signed else 0)
 
 
 def _curves(values: Array, power: Array, count: int = 0) -> Iterator[Array]:
