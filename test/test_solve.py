@@ -1,6 +1,11 @@
-"""Steps of the diagnosis' least squares, where channels pull apart."""
+"""Steps of the diagnosis' least squares, where channels pull apart, and where numbers end."""
 
+from hda_arm_sim.model.effects import InertialCoupling, Payload
+from hda_torque_estimator.diagnosis.fitting.fit import room
+from hda_torque_estimator.diagnosis.fitting.nuisance import Zero
 from hda_torque_estimator.diagnosis.fitting.solve import Columns, condense, solve
+from hda_torque_estimator.least_squares.charts import CarriedMoments, Identity
+from hda_torque_estimator.least_squares.term import Term
 from hypothesis import assume, given, strategies as st
 import numpy as np
 
@@ -52,3 +57,24 @@ def test_a_small_error_of_a_derivative_does_not_hide_what_explains_nearly_all():
     valid = np.ones(residual.shape, bool)
     found = solve(condense(residual, columns, valid), np.ones(2), EFFECTIVE, np.zeros(1), FREE)
     assert abs(found.step[0] - 1.0) < 0.1
+
+
+@given(st.floats(-0.95, 0.95), st.floats(0.1, 5.0), st.floats(-5.0, 5.0))
+def test_beside_what_ends_at_its_bound_others_step_as_if_it_were_known(alike, wanted, other):
+    """Cut off afterwards, the second number would make room for what the first does not do."""
+    gram = 1000.0 * np.array([[1.0, alike], [alike, 1.0]])
+    best = np.array([-wanted, other])
+    columns = Columns(gram[None], -(gram @ best)[None], np.array([best @ gram @ best]),
+                      np.array([1000.0]))
+    found = solve(columns, np.array([10.0]), EFFECTIVE, np.zeros(2), np.full(2, np.inf),
+                  (np.array([0.0, np.inf]), np.full(2, np.inf)))
+    np.testing.assert_allclose(found.step, [0.0, other - alike * wanted], atol=1e-6)
+
+
+def test_the_room_of_a_step_is_what_is_declared():
+    body = Term(Payload(mass=2.0, x=-0.1, radius=0.3), None,
+                (CarriedMoments(('mass', 'x', 'radius'), 0.5),))
+    coupled = Term(InertialCoupling(share=-0.75), None, (Identity(('share',), 0.2),))
+    down, up = room([body, coupled, Zero('joint1')])
+    np.testing.assert_allclose(down, [2.0, np.inf, 0.18, 0.25, np.inf])
+    np.testing.assert_allclose(up, [np.inf, np.inf, np.inf, 1.75, np.inf])

@@ -11,6 +11,7 @@ import math
 from typing import Any
 
 from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.parameter import Declared
 import numpy as np
 
 
@@ -50,6 +51,10 @@ class Chart:
         value = getattr(owner, name)
         return value - reach, value + reach
 
+    def declared(self, kind: type[Declared]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return between which unknowns a kind of owner can be: all that are no plain size."""
+        return (-math.inf,) * self.size, (math.inf,) * self.size
+
     def unknowns(self, owner: Any) -> tuple[float, ...]:
         """Return the unknowns that make the numbers of an owner."""
         raise NotImplementedError
@@ -62,6 +67,11 @@ class Chart:
 @dataclass(frozen=True)
 class Identity(Chart):
     """A number as it is."""
+
+    def declared(self, kind: type[Declared]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return the bounds of the number."""
+        rule = kind.declaration(self.names[0])
+        return (rule.low,), (rule.high,)
 
     def unknowns(self, owner: Any) -> tuple[float, ...]:
         """Return the number."""
@@ -85,6 +95,12 @@ class CarriedMoments(Chart):
     def plain(self) -> tuple[str, ...]:
         """Return the names of all numbers."""
         return self.names
+
+    def declared(self, kind: type[Declared]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return that mass and inertia are not negative; a moment may have any sign."""
+        low = np.full(self.size, -math.inf)
+        low[[0, -1]] = 0.0
+        return tuple(low.tolist()), (math.inf,) * self.size
 
     def unknowns(self, owner: Any) -> tuple[float, ...]:
         """Return the moments."""

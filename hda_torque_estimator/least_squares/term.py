@@ -7,6 +7,7 @@ Calibration and diagnosis fit the same terms. Bounds of every number are those o
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from itertools import chain
 import math
 from typing import Any, Protocol, runtime_checkable
 
@@ -91,6 +92,10 @@ class Term:
         """Return where a search of every unknown ends, to be read only."""
         return self._known['low'], self._known['high']
 
+    def declared(self) -> tuple[Array, Array]:
+        """Return between which unknowns an arm can have the term, to be read only."""
+        return _declared(type(self.effect), self.charts)
+
     @cached_property
     def _known(self) -> dict[str, Array]:       # a fit asks for it at every step
         return _of_charts(self.charts)
@@ -172,6 +177,13 @@ def _of_charts(charts: tuple[Chart, ...]) -> dict[str, Array]:
     """Return steps, priors and bounds of all unknowns; a term that moves keeps its charts."""
     return {what: fixed([getattr(chart, what) for chart in charts for _ in range(chart.size)])
             for what in ('step', 'prior', 'low', 'high')}
+
+
+@lru_cache(_MOST_CHARTS)
+def _declared(kind: type[Declared], charts: tuple[Chart, ...]) -> tuple[Array, Array]:
+    """Return the bounds of all unknowns of a kind of owner."""
+    low, high = zip(*(chart.declared(kind) for chart in charts))
+    return fixed([*chain.from_iterable(low)]), fixed([*chain.from_iterable(high)])
 
 
 @runtime_checkable

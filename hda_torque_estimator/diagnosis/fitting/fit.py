@@ -288,7 +288,8 @@ class Fitter:
                 return None
 
         steps = [share * end.step for end in ends(condensed, self.noise, self.effective,
-                                                  self.away(fit.terms), fit.deviations)
+                                                  self.away(fit.terms), fit.deviations,
+                                                  room(fit.terms))
                  for share in _SHARES]
         return damped(trial, steps, lambda found: found.score < fit.score) or fit
 
@@ -367,6 +368,19 @@ def moved(terms: Sequence[AnyTerm], step: Array) -> list[AnyTerm]:
     """Return terms with their free numbers moved."""
     return [term.moved(step[own]) if isinstance(term, Term) else term.at(term.vector() + step[own])
             for term, own in columns_of(terms)]
+
+
+def room(terms: Sequence[AnyTerm]) -> tuple[Array, Array]:
+    """Return how far each free number (p,) may go down and up until no arm has it."""
+    down, up = ([_way_to_bound(term, side) for term in terms] for side in (0, 1))
+    return np.concatenate(down), np.concatenate(up)
+
+
+def _way_to_bound(term: AnyTerm, side: int) -> Array:
+    """Return how far the free numbers (p,) of a term are from their lower or upper bound."""
+    if not isinstance(term, Term):
+        return np.full(term.size, np.inf)
+    return np.abs(term.declared()[side] - term.vector())
 
 
 def deviations(terms: Sequence[AnyTerm]) -> Array:

@@ -15,7 +15,7 @@ import numpy as np
 
 from .column_noise import projection
 from .derivatives import IMPOSSIBLE
-from .fit import Fit, Fitter, moved
+from .fit import Fit, Fitter, moved, room
 from .solve import condense, solve
 from ..balances.balance import Balancer
 from ...significance import SCORE_BAR
@@ -35,7 +35,7 @@ def unbiased(fitter: Fitter, fit: Fit, twin: Balancer) -> Fit:
     valid = fitter.valid(fit.balance)
     columns = _projected(fit.columns, theirs, np.where(valid, 1.0 / np.sqrt(fit.variance), 0.0))
     step = solve(condense(fit.balance.residual, columns, valid), fitter.noise, fitter.effective,
-                 fitter.away(fit.terms), fit.deviations).step
+                 fitter.away(fit.terms), fit.deviations, room(fit.terms)).step
     causes = slice(sum(term.size for term in fit.accepted))
     spread = np.sqrt(np.diag(fitter.covariance(fit)))
     if (np.abs(step) > np.sqrt(SCORE_BAR) * spread)[causes].any():

@@ -22,6 +22,7 @@ _SAME = 1e-3            # by which variances differ at one and the same end,
 _LEAST = 1e-8           # and besides by so much at most [N^2*m^2]
 _PASSES = 12            # of weights and bounds, at most
 _AT_END = 1.0 - 1e-6    # of its reach, from which a number is held there (choice: rounding)
+ANYWHERE = np.array(np.inf)     # room of a step that may go on for ever
 _APART = 4.0            # times noise: with less left there is one best step (eq:two-ends)
 
 
@@ -78,41 +79,45 @@ def condense_more(known: Columns, residual: Array, columns: Array, more: Array,
     return Columns(products, against, known.power, known.samples)
 
 
-def solve(columns: Columns, noise: Array, effective: float, now: Array,
-          deviations: Array) -> Solution:
+def solve(columns: Columns, noise: Array, effective: float, now: Array, deviations: Array,
+          room: tuple[Array, Array] = (ANYWHERE, ANYWHERE)) -> Solution:
     """
     Return the best step from `now` (p,), the distance to the nominal values in free numbers.
 
     `noise` (c,) is the standard deviation that a healthy arm leaves, `effective` the share of
     samples that are independent, `deviations` (p,) the priors. A number with a prior stays within
-    REACH of them.
+    REACH of them. Steps stay within their `room` (p,), down and up.
     """
-    return ends(columns, noise, effective, now, deviations)[0]
+    return ends(columns, noise, effective, now, deviations, room)[0]
 
 
-def ends(columns: Columns, noise: Array, effective: float, now: Array,
-         deviations: Array) -> list[Solution]:
+def ends(columns: Columns, noise: Array, effective: float, now: Array, deviations: Array,
+         room: tuple[Array, Array] = (ANYWHERE, ANYWHERE)) -> list[Solution]:
     """
     Return the best steps as `solve` does, the better one first: channels may pull apart.
 
     Weights begin with the rest, and with the noise as well where there may be two (eq:two-ends).
+    What would leave its `room` (p,), down or up, ends there, and the others step again. If it
+    were cut off afterwards, they would make room for what is not done (eq:room).
     """
+    bounds = (np.maximum(-REACH * deviations, now - room[0]),
+              np.minimum(REACH * deviations, now + room[1]))
     rest = np.maximum(_left(columns, np.zeros_like(now)), noise ** 2)
-    found = _descended(columns, noise, effective, now, deviations, rest)
+    found = _descended(columns, noise, effective, now, deviations, bounds, rest)
     if not (rest > _APART * noise ** 2).any():
         return [found]
-    other = _descended(columns, noise, effective, now, deviations, noise ** 2)
+    other = _descended(columns, noise, effective, now, deviations, bounds, noise ** 2)
     if _are_same(other.variance, found.variance):
         return [found]
     return sorted((found, other), key=lambda end: end.score)
 
 
-def _descended(columns: Columns, noise: Array, effective: float, now: Array,
-               deviations: Array, variance: Array) -> Solution:
+def _descended(columns: Columns, noise: Array, effective: float, now: Array, deviations: Array,
+               bounds: tuple[Array, Array], variance: Array) -> Solution:
     """Return where steps, and the variances (c,) that they leave, lead to in turn."""
     prior = prior_weights(deviations)
     for _ in range(_PASSES):
-        step = step_of(columns, effective / variance, prior, now, REACH * deviations)
+        step = step_of(columns, effective / variance, prior, now, bounds)
         left = _left(columns, step)
         renewed = np.maximum(left, noise ** 2)
         if _are_same(renewed, variance):
@@ -138,14 +143,15 @@ def prior_weights(deviations: Array) -> Array:
     return np.where(known, 1.0 / np.where(known, deviations, 1.0) ** 2, 0.0)
 
 
-def step_of(columns: Columns, weight: Array, prior: Array, now: Array, reach: Array) -> Array:
+def step_of(columns: Columns, weight: Array, prior: Array, now: Array,
+            bounds: tuple[Array, Array]) -> Array:
     """
     Return the best step (p,) for known weights (c,) of the channels, and (p,) of the priors.
 
-    A number stays within its `reach` (p,), infinite for any.
+    `now` and the step stay between both `bounds` (p,), which may be infinite.
     """
     normal = raised(np.einsum('c,cpq->pq', weight, columns.products), prior)
-    return within(normal, -weight @ columns.against - prior * now, now, (-reach, reach), RIDGE)
+    return within(normal, -weight @ columns.against - prior * now, now, bounds, RIDGE)
 
 
 def covariance(columns: Columns, variance: Array, effective: float, deviations: Array) -> Array:

@@ -18,7 +18,7 @@ from scipy.ndimage import gaussian_filter1d
 from ..balances.balance import RATE
 from ..balances.coordinates import coordinates_of
 from ..findings.rest import GEAR, SENSOR
-from ..fitting.fit import Fit, Fitter
+from ..fitting.fit import Fit, Fitter, room
 from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.solve import Columns, condense, condense_more, Solution, solve
 from ...significance import IMMATERIAL
@@ -145,7 +145,7 @@ def _curves(fitter: Fitter, fit: Fit, joints: Collection[str],
     valid = fitter.valid(fit.balance)
     known = condense(fit.balance.residual, fit.columns, valid)
     away = fitter.away(fit.terms)
-    plain = solve(known, fitter.noise, fitter.effective, away, fit.deviations)
+    plain = solve(known, fitter.noise, fitter.effective, away, fit.deviations, room(fit.terms))
     for label, site, forms, more in curves_at_sites(fitter, fit, joints, quick):
         own = fitter.own_channels(label)
         scaled = {term.name for term in fit.accepted if term.joint == label} >= _SCALED
@@ -153,7 +153,7 @@ def _curves(fitter: Fitter, fit: Fit, joints: Collection[str],
         for number, form in enumerate(forms):
             if form == _SCALE and site in ('motor', GEAR) and scaled:
                 continue
-            solution = _solved(fitter, away, fit.deviations, _one_of(wide, number, len(forms)))
+            solution = _solved(fitter, fit, away, _one_of(wide, number, len(forms)))
             yield Curve(label, site, form, solution.score,
                         min(plain.score - solution.score,
                             float((plain.scores - solution.scores)[own].sum())))
@@ -184,10 +184,12 @@ def _one_of(wide: Columns, number: int, count: int) -> Columns:
     return wide._replace(products=products, against=against)
 
 
-def _solved(fitter: Fitter, away: Array, deviations: Array, columns: Columns) -> Solution:
-    """Return the solution with a curve before terms that are `away`, with their `deviations`."""
+def _solved(fitter: Fitter, fit: Fit, away: Array, columns: Columns) -> Solution:
+    """Return the solution with a curve before the terms of a fit, which are `away`."""
+    any_ = np.array([np.inf])
+    down, up = (np.concatenate([any_, way]) for way in room(fit.terms))
     return solve(columns, fitter.noise, fitter.effective, np.concatenate([[0.0], away]),
-                 np.concatenate([[np.inf], deviations]))
+                 np.concatenate([any_, fit.deviations]), (down, up))
 
 
 def _rates(time: Array, along: Mapping[str, Array]) -> Iterator[tuple[str, Array]]:

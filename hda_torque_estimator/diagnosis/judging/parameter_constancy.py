@@ -131,5 +131,5 @@ def _alone(fitter: Fitter, fit: Fit, term: Term, does: Array) -> Array:
     free = np.full(columns.shape[2], np.inf)
     step = step_of(condense(does, columns, fitter.valid(fit.balance)),
                    fitter.effective / fit.variance, prior_weights(fit.deviations[keep]),
-                   np.zeros_like(free), free)
+                   np.zeros_like(free), (-free, free))
     return np.asarray(does + columns @ step)
