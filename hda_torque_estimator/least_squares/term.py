@@ -93,8 +93,10 @@ class Term:
         return self._known['low'], self._known['high']
 
     def declared(self) -> tuple[Array, Array]:
-        """Return between which unknowns an arm can have the term, to be read only."""
-        return _declared(type(self.effect), self.charts)
+        """Return between which unknowns an arm can have the term."""
+        ends = [chart.declared(type(self.effect)) for chart in self.charts]
+        return (np.array([*chain.from_iterable(low for low, _ in ends)]),
+                np.array([*chain.from_iterable(high for _, high in ends)]))
 
     @cached_property
     def _known(self) -> dict[str, Array]:       # a fit asks for it at every step
@@ -177,13 +179,6 @@ def _of_charts(charts: tuple[Chart, ...]) -> dict[str, Array]:
     """Return steps, priors and bounds of all unknowns; a term that moves keeps its charts."""
     return {what: fixed([getattr(chart, what) for chart in charts for _ in range(chart.size)])
             for what in ('step', 'prior', 'low', 'high')}
-
-
-@lru_cache(_MOST_CHARTS)
-def _declared(kind: type[Declared], charts: tuple[Chart, ...]) -> tuple[Array, Array]:
-    """Return the bounds of all unknowns of a kind of owner."""
-    low, high = zip(*(chart.declared(kind) for chart in charts))
-    return fixed([*chain.from_iterable(low)]), fixed([*chain.from_iterable(high)])
 
 
 @runtime_checkable
