@@ -14,7 +14,7 @@ import numpy as np
 from .balances.balance import Balancer
 from .balances.commands import on_its_way
 from .balances.healthy_twin import healthy_twin, noise_of, torque_noise_of, TorqueNoise
-from .balances.reversals import turning_round
+from .balances.reversals import bristled, turning_round
 from .balances.unresolved import unresolved
 from .fitting.fit import Fitter
 from .readings.raw_readings import RawReadings
@@ -66,9 +66,11 @@ class AsRecorded:
         Return the places of the joints whose friction builds up, beside what was `found`.
 
         Weight and friction of a chain are off within their tolerances, and a cause may be loud
-        where shafts turn round. So nothing is asked of an arm as it was given.
+        where shafts turn round. So nothing is asked of an arm as it was given. Bristles that were
+        found must explain what motors show there, for it is there that they do most.
         """
-        return turning_round(self.balancer, found, self.noise)
+        loud = turning_round(self.balancer, found, self.noise)
+        return tuple(sorted({*loud, *bristled(found)}))
 
     def assuming(self, turns: tuple[int, ...], found: Arm) -> Balancer:
         """Return balances with joints that turn, and commands as motors of `found` show them."""

@@ -3,12 +3,15 @@ Whether friction builds up after a shaft has turned round.
 
 Dry friction is not known at rest, so a motor balance does not hold near it. Where a shaft turns
 round without a stop, friction that sets in at once leaves little, but for stops too short to be
-seen. One that builds up over an angle leaves much there and nothing elsewhere.
+seen. One that builds up over an angle leaves much there and nothing elsewhere. Where an arm has
+bristles it does not stick, and its friction is known there as everywhere.
 """
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.chain_links import ChainLinks
+from hda_arm_sim.model.effect_loops import any_acts
+from hda_arm_sim.model.effects.place import BRISTLES
 import numpy as np
 
 from .balance import Balancer
@@ -20,6 +23,12 @@ _FEWEST = 25            # rows that suffice
 # Power where a shaft turns round, over that of noise: even what is immaterial of it stands out.
 # Short stops of 52 joints of healthy arms left 167 to 594, presliding 1109 and more.
 _LOUD = STANDS_OUT / IMMATERIAL
+
+
+def bristled(arm: Arm) -> tuple[int, ...]:
+    """Return the places of the joints where bristles act, so that dry friction never sticks."""
+    return tuple(place for place, joint in enumerate(arm.record().joints)
+                 if any_acts(joint, BRISTLES))
 
 
 def turning_round(balancer: Balancer, arm: Arm, noise: Array) -> tuple[int, ...]:
