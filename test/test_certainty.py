@@ -41,6 +41,7 @@ def test_a_cause_that_is_not_sure_says_why_it_is_not_named():
     assert unsure(cause(0.96)) is None and unsure(cause(math.nan)) is None
     assert unsure(cause(0.63)) == (
         'coulomb_friction at joint1 is not named: it is 63 % sure, and 95 % are needed')
+    assert 'it is 94 % sure, and 95 %' in unsure(cause(0.9499))
 
 
 def test_what_is_not_sure_or_at_a_bound_is_listed_with_its_size():

@@ -51,8 +51,10 @@ def unsure(finding: Finding) -> str | None:
     """Return why a finding is not named, None where it is."""
     if not finding.probability < NAMED:
         return None
-    return (f'{at_place(finding.effect, finding.joint)} is not named: it is '
-            f'{100.0 * finding.probability:.0f} % sure, and {100.0 * NAMED:.0f} % are needed')
+    needed = round(100.0 * NAMED)
+    sure = min(round(100.0 * finding.probability), needed - 1)      # never both alike
+    return (f'{at_place(finding.effect, finding.joint)} is not named: it is {sure} % sure, and '
+            f'{needed} % are needed')
 
 
 def verdict_probability(verdict: str, findings: Iterable[Finding], pairs: Iterable[float],

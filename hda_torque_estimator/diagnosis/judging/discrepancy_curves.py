@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 # Numerics; choices unless stated otherwise.
 SLOW = 1.0              # shaft speed over which a sense of motion sets in [rad/s]
 # (source: what noise moves has no less at high frequency; motions of robots end below 7 Hz)
-_SMOOTH = 3.0           # samples of the balances over which torques and rates are of the motion
+SMOOTH = 3.0           # samples of the balances over which torques and rates are of the motion
 SLIDING = (5.0, 20.0)   # shaft speeds over which friction may fall [rad/s]
 _LINK_ORDERS = (1, 2, 3, 4, 6)  # waves per link turn of curves without a name
 _MOTOR_ORDERS = (1, 2, 4, 6, 8, 12)  # waves per motor turn of curves without a name
@@ -197,7 +197,7 @@ def _rates(time: Array, along: Mapping[str, Array]) -> Iterator[tuple[str, Array
     for name in _RATED:
         for order, which in enumerate(('rate', 'second rate'), 1):
             yield f'{which} of {name}', gaussian_filter1d(
-                along[name], _SMOOTH, order=order) * RATE ** order
+                along[name], SMOOTH, order=order) * RATE ** order
 
 
 def _quick_rates(time: Array, along: Mapping[str, Array]) -> Iterator[tuple[str, Array]]:
@@ -210,7 +210,7 @@ def _quick_rates(time: Array, along: Mapping[str, Array]) -> Iterator[tuple[str,
 
 def _forms(time: Array, along: Mapping[str, Array]) -> Iterator[tuple[str, Array]]:
     """Yield curves (m,) by what they follow."""
-    speed, torque = along['motor_velocity'], gaussian_filter1d(along['joint_torque'], _SMOOTH)
+    speed, torque = along['motor_velocity'], gaussian_filter1d(along['joint_torque'], SMOOTH)
     link, motor = along['link_angle'], along['motor_angle']
     sense, middle = np.tanh(speed / SLOW), time - time.mean()
     yield 'nothing', np.ones_like(time)

@@ -15,7 +15,9 @@ from dataclasses import replace
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.effects.hypothesis import Hypothesis
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
+from .discrepancy_curves import SMOOTH
 from .law_forms import (
     factors_along, in_best_forms, InBestForms, left_by_forms, spread_of, WAVES)
 from .search import SearchResult
@@ -93,15 +95,17 @@ def _varying(fitter: Fitter, fit: Fit, term: Term, coordinate: str) -> Array:
     """
     Return what a cause does times curves of a coordinate (m, c, p), each as strong as the cause.
 
-    They are orthogonal to it and to each other, in units of noise.
+    They are orthogonal to it and to each other, in units of noise. No law follows the noise of the
+    readings, which the coordinates and the balances both have.
     """
     valid, count = fitter.valid(fit.balance), len(fitter.arm.labels)
     lacking = fitter.residual(fitter.terms_without(fit, term), fit.slopes.noise)
     does = np.where(valid, (fit.balance.residual - lacking) / fitter.noise, 0.0)
     balances = does.shape[1] // count
     power = (does ** 2).reshape(len(does), balances, count).sum(axis=1)
-    along = {'time': np.tile(fitter.balancer.time[:, None], count),
-             **coordinates_of(fitter.balancer, fitter.on(fit.terms))}
+    along = {name: gaussian_filter1d(values, SMOOTH, axis=0) for name, values in
+             coordinates_of(fitter.balancer, fitter.on(fit.terms)).items()}
+    along['time'] = np.tile(fitter.balancer.time[:, None], count)
     factors = [np.stack(list(factors_along(power[:, place], {
         coordinate: along[coordinate][:, place]}, (coordinate,))), axis=1)
         for place in range(count)]
