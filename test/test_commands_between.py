@@ -5,9 +5,12 @@ from dataclasses import replace
 from hda_arm_sim.model.effects import BaseVibration
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
+from hda_torque_estimator.diagnosis.assumptions import EFFECTIVE
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.commands import on_its_way, way_between
 from hda_torque_estimator.diagnosis.balances.healthy_twin import noise_of
+from hda_torque_estimator.diagnosis.fitting.fit import Fitter
+from hda_torque_estimator.diagnosis.judging import equal_noise
 from hda_torque_estimator.measurements.measurement import Measurement, measurement_from
 from hda_torque_estimator.measurements.upsampling import finer
 import numpy as np
@@ -86,3 +89,15 @@ def test_what_a_base_does_at_once_is_no_way_of_commands_known_or_not():
     noise = noise_of(plain, arm)[0]
     assert way_between(plain, arm, noise) is None
     assert not way_between(plain, arm.with_effect(BaseVibration(**swings), None), noise)
+
+
+@pytest.mark.parametrize(('every', 'least', 'most'), [(5, 0.64, 0.9), (1, 0.999, 1.001)])
+def test_a_motor_that_gives_less_makes_less_of_commands_not_recorded(every, least, most):
+    """A torque constant won by that over a drive offset. Readings are as noisy as ever."""
+    arm, balancer, noise = balances(790101, 'rich', every, seconds=20.0)
+    fitter = Fitter(balancer, arm, noise, EFFECTIVE, np.ones(len(balancer.time), bool))
+    label, valid = arm.labels[0], fitter.valid(balancer(arm))
+    weaker = replace(arm.effect('torque_constant_error', label), error=-0.2)
+    made = [equal_noise._noise_of(fitter, each, valid)[0]
+            for each in (arm, arm.with_effect(weaker, label))]
+    assert least < made[1] / made[0] < most

@@ -277,6 +277,14 @@ class Balancer:
             made.reference_noise() * np.random.default_rng(1).standard_normal(recorded[:2]),
             made.parts)))
 
+    @cached_property
+    def noisier_in_commands(self) -> 'Balancer':
+        """Return balances beside commands with about as much noise again as acted in between."""
+        made = self.measurement
+        recorded = made.command[::made.parts].shape
+        random = made.command_noise() * np.random.default_rng(2).standard_normal(recorded)
+        return self.like(replace(made, command=made.command + between(random, made.parts)))
+
     def memory(self, arm: Arm) -> Array:
         """Return what the arm's effects remember along the motion (k, n, STATES - MEASURED)."""
         return remembered(self.measurement, self._parts, arm)

@@ -2,8 +2,8 @@
 The score of a fit as if every arm made as much noise.
 
 What is unknown of a motion, noise of readings and of torques, comes into a balance by the inertia
-and the stiffness of the arm. One that has less of them makes less of it, which is no reason to
-believe it.
+and the stiffness of the arm. Commands that a log did not keep come into it by the torque
+constants. An arm that has less of these makes less of it, which is no reason to believe it.
 All arms are asked alike: how much the whole arm leaves, and how much of that is its noise. Of some
 numbers a fit takes the noise out of the columns (`column_noise`), of others it does not. The two
 take out different shares of it, and do not compare.
@@ -40,7 +40,7 @@ def noise_in(fitter: Fitter, fit: Fit) -> Array:
 
 def _noise_of(fitter: Fitter, arm: Arm, valid: NDArray[np.bool_]) -> Array:
     """
-    Return the power (c,) that some noise of the angles has in the balances of an arm.
+    Return the power (c,) that some noise of the readings has in the balances of an arm.
 
     In balances held against sensors that of torques stands beside it. It is of commands and of
     sensors, in whose units these balances are, and so the same for all arms.
@@ -55,6 +55,10 @@ def _noise_of(fitter: Fitter, arm: Arm, valid: NDArray[np.bool_]) -> Array:
 
 
 def _power_of_more(fitter: Fitter, arm: Arm, valid: NDArray[np.bool_]) -> Array:
-    """Return the power (c,) that as much noise of readings again has in the balances."""
-    more = fitter.balancer.noisier(arm).residual - fitter.balancer(arm).residual
-    return np.asarray((more ** 2).sum(axis=0, where=valid))
+    """Return the power (c,) that as much noise of readings and commands again has in balances."""
+    balancer, plain = fitter.balancer, fitter.balancer(arm).residual
+    noisier = [balancer.noisier]
+    if balancer.measurement.command_noise().any():
+        noisier.append(balancer.noisier_in_commands)
+    return np.asarray(sum(((more(arm).residual - plain) ** 2).sum(axis=0, where=valid)
+                          for more in noisier))
