@@ -14,7 +14,6 @@ from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.findings.rest import NOTHING, Unexplained
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
-from hda_torque_estimator.diagnosis.judging.discrepancy_terms import DiscrepancyTerms
 from hda_torque_estimator.diagnosis.judging.search import SearchResult
 from hda_torque_estimator.diagnosis.judging.site_pattern import is_one_link_torque, misplaced
 from hda_torque_estimator.diagnosis.reporting.following import follow
@@ -199,14 +198,6 @@ def test_a_right_cause_leaves_nothing_and_stands():
     assert misplaced(fitter, SearchResult(first, right, ())) == ()
     skew = next(term for term in terms_of(ARM, 'clock_skew') if term.joint == hidden.joint)
     assert misplaced(fitter, SearchResult(first, fitter.fit([skew], first.nuisance), ())) == ()
-
-
-def test_a_friction_of_the_link_without_a_name_is_seen_in_both_balances():
-    hidden = draw('link_bearing_friction', np.random.default_rng(7))
-    fitter = fitter_of(hidden)
-    best = DiscrepancyTerms.along(fitter).best(fitter, fitter.first, LABELS)
-    assert (best.joint, best.site, best.coordinate) == (hidden.joint, 'link', 'motor_velocity')
-    assert best.form == 'sense'
 
 
 @pytest.mark.parametrize('seed', range(3))

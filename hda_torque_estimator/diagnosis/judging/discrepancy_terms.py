@@ -23,7 +23,7 @@ from ..balances.coordinates import torques_of
 from ..balances.strongest_wave import strongest_wave, TURN
 from ..findings.rest import IN_WORDS
 from ..fitting.fit import Fit, Fitter
-from ..fitting.solve import at_end, score
+from ..fitting.solve import score
 from ...significance import HARDLY
 
 # Numerics; choices unless stated otherwise.
@@ -104,8 +104,8 @@ class _Rest(NamedTuple):
     """
     What a fit leaves in one channel beside all that it may move.
 
-    A number of the fit moves within its tolerance, if it is not at the end of it. That is one row
-    more, below the (m,) of the balance.
+    A number of the fit moves within its tolerance. That is one row more, below the (m,) of the
+    balance.
     """
 
     channel: int
@@ -118,16 +118,15 @@ class _Rest(NamedTuple):
     def of(cls, fitter: Fitter, fit: Fit, channel: int) -> '_Rest':
         """Return what a fit leaves in a channel."""
         valid = fitter.valid(fit.balance)[:, channel]
-        away = fitter.away(fit.terms)
         weight = np.sqrt(fit.variance[channel] / fitter.effective) / fit.deviations
         columns = np.concatenate([np.where(valid[:, None], fit.columns[:, channel], 0.0),
-                                  np.diag(weight)])[:, ~at_end(away, fit.deviations)]
+                                  np.diag(weight)])
         size = np.sqrt((columns ** 2).sum(axis=0))
         moves, singular, _ = np.linalg.svd(columns[:, size > 0.0] / size[size > 0.0],
                                            full_matrices=False)
         moves = moves[:, singular > _SAME * singular.max(initial=0.0)]
         values = np.concatenate([np.where(valid, fit.balance.residual[:, channel], 0.0),
-                                 weight * away])
+                                 weight * fitter.away(fit.terms)])
         return cls(channel, values - moves @ (moves.T @ values), moves, valid, int(valid.sum()))
 
     def line(self, time: Array) -> _Form:

@@ -19,7 +19,7 @@ from ..findings.rest import SENSOR
 from ..fitting.fit import Fit, Fitter
 from ..fitting.solve import condense, solve
 from ...least_squares.term import Term
-from ...significance import LOUD, UNLIKE
+from ...significance import LOUD, MATERIAL, UNLIKE
 
 Array = NDArray[np.float64]
 
@@ -75,17 +75,26 @@ def misplaced(fitter: Fitter, found: SearchResult) -> tuple[Term, ...]:
     wrong: list[Term] = []
     for label in fitter.arm.labels:
         here = not_of_link(found.last, label)
-        if _doubtful(fitter, found.last, here) and is_one_link_torque(fitter, found, label):
-            wrong += here
+        if _doubtful(fitter, found.last, here):
+            least, apart, _ = _powers(fitter, found, label)
+            if apart < UNLIKE * least:
+                wrong += here
     return tuple(wrong)
 
 
 def is_one_link_torque(fitter: Fitter, found: SearchResult, label: str) -> bool:
-    """
-    Return whether both balances of a joint show the same, without causes that are not of its link.
+    """Return whether both balances of a joint show the same torque, and nothing else but noise."""
+    least, apart, noise = _powers(fitter, found, label)
+    return least > 0.0 and apart <= MATERIAL ** 2 * noise
 
-    It is far above their noise. Numbers within their tolerance may make up for a difference: each
-    balance has moved them as suits its own rest (eq:one-link-torque).
+
+def _powers(fitter: Fitter, found: SearchResult, label: str) -> tuple[float, float, float]:
+    """
+    Return the power that both balances of a joint show, that of their difference, and of noise.
+
+    They are without causes that are none of its link. The first is 0 if it is not far above noise.
+    Numbers within their tolerance may make up for a difference: each balance has moved them as
+    suits its own rest (eq:one-link-torque).
     """
     here = not_of_link(found.last, label)
     fit = found.with_only(fitter, [term for term in found.last.accepted if term not in here])
@@ -94,12 +103,12 @@ def is_one_link_torque(fitter: Fitter, found: SearchResult, label: str) -> bool:
     both = np.logical_and.reduce(fitter.valid(fit.balance)[:, own], axis=1)
     least = min(power(values) for values in rests[both].T)
     if least <= (LOUD * float(noise.max())) ** 2:
-        return False
+        return 0.0, 0.0, float(noise @ noise)
     first = sum(term.size for term in fit.accepted)             # whose numbers stay as they are
     apart = condense(-np.diff(rests), -np.diff(moved[:, :, first:], axis=1), both[:, None])
     left = solve(apart, np.array([np.hypot(*noise)]), fitter.effective,
                  fitter.away(fit.terms)[first:], fit.deviations[first:]).variance
-    return float(left[0] - noise @ noise) < UNLIKE * least
+    return least, float(left[0] - noise @ noise), float(noise @ noise)
 
 
 def not_of_link(fit: Fit, label: str) -> list[Term]:
