@@ -268,22 +268,26 @@ class Balancer:
     def noisier(self) -> 'Balancer':
         """Return balances of the same readings with about as much noise again."""
         made = self.measurement
-        recorded = made.reading[::made.parts].shape
-        random = made.reading_noise() * np.random.default_rng(0).standard_normal(recorded)
-        more = replace(made, reading=made.reading + between(random, made.parts))
+        more = replace(made, reading=self._noisier(made.reading, made.reading_noise(), 0))
         if not made.referenced.any():
             return self.like(more)
-        return self.like(replace(more, reference=made.reference + between(
-            made.reference_noise() * np.random.default_rng(1).standard_normal(recorded[:2]),
-            made.parts)))
+        return self.like(replace(
+            more, reference=self._noisier(made.reference, made.reference_noise(), 1)))
 
     @cached_property
-    def noisier_in_commands(self) -> 'Balancer':
-        """Return balances beside commands with about as much noise again as acted in between."""
-        made = self.measurement
-        recorded = made.command[::made.parts].shape
-        random = made.command_noise() * np.random.default_rng(2).standard_normal(recorded)
-        return self.like(replace(made, command=made.command + between(random, made.parts)))
+    def noisier_each(self) -> tuple['Balancer', ...]:
+        """Return `noisier`, and balances beside commands that a log has not all kept likewise."""
+        made, noise = self.measurement, self.measurement.command_noise()
+        if not noise.any():
+            return (self.noisier,)
+        return self.noisier, self.like(replace(made, command=self._noisier(
+            made.command, noise, 2)))
+
+    def _noisier(self, values: Array, noise: Array, seed: int) -> Array:
+        """Return values (k, ...) with white noise of recorded samples, and its spline between."""
+        parts = self.measurement.parts
+        random = np.random.default_rng(seed).standard_normal(values[::parts].shape)
+        return values + between(noise * random, parts)
 
     def memory(self, arm: Arm) -> Array:
         """Return what the arm's effects remember along the motion (k, n, STATES - MEASURED)."""

@@ -372,15 +372,17 @@ def moved(terms: Sequence[AnyTerm], step: Array) -> list[AnyTerm]:
 
 def room(terms: Sequence[AnyTerm]) -> tuple[Array, Array]:
     """Return how far each free number (p,) may go down and up until no arm has it."""
-    down, up = ([_way_to_bound(term, side) for term in terms] for side in (0, 1))
+    down, up = zip(*map(_ways_to_bounds, terms))
     return np.concatenate(down), np.concatenate(up)
 
 
-def _way_to_bound(term: AnyTerm, side: int) -> Array:
-    """Return how far the free numbers (p,) of a term are from their lower or upper bound."""
+def _ways_to_bounds(term: AnyTerm) -> tuple[Array, Array]:
+    """Return how far the free numbers (p,) of a term are from their lower and upper bounds."""
     if not isinstance(term, Term):
-        return np.full(term.size, np.inf)
-    return np.abs(term.declared()[side] - term.vector())
+        return np.full(term.size, np.inf), np.full(term.size, np.inf)
+    low, high = term.declared()
+    now = term.vector()
+    return np.abs(low - now), np.abs(high - now)
 
 
 def deviations(terms: Sequence[AnyTerm]) -> Array:

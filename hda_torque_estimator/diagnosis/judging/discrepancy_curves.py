@@ -20,14 +20,14 @@ from ..balances.coordinates import coordinates_of
 from ..findings.rest import GEAR, SENSOR
 from ..fitting.fit import Fit, Fitter, room
 from ..fitting.hypotheses import HYPOTHESES
-from ..fitting.solve import Columns, condense, condense_more, Solution, solve
+from ..fitting.solve import Columns, condense, condense_more, solve
 from ...significance import IMMATERIAL
 
 Array = NDArray[np.float64]
 # Numerics; choices unless stated otherwise.
 SLOW = 1.0              # shaft speed over which a sense of motion sets in [rad/s]
 # (source: what noise moves has no less at high frequency; motions of robots end below 7 Hz)
-SMOOTH = 3.0           # samples of the balances over which torques and rates are of the motion
+SMOOTH = 3.0            # samples of the balances over which torques and rates are of the motion
 SLIDING = (5.0, 20.0)   # shaft speeds over which friction may fall [rad/s]
 _LINK_ORDERS = (1, 2, 3, 4, 6)  # waves per link turn of curves without a name
 _MOTOR_ORDERS = (1, 2, 4, 6, 8, 12)  # waves per motor turn of curves without a name
@@ -144,8 +144,10 @@ def _curves(fitter: Fitter, fit: Fit, joints: Collection[str],
     """Yield every curve at these joints beside the terms of a fit."""
     valid = fitter.valid(fit.balance)
     known = condense(fit.balance.residual, fit.columns, valid)
-    away = fitter.away(fit.terms)
-    plain = solve(known, fitter.noise, fitter.effective, away, fit.deviations, room(fit.terms))
+    away, way = fitter.away(fit.terms), room(fit.terms)
+    plain = solve(known, fitter.noise, fitter.effective, away, fit.deviations, way)
+    wide_away, deviations, down, up = (np.concatenate([[first], values]) for first, values in (
+        (0.0, away), (np.inf, fit.deviations), (np.inf, way[0]), (np.inf, way[1])))
     for label, site, forms, more in curves_at_sites(fitter, fit, joints, quick):
         own = fitter.own_channels(label)
         scaled = {term.name for term in fit.accepted if term.joint == label} >= _SCALED
@@ -153,7 +155,8 @@ def _curves(fitter: Fitter, fit: Fit, joints: Collection[str],
         for number, form in enumerate(forms):
             if form == _SCALE and site in ('motor', GEAR) and scaled:
                 continue
-            solution = _solved(fitter, fit, away, _one_of(wide, number, len(forms)))
+            solution = solve(_one_of(wide, number, len(forms)), fitter.noise, fitter.effective,
+                             wide_away, deviations, (down, up))
             yield Curve(label, site, form, solution.score,
                         min(plain.score - solution.score,
                             float((plain.scores - solution.scores)[own].sum())))
@@ -182,14 +185,6 @@ def _one_of(wide: Columns, number: int, count: int) -> Columns:
     products[:, 0, 1:] = products[:, 1:, 0] = wide.products[:, number, count:]
     products[:, 0, 0], against[:, 0] = wide.products[:, number, number], wide.against[:, number]
     return wide._replace(products=products, against=against)
-
-
-def _solved(fitter: Fitter, fit: Fit, away: Array, columns: Columns) -> Solution:
-    """Return the solution with a curve before the terms of a fit, which are `away`."""
-    any_ = np.array([np.inf])
-    down, up = (np.concatenate([any_, way]) for way in room(fit.terms))
-    return solve(columns, fitter.noise, fitter.effective, np.concatenate([[0.0], away]),
-                 np.concatenate([any_, fit.deviations]), (down, up))
 
 
 def _rates(time: Array, along: Mapping[str, Array]) -> Iterator[tuple[str, Array]]:

@@ -62,8 +62,9 @@ def search_beside_discrepancy(fitter: Fitter, found: SearchResult, names: Sequen
     if not other.nameless:
         return BesideDiscrepancy(fitter, found, ())
     # What has no name was taken out of each balance on its own: these do not show it any more.
-    misplaced = [term for label in fitter.arm.labels if is_one_link_torque(fitter, found, label)
-                 for term in not_of_link(other.found.last, label)]
+    misplaced = [term for label in fitter.arm.labels
+                 if (here := not_of_link(other.found.last, label))
+                 and is_one_link_torque(fitter, found, label) for term in here]
     return other._replace(found=other.found.keeping(other.fitter, [
         term for term in other.found.last.accepted if term not in misplaced]))
 

@@ -57,8 +57,5 @@ def _noise_of(fitter: Fitter, arm: Arm, valid: NDArray[np.bool_]) -> Array:
 def _power_of_more(fitter: Fitter, arm: Arm, valid: NDArray[np.bool_]) -> Array:
     """Return the power (c,) that as much noise of readings and commands again has in balances."""
     balancer, plain = fitter.balancer, fitter.balancer(arm).residual
-    noisier = [balancer.noisier]
-    if balancer.measurement.command_noise().any():
-        noisier.append(balancer.noisier_in_commands)
     return np.asarray(sum(((more(arm).residual - plain) ** 2).sum(axis=0, where=valid)
-                          for more in noisier))
+                          for more in balancer.noisier_each))
