@@ -136,11 +136,13 @@ class Balancer:
             (np.abs(second) ** 2).sum(axis=0), 1e-300)
         return self._but(shared=self.shared + shared)
 
-    @cached_property
+    @property
     def unwhitened(self) -> 'Balancer':
         """Return the balances as they are, with all of their noise at all frequencies."""
-        if self.whitening is None:
-            return self
+        return self if self.whitening is None else self._unwhitened
+
+    @cached_property
+    def _unwhitened(self) -> 'Balancer':
         return self._but(whitening=None)
 
     def whitened(self, arm: Arm, white: Array) -> 'Balancer':
@@ -247,15 +249,21 @@ class Balancer:
         """Return whether all commands were recorded: by a loop of the recording's own rate."""
         return self.unknown is None and is_held(self.measurement.as_recorded())
 
-    @cached_property
+    @property
     def thinned(self) -> 'Balancer':
         """Return balances at the same times from fewer samples, to find changes of the arm."""
-        made = self.measurement
-        part = max((part for part in range(1, self.every + 1)
-                    if self.every % part == 0 and made.dt * part * _ENOUGH < 1.01),
+        return self if self._part == 1 else self._thinned
+
+    @cached_property
+    def _part(self) -> int:
+        """Return of how many samples one is enough to find changes of the arm."""
+        return max((part for part in range(1, self.every + 1)
+                    if self.every % part == 0 and self.measurement.dt * part * _ENOUGH < 1.01),
                    default=1)
-        if part == 1:
-            return self
+
+    @cached_property
+    def _thinned(self) -> 'Balancer':
+        made, part = self.measurement, self._part
         padded = np.concatenate([made.command, np.repeat(made.command[-1:], part, axis=0)])
         command = np.mean([padded[k:k + len(made.command):part] for k in range(part)], axis=0)
         return self.like(replace(made, dt=part * made.dt, command=command, absent=(), parts=1,

@@ -1,10 +1,11 @@
 """Derivatives of the balances of one measurement, and their noise, about one arm as given."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from operator import is_
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.parameter import ParameterError
@@ -17,13 +18,11 @@ from .nuisance import AnyTerm, nuisances
 from .steps import groups_at_once, Sized, stepped
 from ..balances.balance import Balance, Balancer
 from ..balances.channels import channels_of, noisy_by_torques, sides
-from ..balances.recent_cache import RecentCache
 from ...least_squares.term import Term, with_terms
 
 IMPOSSIBLE = (ArmError, ParameterError)     # no arm can have such numbers
 # Numerics; choices unless stated otherwise.
 _ARMS = 4               # that were asked for last and are known
-_TWINS = 2              # beside which noise is known
 
 
 class _With(NamedTuple):
@@ -48,13 +47,6 @@ class _SteppedArm(NamedTuple):
     steps: list[_Step]
 
 
-class _Beside(NamedTuple):
-    """What is known of noise beside a twin, which lives as long."""
-
-    twin: 'Derivatives'
-    noise: ColumnNoise
-
-
 class TermColumns(NamedTuple):
     """Terms, and the derivative columns (m, c, p) along their numbers."""
 
@@ -70,10 +62,11 @@ class Derivatives:
     arm: Arm
     _base: list[_With] = field(default_factory=list, init=False, repr=False)  # the last, if any
     _arms: list[_With] = field(default_factory=list, init=False, repr=False)
-    _noise: RecentCache[_Beside] = field(default_factory=lambda: RecentCache(_TWINS), init=False,
-                                         repr=False)
-    _carried: RecentCache[_Beside] = field(default_factory=lambda: RecentCache(_TWINS), init=False,
-                                           repr=False)
+    # By the twin, and as long as it lives: two may know each other.
+    _noise: MutableMapping['Derivatives', ColumnNoise] = field(
+        default_factory=WeakKeyDictionary, init=False, repr=False)
+    _carried: MutableMapping['Derivatives', ColumnNoise] = field(
+        default_factory=WeakKeyDictionary, init=False, repr=False)
 
     def on(self, terms: Sequence[AnyTerm]) -> Arm:
         """Return the arm as given with these terms, which may have been asked for before."""
@@ -120,8 +113,10 @@ class Derivatives:
 
     def noise_beside(self, twin: 'Derivatives') -> ColumnNoise:
         """Return what is known of the noise of `as_given` beside a twin of the same motion."""
-        return self._noise.of(id(twin), lambda: self._beside(
-            twin, lambda some: TermColumns(some.tolerated, some.as_given))).noise
+        if twin not in self._noise:
+            self._noise[twin] = self._beside(
+                twin, lambda some: TermColumns(some.tolerated, some.as_given))
+        return self._noise[twin]
 
     def noise_carried(self, twin: 'Derivatives', balance: Balance,
                       weight: Array) -> dict[Sized, Array]:
@@ -133,10 +128,11 @@ class Derivatives:
         """
         if not self.carried.terms:
             return {}
-        known = self._carried.of(id(twin), lambda: self._beside(twin, lambda some: some.carried))
+        if twin not in self._carried:
+            self._carried[twin] = self._beside(twin, lambda some: some.carried)
         found: dict[Sized, Array] = {}
-        noises = known.noise.noise_in(self.carried.terms, self.carried.columns, balance.residual,
-                                      balance.valid, weight)
+        noises = self._carried[twin].noise_in(self.carried.terms, self.carried.columns,
+                                              balance.residual, balance.valid, weight)
         for place, noise in noises.items():
             found |= {place: noise,                             # its first column is a point's
                       (place[0], 1): np.ascontiguousarray(noise[:, :, :1])}
@@ -149,14 +145,14 @@ class Derivatives:
         return TermColumns(terms, self.of(terms, [*self.tolerated, *terms]))
 
     def _beside(self, twin: 'Derivatives',
-                columns: Callable[['Derivatives'], TermColumns]) -> _Beside:
+                columns: Callable[['Derivatives'], TermColumns]) -> ColumnNoise:
         """Return what noisier readings make of columns, beside a twin."""
         noisier, balance = Derivatives(self.balancer.noisier, self.arm), self.balancer(self.arm)
         ours = columns(self)
-        return _Beside(twin, ColumnNoise.made(
+        return ColumnNoise.made(
             ours.terms, twin.as_given, columns(noisier).columns - ours.columns,
             noisier.balancer(self.arm).residual - balance.residual, balance.valid,
-            noisy_by_torques(self.balancer.measurement)))
+            noisy_by_torques(self.balancer.measurement))
 
     def _about(self, terms: Sequence[AnyTerm]) -> Arm:
         """Return the arm with terms, which is asked for many times."""
