@@ -27,7 +27,7 @@ from truth import draw, record, Reference
 
 ARM = read_arm('hda_arm.yaml')
 PAIR = ('link_encoder_eccentricity', 'encoder_scale_error')     # alike until a link turns far
-TIED = 20.0
+TIED = 16.0
 
 
 @pytest.fixture(scope='module')

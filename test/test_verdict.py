@@ -18,7 +18,7 @@ from hda_torque_estimator.diagnosis.findings.smallest import hidden
 from hda_torque_estimator.diagnosis.fitting.hypotheses import HYPOTHESES
 from hda_torque_estimator.diagnosis.judging.bounds_reached import limited, limits_of
 from hda_torque_estimator.diagnosis.judging.search import Reason
-from hda_torque_estimator.diagnosis.judging.verdict import NO_MOTION, rival_of
+from hda_torque_estimator.diagnosis.judging.verdict import NO_MOTION, rival_of, TIED
 from hda_torque_estimator.least_squares.charts import Identity
 from hda_torque_estimator.least_squares.term import Term
 from hda_torque_estimator.measurements.measurement import Measurement
@@ -122,11 +122,11 @@ def test_a_rate_at_which_the_diagnosis_is_measured_is_never_to_blame():
 
 def test_a_runner_up_is_reported_as_it_was_fitted_and_what_was_found_beside_is_none():
     play = Term(Backlash(half_width=1e-4), 'joint1', (Identity(('half_width',), 1e-6),))
-    reason, alone = Reason(400.0, 60.0, play, 20.0), SimpleNamespace(accepted=())
+    reason, alone = Reason(400.0, 60.0, play, TIED), SimpleNamespace(accepted=())
     rival = rival_of(reason, alone)
     assert rival.joint == 'joint1' and rival.parameters['half_width'].value == 1e-4
     assert math.isnan(rival.parameters['half_width'].low)
-    assert rival.probability == pytest.approx(0.05)         # a difference of 20 ties: 19 to 1
+    assert rival.probability == pytest.approx(0.05)         # the largest difference that ties: 19 to 1
     assert rival_of(reason, SimpleNamespace(accepted=(play,))) is None
     nothing = Term(Backlash(), 'joint1', play.charts)
     assert rival_of(reason._replace(runner_up=nothing), alone).parameters == {}

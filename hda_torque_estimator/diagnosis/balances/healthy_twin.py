@@ -15,10 +15,8 @@ from .balance import Balancer, RATE
 from ...measurements.measurement import Measurement, QUIET, SEGMENT
 from ...measurements.running_clock import arm_during
 from ...measurements.upsampling import between
+from ...significance import LOUD
 from ...simulating.closed_loop import run
-
-# Judgement; choices unless stated otherwise.
-_MOST = 2.0             # times what white noise makes, that rounding or jitter may make
 
 # Numerics; choices unless stated otherwise.
 _UNSEEN = 1.0           # noise of a balance that never holds, for which any will do [N*m]
@@ -120,7 +118,7 @@ def _noise_beside(balancer: Balancer, arm: Arm, twin: Measurement,
     added = balancer.noisier(arm).residual - ours.residual
     made = balancer.like(twin)(arm)
     added_level = _rms(added, ours.valid)
-    plain = np.clip(_rms(made.residual, made.valid), added_level, _MOST * added_level)
+    plain = np.clip(_rms(made.residual, made.valid), added_level, LOUD * added_level)
     joints = len(arm.joints)
     rough = [_roughness(values[:, :joints], ours.valid[:, :joints])
              for values in (ours.residual, added)]
@@ -134,7 +132,7 @@ def _noise_beside(balancer: Balancer, arm: Arm, twin: Measurement,
     usual = [_roughness(values[:, joints:], ours.valid[:, joints:], 0.5)
              for values in (ours.residual, added)]
     ratio = np.divide(usual[0], usual[1], where=usual[1] > 0.0, out=np.ones(len(usual[1])))
-    jittering = added_level[joints:] * np.minimum(np.nan_to_num(ratio, nan=1.0), _MOST)
+    jittering = added_level[joints:] * np.minimum(np.nan_to_num(ratio, nan=1.0), LOUD)
     noise[joints:] = np.maximum(plain[joints:], jittering)
     if balancer.measurement.referenced.any():
         noise = np.maximum(noise, _of_sensors(

@@ -25,9 +25,7 @@ from ..readings.raw_readings import RawReadings
 from ...least_squares.term import Place
 from ...measurements.measurement import Measurement
 from ...measurements.running_clock import inside, Spans
-
-# Judgement; choices unless stated otherwise.
-_SEEN = 0.6            # share of the effects that must have been seen for silence to mean health
+from ...significance import MOSTLY
 
 # Numerics; choices unless stated otherwise.
 _LISTED = 6             # effects that a sentence names
@@ -53,7 +51,7 @@ def shows_too_little(sizes: Sequence[Smallest], arm: Arm, about: Sequence[Place]
     """Return if silence says nothing about the effects asked about, or else about too many."""
     if about:
         return bool(_missed(sizes, arm, about))
-    return len(_unseen(sizes, arm)) > (1.0 - _SEEN) * len({one.effect for one in sizes})
+    return len(_unseen(sizes, arm)) > MOSTLY * len({one.effect for one in sizes})
 
 
 def remarks(sizes: Sequence[Smallest], arm: Arm, about: Sequence[Place],

@@ -22,11 +22,10 @@ from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Place, Term
 from ...measurements.running_clock import Spans
-from ...significance import NORMAL_90
+from ...significance import DEVIATIONS, NORMAL_90
 
 Array = NDArray[np.float64]
-# Judgement; choices unless stated otherwise.
-TIED = 20.0             # difference of scores below which two causes explain equally well
+TIED = DEVIATIONS ** 2  # difference of scores below which two causes explain equally well
 NO_MOTION = ('none that moves the arm, as no motion separates them; read the torque of the drive '
              'in a dwell at zero command')
 
