@@ -9,6 +9,7 @@ from hda_torque_estimator.diagnosis.diagnose import diagnose, sought_effects
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.judging.discrepancy_terms import DiscrepancyTerms
 from hda_torque_estimator.measurements.measurement import Measurement
+from hda_torque_estimator.significance import MATERIAL, SCORE_BAR
 import numpy as np
 import pytest
 from truth import record, Reference
@@ -23,6 +24,8 @@ THIRD = hide('third_order_kinematic_error', 'joint2', amplitude=1e-4, phase=0.5)
 SOFTER = hide('stiffness_error', 'joint1', relative_error=-0.18)
 LAG = hide('current_loop_lag', 'joint2', time_constant=0.005)
 FRICTION = hide('coulomb_friction', 'joint2', level=0.02)
+BEARING = hide('link_bearing_friction', 'joint1', level=1.0)
+LOOSE = hide('coulomb_friction', 'joint2', level=-0.03)     # far beyond the tolerance of it
 
 
 def measured(*hidden):
@@ -71,12 +74,30 @@ def test_nothing_stands_for_a_cause_that_the_catalogue_lacks():
     (DRIFT, 'time', 'trend'),
     (THIRD, 'motor_angle', '3 per turn'),
     (hide('crossed_friction', 'joint1', amplitude=0.5, order=3), 'other_link_angle',
-     '3 per turn, by sense')], ids=lambda one: getattr(one, 'effect', ''))
+     '3 per turn, by sense'),
+    (BEARING, 'motor_velocity', 'sense'), (LOOSE, 'motor_velocity', 'sense')],
+    ids=lambda one: getattr(one, 'effect', ''))
 def test_the_best_cause_without_a_name_is_what_was_hidden(hidden, coordinate, form):
     fitter = fitter_of(measured(hidden))
     best = DiscrepancyTerms.along(fitter).best(fitter, fitter.first, ARM.labels)
     assert (best.joint, best.site, best.coordinate, best.form) == (
         hidden.joint, hidden.site, coordinate, form)
+
+
+def test_noise_of_torques_is_no_cause_without_a_name():
+    fitter = fitter_of(measured())
+    best = DiscrepancyTerms.along(fitter).best(fitter, fitter.first, ARM.labels)
+    assert best.improvement < SCORE_BAR
+
+
+def test_dry_friction_beyond_its_tolerance_leaves_noise_beside_the_sense_of_motion():
+    """A law of the catalogue with a sense that is nearer to a step would stand for it."""
+    fitter = fitter_of(measured(LOOSE))
+    best = DiscrepancyTerms.along(fitter).best(fitter, fitter.first, ARM.labels)
+    beside = replace(fitter, balancer=fitter.balancer.beside(
+        best.shapes(fitter.first.balance.valid)))
+    motor = fitter.own_channels(LOOSE.joint)[0]
+    assert beside.first.variance[motor] < (1.0 + MATERIAL ** 2) * fitter.noise[motor] ** 2
 
 
 def test_what_is_taken_aside_is_in_no_balance_any_more():

@@ -15,20 +15,22 @@ from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.kernel import LINK_ANGLE, MOTOR_ANGLE, MOTOR_VELOCITY
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
 
-from .discrepancy_curves import sites, SLIDING, SLOW
+from .discrepancy_curves import sites, SLIDING, SMOOTH
 from .selection_criteria import cost_of_number
-from ..balances.balance import Shape
+from ..balances.balance import RATE, Shape
 from ..balances.coordinates import torques_of
 from ..balances.strongest_wave import strongest_wave, TURN
 from ..findings.rest import IN_WORDS
-from ..fitting.fit import Fit, Fitter
-from ..fitting.solve import score
+from ..fitting.fit import Fit, Fitter, room
+from ..fitting.solve import Columns, condense, condense_more, Solution, solve
 from ...significance import HARDLY
 
 # Numerics; choices unless stated otherwise.
 _POWERS = (1, 2, 3)     # of a torque and of an angle
 _HALF_A_WAVE = np.pi    # of travel, below which a wave is any curve [rad]
+_ANY_SIZE = np.array([[0.0], [np.inf], [np.inf], [np.inf]])     # of a curve: nothing holds it
 _SAME = 1e-6            # singular value over the largest, below which columns are the same
 # The most waves per turn of each angle.
 _ORDERS = {'motor_angle': 12, 'link_angle': 12, 'other_link_angle': 6}
@@ -86,70 +88,76 @@ class DiscrepancyTerms:
 
     def _of_joint(self, fitter: Fitter, fit: Fit, label: str) -> Iterator[DiscrepancyTerm]:
         """Yield what each does at each site of a joint beside a fit."""
-        own = fitter.own_channels(label)
-        rests = {channel: _Rest.of(fitter, fit, channel) for channel in own}
+        valid = fitter.valid(fit.balance)
+        rests = {channel: _Rest.of(fitter, fit, channel) for channel in fitter.own_channels(label)
+                 if valid[:, channel].any()}
         forms = [*self._forms[label], *(rest.line(fitter.balancer.time)
-                                        for rest in rests.values() if rest.samples)]
+                                        for rest in rests.values())]
         price = cost_of_number(fitter)
         for one in forms:
             gains = {channel: rest.gain(fitter, one.curves) for channel, rest in rests.items()}
             for site, channels in sites(fitter, label).items():
                 freedom = price * one.curves.shape[1] * len(channels)
+                gain = sum(gains.get(channel, 0.0) for channel in channels)
                 yield DiscrepancyTerm(label, site, one.coordinate, one.form, tuple(channels),
-                                      one.curves,
-                                      sum(gains[channel] for channel in channels) - freedom)
+                                      one.curves, gain - freedom)
 
 
 class _Rest(NamedTuple):
-    """
-    What a fit leaves in one channel beside all that it may move.
-
-    A number of the fit moves within its tolerance. That is one row more, below the (m,) of the
-    balance.
-    """
+    """What a fit leaves in one channel, and what its numbers may move there within bounds."""
 
     channel: int
-    values: Array               # (m + p,), 0 where invalid
-    moves: Array                # (m + p, r) orthonormal: what the fit may move
-    valid: NDArray[np.bool_]    # (m,)
-    samples: int
+    residual: Array             # (m, 1), 0 where invalid
+    columns: Array              # (m, 1, p) of the numbers that move anything here
+    valid: NDArray[np.bool_]    # (m, 1)
+    numbers: Array              # (4, p) from nominal, tolerances, and room down and up
+    free: Array                 # (m, r) orthonormal: what those without a tolerance move
+    known: Columns
+    plain: Solution             # without any curve
 
     @classmethod
     def of(cls, fitter: Fitter, fit: Fit, channel: int) -> '_Rest':
         """Return what a fit leaves in a channel."""
-        valid = fitter.valid(fit.balance)[:, channel]
-        weight = np.sqrt(fit.variance[channel] / fitter.effective) / fit.deviations
-        columns = np.concatenate([np.where(valid[:, None], fit.columns[:, channel], 0.0),
-                                  np.diag(weight)])
-        size = np.sqrt((columns ** 2).sum(axis=0))
-        moves, singular, _ = np.linalg.svd(columns[:, size > 0.0] / size[size > 0.0],
-                                           full_matrices=False)
-        moves = moves[:, singular > _SAME * singular.max(initial=0.0)]
-        values = np.concatenate([np.where(valid, fit.balance.residual[:, channel], 0.0),
-                                 weight * fitter.away(fit.terms)])
-        return cls(channel, values - moves @ (moves.T @ values), moves, valid, int(valid.sum()))
+        valid = fitter.valid(fit.balance)[:, [channel]]
+        residual = np.where(valid, fit.balance.residual[:, [channel]], 0.0)
+        columns = np.where(valid[:, :, None], fit.columns[:, [channel]], 0.0)
+        here = columns.any(axis=(0, 1))
+        columns = columns[:, :, here]
+        numbers = np.stack([fitter.away(fit.terms), fit.deviations, *room(fit.terms)])[:, here]
+        known = condense(residual, columns, valid)
+        return cls(channel, residual, columns, valid, numbers,
+                   _span(columns[:, 0, np.isinf(numbers[1])]), known,
+                   _solved(fitter, channel, known, numbers))
 
     def line(self, time: Array) -> _Form:
         """Return the strongest line over time (m,) [s]."""
-        frequency = strongest_wave(time, self.values[:len(time)], self.valid).frequency
+        left = (self.residual + self.columns @ self.plain.step)[:, 0]
+        frequency = strongest_wave(time, left, self.valid[:, 0]).frequency
         return _Form('time', f'line of {frequency:.3f} Hz', _wave(TURN * frequency * time))
 
     def gain(self, fitter: Fitter, curves: Array) -> float:
-        """Return by how much these curves (m, q) improve the score in this channel."""
-        if not self.samples:
-            return 0.0
-        made = np.where(self.valid[:, None], fitter.balancer.in_balance(curves, self.channel), 0.0)
-        made = np.concatenate([made, np.zeros((len(self.values) - len(made), made.shape[1]))])
-        own = made - self.moves @ (self.moves.T @ made)
+        """Return by how much these curves (m, q) improve the score in this channel (eq:room)."""
+        made = np.where(self.valid, fitter.balancer.in_balance(curves, self.channel), 0.0)
+        own = made - self.free @ (self.free.T @ made)
         if ((own ** 2).sum(axis=0) <= HARDLY ** 2 * (made ** 2).sum(axis=0)).any():
             return 0.0                      # the fit could move as much
-        against = own.T @ self.values
-        explained = float(against @ np.linalg.lstsq(own.T @ own, against, rcond=1e-9)[0])
-        noise, power = fitter.noise[[self.channel]], float(self.values @ self.values)
-        before, after = (score(np.maximum(left / self.samples, noise ** 2),
-                               np.array([self.samples]), noise, fitter.effective)
-                         for left in (power, power - explained))
-        return before - after
+        wide = condense_more(self.known, self.residual, self.columns, made[:, None], self.valid)
+        any_size = np.repeat(_ANY_SIZE, made.shape[1], axis=1)
+        return self.plain.score - _solved(fitter, self.channel, wide, np.concatenate(
+            [any_size, self.numbers], axis=1)).score
+
+
+def _solved(fitter: Fitter, channel: int, columns: Columns, numbers: Array) -> Solution:
+    """Return the best step of numbers (4, p) in one channel, of which columns are condensed."""
+    away, deviations, down, up = numbers
+    return solve(columns, fitter.noise[[channel]], fitter.effective, away, deviations, (down, up))
+
+
+def _span(columns: Array) -> Array:
+    """Return orthonormal columns (m, r) of which all of these (m, p) are made."""
+    size = np.sqrt((columns ** 2).sum(axis=0))
+    made, singular, _ = np.linalg.svd(columns / size, full_matrices=False)
+    return np.asarray(made[:, singular > _SAME * singular.max(initial=0.0)])
 
 
 def _forms_of(fitter: Fitter, place: int) -> Iterator[_Form]:
@@ -158,8 +166,9 @@ def _forms_of(fitter: Fitter, place: int) -> Iterator[_Form]:
     state, time = balancer.motion(fitter.arm).state, balancer.measurement.time
     motor, links, speed = (state[:, place, MOTOR_ANGLE], state[:, :, LINK_ANGLE],
                            state[:, place, MOTOR_VELOCITY])
-    torque = torques_of(fitter.arm, state[:, :, MOTOR_ANGLE], links)[:, place]
-    sense = np.tanh(speed / SLOW)
+    torque = gaussian_filter1d(torques_of(fitter.arm, state[:, :, MOTOR_ANGLE], links)[:, place],
+                               SMOOTH / (RATE * balancer.measurement.dt))
+    sense = np.sign(speed)                      # as laws have it
     yield _Form('nothing', 'level', np.ones((len(time), 1)))
     yield from _carried('time', 'trend', (time - time.mean())[:, None], sense, torque)
     yield from _frictions(speed, sense)
