@@ -126,7 +126,7 @@ def test_a_runner_up_is_reported_as_it_was_fitted_and_what_was_found_beside_is_n
     rival = rival_of(reason, alone)
     assert rival.joint == 'joint1' and rival.parameters['half_width'].value == 1e-4
     assert math.isnan(rival.parameters['half_width'].low)
-    assert rival.probability == pytest.approx(0.05)         # the largest difference that ties: 19 to 1
+    assert rival.probability == pytest.approx(0.05)     # the largest that ties: 19 to 1
     assert rival_of(reason, SimpleNamespace(accepted=(play,))) is None
     nothing = Term(Backlash(), 'joint1', play.charts)
     assert rival_of(reason._replace(runner_up=nothing), alone).parameters == {}

@@ -168,12 +168,14 @@ def _forms_of(fitter: Fitter, place: int) -> Iterator[_Form]:
                            state[:, place, MOTOR_VELOCITY])
     torque = gaussian_filter1d(torques_of(fitter.arm, state[:, :, MOTOR_ANGLE], links)[:, place],
                                SMOOTH / (RATE * balancer.measurement.dt))
+    command = balancer.measurement.command[:, place]
     sense = np.sign(speed)                      # as laws have it
     yield _Form('nothing', 'level', np.ones((len(time), 1)))
     yield from _carried('time', 'trend', (time - time.mean())[:, None], sense, torque)
     yield from _frictions(speed, sense)
     for power in _POWERS:
         yield _Form('joint_torque', f'power {power}', torque[:, None] ** power)
+        yield _Form('motor_torque', f'power {power}', command[:, None] ** power)
         yield _Form('link_angle', f'power {power}', links[:, [place]] ** power)
     yield _Form('joint_torque', 'torque by sense', (np.abs(torque) * sense)[:, None])
     angles = [('motor_angle', motor), ('link_angle', links[:, place]), *(
