@@ -15,7 +15,7 @@ from .balance import Balancer, RATE
 from ...measurements.measurement import Measurement, QUIET, SEGMENT
 from ...measurements.running_clock import arm_during
 from ...measurements.upsampling import between
-from ...significance import LOUD
+from ...significance import MOSTLY
 from ...simulating.closed_loop import run
 
 # Numerics; choices unless stated otherwise.
@@ -99,10 +99,10 @@ def noise_of(balancer: Balancer, arm: Arm, twin: Measurement | None = None, *,
 
     The second is what the noise of the measured readings makes of the balances: they are made
     again with as much more of it [N*m]. Rounding of slow readings is not white, and a simulated
-    twin shows how much more it makes. The rest of what a twin has is of its own loop. What motor
-    balances then have more at high frequency, where effects seldom show, is white noise of the
-    torque, which is added. What torsion balances have more there is of clocks that jitter, or
-    noise of a sensor.
+    twin shows how much more it makes. White noise stays most of it, so it is twice that at most.
+    The rest of what a twin has is of its own loop. What motor balances then have more at high
+    frequency, where effects seldom show, is white noise of the torque, which is added. What
+    torsion balances have more there is of clocks that jitter, or noise of a sensor.
     """
     record = arm.record()
     return balancer.noises.of(
@@ -118,7 +118,7 @@ def _noise_beside(balancer: Balancer, arm: Arm, twin: Measurement,
     added = balancer.noisier(arm).residual - ours.residual
     made = balancer.like(twin)(arm)
     added_level = _rms(added, ours.valid)
-    plain = np.clip(_rms(made.residual, made.valid), added_level, LOUD * added_level)
+    plain = np.clip(_rms(made.residual, made.valid), added_level, added_level / MOSTLY)
     joints = len(arm.joints)
     rough = [_roughness(values[:, :joints], ours.valid[:, :joints])
              for values in (ours.residual, added)]
@@ -132,7 +132,7 @@ def _noise_beside(balancer: Balancer, arm: Arm, twin: Measurement,
     usual = [_roughness(values[:, joints:], ours.valid[:, joints:], 0.5)
              for values in (ours.residual, added)]
     ratio = np.divide(usual[0], usual[1], where=usual[1] > 0.0, out=np.ones(len(usual[1])))
-    jittering = added_level[joints:] * np.minimum(np.nan_to_num(ratio, nan=1.0), LOUD)
+    jittering = added_level[joints:] * np.minimum(np.nan_to_num(ratio, nan=1.0), 1.0 / MOSTLY)
     noise[joints:] = np.maximum(plain[joints:], jittering)
     if balancer.measurement.referenced.any():
         noise = np.maximum(noise, _of_sensors(
