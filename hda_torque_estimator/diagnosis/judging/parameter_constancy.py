@@ -111,7 +111,8 @@ def _best_of_alike(fitter: Fitter, found: SearchResult, place: Place,
     if best.accepted[-1].place == place:
         return replace(found, evidence=tuple(
             reason if term is own else reasons[term.place] for term in fit.accepted))
-    return SearchResult(found.first, best, (*(reasons[term.place] for term in others), reason))
+    return SearchResult(found.first, best, (*(reasons[term.place] for term in others), reason),
+                        names=found.names)
 
 
 def _alike(name: str, names: Sequence[str]) -> list[str]:
