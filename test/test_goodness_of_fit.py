@@ -1,6 +1,7 @@
 """With the true cause out of the catalogue no other one takes its name."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
@@ -11,7 +12,7 @@ from hda_torque_estimator.diagnosis.diagnose import diagnose, sought_effects
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
 from hda_torque_estimator.diagnosis.judging import goodness_of_fit, search, selection_criteria
-from hda_torque_estimator.diagnosis.judging.discrepancy_curves import best_curves
+from hda_torque_estimator.diagnosis.judging.discrepancy_curves import best_curves, Curve
 from hda_torque_estimator.diagnosis.judging.tolerances_reached import beyond_tolerance
 from hda_torque_estimator.measurements.measurement import Measurement, measurement_from
 from hda_torque_estimator.measurements.running_clock import inside, stretches
@@ -191,3 +192,19 @@ def test_a_curve_of_a_rest_beside_one_of_many_causes_takes_no_name_from_it(monke
     assert goodness_of_fit.shapeless(fitter, fit, [without]) == list(fit.accepted)
     monkeypatch.setattr(goodness_of_fit, 'MANY', 1)
     assert goodness_of_fit.shapeless(fitter, fit, [without]) == []
+
+
+@pytest.mark.parametrize(('count', 'name', 'gain', 'left'), [
+    (5, 'thermal_viscosity', 540.0, 0.0), (5, 'thermal_viscosity', 500.0, 560.0),
+    (5, 'kinematic_error', 900.0, 560.0), (4, 'thermal_viscosity', 900.0, 560.0)])
+def test_what_one_more_effect_explains_beside_many_is_held_against_none(monkeypatch, count, name,
+                                                                        gain, left):
+    """It must be of the site of the curve, and explain nearly all of it."""
+    term = SimpleNamespace(name=name, joint='joint2', place=(name, 'joint2'))
+    monkeypatch.setattr(goodness_of_fit, 'screen', lambda fitter, fit, names: [(term, 1e4 - gain)])
+    fit = SimpleNamespace(accepted=[SimpleNamespace(place=place) for place in range(count)],
+                          score=1e4)
+    curves = {'joint2': Curve('joint2', 'motor', 'motor_velocity over time', 0.0, 560.0)}
+    found = goodness_of_fit._without_law(None, fit, curves, (name,))
+    assert found['joint2'].improvement == left
+    assert goodness_of_fit._without_law(None, fit, curves, ()) == curves

@@ -95,3 +95,18 @@ def test_a_steady_cause_gives_way_to_one_that_is_better_beside_all_others(
     # what is known is not asked again
     monkeypatch.setattr(parameter_constancy, 'unsteady_shares', None)
     assert steady_shares(fitter, kept.last, kept.steady) == kept.steady
+
+
+@pytest.mark.parametrize(('alone', 'stays'), [(0.4, False), (1.5, True)])
+def test_a_cause_without_which_others_are_less_steady_stays(fitter, fits, monkeypatch, alone,
+                                                            stays):
+    """It is not steady itself, so it has no name by that, but it is none that stands in."""
+    first, second = zip(RIGHT, JOINTS)
+    known = {2: {first: 0.5, second: 1.2}, 1: {first: alone}}
+    monkeypatch.setattr(parameter_constancy, 'MANY', 1)
+    monkeypatch.setattr(parameter_constancy, 'unsteady_shares',
+                        lambda fitter, fit: known[len(fit.accepted)])
+    found = SearchResult(fitter.first, fits[0], (Reason(1e3, 60.0, None, np.inf),) * 2)
+    kept = only_steady(fitter, found, RIGHT)
+    assert [term.place for term in kept.last.accepted] == [first, second][:1 + stays]
+    assert set(steady_shares(fitter, kept.last, kept.steady)) == {first}

@@ -189,8 +189,8 @@ def _between(measurement: Measurement) -> Iterator[str]:
     if measurement.blind:
         period = 1e3 * measurement.parts * measurement.dt
         yield (f'for {len(measurement.blind) * measurement.dt:.2g} s samples every {period:.3g} '
-               'ms do not show how the arm moved, as in long gaps or where it shakes: nothing is '
-               'judged there')
+               'ms do not show how the arm moved, as in long gaps, where it shakes or where '
+               'encoders err: nothing is judged there')
 
 
 def _facts(measurement: Measurement, training: Spans, held_out: Spans,

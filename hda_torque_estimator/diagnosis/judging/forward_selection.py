@@ -17,6 +17,7 @@ from ..fitting.derivatives import IMPOSSIBLE
 from ..fitting.fit import CLOSE, Fit, Fitter
 from ..fitting.hypotheses import is_richer
 from ...least_squares.term import Place, Term
+from ...significance import MANY
 
 # Numerics; choices unless stated otherwise.
 _CANDIDATES = 6         # fitted in every round, with two steps,
@@ -59,19 +60,41 @@ def look(fitter: Fitter, first: Fit, fit: Fit, names: Sequence[str]) -> Round:
     taken = {term.place for term in fit.accepted}
     prospects = [prospect for prospect in screen(fitter, fit, names)
                  if prospect.term.place not in taken]
-    promising = [prospect for prospect in _first_places(prospects)
+    promising = [prospect for prospect in prospects
                  if fit.score - prospect.score > threshold(fitter, prospect.term)]
-    tried = exact(fitter, refits(fitter, fit, [each.term for each in promising]))
-    are = [standing(fitter, first, fit, trial, trial.accepted[-1]) for trial in tried]
-    causes = [trial for trial, is_ in zip(tried, are) if is_ is Standing.CAUSE]
-    if not causes:
-        return Round(fit, None, tuple(trial for trial, is_ in zip(tried, are)
-                                      if is_ is Standing.SMALL))
-    refused = {place_of(trial) for trial in tried} - {place_of(trial) for trial in causes}
-    best, other, gap = leading(fitter, fit, causes, [
-        prospect for prospect in prospects if prospect.term.place not in refused])
-    settled = fitter.fit(best.accepted, best.nuisance)
-    return Round(fit, (settled, _reason(fitter, fit, best, other, gap)))
+    refused, small = set[Place](), list[Fit]()
+    for tried in _in_turn(fitter, fit, promising):
+        are = [standing(fitter, first, fit, trial, trial.accepted[-1]) for trial in tried]
+        causes = [trial for trial, is_ in zip(tried, are) if is_ is Standing.CAUSE]
+        refused |= {place_of(trial) for trial in tried} - {place_of(trial) for trial in causes}
+        if causes:
+            best, other, gap = leading(fitter, fit, causes, [
+                prospect for prospect in prospects if prospect.term.place not in refused])
+            settled = fitter.fit(best.accepted, best.nuisance)
+            return Round(fit, (settled, _reason(fitter, fit, best, other, gap)))
+        small += [trial for trial, is_ in zip(tried, are) if is_ is Standing.SMALL]
+        if len(fit.accepted) < MANY:        # what is left of few is no sum of many others
+            break
+    return Round(fit, None, tuple(small))
+
+
+def _in_turn(fitter: Fitter, fit: Fit, promising: list[Prospect]) -> Iterator[list[Fit]]:
+    """
+    Yield the fits of the most promising causes to the end, and then those of the next ones.
+
+    What explains most may be none: many small imperfections together look like a large one. So
+    beside many causes all are asked until one is.
+    """
+    while promising:
+        first = _first_places(promising)
+        taken = {each.term.place for each in first}
+        promising = [each for each in promising if each.term.place not in taken]
+        trials = sorted(refits(fitter, fit, [each.term for each in first]),
+                        key=lambda trial: _cost(fitter, trial))
+        places = list(dict.fromkeys(map(place_of, trials)))
+        for begin in range(0, len(places), _FINALISTS):
+            some = places[begin:begin + _FINALISTS]
+            yield exact(fitter, [trial for trial in trials if place_of(trial) in some])
 
 
 def _reason(fitter: Fitter, fit: Fit, best: Fit, other: Term | None, gap: float) -> Reason:

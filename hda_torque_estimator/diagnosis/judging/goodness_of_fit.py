@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from .discrepancy_curves import best_curves, Curve, improvement_of, sites, Usual, usual_curves
 from .law_forms import evidence, left_by_forms, reformed
 from .parameter_constancy import steady_shares
+from .screening import screen
 from .search import SearchResult
 from .tolerances_reached import beyond_tolerance
 from ..balances.balance import Balancer, RATE
@@ -31,7 +32,7 @@ from ..findings.rest import GEAR, SENSOR
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Place, Term
-from ...significance import IMMATERIAL, MANY, MATERIAL, MOSTLY, SCORE_BAR
+from ...significance import IMMATERIAL, MANY, MATERIAL, MOSTLY, NEARLY_ALL, SCORE_BAR
 
 Array = NDArray[np.float64]
 # Judgement; choices unless stated otherwise.
@@ -320,7 +321,29 @@ def _formed(fitter: Fitter, fit: Fit, found: SearchResult, powers: Mapping[Place
     formed = doubts(best_curves(fitter, fit, joints))
     if margin_of_rest(max(one.share for one in formed.values())) >= 1.0:
         return formed               # nothing that a name would be less sure for
-    return doubts(best_curves(fitter, fit, joints, _curves_of_itself(fitter, found.last)))
+    curves = best_curves(fitter, fit, joints, _curves_of_itself(fitter, found.last))
+    return doubts(_without_law(fitter, fit, curves, found.names))
+
+
+def _without_law(fitter: Fitter, fit: Fit, curves: Mapping[str, Curve],
+                 names: Sequence[str]) -> Mapping[str, Curve]:
+    """
+    Return what curves explain beside many causes, nothing where one more of these names does.
+
+    An effect of the same site is one imperfection more: too small for a cause, but of a known law.
+    """
+    if len(fit.accepted) < MANY or not names:
+        return curves
+    taken = {term.place for term in fit.accepted}
+    known = dict.fromkeys(curves, 0.0)
+    for term, score in screen(fitter, fit, names):
+        curve = curves.get(str(term.joint))
+        if curve and term.place not in taken and curve.site in (
+                GEAR, effect_named(term.name).site.value):
+            known[curve.joint] = max(known[curve.joint], fit.score - score)
+    return {label: curve._replace(improvement=0.0)
+            if known[label] >= NEARLY_ALL * curve.improvement else curve
+            for label, curve in curves.items()}
 
 
 def _least(curve: Curve, term: Term, power: float) -> float:

@@ -4,8 +4,9 @@ Causes that are as large in every stretch of a recording, whatever else is left.
 An arm may have so many small imperfections that no search finds the last of them. Their rest is
 held against no cause beside it that is steady. Fitted again in each stretch alone, beside all else
 that is free, such a cause has the same size (eq:steady). One that stands in for another follows
-that more here and less there. Only where many causes are steady a rest is one imperfection more.
-Each must also be the best of those that it is confused with, beside all others.
+that more here and less there. So it goes, unless others are less steady without it. Only where
+many causes are steady a rest is one imperfection more. Each must also be the best of those that it
+is confused with, beside all others.
 """
 
 from collections.abc import Mapping, Sequence
@@ -55,34 +56,46 @@ def steady_shares(fitter: Fitter, fit: Fit,
 
 def only_steady(fitter: Fitter, found: SearchResult, names: Sequence[str]) -> SearchResult | None:
     """
-    Return what was found without causes that are not steady; None where few are left.
+    Return what was found without causes in whose place others are steady; None where few are.
 
-    Each that stays is the best, beside all others, of those effects of these `names` that it is
-    confused with.
+    Each that is steady is the best, beside all others, of those effects of these `names` that it
+    is confused with.
     """
     kept = _steady(fitter, found)
     if kept is None:
         return None
-    for place in [term.place for term in kept.last.accepted]:
-        kept = _best_of_alike(fitter, kept, place, names)
+    for place, share in dict(kept.steady or {}).items():
+        if share <= 1.0:
+            kept = _best_of_alike(fitter, kept, place, names)
     return _steady(fitter, kept)
 
 
 def _steady(fitter: Fitter, found: SearchResult) -> SearchResult | None:
     """
-    Return what was found without causes that are not steady, None where few are left.
+    Return what was found without what is not steady, None where few are steady beside each other.
 
-    The least steady goes first: what leant on it may stand by itself without it.
+    The least steady goes first: what leant on it may stand by itself without it. What others are
+    less steady without is no stand-in, and stays.
     """
     everywhere = fitter.everywhere()
+    best: SearchResult | None = None
     while len(found.last.accepted) >= MANY:
         shares = unsteady_shares(everywhere, everywhere.settled(found.last))
-        worst = max(shares, key=shares.__getitem__)
+        found = replace(found, steady=shares)
+        if _count(found) < _count(best):
+            break
+        best, worst = found, max(shares, key=shares.__getitem__)
         if shares[worst] <= 1.0:
-            return replace(found, steady=shares)
+            break
         found = found.keeping(fitter, [term for term in found.last.accepted
                                        if term.place != worst])
-    return None
+    return best if _count(best) >= MANY else None
+
+
+def _count(found: SearchResult | None) -> int:
+    """Return how many of the causes that were found are steady, as far as that was asked."""
+    shares = found.steady if found else None
+    return sum(share <= 1.0 for share in (shares or {}).values())
 
 
 def _best_of_alike(fitter: Fitter, found: SearchResult, place: Place,
@@ -98,7 +111,8 @@ def _best_of_alike(fitter: Fitter, found: SearchResult, place: Place,
     if best.accepted[-1].place == place:
         return replace(found, evidence=tuple(
             reason if term is own else reasons[term.place] for term in fit.accepted))
-    return SearchResult(found.first, best, (*(reasons[term.place] for term in others), reason))
+    return SearchResult(found.first, best, (*(reasons[term.place] for term in others), reason),
+                        names=found.names)
 
 
 def _alike(name: str, names: Sequence[str]) -> list[str]:

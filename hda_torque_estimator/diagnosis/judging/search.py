@@ -42,6 +42,7 @@ class SearchResult:
     evidence: tuple[Reason, ...]        # one for each accepted term
     steady: Mapping[Place, float] | None = None
     small: SmallCause | None = None
+    names: tuple[str, ...] = ()         # of all effects that were looked for
 
     def with_only(self, fitter: Fitter, kept: Sequence[Term]) -> Fit:
         """
@@ -57,7 +58,8 @@ class SearchResult:
         """Return what was found with some of its terms alone, fitted again."""
         reasons = self.reasons()
         return SearchResult(self.first, self.with_only(fitter, kept),
-                            tuple(reasons[term.place] for term in kept), small=self.small)
+                            tuple(reasons[term.place] for term in kept), small=self.small,
+                            names=self.names)
 
     def refitted(self, fitter: Fitter) -> 'SearchResult':
         """Return what was found, fitted again by a fitter with another noise."""
@@ -94,7 +96,7 @@ def search(fitter: Fitter, names: Sequence[str], begun: SearchResult | None = No
         other = _extended(fitter, names, start, notify)
         if _better(fitter, other.last, found.last):
             found = other
-    return replace(_weighed_again(fitter, found), small=found.small)
+    return replace(_weighed_again(fitter, found), small=found.small, names=tuple(names))
 
 
 def without_noise(fitter: Fitter, found: SearchResult) -> SearchResult:

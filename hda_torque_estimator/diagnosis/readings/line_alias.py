@@ -27,8 +27,13 @@ def resolved(travel: Array, fewest: float, most: float, window: int) -> Mask:
     `travel` (k,) is that from sample to sample [rad]. A wave must be slow enough for them. And it
     must pass whole in a window of so many samples: a polynomial follows what passes in part.
     """
-    lines = np.abs(travel) / (2.0 * math.pi)
-    return np.asarray((lines * most < _CYCLES) & (lines * fewest * window >= 1.0))
+    return np.asarray(np.abs(travel) / (2.0 * math.pi) * most < _CYCLES) & passes(
+        travel, fewest, window)
+
+
+def passes(travel: Array, lines: float, window: int) -> Mask:
+    """Return where a wave of so many lines passes whole in a window, by the travel (k,) [rad]."""
+    return np.asarray(np.abs(travel) / (2.0 * math.pi) * lines * window >= 1.0)
 
 
 def counting(step: float) -> float:

@@ -2,8 +2,9 @@
 Find the error of a link encoder that repeats with every line of its scale, and take it out.
 
 What a local polynomial leaves of the readings is folded over the angle for every number of lines
-at once. The strongest wave is then fitted by least squares through the same filter. Stretches in
-which the samples do not show a whole wave are left aside (`line_alias`).
+at once. The strongest wave is then fitted by least squares through the same filter, along the
+angle that it had (`line_angle`). Stretches in which the samples do not show a whole wave are left
+aside (`line_alias`).
 """
 
 from collections.abc import Iterator
@@ -13,10 +14,11 @@ from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array, Mask
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import CoarseQuantisation, Effect, EncoderInterpolationError
+from hda_arm_sim.model.effects import CoarseQuantisation, EncoderInterpolationError
 import numpy as np
 
 from .line_alias import agrees, counting, moves, resolved, STRETCHES
+from .line_angle import angle_behind, errors_at, hidden, turned_by_motor
 from .local_rest import local_rest, local_speed, window_of
 from .raw_cause import number, RawCause
 from ...measurements.measurement import Measurement
@@ -31,7 +33,7 @@ _BAND = 1.4             # from the fewest lines to the most that are looked for 
 _NEAR = 2               # lines about the strongest that are fitted exactly
 _ROUNDS = 3             # the angle behind a reading is known better each time
 _TRIED = (2500.0, 6000.0, 20000.0)          # lines for which the smallest wave is sought
-_INVERSE = 12           # rounds to the angle behind a reading
+_HARMONICS = (2, 3)     # of a wave whose law has another form
 
 
 class LineWave(NamedTuple):
@@ -43,6 +45,12 @@ class LineWave(NamedTuple):
     rows: Mask              # (k,) in which it was fitted
     columns: Array          # (2, m) its sine and cosine there
     spread: Array           # (2,) deviations of amplitude [rad] and lines
+    forms: tuple[EncoderInterpolationError, ...] = ()       # its harmonics, if it has any
+
+    @property
+    def waves(self) -> tuple[EncoderInterpolationError, ...]:
+        """Return all of it, harmonics as well."""
+        return self.effect, *self.forms
 
     @property
     def score(self) -> float:
@@ -59,7 +67,7 @@ def uneven_lines(measurement: Measurement, arm: Arm, seen: Mask) -> Iterator[Raw
     for column, (label, joint) in enumerate(zip(arm.labels, arm.joints)):
         motor, link = measurement.reading[:, column].T
         step = arm.effect(CoarseQuantisation.name, label).values()[LINK]
-        wave = wave_of(link, measurement.dt, seen, step)
+        wave = wave_of(link, motor / joint.ratio, measurement.dt, seen, step)
         if wave is not None and wave.before - wave.after >= IMMATERIAL * wave.before \
                 and wave.score > SCORE_BAR \
                 and _of_one_encoder(wave, motor / joint.ratio, link, measurement.dt, step):
@@ -68,7 +76,7 @@ def uneven_lines(measurement: Measurement, arm: Arm, seen: Mask) -> Iterator[Raw
                 'amplitude': number(wave.effect, 'amplitude', size),
                 'lines': number(wave.effect, 'lines', slope),
                 'phase': number(wave.effect, 'phase', size / wave.effect.amplitude),
-            }, wave.score, ((column, LINK),))
+            }, wave.score, ((column, LINK),), forms=wave.forms)
 
 
 def _of_one_encoder(wave: LineWave, motor: Array, link: Array, dt: float, step: float) -> bool:
@@ -102,32 +110,45 @@ def _smallest(rest: Array, wave: Array, rows: Mask, window: int) -> float:
     return math.sqrt(needed / (1.0 - needed) * power / passed)
 
 
-def without_waves(measurement: Measurement, causes: list[RawCause],
-                  labels: tuple[str, ...]) -> Measurement:
-    """Return the measurement as link encoders without these waves would have shown it."""
+def without_waves(measurement: Measurement, causes: list[RawCause], arm: Arm) -> Measurement:
+    """
+    Return the measurement as link encoders without these waves would have shown it.
+
+    Where waves hide the angle it is that of the motor, and nobody knows how the arm moved.
+    """
     if not causes:
         return measurement
-    reading = measurement.reading.copy()
+    reading, dt = measurement.reading.copy(), measurement.dt
+    blind = measurement.is_blind.copy()
     for cause in causes:
-        column = labels.index(str(cause.joint))
-        reading[:, column, LINK] = _behind(reading[:, column, LINK], cause.effect)
-    return replace(measurement, reading=reading)
+        column = arm.labels.index(str(cause.joint))
+        motor, link = measurement.reading[:, column].T
+        waves = [wave for wave in (cause.effect, *cause.forms)
+                 if isinstance(wave, EncoderInterpolationError)]
+        behind = angle_behind(link, turned_by_motor(motor / arm.joints[column].ratio, dt), dt,
+                              waves)
+        hides = hidden(behind, dt, waves)
+        reading[:, column, LINK] = np.where(hides, behind, link - errors_at(behind, waves))
+        blind |= hides
+    return replace(measurement, reading=reading, blind=tuple(np.flatnonzero(blind).tolist()))
 
 
-def wave_of(angle: Array, dt: float, seen: Mask, step: float) -> LineWave | None:
-    """Return the strongest wave in readings (k,) of an encoder with this step [rad]."""
-    window, travel = window_of(dt), local_speed(angle, dt) * dt
-    rest, good = local_rest(angle, dt), _inner(seen, window)
-    lines, behind = _strongest(angle, rest, good, travel, window, _most(step)), angle
+def wave_of(link: Array, motor: Array, dt: float, seen: Mask, step: float) -> LineWave | None:
+    """Return the strongest wave in readings (k,), those of the motor over the ratio beside it."""
+    window, turned = window_of(dt), turned_by_motor(motor, dt)
+    behind = angle_behind(link, turned, dt)
+    travel, rest, good = local_speed(behind, dt) * dt, local_rest(link, dt), _inner(seen, window)
+    lines = _strongest(behind, rest, good, travel, window, _most(step))
     if lines is None:
         return None
     rows = good & resolved(travel, lines - _NEAR, lines + _NEAR, window)
     near = range(max(lines - _NEAR, 2), lines + _NEAR + 1)
-    best = min((_fitted(behind, rest, dt, rows, trial) for trial in near),
+    best = min((_fitted(behind, rest, dt, rows, float(trial)) for trial in near),
                key=lambda wave: wave.after)
+    best = _refined(best, behind, rest, dt)
     for _ in range(_ROUNDS):
-        behind = _behind(angle, best.effect)
-        best = _fitted(behind, rest, dt, rows, round(best.effect.lines))
+        behind = angle_behind(link, turned, dt, best.waves)
+        best = _refined(_fitted(behind, rest, dt, rows, best.effect.lines), behind, rest, dt)
     return best
 
 
@@ -166,24 +187,77 @@ def _strongest(angle: Array, rest: Array, good: Mask, travel: Array, window: int
     return strongest
 
 
-def _fitted(behind: Array, rest: Array, dt: float, rows: Mask, lines: int) -> LineWave:
+def _fitted(behind: Array, rest: Array, dt: float, rows: Mask, lines: float) -> LineWave:
     """Return the wave of so many lines over the angle behind the readings."""
-    turn = lines * behind
-    columns = np.stack([local_rest(wave, dt)[rows] for wave in (np.sin(turn), np.cos(turn))])
+    columns = _columns(behind, dt, rows, lines)
     normal, power = columns @ columns.T, float(rest[rows] @ rest[rows])
-    along, across = np.linalg.solve(normal, columns @ rest[rows])
-    left, count = rest[rows] - along * columns[0] - across * columns[1], int(rows.sum())
-    highest = EncoderInterpolationError.declaration('amplitude').high
-    effect = EncoderInterpolationError(min(math.hypot(along, across), highest), float(lines),
-                                       math.atan2(across, along))
-    size = math.sqrt(float(left @ left) / count * np.linalg.inv(normal).trace() / 2.0)
+    numbers, left = _explained(columns, rest[rows])
+    effect, count = _wave(numbers, lines), int(rows.sum())
+    size = math.sqrt(left / count * np.linalg.inv(normal).trace() / 2.0)
     slope = size / max(effect.amplitude, 1e-30) / max(float(behind[rows].std()), 1e-12)
-    return LineWave(effect, power, float(left @ left), rows, columns, np.array([size, slope]))
+    return LineWave(effect, power, left, rows, columns, np.array([size, slope]))
 
 
-def _behind(angle: Array, wave: Effect) -> Array:
-    """Return the angle behind readings (k,) that carry a wave [rad]."""
-    behind = angle
-    for _ in range(_INVERSE):
-        behind = angle - wave(angle=behind)
-    return behind
+def _refined(wave: LineWave, behind: Array, rest: Array, dt: float) -> LineWave:
+    """Return a wave stretched as it may be, with its harmonics."""
+    return _with_harmonics(_stretched(wave, behind, rest, dt), behind, rest, dt)
+
+
+def _stretched(wave: LineWave, behind: Array, rest: Array, dt: float) -> LineWave:
+    """
+    Return a wave with a part of a line per turn more or less, if that is so for certain.
+
+    An encoder whose scale is wrong by a ten thousandth shows ten thousand lines as one more.
+    """
+    rows, (along, across) = wave.rows, _numbers(wave.effect)
+    away = behind - behind[rows].mean()
+    sine, cosine = (local_rest(away * column, dt)[rows] for column in _phases(
+        behind, wave.effect.lines))
+    numbers, _ = _explained(np.stack([*wave.columns, along * cosine - across * sine]), rest[rows])
+    other = _fitted(behind, rest, dt, rows, wave.effect.lines + float(numbers[2]))
+    gained = int(rows.sum()) * math.log(wave.after / other.after)
+    return other if gained > SCORE_BAR else wave
+
+
+def _with_harmonics(wave: LineWave, behind: Array, rest: Array, dt: float) -> LineWave:
+    """Return a wave with its harmonics, if it has any for certain: another form of its law."""
+    rows, lines = wave.rows, wave.effect.lines
+    orders = [order * lines for order in _HARMONICS]
+    columns = np.concatenate([wave.columns, *(
+        _columns(behind, dt, rows, order) for order in orders)])
+    numbers, left = _explained(columns, rest[rows])
+    if int(rows.sum()) * math.log(wave.after / left) < SCORE_BAR:
+        return wave
+    return wave._replace(effect=_wave(numbers[:2], lines), after=left, forms=tuple(
+        _wave(numbers[2 * place:][:2], order) for place, order in enumerate(orders, 1)))
+
+
+def _columns(behind: Array, dt: float, rows: Mask, lines: float) -> Array:
+    """Return what polynomials leave of both phases of a wave in these rows (2, m)."""
+    return np.stack([local_rest(wave, dt)[rows] for wave in _phases(behind, lines)])
+
+
+def _phases(behind: Array, lines: float) -> Iterator[Array]:
+    """Yield the sine and the cosine of a wave of so many lines (k,)."""
+    yield np.sin(lines * behind)
+    yield np.cos(lines * behind)
+
+
+def _explained(columns: Array, rest: Array) -> tuple[Array, float]:
+    """Return the numbers (n,) of columns (n, m) that fit a rest (m,) best, and the power left."""
+    numbers = np.linalg.solve(columns @ columns.T, columns @ rest)
+    left = rest - numbers @ columns
+    return numbers, float(left @ left)
+
+
+def _wave(numbers: Array, lines: float) -> EncoderInterpolationError:
+    """Return a wave by how much it has of its sine and of its cosine (2,) [rad]."""
+    along, across = numbers.tolist()
+    highest = EncoderInterpolationError.declaration('amplitude').high
+    return EncoderInterpolationError(min(math.hypot(along, across), highest), lines,
+                                     math.atan2(across, along))
+
+
+def _numbers(wave: EncoderInterpolationError) -> tuple[float, float]:
+    """Return how much a wave has of its sine and of its cosine [rad]."""
+    return wave.amplitude * math.cos(wave.phase), wave.amplitude * math.sin(wave.phase)

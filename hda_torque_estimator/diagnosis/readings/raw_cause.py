@@ -29,6 +29,7 @@ class RawCause(NamedTuple):
     score: float
     channels: tuple[tuple[int, int], ...]       # columns and sides of the readings that show it
     recording: int = 0                          # the one of several that shows it best
+    forms: tuple[Effect, ...] = ()              # what another form of its law does beside it
 
     def on(self, arm: Arm) -> Arm:
         """Return the arm with this cause."""

@@ -109,7 +109,7 @@ def _of_one(measurement: Measurement, arm: Arm, names: Sequence[str],
     if EncoderInterpolationError.name in names:
         waves = list(uneven_lines(measurement, known, seen))
         causes += waves
-        measurement = without_waves(measurement, waves, arm.labels)
+        measurement = without_waves(measurement, waves, known)
     return RawReadings(finer(measurement), known, tuple(causes), on_time, stamped)
 
 

@@ -1,0 +1,56 @@
+"""One step of the search: what explains most may be no cause, and then others are asked."""
+
+from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.motions import motion
+from hda_torque_estimator.diagnosis.assumptions import EFFECTIVE
+from hda_torque_estimator.diagnosis.balances.balance import Balancer
+from hda_torque_estimator.diagnosis.balances.healthy_twin import noise_of
+from hda_torque_estimator.diagnosis.fitting.fit import Fitter
+from hda_torque_estimator.diagnosis.judging import forward_selection
+from hda_torque_estimator.diagnosis.judging.selection_criteria import Standing
+from hda_torque_estimator.measurements.measurement import Measurement
+import numpy as np
+import pytest
+from truth import record, Reference
+from truth_cases import hide
+
+ARM = read_arm('hda_arm.yaml')
+SEED, DT, SECONDS = 134, 1e-3, 24.0
+HIDDEN = (hide('coulomb_friction', 'joint2', level=0.02),
+          hide('viscous_friction', 'joint1', slope=2e-4),
+          hide('cable_spring', 'joint1', stiffness=6.0, rest_angle=0.2))
+NAMES = tuple(one.effect for one in HIDDEN)
+
+
+@pytest.fixture(scope='module')
+def fitter():
+    """Return what fits a recording with three causes."""
+    asked = motion('rich', 2, SECONDS, DT, SEED)
+    made = record(HIDDEN, Reference(asked.angle, asked.rate, DT), seed=SEED)
+    balancer = Balancer(Measurement(ARM.labels, DT, np.stack(
+        [made.motor_angle, made.link_angle], 2), made.command))
+    return Fitter(balancer, ARM, noise_of(balancer, ARM)[0], EFFECTIVE,
+                  np.ones(len(balancer.time), bool))
+
+
+@pytest.mark.parametrize(('refused', 'many'), [(0, 1), (1, 0), (2, 0), (1, 1)])
+def test_where_what_explains_most_is_no_cause_the_next_ones_are_asked(fitter, monkeypatch,
+                                                                      refused, many):
+    """That is so beside many causes: of what few leave the search ends there."""
+    monkeypatch.setattr(forward_selection, 'MANY', many)
+    monkeypatch.setattr(forward_selection, '_CANDIDATES', 2)
+    monkeypatch.setattr(forward_selection, '_FINALISTS', 1)
+    asked = []
+
+    def standing(fitter, first, without, extended, term):
+        asked.append(term.place)
+        return Standing.CAUSE if len(asked) > refused else Standing.CHANCE
+
+    monkeypatch.setattr(forward_selection, 'standing', standing)
+    found = forward_selection.look(fitter, fitter.first, fitter.first, NAMES)
+    if refused and many:
+        assert len(asked) == 1 and found.step is None
+        return
+    assert len(asked) == len(set(asked)) == refused + 1
+    assert found.step[0].accepted[-1].place == asked[-1]
+    assert found.step[1].runner_up is None or found.step[1].runner_up.place not in asked
