@@ -75,7 +75,7 @@ def test_nothing_stands_for_a_cause_that_the_catalogue_lacks():
     (THIRD, 'motor_angle', '3 per turn'),
     (hide('crossed_friction', 'joint1', amplitude=0.5, order=3), 'other_link_angle',
      '3 per turn, by sense'),
-    (BEARING, 'motor_velocity', 'sense'), (LOOSE, 'motor_velocity', 'sense'),
+    (BEARING, 'motor_velocity', 'sense over 1 rad/s'), (LOOSE, 'motor_velocity', 'sense'),
     (hide('torque_constant_error', 'joint2', relative_error=0.1), 'motor_torque', 'power 1')],
     ids=lambda one: getattr(one, 'effect', ''))
 def test_the_best_cause_without_a_name_is_what_was_hidden(hidden, coordinate, form):

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-from .discrepancy_curves import sites, SLIDING, SMOOTH
+from .discrepancy_curves import sites, SLIDING, SLOW, SMOOTH
 from .selection_criteria import cost_of_number
 from ..balances.balance import RATE, Shape
 from ..balances.coordinates import torques_of
@@ -199,7 +199,8 @@ def _carried(coordinate: str, form: str, curves: Array, sense: Array,
 
 def _frictions(speed: Array, sense: Array) -> Iterator[_Form]:
     """Yield curves of the motor's speed (k,) and of its sense."""
-    for form, values in (('sense', sense), ('speed', speed), ('square', speed * np.abs(speed)), *(
+    for form, values in (('sense', sense), (f'sense over {SLOW:g} rad/s', np.tanh(speed / SLOW)),
+                         ('speed', speed), ('square', speed * np.abs(speed)), *(
             (f'sense below {slow:g} rad/s', sense / (1.0 + (speed / slow) ** 2))
             for slow in SLIDING)):
         yield _Form('motor_velocity', form, values[:, None])
