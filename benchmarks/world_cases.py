@@ -91,6 +91,7 @@ def world_of(case: Case) -> Any:
                            joints=case.joints, seconds=case.seconds)
     world = worlds.draw(case.seed, (), motion=case.motion, rate=case.rate, joints=case.joints,
                         seconds=case.seconds)
+    world = replace(world, arm=worlds.resolving(world.arm, case.hidden))
     for place, name in enumerate(case.hidden):
         world = worlds.hide(world, name, np.random.default_rng([case.seed, 12, place]),
                             shrink=SMALL)

@@ -91,7 +91,7 @@ def draw(seed: int, effects: Sequence[str] = (), *, motion: str | None = None,
     arm = arms.draw_arm(np.random.default_rng([seed, 11]), count)
     world = World(seed, arm, _motion(motion, rng, effects, final), seconds,
                   *_logged(rate, rng), noise=float(rng.uniform(0.5, 2.0)))
-    world = replace(world, arm=_resolving(arm, effects), tolerated=_tolerated(world))
+    world = replace(world, arm=resolving(arm, effects), tolerated=_tolerated(world))
     for place, effect in enumerate(effects):
         world = hide(world, effect, np.random.default_rng([seed, 12, place]), form=form)
     return world
@@ -120,7 +120,7 @@ def _logged(rate: int | None, rng: np.random.Generator) -> tuple[int, logs.Logge
                                    bool(rng.random() < 0.3))
 
 
-def _resolving(arm: DrawnArm, effects: Sequence[str]) -> DrawnArm:
+def resolving(arm: DrawnArm, effects: Sequence[str]) -> DrawnArm:
     """Return the arm with encoders whose own faults can be seen, where such are hidden."""
     fine = {'encoder_interpolation_error', 'coarse_quantisation'} & set(effects)
     if not fine:
