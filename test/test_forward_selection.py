@@ -38,7 +38,7 @@ def test_where_what_explains_most_is_no_cause_the_next_ones_are_asked(fitter, mo
                                                                       refused, many):
     """That is so beside many causes: of what few leave the search ends there."""
     monkeypatch.setattr(forward_selection, 'MANY', many)
-    monkeypatch.setattr(forward_selection, '_CANDIDATES', 2)
+    monkeypatch.setattr(forward_selection, '_CANDIDATES', 3)
     monkeypatch.setattr(forward_selection, '_FINALISTS', 1)
     asked = []
 

@@ -83,18 +83,14 @@ def _in_turn(fitter: Fitter, fit: Fit, promising: list[Prospect]) -> Iterator[li
     Yield the fits of the most promising causes to the end, and then those of the next ones.
 
     What explains most may be none: many small imperfections together look like a large one. So
-    beside many causes all are asked until one is.
+    beside many causes all that were fitted with two steps are asked, until one is.
     """
-    while promising:
-        first = _first_places(promising)
-        taken = {each.term.place for each in first}
-        promising = [each for each in promising if each.term.place not in taken]
-        trials = sorted(refits(fitter, fit, [each.term for each in first]),
-                        key=lambda trial: _cost(fitter, trial))
-        places = list(dict.fromkeys(map(place_of, trials)))
-        for begin in range(0, len(places), _FINALISTS):
-            some = places[begin:begin + _FINALISTS]
-            yield exact(fitter, [trial for trial in trials if place_of(trial) in some])
+    trials = sorted(refits(fitter, fit, [each.term for each in _first_places(promising)]),
+                    key=lambda trial: _cost(fitter, trial))
+    places = list(dict.fromkeys(map(place_of, trials)))
+    for begin in range(0, len(places), _FINALISTS):
+        some = places[begin:begin + _FINALISTS]
+        yield exact(fitter, [trial for trial in trials if place_of(trial) in some])
 
 
 def _reason(fitter: Fitter, fit: Fit, best: Fit, other: Term | None, gap: float) -> Reason:
