@@ -2,21 +2,17 @@
 
 from dataclasses import replace
 
-from hda_arm_sim.model.files import read_arm
-from hda_arm_sim.motions import motion
 from hda_torque_estimator.diagnosis.balances.balance import Balancer, Shape
 from hda_torque_estimator.diagnosis.diagnose import diagnose, sought_effects
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.judging.discrepancy_terms import DiscrepancyTerms
-from hda_torque_estimator.measurements.measurement import Measurement
 from hda_torque_estimator.significance import MATERIAL, SCORE_BAR
 import numpy as np
 import pytest
-from truth import record, Reference
 from truth_cases import hide
+import truth_fits
+from truth_fits import ARM
 
-ARM = read_arm('hda_arm.yaml')
-SEED, DT, SECONDS = 134, 1e-3, 24.0
 LINE = hide('motor_torque_line', 'joint2', amplitude=0.01, frequency=5.3, phase=0.4)
 TOOTH = hide('tooth_torque', 'joint1', amplitude=1.2, order=6, phase=1.0)
 DRIFT = hide('encoder_drift', 'joint2', rate=-4e-6)
@@ -30,10 +26,7 @@ LOOSE = hide('coulomb_friction', 'joint2', level=-0.03)     # far beyond the tol
 
 def measured(*hidden):
     """Return a recording of an arm with hidden effects."""
-    asked = motion('rich', 2, SECONDS, DT, SEED)
-    made = record(hidden, Reference(asked.angle, asked.rate, DT), seed=SEED)
-    return Measurement(ARM.labels, DT, np.stack([made.motor_angle, made.link_angle], 2),
-                       made.command)
+    return truth_fits.measured(hidden, 24.0, 134)
 
 
 def fitter_of(measurement):

@@ -1,21 +1,11 @@
 """One step of the search: what explains most may be no cause, and then others are asked."""
 
-from hda_arm_sim.model.files import read_arm
-from hda_arm_sim.motions import motion
-from hda_torque_estimator.diagnosis.assumptions import EFFECTIVE
-from hda_torque_estimator.diagnosis.balances.balance import Balancer
-from hda_torque_estimator.diagnosis.balances.healthy_twin import noise_of
-from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.judging import forward_selection
 from hda_torque_estimator.diagnosis.judging.selection_criteria import Standing
-from hda_torque_estimator.measurements.measurement import Measurement
-import numpy as np
 import pytest
-from truth import record, Reference
 from truth_cases import hide
+from truth_fits import fitter_of
 
-ARM = read_arm('hda_arm.yaml')
-SEED, DT, SECONDS = 134, 1e-3, 24.0
 HIDDEN = (hide('coulomb_friction', 'joint2', level=0.02),
           hide('viscous_friction', 'joint1', slope=2e-4),
           hide('cable_spring', 'joint1', stiffness=6.0, rest_angle=0.2))
@@ -25,12 +15,7 @@ NAMES = tuple(one.effect for one in HIDDEN)
 @pytest.fixture(scope='module')
 def fitter():
     """Return what fits a recording with three causes."""
-    asked = motion('rich', 2, SECONDS, DT, SEED)
-    made = record(HIDDEN, Reference(asked.angle, asked.rate, DT), seed=SEED)
-    balancer = Balancer(Measurement(ARM.labels, DT, np.stack(
-        [made.motor_angle, made.link_angle], 2), made.command))
-    return Fitter(balancer, ARM, noise_of(balancer, ARM)[0], EFFECTIVE,
-                  np.ones(len(balancer.time), bool))
+    return fitter_of(HIDDEN, 24.0, 134)
 
 
 @pytest.mark.parametrize(('refused', 'many'), [(0, 1), (1, 0), (2, 0), (1, 1)])

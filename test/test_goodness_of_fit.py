@@ -3,8 +3,6 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
-from hda_arm_sim.model.files import read_arm
-from hda_arm_sim.motions import motion
 from hda_torque_estimator.diagnosis.assumptions import EFFECTIVE
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.healthy_twin import noise_of
@@ -14,34 +12,20 @@ from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
 from hda_torque_estimator.diagnosis.judging import goodness_of_fit, search, selection_criteria
 from hda_torque_estimator.diagnosis.judging.discrepancy_curves import best_curves, Curve
 from hda_torque_estimator.diagnosis.judging.tolerances_reached import beyond_tolerance
-from hda_torque_estimator.measurements.measurement import Measurement, measurement_from
+from hda_torque_estimator.measurements.measurement import measurement_from
 from hda_torque_estimator.measurements.running_clock import inside, stretches
 import numpy as np
 import pytest
-from truth import draw, record, Reference, worlds
+from truth import draw, worlds
 from truth_cases import hide
+from truth_fits import ARM, fitter_of, measured
 from world_samples import arm_of, logged
 
-ARM = read_arm('hda_arm.yaml')
 
-
-def measured(name, seed):
+def hiding(name, seed):
     """Return a measurement in which an effect is hidden, and what is hidden."""
     hidden = draw(name, np.random.default_rng([seed, 1]))
-    asked = motion('rich', 2, 60.0, 1e-3, seed)
-    made = record([hidden], Reference(asked.angle, asked.rate, 1e-3), seed=seed)
-    reading = np.stack([made.motor_angle, made.link_angle], axis=2)
-    return Measurement(ARM.labels, 1e-3, reading, made.command), hidden
-
-
-def fitter_of(hidden, seed):
-    """Return a fitter of 20 s of an arm in which effects are hidden."""
-    asked = motion('rich', 2, 20.0, 1e-3, seed)
-    made = record(hidden, Reference(asked.angle, asked.rate, 1e-3), seed=seed)
-    balancer = Balancer(Measurement(ARM.labels, 1e-3, np.stack(
-        [made.motor_angle, made.link_angle], axis=2), made.command))
-    return Fitter(balancer, ARM, noise_of(balancer, ARM)[0], EFFECTIVE,
-                  np.ones(len(balancer.time), bool))
+    return measured([hidden], 60.0, seed), hidden
 
 
 def with_and_without(fitter, name, joint):
@@ -61,7 +45,7 @@ def with_and_without(fitter, name, joint):
         pytest.mark.study, pytest.mark.xfail(reason='wind-up and stiffening leave noise')]),
     pytest.param('current_loop_lag', 5802, 'motor', marks=pytest.mark.study)])
 def test_no_other_cause_takes_the_name_of_one_that_is_left_out(name, seed, site):
-    measurement, hidden = measured(name, seed)
+    measurement, hidden = hiding(name, seed)
     found = diagnose(measurement, ARM, names=[
         each for each in sought_effects() if each != name]).diagnosis
     assert found.verdict == 'unknown'
@@ -71,7 +55,7 @@ def test_no_other_cause_takes_the_name_of_one_that_is_left_out(name, seed, site)
 
 def test_no_payload_takes_the_name_of_an_inertia_that_is_left_out():
     """Both load every joint, so the rest need not sit where the inertia is wrong."""
-    found = diagnose(measured('link_inertia_error', 5967)[0], ARM, names=[
+    found = diagnose(hiding('link_inertia_error', 5967)[0], ARM, names=[
         each for each in sought_effects() if each != 'link_inertia_error']).diagnosis
     assert (found.verdict, found.findings, found.unexplained.site) == ('unknown', (), 'link')
 
@@ -87,7 +71,7 @@ def test_no_step_leaves_the_wind_up_where_its_law_does_not_change_any_more():
 @pytest.fixture(scope='module')
 def soft():
     """Return a fitter for an arm with a wrong stiffness, and its joint."""
-    measurement, hidden = measured('stiffness_error', 131)
+    measurement, hidden = hiding('stiffness_error', 131)
     balancer = Balancer(measurement)
     rows = inside(balancer.time, stretches(measurement.duration)[0])
     return Fitter(balancer, ARM, noise_of(balancer, ARM)[0], EFFECTIVE, rows), hidden.joint
@@ -173,7 +157,7 @@ def test_a_search_goes_back_for_a_little_where_a_cause_acts_alone(soft, monkeypa
 
 def test_a_line_along_the_angle_is_a_cable_that_rests_at_zero():
     """It explains all that the cable does, and is no simpler law in the place of it."""
-    fitter = fitter_of([hide('cable_spring', 'joint1', stiffness=0.8, rest_angle=0.0)], 134)
+    fitter = fitter_of([hide('cable_spring', 'joint1', stiffness=0.8, rest_angle=0.0)], 20.0, 134)
     fit, without = with_and_without(fitter, 'cable_spring', 'joint1')
     curve = best_curves(fitter, without, ('joint1',))['joint1']
     assert (curve.site, curve.form) == ('link', 'link_angle^1')
@@ -184,7 +168,7 @@ def test_a_curve_of_a_rest_beside_one_of_many_causes_takes_no_name_from_it(monke
     """An encoder is off in scale as well: a curve explains more of that than the friction."""
     hidden = [hide('stribeck_friction', 'joint1', excess=0.02, speed=8.0),
               hide('encoder_scale_error', 'joint1', relative_error=8e-3)]
-    fitter = fitter_of(hidden, 133)
+    fitter = fitter_of(hidden, 20.0, 133)
     fit, without = with_and_without(fitter, 'stribeck_friction', 'joint1')
     curve = best_curves(fitter, fit, ('joint1',))['joint1']
     assert (fit.variance > 20.0 * fitter.noise ** 2).any()

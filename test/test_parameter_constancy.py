@@ -2,25 +2,16 @@
 
 from dataclasses import replace
 
-from hda_arm_sim.model.files import read_arm
-from hda_arm_sim.motions import motion
-from hda_torque_estimator.diagnosis.assumptions import EFFECTIVE
-from hda_torque_estimator.diagnosis.balances.balance import Balancer
-from hda_torque_estimator.diagnosis.balances.healthy_twin import noise_of
-from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
 from hda_torque_estimator.diagnosis.judging import parameter_constancy
 from hda_torque_estimator.diagnosis.judging.parameter_constancy import (
     only_steady, steady_shares, unsteady_shares)
 from hda_torque_estimator.diagnosis.judging.search import Reason, SearchResult
-from hda_torque_estimator.measurements.measurement import Measurement
 import numpy as np
 import pytest
-from truth import record, Reference
 from truth_cases import hide
+from truth_fits import ARM, fitter_of
 
-ARM = read_arm('hda_arm.yaml')
-SEED, DT, SECONDS = 134, 1e-3, 24.0
 HIDDEN = (hide('coulomb_friction', 'joint2', level=0.02),
           hide('stiffness_error', 'joint1', relative_error=-0.18),
           hide('motor_torque_line', 'joint2', amplitude=0.01, frequency=5.3, phase=0.4))
@@ -32,12 +23,7 @@ JOINTS = ('joint2', 'joint1')
 @pytest.fixture(scope='module')
 def fitter():
     """Return what fits a recording with two causes and a line that no law has."""
-    asked = motion('rich', 2, SECONDS, DT, SEED)
-    made = record(HIDDEN, Reference(asked.angle, asked.rate, DT), seed=SEED)
-    balancer = Balancer(Measurement(ARM.labels, DT, np.stack(
-        [made.motor_angle, made.link_angle], 2), made.command))
-    return Fitter(balancer, ARM, noise_of(balancer, ARM)[0], EFFECTIVE,
-                  np.ones(len(balancer.time), bool))
+    return fitter_of(HIDDEN, 24.0, 134)
 
 
 @pytest.fixture(scope='module')

@@ -7,25 +7,23 @@ be placed where there is nothing but noise, or where what is left follows nothin
 
 from dataclasses import replace
 
-from hda_arm_sim.model.files import read_arm
-from hda_arm_sim.motions import motion
 from hda_torque_estimator.diagnosis.assumptions import EFFECTIVE
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.findings.rest import NOTHING, Unexplained
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
+from hda_torque_estimator.diagnosis.judging.discrepancy_terms import DiscrepancyTerms
 from hda_torque_estimator.diagnosis.judging.search import SearchResult
 from hda_torque_estimator.diagnosis.judging.site_pattern import is_one_link_torque, misplaced
 from hda_torque_estimator.diagnosis.reporting.following import follow
 from hda_torque_estimator.diagnosis.reporting.unexplained import (described, Rest, site_of,
                                                                   unexplained)
-from hda_torque_estimator.measurements.measurement import Measurement
 import numpy as np
 import pytest
-from truth import draw, record, Reference
+from truth import draw
 from truth.effect import Hidden
+from truth_fits import ARM, measured
 
-ARM = read_arm('hda_arm.yaml')
 RATE, RATIO = 125.0, 100.0
 LABELS = ('joint1', 'joint2')
 NOISE = np.array([0.03, 0.03, 0.006, 0.006])
@@ -168,10 +166,7 @@ def sprung() -> Fitter:
 
 def fitter_of(hidden: Hidden) -> Fitter:
     """Return what fits 30 s of an arm with one hidden effect."""
-    asked = motion('rich', 2, 30.0, 1e-3, 120)
-    made = record([hidden], Reference(asked.angle, asked.rate, 1e-3), seed=120, noise=1.0)
-    balancer = Balancer(Measurement(
-        LABELS, 1e-3, np.stack([made.motor_angle, made.link_angle], axis=2), made.command))
+    balancer = Balancer(measured([hidden], 30.0, 120))
     return Fitter(balancer, ARM, NOISE, EFFECTIVE, np.ones(len(balancer.time), bool))
 
 
@@ -198,6 +193,14 @@ def test_a_right_cause_leaves_nothing_and_stands():
     assert misplaced(fitter, SearchResult(first, right, ())) == ()
     skew = next(term for term in terms_of(ARM, 'clock_skew') if term.joint == hidden.joint)
     assert misplaced(fitter, SearchResult(first, fitter.fit([skew], first.nuisance), ())) == ()
+
+
+def test_a_friction_of_the_link_without_a_name_is_seen_in_both_balances():
+    hidden = draw('link_bearing_friction', np.random.default_rng(7))
+    fitter = fitter_of(hidden)
+    best = DiscrepancyTerms.along(fitter).best(fitter, fitter.first, LABELS)
+    assert (best.joint, best.site, best.coordinate) == (hidden.joint, 'link', 'motor_velocity')
+    assert best.form == 'sense'
 
 
 @pytest.mark.parametrize('seed', range(3))
