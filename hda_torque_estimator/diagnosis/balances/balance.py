@@ -139,7 +139,7 @@ class Balancer:
     @property
     def unwhitened(self) -> 'Balancer':
         """Return the balances as they are, with all of their noise at all frequencies."""
-        return self if self.whitening is None else self._unwhitened
+        return self if self.whitening is None else self._unwhitened     # never holds itself
 
     @cached_property
     def _unwhitened(self) -> 'Balancer':

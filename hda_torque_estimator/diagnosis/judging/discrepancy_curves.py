@@ -20,7 +20,7 @@ from ..balances.coordinates import coordinates_of
 from ..findings.rest import GEAR, SENSOR
 from ..fitting.fit import Fit, Fitter, room
 from ..fitting.hypotheses import HYPOTHESES
-from ..fitting.solve import Columns, condense, condense_more, solve
+from ..fitting.solve import Columns, condense, condense_more, Solution, solve
 from ...significance import IMMATERIAL
 
 Array = NDArray[np.float64]
@@ -31,6 +31,7 @@ SMOOTH = 3.0            # samples of the balances over which torques and rates a
 SLIDING = (5.0, 20.0)   # shaft speeds over which friction may fall [rad/s]
 _LINK_ORDERS = (1, 2, 3, 4, 6)  # waves per link turn of curves without a name
 _MOTOR_ORDERS = (1, 2, 4, 6, 8, 12)  # waves per motor turn of curves without a name
+_ANY_SIZE = np.array([[0.0], [np.inf], [np.inf], [np.inf]])     # of a curve: nothing holds it
 _AT_REST = 1e-30        # mean square of a shape, below which nothing moved that makes it
 _RATED = ('joint_torque', 'motor_torque', 'motor_velocity')
 # Beside these two, what follows the torque lets a motor balance shrink with all of its noise.
@@ -144,10 +145,9 @@ def _curves(fitter: Fitter, fit: Fit, joints: Collection[str],
     """Yield every curve at these joints beside the terms of a fit."""
     valid = fitter.valid(fit.balance)
     known = condense(fit.balance.residual, fit.columns, valid)
-    away, way = fitter.away(fit.terms), room(fit.terms)
-    plain = solve(known, fitter.noise, fitter.effective, away, fit.deviations, way)
-    wide_away, deviations, down, up = (np.concatenate([[first], values]) for first, values in (
-        (0.0, away), (np.inf, fit.deviations), (np.inf, way[0]), (np.inf, way[1])))
+    numbers = numbers_of(fitter, fit)
+    plain = solved(fitter, known, numbers)
+    wider = with_any_size(numbers)
     for label, site, forms, more in curves_at_sites(fitter, fit, joints, quick):
         own = fitter.own_channels(label)
         scaled = {term.name for term in fit.accepted if term.joint == label} >= _SCALED
@@ -155,11 +155,27 @@ def _curves(fitter: Fitter, fit: Fit, joints: Collection[str],
         for number, form in enumerate(forms):
             if form == _SCALE and site in ('motor', GEAR) and scaled:
                 continue
-            solution = solve(_one_of(wide, number, len(forms)), fitter.noise, fitter.effective,
-                             wide_away, deviations, (down, up))
+            solution = solved(fitter, _one_of(wide, number, len(forms)), wider)
             yield Curve(label, site, form, solution.score,
                         min(plain.score - solution.score,
                             float((plain.scores - solution.scores)[own].sum())))
+
+
+def numbers_of(fitter: Fitter, fit: Fit) -> Array:
+    """Return how far the numbers of a fit are off, tolerances, and room down and up (4, p)."""
+    return np.stack([fitter.away(fit.terms), fit.deviations, *room(fit.terms)])
+
+
+def with_any_size(numbers: Array, count: int = 1) -> Array:
+    """Return numbers (4, p) with sizes of `count` curves before them, which nothing holds."""
+    return np.concatenate([np.repeat(_ANY_SIZE, count, axis=1), numbers], axis=1)
+
+
+def solved(fitter: Fitter, columns: Columns, numbers: Array,
+           channels: slice | list[int] = slice(None)) -> Solution:
+    """Return the best step of numbers (4, p) in channels of which columns are condensed."""
+    away, deviations, down, up = numbers
+    return solve(columns, fitter.noise[channels], fitter.effective, away, deviations, (down, up))
 
 
 def sites(fitter: Fitter, label: str) -> dict[str, dict[int, float]]:

@@ -17,20 +17,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-from .discrepancy_curves import sites, SLIDING, SLOW, SMOOTH
+from .discrepancy_curves import (
+    numbers_of, sites, SLIDING, SLOW, SMOOTH, solved, with_any_size)
 from .selection_criteria import cost_of_number
 from ..balances.balance import RATE, Shape
 from ..balances.coordinates import torques_of
 from ..balances.strongest_wave import strongest_wave, TURN
 from ..findings.rest import IN_WORDS
-from ..fitting.fit import Fit, Fitter, room
-from ..fitting.solve import Columns, condense, condense_more, Solution, solve
+from ..fitting.fit import Fit, Fitter
+from ..fitting.solve import Columns, condense, condense_more, Solution
 from ...significance import HARDLY
 
 # Numerics; choices unless stated otherwise.
 _POWERS = (1, 2, 3)     # of a torque and of an angle
 _HALF_A_WAVE = np.pi    # of travel, below which a wave is any curve [rad]
-_ANY_SIZE = np.array([[0.0], [np.inf], [np.inf], [np.inf]])     # of a curve: nothing holds it
 _SAME = 1e-6            # singular value over the largest, below which columns are the same
 # The most waves per turn of each angle.
 _ORDERS = {'motor_angle': 12, 'link_angle': 12, 'other_link_angle': 6}
@@ -123,11 +123,11 @@ class _Rest(NamedTuple):
         columns = np.where(valid[:, :, None], fit.columns[:, [channel]], 0.0)
         here = columns.any(axis=(0, 1))
         columns = columns[:, :, here]
-        numbers = np.stack([fitter.away(fit.terms), fit.deviations, *room(fit.terms)])[:, here]
+        numbers = numbers_of(fitter, fit)[:, here]
         known = condense(residual, columns, valid)
         return cls(channel, residual, columns, valid, numbers,
                    _span(columns[:, 0, np.isinf(numbers[1])]), known,
-                   _solved(fitter, channel, known, numbers))
+                   solved(fitter, known, numbers, [channel]))
 
     def line(self, time: Array) -> _Form:
         """Return the strongest line over time (m,) [s]."""
@@ -142,15 +142,8 @@ class _Rest(NamedTuple):
         if ((own ** 2).sum(axis=0) <= HARDLY ** 2 * (made ** 2).sum(axis=0)).any():
             return 0.0                      # the fit could move as much
         wide = condense_more(self.known, self.residual, self.columns, made[:, None], self.valid)
-        any_size = np.repeat(_ANY_SIZE, made.shape[1], axis=1)
-        return self.plain.score - _solved(fitter, self.channel, wide, np.concatenate(
-            [any_size, self.numbers], axis=1)).score
-
-
-def _solved(fitter: Fitter, channel: int, columns: Columns, numbers: Array) -> Solution:
-    """Return the best step of numbers (4, p) in one channel, of which columns are condensed."""
-    away, deviations, down, up = numbers
-    return solve(columns, fitter.noise[[channel]], fitter.effective, away, deviations, (down, up))
+        numbers = with_any_size(self.numbers, made.shape[1])
+        return self.plain.score - solved(fitter, wide, numbers, [self.channel]).score
 
 
 def _span(columns: Array) -> Array:
