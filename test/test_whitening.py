@@ -53,6 +53,15 @@ def test_what_is_quick_and_loud_becomes_as_loud_as_what_is_slow(corner):
     assert after / before[0] == pytest.approx(1.0, abs=0.25)
 
 
+def test_what_is_loud_at_rest_alone_has_the_longest_filter():
+    """A frequency of zero has no period, so the cap of the filter's length is all that counts."""
+    slow = 100.0 * np.sin(2.0 * np.pi * 0.2 * np.arange(SAMPLES) / RATE)[:, None]
+    noise = slow + np.random.default_rng(920113).standard_normal((SAMPLES, 1))
+    with np.errstate(all='raise'):
+        whitening = whitening_of(noise, NONE, RATE, BANDWIDTH)
+    assert len(whitening.of(noise, 0)) == SAMPLES
+
+
 def test_noise_that_is_white_beside_what_rises_is_left_alone():
     """White noise of a torque hides what readings make: nothing is to be gained."""
     noise = coloured(920115, 10.0)

@@ -65,7 +65,7 @@ def whitening_of(noise: Array, white: Array, rate: float, most: float) -> Whiten
     if gain.min() > _WORTH:
         return None
     low = frequency[(gain < _HALF).any(axis=1)]
-    reach = round(rate * min(_REACH, 1.0 / low[0] if len(low) else 0.0)) or 1
+    reach = round(rate * _REACH / max(_REACH * low[0], 1.0)) if len(low) else 1
     return Whitening(np.stack([_filter(frequency, column, reach, rate) for column in gain.T],
                               axis=1))
 
