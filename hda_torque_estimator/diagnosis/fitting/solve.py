@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from ...least_squares.normal import raised, RIDGE, TINY, within
 
-# Judgement.
-# (source: normal distribution; of twenty numbers of an arm, one is farther off in 1 of 107 arms)
+# Judgement; choices unless stated otherwise.
 REACH = 3.5             # standard deviations that a nuisance may go from its nominal value
 
 # Numerics; choices unless stated otherwise.

@@ -25,16 +25,20 @@ from .parameter_constancy import steady_shares
 from .screening import screen
 from .search import SearchResult
 from .tolerances_reached import beyond_tolerance
-from ..balances.balance import Balancer
+from ..balances.balance import Balancer, RATE
 from ..balances.healthy_twin import healthy_twin, noise_of, torque_noise_of, TorqueNoise
 from ..findings.certainty import margin_of_rest, margin_of_share
 from ..findings.rest import GEAR, SENSOR
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Place, Term
-from ...significance import DEVIATIONS, IMMATERIAL, MANY, MATERIAL, MOSTLY, NEARLY_ALL, SCORE_BAR
+from ...significance import IMMATERIAL, MANY, MATERIAL, MOSTLY, NEARLY_ALL, SCORE_BAR
 
 Array = NDArray[np.float64]
+# Judgement; choices unless stated otherwise.
+# (null: over ten seconds the noise is known to 40 %; one healthy arm in two left more)
+_ENOUGH = 40.0          # of motion; over less, the level of noise is known less well [s]
+
 # Sites of a curve and of a cause that show in other balances each.
 _APART = ({'motor', 'torsion'}, {'motor', SENSOR})
 # Numerics; choices unless stated otherwise.
@@ -95,7 +99,7 @@ def _judged(fitter: Fitter, found: SearchResult, doubted: Sequence[Term]) -> Goo
                   by_forms)
     other = reformed(fitter, fit)
     left = other.variance / noise - 1.0
-    noisy = np.maximum(MATERIAL ** 2, _by_chance(fitter, fit))
+    noisy = MATERIAL ** 2 * _unsure(fit)
     bar = noisy + allowed
     if (left > bar).any():
         left = np.minimum(left, _left_at_all_frequencies(fitter, fit))
@@ -249,14 +253,10 @@ def _margin(rests: Array, unexplained: NDArray[np.bool_]) -> float:
     return min(margin, -1.0) if unexplained.any() else margin
 
 
-def _by_chance(fitter: Fitter, fit: Fit) -> Array:
-    """
-    Return by which share (c,) the power of noise over a short motion may be above its own.
-
-    Of n independent samples it varies by sqrt(2 / n) (source: chi-square distribution).
-    """
-    independent = fitter.effective * np.maximum(fit.balance.valid.sum(axis=0), 1)
-    return np.asarray(DEVIATIONS * np.sqrt(2.0 / independent))
+def _unsure(fit: Fit) -> Array:
+    """Return how much worse than over a long motion the noise of each channel (c,) is known."""
+    seconds = np.maximum(fit.balance.valid.sum(axis=0), 1) / RATE
+    return np.sqrt(np.maximum(_ENOUGH / seconds, 1.0))
 
 
 def _acts(power: Array) -> NDArray[np.bool_]:
