@@ -24,7 +24,7 @@ from typing import Any
 from diagnosis_tables import page
 from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.diagnosis.diagnose import diagnose, sought_effects
-from hda_torque_estimator.measurements.measurement import measurement_from
+from hda_torque_estimator.measurements.sample_grid import measurement_from
 from hidden_truth import CATALOGUE, draw, OUTSIDE, published, scattered
 from kept import outcomes
 import numpy as np

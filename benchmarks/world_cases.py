@@ -9,7 +9,7 @@ from typing import Any
 from baseline import best_correlation
 from hda_torque_estimator.diagnosis.diagnose import diagnose, sought_effects
 from hda_torque_estimator.diagnosis.fitting.alignment import together
-from hda_torque_estimator.measurements.measurement import measurement_from
+from hda_torque_estimator.measurements.sample_grid import measurement_from
 from hidden_truth import (
     arm_of, CATALOGUE, logged, MOTIONS, OUTSIDE, TruthError, worlds)
 import numpy as np

@@ -8,7 +8,7 @@ from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_msgs_json.bag import BagWriter, open_recording
 from hda_torque_estimator.diagnosis.diagnose import diagnose
-from hda_torque_estimator.measurements.measurement import measurement_from
+from hda_torque_estimator.measurements.sample_grid import measurement_from
 from hda_torque_estimator.simulating.closed_loop import run
 from hda_torque_estimator.simulating.recorded import write_run
 

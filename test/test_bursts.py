@@ -8,7 +8,9 @@ from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.readings.lost_samples import slips_of
 from hda_torque_estimator.diagnosis.readings.repeats import repeats_of
-from hda_torque_estimator.measurements.measurement import joined, Measurement, measurement_from
+from hda_torque_estimator.measurements.joined_recordings import joined
+from hda_torque_estimator.measurements.measurement import Measurement
+from hda_torque_estimator.measurements.sample_grid import measurement_from
 from hda_torque_estimator.measurements.upsampling import finer
 import numpy as np
 import pytest

@@ -13,7 +13,8 @@ from hda_torque_estimator.diagnosis.fitting.alignment import together
 from hda_torque_estimator.diagnosis.readings.late_stamps import (
     clock_jitter, smallest_jitter, stamp_slips)
 from hda_torque_estimator.diagnosis.readings.raw_readings import raw_readings
-from hda_torque_estimator.measurements.measurement import Measurement, measurement_from
+from hda_torque_estimator.measurements.measurement import Measurement
+from hda_torque_estimator.measurements.sample_grid import measurement_from
 from hda_torque_estimator.simulating.closed_loop import run
 from hda_torque_estimator.simulating.recorded import joint_samples
 import numpy as np

@@ -20,7 +20,7 @@ from hda_torque_estimator.diagnosis.judging.law_forms import (
     evidence, factors_along, in_best_forms, reformed)
 from hda_torque_estimator.diagnosis.judging.null_distribution import by_chance
 from hda_torque_estimator.diagnosis.judging.screening import screen
-from hda_torque_estimator.measurements.measurement import measurement_from
+from hda_torque_estimator.measurements.sample_grid import measurement_from
 from hda_torque_estimator.measurements.upsampling import finer
 from hda_torque_estimator.significance import CERTAIN, HARDLY
 import numpy as np

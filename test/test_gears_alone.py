@@ -14,7 +14,8 @@ from hda_torque_estimator.diagnosis.balances.coordinates import torques_of
 from hda_torque_estimator.diagnosis.balances.led import is_led
 from hda_torque_estimator.diagnosis.balances.stand_in import with_stand_in
 from hda_torque_estimator.diagnosis.diagnose import diagnose
-from hda_torque_estimator.measurements.measurement import Measurement, measurement_from
+from hda_torque_estimator.measurements.measurement import Measurement
+from hda_torque_estimator.measurements.sample_grid import measurement_from
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 import pytest

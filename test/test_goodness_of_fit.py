@@ -12,8 +12,8 @@ from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
 from hda_torque_estimator.diagnosis.judging import goodness_of_fit, search, selection_criteria
 from hda_torque_estimator.diagnosis.judging.discrepancy_curves import best_curves, Curve
 from hda_torque_estimator.diagnosis.judging.tolerances_reached import beyond_tolerance
-from hda_torque_estimator.measurements.measurement import measurement_from
 from hda_torque_estimator.measurements.running_clock import inside, stretches
+from hda_torque_estimator.measurements.sample_grid import measurement_from
 import numpy as np
 import pytest
 from truth import draw, worlds

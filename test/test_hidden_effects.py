@@ -9,7 +9,7 @@ from zlib import crc32
 
 from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.diagnosis.diagnose import diagnose
-from hda_torque_estimator.measurements.measurement import measurement_from
+from hda_torque_estimator.measurements.sample_grid import measurement_from
 import numpy as np
 import pytest
 from truth import CATALOGUE, draw

@@ -7,7 +7,7 @@ from hda_torque_estimator.diagnosis.balances.healthy_twin import healthy_twin, n
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.instruments import unbiased
 from hda_torque_estimator.diagnosis.fitting.solve import condense, covariance
-from hda_torque_estimator.measurements.measurement import measurement_from
+from hda_torque_estimator.measurements.sample_grid import measurement_from
 import numpy as np
 from truth_numbers import scattered
 from truth_samples import published

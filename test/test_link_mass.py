@@ -4,7 +4,7 @@ from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.diagnosis.detectability.effect_shapes import shapes
 from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
-from hda_torque_estimator.measurements.measurement import measurement_from
+from hda_torque_estimator.measurements.sample_grid import measurement_from
 import pytest
 from truth import worlds
 from world_samples import arm_of, logged

@@ -1,7 +1,7 @@
 """Noise as causes show it: what is dropped shows none, what only quietens it explains nothing."""
 
 from hda_torque_estimator.diagnosis.diagnose import diagnose
-from hda_torque_estimator.measurements.measurement import measurement_from
+from hda_torque_estimator.measurements.sample_grid import measurement_from
 import pytest
 from truth import worlds
 from world_samples import arm_of, logged

@@ -17,7 +17,7 @@ from hda_torque_estimator.diagnosis.fitting.nuisance import nuisances
 from hda_torque_estimator.diagnosis.reporting.summary import cause_sentence
 from hda_torque_estimator.estimating.estimator import compiled_settings, EstimatorSettings
 from hda_torque_estimator.least_squares.charts import CarriedMoments
-from hda_torque_estimator.measurements.measurement import measurement_from
+from hda_torque_estimator.measurements.sample_grid import measurement_from
 from hypothesis import given, strategies as st
 import numpy as np
 import pinocchio

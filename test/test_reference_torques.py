@@ -9,7 +9,8 @@ from hda_torque_estimator.diagnosis.balances.reference_torques import torque_beh
 from hda_torque_estimator.diagnosis.balances.stand_in import with_stand_in
 from hda_torque_estimator.diagnosis.detectability.one_sided import one_sided
 from hda_torque_estimator.diagnosis.diagnose import diagnose
-from hda_torque_estimator.measurements.measurement import Measurement, measurement_from
+from hda_torque_estimator.measurements.measurement import Measurement
+from hda_torque_estimator.measurements.sample_grid import measurement_from
 import numpy as np
 import pytest
 from real_commands import hda, log_of

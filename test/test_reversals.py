@@ -9,7 +9,8 @@ from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.healthy_twin import noise_of
 from hda_torque_estimator.diagnosis.balances.reversals import bristled, turning_round
 from hda_torque_estimator.diagnosis.readings.raw_readings import raw_readings
-from hda_torque_estimator.measurements.measurement import Measurement, measurement_from
+from hda_torque_estimator.measurements.measurement import Measurement
+from hda_torque_estimator.measurements.sample_grid import measurement_from
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 import pytest

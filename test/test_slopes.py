@@ -10,7 +10,7 @@ from hda_torque_estimator.diagnosis.fitting.column_noise import ColumnNoise, pro
 from hda_torque_estimator.diagnosis.fitting.fit import deviations, Fitter
 from hda_torque_estimator.diagnosis.fitting.nuisance import nuisances
 from hda_torque_estimator.diagnosis.fitting.slopes import has_noise, of_noise
-from hda_torque_estimator.measurements.measurement import measurement_from
+from hda_torque_estimator.measurements.sample_grid import measurement_from
 import numpy as np
 import pytest
 from truth_samples import published

@@ -10,7 +10,8 @@ from hda_torque_estimator.diagnosis.fitting.derivatives import Derivatives
 from hda_torque_estimator.diagnosis.fitting.nuisance import is_of_log
 from hda_torque_estimator.diagnosis.fitting.solve import REACH
 from hda_torque_estimator.measurements.even_grid import on_grid
-from hda_torque_estimator.measurements.measurement import Measurement, measurement_from
+from hda_torque_estimator.measurements.measurement import Measurement
+from hda_torque_estimator.measurements.sample_grid import measurement_from
 from hda_torque_estimator.measurements.upsampling import between, finer, is_held, parts_of
 import numpy as np
 import pytest

@@ -12,7 +12,7 @@ from hda_torque_estimator.diagnosis.judging.site_pattern import BalancePair
 from hda_torque_estimator.diagnosis.reporting.plots import figures
 from hda_torque_estimator.diagnosis.showing import exhibits_of
 from hda_torque_estimator.least_squares.term import with_terms
-from hda_torque_estimator.measurements.measurement import measurement_from
+from hda_torque_estimator.measurements.sample_grid import measurement_from
 import numpy as np
 import pytest
 from truth import worlds

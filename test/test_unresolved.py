@@ -5,7 +5,7 @@ from dataclasses import replace
 from hda_torque_estimator.diagnosis.assumptions import AsRecorded
 from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.readings.raw_readings import raw_readings
-from hda_torque_estimator.measurements.measurement import measurement_from
+from hda_torque_estimator.measurements.sample_grid import measurement_from
 import numpy as np
 import pytest
 from truth import worlds

@@ -7,7 +7,7 @@ from hda_torque_estimator.diagnosis.balances.balance import Balancer, BANDWIDTH,
 from hda_torque_estimator.diagnosis.balances.whitening import whitening_of
 from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
-from hda_torque_estimator.measurements.measurement import measurement_from
+from hda_torque_estimator.measurements.sample_grid import measurement_from
 from hda_torque_estimator.measurements.upsampling import finer
 from hda_torque_estimator.simulating.closed_loop import run
 from hda_torque_estimator.simulating.recorded import joint_samples

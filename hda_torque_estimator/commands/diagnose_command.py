@@ -38,9 +38,10 @@ from ..diagnosis.reporting.page import page
 from ..diagnosis.reporting.plots import figures
 from ..diagnosis.reporting.summary import headline, probability
 from ..diagnosis.showing import exhibits_of, predictions
-from ..measurements.measurement import Measurement, measurement_from
+from ..measurements.measurement import Measurement
 from ..measurements.rates import rates_differ
 from ..measurements.recording_checks import check, check_names, GateError, mended, Mending
+from ..measurements.sample_grid import measurement_from
 from ..pages.wording import capital
 from ..version import version
 

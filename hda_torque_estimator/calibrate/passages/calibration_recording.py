@@ -16,9 +16,10 @@ from .passage import Passage, passages
 from .stated_conditions import StatedConditions
 from .suitability import check_alike
 from ...measurements.even_grid import on_grid
-from ...measurements.measurement import Measurement, measurement_from
+from ...measurements.measurement import Measurement
 from ...measurements.motion import motion_of
 from ...measurements.recording_checks import check_names
+from ...measurements.sample_grid import measurement_from
 from ...samples.readings import readings
 
 Floats = NDArray[np.float64]

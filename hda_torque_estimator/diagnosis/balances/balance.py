@@ -266,11 +266,7 @@ class Balancer:
         made, part = self.measurement, self._part
         padded = np.concatenate([made.command, np.repeat(made.command[-1:], part, axis=0)])
         command = np.mean([padded[k:k + len(made.command):part] for k in range(part)], axis=0)
-        return self.like(replace(made, dt=part * made.dt, command=command, absent=(), parts=1,
-                                 blind=tuple(sorted({place // part for place in made.blind})),
-                                 past=np.zeros(0), reference=made.reference[::part],
-                                 reading=np.ascontiguousarray(made.reading[::part]),
-                                 begins=tuple(begin // part for begin in made.begins)))
+        return self.like(replace(made.thinned(part, command), past=np.zeros(0)))
 
     @cached_property
     def noisier(self) -> 'Balancer':

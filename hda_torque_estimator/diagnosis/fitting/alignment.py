@@ -16,7 +16,8 @@ import numpy as np
 from .nuisance import Zero
 from ..balances.balance import Balancer, RATE
 from ...least_squares.term import with_terms
-from ...measurements.measurement import joined, Measurement, resampled
+from ...measurements.joined_recordings import joined, resampled
+from ...measurements.measurement import Measurement
 from ...measurements.rates import check_rate
 from ...measurements.upsampling import parts_of
 

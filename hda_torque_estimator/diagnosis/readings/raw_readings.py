@@ -31,7 +31,8 @@ from ..findings.certainty import margin_of, probability
 from ..findings.gains import Gains
 from ..findings.report import Evidence, Finding, TotalGain, with_gain
 from ...measurements.even_grid import as_stamped, on_grid
-from ...measurements.measurement import joined, Measurement
+from ...measurements.joined_recordings import joined
+from ...measurements.measurement import Measurement
 from ...measurements.running_clock import inside, Spans, within
 from ...measurements.upsampling import finer
 from ...significance import SCORE_BAR
