@@ -11,9 +11,9 @@ from ...significance import MOSTLY
 
 BETWEEN = 1.0 + MOSTLY      # steps: what is more is nearer to two than to one
 
-# Judgement; choices unless stated otherwise.
-# (measured: by it the estimated torque of a moving arm is off by 1.6 % more, by 0.05 of a sample
-# 13 % more, by 0.1 of a sample 49 times as far)
+# Numerics.
+# Where samples slip by it, the estimated torque of a moving arm is off by less than IMMATERIAL
+# (measured: by 1.6 % more; by 0.05 of a sample 13 % more, by 0.1 of a sample 49 times as far)
 TOLERABLE = 0.01        # rms by which samples slip, that nobody would call wrong [samples]
 
 # Share of samples that may be wrong: it is the mean square of slips by one whole sample.
