@@ -7,11 +7,13 @@ from hda_arm_sim.model.effects import (BaseTilt, BaseVibration, BearingCrosstalk
                                        LinkBearingFriction, LinkInertiaError, Payload,
                                        PreslidingFriction, Scope, TorsionalHysteresis)
 from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.model.kernel import LINK_VELOCITY
 from hda_arm_sim.model.typical_sizes import SIZED, typical
 from hda_arm_sim.motions import motion_of
 from hda_torque_estimator.diagnosis.balances import gears, parts, sensed_motion
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.fields import places_of
+from hda_torque_estimator.diagnosis.balances.kernel_along import REST
 from hda_torque_estimator.diagnosis.balances.recent_cache import RecentCache
 from hda_torque_estimator.measurements.measurement import Measurement
 from hda_torque_estimator.simulating.closed_loop import run
@@ -20,7 +22,7 @@ import pytest
 
 ARMS = ('hda_arm.yaml', 'cobot7.yaml', 'one')
 OF_A_PLANE = {'inertial_coupling'}
-HANDING = {'link_bearing_friction', 'base_vibration'}
+HANDING = {'base_vibration'}
 CLOSE = 1e-9            # of the largest torque
 
 
@@ -85,12 +87,28 @@ def test_every_effect_at_each_joint_shows_as_in_a_whole_run(recorded, led):
         assert agrees(balancer, other), (name, joint)
 
 
+def test_links_that_bearings_hold_show_as_in_a_whole_run(recorded):
+    arm, measurement = recorded
+    balancer = Balancer(measurement)
+    resting = np.abs(balancer.motion(arm).state[:, :, LINK_VELOCITY]) <= REST
+    assert resting.any(axis=0).all() and not resting.all(axis=1).all()
+    for labels in (arm.labels[:1], arm.labels[-1:], arm.labels):
+        held = arm
+        for label in labels:
+            held = held.with_effect(LinkBearingFriction(level=1.0), label)
+        for name in ('stiffness_error', 'torsional_hysteresis', 'payload', 'base_tilt'):
+            joint = None if effect_named(name).scope is Scope.ARM else arm.labels[0]
+            assert agrees(balancer, held.with_effect(typical(arm, name, joint), joint)), name
+        assert agrees(balancer, held)
+
+
 def test_parts_of_several_recordings_are_those_of_whole_runs(recorded):
     arm, measurement = recorded
     balancer = Balancer(replace(measurement, begins=(0, 2400)))
     for name, joint, other in others(arm, ('thermal_viscosity', 'torsional_hysteresis',
                                            'presliding_friction', 'current_loop_lag',
-                                           'command_delay', 'clock_skew', 'payload')):
+                                           'command_delay', 'clock_skew', 'payload',
+                                           'link_bearing_friction')):
         assert agrees(balancer, other), (name, joint)
 
 
@@ -222,14 +240,13 @@ def test_a_part_that_is_known_by_too_little_is_seen(monkeypatch, module, which, 
 def test_every_effect_has_a_part_or_changes_a_number():
     """An effect of a new place would be known by nothing, and is to be thought of here."""
     known = {place for places in (gears._TWISTS, gears._SPRINGS, gears._BESIDE, parts._DRIVES,
-                                  parts._MOTORS, *sensed_motion._BEHIND.values())
+                                  parts._MOTORS, parts._BEARINGS, *sensed_motion._BEHIND.values())
              for place in places.tolist()}
     elsewhere = {effect.name for effect in EFFECTS if effect.scope is Scope.JOINT
                  and not set(places_of(effect).tolist()) & known}
     assert elsewhere == {'motor_inertia_error', 'stiffness_error', 'stiffening_error',
                          'wave_generator_compliance', 'link_inertia_error',     # numbers
-                         'coarse_quantisation',                                 # of readings
-                         'link_bearing_friction'}                               # whole runs
+                         'coarse_quantisation'}                                 # of readings
 
 
 def test_what_a_gear_of_each_second_joint_changes_shows_there_only(recorded):
@@ -259,10 +276,10 @@ def test_an_arm_like_another_changes_nothing(recorded):
     assert not Balancer(measurement).change(arm, replace(arm)).any()
 
 
-@pytest.mark.parametrize('handing', [
-    (LinkBearingFriction(level=1.0), 'joint1'), (BaseVibration(amplitude=0.01), None)])
-def test_what_hands_on_torques_of_gears_is_run_as_a_whole(handing):
-    arm = read_arm('hda_arm.yaml').with_effect(*handing)
+@pytest.mark.parametrize('beside', [(), (LinkBearingFriction(level=1.0), 'joint1')])
+def test_a_base_that_gives_way_is_run_as_a_whole(beside):
+    arm = read_arm('hda_arm.yaml').with_effect(BaseVibration(amplitude=0.01))
+    arm = arm.with_effect(*beside) if beside else arm
     balancer = Balancer(recording(arm))
     other = arm.with_effect(CoulombFriction(level=0.5), 'joint2')
     for one in (arm, other, arm):

@@ -40,13 +40,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
+from .bearings import bearings_act
 from .channels import of_sides
 from .low_pass import LowPass
 from .parts import Parts
 from .recent_cache import RecentCache
 from .sensed_motion import sensing
 from .whitening import MOTION, Whitening, whitening_of
-from .whole_runs import hands_on, remembered, run_whole
+from .whole_runs import gives_way, remembered, run_whole
 from ...measurements.measurement import Measurement
 from ...measurements.motion import jolts, MeasuredMotion, MOTOR
 from ...measurements.upsampling import between, is_held
@@ -175,7 +176,7 @@ class Balancer:
 
     def run_ahead(self, arm: Arm, others: Sequence[Arm]) -> None:
         """Prepare for others that differ from an arm by a link each: they share their motion."""
-        if not hands_on(arm):
+        if not gives_way(arm):
             self._parts.run_ahead(arm, others)
 
     def whole(self, arm: Arm) -> Array:
@@ -215,13 +216,15 @@ class Balancer:
 
     def _filtered_residual(self, arm: Arm) -> Array:
         """Return the filtered residual (m, c), whose noise may not be white."""
-        if hands_on(arm):
+        if gives_way(arm):
             record = arm.record()
             return self._of_run(arm, self._runs.of(
                 record.joints.tobytes() + record.body.tobytes(), lambda: self._filtered_run(arm)))
         if self.measurement.held_against.any():
             return self._against_sensors(self._parts.missed(arm), arm)
         motor, link = self._parts.missed(arm), self._parts.needed(arm) - self._parts.carried(arm)
+        if bearings_act(arm):
+            link = link + self._parts.borne(arm)
         if not self.measurement.led:
             motor = motor + link
         return self._with_third(np.concatenate([motor, link], axis=1), arm)

@@ -27,7 +27,7 @@ from .sample_residuals import missed_torques, motor_missed
 from .sensed_motion import JointMotion
 
 # Numerics; choices unless stated otherwise.
-_REST = 2e-3            # link speed at which a bearing may stick [rad/s]
+REST = 2e-3             # link speed at which a bearing may stick [rad/s]
 MEASURED = 4           # states that a motion gives; the kernel's others are its memory (layout)
 _wire_of, _bent_after = record_at(WIRE), sole_at(BRISTLES).law_after
 
@@ -77,7 +77,7 @@ def fill_along(arm: ArmRecord, inertia: Inertia, driven: Driven, dt: float, resi
         for j in range(joints):
             _stand(arm.joints[j], state[k, j], command[k, j], w, j, dt)
             rate = state[k, j, LINK_VELOCITY]
-            w[j, MODE + 1] = np.sign(rate) if abs(rate) > _REST else 0.0
+            w[j, MODE + 1] = np.sign(rate) if abs(rate) > REST else 0.0
             for i in range(MEASURED, STATES):
                 memory[k, j, i - MEASURED] = w[j, STATE + i]
         slope(arm, links, w, STATE, SLOPE_1)

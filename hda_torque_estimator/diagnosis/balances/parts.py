@@ -14,16 +14,18 @@ from functools import partial
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects.catalogue import effects_at
-from hda_arm_sim.model.effects.place import (BREAKAWAY, BRISTLES, CURRENT_LOOP, DRAG, DRY_LEVEL,
-                                             LIMIT, MESH, SHAFT, TURN, WIRE)
+from hda_arm_sim.model.effects.place import (BEARING, BREAKAWAY, BRISTLES, CURRENT_LOOP, DRAG,
+                                             DRY_LEVEL, LIMIT, MESH, SHAFT, TURN, WIRE)
 from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
 
+from .bearings import borne
 from .fields import key_of, KeysOfArms, places_of
 from .gears import Gears
 from .kernel_along import centred, deliver, fill_missed
 from .low_pass import LowPass
-from .needed_torques import fill_needed, fill_needed_with, other_link, Others
+from .needed_torques import (fill_needed, fill_needed_with, mass_matrices, other_link,
+                             Others)
 from .recent_cache import RecentCache
 from .reference_torques import sensed_torques, sensor_key
 from .sensed_motion import SensedMotion, sensing
@@ -33,6 +35,7 @@ from ...measurements.running_clock import arm_during
 
 # Numerics; choices unless stated otherwise.
 _KEPT = 4               # of each part
+_UNFILTERED = 2         # links of arms whose bearings act, and mass matrices of these
 _LINKS, _SENSED = 'links', 'sensed'     # names of keys; that of a motor is its joint (layout)
 # What each part reads of a joint's record.
 _DRIVE = (WIRE, LIMIT, CURRENT_LOOP, SHAFT)
@@ -40,6 +43,7 @@ _DRIVES = places_of(*(effect for place in _DRIVE for effect in effects_at(place)
 _MOTORS = places_of('motor_inertia', *(
     effect for place in (*_DRIVE, TURN, DRAG, DRY_LEVEL, BREAKAWAY, MESH, BRISTLES)
     for effect in effects_at(place)))
+_BEARINGS = places_of(*effects_at(BEARING))
 
 
 class Parts:
@@ -54,7 +58,10 @@ class Parts:
             [RecentCache[Array](_KEPT) for _ in self._joints] for _ in range(4))
         self._drive_gains = [RecentCache[float](_KEPT) for _ in self._joints]
         self._gears = Gears(measurement, self.motions)
-        self._needed, self._sensed_torques = RecentCache[Array](_KEPT), RecentCache[Array](_KEPT)
+        self._needed, self._sensed_torques, self._borne = (
+            RecentCache[Array](_KEPT) for _ in range(3))
+        self._needed_unfiltered, self._inertias = (
+            RecentCache[Array](_UNFILTERED) for _ in range(2))
         self._ahead: dict[bytes, Array] = {}
         self._keys = KeysOfArms[bytes]()
 
@@ -80,6 +87,22 @@ class Parts:
         key = self._links_key(arm)
         return self._needed.of(key, lambda: self._ahead.pop(key) if key in self._ahead
                                else self._filtered(self._links(arm)))
+
+    def borne(self, arm: Arm) -> Array:
+        """Return what bearings oppose of links (m, n), or hold of them [N*m]."""
+        record, links = arm.record(), self._links_key(arm)
+        key = links + b''.join(self._gears.key(arm, joint) + key_of(record, joint, _BEARINGS)
+                               for joint in self._joints)
+
+        def missed() -> Array:
+            driving = [self._gears.torques(arm, joint).driving for joint in self._joints]
+            return self._needed_unfiltered.of(
+                links, lambda: self._links(arm)) - np.stack(driving, axis=1)
+
+        course = self._courses(arm)
+        return self._borne.of(key, lambda: self._filtered(borne(
+            arm, course, missed, lambda at: self._inertias.of(
+                links + at.tobytes(), lambda: mass_matrices(arm, course.angle[at])))))
 
     def run_ahead(self, arm: Arm, others: Sequence[Arm]) -> None:
         """Run links of other arms, of those at once that differ from an arm by one link each."""

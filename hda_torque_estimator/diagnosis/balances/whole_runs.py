@@ -1,8 +1,8 @@
 """
 Whole runs of an arm along a measured motion: the residuals of all joints at once.
 
-Gears alone need none (`parts.py`). A bearing that holds its link, and a base that gives way, hand
-on what a gear does to other joints.
+Gears and bearings need none (`parts.py`). A base that gives way hands on what a gear does to other
+joints.
 """
 
 from collections.abc import Iterator
@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effect_loops import any_acts
-from hda_arm_sim.model.effects.place import BASE, BEARING, BRISTLES, LOOP
+from hda_arm_sim.model.effects.place import BASE, BRISTLES, LOOP
 from hda_arm_sim.model.kernel import BASE_OFFSET, BASE_RATE, STATES
 from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
@@ -22,10 +22,9 @@ from ...measurements.measurement import Measurement
 from ...measurements.running_clock import arm_during
 
 
-def hands_on(arm: Arm) -> bool:
-    """Return whether a bearing may hold its link, or a base give way: there links answer gears."""
-    record = arm.record()
-    return any_acts(record.joints, BEARING) or any_acts(record.body, BASE)
+def gives_way(arm: Arm) -> bool:
+    """Return whether the base of an arm may give way: there links answer all gears."""
+    return any_acts(arm.record().body, BASE)
 
 
 def run_whole(measurement: Measurement, parts: Parts, arm: Arm) -> tuple[Array, Array]:
