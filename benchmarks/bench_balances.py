@@ -15,6 +15,7 @@ import sys
 import time
 
 from hda_arm_sim.model.arm import Arm
+from hda_arm_sim.model.effects import effect_named, Scope
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.typical_sizes import typical
 from hda_arm_sim.motions import motion_of
@@ -29,7 +30,7 @@ TINY = 2.0                          # of a tiny case [s]
 FASTER, CLOSE = 1.0, 1e-9           # than whole runs; of the largest torque, that ways may differ
 BEARING = 'link_bearing_friction'
 TRIED = {'coulomb_friction': 'level', 'stiffness_error': 'error', 'payload': 'mass',
-         BEARING: 'level'}
+         BEARING: 'level', 'base_vibration': 'amplitude'}
 
 
 def recording(arm: Arm, seconds: float) -> Measurement:
@@ -41,7 +42,7 @@ def recording(arm: Arm, seconds: float) -> Measurement:
 
 def trials(arm: Arm, name: str, count: int) -> Iterator[Arm]:
     """Yield arms with one size after another of an effect, at the last joint."""
-    joint = None if name == 'payload' else arm.labels[-1]
+    joint = None if effect_named(name).scope is Scope.ARM else arm.labels[-1]
     usual, number = typical(arm, name, joint), TRIED[name]
     for share in np.linspace(0.5, 1.0, count):
         yield arm.with_effect(replace(usual, **{number: share * getattr(usual, number)}), joint)
@@ -81,7 +82,7 @@ def main() -> int:
     ratios, apart = [], 0.0
     for beside, base in (('', arm), (' beside a bearing', held)):
         for name in TRIED:
-            if name == BEARING and beside:
+            if beside and name in (BEARING, 'base_vibration'):      # both are run as a whole
                 continue
             balancer(base), balancer.whole(base)
             fast, slow, away = weighed(balancer, trials(base, name, count))

@@ -47,7 +47,7 @@ from .parts import Parts
 from .recent_cache import RecentCache
 from .sensed_motion import sensing
 from .whitening import MOTION, Whitening, whitening_of
-from .whole_runs import gives_way, remembered, run_whole
+from .whole_runs import gives_way, is_whole, remembered, run_whole
 from ...measurements.measurement import Measurement
 from ...measurements.motion import jolts, MeasuredMotion, MOTOR
 from ...measurements.upsampling import between, is_held
@@ -176,7 +176,7 @@ class Balancer:
 
     def run_ahead(self, arm: Arm, others: Sequence[Arm]) -> None:
         """Prepare for others that differ from an arm by a link each: they share their motion."""
-        if not gives_way(arm):
+        if not is_whole(arm):
             self._parts.run_ahead(arm, others)
 
     def whole(self, arm: Arm) -> Array:
@@ -216,7 +216,7 @@ class Balancer:
 
     def _filtered_residual(self, arm: Arm) -> Array:
         """Return the filtered residual (m, c), whose noise may not be white."""
-        if gives_way(arm):
+        if is_whole(arm):
             record = arm.record()
             return self._of_run(arm, self._runs.of(
                 record.joints.tobytes() + record.body.tobytes(), lambda: self._filtered_run(arm)))
@@ -225,6 +225,8 @@ class Balancer:
         motor, link = self._parts.missed(arm), self._parts.needed(arm) - self._parts.carried(arm)
         if bearings_act(arm):
             link = link + self._parts.borne(arm)
+        if gives_way(arm):
+            link = link + self._parts.swung(arm)
         if not self.measurement.led:
             motor = motor + link
         return self._with_third(np.concatenate([motor, link], axis=1), arm)

@@ -8,13 +8,14 @@ take, carries the steps of the motor encoder, and a mode that rings adds them up
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.chain import (ANGLE, base_couplings, Chain, COUPLING, FORCE,
                                           inverse_dynamics, place)
-from hda_arm_sim.foundation.compiled import compiled
+from hda_arm_sim.foundation.compiled import compiled, Record
 from hda_arm_sim.foundation.vectors import dot, Vector, vector
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effect_loops import any_acts, numbers_at
 from hda_arm_sim.model.effects.place import BASE
 from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY
-from hda_arm_sim.model.link_side import base_coupling, base_push, loaded_inertia, Pose
+from hda_arm_sim.model.link_side import (base_acceleration, base_coupling, base_push,
+                                         loaded_inertia, Pose)
 import numpy as np
 from scipy.signal import cont2discrete
 
@@ -26,14 +27,28 @@ def base_motion(arm: Arm, motion: MeasuredMotion, dt: float) -> Array:
     body = arm.record().body
     if not any_acts(body, BASE):
         return np.zeros((len(motion.state), 2))
-    amplitude, damping, direction, frequency = (float(numbers_at(body, BASE)[name]) for name in (
-        'amplitude', 'damping', 'direction', 'frequency'))
-    pace, answer = 2.0 * np.pi * frequency, np.empty((len(motion.state), 2))
+    return _answer(body, stirring(arm, motion, float(numbers_at(body, BASE)['direction']))[0], dt)
+
+
+def base_load(arm: Arm, motion: MeasuredMotion, dt: float) -> Array:
+    """Return what a base that gives way adds to the link balances (k, n), (eq:balance-base)."""
+    body = arm.record().body
+    push, coupling = stirring(arm, motion, float(numbers_at(body, BASE)['direction']))
+    acceleration = np.empty_like(push)
+    _fill_acceleration(body, push, _answer(body, push, dt), acceleration)
+    return coupling * acceleration[:, None]
+
+
+def _answer(body: Record, course: Array, dt: float) -> Array:
+    """Return offset [m] and rate [m/s] (k, 2) of a base, from rest, to a push over time (k,)."""
+    amplitude, damping, frequency = (float(numbers_at(body, BASE)[name]) for name in (
+        'amplitude', 'damping', 'frequency'))
+    pace, answer = 2.0 * np.pi * frequency, np.empty((len(course), 2))
     mode = np.array([[0.0, 1.0], [-pace ** 2, -2.0 * damping * pace]])
     step = cont2discrete((mode, np.array([[0.0], [amplitude]]), np.eye(2),
                           np.zeros((2, 1))), dt, 'foh')     # a push straight between samples
     past, push, driven, now = (np.ascontiguousarray(part) for part in step[:4])
-    _march(past, push, driven, now, stirring(arm, motion, direction)[0], answer)
+    _march(past, push, driven, now, course, answer)
     return answer
 
 
@@ -74,6 +89,13 @@ def _stir(c: Array, along: Vector, moved: Array, push: Array, coupling: Array) -
         push[k] = -dot(vector(c, 1, FORCE), along) - weight
         for j in range(moved.shape[1]):
             coupling[k, j] = c[j + 1, COUPLING]
+
+
+@compiled
+def _fill_acceleration(body: Record, push: Array, base: Array, acceleration: Array) -> None:
+    """Fill the acceleration (k,) of a base under a push, where it stands [m/s^2]."""
+    for k in range(push.shape[0]):
+        acceleration[k] = base_acceleration(body, push[k], base[k, 0], base[k, 1])
 
 
 @compiled

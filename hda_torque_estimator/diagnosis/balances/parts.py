@@ -12,13 +12,15 @@ from collections.abc import Sequence
 from functools import partial
 
 from hda_arm_sim.foundation.arrays import Array
+from hda_arm_sim.foundation.compiled import Record
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects.catalogue import effects_at
-from hda_arm_sim.model.effects.place import (BEARING, BREAKAWAY, BRISTLES, CURRENT_LOOP, DRAG,
-                                             DRY_LEVEL, LIMIT, MESH, SHAFT, TURN, WIRE)
+from hda_arm_sim.model.effects.catalogue import effects_at, sole_at
+from hda_arm_sim.model.effects.place import (BASE, BEARING, BREAKAWAY, BRISTLES, CURRENT_LOOP,
+                                             DRAG, DRY_LEVEL, LIMIT, MESH, SHAFT, TURN, WIRE)
 from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
 
+from .base_motion import base_load
 from .bearings import borne
 from .fields import key_of, KeysOfArms, places_of
 from .gears import Gears
@@ -58,8 +60,8 @@ class Parts:
             [RecentCache[Array](_KEPT) for _ in self._joints] for _ in range(4))
         self._drive_gains = [RecentCache[float](_KEPT) for _ in self._joints]
         self._gears = Gears(measurement, self.motions)
-        self._needed, self._sensed_torques, self._borne = (
-            RecentCache[Array](_KEPT) for _ in range(3))
+        self._needed, self._sensed_torques, self._borne, self._swung = (
+            RecentCache[Array](_KEPT) for _ in range(4))
         self._needed_unfiltered, self._inertias = (
             RecentCache[Array](_UNFILTERED) for _ in range(2))
         self._ahead: dict[bytes, Array] = {}
@@ -104,6 +106,17 @@ class Parts:
             arm, course, missed, lambda at: self._inertias.of(
                 links + at.tobytes(), lambda: mass_matrices(arm, course.angle[at])))))
 
+    def swung(self, arm: Arm) -> Array:
+        """Return what a base that gives way asks of links beside (m, n) [N*m]."""
+        key = self._sensed(arm) + bytes(arm.record().body.tobytes())
+        return self._swung.of(key, lambda: self._filtered(self._swinging(arm)))
+
+    def _swinging(self, arm: Arm) -> Array:
+        """Let the base swing along the motion of the links (k, n)."""
+        motion, dt = self.motions.of(arm), self._measurement.dt
+        return np.concatenate([base_load(arm, motion.during(piece), dt)
+                               for piece in self._measurement.pieces()])
+
     def run_ahead(self, arm: Arm, others: Sequence[Arm]) -> None:
         """Run links of other arms, of those at once that differ from an arm by one link each."""
         self._ahead.clear()
@@ -118,7 +131,7 @@ class Parts:
 
     def _links_key(self, arm: Arm) -> bytes:
         return self._keys.of(arm, _LINKS, lambda: (
-            self._sensed(arm) + bytes(arm.record().body.tobytes())))
+            self._sensed(arm) + on_a_base_at_rest(arm.record().body)))
 
     def _sensed(self, arm: Arm) -> bytes:
         return self._keys.of(arm, _SENSED, lambda: sensing(arm, self._joints, [LINK]))
@@ -202,3 +215,10 @@ class Parts:
             deliver(joints, joint, command[piece], self._measurement.dt, delivered[piece])
             delivered[piece] = centred(delivered[piece])
         return delivered
+
+
+def on_a_base_at_rest(body: Record) -> bytes:
+    """Return the numbers of links and what they carry, but for those of their base."""
+    body = body.copy()
+    body[sole_at(BASE).name] = 0.0
+    return bytes(body.tobytes())

@@ -1,8 +1,8 @@
 """
 Whole runs of an arm along a measured motion: the residuals of all joints at once.
 
-Gears and bearings need none (`parts.py`). A base that gives way hands on what a gear does to other
-joints.
+Gears, bearings and a base alone need none (`parts.py`). A bearing on a base that gives way does,
+for that lightens the links. So does a push on the tip that the base feels.
 """
 
 from collections.abc import Iterator
@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effect_loops import any_acts
-from hda_arm_sim.model.effects.place import BASE, BRISTLES, LOOP
+from hda_arm_sim.model.effects.place import BASE, BEARING, BRISTLES, LOOP, TIP
 from hda_arm_sim.model.kernel import BASE_OFFSET, BASE_RATE, STATES
 from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
@@ -23,8 +23,14 @@ from ...measurements.running_clock import arm_during
 
 
 def gives_way(arm: Arm) -> bool:
-    """Return whether the base of an arm may give way: there links answer all gears."""
+    """Return whether the base of an arm may give way."""
     return any_acts(arm.record().body, BASE)
+
+
+def is_whole(arm: Arm) -> bool:
+    """Return whether something acts by way of the base, so that no part is known alone."""
+    record = arm.record()
+    return gives_way(arm) and (any_acts(record.joints, BEARING) or any_acts(record.body, TIP))
 
 
 def run_whole(measurement: Measurement, parts: Parts, arm: Arm) -> tuple[Array, Array]:
