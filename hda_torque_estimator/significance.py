@@ -25,10 +25,9 @@ UNLIKE = MOSTLY ** 2    # share of power by which two records of one thing may d
 # what is known of the noise is MOSTLY of it, 2.56.
 LOUD = math.sqrt(1.0 + MATERIAL ** 2) / MOSTLY
 # Improvement of the score by which a curve, a bend or a whole rest explained is certain: more than
-# many imperfections leave together of which none is worth a name. Below it all may pass for noise
-# at first, so silence and plans rest on it too. A simple curve improved the score of healthy arms
-# by 61 at most. Right causes left some 100 to the best curve, others 700 to 5500. What stood in
-# for a disc bent by 4 to 71, six true discs by 33 000 and more.
+# many imperfections leave together of which none is worth a name. Right causes left some 100 to
+# the best curve, others 700 to 5500. What stood in for a disc bent by 4 to 71, six true discs by
+# 33 000 and more.
 CERTAIN = MANY * SCORE_BAR
 
 # Numerics.

@@ -5,11 +5,11 @@ from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.kernel import LINK_ANGLE, MOTOR_VELOCITY
 from hda_arm_sim.motions import home_of
 from hda_torque_estimator.cli import main
+from hda_torque_estimator.diagnosis.judging.selection_criteria import LOOKED_AT
 from hda_torque_estimator.planning.paths import candidates, Path
 from hda_torque_estimator.planning.plan import planned_motion
 from hda_torque_estimator.planning.question import question, shown
 from hda_torque_estimator.planning.separation import load_of, separation
-from hda_torque_estimator.significance import CERTAIN
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 import pytest
@@ -67,7 +67,7 @@ def test_a_motion_shows_a_play_of_an_elbow_or_does_not():
         path = planned_motion(ASKED, Path('full turn', (size,) * 7), 10.0, 2e-3)
         healthy = run(COBOT, COBOT, path, 7, estimator=None)
         seen[name] = separation(ASKED, path, healthy).least
-    assert seen['far'] > CERTAIN > 0.2 * CERTAIN > seen['nearly at rest']
+    assert seen['far'] > LOOKED_AT > 0.2 * LOOKED_AT > seen['nearly at rest']
 
 
 def test_a_motion_distinguishes_two_joints():

@@ -15,11 +15,11 @@ from hda_arm_sim.motions import motion, MotionError
 from hda_torque_estimator.cli import main
 from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.fitting.hypotheses import HYPOTHESES
+from hda_torque_estimator.diagnosis.judging.selection_criteria import LOOKED_AT
 from hda_torque_estimator.measurements.measurement import Measurement
 from hda_torque_estimator.planning.paths import candidates, Path
 from hda_torque_estimator.planning.question import question, shown
 from hda_torque_estimator.planning.separation import separation
-from hda_torque_estimator.significance import CERTAIN
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 import pytest
@@ -131,7 +131,7 @@ def test_a_motion_shows_an_effect_or_does_not():
         path = Path('wave', (size, size), harmonics=(1, 6), seed=1).motion(2, 10.0, 2e-3, [3, 3])
         healthy = run(ARM, ARM, path, 7, estimator=None)
         seen[name] = separation(asked, path, healthy).least
-    assert seen['wide'] > CERTAIN > 0.2 * CERTAIN > seen['nearly at rest']
+    assert seen['wide'] > LOOKED_AT > 0.2 * LOOKED_AT > seen['nearly at rest']
 
 
 def test_what_cannot_be_shown_is_one_line(tmp_path, capsys):

@@ -13,8 +13,8 @@ from scipy.optimize import minimize
 from .paths import candidates, ChainPaths, Path
 from .question import PlanError, Question
 from .separation import Load, load_of, SEED, separation, Strength, USED
+from ..diagnosis.judging.selection_criteria import LOOKED_AT
 from ..diagnosis.judging.verdict import TIED
-from ..significance import CERTAIN
 from ..simulating.closed_loop import ClosedLoopRun, run
 
 USUAL = 'rich'          # motion of the project that plans are compared to
@@ -76,7 +76,7 @@ def plan(asked: Question, duration: float, notify: Progress = lambda done, total
     notify(total, total)
     return Plan(best, usual, tuple(found),
                 load_of(asked.arm, _healthy(asked, best.path, duration)[1]),
-                TIED if asked.between else CERTAIN)
+                TIED if asked.between else LOOKED_AT)
 
 
 def _least(weighed: WeighedPath) -> float:

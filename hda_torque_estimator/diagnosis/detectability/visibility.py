@@ -19,9 +19,10 @@ from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.solve import Columns, condense, condense_more, score, solve
 from ..judging.search import SearchResult
-from ..judging.selection_criteria import floor, material, quiet_joints, SLOW, threshold
+from ..judging.selection_criteria import (floor, LOOKED_AT, material, quiet_joints, SLOW,
+                                          threshold)
 from ...least_squares.term import Term
-from ...significance import CERTAIN, surely_above
+from ...significance import surely_above
 
 # Numerics; choices unless stated otherwise.
 _PHASES = np.linspace(0.0, math.pi, 12, endpoint=False)     # of a wave, one of which shows least
@@ -109,7 +110,7 @@ class Visibility:
         strength = min(strength, gained / bar)
         if curves is None:
             return strength
-        curve = self._curves.improvement(curves, share, left.step) / surely_above(CERTAIN)
+        curve = self._curves.improvement(curves, share, left.step) / surely_above(LOOKED_AT)
         return min(strength, max(loud, curve))
 
     def _others(self, term: Term) -> '_Others':
