@@ -7,7 +7,8 @@ from types import FrameType
 from hda_arm_sim.foundation.compiled import cache_folder, say_when_compiling
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects.catalogue import effects_at
-from hda_arm_sim.model.effects.place import BASE, LINK_INERTIA, STIFFENING, TIP, WIND_UP
+from hda_arm_sim.model.effects.place import (BASE, BEARING, LINK_INERTIA, STIFFENING, TIP,
+                                             WIND_UP)
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion_of
 from hda_arm_sim.plant import Plant
@@ -16,6 +17,7 @@ from hda_arm_sim.simulate import InputHistory, rest, rollout
 import numpy as np
 
 from .controlling.live_controller import LiveController
+from .diagnosis.balances.balance import Balancer
 from .diagnosis.diagnose import diagnose
 from .diagnosis.readings.raw_readings import RAW_EFFECTS
 from .estimating.estimator import Estimator
@@ -27,7 +29,7 @@ from .simulating.closed_loop import run
 ARMS = ('hda_arm.yaml', 'paper_single_axis.yaml', 'cobot7.yaml')
 _DT, _SECONDS = 1e-3, 12.0         # of a recording that can be diagnosed [s]
 # Causes of which a search runs all that is compiled.
-_TRIED = (*(effect.name for place in (TIP, BASE, LINK_INERTIA, STIFFENING, WIND_UP)
+_TRIED = (*(effect.name for place in (TIP, BASE, BEARING, LINK_INERTIA, STIFFENING, WIND_UP)
             for effect in effects_at(place)), *RAW_EFFECTS)
 _USAGE = """usage: warm_up
 
@@ -56,7 +58,9 @@ def warm_up_diagnosis(arm: Arm) -> None:
     """Call each compiled function as a diagnosis calls it: with the causes that run them all."""
     made = run(arm, arm, motion_of(arm, 'rich', _SECONDS, _DT, 0), 0, estimator=None)
     reading = np.ascontiguousarray(made.reading[:, :, :2])
-    diagnose(Measurement(arm.labels, _DT, reading, made.command), arm, names=_TRIED)
+    measurement = Measurement(arm.labels, _DT, reading, made.command)
+    diagnose(measurement, arm, names=_TRIED)
+    Balancer(measurement).whole(arm)            # as for effects that remember
 
 
 def main() -> int:

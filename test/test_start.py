@@ -11,9 +11,11 @@ import time
 
 from hda_arm_sim.live import FIRST_STAMP, LiveArm, SimulationSettings
 from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.model.typical_sizes import typical
 from hda_arm_sim.motions import motion_of
 from hda_torque_estimator import warm_up
 from hda_torque_estimator.controlling.live_controller import LiveController
+from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.estimating.live_estimator import LiveEstimator
 from hda_torque_estimator.measurements.measurement import Measurement
@@ -121,8 +123,11 @@ def test_warm_up_compiles_all_that_a_diagnosis_calls():
     laws = compiled_functions()
     before = {name: set(law.signatures) for name, law in laws.items()}
     made = run(arm, arm, motion_of(arm, 'rich', 12.0, 1e-3, 1), 1, estimator=None)
-    diagnose(Measurement(arm.labels, 1e-3, np.ascontiguousarray(made.reading[:, :, :2]),
-                         made.command), arm)
+    measurement = Measurement(arm.labels, 1e-3, np.ascontiguousarray(made.reading[:, :, :2]),
+                              made.command)
+    diagnose(measurement, arm)
+    bent = arm.with_effect(typical(arm, 'torsional_hysteresis', 'joint1'), 'joint1')
+    assert Balancer(measurement).memory(bent).any()
     assert {name: set(law.signatures) - before[name] for name, law in laws.items()
             if set(law.signatures) - before[name]} == {}
 
