@@ -82,9 +82,9 @@ def main() -> int:
     ratios, apart = [], 0.0
     for beside, base in (('', arm), (' beside a bearing', held)):
         for name in TRIED:
-            if beside and name in (BEARING, 'base_vibration'):      # both are run as a whole
+            if beside and name in (BEARING, 'base_vibration'):  # itself, and a run of the whole
                 continue
-            balancer(base), balancer.whole(base)
+            balancer(base)
             fast, slow, away = weighed(balancer, trials(base, name, count))
             ratios.append(slow / fast)
             apart = max(apart, away)

@@ -7,11 +7,10 @@ import numpy as np
 from .arm import Arm
 from .effect_loops import total_at
 from .effects.place import Bent, BRISTLES, GEAR, LOOP, Twisted
-from .link_side import loaded_inertia
+from .mass_matrices import mass_matrices
 from .parts import Joint
 from .torsion import torsion_of_torque
 from ..foundation.arrays import Array
-from ..foundation.chain import ANGLE, Chain, mass_matrix, MATRIX, place
 
 _POSTURES = 16          # that are looked at: a rate changes by a few percent between them
 
@@ -44,15 +43,9 @@ def _stiffness(joint: Joint, law: Any) -> float:
 
 def masses(arm: Arm, postures: int) -> list[Array]:
     """Return the mass matrices (n, n) of a chain in its zero and in random postures."""
-    inertia, joints = loaded_inertia(arm.record().body), len(arm.joints)
-    assert isinstance(inertia, Chain)
-    table, random, found = inertia.table, np.random.default_rng(0), []
-    for k in range(postures):
-        table[1:-1, ANGLE] = random.uniform(-np.pi, np.pi, joints) if k else 0.0
-        place(table)
-        mass_matrix(table)
-        found.append(table[1:-1, MATRIX:MATRIX + joints].copy())
-    return found
+    angles = np.zeros((postures, len(arm.joints)))
+    angles[1:] = np.random.default_rng(0).uniform(-np.pi, np.pi, angles[1:].shape)
+    return list(mass_matrices(arm, angles))
 
 
 def _rate(mass: Array, reflected: Array, stiff: Array, damping: Array) -> float:

@@ -45,6 +45,12 @@ class MeasuredMotion(NamedTuple):
         """Return the motion in some of its samples."""
         return MeasuredMotion(self.state[piece], self.acceleration[piece])
 
+    @property
+    def links(self) -> 'DifferentiatedAngle':
+        """Return what the links did, (k, n) each."""
+        return DifferentiatedAngle(self.state[:, :, LINK_ANGLE], self.state[:, :, LINK_VELOCITY],
+                                   self.acceleration[:, :, LINK])
+
 
 class DifferentiatedAngle(NamedTuple):
     """Angles behind encoders and their derivatives, at the stamps: (k,) each, or (k, c)."""

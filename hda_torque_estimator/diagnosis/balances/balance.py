@@ -40,6 +40,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
+from .base_motion import gives_way
 from .bearings import bearings_act
 from .channels import of_sides
 from .low_pass import LowPass
@@ -47,7 +48,7 @@ from .parts import Parts
 from .recent_cache import RecentCache
 from .sensed_motion import sensing
 from .whitening import MOTION, Whitening, whitening_of
-from .whole_runs import gives_way, is_whole, remembered, run_whole
+from .whole_runs import is_whole, remembered, run_whole
 from ...measurements.measurement import Measurement
 from ...measurements.motion import jolts, MeasuredMotion, MOTOR
 from ...measurements.upsampling import between, is_held

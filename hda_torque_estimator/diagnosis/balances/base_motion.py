@@ -13,30 +13,36 @@ from hda_arm_sim.foundation.vectors import dot, Vector, vector
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effect_loops import any_acts, numbers_at
 from hda_arm_sim.model.effects.place import BASE
-from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY
 from hda_arm_sim.model.link_side import (base_acceleration, base_coupling, base_push,
                                          loaded_inertia, Pose)
 import numpy as np
 from scipy.signal import cont2discrete
 
-from ...measurements.motion import MeasuredMotion
+from ...measurements.motion import DifferentiatedAngle
 
 
-def base_motion(arm: Arm, motion: MeasuredMotion, dt: float) -> Array:
+def gives_way(arm: Arm) -> bool:
+    """Return whether the base of an arm may give way."""
+    return any_acts(arm.record().body, BASE)
+
+
+def base_direction(arm: Arm) -> float:
+    """Return the direction in which the base of an arm gives way [rad]."""
+    return float(numbers_at(arm.record().body, BASE)['direction'])
+
+
+def base_motion(arm: Arm, links: DifferentiatedAngle, dt: float) -> Array:
     """Return offset [m] and rate [m/s] of the base (k, 2) from rest, zero where it is rigid."""
-    body = arm.record().body
-    if not any_acts(body, BASE):
-        return np.zeros((len(motion.state), 2))
-    return _answer(body, stirring(arm, motion, float(numbers_at(body, BASE)['direction']))[0], dt)
+    if not gives_way(arm):
+        return np.zeros((len(links.angle), 2))
+    return _answer(arm.record().body, stirring(arm, links, base_direction(arm))[0], dt)
 
 
-def base_load(arm: Arm, motion: MeasuredMotion, dt: float) -> Array:
-    """Return what a base that gives way adds to the link balances (k, n), (eq:balance-base)."""
-    body = arm.record().body
-    push, coupling = stirring(arm, motion, float(numbers_at(body, BASE)['direction']))
-    acceleration = np.empty_like(push)
+def base_acceleration_under(arm: Arm, push: Array, dt: float) -> Array:
+    """Return the acceleration (k,) of a base, from rest, under a push over time (k,) [m/s^2]."""
+    body, acceleration = arm.record().body, np.empty_like(push)
     _fill_acceleration(body, push, _answer(body, push, dt), acceleration)
-    return coupling * acceleration[:, None]
+    return acceleration
 
 
 def _answer(body: Record, course: Array, dt: float) -> Array:
@@ -52,27 +58,30 @@ def _answer(body: Record, course: Array, dt: float) -> Array:
     return answer
 
 
-def stirring(arm: Arm, motion: MeasuredMotion, direction: float) -> tuple[Array, Array]:
-    """Return the push (k,) of the links on a base [N], and its coupling (k, n) [kg*m]."""
-    inertia, joints = loaded_inertia(arm.record().body), motion.state.shape[1]
+def stirring(arm: Arm, links: DifferentiatedAngle, direction: float) -> tuple[Array, Array]:
+    """
+    Return the push (k,) of the links on a base [N], and its coupling (k, n) [kg*m].
+
+    The course of the links has (k, n) each.
+    """
+    inertia, joints = loaded_inertia(arm.record().body), links.angle.shape[1]
     if isinstance(inertia, Chain):
-        return _chain_stirring(inertia, motion, direction)
-    angle, rate = motion.state[:, :, LINK_ANGLE].T, motion.state[:, :, LINK_VELOCITY].T
+        return _chain_stirring(inertia, links, direction)
+    angle, rate = links.angle.T, links.velocity.T
     if joints == 1:
         angle, rate = np.vstack([angle, 0.0 * angle]), np.vstack([rate, 0.0 * rate])
     (q1, q2), (dq1, dq2) = angle, rate
     coupling = np.stack(base_coupling(inertia, direction, q1, q2), axis=1)[:, :joints]
     push = base_push(inertia, direction, Pose(q1, q2, dq1, dq2), (0.0, 0.0))
-    return push - (coupling * motion.acceleration[:, :, 1]).sum(axis=1), coupling
+    return push - (coupling * links.acceleration).sum(axis=1), coupling
 
 
-def _chain_stirring(links: Chain, motion: MeasuredMotion, direction: float) -> tuple[Array, Array]:
+def _chain_stirring(chain: Chain, links: DifferentiatedAngle,
+                    direction: float) -> tuple[Array, Array]:
     """Return push (k,) and coupling (k, n) of a chain; its weight is where the base has sagged."""
-    samples, joints = motion.state.shape[:2]
-    push, coupling = np.empty(samples), np.empty((samples, joints))
-    angle, rate = motion.state[:, :, LINK_ANGLE], motion.state[:, :, LINK_VELOCITY]
-    moved = np.ascontiguousarray(np.stack([angle, rate, motion.acceleration[:, :, 1]], axis=2))
-    _stir(links.table, (np.cos(direction), np.sin(direction), 0.0), moved, push, coupling)
+    push, coupling = np.empty(len(links.angle)), np.empty(links.angle.shape)
+    moved = np.ascontiguousarray(np.stack(links, axis=2))
+    _stir(chain.table, (np.cos(direction), np.sin(direction), 0.0), moved, push, coupling)
     return push, coupling
 
 

@@ -5,8 +5,6 @@ One that moves opposes its link, by a torque of its own joint alone. One at rest
 That link is predicted to stay where it is, and the others to move as if it were a wall.
 """
 
-from collections.abc import Callable
-
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled, Record
 from hda_arm_sim.model.arm import Arm
@@ -25,41 +23,33 @@ def bearings_act(arm: Arm) -> bool:
     return any_acts(arm.record().joints, BEARING)
 
 
-def borne(arm: Arm, links: DifferentiatedAngle, missed: Callable[[], Array],
-          inertia: Callable[[NDArray[np.intp]], Array]) -> Array:
-    """
-    Return what bearings add to the link balance (k, n) along a course of links [N*m].
-
-    Both are asked where one holds its link. `missed` returns the link balance without bearings
-    (k, n). `inertia` returns the mass matrices (h, n, n) at some samples (h,).
-    """
+def opposed(arm: Arm, links: DifferentiatedAngle) -> tuple[Array, NDArray[np.bool_]]:
+    """Return what bearings oppose links that move (k, n) [N*m], and which they hold (k, n)."""
     level = np.empty_like(links.angle)
     for joint in range(len(arm.joints)):
         _fill_level(arm.record().joints, joint, links.angle, level)
     resting = np.abs(links.velocity) <= REST
-    opposed = np.where(resting, 0.0, np.sign(links.velocity) * level)
-    holding = resting & (level > 0.0)
-    at = np.flatnonzero(holding.any(axis=1))
-    if len(at):
-        lacking = missed()[at]
-        opposed[at] = _held(holding[at], lacking + opposed[at], links.acceleration[at],
-                            inertia(at)) - lacking
-    return opposed
+    return np.where(resting, 0.0, np.sign(links.velocity) * level), resting & (level > 0.0)
 
 
-def _held(holding: NDArray[np.bool_], balance: Array, acceleration: Array,
-          inertia: Array) -> Array:
-    """Return the link balances (h, n) where some links are held, from those of free links."""
+def held(holding: NDArray[np.bool_], balance: Array, acceleration: Array,
+         inertia: Array) -> Array:
+    """
+    Return the link balances (h, n) where bearings hold some links, from those of free ones.
+
+    The mass matrices are `inertia` (h, n, n).
+    """
     found, which = balance.copy(), holding @ (1 << np.arange(holding.shape[1]))
     for alike in np.unique(which):
         rows = np.flatnonzero(which == alike)
-        held, free = np.flatnonzero(holding[rows[0]]), np.flatnonzero(~holding[rows[0]])
+        still, free = np.flatnonzero(holding[rows[0]]), np.flatnonzero(~holding[rows[0]])
         matrix, moved = inertia[rows], acceleration[rows]
-        away = balance[rows][:, free] - _times(matrix[:, free][:, :, held], moved[:, held])
+        away = balance[rows][:, free] - _times(matrix[:, free][:, :, still], moved[:, still])
         misses = np.asarray(np.linalg.solve(
             matrix[:, free][:, :, free], away[:, :, None])[:, :, 0], np.float64)
-        found[rows[:, None], held] = np.add(_times(matrix[:, held][:, :, held], moved[:, held]),
-                                            _times(matrix[:, held][:, :, free], misses))
+        of_held = matrix[:, still]
+        found[rows[:, None], still] = np.add(_times(of_held[:, :, still], moved[:, still]),
+                                             _times(of_held[:, :, free], misses))
     return found
 
 

@@ -106,17 +106,6 @@ def fill_needed_with(arm: ArmRecord, inertia: Chain, others: Others, links: Diff
         needed[:, k] = torque
 
 
-def mass_matrices(arm: Arm, angle: Array) -> Array:
-    """Return the mass matrices (h, n, n) of the links at some of their angles (h, n)."""
-    record, rest = arm.record(), np.zeros_like(angle)
-    inertia, needed = loaded_inertia(record.body), []
-    for unit in (rest[0], *np.eye(angle.shape[1])):
-        torque = np.empty_like(angle)
-        fill_needed(record, inertia, DifferentiatedAngle(angle, rest, rest + unit), 0.0, torque)
-        needed.append(torque)
-    return np.stack([torque - needed[0] for torque in needed[1:]], axis=2)
-
-
 def other_link(arm: Arm, other: Arm) -> tuple[int, Array] | None:
     """
     Return the one link of a chain that another arm has otherwise: its row and its body.

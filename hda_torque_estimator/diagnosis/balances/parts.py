@@ -18,16 +18,16 @@ from hda_arm_sim.model.effects.catalogue import effects_at, sole_at
 from hda_arm_sim.model.effects.place import (BASE, BEARING, BREAKAWAY, BRISTLES, CURRENT_LOOP,
                                              DRAG, DRY_LEVEL, LIMIT, MESH, SHAFT, TURN, WIRE)
 from hda_arm_sim.model.link_side import loaded_inertia
+from hda_arm_sim.model.mass_matrices import mass_matrices
 import numpy as np
 
-from .base_motion import base_load
-from .bearings import borne
+from .base_motion import base_acceleration_under, base_direction, stirring
+from .bearings import held, opposed
 from .fields import key_of, KeysOfArms, places_of
 from .gears import Gears
 from .kernel_along import centred, deliver, fill_missed
 from .low_pass import LowPass
-from .needed_torques import (fill_needed, fill_needed_with, mass_matrices, other_link,
-                             Others)
+from .needed_torques import fill_needed, fill_needed_with, other_link, Others
 from .recent_cache import RecentCache
 from .reference_torques import sensed_torques, sensor_key
 from .sensed_motion import SensedMotion, sensing
@@ -37,7 +37,7 @@ from ...measurements.running_clock import arm_during
 
 # Numerics; choices unless stated otherwise.
 _KEPT = 4               # of each part
-_UNFILTERED = 2         # links of arms whose bearings act, and mass matrices of these
+_UNFILTERED = 2         # of what links need, their mass matrices, and their push on the base
 _LINKS, _SENSED = 'links', 'sensed'     # names of keys; that of a motor is its joint (layout)
 # What each part reads of a joint's record.
 _DRIVE = (WIRE, LIMIT, CURRENT_LOOP, SHAFT)
@@ -62,8 +62,9 @@ class Parts:
         self._gears = Gears(measurement, self.motions)
         self._needed, self._sensed_torques, self._borne, self._swung = (
             RecentCache[Array](_KEPT) for _ in range(4))
-        self._needed_unfiltered, self._inertias = (
+        self._unfiltered, self._inertias = (
             RecentCache[Array](_UNFILTERED) for _ in range(2))
+        self._stirred = RecentCache[tuple[Array, Array]](_UNFILTERED)
         self._ahead: dict[bytes, Array] = {}
         self._keys = KeysOfArms[bytes]()
 
@@ -88,34 +89,20 @@ class Parts:
         """Return what the links need (m, n), on a base at rest [N*m]."""
         key = self._links_key(arm)
         return self._needed.of(key, lambda: self._ahead.pop(key) if key in self._ahead
-                               else self._filtered(self._links(arm)))
+                               else self._filtered(self._needed_unfiltered(arm)))
 
     def borne(self, arm: Arm) -> Array:
         """Return what bearings oppose of links (m, n), or hold of them [N*m]."""
-        record, links = arm.record(), self._links_key(arm)
-        key = links + b''.join(self._gears.key(arm, joint) + key_of(record, joint, _BEARINGS)
-                               for joint in self._joints)
-
-        def missed() -> Array:
-            driving = [self._gears.torques(arm, joint).driving for joint in self._joints]
-            return self._needed_unfiltered.of(
-                links, lambda: self._links(arm)) - np.stack(driving, axis=1)
-
-        course = self._courses(arm)
-        return self._borne.of(key, lambda: self._filtered(borne(
-            arm, course, missed, lambda at: self._inertias.of(
-                links + at.tobytes(), lambda: mass_matrices(arm, course.angle[at])))))
+        record = arm.record()
+        key = self._links_key(arm) + b''.join(
+            self._gears.key(arm, joint) + key_of(record, joint, _BEARINGS)
+            for joint in self._joints)
+        return self._borne.of(key, lambda: self._filtered(self._bearing(arm)))
 
     def swung(self, arm: Arm) -> Array:
         """Return what a base that gives way asks of links beside (m, n) [N*m]."""
         key = self._sensed(arm) + bytes(arm.record().body.tobytes())
         return self._swung.of(key, lambda: self._filtered(self._swinging(arm)))
-
-    def _swinging(self, arm: Arm) -> Array:
-        """Let the base swing along the motion of the links (k, n)."""
-        motion, dt = self.motions.of(arm), self._measurement.dt
-        return np.concatenate([base_load(arm, motion.during(piece), dt)
-                               for piece in self._measurement.pieces()])
 
     def run_ahead(self, arm: Arm, others: Sequence[Arm]) -> None:
         """Run links of other arms, of those at once that differ from an arm by one link each."""
@@ -131,7 +118,7 @@ class Parts:
 
     def _links_key(self, arm: Arm) -> bytes:
         return self._keys.of(arm, _LINKS, lambda: (
-            self._sensed(arm) + on_a_base_at_rest(arm.record().body)))
+            self._sensed(arm) + _on_a_base_at_rest(arm.record().body)))
 
     def _sensed(self, arm: Arm) -> bytes:
         return self._keys.of(arm, _SENSED, lambda: sensing(arm, self._joints, [LINK]))
@@ -182,6 +169,33 @@ class Parts:
                         dt, missed[piece])
         return missed
 
+    def _bearing(self, arm: Arm) -> Array:
+        """Return what bearings add to what links miss (k, n)."""
+        links = self._courses(arm)
+        added, holding = opposed(arm, links)
+        at = np.flatnonzero(holding.any(axis=1))
+        if len(at):
+            driving = [self._gears.torques(arm, joint).driving[at] for joint in self._joints]
+            missed = self._needed_unfiltered(arm)[at] - np.stack(driving, axis=1)
+            inertia = self._inertias.of(self._links_key(arm) + at.tobytes(),
+                                        lambda: mass_matrices(arm, links.angle[at]))
+            added[at] = held(holding[at], missed + added[at], links.acceleration[at],
+                             inertia) - missed
+        return added
+
+    def _swinging(self, arm: Arm) -> Array:
+        """Let the base swing along the motion of the links (k, n), (eq:balance-base)."""
+        direction, dt = base_direction(arm), self._measurement.dt
+        push, coupling = self._stirred.of((self._links_key(arm), direction), lambda: stirring(
+            arm, self._courses(arm), direction))
+        return coupling * np.concatenate([
+            base_acceleration_under(arm, push[piece], dt)
+            for piece in self._measurement.pieces()])[:, None]
+
+    def _needed_unfiltered(self, arm: Arm) -> Array:
+        """Return what the links need (k, n), on a base at rest [N*m]."""
+        return self._unfiltered.of(self._links_key(arm), lambda: self._links(arm))
+
     def _links(self, arm: Arm) -> Array:
         """Run the links (k, n)."""
         measurement, needed = self._measurement, np.empty(self._measurement.command.shape)
@@ -217,7 +231,7 @@ class Parts:
         return delivered
 
 
-def on_a_base_at_rest(body: Record) -> bytes:
+def _on_a_base_at_rest(body: Record) -> bytes:
     """Return the numbers of links and what they carry, but for those of their base."""
     body = body.copy()
     body[sole_at(BASE).name] = 0.0

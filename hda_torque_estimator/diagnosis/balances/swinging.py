@@ -68,7 +68,8 @@ def _modes() -> Iterator[tuple[float, float]]:
 
 def _stirred(balancer: Balancer, arm: Arm) -> tuple[Array, Array]:
     """Return the push on the base (m, 2) and its coupling (m, n, 2), along x and along y."""
-    sides = [stirring(arm, balancer.motion(arm), direction) for direction in (0.0, 0.5 * np.pi)]
+    links = balancer.motion(arm).links
+    sides = [stirring(arm, links, direction) for direction in (0.0, 0.5 * np.pi)]
     push = np.stack([side for side, _ in sides], axis=1)
     return balancer.filtered(push), np.stack([side[::balancer.every] for _, side in sides], axis=2)
 

@@ -10,27 +10,22 @@ from collections.abc import Iterator
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effect_loops import any_acts
-from hda_arm_sim.model.effects.place import BASE, BEARING, BRISTLES, LOOP, TIP
+from hda_arm_sim.model.effects.place import BRISTLES, LOOP, TIP
 from hda_arm_sim.model.kernel import BASE_OFFSET, BASE_RATE, STATES
 from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
 
-from .base_motion import base_motion
+from .base_motion import base_motion, gives_way
+from .bearings import bearings_act
 from .kernel_along import Driven, fill_along, MEASURED
 from .parts import Parts
 from ...measurements.measurement import Measurement
 from ...measurements.running_clock import arm_during
 
 
-def gives_way(arm: Arm) -> bool:
-    """Return whether the base of an arm may give way."""
-    return any_acts(arm.record().body, BASE)
-
-
 def is_whole(arm: Arm) -> bool:
     """Return whether something acts by way of the base, so that no part is known alone."""
-    record = arm.record()
-    return gives_way(arm) and (any_acts(record.joints, BEARING) or any_acts(record.body, TIP))
+    return gives_way(arm) and (bearings_act(arm) or any_acts(arm.record().body, TIP))
 
 
 def run_whole(measurement: Measurement, parts: Parts, arm: Arm) -> tuple[Array, Array]:
@@ -53,7 +48,7 @@ def remembered(measurement: Measurement, parts: Parts, arm: Arm) -> Array:
     memory = np.zeros((*measurement.command.shape, STATES - MEASURED))
     motion = parts.motions.of(arm)
     for piece in measurement.pieces():
-        base = base_motion(arm, motion.during(piece), measurement.dt)
+        base = base_motion(arm, motion.during(piece).links, measurement.dt)
         memory[piece, 0, BASE_OFFSET - MEASURED] = base[:, 0]
         memory[piece, 0, BASE_RATE - MEASURED] = base[:, 1]
     return memory
@@ -65,4 +60,4 @@ def _driven(measurement: Measurement, parts: Parts, arm: Arm) -> Iterator[Driven
     command = np.stack([parts.command(arm, joint) for joint in range(len(arm.joints))], axis=1)
     for piece in measurement.pieces():
         moved = motion.during(piece)
-        yield Driven(*moved, base_motion(arm, moved, measurement.dt), command[piece])
+        yield Driven(*moved, base_motion(arm, moved.links, measurement.dt), command[piece])
