@@ -12,6 +12,7 @@ from hda_arm_sim.model.arm import Arm
 import numpy as np
 
 from .balances.balance import Balancer
+from .balances.bearings import borne_by
 from .balances.commands import on_its_way
 from .balances.healthy_twin import healthy_twin, noise_of, torque_noise_of, TorqueNoise
 from .balances.reversals import bristled, turning_round
@@ -74,8 +75,9 @@ class AsRecorded:
 
     def assuming(self, turns: tuple[int, ...], found: Arm) -> Balancer:
         """Return balances with joints that turn, and commands as motors of `found` show them."""
-        balancer = self.balancer if not turns else Balancer(
-            self.balancer.measurement, turns, shared=self.balancer.shared)
+        borne, balancer = borne_by(found), self.balancer
+        if turns or borne:
+            balancer = balancer.but(turning=turns, borne=borne)
         return on_its_way(balancer, found, self.noise)
 
     def bears_out(self, fitter: Fitter, found: Arm) -> bool:
@@ -86,7 +88,8 @@ class AsRecorded:
         that were not assumed to turn are asked again.
         """
         assumed = fitter.balancer
-        if not set(self.turning(found)) <= set(assumed.turning):
+        if not (set(self.turning(found)) <= set(assumed.turning)
+                and set(borne_by(found)) <= set(assumed.borne)):
             return False
         shown = self.assuming(assumed.turning, found)
         if assumed.unknown is None and shown.unknown is None:

@@ -50,7 +50,7 @@ from .sensed_motion import sensing
 from .whitening import MOTION, Whitening, whitening_of
 from .whole_runs import is_whole, remembered, run_whole
 from ...measurements.measurement import Measurement
-from ...measurements.motion import jolts, MeasuredMotion, MOTOR
+from ...measurements.motion import jolts, LINK, MeasuredMotion, MOTOR
 from ...measurements.upsampling import between, is_held
 
 # Numerics; choices unless stated otherwise.
@@ -85,17 +85,20 @@ class Balancer:
     def __init__(self, measurement: Measurement, turning: Sequence[int] = (),
                  unknown: NDArray[np.bool_] | None = None,
                  whitening: Whitening | None = None, parts: Parts | None = None,
-                 aside: Sequence[Shape] = (), shared: Array | None = None) -> None:
+                 aside: Sequence[Shape] = (), shared: Array | None = None,
+                 borne: Sequence[int] = ()) -> None:
         """
         Prepare filters, and use what is known of `parts` of the same measurement.
 
         Of each third balance so much of the second is taken out as is `shared` (n,) by noise.
 
         Joints that are `turning` are valid where they turn round without a stop. Motor balances
-        are not valid where the torque of the motor is `unknown` (m, n). Balances may pass a
-        `whitening` filter, and what they have along the shapes `aside` is taken out of them.
+        are not valid where the torque of the motor is `unknown` (m, n). Those of links that are
+        `borne` by bearings with friction are not valid near rest. Balances may pass a `whitening`
+        filter, and what they have along the shapes `aside` is taken out of them.
         """
         self.measurement, self.turning, self.unknown = measurement, tuple(turning), unknown
+        self.borne = tuple(borne)
         self.whitening, self.aside = whitening, tuple(aside)
         self.shared = np.zeros(len(measurement.labels)) if shared is None else shared
         self.every = max(1, round(1.0 / (RATE * measurement.dt)))
@@ -109,17 +112,17 @@ class Balancer:
 
     def like(self, measurement: Measurement) -> 'Balancer':
         """Return the balances of another measurement along the same motion."""
-        return self._but(measurement=measurement, parts=None)
+        return self.but(measurement=measurement, parts=None)
 
     def beside(self, shapes: Sequence[Shape]) -> 'Balancer':
         """Return balances without what they have along these shapes (eq:beside)."""
-        return self._but(aside=shapes)
+        return self.but(aside=shapes)
 
-    def _but(self, **other: Any) -> 'Balancer':
+    def but(self, **other: Any) -> 'Balancer':
         """Return these balances with something of what they are made of in another way."""
         own = {'measurement': self.measurement, 'turning': self.turning, 'unknown': self.unknown,
                'whitening': self.whitening, 'parts': self._parts, 'aside': self.aside,
-               'shared': self.shared}
+               'shared': self.shared, 'borne': self.borne}
         return Balancer(**{**own, **other})
 
     def apart(self, arm: Arm) -> 'Balancer':
@@ -136,7 +139,7 @@ class Balancer:
         second, third = slow[:, joints:2 * joints], slow[:, 2 * joints:]
         shared = (second.conj() * third).real.sum(axis=0) / np.maximum(
             (np.abs(second) ** 2).sum(axis=0), 1e-300)
-        return self._but(shared=self.shared + shared)
+        return self.but(shared=self.shared + shared)
 
     @property
     def unwhitened(self) -> 'Balancer':
@@ -145,7 +148,7 @@ class Balancer:
 
     @cached_property
     def _unwhitened(self) -> 'Balancer':
-        return self._but(whitening=None)
+        return self.but(whitening=None)
 
     def whitened(self, arm: Arm, white: Array) -> 'Balancer':
         """
@@ -154,7 +157,7 @@ class Balancer:
         It is what readings make, and beside it `white` noise of these deviations (c,) [N*m].
         """
         whitening = whitening_of(self._noise_made(arm), white ** 2 / BANDWIDTH, RATE, BANDWIDTH)
-        return self if whitening is None else self._but(whitening=whitening)
+        return self if whitening is None else self.but(whitening=whitening)
 
     def _noise_made(self, arm: Arm) -> Array:
         """Return what as much noise of the readings again makes of the balances (m, c) [N*m]."""
@@ -168,7 +171,7 @@ class Balancer:
     def __call__(self, arm: Arm) -> Balance:
         """Return the balances of an arm."""
         return Balance(self._in_balances(self._filtered_residual(arm)), self._valid.of(
-            sensing(arm, range(len(arm.joints)), [MOTOR]),
+            sensing(arm, range(len(arm.joints)), [MOTOR, LINK] if self.borne else [MOTOR]),
             lambda: self.valid_if_turning(arm, self.turning)))
 
     def change(self, arm: Arm, other: Arm) -> Array:
@@ -341,23 +344,21 @@ class Balancer:
         Return where the balances of an arm hold if these joints are turning (m, c).
 
         Their filter has seen no end, no jolt, no motion that nobody knows, and those of motors
-        no standstill.
+        no standstill, as those of links on bearings with friction.
         """
-        velocity = np.stack([self._parts.motions.course(arm, joint, MOTOR).velocity
-                             for joint in range(len(arm.joints))], axis=1)
         reach = self._reach
-        smooth = np.zeros(len(velocity), bool)
+        smooth = np.zeros(len(self._jolted), bool)
         for piece in self.measurement.pieces():
             whole = slice(piece.start + reach, piece.stop - reach)
             smooth[whole] = ~self._jolted[whole]
-        slow = np.abs(velocity) < _SLOW
-        slow[1:] |= velocity[1:] * velocity[:-1] < 0.0      # it may turn round within a sample
+        slow = np.stack([self._slow(arm, joint, MOTOR) for joint in range(len(arm.joints))], 1)
         for joint in joints:
             slow[:, joint] = _lasting(slow[:, joint], round(_STOP / self.measurement.dt))
-        near = np.stack([_spread(column, reach) for column in slow.T], axis=1)
-        valid = np.concatenate([smooth[:, None] & ~near,
-                                np.repeat(smooth[:, None], slow.shape[1], 1)], axis=1)
-        valid = valid[::self.every]
+        near = np.zeros((len(slow), 2 * slow.shape[1]), bool)
+        near[:, :slow.shape[1]] = np.stack([_spread(column, reach) for column in slow.T], axis=1)
+        for joint in self.borne:
+            near[:, slow.shape[1] + joint] = _spread(self._slow(arm, joint, LINK), reach)
+        valid = (smooth[:, None] & ~near)[::self.every]
         if self.unknown is not None:
             valid[:, :slow.shape[1]] &= ~self.unknown
         valid[:, slow.shape[1]:] &= ~self.measurement.unloaded
@@ -367,6 +368,14 @@ class Balancer:
             valid = np.concatenate([valid, smooth[::self.every, None] & self._sensed[
                 ::self.every] & self.measurement.thrice_witnessed], axis=1)
         return valid if self.whitening is None else self.whitening.holds(valid)
+
+    def _slow(self, arm: Arm, joint: int, side: int) -> NDArray[np.bool_]:
+        """Return where dry friction of the motor or link side of a joint is not known (k,)."""
+        velocity = self._parts.motions.course(arm, joint, side).velocity
+        ratio = 1.0 if side == MOTOR else arm.joints[joint].ratio
+        slow = np.abs(velocity) * ratio < _SLOW
+        slow[1:] |= velocity[1:] * velocity[:-1] < 0.0      # it may turn round within a sample
+        return slow
 
 
 def _spread(marked: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:

@@ -23,6 +23,12 @@ def bearings_act(arm: Arm) -> bool:
     return any_acts(arm.record().joints, BEARING)
 
 
+def borne_by(arm: Arm) -> tuple[int, ...]:
+    """Return the places of the joints whose links bearings may oppose or hold."""
+    return tuple(place for place, joint in enumerate(arm.record().joints)
+                 if any_acts(joint, BEARING))
+
+
 def opposed(arm: Arm, links: DifferentiatedAngle) -> tuple[Array, NDArray[np.bool_]]:
     """Return what bearings oppose links that move (k, n) [N*m], and which they hold (k, n)."""
     level = np.empty_like(links.angle)

@@ -37,7 +37,7 @@ def way_between(balancer: Balancer, arm: Arm, noise: Array) -> float | None:
     motors do there that it would not, had commands been held, or gone all the way. It must be
     known well enough to tell the least way that there may be from none.
     """
-    held, even = (Balancer(_on_way(balancer.measurement, share), balancer.turning)(arm)
+    held, even = (balancer.like(_on_way(balancer.measurement, share))(arm)
                   for share in (0.0, 1.0))
     joints = len(arm.joints)
     valid = held.valid[:, :joints]
@@ -74,12 +74,12 @@ def on_its_way(balancer: Balancer, arm: Arm, noise: Array) -> Balancer:
         return balancer
     if way == 0.0:
         held = replace(_on_way(balancer.measurement, way), held=True)
-        return Balancer(held, balancer.turning, shared=balancer.shared)
-    one, other = (Balancer(_on_way(balancer.measurement, share))(arm) for share in (0.0, 1.0))
+        return balancer.like(held)
+    one, other = (balancer.like(_on_way(balancer.measurement, share))(arm) for share in (0.0, 1.0))
     joints = len(arm.joints)
     unknown = np.abs(other.residual - one.residual)[:, :joints] / np.sqrt(12.0) > noise[:joints]
-    return Balancer(_on_way(balancer.measurement, way), balancer.turning, unknown,
-                    shared=balancer.shared)
+    return balancer.but(measurement=_on_way(balancer.measurement, way), parts=None,
+                        unknown=unknown)
 
 
 def _on_way(measurement: Measurement, share: float) -> Measurement:
