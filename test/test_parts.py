@@ -102,6 +102,27 @@ def test_links_that_bearings_hold_show_as_in_a_whole_run(recorded):
         assert agrees(balancer, held)
 
 
+def test_a_weak_bearing_holds_no_more_than_it_opposes(recorded):
+    arm, measurement = recorded
+    balancer, level, label = Balancer(measurement), 1e-6, arm.labels[0]
+    weak = arm.with_effect(LinkBearingFriction(level=level), label)
+    change = np.abs(balancer.change(weak, arm))[:, len(arm.joints)]
+    assert 0.9 * level < np.median(change) < change.max() < 1.5 * level     # the filter rings
+    assert agrees(balancer, weak)
+
+
+def test_a_link_on_a_bearing_is_not_judged_near_rest(recorded):
+    arm, measurement = recorded
+    plain, borne = (Balancer(measurement, borne=places)(arm).valid for places in ((), (0,)))
+    balancer, joints = Balancer(measurement), len(arm.joints)
+    speed = np.abs(balancer.motion(arm).state[::balancer.every, 0, LINK_VELOCITY])
+    resting = speed <= REST
+    assert resting.any() and not (borne[:, joints] & resting).any() and borne[:, joints].any()
+    assert (plain[:, joints] >= borne[:, joints]).all() and (plain[resting, joints]).any()
+    others = np.arange(2 * joints) != joints
+    np.testing.assert_array_equal(plain[:, others], borne[:, others])
+
+
 def test_parts_of_several_recordings_are_those_of_whole_runs(recorded):
     arm, measurement = recorded
     balancer = Balancer(replace(measurement, begins=(0, 2400)))
