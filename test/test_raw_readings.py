@@ -256,6 +256,22 @@ def test_each_cause_gains_on_held_out_stretches_beside_the_others():
         assert one.gain.after < 0.1 * one.gain.before
 
 
+@pytest.mark.parametrize('ends, gains', [(12.0, True), (6.0, False)])
+def test_samples_that_stamps_alone_show_as_lost_gain_where_they_go_on_being_lost(ends, gains):
+    """Readings are right, and so are the stamps: some rows are missing until a time [s]."""
+    healthy = measured([], 906)
+    missing = np.flatnonzero(np.random.default_rng(906).random(len(healthy.command)) < 0.01)
+    missing = missing[(missing > 50) & (missing < min(1000.0 * ends, 11950.0))]
+    found = replace(healthy, absent=tuple(missing.tolist()))
+    raw = raw_readings(found, ARM, training=((0.0, 6.0),))
+    cause, = raw.causes
+    assert cause.numbers['rate'].low < 0.01 < cause.numbers['rate'].high
+    findings = raw_findings(raw, found, Balancer(raw.measurement), ARM, raw.arm,
+                            ((6.0, 8.0), (8.0, 10.0), (10.0, 12.0)))
+    assert [one.effect for one in findings] == ['dropped_samples'] * gains
+    assert all(one.gain.removed > 0.9 for one in findings)
+
+
 def test_a_wave_gains_at_a_rate_at_which_readings_change_by_more_than_it():
     """Between samples 4 ms apart an acceleration turns a link by thirty times the wave."""
     wave = truth_of('encoder_interpolation_error', 'joint2', amplitude=5.4e-6, lines=9000.0,

@@ -21,16 +21,21 @@ from scipy.special import xlogy
 from scipy.stats import chi2
 
 from .over_gaps import blind_gaps, GAIN, KERNEL, laid, REACH, runs_of
-from .raw_cause import RawCause, WRONG
+from .raw_cause import Counted, RawCause, WRONG
 from .repeats import repeats_of
+from ..findings.gains import Gains
 from ..findings.report import FittedNumber
 from ...measurements.measurement import Measurement
+from ...measurements.running_clock import Spans
 from ...significance import DEVIATIONS, HARDLY, NORMAL_MEDIAN, SCORE_BAR, UNLIKE
 
 # Numerics; choices unless stated otherwise.
 _NEARBY = 25            # samples on each side that show how much samples slip by themselves
 _PASSES = 12            # slipped samples next to each other come to light one by one
 _RATES = 200            # that are tried
+_CHANCE = 0             # seed of counts that chance makes
+_FEWEST = 1e-12         # wrong samples of a stretch in which none can be
+RATE = 'rate'
 
 
 class Slips(NamedTuple):
@@ -52,7 +57,8 @@ def lost_samples(slips: Slips, seen: Mask) -> RawCause | None:
     """
     watched = slips.watched & seen
     slipped, lost = int((slips.slipped & watched).sum()), int((slips.lost & seen).sum())
-    rate = slipped / max(int(watched.sum()), 1) + lost / max(int(seen.sum()), 1)
+    of_slips, of_lost = slipped / max(int(watched.sum()), 1), lost / max(int(seen.sum()), 1)
+    rate = of_slips + of_lost
     hits = slipped + lost
     score, surely = _evidence(hits, rate), int((slips.repeated & watched).sum()) + lost
     if min(score, _evidence(surely, rate * surely / max(hits, 1))) < SCORE_BAR:
@@ -60,15 +66,42 @@ def lost_samples(slips: Slips, seen: Mask) -> RawCause | None:
     low, high = (rate * float(0.5 * chi2.ppf(share, 2 * hits + more) / hits)
                  for share, more in ((0.05, 0), (0.95, 2)))
     joints, sides = slips.reading.shape[1:]
-    return RawCause(DroppedSamples(rate=rate), None, {'rate': FittedNumber(rate, '', low, high)},
+    return RawCause(DroppedSamples(rate=rate), None, {RATE: FittedNumber(rate, '', low, high)},
                     score,
-                    tuple((column, side) for column in range(joints) for side in range(sides)))
+                    tuple((column, side) for column in range(joints) for side in range(sides)),
+                    counted=Counted(slips.slipped & slips.watched | slips.lost,
+                                    of_slips * slips.watched + of_lost))
+
+
+def counted_gains(cause: RawCause, given: Arm, spans: Spans, dt: float) -> Gains | None:
+    """
+    Return how far counts of wrong samples in stretches are from those that rates call for.
+
+    None of a cause that hits no single samples. They are compared by the deviance of Poisson, with
+    the rate of the cause and with that of the arm as `given`, or a tolerable one.
+    """
+    if cause.counted is None:
+        return None
+    rows = [slice(round(begin / dt), round(end / dt)) for begin, end in spans]
+    hits, due = (np.array([part[row].sum() for row in rows], np.float64)
+                 for part in cause.counted)
+    rate = getattr(cause.effect, RATE)
+    usual = max(getattr(given.effect(cause.effect.name, None), RATE), WRONG)
+    drawn = np.random.default_rng(_CHANCE).poisson(due)
+    return Gains(*(_deviance(*each) for each in (
+        (hits, due * usual / rate), (hits, due), (drawn, due))))
+
+
+def _deviance(hits: Array, due: Array) -> Array:
+    """Return twice the log likelihood that counts (w,) lack beside their own rates."""
+    due = np.maximum(due, _FEWEST)
+    return np.asarray(2.0 * (xlogy(hits, hits / due) - (hits - due)))
 
 
 def smallest_rate(slips: Slips, seen: Mask) -> float | None:
     """Return the smallest share of slipped samples that rows `seen` would show, or None."""
     watched = int((slips.watched & seen).sum())
-    rates = np.geomspace(WRONG, DroppedSamples.declaration('rate').high, _RATES).tolist()
+    rates = np.geomspace(WRONG, DroppedSamples.declaration(RATE).high, _RATES).tolist()
     return next((rate for rate in rates if rate * watched >= 1.0
                  and _evidence(round(rate * watched), rate) > SCORE_BAR), None)
 

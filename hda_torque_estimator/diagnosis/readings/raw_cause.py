@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from hda_arm_sim.foundation.arrays import Array, Mask
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import Effect
 
@@ -20,6 +21,13 @@ TOLERABLE = 0.01        # rms by which samples slip, that nobody would call wron
 WRONG = TOLERABLE ** 2
 
 
+class Counted(NamedTuple):
+    """Which samples (k,) a cause hit, and what share of each it hits at its own rate."""
+
+    hit: Mask
+    share: Array
+
+
 class RawCause(NamedTuple):
     """An effect at its place, its numbers with 90 % intervals, and how sure it is."""
 
@@ -30,6 +38,7 @@ class RawCause(NamedTuple):
     channels: tuple[tuple[int, int], ...]       # columns and sides of the readings that show it
     recording: int = 0                          # the one of several that shows it best
     forms: tuple[Effect, ...] = ()              # what another form of its law does beside it
+    counted: Counted | None = None              # of one that hits single samples
 
     def on(self, arm: Arm) -> Arm:
         """Return the arm with this cause."""

@@ -3,8 +3,9 @@ What only raw readings show: causes that a filter would hide, found before any b
 
 The balances then work with an arm that senses as the recorded one does. What a cause explains is
 how much the readings scatter: what local polynomials leave of them in stretches that were held
-out. Simulated recordings with the cause and without it are held against the measured ones. Each
-detector is made for one effect, so effects have names here.
+out. Simulated recordings with the cause and without it are held against the measured ones. Of
+samples that were lost it is how many are. Each detector is made for one effect, so effects have
+names here.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,7 +25,7 @@ from .encoder_steps import coarse_encoders
 from .late_stamps import clock_jitter, stamp_slips, stamped_along
 from .line_error import uneven_lines, without_waves
 from .local_rest import local_rest
-from .lost_samples import lost_samples, slips_of
+from .lost_samples import counted_gains, lost_samples, slips_of
 from .raw_cause import RawCause
 from ..balances.balance import Balancer
 from ..findings.certainty import margin_of, probability
@@ -45,7 +46,7 @@ RAW_EFFECTS = (CoarseQuantisation.name, DroppedSamples.name, ClockJitter.name,
                EncoderInterpolationError.name)
 ON_THEIR_WAY = (DroppedSamples.name, ClockJitter.name)      # of samples, behind the encoders
 METRIC = ('squared logarithm of simulated over measured power of what local polynomials leave of '
-          'the raw readings, on held-out stretches')
+          'the raw readings, or Poisson deviance of lost samples, on held-out stretches')
 
 
 # Of an arm, a seed, and how far its motion is moved aside [rad].
@@ -135,21 +136,17 @@ def raw_findings(raw: RawReadings, measured: Measurement, balancer: Balancer, gi
         piece = measured.pieces()[place]
         whole = extended_by([other for other in raw.causes if other is cause
                              or other.effect.name not in ON_THEIR_WAY], extended)
-        gain = _gains(cause, _shows(cause, raw, measured).recordings()[place],
-                      _simulation(cause, raw, balancer, extended), given, whole,
-                      within(held_out, piece, measured.dt)).gain()
+        spans = within(held_out, piece, measured.dt)
+        gain = (counted_gains(cause, given, spans, measured.dt) or _gains(
+            cause, (raw.stamped if cause.effect.name == ClockJitter.name
+                    else raw.on_time).recordings()[place],
+            _simulation(cause, raw, balancer, extended), given, whole, spans)).gain()
         odds = float(np.exp(min(0.5 * cause.score, 700.0)))
         evidence = Evidence(cause.score, SCORE_BAR, None, odds)
         gaining.append(Finding(cause.effect.name, cause.joint, cause.effect.site.value,
                                cause.effect.cause, cause.numbers, evidence, gain,
                                probability(margin_of(evidence))))
     return with_gain(gaining)
-
-
-def _shows(cause: RawCause, raw: RawReadings, measured: Measurement) -> Measurement:
-    """Return the readings that show a cause: those in which all behind it is mended."""
-    return {DroppedSamples.name: measured, ClockJitter.name: raw.stamped}.get(
-        cause.effect.name, raw.on_time)
 
 
 def raw_total(findings: Sequence[Finding]) -> TotalGain:
