@@ -26,15 +26,15 @@ from ..balances.balance import BANDWIDTH
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Term
-from ...significance import CERTAIN, HARDLY, IMMATERIAL, MATERIAL, MOSTLY, NEARLY_ALL, SCORE_BAR
+from ...significance import (CERTAIN, HARDLY, IMMATERIAL, MATERIAL, MOSTLY, NEARLY_ALL, SCORE_BAR,
+                             surely_above)
 
 Array = NDArray[np.float64]
 
-# Judgement.
-# Improvement of the score that may pass for noise at first; silence and plans rest on it too
-# (null: a simple curve improved the score of healthy arms by 61 at most). At 300 a quick cogging
-# that is worth 1735 was not looked at.
-LOOKED_AT = 200.0
+# Improvement of the score that may pass for noise at first; silence and plans rest on it too. What
+# is worth so much is surely beyond SCORE_BAR. A simple curve improved the score of healthy arms by
+# 61 at most. At 300 a quick cogging that is worth 1735 was not looked at.
+LOOKED_AT = surely_above(SCORE_BAR)
 
 # Numerics; choices unless stated otherwise.
 # (source: what laws do along motions of robots is nearly all below this)
