@@ -6,6 +6,7 @@ to the end, each with all of its laws.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 from .bounds_reached import ends_at_limit
@@ -142,19 +143,34 @@ def exact(fitter: Fitter, trials: Iterable[Fit]) -> list[Fit]:
     Return the fits of the most promising places to the end, the best first.
 
     A place may have several laws, and two steps do not show which of them will fit. Of two that
-    fit alike the one with fewer numbers is taken, those with a tolerance too.
+    fit alike the one with fewer numbers is taken, those with a tolerance too. None fits worse than
+    a law that it contains: it begins there once more if it did.
     """
     tried = sorted(trials, key=lambda trial: _cost(fitter, trial))
     finalists = list(dict.fromkeys(map(place_of, tried)))[:_FINALISTS]
     best: dict[Place, Fit] = {}
-    refined = (fitter.refined(trial) for trial in tried if place_of(trial) in finalists)
-    for trial in sorted((trial for trial in refined if _may_be(fitter, trial)),
+    refined = [fitter.refined(trial) for trial in tried if place_of(trial) in finalists]
+    settled = (_from_contained(fitter, trial, refined) for trial in refined)
+    for trial in sorted((trial for trial in settled if _may_be(fitter, trial)),
                         key=lambda trial: cost_formed(fitter, trial)):
         known = best.setdefault(place_of(trial), trial)
         if (trial.accepted[-1].size < known.accepted[-1].size
                 and cost_formed(fitter, trial) - cost_formed(fitter, known) < CLOSE):
             best[place_of(trial)] = trial
     return list(best.values())
+
+
+def _from_contained(fitter: Fitter, trial: Fit, others: Sequence[Fit]) -> Fit:
+    """Return a fit that is no worse than the best of those whose law its last law contains."""
+    term = trial.accepted[-1]
+    best = min((other for other in others if place_of(other) == term.place
+                and set(other.accepted[-1].free) < set(term.free)),
+               key=lambda other: other.score, default=trial)
+    if best.score >= trial.score:
+        return trial
+    begun = replace(term, effect=best.accepted[-1].effect)
+    return min(trial, fitter.fit([*best.accepted[:-1], begun], best.nuisance),
+               key=lambda fit: fit.score)
 
 
 def _may_be(fitter: Fitter, fit: Fit) -> bool:
