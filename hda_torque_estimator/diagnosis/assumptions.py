@@ -49,7 +49,7 @@ class AsRecorded:
         Where the arm moved faster than samples resolve, balances hold nothing.
         """
         whole = cls._of_all(raw.arm, raw.measurement, training)
-        more = unresolved(whole.balancer, whole.arm, whole.quiet, whole.noise)
+        more = unresolved(whole.balancer, whole.arm, whole.noise)
         if not more:
             return whole
         blind = tuple(sorted({*raw.measurement.blind, *more}))

@@ -4,11 +4,11 @@ Where an arm moves faster than the samples of its log resolve.
 Between the samples of a slow log readings follow a spline. A loop that shakes its arm at a fifth
 of the rate moves on otherwise, and each balance feels that at all frequencies. So the spline is
 sampled again, halfway between its samples, and laid anew (eq:unresolved). Of a motion that samples
-resolve that changes next to nothing: noise of readings, as much as in a healthy twin.
+resolve that changes next to nothing: what it changes of the noise of readings. A healthy twin
+would not tell, for its loop shakes as well.
 """
 
 from dataclasses import replace
-from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array, Mask
 from hda_arm_sim.model.arm import Arm
@@ -21,42 +21,34 @@ from ...significance import HARDLY, LOUD
 
 # Numerics; choices unless stated otherwise.
 _WINDOW = 1.0           # of a recording, in which its motion is resolved or not [s]
-_LEAST = 1e-300         # power of a balance that holds nowhere
 
 
-class _Changes(NamedTuple):
-    """What balances change by in each window, sums over its rows (w, c)."""
-
-    power: Array            # of the changes [N^2*m^2]
-    noise: Array            # power of the balances themselves [N^2*m^2]
-    rows: Array             # that are valid
-
-
-def unresolved(balancer: Balancer, arm: Arm, twin: Measurement,
-               noise: Array) -> tuple[int, ...]:
+def unresolved(balancer: Balancer, arm: Arm, noise: Array) -> tuple[int, ...]:
     """
     Return the samples about which balances of an arm are off by more than noise makes them.
 
-    Over their `noise` (c,) [N*m] they change far more there than those of a healthy `twin` do,
-    and by more than a little. One joint that shakes does so to all.
+    Over their `noise` (c,) [N*m] they change far more there than noise of the readings does, and
+    by more than a little. One joint that shakes does so to all.
     """
     if balancer.measurement.parts == 1:
         return ()
-    ours, theirs = _changes(balancer, arm), _changes(balancer.like(twin), arm)
-    usual = np.sqrt(theirs.power.sum(axis=0) / np.maximum(theirs.noise.sum(axis=0), _LEAST))
-    share = np.sqrt(ours.power / np.maximum(ours.rows, 1.0)) / noise
-    is_off = (share > np.maximum(LOUD * usual, HARDLY)).any(axis=1)
+    ours = _change(balancer, arm)
+    of_noise = _change(balancer.noisier, arm) - ours
+    valid, starts = balancer(arm).valid, np.arange(0, len(ours), round(_WINDOW * RATE))
+    rows = np.add.reduceat(valid, starts, axis=0, dtype=np.float64)
+    power, usual = (np.add.reduceat(np.where(valid, change ** 2, 0.0), starts, axis=0)
+                    for change in (ours, of_noise))
+    share = np.sqrt(power / np.maximum(rows, 1.0)) / noise
+    made = np.sqrt(usual.sum(axis=0) / np.maximum(rows.sum(axis=0), 1.0)) / noise
+    is_off = (share > np.maximum(LOUD * made, HARDLY)).any(axis=1)
     window = (balancer.measurement.time / _WINDOW).astype(np.intp)
     return tuple(np.flatnonzero(is_off[np.minimum(window, len(is_off) - 1)]).tolist())
 
 
-def _changes(balancer: Balancer, arm: Arm) -> _Changes:
-    """Return by how much balances change in each window if splines are laid anew."""
-    plain = balancer(arm)
-    change = balancer.like(_laid_anew(balancer.measurement))(arm).residual - plain.residual
-    starts = np.arange(0, len(change), round(_WINDOW * RATE))
-    return _Changes(*(np.add.reduceat(np.where(plain.valid, values, 0.0), starts, axis=0)
-                      for values in (change ** 2, plain.residual ** 2, np.ones_like(change))))
+def _change(balancer: Balancer, arm: Arm) -> Array:
+    """Return by how much balances (m, c) change if splines are laid anew [N*m]."""
+    anew = balancer.like(_laid_anew(balancer.measurement))
+    return np.asarray(anew(arm).residual - balancer(arm).residual)
 
 
 def _laid_anew(measurement: Measurement) -> Measurement:
