@@ -11,7 +11,7 @@ from hda_arm_sim.model.kernel import LINK_VELOCITY
 from hda_arm_sim.model.typical_sizes import SIZED, typical
 from hda_arm_sim.motions import motion_of
 from hda_torque_estimator.diagnosis.balances import gears, parts, sensed_motion
-from hda_torque_estimator.diagnosis.balances.balance import Balancer
+from hda_torque_estimator.diagnosis.balances.balance import Balancer, NearRest
 from hda_torque_estimator.diagnosis.balances.fields import places_of
 from hda_torque_estimator.diagnosis.balances.kernel_along import REST
 from hda_torque_estimator.diagnosis.balances.recent_cache import RecentCache
@@ -54,7 +54,8 @@ def others(arm, names=SIZED):
 
 def whole(balancer, arm):
     """Return the residuals of a run of a whole arm, by balances that know nothing yet."""
-    fresh = Balancer(balancer.measurement, balancer.turning, balancer.unknown, balancer.whitening)
+    fresh = Balancer(balancer.measurement, balancer.near_rest, balancer.unknown,
+                     balancer.whitening)
     return fresh.whole(arm)
 
 
@@ -113,7 +114,8 @@ def test_a_weak_bearing_holds_no_more_than_it_opposes(recorded):
 
 def test_a_link_on_a_bearing_is_not_judged_near_rest(recorded):
     arm, measurement = recorded
-    plain, borne = (Balancer(measurement, borne=places)(arm).valid for places in ((), (0,)))
+    plain, borne = (Balancer(measurement, NearRest(borne=places))(arm).valid
+                    for places in ((), (0,)))
     balancer, joints = Balancer(measurement), len(arm.joints)
     speed = np.abs(balancer.motion(arm).state[::balancer.every, 0, LINK_VELOCITY])
     resting = speed <= REST

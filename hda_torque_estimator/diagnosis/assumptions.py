@@ -11,7 +11,7 @@ from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 import numpy as np
 
-from .balances.balance import Balancer
+from .balances.balance import Balancer, NearRest
 from .balances.bearings import borne_by
 from .balances.commands import on_its_way
 from .balances.healthy_twin import healthy_twin, noise_of, torque_noise_of, TorqueNoise
@@ -75,9 +75,9 @@ class AsRecorded:
 
     def assuming(self, turns: tuple[int, ...], found: Arm) -> Balancer:
         """Return balances with joints that turn, and commands as motors of `found` show them."""
-        borne, balancer = borne_by(found), self.balancer
-        if turns or borne:
-            balancer = balancer.but(turning=turns, borne=borne)
+        near_rest, balancer = NearRest(turns, borne_by(found)), self.balancer
+        if near_rest != NearRest():
+            balancer = balancer.but(near_rest=near_rest)
         return on_its_way(balancer, found, self.noise)
 
     def bears_out(self, fitter: Fitter, found: Arm) -> bool:
@@ -88,10 +88,10 @@ class AsRecorded:
         that were not assumed to turn are asked again.
         """
         assumed = fitter.balancer
-        if not (set(self.turning(found)) <= set(assumed.turning)
-                and set(borne_by(found)) <= set(assumed.borne)):
+        turning, borne = assumed.near_rest
+        if not (set(self.turning(found)) <= set(turning) and set(borne_by(found)) <= set(borne)):
             return False
-        shown = self.assuming(assumed.turning, found)
+        shown = self.assuming(turning, found)
         if assumed.unknown is None and shown.unknown is None:
             return bool(np.array_equal(shown.measurement.command, assumed.measurement.command))
         return assumed.unknown is not None and shown.unknown is not None

@@ -79,26 +79,31 @@ class Shape(NamedTuple):
     held: NDArray[np.bool_]         # (m,) where the balance is valid
 
 
+class NearRest(NamedTuple):
+    """Joints of which more, or less, is known of dry friction near rest than of others."""
+
+    turning: tuple[int, ...] = ()   # motors that do not stop where they turn round
+    borne: tuple[int, ...] = ()     # links on bearings that have friction
+
+
 class Balancer:
     """The balances of one measurement, for one arm after another."""
 
-    def __init__(self, measurement: Measurement, turning: Sequence[int] = (),
+    def __init__(self, measurement: Measurement, near_rest: NearRest = NearRest(),
                  unknown: NDArray[np.bool_] | None = None,
                  whitening: Whitening | None = None, parts: Parts | None = None,
-                 aside: Sequence[Shape] = (), shared: Array | None = None,
-                 borne: Sequence[int] = ()) -> None:
+                 aside: Sequence[Shape] = (), shared: Array | None = None) -> None:
         """
         Prepare filters, and use what is known of `parts` of the same measurement.
 
         Of each third balance so much of the second is taken out as is `shared` (n,) by noise.
 
-        Joints that are `turning` are valid where they turn round without a stop. Motor balances
-        are not valid where the torque of the motor is `unknown` (m, n). Those of links that are
-        `borne` by bearings with friction are not valid near rest. Balances may pass a `whitening`
-        filter, and what they have along the shapes `aside` is taken out of them.
+        Motor balances are valid `near_rest` where shafts turn round without a stop, those of links
+        not where bearings may hold them. Motor balances are not valid where the torque of the
+        motor is `unknown` (m, n). Balances may pass a `whitening` filter, and what they have along
+        the shapes `aside` is taken out of them.
         """
-        self.measurement, self.turning, self.unknown = measurement, tuple(turning), unknown
-        self.borne = tuple(borne)
+        self.measurement, self.near_rest, self.unknown = measurement, near_rest, unknown
         self.whitening, self.aside = whitening, tuple(aside)
         self.shared = np.zeros(len(measurement.labels)) if shared is None else shared
         self.every = max(1, round(1.0 / (RATE * measurement.dt)))
@@ -120,9 +125,9 @@ class Balancer:
 
     def but(self, **other: Any) -> 'Balancer':
         """Return these balances with something of what they are made of in another way."""
-        own = {'measurement': self.measurement, 'turning': self.turning, 'unknown': self.unknown,
-               'whitening': self.whitening, 'parts': self._parts, 'aside': self.aside,
-               'shared': self.shared, 'borne': self.borne}
+        own = {'measurement': self.measurement, 'near_rest': self.near_rest,
+               'unknown': self.unknown, 'whitening': self.whitening, 'parts': self._parts,
+               'aside': self.aside, 'shared': self.shared}
         return Balancer(**{**own, **other})
 
     def apart(self, arm: Arm) -> 'Balancer':
@@ -170,9 +175,10 @@ class Balancer:
 
     def __call__(self, arm: Arm) -> Balance:
         """Return the balances of an arm."""
+        turning, borne = self.near_rest
+        known = sensing(arm, range(len(arm.joints)), [MOTOR, LINK] if borne else [MOTOR])
         return Balance(self._in_balances(self._filtered_residual(arm)), self._valid.of(
-            sensing(arm, range(len(arm.joints)), [MOTOR, LINK] if self.borne else [MOTOR]),
-            lambda: self.valid_if_turning(arm, self.turning)))
+            known, lambda: self.valid_if_turning(arm, turning)))
 
     def change(self, arm: Arm, other: Arm) -> Array:
         """Return what the residual (m, c) of an arm has more than that of another [N*m]."""
@@ -343,8 +349,8 @@ class Balancer:
         """
         Return where the balances of an arm hold if these joints are turning (m, c).
 
-        Their filter has seen no end, no jolt, no motion that nobody knows, and those of motors
-        no standstill, as those of links on bearings with friction.
+        Their filter has seen no end, no jolt and no motion that nobody knows. Those of motors have
+        seen no standstill either, nor have those of links on bearings with friction.
         """
         reach = self._reach
         smooth = np.zeros(len(self._jolted), bool)
@@ -356,7 +362,7 @@ class Balancer:
             slow[:, joint] = _lasting(slow[:, joint], round(_STOP / self.measurement.dt))
         near = np.zeros((len(slow), 2 * slow.shape[1]), bool)
         near[:, :slow.shape[1]] = np.stack([_spread(column, reach) for column in slow.T], axis=1)
-        for joint in self.borne:
+        for joint in self.near_rest.borne:
             near[:, slow.shape[1] + joint] = _spread(self._slow(arm, joint, LINK), reach)
         valid = (smooth[:, None] & ~near)[::self.every]
         if self.unknown is not None:

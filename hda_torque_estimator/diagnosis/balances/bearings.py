@@ -39,6 +39,10 @@ class Opposed(NamedTuple):
     level: Array                    # most that they oppose or hold [N*m]
     holding: NDArray[np.bool_]
 
+    def during(self, rows: NDArray[np.intp]) -> 'Opposed':
+        """Return the rows that are asked for."""
+        return Opposed(self.torque[rows], self.level[rows], self.holding[rows])
+
 
 def opposed(arm: Arm, links: DifferentiatedAngle) -> Opposed:
     """Return what bearings oppose links that move, and which they may hold."""
@@ -50,7 +54,8 @@ def opposed(arm: Arm, links: DifferentiatedAngle) -> Opposed:
                    resting & (level > 0.0))
 
 
-def bearing_torques(bearings: Opposed, missed: Array, acceleration: Array, inertia: Array) -> Array:
+def bearing_torques(bearings: Opposed, missed: Array, acceleration: Array,
+                    inertia: Array) -> Array:
     """
     Return what bearings add to what links miss (h, n), where they may hold some of them [N*m].
 

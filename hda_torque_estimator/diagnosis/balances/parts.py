@@ -22,7 +22,7 @@ from hda_arm_sim.model.mass_matrices import mass_matrices
 import numpy as np
 
 from .base_motion import base_acceleration_under, base_direction, stirring
-from .bearings import bearing_torques, Opposed, opposed
+from .bearings import bearing_torques, opposed
 from .fields import key_of, KeysOfArms, places_of
 from .gears import Gears
 from .kernel_along import centred, deliver, fill_missed
@@ -179,8 +179,8 @@ class Parts:
             missed = self._needed_unfiltered(arm)[at] - np.stack(driving, axis=1)
             inertia = self._inertias.of(self._links_key(arm) + at.tobytes(),
                                         lambda: mass_matrices(arm, links.angle[at]))
-            added[at] = bearing_torques(Opposed(*(part[at] for part in bearings)), missed,
-                                        links.acceleration[at], inertia)
+            added[at] = bearing_torques(bearings.during(at), missed, links.acceleration[at],
+                                        inertia)
         return added
 
     def _swinging(self, arm: Arm) -> Array:

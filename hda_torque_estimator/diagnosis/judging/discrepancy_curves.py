@@ -6,7 +6,7 @@ of its rest. One with several numbers explains more than any single curve does. 
 stands in for another passes neither.
 """
 
-from collections.abc import Collection, Iterator, Mapping, MutableMapping
+from collections.abc import Collection, Iterator, Mapping, MutableMapping, Sequence
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -34,6 +34,7 @@ _MOTOR_ORDERS = (1, 2, 4, 6, 8, 12)  # waves per motor turn of curves without a 
 _ANY_SIZE = np.array([[0.0], [np.inf], [np.inf], [np.inf]])     # of a curve: nothing holds it
 _AT_REST = 1e-30        # mean square of a shape, below which nothing moved that makes it
 _RATED = ('joint_torque', 'motor_torque', 'motor_velocity')
+_OF_COMMANDS = 'motor_torque'           # of which a slow log keeps a part
 # Beside these two, what follows the torque lets a motor balance shrink with all of its noise.
 _SCALED = {name for name, sought in HYPOTHESES.items() if sought.scales}
 _SCALE = 'joint_torque^1'
@@ -117,8 +118,13 @@ class CurvesAtSite(NamedTuple):
 
 def curves_at_sites(fitter: Fitter, fit: Fit, joints: Collection[str],
                     quick: bool = False) -> Iterator[CurvesAtSite]:
-    """Yield every curve at these joints; quick ones may be of noise, and are there if asked."""
+    """
+    Yield every curve at these joints; quick ones may be of noise, and are there if asked.
+
+    What commands did between the samples of a log goes with their rates: nobody recorded it.
+    """
     time, arm = fitter.balancer.time, fitter.on(fit.terms)
+    rated = [name for name in _RATED if name != _OF_COMMANDS or fitter.balancer.is_commanded]
     coordinates = coordinates_of(fitter.balancer, arm)
     noisy = {} if quick else coordinates_of(fitter.balancer.noisier, arm)
     for place, label in enumerate(fitter.arm.labels):
@@ -128,8 +134,8 @@ def curves_at_sites(fitter: Fitter, fit: Fit, joints: Collection[str],
                           for each in (coordinates, noisy))
         forms = dict(_forms(time, along))
         for rates_of in (_rates, _quick_rates):
-            with_noise = {} if quick else dict(rates_of(time, noisier))
-            forms |= {name: rate for name, rate in rates_of(time, along) if quick or (
+            with_noise = {} if quick else dict(rates_of(time, noisier, rated))
+            forms |= {name: rate for name, rate in rates_of(time, along, rated) if quick or (
                 np.var(with_noise[name] - rate) <= IMMATERIAL * np.var(rate))}
         columns = np.stack(list(forms.values()), 1)
         shapes = columns / np.sqrt(np.maximum(np.mean(columns ** 2, axis=0), _AT_REST))
@@ -203,17 +209,19 @@ def _one_of(wide: Columns, number: int, count: int) -> Columns:
     return wide._replace(products=products, against=against)
 
 
-def _rates(time: Array, along: Mapping[str, Array]) -> Iterator[tuple[str, Array]]:
+def _rates(time: Array, along: Mapping[str, Array],
+           rated: Sequence[str]) -> Iterator[tuple[str, Array]]:
     """Yield rates (m,) of a motion, by what they are of."""
-    for name in _RATED:
+    for name in rated:
         for order, which in enumerate(('rate', 'second rate'), 1):
             yield f'{which} of {name}', gaussian_filter1d(
                 along[name], SMOOTH, order=order) * RATE ** order
 
 
-def _quick_rates(time: Array, along: Mapping[str, Array]) -> Iterator[tuple[str, Array]]:
+def _quick_rates(time: Array, along: Mapping[str, Array],
+                 rated: Sequence[str]) -> Iterator[tuple[str, Array]]:
     """Yield rates (m,) with all that they have at high frequency, noise as well."""
-    for name in _RATED:
+    for name in rated:
         rate = np.gradient(along[name], time)
         yield f'quick rate of {name}', rate
         yield f'quick second rate of {name}', np.gradient(rate, time)

@@ -21,7 +21,7 @@ from scipy.special import xlogy
 from scipy.stats import chi2
 
 from .over_gaps import blind_gaps, GAIN, KERNEL, laid, REACH, runs_of
-from .raw_cause import Counted, RawCause, WRONG
+from .raw_cause import HitSamples, RawCause, WRONG
 from .repeats import repeats_of
 from ..findings.gains import Gains
 from ..findings.report import FittedNumber
@@ -69,16 +69,18 @@ def lost_samples(slips: Slips, seen: Mask) -> RawCause | None:
     return RawCause(DroppedSamples(rate=rate), None, {RATE: FittedNumber(rate, '', low, high)},
                     score,
                     tuple((column, side) for column in range(joints) for side in range(sides)),
-                    counted=Counted(slips.slipped & slips.watched | slips.lost,
-                                    of_slips * slips.watched + of_lost))
+                    counted=HitSamples(
+                        slips.slipped & slips.watched | slips.lost,
+                        np.where(slips.watched, of_slips + of_lost, of_lost)))
 
 
 def counted_gains(cause: RawCause, given: Arm, spans: Spans, dt: float) -> Gains | None:
     """
     Return how far counts of wrong samples in stretches are from those that rates call for.
 
-    None of a cause that hits no single samples. They are compared by the deviance of Poisson, with
-    the rate of the cause and with that of the arm as `given`, or a tolerable one.
+    None of a cause that hits no single samples. They are compared by the deviance of Poisson
+    (eq:deviance). The rates are that of the cause, and that of the arm as `given`, or a tolerable
+    one.
     """
     if cause.counted is None:
         return None

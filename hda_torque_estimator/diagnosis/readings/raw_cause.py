@@ -21,7 +21,7 @@ TOLERABLE = 0.01        # rms by which samples slip, that nobody would call wron
 WRONG = TOLERABLE ** 2
 
 
-class Counted(NamedTuple):
+class HitSamples(NamedTuple):
     """Which samples (k,) a cause hit, and what share of each it hits at its own rate."""
 
     hit: Mask
@@ -38,7 +38,7 @@ class RawCause(NamedTuple):
     channels: tuple[tuple[int, int], ...]       # columns and sides of the readings that show it
     recording: int = 0                          # the one of several that shows it best
     forms: tuple[Effect, ...] = ()              # what another form of its law does beside it
-    counted: Counted | None = None              # of one that hits single samples
+    counted: HitSamples | None = None              # of one that hits single samples
 
     def on(self, arm: Arm) -> Arm:
         """Return the arm with this cause."""
