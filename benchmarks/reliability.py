@@ -20,7 +20,8 @@ def draw_diagram(results: Sequence[dict[str, Any]], path: Path) -> None:
     axes.plot([0.0, 1.0], [0.0, 1.0], color='0.7', linewidth=1.0)
     axes.plot(means, rights, 'o-', color='tab:blue')
     for mean, right, count in zip(means, rights, counts):
-        axes.annotate(str(count), (mean, right), textcoords='offset points', xytext=(6, -10))
+        axes.annotate(str(count), (mean, right), textcoords='offset points', xytext=(-8, -4),
+                      ha='right')
     axes.set(xlabel='probability stated', ylabel='share that is right', xlim=(0.0, 1.02),
              ylim=(0.0, 1.02), title=f'calibration error {calibration_error(pairs):.3f}')
     figure.savefig(path, dpi=150)
