@@ -189,27 +189,21 @@ def _locate(arm: ArmRecord, inertia: Inertia, w: Array, dt: float, begin: float,
 
 
 @compiled
-def release(arm: ArmRecord, inertia: Inertia, w: Array, begin: int) -> bool:
-    """
-    Let go the contacts that cannot hold now, from a side on; one link may pull the other loose.
-
-    The worst is let go first. Returns whether any was, so that the last slope is none of now.
-    """
-    is_loose = False
+def _release(arm: ArmRecord, inertia: Inertia, w: Array) -> None:
+    """Let go the contacts that cannot hold now; one link may pull the other loose."""
     for _ in range(SIDES * arm.joints.shape[0]):
         if not _sticks(arm, w):
-            break
+            return
         slope(arm, inertia, w, STATE, SLOPE_1)
         who, where, most = -1, 0, 0.0
         for j in range(arm.joints.shape[0]):
-            for side in range(begin, SIDES):
+            for side in range(SIDES):
                 excess = _overload(w, j, side)
                 if w[j, MODE + side] == 0.0 and w[j, BUDGET + side] > 0.0 and excess > most:
                     who, where, most = j, side, excess
         if who < 0:
-            return False
-        w[who, MODE + where], is_loose = np.sign(w[who, DRIVE + where]), True
-    return is_loose
+            return
+        w[who, MODE + where] = np.sign(w[who, DRIVE + where])
 
 
 @compiled
@@ -218,7 +212,7 @@ def _meet(arm: ArmRecord, inertia: Inertia, w: Array, event: Event) -> None:
     kind, joint, side = event
     w[joint, STATE + MOTOR_VELOCITY + SIDES * side] = 0.0
     w[joint, MODE + side] = 0.0
-    release(arm, inertia, w, 0)
+    _release(arm, inertia, w)
     if kind == _BREAK and w[joint, MODE + side] == 0.0:
         w[joint, MODE + side] = np.sign(w[joint, DRIVE + side])
 
@@ -234,7 +228,7 @@ def advance(arm: ArmRecord, inertia: Inertia, w: Array, dt: float) -> int:
     begin = 0.0
     events = 0
     set_input(arm, w, dt, begin, begin)
-    release(arm, inertia, w, 0)
+    _release(arm, inertia, w)
     while True:
         _runge_kutta(arm, inertia, w, dt, begin, 1.0)
         event = _first_event(arm, inertia, w)

@@ -2,11 +2,8 @@
 What link bearings do along a measured motion, beside what gears do (eq:balance-bearing).
 
 One that moves opposes its link, by a torque of its own joint alone. One at rest holds its link.
-That link is predicted to stay where it is, and the others to move as if it were a wall. But no
-bearing holds more than it opposes.
+That link is predicted to stay where it is, and the others to move as if it were a wall.
 """
-
-from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled, Record
@@ -32,56 +29,24 @@ def borne_by(arm: Arm) -> tuple[int, ...]:
                  if any_acts(joint, BEARING))
 
 
-class Opposed(NamedTuple):
-    """What bearings do to links that move, and which links they may hold (k, n)."""
-
-    torque: Array                   # on links that move [N*m]
-    level: Array                    # most that they oppose or hold [N*m]
-    holding: NDArray[np.bool_]
-
-    def during(self, rows: NDArray[np.intp]) -> 'Opposed':
-        """Return the rows that are asked for."""
-        return Opposed(self.torque[rows], self.level[rows], self.holding[rows])
-
-
-def opposed(arm: Arm, links: DifferentiatedAngle) -> Opposed:
-    """Return what bearings oppose links that move, and which they may hold."""
+def opposed(arm: Arm, links: DifferentiatedAngle) -> tuple[Array, NDArray[np.bool_]]:
+    """Return what bearings oppose links that move (k, n) [N*m], and which they hold (k, n)."""
     level = np.empty_like(links.angle)
     for joint in range(len(arm.joints)):
         _fill_level(arm.record().joints, joint, links.angle, level)
     resting = np.abs(links.velocity) <= REST
-    return Opposed(np.where(resting, 0.0, np.sign(links.velocity) * level), level,
-                   resting & (level > 0.0))
+    return np.where(resting, 0.0, np.sign(links.velocity) * level), resting & (level > 0.0)
 
 
-def bearing_torques(bearings: Opposed, missed: Array, acceleration: Array,
-                    inertia: Array) -> Array:
-    """
-    Return what bearings add to what links miss (h, n), where they may hold some of them [N*m].
-
-    `missed` is without bearings, and the mass matrices are `inertia` (h, n, n). A link that is
-    driven by more than its bearing holds slides, the one that is driven most before others.
-    """
-    torque, level, holding = bearings.torque.copy(), bearings.level, bearings.holding.copy()
-    while True:
-        added = _held(holding, missed + torque, acceleration, inertia) - missed
-        excess = np.where(holding, np.abs(added) - level, 0.0)
-        loose = np.flatnonzero(excess.max(axis=1) > 0.0)
-        if not len(loose):
-            return added
-        slides = loose, excess[loose].argmax(axis=1)
-        holding[slides], torque[slides] = False, np.sign(added[slides]) * level[slides]
-
-
-def _held(holding: NDArray[np.bool_], balance: Array, acceleration: Array,
-          inertia: Array) -> Array:
+def held(holding: NDArray[np.bool_], balance: Array, acceleration: Array,
+         inertia: Array) -> Array:
     """
     Return the link balances (h, n) where bearings hold some links, from those of free ones.
 
     The mass matrices are `inertia` (h, n, n).
     """
     found, which = balance.copy(), holding @ (1 << np.arange(holding.shape[1]))
-    for alike in np.unique(which[which > 0]):
+    for alike in np.unique(which):
         rows = np.flatnonzero(which == alike)
         still, free = np.flatnonzero(holding[rows[0]]), np.flatnonzero(~holding[rows[0]])
         matrix, moved = inertia[rows], acceleration[rows]

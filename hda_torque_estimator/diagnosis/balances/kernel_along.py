@@ -14,7 +14,6 @@ from hda_arm_sim.model.arm import ArmRecord
 from hda_arm_sim.model.effect_loops import record_at
 from hda_arm_sim.model.effects.catalogue import sole_at
 from hda_arm_sim.model.effects.place import Bent, BRISTLES, Commanded, WIRE
-from hda_arm_sim.model.integrate import release
 from hda_arm_sim.model.kernel import (AXES, BASE_OFFSET, BASE_RATE, bends, BRISTLE, bristles_of,
                                       COMMAND, LINK_ANGLE, LINK_VELOCITY, MODE, MOTOR_ANGLE,
                                       MOTOR_VELOCITY, NOW, REGISTERS, settle, shaft_side, slope,
@@ -29,7 +28,6 @@ from .sensed_motion import JointMotion
 
 # Numerics; choices unless stated otherwise.
 REST = 2e-3             # link speed at which a bearing may stick [rad/s]
-BEARING_SIDE = 1        # of a joint's contacts: motors move as they were measured (layout)
 MEASURED = 4           # states that a motion gives; the kernel's others are its memory (layout)
 _wire_of, _bent_after = record_at(WIRE), sole_at(BRISTLES).law_after
 
@@ -83,8 +81,6 @@ def fill_along(arm: ArmRecord, inertia: Inertia, driven: Driven, dt: float, resi
             for i in range(MEASURED, STATES):
                 memory[k, j, i - MEASURED] = w[j, STATE + i]
         slope(arm, links, w, STATE, SLOPE_1)
-        if release(arm, links, w, BEARING_SIDE):
-            slope(arm, links, w, STATE, SLOPE_1)
         settle(arm, w)
         missed_torques(arm, links, w, acceleration[k], residual[k])
 

@@ -22,7 +22,7 @@ from hda_arm_sim.model.mass_matrices import mass_matrices
 import numpy as np
 
 from .base_motion import base_acceleration_under, base_direction, stirring
-from .bearings import bearing_torques, opposed
+from .bearings import held, opposed
 from .fields import key_of, KeysOfArms, places_of
 from .gears import Gears
 from .kernel_along import centred, deliver, fill_missed
@@ -172,15 +172,15 @@ class Parts:
     def _bearing(self, arm: Arm) -> Array:
         """Return what bearings add to what links miss (k, n)."""
         links = self._courses(arm)
-        bearings = opposed(arm, links)
-        added, at = bearings.torque, np.flatnonzero(bearings.holding.any(axis=1))
+        added, holding = opposed(arm, links)
+        at = np.flatnonzero(holding.any(axis=1))
         if len(at):
             driving = [self._gears.torques(arm, joint).driving[at] for joint in self._joints]
             missed = self._needed_unfiltered(arm)[at] - np.stack(driving, axis=1)
             inertia = self._inertias.of(self._links_key(arm) + at.tobytes(),
                                         lambda: mass_matrices(arm, links.angle[at]))
-            added[at] = bearing_torques(bearings.during(at), missed, links.acceleration[at],
-                                        inertia)
+            added[at] = held(holding[at], missed + added[at], links.acceleration[at],
+                             inertia) - missed
         return added
 
     def _swinging(self, arm: Arm) -> Array:
