@@ -82,6 +82,11 @@ def any_acts(owner: Any, *places: Place) -> bool:
                for effect in effects_at(place) for number in effect.acts)
 
 
+def where_acts(owners: Any, *places: Place) -> tuple[int, ...]:
+    """Return which of many owners an effect does anything to at one of these places."""
+    return tuple(number for number, owner in enumerate(owners) if any_acts(owner, *places))
+
+
 def total_at(place: Place, law: str, owner: Any, at: Any) -> float:
     """Return what `added` returns from zero on, of one owner and outside of compiled code."""
     return float(sum(getattr(effect, law)(owner[effect.name], at) for effect in effects_at(place)

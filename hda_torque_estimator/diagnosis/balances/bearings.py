@@ -8,7 +8,7 @@ That link is predicted to stay where it is, and the others to move as if it were
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.foundation.compiled import compiled, Record
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effect_loops import any_acts
+from hda_arm_sim.model.effect_loops import any_acts, where_acts
 from hda_arm_sim.model.effects.place import BEARING
 from hda_arm_sim.model.link_side import bearing_level
 import numpy as np
@@ -25,8 +25,7 @@ def bearings_act(arm: Arm) -> bool:
 
 def borne_by(arm: Arm) -> tuple[int, ...]:
     """Return the places of the joints whose links bearings may oppose or hold."""
-    return tuple(place for place, joint in enumerate(arm.record().joints)
-                 if any_acts(joint, BEARING))
+    return where_acts(arm.record().joints, BEARING)
 
 
 def opposed(arm: Arm, links: DifferentiatedAngle) -> tuple[Array, NDArray[np.bool_]]:

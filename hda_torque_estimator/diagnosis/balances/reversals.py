@@ -10,7 +10,7 @@ bristles it does not stick, and its friction is known there as everywhere.
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.chain_links import ChainLinks
-from hda_arm_sim.model.effect_loops import any_acts
+from hda_arm_sim.model.effect_loops import where_acts
 from hda_arm_sim.model.effects.place import BRISTLES
 import numpy as np
 
@@ -27,8 +27,7 @@ _LOUD = STANDS_OUT / IMMATERIAL
 
 def bristled(arm: Arm) -> tuple[int, ...]:
     """Return the places of the joints where bristles act, so that dry friction never sticks."""
-    return tuple(place for place, joint in enumerate(arm.record().joints)
-                 if any_acts(joint, BRISTLES))
+    return where_acts(arm.record().joints, BRISTLES)
 
 
 def turning_round(balancer: Balancer, arm: Arm, noise: Array) -> tuple[int, ...]:

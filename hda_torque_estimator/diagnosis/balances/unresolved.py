@@ -36,10 +36,10 @@ def unresolved(balancer: Balancer, arm: Arm, noise: Array) -> tuple[int, ...]:
     of_noise = _change(balancer.noisier, arm) - ours
     valid, starts = balancer(arm).valid, np.arange(0, len(ours), round(_WINDOW * RATE))
     rows = np.add.reduceat(valid, starts, axis=0, dtype=np.float64)
-    power, usual = (np.add.reduceat(np.where(valid, change ** 2, 0.0), starts, axis=0)
-                    for change in (ours, of_noise))
+    power = np.add.reduceat(np.where(valid, ours ** 2, 0.0), starts, axis=0)
     share = np.sqrt(power / np.maximum(rows, 1.0)) / noise
-    made = np.sqrt(usual.sum(axis=0) / np.maximum(rows.sum(axis=0), 1.0)) / noise
+    usual = (of_noise ** 2).sum(axis=0, where=valid)
+    made = np.sqrt(usual / np.maximum(rows.sum(axis=0), 1.0)) / noise
     is_off = (share > np.maximum(LOUD * made, HARDLY)).any(axis=1)
     window = (balancer.measurement.time / _WINDOW).astype(np.intp)
     return tuple(np.flatnonzero(is_off[np.minimum(window, len(is_off) - 1)]).tolist())

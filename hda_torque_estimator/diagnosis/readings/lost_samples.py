@@ -35,7 +35,7 @@ _PASSES = 12            # slipped samples next to each other come to light one b
 _RATES = 200            # that are tried
 _CHANCE = 0             # seed of counts that chance makes
 _FEWEST = 1e-12         # wrong samples of a stretch in which none can be
-RATE = 'rate'
+_RATE = 'rate'           # of what is lost
 
 
 class Slips(NamedTuple):
@@ -66,7 +66,7 @@ def lost_samples(slips: Slips, seen: Mask) -> RawCause | None:
     low, high = (rate * float(0.5 * chi2.ppf(share, 2 * hits + more) / hits)
                  for share, more in ((0.05, 0), (0.95, 2)))
     joints, sides = slips.reading.shape[1:]
-    return RawCause(DroppedSamples(rate=rate), None, {RATE: FittedNumber(rate, '', low, high)},
+    return RawCause(DroppedSamples(rate=rate), None, {_RATE: FittedNumber(rate, '', low, high)},
                     score,
                     tuple((column, side) for column in range(joints) for side in range(sides)),
                     counted=HitSamples(
@@ -87,8 +87,8 @@ def counted_gains(cause: RawCause, given: Arm, spans: Spans, dt: float) -> Gains
     rows = [slice(round(begin / dt), round(end / dt)) for begin, end in spans]
     hits, due = (np.array([part[row].sum() for row in rows], np.float64)
                  for part in cause.counted)
-    rate = getattr(cause.effect, RATE)
-    usual = max(getattr(given.effect(cause.effect.name, None), RATE), WRONG)
+    rate = cause.numbers[_RATE].value
+    usual = max(getattr(given.effect(cause.effect.name, None), _RATE), WRONG)
     drawn = np.random.default_rng(_CHANCE).poisson(due)
     return Gains(*(_deviance(*each) for each in (
         (hits, due * usual / rate), (hits, due), (drawn, due))))
@@ -103,7 +103,7 @@ def _deviance(hits: Array, due: Array) -> Array:
 def smallest_rate(slips: Slips, seen: Mask) -> float | None:
     """Return the smallest share of slipped samples that rows `seen` would show, or None."""
     watched = int((slips.watched & seen).sum())
-    rates = np.geomspace(WRONG, DroppedSamples.declaration(RATE).high, _RATES).tolist()
+    rates = np.geomspace(WRONG, DroppedSamples.declaration(_RATE).high, _RATES).tolist()
     return next((rate for rate in rates if rate * watched >= 1.0
                  and _evidence(round(rate * watched), rate) > SCORE_BAR), None)
 

@@ -38,7 +38,7 @@ class RawCause(NamedTuple):
     channels: tuple[tuple[int, int], ...]       # columns and sides of the readings that show it
     recording: int = 0                          # the one of several that shows it best
     forms: tuple[Effect, ...] = ()              # what another form of its law does beside it
-    counted: HitSamples | None = None              # of one that hits single samples
+    counted: HitSamples | None = None           # of one that hits single samples
 
     def on(self, arm: Arm) -> Arm:
         """Return the arm with this cause."""

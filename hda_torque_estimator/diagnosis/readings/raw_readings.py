@@ -137,10 +137,10 @@ def raw_findings(raw: RawReadings, measured: Measurement, balancer: Balancer, gi
         whole = extended_by([other for other in raw.causes if other is cause
                              or other.effect.name not in ON_THEIR_WAY], extended)
         spans = within(held_out, piece, measured.dt)
-        gain = (counted_gains(cause, given, spans, measured.dt) or _gains(
-            cause, (raw.stamped if cause.effect.name == ClockJitter.name
-                    else raw.on_time).recordings()[place],
-            _simulation(cause, raw, balancer, extended), given, whole, spans)).gain()
+        shown = raw.stamped if cause.effect.name == ClockJitter.name else raw.on_time
+        gain = (counted_gains(cause, given, spans, measured.dt)
+                or _gains(cause, shown.recordings()[place], _simulation(
+                    cause, raw, balancer, extended), given, whole, spans)).gain()
         odds = float(np.exp(min(0.5 * cause.score, 700.0)))
         evidence = Evidence(cause.score, SCORE_BAR, None, odds)
         gaining.append(Finding(cause.effect.name, cause.joint, cause.effect.site.value,
