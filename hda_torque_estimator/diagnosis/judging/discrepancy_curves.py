@@ -17,6 +17,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from ..balances.balance import RATE
 from ..balances.coordinates import coordinates_of
+from ..balances.loop_noise import noisier_commands
 from ..findings.rest import GEAR, SENSOR
 from ..fitting.fit import Fit, Fitter, room
 from ..fitting.hypotheses import HYPOTHESES
@@ -127,6 +128,8 @@ def curves_at_sites(fitter: Fitter, fit: Fit, joints: Collection[str],
     rated = [name for name in _RATED if name != _OF_COMMANDS or fitter.balancer.is_commanded]
     coordinates = coordinates_of(fitter.balancer, arm)
     noisy = {} if quick else coordinates_of(fitter.balancer.noisier, arm)
+    if noisy and _OF_COMMANDS in rated:
+        noisy[_OF_COMMANDS] = noisier_commands(fitter.balancer)[::fitter.balancer.every]
     for place, label in enumerate(fitter.arm.labels):
         if label not in joints:
             continue
