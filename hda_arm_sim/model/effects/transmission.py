@@ -187,7 +187,9 @@ class LoadedKinematicError(Effect):
     acts: ClassVar[tuple[str, ...]] = ('amplitude',)
     law = staticmethod(loaded_error)
     law_slope = staticmethod(loaded_error_slope)
+    # (source: a wave that follows the torque with its sign, not its size)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        varies=('joint_torque', 'load_sense'), reach=0.3,
         waves={('amplitude', 'phase'): 5e-07}, alike=('kinematic_error',),
         experiment='constant speed off the resonance, unloaded and at half the rated torque')
     typical: ClassVar[Typical | None] = Typical({'amplitude': 3e-06}, {'phase': 0.5})
