@@ -87,8 +87,9 @@ class CarriedMoments(Chart):
     """
     Mass, centre and radius of gyration of a body, as the moments in which an arm is linear.
 
-    They are mass, mass times each number of the centre, and inertia about the centre. The first
-    name is the mass, the last the radius. A body without mass has no centre and no radius.
+    They are mass, mass times each number of the centre, and inertia about where the centre is
+    zero. The first name is the mass, the last the radius. A body without mass has no centre and
+    no radius.
     """
 
     @property
@@ -105,21 +106,24 @@ class CarriedMoments(Chart):
     def unknowns(self, owner: Any) -> tuple[float, ...]:
         """Return the moments."""
         mass, *centre, radius = (getattr(owner, name) for name in self.names)
-        return mass, *(mass * number for number in centre), mass * radius * radius
+        away = sum(number * number for number in centre)
+        return mass, *(mass * number for number in centre), mass * (radius * radius + away)
 
     def numbers(self, unknowns: Sequence[float]) -> dict[str, float]:
-        """Return the numbers by their names, no radius where the inertia would be less than 0."""
+        """Return the numbers by their names, no radius where the inertia is too small for one."""
         mass, *moments, inertia = map(float, unknowns)
         per = 1.0 / mass if mass > 0.0 else 0.0
-        return dict(zip(self.names, (mass, *(per * moment for moment in moments),
-                                     math.sqrt(max(per * inertia, 0.0)))))
+        centre = [per * moment for moment in moments]
+        away = sum(number * number for number in centre)
+        return dict(zip(self.names, (mass, *centre, math.sqrt(max(per * inertia - away, 0.0)))))
 
     def deviations(self, owner: Any, covariance: Array) -> Array:
         """Return how unsure the numbers are, of the radius its square, by that of the moments."""
-        mass, *centre, radius = (getattr(owner, name) for name in self.names)
-        per = 1.0 / mass if mass > 0.0 else 0.0
+        mass, *numbers, radius = (getattr(owner, name) for name in self.names)
+        per, centre = 1.0 / mass if mass > 0.0 else 0.0, np.array(numbers)
         slopes = per * np.eye(self.size)
-        slopes[1:, 0] = -per * np.array([*centre, radius * radius])
+        slopes[1:-1, 0] = -per * centre
+        slopes[-1, :-1] = per * np.array([centre @ centre - radius * radius, *(-2.0 * centre)])
         slopes[0, 0] = 1.0
         return super().deviations(owner, slopes @ covariance @ slopes.T)
 
