@@ -64,34 +64,41 @@ def look(fitter: Fitter, first: Fit, fit: Fit, names: Sequence[str]) -> Round:
     promising = [prospect for prospect in prospects
                  if fit.score - prospect.score > threshold(fitter, prospect.term)]
     refused, small = set[Place](), list[Fit]()
-    for tried in _in_turn(fitter, fit, promising):
+    for tried, noisy in _in_turn(fitter, fit, promising):
         are = [standing(fitter, first, fit, trial, trial.accepted[-1]) for trial in tried]
         causes = [trial for trial, is_ in zip(tried, are) if is_ is Standing.CAUSE]
         refused |= {place_of(trial) for trial in tried} - {place_of(trial) for trial in causes}
         if causes:
             best, other, gap = leading(fitter, fit, causes, [
-                prospect for prospect in prospects if prospect.term.place not in refused])
+                prospect for prospect in prospects if prospect.term.place not in refused
+                and prospect.term.joint not in noisy])
             settled = fitter.fit(best.accepted, best.nuisance)
             return Round(fit, (settled, _reason(fitter, fit, best, other, gap)))
         small += [trial for trial, is_ in zip(tried, are) if is_ is Standing.SMALL]
-        if len(fit.accepted) < MANY:        # what is left of few is no sum of many others
-            break
     return Round(fit, None, tuple(small))
 
 
-def _in_turn(fitter: Fitter, fit: Fit, promising: list[Prospect]) -> Iterator[list[Fit]]:
+def _in_turn(fitter: Fitter, fit: Fit,
+             promising: list[Prospect]) -> Iterator[tuple[list[Fit], set[str | None]]]:
     """
     Yield the fits of the most promising causes to the end, and then those of the next ones.
 
+    With them go the joints at which those before were none.
     What explains most may be none: many small imperfections together look like a large one. So
-    beside many causes all that were fitted with two steps are asked, until one is.
+    beside many causes all that were fitted with two steps are asked, until one is. Where noise is
+    what a joint seems to have, it says nothing of another: the best of that are asked next.
     """
-    trials = sorted(refits(fitter, fit, [each.term for each in _first_places(promising)]),
-                    key=lambda trial: _cost(fitter, trial))
-    places = list(dict.fromkeys(map(place_of, trials)))
-    for begin in range(0, len(places), _FINALISTS):
-        some = places[begin:begin + _FINALISTS]
-        yield exact(fitter, [trial for trial in trials if place_of(trial) in some])
+    noisy = set[str | None]()
+    while promising:
+        trials = sorted(refits(fitter, fit, [each.term for each in _first_places(promising)]),
+                        key=lambda trial: _cost(fitter, trial))
+        places = list(dict.fromkeys(map(place_of, trials)))
+        of_few = len(fit.accepted) < MANY       # what is left of few is no sum of many others
+        for begin in range(0, _FINALISTS if of_few else len(places), _FINALISTS):
+            some = places[begin:begin + _FINALISTS]
+            yield exact(fitter, [trial for trial in trials if place_of(trial) in some]), noisy
+        noisy = noisy | {None, *(each.term.joint for each in _first_places(promising))}
+        promising = [each for each in promising if each.term.joint not in noisy]
 
 
 def _reason(fitter: Fitter, fit: Fit, best: Fit, other: Term | None, gap: float) -> Reason:
