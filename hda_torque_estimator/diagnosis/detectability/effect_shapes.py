@@ -5,9 +5,10 @@ from dataclasses import replace
 from typing import Any
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import Effect, effect_named
+from hda_arm_sim.model.effects import CableSpring, Effect, effect_named, StribeckFriction
 from hda_arm_sim.model.effects.hypothesis import SearchStart
 from hda_arm_sim.model.effects.place import LIMIT
+from hda_arm_sim.model.kernel import LINK_ANGLE
 import numpy as np
 
 from ..fitting.fit import Fitter
@@ -15,8 +16,8 @@ from ..fitting.hypotheses import HYPOTHESES, is_richer, terms_of
 from ...least_squares.term import looked_for, Term
 
 # Whose shapes nobody chooses: the faintest counts.
-AT_LEAST_SEEN = tuple(name for name, sought in HYPOTHESES.items()
-                      if sought.start is SearchStart.SWING)
+AT_LEAST_SEEN = (StribeckFriction.name, *(name for name, sought in HYPOTHESES.items()
+                                          if sought.start is SearchStart.SWING))
 # Numerics; choices unless stated otherwise.
 _CLIPPED = (0.6, 0.8, 0.92, 1.0)    # limits of torque, over the largest command: one a start
 _TOUCH = 1.0            # duration of a contact [s]
@@ -26,7 +27,7 @@ _SWINGS = (0.0, 0.5 * np.pi)        # directions of it, along x and y [rad]
 
 def shapes(fitter: Fitter, arm: Arm, name: str) -> Iterator[Term]:
     """Yield an effect at every place in the shapes in which it is looked for, or some of them."""
-    kind, start = effect_named(name), HYPOTHESES[name].start
+    kind, start, resting = effect_named(name), HYPOTHESES[name].start, set()
     for number, term in enumerate(terms_of(arm, name)):
         if start is SearchStart.TOUCH:
             yield looked_for(_touch(fitter, kind), None, {}, {('force', 'direction'): 1.0}, {})
@@ -37,6 +38,10 @@ def shapes(fitter: Fitter, arm: Arm, name: str) -> Iterator[Term]:
             continue
         elif kind.place is LIMIT:
             yield _clipped(fitter, arm, term, _CLIPPED[number % len(_CLIPPED)])
+        elif name == CableSpring.name:
+            if term.place not in resting:
+                yield _amid(fitter, arm, term)
+            resting.add(term.place)
         else:
             yield term
 
@@ -60,6 +65,12 @@ def _touch(fitter: Fitter, kind: Any) -> Effect:
     longest = max(zip(time[edges[::2]], time[edges[1::2]]), key=lambda span: span[1] - span[0])
     contact: Effect = kind(onset=float(0.5 * sum(longest) - 0.5 * _TOUCH), duration=_TOUCH)
     return contact
+
+
+def _amid(fitter: Fitter, arm: Arm, term: Term) -> Term:
+    """Return a cable that rests amid the travel of its link, where it shows least."""
+    travel = fitter.balancer.motion(arm).state[:, arm.labels.index(str(term.joint)), LINK_ANGLE]
+    return replace(term, effect=replace(term.effect, rest_angle=float(travel.mean())))
 
 
 def _clipped(fitter: Fitter, arm: Arm, term: Term, share: float) -> Term:
