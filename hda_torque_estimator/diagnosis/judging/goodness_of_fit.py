@@ -32,7 +32,7 @@ from ..findings.rest import GEAR, SENSOR
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Place, Term
-from ...significance import IMMATERIAL, MANY, MATERIAL, MOSTLY, NEARLY_ALL, SCORE_BAR
+from ...significance import CERTAIN, IMMATERIAL, MANY, MATERIAL, MOSTLY, NEARLY_ALL, SCORE_BAR
 
 Array = NDArray[np.float64]
 # Judgement; choices unless stated otherwise.
@@ -102,7 +102,8 @@ def _judged(fitter: Fitter, found: SearchResult, doubted: Sequence[Term]) -> Goo
     noisy = MATERIAL ** 2 * _unsure(fit)
     bar = noisy + allowed
     if (left > bar).any():
-        left = np.minimum(left, _left_at_all_frequencies(fitter, fit))
+        left = np.where(_followed(fitter, other, left), left,
+                        np.minimum(left, _left_at_all_frequencies(fitter, fit)))
     if (others := _where_none_acts(fitter, fit) & (left > bar)).any():
         left = left - np.where(others, _of_itself(fitter, fit), 0.0)
     beyond = beyond_tolerance(fitter, fit, allowed) if fit.accepted else np.zeros_like(noise)
@@ -201,6 +202,17 @@ def _left_at_all_frequencies(fitter: Fitter, fit: Fit) -> Array:
     noise = np.minimum(*(noise_of(balancer, each)[0] for each in (fitter.arm, arm)))
     power = _power(balance.residual, balance.valid)
     return np.asarray(power / np.maximum(noise, 1e-300) ** 2 - 1.0)
+
+
+def _followed(fitter: Fitter, fit: Fit, left: Array) -> NDArray[np.bool_]:
+    """Return in which channels (c,) a curve explains most of what is `left`, for certain."""
+    followed = np.zeros(len(left), bool)
+    rows = fitter.effective * fitter.valid(fit.balance).sum(axis=0)
+    for label, curve in best_curves(fitter, fit, fitter.arm.labels).items():
+        shown = list(sites(fitter, label)[curve.site])
+        explained = np.expm1(curve.improvement / np.maximum(rows[shown].sum(), 1.0))
+        followed[shown] = curve.improvement > CERTAIN and explained > MOSTLY * left[shown].min()
+    return followed
 
 
 def _where_none_acts(fitter: Fitter, fit: Fit) -> NDArray[np.bool_]:
