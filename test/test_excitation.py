@@ -10,6 +10,7 @@ from functools import cache
 from hda_arm_sim.foundation.parameter import ParameterError
 from hda_arm_sim.model.arm import ArmError
 from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.model.kernel import LINK_ANGLE
 from hda_arm_sim.motions import motion
 from hda_torque_estimator.diagnosis.detectability.excitation import asked
 from hda_torque_estimator.diagnosis.detectability.visibility import Imagined, Visibility
@@ -81,6 +82,22 @@ def test_an_effect_is_found_above_the_smallest_size_and_not_below(effect, joint,
         hidden = hide(effect, joint, **{number: share * size}, **shape)
         found = diagnose(measured([hidden]), ARM).diagnosis
         assert [(one.effect, one.joint) for one in found.findings] == findings
+
+
+def test_the_size_of_a_cable_shows_wherever_it_rests():
+    """Nobody chooses where: the place within the travel of its link counts that shows least."""
+    evidence = healthy().evidence
+    fitter, fit = evidence.fitter, evidence.fit
+    travel = fitter.balancer.motion(fitter.arm).state[:, 1, LINK_ANGLE]
+    judge, sizes = Visibility(fitter, SearchResult(fit, fit, ()), fit), []
+    for rest_angle in np.linspace(travel.min(), travel.max(), 5):
+        start = next(term for term in terms_of(fitter.arm, 'cable_spring')
+                     if term.joint == 'joint2')
+        start = replace(start, effect=replace(start.effect, rest_angle=float(rest_angle)))
+        (_, shift), = shifts(fitter, fit, [start])
+        sizes.append(start.all_steps()[0] * judge.least(start, Imagined(shift, 0.0), 1e6))
+    assert max(sizes) > 1.2 * min(sizes)
+    assert smallest('cable_spring', 'joint2') > 0.95 * max(sizes)
 
 
 def test_every_effect_at_every_place_has_its_row():

@@ -39,3 +39,20 @@ def test_where_what_explains_most_is_no_cause_the_next_ones_are_asked(fitter, mo
     assert len(asked) == len(set(asked)) == refused + 1
     assert found.step[0].accepted[-1].place == asked[-1]
     assert found.step[1].runner_up is None or found.step[1].runner_up.place not in asked
+
+
+def test_what_noise_makes_of_one_joint_hides_nothing_of_another(fitter, monkeypatch):
+    """The first is refused, and the best of the other joint is held against its own runner-up."""
+    monkeypatch.setattr(forward_selection, '_CANDIDATES', 1)
+    asked = []
+
+    def standing(fitter, first, without, extended, term):
+        asked.append(term.place)
+        return Standing.CAUSE if len(asked) > 1 else Standing.CHANCE
+
+    monkeypatch.setattr(forward_selection, 'standing', standing)
+    step, reason = forward_selection.look(fitter, fitter.first, fitter.first, NAMES).step
+    (_, refused), (_, taken) = asked
+    assert {refused, taken} == {'joint1', 'joint2'}
+    assert step.accepted[-1].place == asked[-1]
+    assert reason.runner_up.joint == taken

@@ -213,7 +213,9 @@ class Backlash(Effect):
     acts: ClassVar[tuple[str, ...]] = ('half_width',)
     law = staticmethod(played_torsion)
     law_rate = staticmethod(played_rate)
+    # (source: walls that are rounded by half of the play leave 0.012 to sharp ones)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
+        varies=('joint_torque',), reach=0.02,
         free={'half_width': 2e-05}, grid={'half_width': (5e-05, 0.00015)},
         alike=('wave_generator_compliance', 'torsional_hysteresis'), form_share=0.08,
         experiment=TORQUE_LOOPS, doubts={'half_width': (0.1, 'half_width')})

@@ -16,8 +16,8 @@ from ..fitting.hypotheses import HYPOTHESES, is_richer, terms_of
 from ...least_squares.term import looked_for, Term
 
 # Whose shapes nobody chooses: the faintest counts.
-AT_LEAST_SEEN = (StribeckFriction.name, *(name for name, sought in HYPOTHESES.items()
-                                          if sought.start is SearchStart.SWING))
+AT_LEAST_SEEN = (CableSpring.name, StribeckFriction.name, *(
+    name for name, sought in HYPOTHESES.items() if sought.start is SearchStart.SWING))
 # Numerics; choices unless stated otherwise.
 _CLIPPED = (0.6, 0.8, 0.92, 1.0)    # limits of torque, over the largest command: one a start
 _TOUCH = 1.0            # duration of a contact [s]
@@ -27,7 +27,7 @@ _SWINGS = (0.0, 0.5 * np.pi)        # directions of it, along x and y [rad]
 
 def shapes(fitter: Fitter, arm: Arm, name: str) -> Iterator[Term]:
     """Yield an effect at every place in the shapes in which it is looked for, or some of them."""
-    kind, start, resting = effect_named(name), HYPOTHESES[name].start, set()
+    kind, start = effect_named(name), HYPOTHESES[name].start
     for number, term in enumerate(terms_of(arm, name)):
         if start is SearchStart.TOUCH:
             yield looked_for(_touch(fitter, kind), None, {}, {('force', 'direction'): 1.0}, {})
@@ -39,9 +39,7 @@ def shapes(fitter: Fitter, arm: Arm, name: str) -> Iterator[Term]:
         elif kind.place is LIMIT:
             yield _clipped(fitter, arm, term, _CLIPPED[number % len(_CLIPPED)])
         elif name == CableSpring.name:
-            if term.place not in resting:
-                yield _amid(fitter, arm, term)
-            resting.add(term.place)
+            yield from _resting(fitter, arm, term)
         else:
             yield term
 
@@ -67,10 +65,11 @@ def _touch(fitter: Fitter, kind: Any) -> Effect:
     return contact
 
 
-def _amid(fitter: Fitter, arm: Arm, term: Term) -> Term:
-    """Return a cable that rests amid the travel of its link, where it shows least."""
+def _resting(fitter: Fitter, arm: Arm, term: Term) -> Iterator[Term]:
+    """Yield a cable that rests at either end of its link's travel, and in the middle."""
     travel = fitter.balancer.motion(arm).state[:, arm.labels.index(str(term.joint)), LINK_ANGLE]
-    return replace(term, effect=replace(term.effect, rest_angle=float(travel.mean())))
+    for rest_angle in (travel.min(), travel.mean(), travel.max()):
+        yield replace(term, effect=replace(term.effect, rest_angle=float(rest_angle)))
 
 
 def _clipped(fitter: Fitter, arm: Arm, term: Term, share: float) -> Term:
