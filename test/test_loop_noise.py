@@ -1,11 +1,11 @@
 """A loop repeats the noise of its readings in its commands, and its log says by how much."""
 
 from hda_arm_sim.model.files import read_arm
+from hda_arm_sim.motions import motion
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.loop_noise import noisier_commands
 from hda_torque_estimator.measurements.measurement import Measurement
 from hda_torque_estimator.simulating.closed_loop import run
-from hda_arm_sim.motions import motion
 import numpy as np
 import pytest
 
