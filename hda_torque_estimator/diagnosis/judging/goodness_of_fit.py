@@ -205,7 +205,11 @@ def _left_at_all_frequencies(fitter: Fitter, fit: Fit) -> Array:
 
 
 def _followed(fitter: Fitter, fit: Fit, left: Array) -> NDArray[np.bool_]:
-    """Return in which channels (c,) a curve explains most of what is `left`, for certain."""
+    """
+    Return in which channels (c,) a curve explains most of what is `left`, for certain.
+
+    What it leaves itself counts as noise there.
+    """
     followed = np.zeros(len(left), bool)
     rows = fitter.effective * fitter.valid(fit.balance).sum(axis=0)
     for label, curve in best_curves(fitter, fit, fitter.arm.labels).items():
