@@ -219,7 +219,6 @@ def test_without_a_twin_nothing_is_chance():
     pytest.param('cable_spring', 'progressive', 780325, 1000, marks=pytest.mark.study),
     pytest.param('payload', 'own_inertia', 799240, 1000, marks=pytest.mark.study),
     pytest.param('backlash', 'rounded', 799244, 1000, marks=pytest.mark.study),
-    pytest.param('link_inertia_error', 'mass', 799269, 250, marks=pytest.mark.study),
     ('torque_ripple', 'with_torque', 630053, None)])
 def test_a_cause_is_named_whose_law_has_another_form(effect, form, seed, rate):
     world = worlds.draw(seed, (effect,), motion='rich', rate=rate)

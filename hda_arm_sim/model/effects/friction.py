@@ -193,7 +193,7 @@ class StribeckFriction(Effect):
     # (source: half as strong again one way)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         varies=('motor_velocity', 'sense', 'joint_torque', 'load_sense'), reach=0.3,
-        free={'excess': 0.01, 'speed': 1.0}, grid={'speed': (3.0, 10.0, 25.0)},
+        free={'excess': 0.01, 'speed': 1.0}, grid={'speed': (3.0, 10.0, 25.0)}, faintest=True,
         alike=('coulomb_friction', 'presliding_friction', 'motor_cogging'), form_error=0.02,
         contains=('sense below 5 rad/s', 'sense below 20 rad/s'), experiment=SLOW)
     typical: ClassVar[Typical | None] = Typical({'excess': 0.02}, {'speed': 8.0})

@@ -213,7 +213,7 @@ class CableSpring(Effect):
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
         varies=('link_angle',), reach=0.02,
         free={'stiffness': 0.3, 'rest_angle': 0.3}, grid={'rest_angle': (-1.5, 1.5)},
-        stands={'rest_angle': 1.5},
+        stands={'rest_angle': 1.5}, faintest=True, rests='rest_angle',
         contains=('link_angle^1',),         # one that rests where the angle is zero
         alike=('base_tilt',), experiment='a slow sweep of the whole range')
     typical: ClassVar[Typical | None] = Typical({'stiffness': 0.8}, {'rest_angle': 0.5})

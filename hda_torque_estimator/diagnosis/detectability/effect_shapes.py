@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from hda_arm_sim.model.arm import Arm
-from hda_arm_sim.model.effects import CableSpring, Effect, effect_named, StribeckFriction
+from hda_arm_sim.model.effects import Effect, effect_named
 from hda_arm_sim.model.effects.hypothesis import SearchStart
 from hda_arm_sim.model.effects.place import LIMIT
 from hda_arm_sim.model.kernel import LINK_ANGLE
@@ -16,8 +16,8 @@ from ..fitting.hypotheses import HYPOTHESES, is_richer, terms_of
 from ...least_squares.term import looked_for, Term
 
 # Whose shapes nobody chooses: the faintest counts.
-AT_LEAST_SEEN = (CableSpring.name, StribeckFriction.name, *(
-    name for name, sought in HYPOTHESES.items() if sought.start is SearchStart.SWING))
+AT_LEAST_SEEN = tuple(name for name, sought in HYPOTHESES.items()
+                      if sought.faintest or sought.start is SearchStart.SWING)
 # Numerics; choices unless stated otherwise.
 _CLIPPED = (0.6, 0.8, 0.92, 1.0)    # limits of torque, over the largest command: one a start
 _TOUCH = 1.0            # duration of a contact [s]
@@ -38,7 +38,7 @@ def shapes(fitter: Fitter, arm: Arm, name: str) -> Iterator[Term]:
             continue
         elif kind.place is LIMIT:
             yield _clipped(fitter, arm, term, _CLIPPED[number % len(_CLIPPED)])
-        elif name == CableSpring.name:
+        elif HYPOTHESES[name].rests:
             yield from _resting(fitter, arm, term)
         else:
             yield term
@@ -66,10 +66,11 @@ def _touch(fitter: Fitter, kind: Any) -> Effect:
 
 
 def _resting(fitter: Fitter, arm: Arm, term: Term) -> Iterator[Term]:
-    """Yield a cable that rests at either end of its link's travel, and in the middle."""
+    """Yield an effect that rests at either end of its link's travel, and in the middle."""
     travel = fitter.balancer.motion(arm).state[:, arm.labels.index(str(term.joint)), LINK_ANGLE]
     for rest_angle in (travel.min(), travel.mean(), travel.max()):
-        yield replace(term, effect=replace(term.effect, rest_angle=float(rest_angle)))
+        rest: Any = {HYPOTHESES[term.name].rests: float(rest_angle)}
+        yield replace(term, effect=replace(term.effect, **rest))
 
 
 def _clipped(fitter: Fitter, arm: Arm, term: Term, share: float) -> Term:

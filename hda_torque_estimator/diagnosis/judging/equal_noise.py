@@ -28,8 +28,7 @@ def equal_noise_score(fitter: Fitter, fit: Fit, usual: Array) -> float:
     left, exact = (np.where(valid, residual ** 2, 0.0).sum(axis=0) / count for residual in
                    (fit.balance.residual, fitter.balancer(arm).residual))
     share = np.minimum(_noise_of(fitter, arm, valid) / usual, 1.0 + MOSTLY)
-    level = np.minimum(fitter.noise ** 2, exact / share)    # no noise is louder than what is left
-    fair = np.maximum(exact + level * (1.0 - share), HARDLY * left)
+    fair = np.maximum(exact + fitter.noise ** 2 * (1.0 - share), HARDLY * left)
     return (fit.score + score(fair, count, fitter.noise, fitter.effective)
             - score(left, count, fitter.noise, fitter.effective))
 
