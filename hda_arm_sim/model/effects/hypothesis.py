@@ -63,11 +63,11 @@ class Hypothesis:
     `contains` are curves without a name that are this law, or a published form of it, at some of
     its numbers. One of them explains as much as the law and is the law. A `passing` effect acts
     for a part of a recording, from its `onset` on. A search begins as `start` says. Of many shapes
-    one `stands` for all, where the smallest size that shows is asked for, or the `faintest` of them
-    counts. A number that `rests` is a link's angle somewhere within its travel. A `weaker` effect
-    does less the larger its number is. One that `scales` a torque lets a balance shrink beside
-    another such. A wave of one that `bends` must be seen to do so: a straight part of it may be any
-    error.
+    one `stands` for all, where the smallest size that shows is asked for; else the `faintest`
+    counts. One that `rests` has a link's angle somewhere within its travel as a number. A `weaker`
+    effect does less the larger its number is. One that `scales` a torque lets a balance shrink
+    beside another such. A wave of one that `bends` must be seen to do so: a straight part of it
+    may be any error.
     `shaped` are numbers by which other published laws differ from the usual one, and values of
     them. They are tried where laws are linear in what is found; elsewhere such a law is a form.
     """
