@@ -101,6 +101,7 @@ def test_a_body_is_looked_for_by_its_moments():
     assert chart.unknowns(body) == pytest.approx((2.0, -0.2, 0.2))
     assert chart.numbers(chart.unknowns(body)) == pytest.approx(
         {'mass': 2.0, 'x': -0.1, 'radius': 0.3})
+    assert chart.numbers([2.0, 0.2, -1.0]) == {'mass': 2.0, 'x': 0.1, 'radius': 0.0}
     assert chart.numbers([2.0, 0.2, 0.01]) == {'mass': 2.0, 'x': 0.1, 'radius': 0.0}
     assert chart.numbers([0.0, 0.2, 0.1]) == {'mass': 0.0, 'x': 0.0, 'radius': 0.0}
 

@@ -23,20 +23,20 @@ def noisier_commands(balancer: Balancer) -> Array:
 
     The loop is that of the log: it must have held its commands from sample to sample.
     """
-    made, noisier = balancer.measurement, balancer.noisier.measurement
-    more = noisier.reading[::made.parts] - made.reading[::made.parts]
+    made, noisier = (each.measurement.as_recorded() for each in (balancer, balancer.noisier))
+    more = noisier.reading - made.reading
     added = np.stack([_lagged(more[:, joint]) @ gains
                       for joint, gains in enumerate(_loop_gains(made))], axis=1)
-    return made.command + np.repeat(added, made.parts, axis=0)[:len(made.command)]
+    command = balancer.measurement.command
+    return command + np.repeat(added, balancer.measurement.parts, axis=0)[:len(command)]
 
 
-def _loop_gains(measurement: Measurement) -> list[Array]:
+def _loop_gains(recorded: Measurement) -> list[Array]:
     """Return for each joint how far its command follows its last readings (8,) [N*m/rad]."""
-    parts, gains = measurement.parts, []
-    for joint in range(len(measurement.labels)):
-        known = [(_quick(_lagged(measurement.reading[piece][::parts, joint])),
-                  _quick(measurement.command[piece][::parts, joint]))
-                 for piece in measurement.pieces()]
+    gains = []
+    for joint in range(len(recorded.labels)):
+        known = [(_quick(_lagged(recorded.reading[piece, joint])),
+                  _quick(recorded.command[piece, joint])) for piece in recorded.pieces()]
         readings, commands = (np.concatenate(each) for each in zip(*known))
         gains.append(np.linalg.lstsq(readings, commands, rcond=None)[0])
     return gains

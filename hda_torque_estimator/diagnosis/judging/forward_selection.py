@@ -83,21 +83,21 @@ def _in_turn(fitter: Fitter, fit: Fit,
     """
     Yield the fits of the most promising causes to the end, and then those of the next ones.
 
-    With them go the joints at which those before were none.
     What explains most may be none: many small imperfections together look like a large one. So
     beside many causes all that were fitted with two steps are asked, until one is. Where noise is
-    what a joint seems to have, it says nothing of another: the best of that are asked next.
+    all that a joint seems to have, it says nothing of others: the best of those are asked next.
+    The joints that have only noise so far go with each.
     """
     noisy = set[str | None]()
     while promising:
-        trials = sorted(refits(fitter, fit, [each.term for each in _first_places(promising)]),
-                        key=lambda trial: _cost(fitter, trial))
+        first = [each.term for each in _first_places(promising)]
+        trials = sorted(refits(fitter, fit, first), key=lambda trial: _cost(fitter, trial))
         places = list(dict.fromkeys(map(place_of, trials)))
         of_few = len(fit.accepted) < MANY       # what is left of few is no sum of many others
         for begin in range(0, _FINALISTS if of_few else len(places), _FINALISTS):
             some = places[begin:begin + _FINALISTS]
             yield exact(fitter, [trial for trial in trials if place_of(trial) in some]), noisy
-        noisy = noisy | {None, *(each.term.joint for each in _first_places(promising))}
+        noisy = noisy | {None, *(term.joint for term in first)}
         promising = [each for each in promising if each.term.joint not in noisy]
 
 
