@@ -170,7 +170,7 @@ class NonlinearViscousFriction(Effect):
         varies=('motor_velocity',),
         free={'coefficient': 0.001, 'exponent': 0.1}, grid={'exponent': (0.5, 1.7)},
         stands={'exponent': 0.5},
-        contains=('motor_velocity', 'motor_velocity, squared', 'motor_velocity, cubed'),
+        contains=('motor_velocity, squared', 'motor_velocity, cubed'),
         alike=('viscous_friction', 'stribeck_friction'), experiment='at least three speeds')
     typical: ClassVar[Typical | None] = Typical({'coefficient': 0.003}, {'exponent': 0.5})
     words: ClassVar[Words] = Words(
