@@ -7,10 +7,12 @@ from hda_torque_estimator.diagnosis.findings.gains import Gains, METRIC
 from hda_torque_estimator.diagnosis.judging import held_out_gain as module
 from hda_torque_estimator.diagnosis.judging.held_out_gain import held_out_gain, IN_BALANCES
 from hda_torque_estimator.measurements.measurement import Measurement
+from hda_torque_estimator.measurements.sample_grid import measurement_from
 import numpy as np
 import pytest
-from truth import record, Reference
+from truth import record, Reference, worlds
 from truth_cases import hide
+from world_samples import arm_of, logged
 
 ARM = read_arm('hda_arm.yaml')
 SEED, DT, SECONDS = 141, 1e-3, 20.0
@@ -67,3 +69,13 @@ def test_predictions_that_are_worse_for_certain_decide(evidence, monkeypatch):
     predicting(monkeypatch, -4.0, scatter=5.0)
     monkeypatch.setattr(module, 'MANY', 1)
     assert gained(evidence) is None
+
+
+@pytest.mark.study
+def test_what_a_push_leaves_of_some_seconds_hides_no_gain_of_others():
+    """Of a half sine a smooth push leaves 4800 times noise; a tilt acts all the time."""
+    world = worlds.draw(799451, ('external_contact', 'coarse_quantisation', 'base_tilt'),
+                        motion='rich', rate=1000, joints=2)
+    arm = arm_of(world)
+    found = diagnose(measurement_from(arm.labels, logged(world, arm)), arm).diagnosis
+    assert {one.effect for one in found.findings} == {one.effect for one in world.hidden}

@@ -26,7 +26,11 @@ _PLACEBOS = 4           # of each cause
 
 
 class RemovedShares(NamedTuple):
-    """Shares of what held-out balances have beyond noise that a cause and a placebo remove."""
+    """
+    Shares of what held-out balances have beyond noise that a cause and a placebo remove.
+
+    Each whole second counts over what all causes leave of it (eq:held-out).
+    """
 
     cause: float
     placebo: float
@@ -56,13 +60,15 @@ def placebo_shares(fitter: Fitter, fit: Fit, term: Term) -> RemovedShares:
                      np.concatenate([np.full(extra, np.inf), free])).step
         return _over_noise(fitter, lacking + columns @ step, rows)
 
-    own, count = fit.columns[:, :, keep], max(float(rows.sum()), 1.0)
-    without, beside = left(own[:, :, :0]), _over_noise(fitter, fit.balance.residual, rows)
+    own, of_all = fit.columns[:, :, keep], _over_noise(fitter, fit.balance.residual, rows)
+    levels = _levels(of_all, rows)
+    without, beside, noise = left(own[:, :, :0]) / levels, of_all / levels, rows / levels ** 2
     before, after = float((without ** 2).sum()), float((beside ** 2).sum())
+    count = max(float(noise.sum()), 1.0)
     # A channel that is quieter than its noise takes nothing from the others.
-    excess = max(float(np.maximum((without ** 2 - rows).sum(axis=0), 0.0).sum()),
+    excess = max(float(np.maximum((without ** 2 - noise).sum(axis=0), 0.0).sum()),
                  IMMATERIAL * count)
-    best = max(before - float((left(moved) ** 2).sum()) for moved in moved_away(own))
+    best = max(before - float(((left(moved) / levels) ** 2).sum()) for moved in moved_away(own))
     cause, reach = (before - after) / excess, _reach(without, beside) / excess
     return RemovedShares(cause, best / excess, cause - reach, cause + reach,
                          before / count, after / count)
@@ -93,6 +99,18 @@ def _reach(without: Array, beside: Array) -> float:
     together = 2.0 * (beside * (without - beside)).sum(axis=1)
     seconds = np.add.reduceat(together, np.arange(0, len(together), round(RATE)))
     return NORMAL_90 * float(np.sqrt((seconds ** 2).sum()))
+
+
+def _levels(beside: Array, rows: NDArray[np.bool_]) -> Array:
+    """
+    Return the rms (m, c) over noise of what all causes leave of each whole second, 1 at least.
+
+    A push that is not quite known leaves much while it lasts. That is no rest of the others.
+    """
+    starts = np.arange(0, len(beside), round(RATE))
+    counts = np.maximum(np.add.reduceat(rows.astype(float), starts), 1.0)
+    powers = np.add.reduceat(beside ** 2, starts) / counts
+    return np.repeat(np.sqrt(np.maximum(powers, 1.0)), round(RATE), axis=0)[:len(beside)]
 
 
 def _over_noise(fitter: Fitter, residual: Array, rows: NDArray[np.bool_]) -> Array:
