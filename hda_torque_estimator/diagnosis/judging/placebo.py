@@ -8,7 +8,7 @@ them gains on held-out stretches is chance.
 
 from collections.abc import Iterator
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,8 +97,7 @@ def _reach(without: Array, beside: Array) -> float:
     By chance what is left beside it goes with what it does, in whole seconds as such errors last.
     """
     together = 2.0 * (beside * (without - beside)).sum(axis=1)
-    seconds = np.add.reduceat(together, np.arange(0, len(together), round(RATE)))
-    return NORMAL_90 * float(np.sqrt((seconds ** 2).sum()))
+    return NORMAL_90 * float(np.sqrt((_by_second(together) ** 2).sum()))
 
 
 def _levels(beside: Array, rows: NDArray[np.bool_]) -> Array:
@@ -107,10 +106,14 @@ def _levels(beside: Array, rows: NDArray[np.bool_]) -> Array:
 
     A push that is not quite known leaves much while it lasts. That is no rest of the others.
     """
-    starts = np.arange(0, len(beside), round(RATE))
-    counts = np.maximum(np.add.reduceat(rows.astype(float), starts), 1.0)
-    powers = np.add.reduceat(beside ** 2, starts) / counts
+    powers = _by_second(beside ** 2) / np.maximum(_by_second(rows), 1.0)
     return np.repeat(np.sqrt(np.maximum(powers, 1.0)), round(RATE), axis=0)[:len(beside)]
+
+
+def _by_second(values: NDArray[Any]) -> Array:
+    """Return sums of values (m,) or (m, c) over whole seconds, the last as long as it is."""
+    return np.asarray(np.add.reduceat(values, np.arange(0, len(values), round(RATE)),
+                                      dtype=np.float64))
 
 
 def _over_noise(fitter: Fitter, residual: Array, rows: NDArray[np.bool_]) -> Array:
