@@ -10,7 +10,7 @@ from hda_torque_estimator.samples.sample_judge import judge, WATCH_MEMORY
 from hda_torque_estimator.samples.sample_limits import LATENESS, RATIO, SPEED, STEP, watch_limits
 from hda_torque_estimator.samples.sample_watch import SampleWatch
 from hda_torque_estimator.simulating.closed_loop import run
-from hypothesis import given, settings, strategies as st
+from hypothesis import example, given, settings, strategies as st
 import numpy as np
 import pytest
 
@@ -85,6 +85,7 @@ def test_healthy_arms_are_not_accused(arm, name, seed, divisor, late_and_lost, b
 @settings(max_examples=20)
 @given(st.sampled_from(ARMS + TORSION_ONLY), st.sampled_from([64, 512, 4096]), st.booleans(),
        st.sampled_from([1, 2, 10]), st.floats(0.0, 0.15), st.integers(0, 2 ** 32))
+@example('voraus_yucobot.yaml', 64, False, 10, 0.125, 101)     # five in a row are lost
 def test_coarse_encoders_and_held_samples_are_not_accused(
         arm, counts, links_too, divisor, share, draw):
     """A driver that repeats the last sample where one was lost; counts that the arm lacks."""
@@ -98,6 +99,21 @@ def test_coarse_encoders_and_held_samples_are_not_accused(
     for k in np.flatnonzero(random.uniform(size=len(reading)) < share):
         reading[k] = reading[max(k - 1, 0)]
     assert faults(arm, stamps_of(len(reading), divisor, 0.0, random), reading) == []
+
+
+@pytest.mark.parametrize(('divisor', 'share', 'within'), [
+    (1, 0.0, 19), (1, 0.14, 19), (5, 0.0, 7), (5, 0.14, 10), (10, 0.14, 10)])
+def test_readings_that_freeze_are_told_by_what_a_log_loses(divisor, share, within):
+    """From 200 Hz to 2 kHz: the more samples a log loses, the longer a streak of them may be."""
+    random, reading = np.random.default_rng(4), recorded('hda_arm.yaml', 'sine', 0)
+    reading, begin = reading[::divisor].copy(), 3200 // divisor
+    for k in np.flatnonzero(random.uniform(size=begin) < share):
+        reading[k] = reading[max(k - 1, 0)]
+    reading[begin:] = reading[begin - 1]
+    sample, fault, _ = faults('hda_arm.yaml', stamps_of(len(reading), divisor, 0.0, random),
+                              reading)[0]
+    assert fault is Fault.FROZEN
+    assert begin + within - 3 <= sample <= begin + within
 
 
 def test_rest_is_not_frozen():

@@ -15,10 +15,11 @@ from .sample_limits import (
     ACCELERATION, ALLOWED_APART, LARGEST, LATE, LATENESS, RATIO, SPEED, STEP, WOUND, ZERO)
 
 # Memory, per joint (n, WATCH_MEMORY); pairs are shaft and link.
-LAST, ANCHOR, FIRST, DOUBTED, CHANGE, EARLIER, STILL, REPEATS, FROM, SUM = range(0, 20, 2)
+(LAST, ANCHOR, FIRST, DOUBTED, CHANGE, EARLIER, STILL, REPEATS, FROM, SUM,
+ MOVED, LOST) = range(0, 24, 2)
 # In row 0, of all joints.
-STARTED, SINCE_ANCHOR, PERIOD, IN_TURN, WAS_LATE, DOUBTS, BELIEVED_SINCE = range(20, 27)
-WATCH_MEMORY = 27  # (layout)
+STARTED, SINCE_ANCHOR, PERIOD, IN_TURN, WAS_LATE, DOUBTS, BELIEVED_SINCE = range(24, 31)
+WATCH_MEMORY = 31  # (layout)
 
 # Choices unless stated otherwise.
 WINDOW = 0.02           # over which rates are judged: the time in which to stop [s]
@@ -26,8 +27,10 @@ ENCODERS = 5e-3         # waves of both encoders and the gear, ten times what is
 # (measured: a link encoder of a real arm was bent by 0.003)
 SCALE = 0.01            # of the way travelled, that a link encoder may err
 STRIDE = 8.0            # counts per sample from which on an encoder does not repeat by chance
-# (source: 0.14 to the fifth power)
-FEWEST = 5              # repeats: at 14 % lost samples, 5e-5 by chance, and 10 ms of them less
+BY_CHANCE = 1e-8        # of a streak of lost samples: one in a day at 1 kHz
+USUAL = 0.14            # of samples that a bad link loses, before a log has shown its own share,
+KNOWN = 50.0            # samples on the way that weigh as much as that
+FEWEST = 5              # repeats: at a share of 2.5 % so many are one in 1e8
 LONGEST = 0.010         # repeats that happen: half of the time in which to stop [s]
 BACK = 1.0              # a clock that went back, not a message that came late [s]
 NEAR_TURN = 0.3         # choice: a jump of any size looks like turns in one case of ten [rad]
@@ -75,18 +78,33 @@ def _turned(limits: Array, memory: Array, reading: Array, way: float, j: int, si
 
 
 @inlined
-def _way(limits: Array, memory: Array, reading: Array, place: int, seconds: float,
+def _fewest(memory: Array, j: int, side: int) -> float:
+    """Return how many repeats are no streak of lost samples, by the share that a log has lost."""
+    share = (memory[j, LOST + side] + USUAL * KNOWN) / (memory[j, MOVED + side] + KNOWN)
+    return max(FEWEST, np.log(BY_CHANCE) / np.log(share))
+
+
+@inlined
+def _since(memory: Array, j: int, side: int, seconds: float, dt: float) -> float:
+    """Return in which time a side may have turned: a streak of lost samples hides its way [s]."""
+    hides = 0.0 < memory[j, REPEATS + side] < _fewest(memory, j, side)
+    return max(seconds, memory[j, STILL + side] + dt) if hides else seconds
+
+
+@inlined
+def _way(limits: Array, memory: Array, reading: Array, place: int, seconds: float, dt: float,
          details: Array) -> Fault:
     """Judge how far all sides have turned since the angles at a place of the memory."""
     for j in range(reading.shape[0]):
         for side in range(2):
             scale = 1.0 if side == MOTOR else 1.0 / limits[j, RATIO]
             way = reading[j, side] - memory[j, place + side]
-            right = limits[j, SPEED] * scale * (seconds + LATENESS) + limits[j, STEP + side]
+            passed = _since(memory, j, side, seconds, dt)
+            right = limits[j, SPEED] * scale * (passed + LATENESS) + limits[j, STEP + side]
             if side == LINK:
                 right += limits[j, WOUND]
             if abs(way) > right:
-                _say(details, j, side, way, right, seconds)
+                _say(details, j, side, way, right, passed)
                 whole = _turned(limits, memory, reading, way, j, side, seconds)
                 return Fault.TURN if whole else Fault.JUMP
     return Fault.NONE
@@ -131,22 +149,35 @@ def _stride(memory: Array, j: int, side: int) -> float:
 
 
 @inlined
+def _cannot_stop(limits: Array, memory: Array, j: int, side: int, dt: float) -> bool:
+    """Return whether a side goes by steps that no torque could stop in one sample."""
+    scale = 1.0 if side == MOTOR else 1.0 / limits[j, RATIO]
+    span = max(dt, memory[0, PERIOD])
+    stoppable = limits[j, ACCELERATION] * scale * span ** 2     # twice what it takes
+    return abs(_stride(memory, j, side)) > STRIDE * limits[j, STEP + side] + stoppable
+
+
+@inlined
 def _frozen(limits: Array, memory: Array, reading: Array, dt: float, details: Array) -> Fault:
     """Judge angles that repeat exactly right after steps that no torque could stop in one."""
-    span = max(dt, memory[0, PERIOD])
     for j in range(reading.shape[0]):
         for side in range(2):
-            if reading[j, side] != memory[j, LAST + side]:
-                continue
-            scale = 1.0 if side == MOTOR else 1.0 / limits[j, RATIO]
-            before = _stride(memory, j, side)
-            stoppable = limits[j, ACCELERATION] * scale * span ** 2     # twice what it takes
             still = memory[j, STILL + side] + dt
-            if (abs(before) > STRIDE * limits[j, STEP + side] + stoppable and still >= LONGEST
-                    and memory[j, REPEATS + side] + 1.0 >= FEWEST):
-                _say(details, j, side, before, LONGEST, still)
+            if (reading[j, side] == memory[j, LAST + side] and still >= LONGEST
+                    and memory[j, REPEATS + side] + 1.0 >= _fewest(memory, j, side)
+                    and _cannot_stop(limits, memory, j, side, dt)):
+                _say(details, j, side, _stride(memory, j, side), LONGEST, still)
                 return Fault.FROZEN
     return Fault.NONE
+
+
+@inlined
+def _count_lost(limits: Array, memory: Array, j: int, side: int, dt: float) -> None:
+    """Count a sample on the way, with the repeats before it; an outage is a few of them."""
+    if _cannot_stop(limits, memory, j, side, dt):
+        lost = min(memory[j, REPEATS + side], FEWEST)
+        memory[j, LOST + side] += lost
+        memory[j, MOVED + side] += 1.0 + lost
 
 
 @inlined
@@ -169,7 +200,7 @@ def _velocities(limits: Array, memory: Array, reading: Array, seconds: float,
 
 
 @inlined
-def _believe(memory: Array, reading: Array, dt: float) -> None:
+def _believe(limits: Array, memory: Array, reading: Array, dt: float) -> None:
     """Take a sample for what is so."""
     first = memory[0, STARTED] == 0.0
     seconds = memory[0, SINCE_ANCHOR] + dt
@@ -183,6 +214,7 @@ def _believe(memory: Array, reading: Array, dt: float) -> None:
                 memory[j, REPEATS + side] += 1.0
                 memory[j, STILL + side] += dt
             else:
+                _count_lost(limits, memory, j, side, dt)
                 memory[j, REPEATS + side] = memory[j, STILL + side] = 0.0
             memory[j, EARLIER + side] = memory[j, CHANGE + side]
             memory[j, CHANGE + side] = change / max(1.0, dt / max(memory[0, PERIOD], 1e-9))
@@ -255,14 +287,14 @@ def judge(limits: Array, memory: Array, reading: Array, dt: float, details: Arra
             if abs(away) > limits[j, WOUND] + limits[j, ALLOWED_APART]:
                 _say(details, j, LINK, away, limits[j, WOUND] + limits[j, ALLOWED_APART], 0.0)
                 return Fault.APART
-        _believe(memory, reading, 0.0)
+        _believe(limits, memory, reading, 0.0)
         return Fault.NONE
     if not dt > 0.0:
         return _stamps(memory, dt, details)
     seconds = memory[0, SINCE_ANCHOR] + dt
-    fault = _way(limits, memory, reading, LAST, dt, details)
+    fault = _way(limits, memory, reading, LAST, dt, dt, details)
     if fault == Fault.NONE:
-        fault = _way(limits, memory, reading, ANCHOR, seconds, details)
+        fault = _way(limits, memory, reading, ANCHOR, seconds, dt, details)
     if fault == Fault.NONE:
         fault = _together(limits, memory, reading, dt, seconds, details)
     if fault != Fault.NONE:
@@ -272,5 +304,5 @@ def judge(limits: Array, memory: Array, reading: Array, dt: float, details: Arra
         fault = _velocities(limits, memory, reading, seconds, details)
     if memory[0, WAS_LATE] == 0.0:
         memory[0, IN_TURN] = 0.0                # two good ones in a row: nobody else speaks
-    _believe(memory, reading, dt)
+    _believe(limits, memory, reading, dt)
     return fault
