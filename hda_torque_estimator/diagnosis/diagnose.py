@@ -272,7 +272,28 @@ def _reconsidered(fitter: Fitter, found: SearchResult, names: Sequence[str],
         found = without_noise(fitter, found)
         if _placed(before) <= _placed(found.last):
             break
-    return fitter, found, plain
+    return *_with_torque_noise(fitter, found, plain), plain
+
+
+def _with_torque_noise(fitter: Fitter, found: SearchResult,
+                       plain: Array) -> tuple[Fitter, SearchResult]:
+    """
+    Return a fitter with the noise of torques as it is with what was found, and that found by it.
+
+    Torques that scatter move the links. Where a balance lacks inertia, that motion takes a part
+    of them away, and they seemed quieter. Noise of readings stays as it is beside the causes:
+    `plain` (c,).
+    """
+    fit, own = found.last, slice(len(fitter.arm.labels))
+    arm = fitter.on(fit.terms)
+    if fitter.as_noisy(fit) == arm:
+        return fitter, found
+    noise, of_readings = (each[own] for each in noise_of(fitter.balancer, arm))
+    louder = fitter.noise.copy()
+    louder[own] = np.maximum(louder[own], np.sqrt(
+        plain[own] ** 2 + np.maximum(noise ** 2 - of_readings ** 2, 0.0)))
+    fitter = replace(fitter, noise=louder)
+    return fitter, found.refitted(fitter)
 
 
 def _placed(fit: Fit) -> set[Place]:

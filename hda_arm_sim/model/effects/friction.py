@@ -117,8 +117,10 @@ class CoulombFriction(Effect):
     place: ClassVar[Place] = DRY_LEVEL
     stated: ClassVar[Mapping[str, str]] = {'level': 'dry_friction'}
     law = staticmethod(dry_budget)
+    # (source: one that sets in over 0.03 of the fastest of even speeds lacks 0.012 of its power)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        free={'level': 0.01}, alike=('stribeck_friction',), experiment=SLOW)
+        varies=('onset',), reach=0.02, free={'level': 0.01}, alike=('stribeck_friction',),
+        experiment=SLOW)
     typical: ClassVar[Typical | None] = Typical({'level': 0.012})
     tolerance: ClassVar[tuple[str, str] | None] = ('level', 'dry_friction')
     known_by: ClassVar[KnownBy | None] = KnownBy(

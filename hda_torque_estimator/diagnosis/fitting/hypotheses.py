@@ -48,7 +48,7 @@ def terms_of(arm: Arm, name: str) -> Iterator[Term]:
             yield looked_for(start, joint, free, sought.waves, _least(arm, sought, joint),
                              grown=next(iter(sought.free), '') in sought.grid)
         if sought.more:
-            yield richer(arm, name, present, joint)
+            yield from (richer(arm, name, present, joint), _centred(name, present, joint))
         for number, step in sought.instead.items() if arm.links is not None else ():
             yield _instead(arm, present, joint, number, step)
 
@@ -65,6 +65,12 @@ def richer(arm: Arm, name: str, present: Effect, joint: str | None) -> Term:
     further = (number for number in HYPOTHESES[name].more
                if isinstance(arm.links, ChainLinks) or number not in present.spatial)
     return Term(present, joint, (CarriedMoments((size, *further), step),))
+
+
+def _centred(name: str, present: Effect, joint: str | None) -> Term:
+    """Return the law of a body with its centre where a point would be: its size and radius."""
+    (size, step), = HYPOTHESES[name].free.items()
+    return Term(present, joint, (CarriedMoments((size, HYPOTHESES[name].more[-1]), step),))
 
 
 def _instead(arm: Arm, present: Effect, joint: str | None, number: str, step: float) -> Term:

@@ -127,6 +127,7 @@ def curves_at_sites(fitter: Fitter, fit: Fit, joints: Collection[str],
     time, arm = fitter.balancer.time, fitter.on(fit.terms)
     rated = [name for name in _RATED if name != _OF_COMMANDS or fitter.balancer.is_commanded]
     coordinates = coordinates_of(fitter.balancer, arm)
+    torques = _quiet_torques(fitter, fit, coordinates['joint_torque'])
     noisy = {} if quick else coordinates_of(fitter.balancer.noisier, arm)
     if noisy and _OF_COMMANDS in rated:
         noisy[_OF_COMMANDS] = noisier_commands(fitter.balancer)[::fitter.balancer.every]
@@ -135,7 +136,7 @@ def curves_at_sites(fitter: Fitter, fit: Fit, joints: Collection[str],
             continue
         along, noisier = ({name: values[:, place] for name, values in each.items()}
                           for each in (coordinates, noisy))
-        forms = dict(_forms(time, along))
+        forms = dict(_forms(time, along | {'joint_torque': torques[:, place]}))
         for rates_of in (_rates, _quick_rates):
             with_noise = {} if quick else dict(rates_of(time, noisier, rated))
             forms |= {name: rate for name, rate in rates_of(time, along, rated) if quick or (
@@ -147,6 +148,19 @@ def curves_at_sites(fitter: Fitter, fit: Fit, joints: Collection[str],
             for channel, share in channels.items():
                 more[:, channel] = share * fitter.balancer.in_balance(shapes, channel)
             yield CurvesAtSite(label, site, tuple(forms), more)
+
+
+def _quiet_torques(fitter: Fitter, fit: Fit, torque: Array) -> Array:
+    """
+    Return joint torques (m, n) without noise of the torsions, (eq:quiet-torque) [N*m].
+
+    Beside what the links need, a curve along a noisy torque is that noise, and explains what noise
+    leaves in the balances.
+    """
+    count = torque.shape[1]
+    balance, torsions = fitter.balancer.unwhitened(fitter.on(fit.terms)), slice(count, 2 * count)
+    share = (fitter.noise ** 2 / fit.variance)[torsions] * ~fitter.balancer.measurement.unloaded
+    return torque + share * np.where(balance.valid, balance.residual, 0.0)[:, torsions]
 
 
 def _curves(fitter: Fitter, fit: Fit, joints: Collection[str],

@@ -5,6 +5,7 @@ A law of friction that is dry changes its sign at once. A seal or a preloaded be
 over a path that nobody states. So the forms of dry friction are those of some paths (eq:built-up).
 The longest is what goes as far from the dry law as published laws do, so no path is chosen.
 A friction beside the torsion states its path, and other forms of it bend over half and twice that.
+Many simulations let dry friction set in over a speed, which the same rule gives (eq:onset).
 """
 
 from collections.abc import Callable, Iterator
@@ -24,6 +25,7 @@ from ...least_squares.term import Term
 
 LINK_PATH = 'link_path'         # declares that laws differ in how they build up along a link
 TORSION_PATH = 'torsion_path'   # and along the torsion of a gear
+ONSET = 'onset'         # and in the speed of a shaft over which they set in
 # Numerics; choices unless stated otherwise.
 # (source: a link that turns round takes half of the time for a quarter of the path)
 _SHARES = (1.0, 0.25, 0.0625)   # of the reach of forms, which those of some paths have
@@ -31,21 +33,34 @@ _SHARES = (1.0, 0.25, 0.0625)   # of the reach of forms, which those of some pat
 _WIDTHS = (0.5, 2.0)    # of the path of a law, over which another one builds up,
 _SLIDING = (0.25, 4.0)  # and over which others begin to slide
 _PATHS = (1e-7, 1.0)    # between which paths are looked for [rad],
+_SPEEDS = (1e-3, 1e3)   # and speeds of a shaft [rad/s],
 _HALVINGS = 12          # by steps of a bisection
 
 
 def built_up(fitter: Fitter, fit: Fit, term: Term, does: Array) -> Iterator[Array]:
     """Yield what a friction that `does` (m, c) so much at once does less while it builds up."""
-    lacks = _lacking(fitter, fit, term, does)
+    yield from _as_far(fitter, fit, term, does, _lacking(fitter, fit, term, does), _PATHS)
+
+
+def set_in(fitter: Fitter, fit: Fit, term: Term, does: Array, speed: Array) -> Iterator[Array]:
+    """Yield what a friction that `does` (m, c) so much lacks that sets in over a `speed` (m,)."""
+    speed = np.abs(speed)[:, None]
+    yield from _as_far(fitter, fit, term, does,
+                       lambda slow: (np.tanh(speed / slow) - 1.0) * does, _SPEEDS)
+
+
+def _as_far(fitter: Fitter, fit: Fit, term: Term, does: Array,
+            lacks: Callable[[float], Array], between: tuple[float, float]) -> Iterator[Array]:
+    """Yield what is lacking where it goes as far from what is done as published laws do."""
     valid = fitter.valid(fit.balance)
     whole = HYPOTHESES[term.name].reach * float((does ** 2).sum(where=valid))
     for share in _SHARES:
-        low, high = _PATHS
+        low, high = between
         for _ in range(_HALVINGS):
-            path = float(np.sqrt(low * high))
-            changed = lacks(path)
+            over = float(np.sqrt(low * high))
+            changed = lacks(over)
             is_short = float((changed ** 2).sum(where=valid)) < share * whole
-            low, high = (path, high) if is_short else (low, path)
+            low, high = (over, high) if is_short else (low, over)
         yield changed
 
 

@@ -94,6 +94,7 @@ def _judged(fitter: Fitter, found: SearchResult, doubted: Sequence[Term]) -> Goo
     powers = [np.maximum(without.variance - fit.variance, 0.0) for without in lacking]
     counted = {term.place: np.minimum(power, found.first.variance) / noise
                for term, power in zip(fit.accepted, powers)}
+    over = {term.place: power / noise for term, power in zip(fit.accepted, powers)}
     by_forms = left_by_forms(fitter, fit) / noise
     allowed = sum((HYPOTHESES[name].form_error * power for (name, _), power in counted.items()),
                   by_forms)
@@ -104,12 +105,11 @@ def _judged(fitter: Fitter, found: SearchResult, doubted: Sequence[Term]) -> Goo
     if (left > bar).any():
         left = np.where(_followed(fitter, other, left), left,
                         np.minimum(left, _left_at_all_frequencies(fitter, fit)))
-    if (others := _where_none_acts(fitter, fit) & (left > bar)).any():
+    if (others := _where_none_acts(fitter, over) & (left > bar)).any():
         left = left - np.where(others, _of_itself(fitter, fit), 0.0)
     beyond = beyond_tolerance(fitter, fit, allowed) if fit.accepted else np.zeros_like(noise)
     rests = np.maximum(left / bar, beyond)
     curves = _formed(fitter, other, found, counted, trained, by_forms)
-    over = {term.place: power / noise for term, power in zip(fit.accepted, powers)}
     formed = [term for term in fit.accepted if curves[term.place].share > 1.0
               and _sure_of_share(left, noisy, over[term.place], curves[term.place]) < 1.0]
     apart = [*doubted, *shapeless(fitter, fit, lacking)]
@@ -219,11 +219,11 @@ def _followed(fitter: Fitter, fit: Fit, left: Array) -> NDArray[np.bool_]:
     return followed
 
 
-def _where_none_acts(fitter: Fitter, fit: Fit) -> NDArray[np.bool_]:
-    """Return the channels (c,) in which none of the accepted causes acts, none without a cause."""
-    none = np.full(len(fitter.noise), bool(fit.accepted))
-    for term in fit.accepted:
-        none[fitter.channels_of(term)] = False
+def _where_none_acts(fitter: Fitter, powers: Mapping[Place, Array]) -> NDArray[np.bool_]:
+    """Return the channels (c,) in which no cause has a power that counts, none without a cause."""
+    none = np.full(len(fitter.noise), bool(powers))
+    for power in powers.values():
+        none &= power <= MATERIAL ** 2
     return none
 
 

@@ -19,7 +19,8 @@ from hda_arm_sim.model.effects.effect import Effect
 import numpy as np
 
 from .discrepancy_curves import SLOW
-from .friction_path import bent_over, built_up, LINK_PATH, other_paths, TORSION_PATH
+from .friction_path import (bent_over, built_up, LINK_PATH, ONSET, other_paths, set_in,
+                            TORSION_PATH)
 from .push_course import courses, PUSH
 from ..balances.balance import Balance
 from ..balances.coordinates import coordinates_of
@@ -43,9 +44,9 @@ _DIGITS = 9             # of the largest of values, by which two are told apart 
 _AT_REST = 1e-300       # rms of a coordinate along which nothing moved
 RATE_OF = 'rate'        # of what a cause does: laws of a drive differ by its time behaviour
 ORDERS = 'orders'       # of a wave that has its own order and twice that: all others
-# Of a wave along a coordinate: it may have a harmonic where the motion has seen a whole wave,
-# and else any course.
+# A wave may have a harmonic where the motion has seen a whole one, and else any course.
 WAVES = {'motor_waves': 'motor_angle', 'link_waves': 'link_angle'}
+_OTHERWISE = (RATE_OF, LINK_PATH, TORSION_PATH, ONSET, ORDERS, PUSH, *WAVES)     # no factors
 # Coordinates that laws follow with their sign, and on which they go on evenly, whether a cause
 # acts or not: a cable does nothing at its rest angle, and is the same law on both sides of it.
 _SIGNED = ('time', 'link_angle')
@@ -291,6 +292,9 @@ def _otherwise(fitter: Fitter, fit: Fit, term: Term, does: Array, lacking: Array
     if ORDERS in varies:
         yield from _instead(fitter, fit, term, _other_orders(term.effect), lacking)
     coordinates = coordinates_of(fitter.balancer, fitter.on(fit.terms))
+    if ONSET in varies:
+        place = fitter.arm.labels.index(str(term.joint))
+        yield from set_in(fitter, fit, term, does, coordinates['motor_velocity'][:, place])
     for name in WAVES.keys() & set(varies):
         if level is None:
             waves = [_wave(term.effect, phase, 2.0 * term.effect.order) for phase in _PHASES]
@@ -360,7 +364,7 @@ def factors_along(power: Array, along: Mapping[str, Array], varies: Sequence[str
     many a link's angle.
     """
     for name in varies:
-        if name in (RATE_OF, LINK_PATH, TORSION_PATH, ORDERS, PUSH) or name in WAVES:
+        if name in _OTHERWISE:
             continue
         if name == 'sense':
             yield np.tanh(along['motor_velocity'] / SLOW)

@@ -15,8 +15,10 @@ from hda_arm_sim.model.effects import effect_named, Site
 from hda_arm_sim.model.effects.hypothesis import Hypothesis
 import numpy as np
 
+from .equal_noise import equal_noise_score, noise_in
 from .law_forms import in_best_forms, InBestForms
-from ..fitting.fit import Fit, Fitter
+from ..fitting.derivatives import IMPOSSIBLE
+from ..fitting.fit import Fit, Fitter, moved
 from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.nuisance import AnyTerm, CouplingInertia
 from ..fitting.solve import at_end, Solution, solve
@@ -30,8 +32,9 @@ def beyond_tolerance(fitter: Fitter, fit: Fit, allowed: Array) -> Array:
 
     It is a share of what a curve explains that takes a name back. Causes have their best forms,
     as without these the numbers run to their ends for a form's sake. What the same numbers
-    explain of a healthy arm is chance. A channel in which they improve little shows nothing, nor
-    does one where the power is `allowed` (c,) over noise: laws leave as much there.
+    explain of a healthy arm is chance, and so is what they gain by making less noise. A channel
+    in which they improve little shows nothing, nor does one where the power is `allowed` (c,)
+    over noise: laws leave as much there.
     """
     formed = in_best_forms(fitter, fit)
     held = _solved(fitter, formed, ())
@@ -43,7 +46,9 @@ def beyond_tolerance(fitter: Fitter, fit: Fit, allowed: Array) -> Array:
     rows = np.maximum(fitter.effective * fitter.valid(fit.balance).sum(axis=0), 1.0)
     of_laws = (gains > 0.0) & (np.expm1(gains / rows) <= allowed)
     more = gain - gains[of_laws].sum() - _by_chance(fitter.healthy, ends)
-    return np.where((gains > SCORE_BAR) & ~of_laws, more / Hypothesis.form, 0.0)
+    if more > SCORE_BAR:
+        more -= _by_noise(fitter, formed, held, free)
+    return np.where((gains > SCORE_BAR) & ~of_laws, max(more, 0.0) / Hypothesis.form, 0.0)
 
 
 def _by_chance(healthy: Fitter | None, free: Sequence[Place]) -> float:
@@ -52,6 +57,19 @@ def _by_chance(healthy: Fitter | None, free: Sequence[Place]) -> float:
         return 0.0
     first = in_best_forms(healthy, healthy.first)
     return max(_solved(healthy, first, ()).score - _solved(healthy, first, free).score, 0.0)
+
+
+def _by_noise(fitter: Fitter, formed: InBestForms, held: Solution, free: Solution) -> float:
+    """Return what numbers gain beyond their tolerance by making less noise, as `equal_noise`."""
+    fit, count = formed.fit, len(formed.spread)
+    try:
+        within, beyond = (fitter.at(moved(fit.terms, found.step[count:]), len(fit.accepted),
+                                    fit.slopes) for found in (held, free))
+    except IMPOSSIBLE:
+        return 0.0
+    usual = noise_in(fitter, within)
+    bought = [equal_noise_score(fitter, each, usual) - each.score for each in (within, beyond)]
+    return max(bought[1] - bought[0], 0.0)
 
 
 def _solved(fitter: Fitter, formed: InBestForms, free: Sequence[Place]) -> Solution:
