@@ -18,7 +18,7 @@ from scipy.ndimage import gaussian_filter1d
 from ..balances.balance import RATE
 from ..balances.coordinates import coordinates_of
 from ..balances.loop_noise import noisier_commands
-from ..findings.rest import GEAR, SENSOR
+from ..findings.rest import GEAR, NOTHING, SENSOR
 from ..fitting.fit import Fit, Fitter, room
 from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.solve import Columns, condense, condense_more, Solution, solve
@@ -178,6 +178,8 @@ def _curves(fitter: Fitter, fit: Fit, joints: Collection[str],
         for number, form in enumerate(forms):
             if form == _SCALE and site in ('motor', GEAR) and scaled:
                 continue
+            if form == NOTHING and site == 'torsion':
+                continue                        # that is the zero of an encoder
             solution = solved(fitter, _one_of(wide, number, len(forms)), wider)
             yield Curve(label, site, form, solution.score,
                         min(plain.score - solution.score,
@@ -249,7 +251,7 @@ def _forms(time: Array, along: Mapping[str, Array]) -> Iterator[tuple[str, Array
     speed, torque = along['motor_velocity'], gaussian_filter1d(along['joint_torque'], SMOOTH)
     link, motor = along['link_angle'], along['motor_angle']
     sense, middle = np.tanh(speed / SLOW), time - time.mean()
-    yield 'nothing', np.ones_like(time)
+    yield NOTHING, np.ones_like(time)
     yield 'time', middle
     for carrier, values in (('sense', sense), ('motor_velocity', speed)):
         yield carrier, values
