@@ -88,8 +88,9 @@ def test_a_body_of_two_links_has_the_energy_of_its_centre_and_its_turn(mass, x, 
 
 @pytest.mark.parametrize('arm', [ARM, COBOT])
 def test_a_point_is_looked_for_first_and_then_a_body_that_costs_more(arm):
-    point, body = terms_of(arm, 'payload')
+    point, centred, body = terms_of(arm, 'payload')
     assert point.free == ('mass',)
+    assert centred.free == ('mass', 'radius')
     spatial = ('y', 'z') if isinstance(arm.links, ChainLinks) else ()
     assert body.free == ('mass', 'x', *spatial, 'radius')
     assert all(0.0 < within(arm.links) < 1.0 for within in Payload.hypothesis.within.values())

@@ -48,7 +48,7 @@ def terms_of(arm: Arm, name: str) -> Iterator[Term]:
             yield looked_for(start, joint, free, sought.waves, _least(arm, sought, joint),
                              grown=next(iter(sought.free), '') in sought.grid)
         if sought.more:
-            yield from (richer(arm, name, present, joint), _centred(name, present, joint))
+            yield from (_centred(name, present, joint), richer(arm, name, present, joint))
         for number, step in sought.instead.items() if arm.links is not None else ():
             yield _instead(arm, present, joint, number, step)
 

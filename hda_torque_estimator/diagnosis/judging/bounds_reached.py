@@ -32,26 +32,36 @@ def limits_of(effect: str, number: str) -> tuple[float, float]:
 
 
 def ends_at_limit(fitter: Fitter, fit: Fit, term: Term) -> bool:
-    """Return whether the interval of a free number of a term in a fit reaches a limit."""
-    near = [number for number in term.free if math.isfinite(_room(fitter, term, number))]
+    """
+    Return whether a free number of a term in a fit ends at a limit, or may by its interval.
+
+    An interval counts where its law ends. How far a body may reach is a choice: one of which that
+    is not well known is a body still.
+    """
+    if any(_room(fitter, term, number) <= 0.0 for number in term.free):
+        return True
+    near = [number for number in term.free if math.isfinite(_room_of_law(term, number))]
     if not near:
         return False
-    if any(_room(fitter, term, number) <= 0.0 for number in near):
-        return True
     own = np.flatnonzero(fit.own(term))
     unsure = term.deviations_of_free(fitter.covariance(fit)[np.ix_(own, own)])
-    return any(_room(fitter, term, number) <= _most(term, number, NORMAL_90 * unsure[number])
+    return any(_room_of_law(term, number) <= _most(term, number, NORMAL_90 * unsure[number])
                for number in near)
+
+
+def _room_of_law(term: Term, number: str) -> float:
+    """Return how far a number of a term is within the nearest limit of its law."""
+    value = getattr(term.effect, number)
+    return float(min(abs(value - bound) for bound in limits_of(term.name, number)))
 
 
 def _room(fitter: Fitter, term: Term, number: str) -> float:
     """Return how far a number of a term is within its nearest limit, that of the arm too."""
-    value = getattr(term.effect, number)
-    room = min(abs(value - bound) for bound in limits_of(term.name, number))
+    room = _room_of_law(term, number)
     within = HYPOTHESES[term.name].within
     links = fitter.arm.links
     if number in within and links is not None:
-        room = min(room, within[number](links) - abs(value))
+        room = min(room, within[number](links) - abs(getattr(term.effect, number)))
     return room
 
 
