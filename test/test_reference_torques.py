@@ -39,8 +39,7 @@ def recorded(effect, seed, joints=1, seconds=SECONDS, gain=None):
     ('stribeck_friction', 6202), ('torque_constant_error', 6202),
     pytest.param('stiffness_error', 6103, marks=further),
     pytest.param('stiffness_error', 6202, marks=further),
-    pytest.param('torque_constant_error', 6108, marks=[further, pytest.mark.xfail(
-        strict=True, reason='0.7 of noise is left, so the right name is 81 % sure')]),
+    pytest.param('torque_constant_error', 6108, marks=further),
     pytest.param('kinematic_error', 6106, marks=further),
     pytest.param('torsional_hysteresis', 6202, marks=further),
     pytest.param('load_dependent_friction', 6109, marks=further),
