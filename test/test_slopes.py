@@ -8,6 +8,7 @@ from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.healthy_twin import healthy_twin, noise_of
 from hda_torque_estimator.diagnosis.fitting.column_noise import ColumnNoise, projection
 from hda_torque_estimator.diagnosis.fitting.fit import deviations, Fitter
+from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
 from hda_torque_estimator.diagnosis.fitting.nuisance import nuisances
 from hda_torque_estimator.diagnosis.fitting.slopes import has_noise, of_noise
 from hda_torque_estimator.measurements.sample_grid import measurement_from
@@ -45,6 +46,13 @@ def test_numbers_do_not_run_to_the_ends_of_their_tolerances(fitter):
     assert np.mean(with_noise) < -2.0
     assert abs(np.mean(quiet)) < 0.5 * abs(np.mean(with_noise))
     assert np.abs(quiet).max() < 2.0
+
+
+def test_what_links_carry_is_as_noisy_by_each_of_its_laws(fitter):
+    """A law whose columns kept their noise would fit worse than a point, which it contains."""
+    laws = list(terms_of(ARM, 'payload'))
+    assert [law.size for law in laws] == [1, 2, 3]
+    assert all(has_noise(law, fitter.fit([law]).slopes.noise) for law in laws)
 
 
 def test_a_smaller_balance_is_as_noisy(fitter):

@@ -121,7 +121,7 @@ class Derivatives:
     def noise_carried(self, twin: 'Derivatives', balance: Balance,
                       weight: Array) -> dict[Sized, Array]:
         """
-        Return what of the columns of what the links may carry is noise, as a point and as a body.
+        Return what of the columns of what the links may carry is noise, by each of its laws.
 
         An arm is linear in these numbers, so they are those of any size. Where it is stated what
         they carry that is a tolerance.
@@ -134,8 +134,10 @@ class Derivatives:
         noises = self._carried[twin].noise_in(self.carried.terms, self.carried.columns,
                                               balance.residual, balance.valid, weight)
         for place, noise in noises.items():
-            found |= {place: noise,                             # its first column is a point's
-                      (place[0], 1): np.ascontiguousarray(noise[:, :, :1])}
+            # The first column is a point's, the last the inertia of a body with its centre there.
+            found |= {place: noise,
+                      (place[0], 1): np.ascontiguousarray(noise[:, :, :1]),
+                      (place[0], 2): np.ascontiguousarray(noise[:, :, [0, -1]])}
         return found
 
     @cached_property
