@@ -102,7 +102,8 @@ def noise_of(balancer: Balancer, arm: Arm, twin: Measurement | None = None, *,
     twin shows how much more it makes. White noise stays most of it, so it is twice that at most.
     The rest of what a twin has is of its own loop. What motor balances then have more at high
     frequency, where effects seldom show, is white noise of the torque, which is added. What
-    torsion balances have more there is of clocks that jitter, or noise of a sensor.
+    torsion balances have more there is of clocks that jitter, the more the faster a joint moves,
+    or noise of a sensor.
     """
     record = arm.record()
     return balancer.noises.of(
@@ -129,11 +130,10 @@ def _noise_beside(balancer: Balancer, arm: Arm, twin: Measurement,
     noise = plain.copy()
     noise[:joints] = np.sqrt(plain[:joints] ** 2 + np.maximum(
         white, (command_noise * of_white.std(axis=0)) ** 2))
-    usual = [_roughness(values[:, joints:], ours.valid[:, joints:], 0.5)
+    usual = [_segments(values[:, joints:], ours.valid[:, joints:])
              for values in (ours.residual, added)]
-    ratio = np.divide(usual[0], usual[1], where=usual[1] > 0.0, out=np.ones(len(usual[1])))
-    jittering = added_level[joints:] * np.minimum(np.nan_to_num(ratio, nan=1.0), 1.0 / MOSTLY)
-    noise[joints:] = np.maximum(plain[joints:], jittering)
+    ratio = [_usual(*both) for both in zip(*usual)]
+    noise[joints:] = np.maximum(plain[joints:], added_level[joints:] * ratio)
     if balancer.measurement.referenced.any():
         noise = np.maximum(noise, _of_sensors(
             balancer, (ours.residual, added), ours.valid, plain, seed))
@@ -178,12 +178,30 @@ def _roughness(residual: Array, valid: NDArray[np.bool_], share: float = QUIET) 
 
     Where a motion stops so often that no segment holds throughout, those are of rows that hold.
     """
+    return np.array([np.quantile(parts, share) if len(parts) else np.nan
+                     for parts in _segments(residual, valid)])
+
+
+def _segments(residual: Array, valid: NDArray[np.bool_]) -> list[Array]:
+    """Return the high-frequency level of every segment, for each balance (c) [N*m]."""
     fast = residual - gaussian_filter1d(residual, 1.0, axis=0)
     length = round(SEGMENT * RATE)
     levels = []
     for column, good in zip(fast.T, valid.T):
         whole = [k for k in range(0, len(column) - length, length) if good[k:k + length].all()]
-        parts = [column[k:k + length].std() for k in whole] or [
-            column[good][k:k + length].std() for k in range(0, good.sum() - length, length)]
-        levels.append(np.quantile(parts, share) if parts else np.nan)
-    return np.array(levels)
+        levels.append(np.array([column[k:k + length].std() for k in whole] or [
+            column[good][k:k + length].std() for k in range(0, good.sum() - length, length)]))
+    return levels
+
+
+def _usual(ours: Array, of_readings: Array) -> float:
+    """
+    Return how loud segments (k,) are against noise of readings, all together (eq:jitter-noise).
+
+    Clocks that jitter are louder the faster a joint moves. What is louder than twice the
+    readings' noise counts as that: it may be a cause.
+    """
+    if not len(ours) or not of_readings.any():
+        return 1.0
+    counted = np.minimum(ours, of_readings / MOSTLY)
+    return float(np.sqrt(np.mean(counted ** 2) / np.mean(of_readings ** 2)))
