@@ -141,9 +141,10 @@ def _findings(evidence: Grounds, found: SearchResult, pairs: Sequence[Alike],
     nameable = [term for term in evidence.fit.accepted if term.place not in tied]
     reasons = found.reasons()
     terms = {term.place: term for term in nameable}
+    taken = {term.place for term in evidence.fit.accepted}
     return tuple(
         replace(one, probability=certain(judged, reasons[one.effect, one.joint],
-                                         terms[one.effect, one.joint]))
+                                         terms[one.effect, one.joint], taken))
         for one in findings(evidence.fitter, evidence.fit, reasons, nameable, evidence.twin,
                             evidence.held_out))
 

@@ -18,7 +18,7 @@ from ..fitting.derivatives import IMPOSSIBLE
 from ..fitting.fit import CLOSE, Fit, Fitter
 from ..fitting.hypotheses import is_richer
 from ...least_squares.term import Place, Term
-from ...significance import MANY
+from ...significance import MANY, SCORE_BAR
 
 # Numerics; choices unless stated otherwise.
 _CANDIDATES = 6         # fitted in every round, with two steps,
@@ -150,8 +150,8 @@ def exact(fitter: Fitter, trials: Iterable[Fit]) -> list[Fit]:
     Return the fits of the most promising places to the end, the best first.
 
     A place may have several laws, and two steps do not show which of them will fit. Of two that
-    fit alike the one with fewer numbers is taken, those with a tolerance too. None fits worse than
-    a law that it contains: it begins there once more if it did.
+    fit alike the one with fewer numbers is taken, those with a tolerance too (`_alike`). None fits
+    worse than a law that it contains: it begins there once more if it did.
     """
     tried = sorted(trials, key=lambda trial: _cost(fitter, trial))
     finalists = list(dict.fromkeys(map(place_of, tried)))[:_FINALISTS]
@@ -161,10 +161,21 @@ def exact(fitter: Fitter, trials: Iterable[Fit]) -> list[Fit]:
     for trial in sorted((trial for trial in settled if _may_be(fitter, trial)),
                         key=lambda trial: cost_formed(fitter, trial)):
         known = best.setdefault(place_of(trial), trial)
-        if (trial.accepted[-1].size < known.accepted[-1].size
-                and cost_formed(fitter, trial) - cost_formed(fitter, known) < CLOSE):
+        if cost_formed(fitter, trial) - cost_formed(fitter, known) < _alike(trial, known):
             best[place_of(trial)] = trial
     return list(best.values())
+
+
+def _alike(trial: Fit, known: Fit) -> float:
+    """
+    Return by how much more a trial with another law of the last cause may cost than a known fit.
+
+    A law with fewer free numbers gives way to one that contains it for what is worth a change.
+    """
+    law, other = trial.accepted[-1], known.accepted[-1]
+    if law.freedom < other.freedom and set(law.free) < set(other.free):
+        return SCORE_BAR
+    return CLOSE if law.size < other.size else 0.0
 
 
 def _from_contained(fitter: Fitter, trial: Fit, others: Sequence[Fit]) -> Fit:

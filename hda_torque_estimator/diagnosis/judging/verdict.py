@@ -1,6 +1,6 @@
 """From fits to findings: causes with intervals, runners-up, gains, and what is left."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from itertools import product
 
 from hda_arm_sim.model.effects import effect_named
@@ -149,15 +149,16 @@ def alike(found: SearchResult, judged: GoodnessOfFit) -> tuple[Alike, ...]:
     return tuple(pairs)
 
 
-def certain(judged: GoodnessOfFit, reason: Reason, term: Term) -> float:
+def certain(judged: GoodnessOfFit, reason: Reason, term: Term, taken: Collection[Place]) -> float:
     """
     Return the probability of a cause: that of the weakest of what it rests on.
 
     A runner-up with more numbers does not count: one that contains the cause explains as well.
+    Nor does one that was found beside it, at a place that is `taken`.
     """
     rival = reason.runner_up
-    richer = rival is not None and rival.freedom > term.freedom
-    lead = np.inf if richer else lead_of(reason)
+    is_none = rival is None or rival.freedom > term.freedom or rival.place in taken
+    lead = np.inf if is_none else lead_of(reason)
     return probability(min(judged.margins[term.place], reason.improvement / reason.threshold,
                            lead))
 
