@@ -77,6 +77,18 @@ def test_a_law_of_another_form_leaves_noise_and_another_law_does_not(seed):
     assert evidence(fitter, right) < evidence(fitter, wrong)
 
 
+@pytest.mark.parametrize('count', [1, 2, 3])
+def test_a_cause_that_acts_in_fewer_rows_than_it_has_forms_has_fewer(count):
+    world = worlds.draw(722005, ('stribeck_friction',), form='one_way', motion='rich', rate=1000,
+                        joints=1, seconds=20.0)
+    fitter = fitter_of(replace(world, controller=1000, logger=Logger()))
+    fit = fitted(fitter, 'stribeck_friction')
+    does = np.abs(fit.balance.residual - fitter.lacking(fit, fit.accepted[0]).balance.residual)
+    few = np.argsort(np.where(fit.balance.valid, does, 0.0)[:, 0])[-count:]
+    short = replace(fitter, rows=np.isin(np.arange(len(does)), few))
+    assert evidence(short, short.at(fit.terms, 1, fit.slopes)) > 0.0
+
+
 @pytest.mark.parametrize(('effect', 'form', 'seed'), [
     ('base_tilt', 'sinking', 994185),           # whose numbers move with its form
     ('encoder_scale_error', 'warming', 998145),

@@ -265,9 +265,9 @@ def _forms_of(fitter: Fitter, fit: Fit, term: Term, lacking: Array) -> Array:
     shown = flat.any(axis=1)                # of what passes, a short time
     basis, upper = np.linalg.qr(
         flat[shown] / np.maximum(np.sqrt((flat ** 2).sum(axis=0)), _AT_REST))
-    apart = np.abs(np.diag(upper))[1:] > HARDLY
+    apart = np.abs(np.diag(upper))[1:] > HARDLY     # of as many as there are rows, at most
     made = np.zeros((len(flat), int(apart.sum())))
-    strengths = np.array([strength for _, strength in others])[apart]
+    strengths = np.array([strength for _, strength in others[:len(apart)]])[apart]
     made[shown] = size * strengths * basis[:, 1:][:, apart]
     return made.reshape(*does.shape, -1) * fitter.noise[:, None]
 
