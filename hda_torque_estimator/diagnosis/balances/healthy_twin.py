@@ -172,18 +172,18 @@ def _white(random: np.random.Generator, measurement: Measurement, columns: int) 
     return between(recorded, measurement.parts)
 
 
-def _roughness(residual: Array, valid: NDArray[np.bool_], share: float = QUIET) -> Array:
-    """
-    Return the high-frequency level (c,) that this share of the segments is below [N*m].
-
-    Where a motion stops so often that no segment holds throughout, those are of rows that hold.
-    """
-    return np.array([np.quantile(parts, share) if len(parts) else np.nan
+def _roughness(residual: Array, valid: NDArray[np.bool_]) -> Array:
+    """Return the high-frequency level (c,) of quiet segments [N*m]."""
+    return np.array([np.quantile(parts, QUIET) if len(parts) else np.nan
                      for parts in _segments(residual, valid)])
 
 
 def _segments(residual: Array, valid: NDArray[np.bool_]) -> list[Array]:
-    """Return the high-frequency level of every segment, for each balance (c) [N*m]."""
+    """
+    Return the high-frequency level of every segment, for each balance (c) [N*m].
+
+    Where a motion stops so often that no segment holds throughout, those are of rows that hold.
+    """
     fast = residual - gaussian_filter1d(residual, 1.0, axis=0)
     length = round(SEGMENT * RATE)
     levels = []

@@ -13,9 +13,9 @@ from hda_arm_sim.model.arm import Arm, ArmError
 import numpy as np
 
 from .column_noise import ColumnNoise
-from .hypotheses import carried_by
+from .hypotheses import carried_by, terms_of
 from .nuisance import AnyTerm, nuisances
-from .steps import groups_at_once, Sized, stepped
+from .steps import groups_at_once, Sized, sized, stepped
 from ..balances.balance import Balance, Balancer
 from ..balances.channels import channels_of, noisy_by_torques, sides
 from ...least_squares.term import Term, with_terms
@@ -133,11 +133,10 @@ class Derivatives:
         found: dict[Sized, Array] = {}
         noises = self._carried[twin].noise_in(self.carried.terms, self.carried.columns,
                                               balance.residual, balance.valid, weight)
-        for place, noise in noises.items():
-            # The first column is a point's, the last the inertia of a body with its centre there.
-            found |= {place: noise,
-                      (place[0], 1): np.ascontiguousarray(noise[:, :, :1]),
-                      (place[0], 2): np.ascontiguousarray(noise[:, :, [0, -1]])}
+        for body in carried_by(self.arm):       # which contains all other laws of the effect
+            for law in terms_of(self.arm, body.name):
+                own = [body.free.index(number) for number in law.free]
+                found[sized(law)] = np.ascontiguousarray(noises[sized(body)][:, :, own])
         return found
 
     @cached_property

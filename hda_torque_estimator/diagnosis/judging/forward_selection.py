@@ -150,8 +150,8 @@ def exact(fitter: Fitter, trials: Iterable[Fit]) -> list[Fit]:
     Return the fits of the most promising places to the end, the best first.
 
     A place may have several laws, and two steps do not show which of them will fit. Of two that
-    fit alike the one with fewer numbers is taken, those with a tolerance too (`_alike`). None fits
-    worse than a law that it contains: it begins there once more if it did.
+    fit alike the one with fewer numbers is taken, those with a tolerance too. None fits worse than
+    a law that it contains: it begins there once more if it did.
     """
     tried = sorted(trials, key=lambda trial: _cost(fitter, trial))
     finalists = list(dict.fromkeys(map(place_of, tried)))[:_FINALISTS]
@@ -161,12 +161,12 @@ def exact(fitter: Fitter, trials: Iterable[Fit]) -> list[Fit]:
     for trial in sorted((trial for trial in settled if _may_be(fitter, trial)),
                         key=lambda trial: cost_formed(fitter, trial)):
         known = best.setdefault(place_of(trial), trial)
-        if cost_formed(fitter, trial) - cost_formed(fitter, known) < _alike(trial, known):
+        if cost_formed(fitter, trial) - cost_formed(fitter, known) < _may_cost_more(trial, known):
             best[place_of(trial)] = trial
     return list(best.values())
 
 
-def _alike(trial: Fit, known: Fit) -> float:
+def _may_cost_more(trial: Fit, known: Fit) -> float:
     """
     Return by how much more a trial with another law of the last cause may cost than a known fit.
 

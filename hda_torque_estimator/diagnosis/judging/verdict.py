@@ -121,12 +121,7 @@ def _number(term: Term, name: str, reach: float) -> FittedNumber:
 
 
 def alike(found: SearchResult, judged: GoodnessOfFit) -> tuple[Alike, ...]:
-    """
-    Return the backed causes that a runner-up, or a twin by nature, explains as well.
-
-    A runner-up with more numbers does not count: one that contains the cause always explains as
-    well. Nor does one that was found beside it.
-    """
+    """Return the backed causes that a runner-up, or a twin by nature, explains as well."""
     pairs, taken = [], {term.place for term in found.last.accepted}
     for term, reason in zip(found.last.accepted, found.evidence):
         if term not in judged.backed:
@@ -135,9 +130,9 @@ def alike(found: SearchResult, judged: GoodnessOfFit) -> tuple[Alike, ...]:
         unclear = judged.powers[term.place].max() < sought.clear
         twin = sought.alike[0] if unclear else sought.twin
         other: Place | None = (twin, term.joint) if twin else None
-        if (rival is not None and rival.place not in taken and rival.freedom <= term.freedom
-                and reason.runner_up_gap < _tied(reason)):
-            other = rival.place
+        contender = _contender(reason, term, taken)
+        if contender is not None and reason.runner_up_gap < _tied(reason):
+            other = contender.place
         if other is not None:
             by_nature = sought.twin and other == (sought.twin, term.joint)
             near = rival is not None and rival.place == other and not by_nature
@@ -149,16 +144,22 @@ def alike(found: SearchResult, judged: GoodnessOfFit) -> tuple[Alike, ...]:
     return tuple(pairs)
 
 
-def certain(judged: GoodnessOfFit, reason: Reason, term: Term, taken: Collection[Place]) -> float:
+def _contender(reason: Reason, term: Term, taken: Collection[Place]) -> Term | None:
     """
-    Return the probability of a cause: that of the weakest of what it rests on.
+    Return the runner-up that could be meant in the place of a cause, None without one.
 
-    A runner-up with more numbers does not count: one that contains the cause explains as well.
-    Nor does one that was found beside it, at a place that is `taken`.
+    One with more numbers does not count: one that contains the cause always explains as well. Nor
+    does one that was found beside it, at a place that is `taken`.
     """
     rival = reason.runner_up
-    is_none = rival is None or rival.freedom > term.freedom or rival.place in taken
-    lead = np.inf if is_none else lead_of(reason)
+    if rival is None or rival.freedom > term.freedom or rival.place in taken:
+        return None
+    return rival
+
+
+def certain(judged: GoodnessOfFit, reason: Reason, term: Term, taken: Collection[Place]) -> float:
+    """Return the probability of a cause beside those `taken`: that of its weakest support."""
+    lead = np.inf if _contender(reason, term, taken) is None else lead_of(reason)
     return probability(min(judged.margins[term.place], reason.improvement / reason.threshold,
                            lead))
 
