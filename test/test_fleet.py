@@ -168,6 +168,16 @@ def test_dask_that_is_missing_is_one_line(monkeypatch):
         over_machines(abs, [1], 'tcp://127.0.0.1:9')
 
 
+def killed(item):
+    """End the own process, as a machine does where memory runs out."""
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_how_a_process_ended_is_known_whichever_others_start_meanwhile():
+    ends = over_processes(killed, range(60), 8, failed=lambda item, reason: reason)
+    assert set(ends) == {'its process was ended by SIGKILL, as where memory runs out'}
+
+
 def test_results_come_in_the_order_of_the_items():
     assert over_processes(abs, [-3, 1, -2], 2) == [3, 1, 2]
     assert over_processes(abs, []) == []

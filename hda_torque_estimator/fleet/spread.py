@@ -11,11 +11,13 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import as_completed, Future, ThreadPoolExecutor
 from importlib import import_module
 from multiprocessing import forkserver, get_context
-from multiprocessing.connection import Connection
+from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
 import os
 from pathlib import Path
 import resource
 import signal
+from threading import Lock
 from typing import Any, TypeVar
 
 from hda_msgs_json.errors import HdaError
@@ -27,6 +29,7 @@ Result = TypeVar('Result')
 PATIENCE = 10.0         # for a scheduler to answer [s]
 RESERVED = 2 << 30      # addresses beside the share: libraries take 0.7 GiB, most of it unused
 LEAST_SHARE = 1 << 30   # memory in which an ordinary recording is diagnosed [bytes]
+CHILDREN = Lock()       # one thread at a time starts a process or asks how one ended
 CONTAINER = ('/sys/fs/cgroup/memory.max', '/sys/fs/cgroup/memory/memory.limit_in_bytes')
 
 
@@ -106,17 +109,30 @@ def _apart(work: Callable[[Item], Result], failed: Callable[[Item, str], Result]
     here, there = context.Pipe(duplex=False)
     process = context.Process(target=_work, args=(there, work, item, share), daemon=True)
     try:
-        process.start()
+        with CHILDREN:
+            process.start()
     except OSError as error:
         return failed(item, f'no process could be started for it: {error.strerror}')
     there.close()
     try:
         result, reason = here.recv()
     except (EOFError, OSError):
-        process.join()
-        result, reason = None, _end(process.exitcode or 0)
-    process.join()
+        result, reason = None, _end(_exit_code(process))
+    _exit_code(process)
     return result if reason is None else failed(item, reason)
+
+
+def _exit_code(process: BaseProcess) -> int:
+    """
+    Wait until a process has ended, and return its code.
+
+    Starting a process asks all others how they ended. The answer can be read once: two threads
+    that ask at the same time would take it from each other, and one would be told 255.
+    """
+    wait([process.sentinel])
+    with CHILDREN:
+        process.join()
+    return process.exitcode or 0
 
 
 def _work(there: Connection, work: Callable[[Item], Result], item: Item, share: int) -> None:
