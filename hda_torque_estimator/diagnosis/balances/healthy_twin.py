@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from .balance import Balancer, RATE
+from .clean_motion import CleanMotion
 from ...measurements.measurement import Measurement, QUIET, SEGMENT
 from ...measurements.running_clock import arm_during
 from ...measurements.upsampling import between
@@ -43,12 +44,15 @@ def healthy_twin(balancer: Balancer, arm: Arm, seed: int,
     what torques have beyond that.
     """
     more = more or TorqueNoise.none(len(arm.joints))
-    measured = balancer.measurement
+    measured, noise = balancer.measurement, balancer.measurement.reading_noise()
     reading = np.empty(measured.reading.shape)          # rows in a row, as compiled code has them
     command, torque = np.empty((2, *measured.command.shape))
     for place, piece in enumerate(measured.pieces()):
         state = balancer.motion(arm).state[piece]
-        angle, rate = state[:, :, LINK_ANGLE].copy(), state[:, :, LINK_VELOCITY].copy()
+        clean = CleanMotion(measured.reading[piece][::measured.parts, :, 1], noise[:, 1],
+                            measured.parts * measured.dt, measured.dt)
+        angle = clean.angles(state[:, :, LINK_ANGLE])
+        rate = clean.rates(state[:, :, LINK_VELOCITY])
         time = measured.dt * np.arange(len(angle), dtype=np.float64)
         asked = Motion(time, angle, rate, np.zeros((len(angle), 2)))
         own = arm_during(arm, piece, measured.dt)
@@ -62,11 +66,11 @@ def healthy_twin(balancer: Balancer, arm: Arm, seed: int,
                        parts=measured.parts, led=measured.led, held=measured.held,
                        unscaled=measured.unscaled, blind=measured.blind)
     if measured.referenced.any():
-        noise = np.hypot(measured.reference_noise(), more.sensor)
+        scatter = np.hypot(measured.reference_noise(), more.sensor)
         twin = replace(twin, reference=np.where(
             np.isfinite(measured.reference),
-            torque + noise * _white(random, measured, len(arm.joints)), np.nan))
-    lacking = np.sqrt(np.maximum(measured.reading_noise() ** 2 - twin.reading_noise() ** 2, 0.0))
+            torque + scatter * _white(random, measured, len(arm.joints)), np.nan))
+    lacking = np.sqrt(np.maximum(noise ** 2 - twin.reading_noise() ** 2, 0.0))
     missing = lacking * random.standard_normal(reading[::measured.parts].shape)
     return replace(twin, reading=reading + between(missing, measured.parts))
 

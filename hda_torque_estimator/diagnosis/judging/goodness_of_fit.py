@@ -220,8 +220,8 @@ def _followed(fitter: Fitter, fit: Fit, left: Array) -> NDArray[np.bool_]:
 
 
 def _where_none_acts(fitter: Fitter, powers: Mapping[Place, Array]) -> NDArray[np.bool_]:
-    """Return the channels (c,) in which no cause has a power that counts, none without a cause."""
-    none = np.full(len(fitter.noise), bool(powers))
+    """Return the channels (c,) in which no cause has a power that counts."""
+    none = np.full(len(fitter.noise), True)
     for power in powers.values():
         none &= power <= MATERIAL ** 2
     return none
