@@ -14,12 +14,13 @@ from scipy.signal import firwin2, oaconvolve, welch
 
 from .whitening import MOTION
 from ...least_squares.normal import TINY
-from ...significance import IMMATERIAL, MOSTLY
+from ...significance import MOSTLY
 
 Parity = Literal['odd', 'even']
 # Numerics; choices unless stated otherwise.
 _WINDOW = 1.0           # that a filter sees, and that spectra are of [s]
 _BINS = 1.0             # of a spectrum that are smoothed together
+_BURIED = 0.3           # noise over what is read, from which nothing passes (choice)
 _QUIET = 0.5            # of the highest frequency of readings, above which they show noise alone
 
 
@@ -42,7 +43,7 @@ class CleanMotion:
         power = gaussian_filter1d(power, _BINS, axis=0) / np.maximum(of_difference ** 4, TINY)
         quick = np.median(power[frequency > _QUIET * frequency[-1]], axis=0)
         white = np.minimum(quick, 2.0 * period * (noise / MOSTLY) ** 2)
-        gain = np.clip(1.0 - white / np.maximum(IMMATERIAL * power, TINY), 0.0, 1.0)
+        gain = np.clip(1.0 - white / np.maximum(_BURIED * power, TINY), 0.0, 1.0)
         gain[frequency < MOTION] = 1.0
         self._taps = [_taps(frequency, column, dt) for column in gain.T]
 

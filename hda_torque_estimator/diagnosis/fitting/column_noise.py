@@ -35,17 +35,16 @@ class ColumnNoise:
     by_torques: NDArray[np.bool_]       # (c,) balances that have noise of torques as well
 
     @classmethod
-    def made(cls, terms: Sequence[AnyTerm], twin: Array, noises: Sequence[tuple[Array, Array]],
+    def made(cls, terms: Sequence[AnyTerm], twin: Array, columns: Array, rest: Array,
              valid: NDArray[np.bool_], by_torques: NDArray[np.bool_]) -> 'ColumnNoise':
-        """Return it from independent noises that were made: of columns (m, c, q), rest (m, c)."""
-        loud = [(_spectra(np.where(valid[:, :, None], columns, 0.0)),
-                 _spectra(np.where(valid, rest, 0.0))) for columns, rest in noises]
+        """Return it from noise that was made: of `columns` (m, c, q) and of the `rest` (m, c)."""
+        loud = _spectra(np.where(valid[:, :, None], columns, 0.0))
+        of_rest = _spectra(np.where(valid, rest, 0.0))
         places = {sized(term): own for term, own in columns_of(terms)
                   if not isinstance(term, Zero)}
-        spectra = [(_in_bands(np.abs(column) ** 2), _in_bands(column * rest.conj()[:, :, None]),
-                    _in_bands(np.abs(rest) ** 2)) for column, rest in loud]
-        power, across, of_rest = (np.sum(each, axis=0) for each in zip(*spectra))
-        return cls(places, twin, power, across, of_rest, by_torques)
+        return cls(places, twin, _in_bands(np.abs(loud) ** 2),
+                   _in_bands(loud * of_rest.conj()[:, :, None]), _in_bands(np.abs(of_rest) ** 2),
+                   by_torques)
 
     def noise_in(self, terms: Sequence[AnyTerm], columns: Array, rest: Array,
                  valid: NDArray[np.bool_], weight: Array) -> dict[Sized, Array]:

@@ -147,13 +147,13 @@ class Derivatives:
 
     def _beside(self, twin: 'Derivatives',
                 columns: Callable[['Derivatives'], TermColumns]) -> ColumnNoise:
-        """Return what noisier readings, and commands, make of columns beside a twin."""
-        balance, ours = self.balancer(self.arm), columns(self)
-        noises = [(columns(Derivatives(more, self.arm)).columns - ours.columns,
-                   more(self.arm).residual - balance.residual)
-                  for more in self.balancer.noisier_each]
-        return ColumnNoise.made(ours.terms, twin.as_given, noises, balance.valid,
-                                noisy_by_torques(self.balancer.measurement))
+        """Return what noisier readings make of columns, beside a twin."""
+        noisier, balance = Derivatives(self.balancer.noisier, self.arm), self.balancer(self.arm)
+        ours = columns(self)
+        return ColumnNoise.made(
+            ours.terms, twin.as_given, columns(noisier).columns - ours.columns,
+            noisier.balancer(self.arm).residual - balance.residual, balance.valid,
+            noisy_by_torques(self.balancer.measurement))
 
     def _about(self, terms: Sequence[AnyTerm]) -> Arm:
         """Return the arm with terms, which is asked for many times."""
