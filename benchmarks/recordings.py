@@ -32,8 +32,15 @@ def asked_for(words: Sequence[str]) -> Namespace:
     known.add_argument('--numbers', type=Path, default=NUMBERS)
     known.add_argument('--figures', type=Path, default=DOCS / 'figures')
     asked = known.parse_args(words)
-    if asked.data is None and not asked.quick:
+    if asked.quick:
+        return asked
+    if asked.data is None:
         known.error('name the folder of the recordings, or take --quick')
+    needed = (real_kinova.FOLDER, real_yucobot.FILE, real_lara8.FILE, real_bench.FOLDER)
+    missing = [name for name in needed if not (asked.data / name).exists()]
+    if missing:
+        known.error(f'{asked.data} lacks {", ".join(missing)}; name the folder of the recordings '
+                    '(make real DATA=DIR)')
     return asked
 
 

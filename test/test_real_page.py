@@ -7,6 +7,7 @@ from project_files import ROOT
 import pytest
 from real_page import (
     document, figures, fixed, listed, NUMBERS, PAGE, page, ProseError, small)
+from recordings import asked_for
 
 KNOWN = json.loads(NUMBERS.read_text(encoding='utf-8'))
 
@@ -59,3 +60,10 @@ def test_a_number_that_changes_changes_the_page():
     (listed([6]), '6'), (listed([]), 'none')])
 def test_numbers_are_shown_with_their_digits(shown, expected):
     assert shown == expected
+
+
+@pytest.mark.parametrize('words', [[], [''], ['absent']])
+def test_a_folder_without_the_recordings_is_refused_before_anything_is_done(words, capsys):
+    with pytest.raises(SystemExit):
+        asked_for(words)
+    assert 'name the folder of the recordings' in capsys.readouterr().err
