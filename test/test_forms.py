@@ -5,13 +5,9 @@ import gc
 from weakref import ref
 
 from hda_arm_sim.model.files import read_arm
-from hda_torque_estimator.diagnosis.assumptions import EFFECTIVE
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
-from hda_torque_estimator.diagnosis.balances.healthy_twin import (
-    healthy_twin, noise_of, torque_noise_of, TorqueNoise)
+from hda_torque_estimator.diagnosis.balances.healthy_twin import healthy_twin, TorqueNoise
 from hda_torque_estimator.diagnosis.diagnose import diagnose
-from hda_torque_estimator.diagnosis.fitting.alignment import aligned
-from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import HYPOTHESES, terms_of
 from hda_torque_estimator.diagnosis.fitting.starting_points import contacts_in
 from hda_torque_estimator.diagnosis.judging import other_laws
@@ -21,23 +17,13 @@ from hda_torque_estimator.diagnosis.judging.law_forms import (
 from hda_torque_estimator.diagnosis.judging.null_distribution import by_chance
 from hda_torque_estimator.diagnosis.judging.screening import screen
 from hda_torque_estimator.measurements.sample_grid import measurement_from
-from hda_torque_estimator.measurements.upsampling import finer
 from hda_torque_estimator.significance import CERTAIN, HARDLY
 import numpy as np
 import pytest
 from truth import worlds
 from truth.logs import Logger
+from world_fits import fitter_of
 from world_samples import arm_of, logged
-
-
-def fitter_of(world):
-    """Return what fits the record of a world, with a twin that is as noisy."""
-    arm = arm_of(world)
-    balancer = Balancer(aligned(finer(measurement_from(arm.labels, logged(world, arm))), arm))
-    noise, plain = noise_of(balancer, arm)
-    twin = healthy_twin(balancer, arm, 2, torque_noise_of(noise, plain, balancer, arm))
-    return Fitter(balancer, arm, noise, EFFECTIVE, np.ones(len(balancer.time), bool),
-                  Balancer(twin))
 
 
 def fitted(fitter, name):

@@ -115,10 +115,13 @@ def _apart(work: Callable[[Item], Result], failed: Callable[[Item, str], Result]
         return failed(item, f'no process could be started for it: {error.strerror}')
     there.close()
     try:
-        result, reason = here.recv()
+        sent = here.recv()
     except (EOFError, OSError):
-        result, reason = None, _end(_exit_code(process))
-    _exit_code(process)
+        sent = None
+    code = _exit_code(process)
+    if sent is None:
+        return failed(item, _end(code))
+    result, reason = sent
     return result if reason is None else failed(item, reason)
 
 

@@ -20,7 +20,7 @@ Parity = Literal['odd', 'even']
 # Numerics; choices unless stated otherwise.
 _WINDOW = 1.0           # that a filter sees, and that spectra are of [s]
 _BINS = 1.0             # of a spectrum that are smoothed together
-_BURIED = 0.3           # noise over what is read, from which nothing passes (choice)
+_BURIED = 0.3           # noise over what is read, from which nothing passes
 _QUIET = 0.5            # of the highest frequency of readings, above which they show noise alone
 
 

@@ -221,7 +221,7 @@ def _followed(fitter: Fitter, fit: Fit, left: Array) -> NDArray[np.bool_]:
 
 def _where_none_acts(fitter: Fitter, powers: Mapping[Place, Array]) -> NDArray[np.bool_]:
     """Return the channels (c,) in which no cause has a power that counts."""
-    none = np.full(len(fitter.noise), True)
+    none = np.ones(len(fitter.noise), bool)
     for power in powers.values():
         none &= power <= MATERIAL ** 2
     return none

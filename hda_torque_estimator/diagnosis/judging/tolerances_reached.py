@@ -34,11 +34,11 @@ def beyond_tolerance(fitter: Fitter, fit: Fit, allowed: Array) -> Array:
     """
     Return what numbers at the end of their tolerance would explain beyond it, by channel (c,).
 
-    It is a share of what takes a name back. Causes have their best forms,
-    as without these the numbers run to their ends for a form's sake. What the same numbers
-    explain of a healthy arm is chance, and so is what they gain by making less noise. A channel
-    in which they improve little shows nothing, nor does one where the power is `allowed` (c,)
-    over noise: laws leave as much there.
+    It is a share of what takes a name back. Causes have their best forms, as without these the
+    numbers run to their ends for a form's sake. What the same numbers explain of a healthy arm is
+    chance, and so is what they gain by making less noise. A channel in which they improve little
+    shows nothing, nor does one where the power is `allowed` (c,) over noise: laws leave as much
+    there.
     """
     formed = in_best_forms(fitter, fit)
     held = _solved(fitter, formed, ())
