@@ -7,7 +7,7 @@ from hda_arm_sim.motions import Motion, motion
 from hda_msgs_json.samples import JointSamples
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.readings.encoder_steps import true_step
-from hda_torque_estimator.diagnosis.readings.line_alias import agrees, moves
+from hda_torque_estimator.diagnosis.readings.line_alias import agrees, moves, of_codes
 from hda_torque_estimator.diagnosis.readings.line_error import smallest_wave, uneven_lines
 from hda_torque_estimator.diagnosis.readings.raw_readings import raw_findings, raw_readings
 from hda_torque_estimator.diagnosis.readings.repeats import repeats_of
@@ -324,6 +324,28 @@ def test_a_wave_of_one_phase_agrees_and_one_of_another_phase_each_way_does_not()
     _, speed, columns, noise = wave(3000, 0.5)
     assert agrees(speed, columns, columns[0] + noise)
     assert not agrees(speed, columns, np.where(speed > 0.0, columns[0], columns[1]) + noise)
+
+
+@pytest.mark.parametrize(('amplitude', 'codes', 'reach', 'is_theirs'), [
+    (0.5, 4.0, 1e-6, True), (1.2, 4.0, 1e-6, False),       # of more than a step none is
+    (0.5, 4.0001, 1e-6, False), (0.5, 4.0001, 1e-5, True)])
+def test_a_wave_over_whole_steps_that_is_less_than_one_is_of_the_codes(amplitude, codes, reach,
+                                                                       is_theirs):
+    step = 1.5e-4
+    lines = 2.0 * np.pi / (codes * step)
+    assert of_codes(amplitude * step, (lines, reach * lines), step) is is_theirs
+
+
+def test_codes_that_a_coarse_encoder_skips_are_no_error_of_lines():
+    """A step too little at each fourth code makes a wave of half a step over four of them."""
+    found = measured([], 941)
+    step, angle = 1.5e-4, found.reading[:, 0, 1]
+    codes = np.floor(angle / step)
+    reading = found.reading.copy()
+    reading[:, 0, 1] = step * (codes - (codes % 4.0 == 0.0))
+    raw = raw_readings(replace(found, reading=reading), ARM)
+    assert [(one.effect.name, one.joint) for one in raw.causes] == [
+        ('coarse_quantisation', 'joint1')]
 
 
 def test_what_the_motor_shows_as_well_is_no_error_of_one_encoder():

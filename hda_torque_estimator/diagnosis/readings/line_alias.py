@@ -3,9 +3,10 @@ What else looks like a wave over the lines of an encoder, and how it is distingu
 
 Between two samples a wave must not pass more than half a cycle: a faster one is the alias of any
 other. At rest none passes, and noise alone is proportional to a wave of any number of lines.
-Counting makes waves of its own, at any number of lines once they are sampled. Jitter of the
-stamps, and what really moves, show in the motor as well as in the link. And a wave that belongs
-to the angle has one phase, in whatever direction and however often a place is passed.
+Counting makes waves of its own, at any number of lines once they are sampled. Codes that are
+skipped make one of whole steps. Jitter of the stamps, and what really moves, show in the motor as
+well as in the link. And a wave that belongs to the angle has one phase, in whatever direction and
+however often a place is passed.
 """
 
 import math
@@ -39,6 +40,18 @@ def passes(travel: Array, lines: float, window: int) -> Mask:
 def counting(step: float) -> float:
     """Return the largest wave that counting in steps [rad] makes: of a sawtooth, the first."""
     return step / math.pi
+
+
+def of_codes(amplitude: float, lines: tuple[float, float], step: float) -> bool:
+    """
+    Return whether a wave belongs to the codes of an encoder that counts in steps [rad].
+
+    One that is off at every so many codes is off by less than a step, and repeats with a whole
+    number of them. `lines` per turn are those of the wave, and how far they may be off.
+    """
+    count, reach = lines
+    codes = 2.0 * math.pi / (step * count)
+    return amplitude <= step and abs(codes - round(codes)) <= DEVIATIONS * codes * reach / count
 
 
 def agrees(speed: Array, columns: Array, rest: Array) -> bool:

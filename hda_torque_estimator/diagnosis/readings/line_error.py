@@ -7,7 +7,7 @@ angle that it had (`line_angle`). Stretches in which the samples do not show a w
 aside (`line_alias`).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 import math
 from typing import NamedTuple
@@ -17,7 +17,7 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import CoarseQuantisation, EncoderInterpolationError
 import numpy as np
 
-from .line_alias import agrees, counting, moves, resolved, STRETCHES
+from .line_alias import agrees, counting, moves, of_codes, resolved, STRETCHES
 from .line_angle import angle_behind, errors_at, hidden, turned_by_motor
 from .local_rest import local_rest, local_speed, window_of
 from .raw_cause import number, RawCause
@@ -77,6 +77,19 @@ def uneven_lines(measurement: Measurement, arm: Arm, seen: Mask) -> Iterator[Raw
                 'lines': number(wave.effect, 'lines', slope),
                 'phase': number(wave.effect, 'phase', size / wave.effect.amplitude),
             }, wave.score, ((column, LINK),), forms=wave.forms)
+
+
+def is_of_codes(wave: RawCause, coarse: Sequence[RawCause]) -> bool:
+    """
+    Return whether a wave is how its encoder counts, where that was found to be `coarse`.
+
+    Stated steps are no reason: encoders that interpolate have whole numbers of them in a line.
+    """
+    lines, amplitude = wave.numbers['lines'], wave.numbers['amplitude'].value
+    spread = (lines.high - lines.value) / NORMAL_90
+    return any(of_codes(amplitude, (lines.value, spread), cause.numbers['link_step'].value)
+               for cause in coarse
+               if cause.joint == wave.joint and 'link_step' in cause.numbers)
 
 
 def _of_one_encoder(wave: LineWave, motor: Array, link: Array, dt: float, step: float) -> bool:

@@ -23,7 +23,7 @@ import numpy as np
 
 from .encoder_steps import coarse_encoders
 from .late_stamps import clock_jitter, stamp_slips, stamped_along
-from .line_error import uneven_lines, without_waves
+from .line_error import is_of_codes, uneven_lines, without_waves
 from .local_rest import local_rest
 from .lost_samples import counted_gains, lost_samples, slips_of
 from .raw_cause import RawCause
@@ -110,7 +110,7 @@ def _of_one(measurement: Measurement, arm: Arm, names: Sequence[str],
     on_time = measurement = on_grid(measurement)
     if EncoderInterpolationError.name in names:
         waves = list(uneven_lines(measurement, known, seen))
-        causes += waves
+        causes += [wave for wave in waves if not is_of_codes(wave, causes)]
         measurement = without_waves(measurement, waves, known)
     return RawReadings(finer(measurement), known, tuple(causes), on_time, stamped)
 
