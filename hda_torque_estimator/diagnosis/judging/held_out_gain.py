@@ -2,19 +2,19 @@
 What one cause gains on stretches that no fit has seen.
 
 It is first asked of predictions: simulations from measured states, with and without the cause.
-They hold what all other causes leave as well. A small cause among many may not show in them either
-way. Then the balances of the same stretches are asked, beside which all else is fitted
-(eq:held-out). Beside few causes predictions are near noise: what they do not show is not there.
+They hold what all other causes leave as well, and the noise of the states that they start from. A
+small cause, or one behind a coarse encoder, may not show in them either way. Then the balances of
+the same stretches are asked, beside which all else is fitted (eq:held-out).
 """
 
 from .placebo import placebo_shares
 from ..balances.balance import Balancer
 from ..findings.gains import gains, METRIC
-from ..findings.report import OwnGain
+from ..findings.report import Gain, OwnGain
 from ..fitting.fit import Fit, Fitter
 from ...least_squares.term import Term
 from ...measurements.running_clock import Spans
-from ...significance import MANY
+from ...significance import MOSTLY
 
 IN_BALANCES = ('power of the balances on held-out stretches, over that of noise, beside all other '
                'causes')
@@ -34,8 +34,13 @@ def held_out_gain(fitter: Fitter, fit: Fit, term: Term, twin: Balancer,
                       fitter.on(fit.terms), spans).gain()
     if not predicted.low < 0.0:     # zero: a draw without any window in which an event lies
         return predicted.beside(shares.placebo, METRIC)
-    if (len(fit.accepted) >= MANY and predicted.high > 0.0
-            and shares.low > max(shares.placebo, 0.0)):
+    if _may_be_better(predicted) and shares.low > max(shares.placebo, 0.0):
         return OwnGain(shares.before, shares.after, 1.0, shares.cause, shares.low, shares.high,
                        shares.placebo, IN_BALANCES)
     return None
+
+
+def _may_be_better(predicted: Gain) -> bool:
+    """Return whether predictions do not lean to the worse, by most of their reach."""
+    reach = 0.5 * (predicted.high - predicted.low)
+    return predicted.high > 0.0 and predicted.removed > -MOSTLY * reach
