@@ -42,6 +42,6 @@ def too_small(fitter: Fitter, found: SearchResult, known: Collection[Place]) -> 
     own, place = small.fit.own(small.term), small.term.place
     numbers = numbers_of(fitter, small.term, fitter.covariance(small.fit)[own][:, own])
     sure = probability(min(small.reason.improvement / small.reason.threshold,
-                           lead_of(small.reason)))
+                           lead_of(small.reason, small.term)))
     return (Listed(*place, numbers, sure, 'small',
                    f'{at_place(*place)} is not named: it explains less than noise makes'),)

@@ -47,7 +47,7 @@ def findings(fitter: Fitter, fit: Fit, reasons: Mapping[Place, Reason], nameable
         gain = held_out_gain(fitter, fit, term, twin, spans)
         if gain is not None:
             reason = reasons[term.place]
-            gaining.append(_finding(fitter, term, part, reason, gain, rival_of(reason, fit)))
+            gaining.append(_finding(fitter, term, part, reason, gain, rival_of(reason, term, fit)))
     return tuple(sorted(with_gain(gaining), key=lambda finding: -finding.evidence.score))
 
 
@@ -68,20 +68,20 @@ def _finding(fitter: Fitter, term: Term, covariance: Array, reason: Reason,
         Evidence(reason.improvement, reason.threshold, name, odds, rival), gain)
 
 
-def rival_of(reason: Reason, fit: Fit) -> RunnerUp | None:
+def rival_of(reason: Reason, term: Term, fit: Fit) -> RunnerUp | None:
     """
     Return the runner-up as it was fitted in the place of a cause, None without one.
 
     One that was found beside the cause is no runner-up of it.
     """
-    term = reason.runner_up
-    if term is None or term.place in {beside.place for beside in fit.accepted}:
+    rival = reason.runner_up
+    if rival is None or rival.place in {beside.place for beside in fit.accepted}:
         return None
-    named = [*term.sought, *(name for wave in term.waves for name in wave)]
-    numbers = {} if _vanished(term) else {
-        name: _number(term, name, np.nan) for name in
-        dict.fromkeys([*HYPOTHESES[term.name].chosen, *named]) if getattr(term.effect, name)}
-    return RunnerUp(term.joint, numbers, 1.0 - probability(lead_of(reason)))
+    named = [*rival.sought, *(name for wave in rival.waves for name in wave)]
+    numbers = {} if _vanished(rival) else {
+        name: _number(rival, name, np.nan) for name in
+        dict.fromkeys([*HYPOTHESES[rival.name].chosen, *named]) if getattr(rival.effect, name)}
+    return RunnerUp(rival.joint, numbers, 1.0 - probability(lead_of(reason, term)))
 
 
 def numbers_of(fitter: Fitter, term: Term, covariance: Array) -> dict[str, FittedNumber]:
@@ -131,7 +131,7 @@ def alike(found: SearchResult, judged: GoodnessOfFit) -> tuple[Alike, ...]:
         twin = sought.alike[0] if unclear else sought.twin
         other: Place | None = (twin, term.joint) if twin else None
         contender = _contender(reason, term, taken)
-        if contender is not None and reason.runner_up_gap < _tied(reason):
+        if contender is not None and reason.runner_up_gap < _tied(reason, term):
             other = contender.place
         if other is not None:
             by_nature = sought.twin and other == (sought.twin, term.joint)
@@ -140,7 +140,7 @@ def alike(found: SearchResult, judged: GoodnessOfFit) -> tuple[Alike, ...]:
                 (term.place, other), NO_MOTION if by_nature else sought.experiment,
                 probability=probability(min(judged.margins[term.place],
                                             reason.improvement / reason.threshold)),
-                lead=probability(lead_of(reason)) if near else 0.5))
+                lead=probability(lead_of(reason, term)) if near else 0.5))
     return tuple(pairs)
 
 
@@ -159,26 +159,32 @@ def _contender(reason: Reason, term: Term, taken: Collection[Place]) -> Term | N
 
 def certain(judged: GoodnessOfFit, reason: Reason, term: Term, taken: Collection[Place]) -> float:
     """Return the probability of a cause beside those `taken`: that of its weakest support."""
-    lead = np.inf if _contender(reason, term, taken) is None else lead_of(reason)
+    lead = np.inf if _contender(reason, term, taken) is None else lead_of(reason, term)
     return probability(min(judged.margins[term.place], reason.improvement / reason.threshold,
                            lead))
 
 
-def lead_of(reason: Reason) -> float:
+def lead_of(reason: Reason, term: Term) -> float:
     """Return the margin by which a cause leads its runner-up, in differences that tie."""
     if reason.runner_up is None:
         return np.inf
-    return reason.runner_up_gap / _tied(reason)
+    return reason.runner_up_gap / _tied(reason, term)
 
 
-def _tied(reason: Reason) -> float:
+def _tied(reason: Reason, term: Term) -> float:
     """
     Return the difference of scores below which a cause and its runner-up tie.
 
-    No law is better than its form (measured: scale and eccentricity of an encoder differ by 0.002
-    of what they improve, on a short arc).
+    No law is better than its form. Of two at one joint whose forms follow the same coordinate
+    (`Hypothesis.varies`), others may explain as much more as both laws state, and no more than
+    those of a usual one.
     """
-    return max(TIED, Hypothesis.form_error * reason.improvement)
+    share, rival = Hypothesis.form_error, reason.runner_up
+    if rival is not None and rival.joint == term.joint:
+        one, other = HYPOTHESES[term.name], HYPOTHESES[rival.name]
+        if set(one.varies) & set(other.varies):
+            share = min(one.form_share + other.form_share, Hypothesis.form_share)
+    return max(TIED, share * reason.improvement)
 
 
 def residuals(fitter: Fitter, first: Fit, last: Fit,
