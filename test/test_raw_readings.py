@@ -333,7 +333,7 @@ def test_a_wave_over_whole_steps_that_is_less_than_one_is_of_the_codes(amplitude
                                                                        is_theirs):
     step = 1.5e-4
     lines = 2.0 * np.pi / (codes * step)
-    assert of_codes(amplitude * step, (lines, reach * lines), step) is is_theirs
+    assert of_codes(amplitude * step, lines, reach * lines, step) is is_theirs
 
 
 def test_codes_that_a_coarse_encoder_skips_are_no_error_of_lines():

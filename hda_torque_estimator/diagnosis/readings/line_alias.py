@@ -42,16 +42,15 @@ def counting(step: float) -> float:
     return step / math.pi
 
 
-def of_codes(amplitude: float, lines: tuple[float, float], step: float) -> bool:
+def of_codes(amplitude: float, lines: float, reach: float, step: float) -> bool:
     """
     Return whether a wave belongs to the codes of an encoder that counts in steps [rad].
 
     One that is off at every so many codes is off by less than a step, and repeats with a whole
-    number of them. `lines` per turn are those of the wave, and how far they may be off.
+    number of them. The `lines` per turn of the wave have `reach` as their deviation.
     """
-    count, reach = lines
-    codes = 2.0 * math.pi / (step * count)
-    return amplitude <= step and abs(codes - round(codes)) <= DEVIATIONS * codes * reach / count
+    codes = 2.0 * math.pi / (step * lines)
+    return amplitude <= step and abs(codes - round(codes)) <= DEVIATIONS * codes * reach / lines
 
 
 def agrees(speed: Array, columns: Array, rest: Array) -> bool:

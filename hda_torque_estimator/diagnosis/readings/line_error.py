@@ -17,6 +17,7 @@ from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.effects import CoarseQuantisation, EncoderInterpolationError
 import numpy as np
 
+from .encoder_steps import SIDES
 from .line_alias import agrees, counting, moves, of_codes, resolved, STRETCHES
 from .line_angle import angle_behind, errors_at, hidden, turned_by_motor
 from .local_rest import local_rest, local_speed, window_of
@@ -86,10 +87,9 @@ def is_of_codes(wave: RawCause, coarse: Sequence[RawCause]) -> bool:
     Stated steps are no reason: encoders that interpolate have whole numbers of them in a line.
     """
     lines, amplitude = wave.numbers['lines'], wave.numbers['amplitude'].value
-    spread = (lines.high - lines.value) / NORMAL_90
-    return any(of_codes(amplitude, (lines.value, spread), cause.numbers['link_step'].value)
-               for cause in coarse
-               if cause.joint == wave.joint and 'link_step' in cause.numbers)
+    spread, step = (lines.high - lines.value) / NORMAL_90, SIDES[LINK]
+    return any(of_codes(amplitude, lines.value, spread, cause.numbers[step].value)
+               for cause in coarse if cause.joint == wave.joint and step in cause.numbers)
 
 
 def _of_one_encoder(wave: LineWave, motor: Array, link: Array, dt: float, step: float) -> bool:
