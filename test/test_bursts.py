@@ -5,18 +5,16 @@ from dataclasses import replace
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
-from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.readings.lost_samples import slips_of
 from hda_torque_estimator.diagnosis.readings.repeats import repeats_of
 from hda_torque_estimator.measurements.joined_recordings import joined
 from hda_torque_estimator.measurements.measurement import Measurement
-from hda_torque_estimator.measurements.sample_grid import measurement_from
 from hda_torque_estimator.measurements.upsampling import finer
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 from truth import record, Reference, worlds
-from world_samples import arm_of, logged
+from world_fits import diagnosed
 
 ARM = read_arm('hda_arm.yaml')
 
@@ -114,7 +112,6 @@ def test_nothing_is_judged_where_nobody_knows_the_motion():
     (760001, 'rich', 1000), (760006, 'sine', 1000), (760008, 'rich', 250)])
 def test_bursts_are_named_and_leave_nothing_else(seed, motion, rate):
     world = worlds.draw(seed, ('dropped_samples',), motion=motion, rate=rate, form='bursts')
-    arm = arm_of(world)
-    said = diagnose(measurement_from(arm.labels, logged(world, arm)), arm).diagnosis
+    said = diagnosed(world)
     assert said.verdict == 'explained'
     assert [one.effect for one in said.findings] == ['dropped_samples']

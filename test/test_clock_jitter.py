@@ -21,7 +21,7 @@ import numpy as np
 import pytest
 from scipy.signal import detrend
 from truth import worlds
-from world_samples import arm_of, logged
+from world_samples import arm_of, as_read
 
 ARM = read_arm('hda_arm.yaml')
 JITTER = 1e-4
@@ -101,8 +101,8 @@ def jittering(world, jitter):
 
 def recorded(world, jitter=0.0):
     """Return the measurement of a world whose host stamps with such a jitter, and its arm."""
-    arm = arm_of(world)
-    return measurement_from(arm.labels, logged(jittering(world, jitter), arm)), arm
+    arm, measurement = as_read(jittering(world, jitter))
+    return measurement, arm
 
 
 def stamps_of(world, jitter=0.0):

@@ -12,21 +12,20 @@ from hda_torque_estimator.diagnosis.balances.healthy_twin import noise_of
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.judging import equal_noise
 from hda_torque_estimator.measurements.measurement import Measurement
-from hda_torque_estimator.measurements.sample_grid import measurement_from
 from hda_torque_estimator.measurements.upsampling import finer
 import numpy as np
 import pytest
 from truth import record, Reference, worlds
 from truth_cases import hide
-from world_samples import arm_of, logged
+from world_samples import as_read
 
 
 def balances(seed, motion='constant', every=1, effects=(), seconds=30.0):
     """Return an arm, balances of a log of every so many samples, and their noise."""
     world = worlds.draw(seed, effects, motion=motion, rate=1000, joints=1, seconds=seconds)
     world = replace(world, controller=1000, logger=world.logger._replace(every=every, jitter=0.0))
-    arm = arm_of(world)
-    balancer = Balancer(finer(measurement_from(arm.labels, logged(world, arm))))
+    arm, measurement = as_read(world)
+    balancer = Balancer(finer(measurement))
     return arm, balancer, noise_of(balancer, arm)[0]
 
 
@@ -51,8 +50,8 @@ def test_commands_that_were_held_are_left_as_they_are():
 def test_a_way_that_is_not_known_is_none():
     """What follows quick sweeps at 2 kHz looks like 1.4 of the way, give or take 0.9."""
     world = worlds.draw(1020217, ())
-    arm = arm_of(world)
-    balancer = Balancer(finer(measurement_from(arm.labels, logged(world, arm))))
+    arm, measurement = as_read(world)
+    balancer = Balancer(finer(measurement))
     noise = noise_of(balancer, arm)[0]
     assert (world.motion, world.logger.every) == ('chirp', 1)
     assert way_between(balancer, arm, noise) is None

@@ -7,7 +7,6 @@ from weakref import ref
 from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.healthy_twin import healthy_twin, TorqueNoise
-from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.fitting.hypotheses import HYPOTHESES, terms_of
 from hda_torque_estimator.diagnosis.fitting.starting_points import contacts_in
 from hda_torque_estimator.diagnosis.judging import other_laws
@@ -16,14 +15,12 @@ from hda_torque_estimator.diagnosis.judging.law_forms import (
     evidence, factors_along, in_best_forms, reformed)
 from hda_torque_estimator.diagnosis.judging.null_distribution import by_chance
 from hda_torque_estimator.diagnosis.judging.screening import screen
-from hda_torque_estimator.measurements.sample_grid import measurement_from
 from hda_torque_estimator.significance import CERTAIN, HARDLY
 import numpy as np
 import pytest
 from truth import worlds
 from truth.logs import Logger
-from world_fits import fitter_of
-from world_samples import arm_of, logged
+from world_fits import diagnosed, fitter_of
 
 
 def fitted(fitter, name):
@@ -258,8 +255,8 @@ def test_pushes_are_alike_by_their_force_and_not_by_what_it_does():
 def assert_named_alone(world):
     """Assert that the one cause of a world is named, beside late stamps, and explains all."""
     hidden, = world.hidden
-    arm, late = arm_of(world), world.logger.jitter > 0.0
-    said = diagnose(measurement_from(arm.labels, logged(world, arm)), arm).diagnosis
+    late = world.logger.jitter > 0.0
+    said = diagnosed(world)
     assert {(one.effect, one.joint) for one in said.findings} == {
         (hidden.effect, hidden.joint), *([('clock_jitter', None)] if late else [])}
     assert said.verdict == 'explained'

@@ -15,12 +15,12 @@ from hda_torque_estimator.diagnosis.balances.led import is_led
 from hda_torque_estimator.diagnosis.balances.stand_in import with_stand_in
 from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.measurements.measurement import Measurement
-from hda_torque_estimator.measurements.sample_grid import measurement_from
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 import pytest
 from truth import worlds
-from world_samples import arm_of, logged
+from world_fits import diagnosed
+from world_samples import as_read
 
 LAB = read_arm('hda_arm.yaml')
 BARE = replace(LAB, links=None)
@@ -57,8 +57,7 @@ def test_balances_of_gears_do_not_depend_on_links():
 
 def test_a_hand_turns_shafts_even_where_coarse_encoders_show_no_torque():
     world = worlds.draw(740258, ())
-    arm = arm_of(world)
-    measurement = measurement_from(arm.labels, logged(world, arm))
+    arm, measurement = as_read(world)
     assert world.motion == 'hand_guided' and is_led(measurement, arm)
     friction = arm.record().joints['coulomb_friction']['level']
     assert not is_led(replace(measurement, command=measurement.command + 0.2 * friction), arm)
@@ -67,8 +66,7 @@ def test_a_hand_turns_shafts_even_where_coarse_encoders_show_no_torque():
 def test_noise_of_a_coarse_encoder_on_a_stiff_gear_leads_nothing():
     """It makes 36 N*m of a torsion that carries 2: torque that motors do not give."""
     world = worlds.draw(997301, (), motion='rich', rate=1000, seconds=10.0, joints=2)
-    arm = arm_of(world)
-    measurement = measurement_from(arm.labels, logged(world, arm))
+    arm, measurement = as_read(world)
     reading = measurement.reading
     through = torques_of(arm, reading[:, :, 0], reading[:, :, 1])[:, 0]
     given = arm.joints[0].ratio * measurement.command[:, 0]
@@ -102,8 +100,7 @@ def test_a_motor_that_works_leads_its_link():
 def test_a_healthy_arm_that_a_hand_leads_is_not_accused(seed, rate):
     """The hand's force is no fault of the arm; it was named play, tilt or inertia."""
     world = worlds.draw(seed, (), motion='hand_guided', rate=rate, joints=2, seconds=30.0)
-    arm = arm_of(world)
-    said = diagnose(measurement_from(arm.labels, logged(world, arm)), arm).diagnosis
+    said = diagnosed(world)
     late = ['clock_jitter'] if world.logger.jitter > 0.0 else []
     assert [one.effect for one in said.findings] == late and not said.ambiguous
     assert said.verdict == ('explained' if late else 'no_discrepancy')

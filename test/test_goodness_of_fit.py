@@ -13,13 +13,12 @@ from hda_torque_estimator.diagnosis.judging import goodness_of_fit, search, sele
 from hda_torque_estimator.diagnosis.judging.discrepancy_curves import best_curves, Curve
 from hda_torque_estimator.diagnosis.judging.tolerances_reached import beyond_tolerance
 from hda_torque_estimator.measurements.running_clock import inside, stretches
-from hda_torque_estimator.measurements.sample_grid import measurement_from
 import numpy as np
 import pytest
 from truth import draw, worlds
 from truth_cases import hide
 from truth_fits import ARM, fitter_of, measured
-from world_samples import arm_of, logged
+from world_fits import diagnosed
 
 
 def hiding(name, seed):
@@ -113,8 +112,7 @@ def test_what_laws_may_leave_is_nothing_beyond_a_tolerance(soft):
 def test_a_bearing_that_explains_a_thousand_times_the_noise_may_leave_a_fifth_of_it():
     """Of 1 N*m and torsions of five counts, a stiffness 49 % off would explain what is left."""
     world = worlds.draw(1020045, ('link_bearing_friction',), motion='rich', rate=1000)
-    arm = arm_of(world)
-    said = diagnose(measurement_from(arm.labels, logged(world, arm)), arm).diagnosis
+    said = diagnosed(world)
     assert [(one.effect, one.joint) for one in said.findings] == [
         ('link_bearing_friction', 'joint2')]
 
@@ -122,8 +120,7 @@ def test_a_bearing_that_explains_a_thousand_times_the_noise_may_leave_a_fifth_of
 def test_a_curve_that_an_arm_with_the_cause_has_as_well_is_no_doubt_about_it():
     """It explains 0.94 of what takes a name back, and 0.39 beyond what it does for that arm."""
     world = worlds.draw(1020188, ('inertial_coupling',), motion='rich')
-    arm = arm_of(world)
-    said = diagnose(measurement_from(arm.labels, logged(world, arm)), arm).diagnosis
+    said = diagnosed(world)
     assert [one.effect for one in said.findings] == ['inertial_coupling']
 
 
@@ -132,9 +129,8 @@ def test_a_curve_that_an_arm_with_the_cause_has_as_well_is_no_doubt_about_it():
     ('payload', 998174), ('base_tilt', 998189), ('link_inertia_error', 997322)])
 def test_no_cause_stands_for_a_link_with_tolerances_at_their_ends(effect, seed):
     world = worlds.draw(seed, (effect,), motion='rich', rate=1000)
-    arm = arm_of(world)
-    said = diagnose(measurement_from(arm.labels, logged(world, arm)), arm, names=[
-        each for each in sought_effects() if each != effect]).diagnosis
+    said = diagnosed(world, names=[
+        each for each in sought_effects() if each != effect])
     assert (said.verdict, said.findings, said.ambiguous) == ('unknown', (), ())
 
 

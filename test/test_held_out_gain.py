@@ -7,12 +7,11 @@ from hda_torque_estimator.diagnosis.findings.gains import Gains, METRIC
 from hda_torque_estimator.diagnosis.judging import held_out_gain as module
 from hda_torque_estimator.diagnosis.judging.held_out_gain import held_out_gain, IN_BALANCES
 from hda_torque_estimator.measurements.measurement import Measurement
-from hda_torque_estimator.measurements.sample_grid import measurement_from
 import numpy as np
 import pytest
 from truth import record, Reference, worlds
 from truth_cases import hide
-from world_samples import arm_of, logged
+from world_fits import diagnosed
 
 ARM = read_arm('hda_arm.yaml')
 SEED, DT, SECONDS = 141, 1e-3, 20.0
@@ -73,8 +72,7 @@ def test_predictions_that_lean_to_the_worse_decide(evidence, monkeypatch, mean):
 def test_a_play_that_a_coarse_encoder_hides_from_predictions_is_named():
     """Of 1024 counts at 250 Hz they remove 1.0 with an interval from -1 to 1, balances all."""
     world = worlds.draw(1110116, ('backlash',), motion='rich', rate=250)
-    arm = arm_of(world)
-    found = diagnose(measurement_from(arm.labels, logged(world, arm)), arm).diagnosis
+    found = diagnosed(world)
     assert [(one.effect, one.gain.metric) for one in found.findings] == [('backlash', IN_BALANCES)]
 
 
@@ -83,6 +81,5 @@ def test_what_a_push_leaves_of_some_seconds_hides_no_gain_of_others():
     """Of a half sine a smooth push leaves 4800 times noise; a tilt acts all the time."""
     world = worlds.draw(799451, ('external_contact', 'coarse_quantisation', 'base_tilt'),
                         motion='rich', rate=1000, joints=2)
-    arm = arm_of(world)
-    found = diagnose(measurement_from(arm.labels, logged(world, arm)), arm).diagnosis
+    found = diagnosed(world)
     assert {one.effect for one in found.findings} == {one.effect for one in world.hidden}

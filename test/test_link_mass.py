@@ -2,12 +2,10 @@
 
 from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.diagnosis.detectability.effect_shapes import shapes
-from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
-from hda_torque_estimator.measurements.sample_grid import measurement_from
 import pytest
 from truth import worlds
-from world_samples import arm_of, logged
+from world_fits import diagnosed
 
 ARM, COBOT = read_arm('hda_arm.yaml'), read_arm('cobot7.yaml')
 NAME = 'link_inertia_error'
@@ -32,8 +30,8 @@ def test_the_smallest_size_is_that_of_the_number_that_it_is_stated_in(arm):
 @pytest.mark.parametrize('seed', [996103, pytest.param(996113, marks=pytest.mark.study)])
 def test_a_lighter_link_is_named_with_its_joint(seed):
     world = worlds.draw(seed, (NAME,), motion='rich', rate=1000, seconds=30.0, joints=2)
-    hidden, arm = world.hidden[0], arm_of(world)
-    said = diagnose(measurement_from(arm.labels, logged(world, arm)), arm).diagnosis
+    hidden = world.hidden[0]
+    said = diagnosed(world)
     found, = (one for one in said.findings if one.effect != 'clock_jitter')
     assert len(said.findings) == 1 + (world.logger.jitter > 0.0)
     assert hidden.form == 'mass'

@@ -1,17 +1,16 @@
 """Noise as causes show it: what is dropped shows none, what only quietens it explains nothing."""
 
 from hda_torque_estimator.diagnosis.diagnose import diagnose
-from hda_torque_estimator.measurements.sample_grid import measurement_from
 import pytest
 from truth import worlds
-from world_samples import arm_of, logged
+from world_fits import diagnosed
+from world_samples import as_read
 
 
 def healthy(seed, motion):
     """Return the arm and a log at 1 kHz of a world in which nothing is wrong."""
     world = worlds.draw(seed, (), motion=motion, rate=1000)
-    arm = arm_of(world)
-    return arm, measurement_from(arm.labels, logged(world, arm))
+    return as_read(world)
 
 
 @pytest.mark.parametrize('seed', [745002, 745008])
@@ -43,8 +42,7 @@ def test_links_that_quieten_the_noise_of_coarse_encoders_explain_nothing():
 def test_an_arm_that_creeps_at_rest_has_no_cause():
     """At 100 Hz its rest is rounding and stick-slip; most of what laws gain there is chance."""
     world = worlds.draw(740218, ())
-    arm = arm_of(world)
-    found = diagnose(measurement_from(arm.labels, logged(world, arm)), arm).diagnosis
+    found = diagnosed(world)
     assert world.motion == 'standstill'
     assert not found.findings
 
@@ -52,8 +50,7 @@ def test_an_arm_that_creeps_at_rest_has_no_cause():
 def told(seed, effect, rate, form=None):
     """Return the verdict on a world with one cause, and the causes that are named."""
     world = worlds.draw(seed, (effect,), motion='rich', rate=rate, form=form)
-    arm = arm_of(world)
-    found = diagnose(measurement_from(arm.labels, logged(world, arm)), arm).diagnosis
+    found = diagnosed(world)
     return found.verdict, [(one.effect, one.joint) for one in found.findings]
 
 

@@ -10,21 +10,19 @@ from hda_arm_sim.model.effects import Payload
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.model.link_side import loaded_inertia
 from hda_arm_sim.model.parts import Joint, Tolerances
-from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.findings.report import FittedNumber
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
 from hda_torque_estimator.diagnosis.fitting.nuisance import nuisances
 from hda_torque_estimator.diagnosis.reporting.summary import cause_sentence
 from hda_torque_estimator.estimating.estimator import compiled_settings, EstimatorSettings
 from hda_torque_estimator.least_squares.charts import CarriedMoments
-from hda_torque_estimator.measurements.sample_grid import measurement_from
 from hypothesis import given, strategies as st
 import numpy as np
 import pinocchio
 import pytest
 from test_chain import chain_to, GRAVITY, robots
 from truth import worlds
-from world_samples import arm_of, logged
+from world_fits import diagnosed
 
 ARM, COBOT = read_arm('hda_arm.yaml'), read_arm('cobot7.yaml')
 BODY_IN_PLANE = Payload(mass=1.7, x=0.03, radius=0.05)
@@ -162,8 +160,7 @@ def test_a_payload_that_is_no_point_is_named_with_its_inertia():
     world = worlds.draw(630172, ('payload',), motion='trapezoid', rate=1000)
     hidden, = world.hidden
     assert hidden.form == 'own_inertia'
-    arm = arm_of(world)
-    said = diagnose(measurement_from(arm.labels, logged(world, arm)), arm).diagnosis
+    said = diagnosed(world)
     assert said.verdict == 'explained'
     found, = said.findings
     assert found.effect == 'payload'

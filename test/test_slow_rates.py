@@ -17,7 +17,8 @@ import numpy as np
 import pytest
 from truth import draw, worlds
 from truth_samples import published
-from world_samples import arm_of, logged
+from world_fits import diagnosed
+from world_samples import as_read
 
 ARM = read_arm('hda_arm.yaml')
 SEED = 940000
@@ -61,8 +62,7 @@ def slow_world(seed, effects=(), *, rate, controller=None, jitter=0.0):
     controller = controller or world.controller
     world = replace(world, controller=controller, logger=world.logger._replace(
         every=controller // rate, jitter=jitter))
-    arm = arm_of(world)
-    return arm, measurement_from(arm.labels, logged(world, arm))
+    return as_read(world)
 
 
 # At constant speed most of a quick command is of the motion, which is smooth and shows itself, so
@@ -142,8 +142,7 @@ def test_only_commands_of_a_faster_loop_have_noise_that_never_acted(held):
 def test_commands_of_a_fast_loop_in_a_slow_log_accuse_no_healthy_arm(seed, motion, every):
     world = worlds.draw(seed, ())
     assert (world.motion, world.controller, world.logger.every) == (motion, 2000, every)
-    arm = arm_of(world)
-    said = diagnose(measurement_from(arm.labels, logged(world, arm)), arm).diagnosis
+    said = diagnosed(world)
     assert said.verdict == 'no_discrepancy'
 
 
@@ -178,8 +177,8 @@ def test_a_delay_is_told_beyond_what_a_log_does_not_know(name, seed, late, contr
     hidden, = world.hidden
     world = replace(world, controller=controller, hidden=(replace(hidden, parameters=late),),
                     logger=world.logger._replace(every=every, jitter=0.0))
-    arm = arm_of(world)
-    said = diagnose(measurement_from(arm.labels, logged(world, arm)), arm)
+    arm, measurement = as_read(world)
+    said = diagnose(measurement, arm)
     is_long = every == 4
     assert [(one.effect, one.joint) for one in said.diagnosis.findings] == [
         (name, hidden.joint)] * is_long

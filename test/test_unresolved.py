@@ -3,21 +3,19 @@
 from dataclasses import replace
 
 from hda_torque_estimator.diagnosis.assumptions import AsRecorded
-from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.readings.raw_readings import raw_readings
-from hda_torque_estimator.measurements.sample_grid import measurement_from
 import numpy as np
 import pytest
 from truth import worlds
-from world_samples import arm_of, logged
+from world_fits import diagnosed
+from world_samples import as_read
 
 
 def recorded(seed, rate, effects=(), motion='rich'):
     """Return an arm and a log of it that moves smoothly."""
     world = worlds.draw(seed, effects, motion=motion, rate=rate, seconds=30.0)
     world = replace(world, logger=world.logger._replace(jitter=0.0))
-    arm = arm_of(world)
-    return arm, measurement_from(arm.labels, logged(world, arm))
+    return as_read(world)
 
 
 def shaken(measurement, begin, end, frequency, share):
@@ -58,8 +56,7 @@ def test_where_shafts_shake_at_a_fifth_of_the_rate_balances_hold_nothing():
 def test_a_loop_that_shakes_its_arm_hides_no_cause_and_makes_none(effects):
     """At 250 Hz its shakes of 50 Hz left 2.7 times the noise of a healthy torsion."""
     world = worlds.draw(770066, effects, motion='rich', rate=250)
-    arm = arm_of(world)
-    said = diagnose(measurement_from(arm.labels, logged(world, arm)), arm).diagnosis
+    said = diagnosed(world)
     assert not said.findings
     if effects:
         assert [pair.effects for pair in said.ambiguous] == [

@@ -11,7 +11,7 @@ from hda_arm_sim.simulate import checked
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.detectability.excitation import remarks
 from hda_torque_estimator.diagnosis.detectability.slow_rate import FAST, rate_hides
-from hda_torque_estimator.diagnosis.diagnose import diagnose, sought_effects
+from hda_torque_estimator.diagnosis.diagnose import sought_effects
 from hda_torque_estimator.diagnosis.findings.report import (Evidence, Finding, FittedNumber, Gain,
                                                             with_gain)
 from hda_torque_estimator.diagnosis.findings.smallest import hidden
@@ -22,12 +22,11 @@ from hda_torque_estimator.diagnosis.judging.verdict import lead_of, NO_MOTION, r
 from hda_torque_estimator.least_squares.charts import Identity
 from hda_torque_estimator.least_squares.term import Term
 from hda_torque_estimator.measurements.measurement import Measurement
-from hda_torque_estimator.measurements.sample_grid import measurement_from
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 import pytest
 from truth import worlds
-from world_samples import arm_of, logged
+from world_fits import diagnosed
 
 ARM = read_arm('hda_arm.yaml')
 
@@ -154,7 +153,6 @@ def test_what_other_forms_of_two_laws_may_explain_is_no_lead(cause, rival, at, l
 def test_laws_of_a_gear_that_differ_by_less_than_their_forms_look_alike(seed, along, rate):
     """A wind-up, or three segments, explain 1.6 % more than the stiffness that is wrong."""
     world = worlds.draw(seed, ('stiffness_error',), motion=along, rate=rate)
-    arm = arm_of(world)
-    said = diagnose(measurement_from(arm.labels, logged(world, arm)), arm).diagnosis
+    said = diagnosed(world)
     assert said.verdict == 'ambiguous' and said.findings == ()
     assert ('stiffness_error', 'joint1') in said.ambiguous[0].effects

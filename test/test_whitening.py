@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from scipy.signal import welch
 from truth import worlds
-from world_samples import arm_of, logged
+from world_samples import as_read
 
 SAMPLES = 20_000
 TIME = np.arange(SAMPLES) / RATE
@@ -91,8 +91,8 @@ def test_what_a_filter_saw_of_invalid_samples_is_invalid():
 def slow():
     """Return an arm and its balances at 200 Hz, as they are and whitened."""
     world = worlds.draw(920140, motion='rich', rate=200, joints=2, seconds=30.0)
-    arm = arm_of(world)
-    plain = Balancer(finer(measurement_from(arm.labels, logged(world, arm))))
+    arm, measurement = as_read(world)
+    plain = Balancer(finer(measurement))
     return arm, plain, plain.whitened(arm, np.zeros(2 * len(arm.joints)))
 
 

@@ -1,23 +1,32 @@
-"""What a diagnosis fits of the record of a world, with a twin that is as noisy."""
+"""What a diagnosis fits, and what it says, of the record of a world."""
+
+from typing import Any
 
 from hda_torque_estimator.diagnosis.assumptions import EFFECTIVE
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.healthy_twin import (
     healthy_twin, noise_of, torque_noise_of)
+from hda_torque_estimator.diagnosis.diagnose import diagnose
+from hda_torque_estimator.diagnosis.findings.report import Diagnosis
 from hda_torque_estimator.diagnosis.fitting.alignment import aligned
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
-from hda_torque_estimator.measurements.sample_grid import measurement_from
 from hda_torque_estimator.measurements.upsampling import finer
 import numpy as np
 from truth.worlds import World
-from world_samples import arm_of, logged
+from world_samples import as_read
 
 
 def fitter_of(world: World) -> Fitter:
-    """Return what fits all rows of the record of a world."""
-    arm = arm_of(world)
-    balancer = Balancer(aligned(finer(measurement_from(arm.labels, logged(world, arm))), arm))
+    """Return what fits all rows of the record of a world, with a twin that is as noisy."""
+    arm, measurement = as_read(world)
+    balancer = Balancer(aligned(finer(measurement), arm))
     noise, plain = noise_of(balancer, arm)
     twin = healthy_twin(balancer, arm, 2, torque_noise_of(noise, plain, balancer, arm))
     return Fitter(balancer, arm, noise, EFFECTIVE, np.ones(len(balancer.time), bool),
                   Balancer(twin))
+
+
+def diagnosed(world: World, **asked: Any) -> Diagnosis:
+    """Return what is said of the record of a world, where so much is `asked` of `diagnose`."""
+    arm, measurement = as_read(world)
+    return diagnose(measurement, arm, **asked).diagnosis

@@ -5,6 +5,8 @@ import json
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.files import arm_from_text
 from hda_msgs_json.samples import JointSamples, WrenchSamples
+from hda_torque_estimator.measurements.measurement import Measurement
+from hda_torque_estimator.measurements.sample_grid import measurement_from
 from hda_torque_estimator.simulating.recorded import about_z, joint_samples
 import numpy as np
 from scipy.signal import lfilter
@@ -20,6 +22,12 @@ def logged(world: worlds.World, arm: Arm) -> JointSamples:
     """Return the joint states of a world's log."""
     log = worlds.record(world)
     return joint_samples(arm, log.stamps, log.reading, log.command)
+
+
+def as_read(world: worlds.World) -> tuple[Arm, Measurement]:
+    """Return the arm as its file states it, and its measurement."""
+    arm = arm_of(world)
+    return arm, measurement_from(arm.labels, logged(world, arm))
 
 
 def sensed(world: worlds.World, arm: Arm, gain: float | None = None) -> dict[str, WrenchSamples]:
