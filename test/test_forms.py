@@ -9,13 +9,12 @@ from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.healthy_twin import healthy_twin, TorqueNoise
 from hda_torque_estimator.diagnosis.fitting.hypotheses import HYPOTHESES, terms_of
 from hda_torque_estimator.diagnosis.fitting.starting_points import contacts_in
-from hda_torque_estimator.diagnosis.judging import other_laws
 from hda_torque_estimator.diagnosis.judging.equal_noise import equal_noise_score, noise_in
 from hda_torque_estimator.diagnosis.judging.law_forms import (
-    evidence, factors_along, in_best_forms, reformed)
+    evidence, factors_along, reformed)
 from hda_torque_estimator.diagnosis.judging.null_distribution import by_chance
 from hda_torque_estimator.diagnosis.judging.screening import screen
-from hda_torque_estimator.significance import CERTAIN, HARDLY
+from hda_torque_estimator.significance import HARDLY
 import numpy as np
 import pytest
 from truth import worlds
@@ -96,15 +95,6 @@ def test_a_cable_that_stiffens_is_a_form_wherever_it_rests(rest_angle):
     left = [stiffening - columns @ np.linalg.lstsq(columns, stiffening, rcond=None)[0]
             for stiffening, columns in ((pull ** 3, law), (pull ** 3, formed))]
     assert np.sum(left[1] ** 2) < 1e-6 * np.sum(left[0] ** 2)
-
-
-def test_noise_that_a_coordinate_has_as_well_is_no_other_law():
-    """The torque through a gear has the noise of its balance: a right tilt followed that."""
-    world = worlds.draw(720190, ('base_tilt',), motion='rich', rate=1000, seconds=40.0)
-    fitter = fitter_of(world)
-    fit = fitted(fitter, 'base_tilt')
-    assert max(other_laws._gains(fitter, in_best_forms(fitter, fit),
-                                 fit.accepted[0])) < 0.5 * CERTAIN
 
 
 def test_a_law_of_several_numbers_is_weighed_with_all_of_them():

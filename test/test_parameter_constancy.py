@@ -83,6 +83,19 @@ def test_a_steady_cause_gives_way_to_one_that_is_better_beside_all_others(
     assert steady_shares(fitter, kept.last, kept.steady) == kept.steady
 
 
+def test_what_was_steady_beside_others_stays_so_where_one_of_them_is_dropped(
+        fitter, fits, monkeypatch):
+    """It gained nothing on held-out stretches, and the last of many had no names by that."""
+    monkeypatch.setattr(parameter_constancy, 'MANY', 2)
+    found = SearchResult(fitter.first, fits[0], (Reason(1e3, 60.0, None, np.inf),) * 2)
+    kept = only_steady(fitter, found, RIGHT)
+    assert len(kept.last.accepted) == 2
+    left = kept.keeping(fitter, kept.last.accepted[:1])
+    place = left.last.accepted[0].place
+    assert steady_shares(fitter, left.last, left.steady) == {place: kept.steady[place]}
+    assert steady_shares(fitter, left.last) == {}
+
+
 @pytest.mark.parametrize(('alone', 'stays'), [(0.4, False), (1.5, True)])
 def test_a_cause_without_which_others_are_less_steady_stays(fitter, fits, monkeypatch, alone,
                                                             stays):

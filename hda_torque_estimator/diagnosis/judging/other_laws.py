@@ -6,10 +6,11 @@ What a right cause leaves is another form of its law, and these follow known coo
 another law, and its name is not known. So a cause that explains much more if it may vary along
 another coordinate as well is in doubt (eq:other-law). What was taken out of the balances without a
 name is asked of too, for it may be the rest of the same. Of a play nobody knows along what
-published laws differ: it is not asked.
+published laws differ: it is not asked. Beside many causes, what one more effect of the catalogue
+explains as well is one imperfection more.
 """
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 
 from hda_arm_sim.foundation.arrays import Array
@@ -19,14 +20,15 @@ from scipy.ndimage import gaussian_filter1d
 
 from .discrepancy_curves import SMOOTH
 from .law_forms import (
-    factors_along, in_best_forms, InBestForms, left_by_forms, spread_of, WAVES)
+    factors_along, in_best_forms, InBestForms, left_by_forms, reformed, spread_of, WAVES)
+from .screening import screen
 from .search import SearchResult
 from ..balances.coordinates import coordinates_of
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.solve import condense_more, solve
-from ...least_squares.term import Term
-from ...significance import CERTAIN, HARDLY, MOSTLY
+from ...least_squares.term import Place, Term
+from ...significance import CERTAIN, HARDLY, MANY, MOSTLY, NEARLY_ALL
 
 # Numerics; choices unless stated otherwise.
 _ALONG = ('time', 'joint_torque', 'link_angle', 'motor_velocity')    # that laws of joints follow
@@ -51,12 +53,33 @@ def of_other_laws(fitter: Fitter, found: SearchResult) -> list[Term]:
     rows = fitter.effective * fitter.valid(fit.balance).sum(axis=0)
     bar += float(rows @ np.log1p(left_by_forms(fitter, fit) / fitter.noise ** 2))
     formed, reasons = in_best_forms(fitter, fit), found.reasons()
-    places = set()
+    gains = dict[Place, float]()
     for term in filter(_has_known_forms, formed.fit.accepted):
         share = HYPOTHESES[term.name].form_share * reasons[term.place].improvement / trained
-        if any(gain > bar + share for gain in _gains(fitter, formed, term)):
-            places.add(term.place)
-    return [term for term in found.last.accepted if term.place in places]
+        most = max(_gains(fitter, formed, term), default=0.0)
+        if most > bar + share:
+            gains[term.place] = most
+    known = _one_more(fitter, fit, found.names, gains)
+    return [term for term in found.last.accepted
+            if term.place in gains and known[term.place] < NEARLY_ALL * gains[term.place]]
+
+
+def _one_more(fitter: Fitter, fit: Fit, names: Sequence[str],
+              places: Collection[Place]) -> dict[Place, float]:
+    """
+    Return what one more of these effects improves at the joints of causes, by their places.
+
+    All causes have their best forms. Beside few it is nothing: there it would have been found.
+    """
+    best = dict.fromkeys(places, 0.0)
+    if not best or len(fit.accepted) < MANY:
+        return best
+    taken, formed = {term.place for term in fit.accepted}, reformed(fitter, fit)
+    for term, score in screen(fitter, formed, names):
+        for place in best:
+            if term.place not in taken and (place[1] is None or place[1] == term.joint):
+                best[place] = max(best[place], formed.score - score)
+    return best
 
 
 def _has_known_forms(term: Term) -> bool:

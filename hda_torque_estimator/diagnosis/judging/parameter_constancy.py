@@ -45,13 +45,14 @@ def steady_shares(fitter: Fitter, fit: Fit,
     """
     Return the shares of the causes of a fit that are steady, none where these are not many.
 
-    What is `known` of all causes by `only_steady` is not asked again.
+    What is `known` by `only_steady` is not asked again: there were many. The others are no less
+    steady where one of them is gone.
     """
-    if len(fit.accepted) < MANY:
+    if known is None and len(fit.accepted) < MANY:
         return {}
     shares = unsteady_shares(fitter, fit) if known is None else known
     steady = {place: share for place, share in shares.items() if share <= 1.0}
-    return steady if len(steady) >= MANY else {}
+    return steady if known is not None or len(steady) >= MANY else {}
 
 
 def only_steady(fitter: Fitter, found: SearchResult, names: Sequence[str]) -> SearchResult | None:

@@ -55,11 +55,13 @@ class SearchResult:
         return fitter.fit(kept, self.first.nuisance) if kept else self.first
 
     def keeping(self, fitter: Fitter, kept: Sequence[Term]) -> 'SearchResult':
-        """Return what was found with some of its terms alone, fitted again."""
-        reasons = self.reasons()
+        """Return what was found with some terms alone, fitted again and as steady as before."""
+        reasons, places = self.reasons(), {term.place for term in kept}
+        steady = None if self.steady is None else {
+            place: share for place, share in self.steady.items() if place in places}
         return SearchResult(self.first, self.with_only(fitter, kept),
-                            tuple(reasons[term.place] for term in kept), small=self.small,
-                            names=self.names)
+                            tuple(reasons[term.place] for term in kept), steady, self.small,
+                            self.names)
 
     def refitted(self, fitter: Fitter) -> 'SearchResult':
         """Return what was found, fitted again by a fitter with another noise."""
