@@ -139,13 +139,28 @@ def test_a_runner_up_is_reported_as_it_was_fitted_and_what_was_found_beside_is_n
 @pytest.mark.parametrize(('cause', 'rival', 'at', 'leads'), [
     ('stiffness_error', 'wave_generator_compliance', 'joint1', 0.85),
     ('stiffness_error', 'wave_generator_compliance', 'joint2', 5.67),
-    ('torque_constant_error', 'motor_inertia_error', 'joint1', 5.67)])
+    ('torque_constant_error', 'motor_inertia_error', 'joint1', 5.67),
+    ('link_encoder_eccentricity', 'encoder_scale_error', 'joint1', 0.91),
+    ('link_encoder_eccentricity', 'encoder_scale_error', 'joint2', 5.67)])
 def test_what_other_forms_of_two_laws_may_explain_is_no_lead(cause, rival, at, leads):
     """Forms of a gear's laws all follow its torque, but none acts at another joint."""
     term, other = (Term(effect_named(name)(), joint, ()) for name, joint in (
         (cause, 'joint1'), (rival, at)))
     lead = lead_of(Reason(16000.0, 60.0, other, 272.0), term)
     assert lead == pytest.approx(leads, abs=0.01)
+
+
+@pytest.mark.parametrize(('effect', 'seed', 'rate'), [
+    ('encoder_scale_error', 1110146, 250),
+    pytest.param('link_encoder_eccentricity', 1110138, None, marks=pytest.mark.study)])
+def test_a_disc_that_was_not_seen_to_bend_is_told_together_with_a_scale(effect, seed, rate):
+    """Each explains all that there is. Both were without a name."""
+    world = worlds.draw(seed, (effect,), motion='rich', rate=rate)
+    said = diagnosed(world)
+    joint = world.hidden[0].joint
+    assert said.verdict == 'ambiguous' and said.findings == ()
+    assert [set(pair.effects) for pair in said.ambiguous] == [
+        {('link_encoder_eccentricity', joint), ('encoder_scale_error', joint)}]
 
 
 @pytest.mark.parametrize(('seed', 'along', 'rate'), [

@@ -78,7 +78,7 @@ def proven(fitter: Fitter, found: SearchResult, twin: Balancer, given: Arm, held
     nameless: list[Term] = []
     while True:
         notify('judging the causes')
-        doubted = (*misplaced(fitter, found), *straight(fitter, found.last),
+        doubted = (*misplaced(fitter, found), *straight(fitter, found),
                    *in_place_of_gain(fitter, found), *of_other_laws(fitter, found))
         judged = goodness_of_fit(fitter, found, doubted)
         notify('measuring the gain on held-out stretches')

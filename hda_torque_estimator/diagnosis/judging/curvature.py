@@ -4,7 +4,8 @@ Whether a wave over the link's angle was seen to bend: a straight part of it is 
 Over one radian a disc off its centre can stand in for any error that grows with the angle. Under
 one load it can stand in for any law of the torsion, as the torque follows the angle as well. What
 shows a disc is what it reads beside the best straight line and the best law of the torque. That
-must show in the balances.
+must show in the balances. Where an error of scale explains as much but for such a bend, the disc
+is told together with that: either is what there is.
 """
 
 from hda_arm_sim.model.effects import Effect
@@ -12,6 +13,8 @@ from hda_arm_sim.model.kernel import LINK_ANGLE
 import numpy as np
 from numpy.typing import NDArray
 
+from .search import SearchResult
+from .verdict import lead_of
 from ..balances.coordinates import coordinates_of
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
@@ -24,10 +27,12 @@ Array = NDArray[np.float64]
 _LAWS = (1, 2, 3, 5)    # powers of the torque that laws of a torsion may have (choice)
 
 
-def straight(fitter: Fitter, fit: Fit) -> tuple[Term, ...]:
-    """Return the accepted discs of link encoders that were not seen to bend."""
+def straight(fitter: Fitter, found: SearchResult) -> tuple[Term, ...]:
+    """Return the discs of link encoders that were not seen to bend, nor look like a scale."""
+    fit, reasons = found.last, found.reasons()
     return tuple(term for term in fit.accepted if HYPOTHESES[term.name].bends
-                 and _bend(fitter, fit, term, term.effect) < CERTAIN)
+                 and _bend(fitter, fit, term, term.effect) < CERTAIN
+                 and lead_of(reasons[term.place], term) >= 1.0)
 
 
 def _bend(fitter: Fitter, fit: Fit, term: Term, disc: Effect) -> float:

@@ -22,7 +22,7 @@ from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Place, Term
 from ...measurements.running_clock import Spans
-from ...significance import DEVIATIONS, NORMAL_90
+from ...significance import CERTAIN, DEVIATIONS, NORMAL_90
 
 Array = NDArray[np.float64]
 TIED = DEVIATIONS ** 2  # difference of scores below which two causes explain equally well
@@ -177,13 +177,16 @@ def _tied(reason: Reason, term: Term) -> float:
 
     No law is better than its form. Of two at one joint whose forms follow the same coordinate
     (`Hypothesis.varies`), others may explain as much more as both laws state, and no more than
-    those of a usual one.
+    those of a usual one. A disc must lead the straight line that it is confused with by what a
+    bend must show.
     """
     share, rival = Hypothesis.form_error, reason.runner_up
     if rival is not None and rival.joint == term.joint:
         one, other = HYPOTHESES[term.name], HYPOTHESES[rival.name]
         if set(one.varies) & set(other.varies):
             share = min(one.form_share + other.form_share, Hypothesis.form_share)
+        if one.bends and rival.name in one.alike:
+            return max(CERTAIN, share * reason.improvement)
     return max(TIED, share * reason.improvement)
 
 
