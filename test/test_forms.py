@@ -19,14 +19,7 @@ import numpy as np
 import pytest
 from truth import worlds
 from truth.logs import Logger
-from world_fits import diagnosed, fitter_of
-
-
-def fitted(fitter, name):
-    """Return the best fit with an effect at the first joint."""
-    trials = [fitter.refit(fitter.first, term) for term in terms_of(fitter.arm, name)
-              if term.joint in (None, fitter.arm.labels[0])]
-    return fitter.refined(min(trials, key=lambda trial: trial.score))
+from world_fits import diagnosed, fitted, fitter_of
 
 
 @pytest.mark.parametrize(('seed', 'motion', 'rate'), [

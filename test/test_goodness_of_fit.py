@@ -9,7 +9,8 @@ from hda_torque_estimator.diagnosis.balances.healthy_twin import noise_of
 from hda_torque_estimator.diagnosis.diagnose import diagnose, sought_effects
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
-from hda_torque_estimator.diagnosis.judging import goodness_of_fit, search, selection_criteria
+from hda_torque_estimator.diagnosis.judging import (
+    goodness_of_fit, screening, search, selection_criteria)
 from hda_torque_estimator.diagnosis.judging.discrepancy_curves import best_curves, Curve
 from hda_torque_estimator.diagnosis.judging.tolerances_reached import beyond_tolerance
 from hda_torque_estimator.measurements.running_clock import inside, stretches
@@ -181,7 +182,7 @@ def test_what_one_more_effect_explains_beside_many_is_held_against_none(monkeypa
                                                                         gain, left):
     """It must be of the site of the curve, and explain nearly all of it."""
     term = SimpleNamespace(name=name, joint='joint2', place=(name, 'joint2'))
-    monkeypatch.setattr(goodness_of_fit, 'screen', lambda fitter, fit, names: [(term, 1e4 - gain)])
+    monkeypatch.setattr(screening, 'screen', lambda fitter, fit, names: [(term, 1e4 - gain)])
     fit = SimpleNamespace(accepted=[SimpleNamespace(place=place) for place in range(count)],
                           score=1e4)
     curves = {'joint2': Curve('joint2', 'motor', 'motor_velocity over time', 0.0, 560.0)}

@@ -143,7 +143,7 @@ def test_a_runner_up_is_reported_as_it_was_fitted_and_what_was_found_beside_is_n
     ('link_encoder_eccentricity', 'encoder_scale_error', 'joint1', 0.91),
     ('link_encoder_eccentricity', 'encoder_scale_error', 'joint2', 5.67)])
 def test_what_other_forms_of_two_laws_may_explain_is_no_lead(cause, rival, at, leads):
-    """Forms of a gear's laws all follow its torque, but none acts at another joint."""
+    """Forms of a gear's laws follow its torque; a disc must bend. None acts at another joint."""
     term, other = (Term(effect_named(name)(), joint, ()) for name, joint in (
         (cause, 'joint1'), (rival, at)))
     lead = lead_of(Reason(16000.0, 60.0, other, 272.0), term)

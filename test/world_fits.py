@@ -9,7 +9,8 @@ from hda_torque_estimator.diagnosis.balances.healthy_twin import (
 from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.findings.report import Diagnosis
 from hda_torque_estimator.diagnosis.fitting.alignment import aligned
-from hda_torque_estimator.diagnosis.fitting.fit import Fitter
+from hda_torque_estimator.diagnosis.fitting.fit import Fit, Fitter
+from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
 from hda_torque_estimator.measurements.upsampling import finer
 import numpy as np
 from truth.worlds import World
@@ -24,6 +25,13 @@ def fitter_of(world: World) -> Fitter:
     twin = healthy_twin(balancer, arm, 2, torque_noise_of(noise, plain, balancer, arm))
     return Fitter(balancer, arm, noise, EFFECTIVE, np.ones(len(balancer.time), bool),
                   Balancer(twin))
+
+
+def fitted(fitter: Fitter, name: str) -> Fit:
+    """Return the best fit with an effect at the first joint, or of the whole arm."""
+    trials = [fitter.refit(fitter.first, term) for term in terms_of(fitter.arm, name)
+              if term.joint in (None, fitter.arm.labels[0])]
+    return fitter.refined(min(trials, key=lambda trial: trial.score))
 
 
 def diagnosed(world: World, **asked: Any) -> Diagnosis:

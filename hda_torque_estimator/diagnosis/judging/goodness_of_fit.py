@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from .discrepancy_curves import best_curves, Curve, improvement_of, sites, Usual, usual_curves
 from .law_forms import evidence, left_by_forms, reformed
 from .parameter_constancy import steady_shares
-from .screening import screen
+from .screening import one_more
 from .search import SearchResult
 from .tolerances_reached import beyond_tolerance
 from ..balances.balance import Balancer, RATE
@@ -346,19 +346,15 @@ def _without_law(fitter: Fitter, fit: Fit, curves: Mapping[str, Curve],
     """
     Return what curves explain beside many causes, nothing where one more of these names does.
 
-    An effect of the same site is one imperfection more: too small for a cause, but of a known law.
+    It must be of the same site.
     """
-    if len(fit.accepted) < MANY or not names:
-        return curves
-    taken = {term.place for term in fit.accepted}
-    known = dict.fromkeys(curves, 0.0)
-    for term, score in screen(fitter, fit, names):
+    known = dict[str, float]()
+    for term, improvement in one_more(fitter, fit, names):
         curve = curves.get(str(term.joint))
-        if curve and term.place not in taken and curve.site in (
-                GEAR, effect_named(term.name).site.value):
-            known[curve.joint] = max(known[curve.joint], fit.score - score)
+        if curve and curve.site in (GEAR, effect_named(term.name).site.value):
+            known[curve.joint] = max(known.get(curve.joint, 0.0), improvement)
     return {label: curve._replace(improvement=0.0)
-            if known[label] >= NEARLY_ALL * curve.improvement else curve
+            if label in known and known[label] >= NEARLY_ALL * curve.improvement else curve
             for label, curve in curves.items()}
 
 

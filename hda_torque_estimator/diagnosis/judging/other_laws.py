@@ -10,7 +10,7 @@ published laws differ: it is not asked. Beside many causes, what one more effect
 explains as well is one imperfection more.
 """
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 
 from hda_arm_sim.foundation.arrays import Array
@@ -21,14 +21,14 @@ from scipy.ndimage import gaussian_filter1d
 from .discrepancy_curves import SMOOTH
 from .law_forms import (
     factors_along, in_best_forms, InBestForms, left_by_forms, reformed, spread_of, WAVES)
-from .screening import screen
+from .screening import one_more
 from .search import SearchResult
 from ..balances.coordinates import coordinates_of
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.solve import condense_more, solve
 from ...least_squares.term import Place, Term
-from ...significance import CERTAIN, HARDLY, MANY, MOSTLY, NEARLY_ALL
+from ...significance import CERTAIN, HARDLY, MOSTLY, NEARLY_ALL
 
 # Numerics; choices unless stated otherwise.
 _ALONG = ('time', 'joint_torque', 'link_angle', 'motor_velocity')    # that laws of joints follow
@@ -59,27 +59,11 @@ def of_other_laws(fitter: Fitter, found: SearchResult) -> list[Term]:
         most = max(_gains(fitter, formed, term), default=0.0)
         if most > bar + share:
             gains[term.place] = most
-    known = _one_more(fitter, fit, found.names, gains)
-    return [term for term in found.last.accepted
-            if term.place in gains and known[term.place] < NEARLY_ALL * gains[term.place]]
-
-
-def _one_more(fitter: Fitter, fit: Fit, names: Sequence[str],
-              places: Collection[Place]) -> dict[Place, float]:
-    """
-    Return what one more of these effects improves at the joints of causes, by their places.
-
-    All causes have their best forms. Beside few it is nothing: there it would have been found.
-    """
-    best = dict.fromkeys(places, 0.0)
-    if not best or len(fit.accepted) < MANY:
-        return best
-    taken, formed = {term.place for term in fit.accepted}, reformed(fitter, fit)
-    for term, score in screen(fitter, formed, names):
-        for place in best:
-            if term.place not in taken and (place[1] is None or place[1] == term.joint):
-                best[place] = max(best[place], formed.score - score)
-    return best
+    if gains:
+        for more, improvement in one_more(fitter, reformed(fitter, fit), found.names):
+            gains = {(name, joint): gain for (name, joint), gain in gains.items()
+                     if joint not in (None, more.joint) or improvement < NEARLY_ALL * gain}
+    return [term for term in found.last.accepted if term.place in gains]
 
 
 def _has_known_forms(term: Term) -> bool:

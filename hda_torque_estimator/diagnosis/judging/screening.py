@@ -17,7 +17,7 @@ from ..fitting.solve import Columns, condense, condense_more, Solution, solve
 from ..fitting.starting_points import LOCATED, located
 from ..fitting.steps import acts_apart
 from ...least_squares.term import Term, with_terms
-from ...significance import MATERIAL
+from ...significance import MANY, MATERIAL
 
 Array = NDArray[np.float64]
 
@@ -41,6 +41,21 @@ def screen(fitter: Fitter, fit: Fit, names: Sequence[str]) -> list[Prospect]:
                 best[key] = prospect
     return sorted((_with_all_numbers(fitter, fit, known, prospect) for prospect in best.values()),
                   key=lambda prospect: prospect.score)
+
+
+def one_more(fitter: Fitter, fit: Fit, names: Sequence[str]) -> Iterator[tuple[Term, float]]:
+    """
+    Yield each of these effects that a fit of many causes lacks, and what it would improve.
+
+    It is one imperfection more: too small for a cause, but of a known law. Beside few causes there
+    is none, as it would have been found.
+    """
+    if len(fit.accepted) < MANY or not names:
+        return
+    taken = {term.place for term in fit.accepted}
+    for term, score in screen(fitter, fit, names):
+        if term.place not in taken:
+            yield term, fit.score - score
 
 
 def _with_all_numbers(fitter: Fitter, fit: Fit, known: Columns, prospect: Prospect) -> Prospect:

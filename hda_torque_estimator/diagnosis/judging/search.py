@@ -59,9 +59,8 @@ class SearchResult:
         reasons, places = self.reasons(), {term.place for term in kept}
         steady = None if self.steady is None else {
             place: share for place, share in self.steady.items() if place in places}
-        return SearchResult(self.first, self.with_only(fitter, kept),
-                            tuple(reasons[term.place] for term in kept), steady, self.small,
-                            self.names)
+        return replace(self, last=self.with_only(fitter, kept), steady=steady,
+                       evidence=tuple(reasons[term.place] for term in kept))
 
     def refitted(self, fitter: Fitter) -> 'SearchResult':
         """Return what was found, fitted again by a fitter with another noise."""
