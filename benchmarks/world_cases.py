@@ -144,4 +144,5 @@ def said_of(case: Case, world: Any) -> Outcome:
         'alike': [list(pair.effects) for pair in said.ambiguous],
         'sizes': [size_and_smallest(world, one, said.excitation) for one in world.hidden],
         'rest': None if rest is None else (rest.site, rest.joint, rest.depends_on),
+        'oscillating': [loop.joint for loop in said.recording.oscillating],
         'baseline': best_correlation(measurement, arm, names)}

@@ -66,6 +66,14 @@ def test_of_fifteen_the_largest_count():
     assert judging.largest_identified(outcome(**many, said=said)) == pytest.approx(0.2)
 
 
+def test_arms_that_their_controllers_do_not_hold_have_a_row_beside_them():
+    many = [outcome(group='fifteen', powers=[1.0], oscillating=loops, said=said)
+            for loops, said in (([], outcome()['said']), (['joint1'], []))]
+    rows = [line for line in page(many, 2, first=0, last=1, final=False).splitlines()
+            if 'of the five largest' in line or 'do not oscillate' in line]
+    assert ['50 % (2 records)' in rows[0], '100 % (1 records)' in rows[1]] == [True, True]
+
+
 def test_the_calibration_error_is_the_share_by_which_bins_miss():
     honest = [(0.75, True)] * 75 + [(0.75, False)] * 25
     assert calibration_error(honest) == pytest.approx(0.0)

@@ -20,6 +20,7 @@ from .balances.led import held_against, third_witnesses, why_led
 from .balances.stand_in import with_stand_in
 from .detectability.excitation import nothing_seen, remarks, shows_too_little, smallest_sizes
 from .detectability.one_sided import one_sided
+from .detectability.oscillating_loops import oscillating_loops
 from .detectability.slow_rate import FAST, rate_hides
 from .findings.certainty import probability, verdict_probability
 from .findings.gains import gains, METRIC
@@ -74,7 +75,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
     """
     given, arm, measurement = arm, with_stand_in(arm), as_held(measurement, arm)
     training, held_out = split(measurement)
-    facts = _facts(measurement, training, held_out, origin.sources)
+    facts = _facts(measurement, arm, training, held_out, origin.sources)
     if (np.ptp(measurement.reading[:, :, 1], axis=0) < STILL).all():
         return Conclusion(_unmoved(facts, arm, origin), given, None)
     unloaded = why_led(measurement, given)
@@ -108,7 +109,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
         tuple(one.row() for one in sizes), total,
         residuals(fitter, first, evidence.fit, inside(fitter.balancer.time, held_out)),
         replace(facts, training=training, held_out=held_out), origin.arm_file, origin.version, 0.0,
-        (*proof.remarks, *_not_gaining(raw, shown),
+        (*_oscillating(facts), *proof.remarks, *_not_gaining(raw, shown),
          *(cause.sentence() for cause in beside.nameless), *scales,
          *in_sensors_alone(fitter, evidence.fit), *aside, *_between(fitter.balancer.measurement),
          *remarks(sizes, arm, about, FAST if limit == 'rate' else None)), limited_by=limit,
@@ -193,14 +194,20 @@ def _between(measurement: Measurement) -> Iterator[str]:
                'encoders err: nothing is judged there')
 
 
-def _facts(measurement: Measurement, training: Spans, held_out: Spans,
+def _oscillating(facts: RecordingFacts) -> Iterator[str]:
+    """Yield which controllers oscillate."""
+    yield from (loop.sentence() for loop in facts.oscillating)
+
+
+def _facts(measurement: Measurement, arm: Arm, training: Spans, held_out: Spans,
            sources: Sequence[str]) -> RecordingFacts:
     """Return what is diagnosed, and of several recordings where each begins."""
     dt, pieces = measurement.dt, measurement.pieces()
     parts = [RecordingPart(source, piece.start * dt, (piece.stop - piece.start) * dt)
              for source, piece in zip(sources, pieces)]
     return RecordingFacts(measurement.duration, len(measurement.command), 1.0 / dt, training,
-                          held_out, tuple(parts) if len(pieces) > 1 else ())
+                          held_out, tuple(parts) if len(pieces) > 1 else (),
+                          oscillating_loops(measurement, arm))
 
 
 def _searched(raw: RawReadings, names: Sequence[str], training: Spans, held_out: Spans,

@@ -15,6 +15,27 @@ class RecordingPart:
 
 
 @dataclass(frozen=True)
+class OscillatingLoop:
+    """A joint whose controller oscillates: most of its command is one quick line."""
+
+    joint: str
+    frequency: float        # [Hz]
+    share: float            # of what the command varies within 2 s that the line has
+    amplitude: float        # of the line, as a share of the motor's largest torque
+
+    def sentence(self) -> str:
+        """Return what is wrong with the recording."""
+        return (f'the controller of {self.joint} oscillates at {self.frequency:.0f} Hz: that is '
+                f'{100.0 * self.share:.0f} % of what its command varies within 2 s, and '
+                f'{100.0 * self.amplitude:.0f} % of the largest motor torque')
+
+    def step(self) -> str:
+        """Return what to do before the arm is recorded again."""
+        return (f'lower the gains of the controller of {self.joint} until it no longer oscillates '
+                f'at {self.frequency:.0f} Hz, and record again: beside that causes look alike')
+
+
+@dataclass(frozen=True)
 class RecordingFacts:
     """What was diagnosed; several recordings are `bags`, one after another."""
 
@@ -24,6 +45,7 @@ class RecordingFacts:
     training: tuple[tuple[float, float], ...]
     held_out: tuple[tuple[float, float], ...]
     bags: tuple[RecordingPart, ...] = ()
+    oscillating: tuple[OscillatingLoop, ...] = ()
 
 
 class Origin(NamedTuple):

@@ -260,8 +260,9 @@ class Diagnosis:
         plain = {'schema': SCHEMA, **_plain({
             **asdict(self), 'ambiguous': [alike.document() for alike in self.ambiguous]})}
         plain['next'] = plain.pop('steps')
-        if not self.recording.bags:
-            del plain['recording']['bags']
+        for several in ('bags', 'oscillating'):
+            if not plain['recording'][several]:
+                del plain['recording'][several]
         return plain
 
     def sentences(self) -> list[str]:

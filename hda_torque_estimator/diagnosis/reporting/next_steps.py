@@ -31,6 +31,7 @@ def next_steps(diagnosis: Diagnosis) -> tuple[str, ...]:
 
 
 def _steps(diagnosis: Diagnosis) -> Iterator[str]:
+    yield from (loop.step() for loop in diagnosis.recording.oscillating)
     if diagnosis.verdict == 'unknown' and diagnosis.unexplained is not None:
         yield _shown(diagnosis.unexplained)
     yield from (f'to decide between {" and ".join(name for name, _ in pair.effects)}: '
