@@ -18,13 +18,8 @@ def fitter():
     return fitter_of(HIDDEN, 24.0, 134)
 
 
-@pytest.mark.parametrize(('refused', 'many'), [(0, 1), (1, 0), (2, 0), (1, 1)])
-def test_where_what_explains_most_is_no_cause_the_next_ones_are_asked(fitter, monkeypatch,
-                                                                      refused, many):
-    """That is so beside many causes: of what few leave the search ends there."""
-    monkeypatch.setattr(forward_selection, 'MANY', many)
-    monkeypatch.setattr(forward_selection, '_CANDIDATES', 3)
-    monkeypatch.setattr(forward_selection, '_FINALISTS', 1)
+def refusing(monkeypatch, refused):
+    """Let so many causes that are asked be none, and return the places of all that are asked."""
     asked = []
 
     def standing(fitter, first, without, extended, term):
@@ -32,6 +27,17 @@ def test_where_what_explains_most_is_no_cause_the_next_ones_are_asked(fitter, mo
         return Standing.CAUSE if len(asked) > refused else Standing.CHANCE
 
     monkeypatch.setattr(forward_selection, 'standing', standing)
+    return asked
+
+
+@pytest.mark.parametrize(('refused', 'many'), [(0, 1), (1, 0), (2, 0), (1, 1)])
+def test_where_what_explains_most_is_no_cause_the_next_ones_are_asked(fitter, monkeypatch,
+                                                                      refused, many):
+    """That is so beside many causes: of what few leave the search ends there."""
+    monkeypatch.setattr(forward_selection, 'MANY', many)
+    monkeypatch.setattr(forward_selection, '_CANDIDATES', 3)
+    monkeypatch.setattr(forward_selection, '_FINALISTS', 1)
+    asked = refusing(monkeypatch, refused)
     found = forward_selection.look(fitter, fitter.first, fitter.first, NAMES)
     if refused and many:
         assert len(asked) == 1 and found.step is None
@@ -44,15 +50,20 @@ def test_where_what_explains_most_is_no_cause_the_next_ones_are_asked(fitter, mo
 def test_what_noise_makes_of_one_joint_hides_nothing_of_another(fitter, monkeypatch):
     """The first is refused, and the best of the other joint is held against its own runner-up."""
     monkeypatch.setattr(forward_selection, '_CANDIDATES', 1)
-    asked = []
-
-    def standing(fitter, first, without, extended, term):
-        asked.append(term.place)
-        return Standing.CAUSE if len(asked) > 1 else Standing.CHANCE
-
-    monkeypatch.setattr(forward_selection, 'standing', standing)
+    asked = refusing(monkeypatch, 1)
     step, reason = forward_selection.look(fitter, fitter.first, fitter.first, NAMES).step
     (_, refused), (_, taken) = asked
     assert {refused, taken} == {'joint1', 'joint2'}
     assert step.accepted[-1].place == asked[-1]
     assert reason.runner_up.joint == taken
+
+
+def test_what_fits_best_where_it_ends_says_nothing_of_its_joint(fitter, monkeypatch):
+    """The next cause of the same joint is asked, which is none for noise alone."""
+    monkeypatch.setattr(forward_selection, '_CANDIDATES', 1)
+    asked = refusing(monkeypatch, 1)
+    monkeypatch.setattr(forward_selection, 'ends_at_limit',
+                        lambda fitter, fit, term: term.place == asked[0])
+    step, _ = forward_selection.look(fitter, fitter.first, fitter.first, NAMES[:2]).step
+    assert asked == [('coulomb_friction', 'joint2'), ('viscous_friction', 'joint2')]
+    assert step.accepted[-1].place == asked[-1]

@@ -241,6 +241,11 @@ class Balancer:
             motor = motor + link
         return self._with_third(np.concatenate([motor, link], axis=1), arm)
 
+    def gear_torques(self, arm: Arm) -> tuple[Array, Array]:
+        """Return what gears carry, and what links or sensors ask of them (m, n) [N*m]."""
+        asked = self._parts.sensed if self.measurement.led else self._parts.needed
+        return self._parts.through(arm), asked(arm)
+
     @property
     def of_link_torque(self) -> Array:
         """Return how much each balance (c,) has of a torque that a link needs."""

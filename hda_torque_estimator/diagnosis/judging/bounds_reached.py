@@ -4,11 +4,12 @@ Numbers that end at a bound of what was declared for them: the law is not what w
 A friction law with an exponent of nearly zero is dry friction. One that fits best there stands in
 for another cause, which must be named instead. A bound that is the neutral value of a number, like
 a mass of zero, limits nothing. Nor does one where a part of the arm is gone (`Hypothesis.ends`).
+A law of a torsion may end within its bounds as well: where its gear carries nothing any more.
 """
 
 import math
 
-from hda_arm_sim.model.effects import effect_named
+from hda_arm_sim.model.effects import effect_named, Site
 from hda_arm_sim.model.effects.hypothesis import Hypothesis
 import numpy as np
 
@@ -16,7 +17,7 @@ from ..findings.report import at_place, Finding
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Term
-from ...significance import NORMAL_90
+from ...significance import MOSTLY, NORMAL_90
 
 _ROUND = ('phase', 'direction')     # what these begin with turns round and has no end
 
@@ -40,6 +41,8 @@ def ends_at_limit(fitter: Fitter, fit: Fit, term: Term) -> bool:
     """
     if any(_room(fitter, term, number) <= 0.0 for number in term.free):
         return True
+    if takes_gear_away(fitter, fit, term):
+        return True
     near = [number for number in term.free if math.isfinite(_room_of_law(term, number))]
     if not near:
         return False
@@ -47,6 +50,27 @@ def ends_at_limit(fitter: Fitter, fit: Fit, term: Term) -> bool:
     unsure = term.deviations_of_free(fitter.covariance(fit)[np.ix_(own, own)])
     return any(_room_of_law(term, number) <= _most(term, number, NORMAL_90 * unsure[number])
                for number in near)
+
+
+def takes_gear_away(fitter: Fitter, fit: Fit, term: Term) -> bool:
+    """
+    Return whether a law of a torsion leaves its gear less than its link needs (eq:gone).
+
+    A play wider than all torsions, and a gear that hardly resists, are no laws of a gear that
+    moves a link. They fit where encoders show a torsion that is not there. Such a law takes away
+    most of what the gear carries without it, and most of what its link needs beyond noise.
+    """
+    if effect_named(term.name).site is not Site.TORSION or fitter.is_unloaded(term.joint):
+        return False
+    joint = fitter.arm.labels.index(str(term.joint))
+    channel = len(fitter.arm.labels) + joint
+    valid = fitter.valid(fit.balance)[:, channel]
+    through, asked = fitter.balancer.gear_torques(fitter.on(fit.terms))
+    before, _ = fitter.balancer.gear_torques(fitter.on(fitter.terms_without(fit, term)))
+    left, needed, carried = (
+        float(np.mean(fitter.balancer.in_balance(torque[:, [joint]], channel)[valid] ** 2))
+        for torque in (through, asked, before))
+    return left < MOSTLY ** 2 * min(carried, needed - float(fitter.noise[channel]) ** 2)
 
 
 def _room_of_law(term: Term, number: str) -> float:

@@ -84,7 +84,8 @@ def _in_turn(fitter: Fitter, fit: Fit,
     Yield the fits of the most promising causes to the end, and then those of the next ones.
 
     What explains most may be none: many small imperfections together look like a large one. So
-    beside many causes all that were fitted with two steps are asked, until one is. Where noise is
+    beside many causes all that were fitted with two steps are asked, until one is. A law that
+    fits best where it ends stands for another cause: the next ones are asked then. Where noise is
     all that a joint seems to have, it says nothing of others: the best of those are asked next.
     The joints that have only noise so far go with each.
     """
@@ -93,12 +94,19 @@ def _in_turn(fitter: Fitter, fit: Fit,
         first = [each.term for each in _first_places(promising)]
         trials = sorted(refits(fitter, fit, first), key=lambda trial: _cost(fitter, trial))
         places = list(dict.fromkeys(map(place_of, trials)))
-        of_few = len(fit.accepted) < MANY       # what is left of few is no sum of many others
-        for begin in range(0, _FINALISTS if of_few else len(places), _FINALISTS):
+        if len(fit.accepted) < MANY:            # what is left of few is no sum of many others
+            places = places[:_FINALISTS]
+        ended = False
+        for begin in range(0, len(places), _FINALISTS):
             some = places[begin:begin + _FINALISTS]
-            yield exact(fitter, [trial for trial in trials if place_of(trial) in some]), noisy
-        noisy = noisy | {None, *(term.joint for term in first)}
-        promising = [each for each in promising if each.term.joint not in noisy]
+            tried = exact(fitter, [trial for trial in trials if place_of(trial) in some])
+            yield tried, noisy
+            ended |= any(ends_at_limit(fitter, trial, trial.accepted[-1]) for trial in tried)
+        if ended:
+            promising = [each for each in promising if each.term.place not in places]
+        else:
+            noisy = noisy | {None, *(term.joint for term in first)}
+            promising = [each for each in promising if each.term.joint not in noisy]
 
 
 def _reason(fitter: Fitter, fit: Fit, best: Fit, other: Term | None, gap: float) -> Reason:
