@@ -31,8 +31,8 @@ class OscillatingLoop:
 
     def step(self) -> str:
         """Return what to do before the arm is recorded again."""
-        return (f'lower the gains of the controller of {self.joint} until it no longer oscillates '
-                f'at {self.frequency:.0f} Hz, and record again: beside that causes look alike')
+        return (f'lower the gains of the controller of {self.joint} until its swing at '
+                f'{self.frequency:.0f} Hz is gone, and record again: beside it causes look alike')
 
 
 @dataclass(frozen=True)
