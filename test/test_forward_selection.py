@@ -58,11 +58,11 @@ def test_what_noise_makes_of_one_joint_hides_nothing_of_another(fitter, monkeypa
     assert reason.runner_up.joint == taken
 
 
-def test_what_fits_best_where_it_ends_says_nothing_of_its_joint(fitter, monkeypatch):
+def test_a_law_that_takes_the_gear_away_says_nothing_of_its_joint(fitter, monkeypatch):
     """The next cause of the same joint is asked, which is none for noise alone."""
     monkeypatch.setattr(forward_selection, '_CANDIDATES', 1)
     asked = refusing(monkeypatch, 1)
-    monkeypatch.setattr(forward_selection, 'ends_at_limit',
+    monkeypatch.setattr(forward_selection, 'takes_gear_away',
                         lambda fitter, fit, term: term.place == asked[0])
     step, _ = forward_selection.look(fitter, fitter.first, fitter.first, NAMES[:2]).step
     assert asked == [('coulomb_friction', 'joint2'), ('viscous_friction', 'joint2')]

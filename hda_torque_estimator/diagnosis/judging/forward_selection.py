@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from .bounds_reached import ends_at_limit
+from .bounds_reached import ends_at_limit, takes_gear_away
 from .law_forms import formed_gain
 from .model_comparison import leading
 from .screening import Prospect, screen
@@ -85,8 +85,8 @@ def _in_turn(fitter: Fitter, fit: Fit,
 
     What explains most may be none: many small imperfections together look like a large one. So
     beside many causes all that were fitted with two steps are asked, until one is. A law that
-    fits best where it ends stands for another cause: the next ones are asked then. Where noise is
-    all that a joint seems to have, it says nothing of others: the best of those are asked next.
+    takes a gear away explains whatever is wrong there: the next ones are asked then. Where noise
+    is all that a joint seems to have, it says nothing of others: the best of those are asked next.
     The joints that have only noise so far go with each.
     """
     noisy = set[str | None]()
@@ -96,13 +96,13 @@ def _in_turn(fitter: Fitter, fit: Fit,
         places = list(dict.fromkeys(map(place_of, trials)))
         if len(fit.accepted) < MANY:            # what is left of few is no sum of many others
             places = places[:_FINALISTS]
-        ended = False
+        is_gone = False
         for begin in range(0, len(places), _FINALISTS):
             some = places[begin:begin + _FINALISTS]
             tried = exact(fitter, [trial for trial in trials if place_of(trial) in some])
             yield tried, noisy
-            ended |= any(ends_at_limit(fitter, trial, trial.accepted[-1]) for trial in tried)
-        if ended:
+            is_gone |= any(takes_gear_away(fitter, one, one.accepted[-1]) for one in tried)
+        if is_gone:
             promising = [each for each in promising if each.term.place not in places]
         else:
             noisy = noisy | {None, *(term.joint for term in first)}
