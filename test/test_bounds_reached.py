@@ -23,7 +23,7 @@ def begun(fitter, name, **numbers):
     term = next(term for term in terms_of(fitter.arm, name) if term.joint == 'joint2')
     term = replace(term, effect=replace(term.effect, **numbers))
     fit = fitter.refit(fitter.first, term)
-    return fitter.at([term, *(one for one in fit.nuisance)], 1, fit.slopes), term
+    return fitter.at([term, *fit.nuisance], 1, fit.slopes), term
 
 
 @pytest.mark.parametrize(('name', 'numbers'), [

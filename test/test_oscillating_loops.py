@@ -69,3 +69,12 @@ def test_a_healthy_loop_is_not_and_one_that_oscillates_is_told_with_what_to_do()
     assert loop.joint == 'joint1' and round(loop.frequency) == HERTZ
     assert told.document()['recording']['oscillating'] == [asdict(loop)]
     assert told.remarks[0] == loop.sentence() and told.steps[0] == loop.step()
+
+
+def test_a_loop_that_oscillates_at_standstill_is_told_as_well():
+    time, command = slow()
+    command[:, 1] += 0.5 * np.sin(2.0 * np.pi * HERTZ * time)
+    told = diagnose(commanded(command), ARM).diagnosis
+    loop, = told.recording.oscillating
+    assert told.verdict == 'insufficient_excitation'
+    assert told.remarks[0] == loop.sentence() and told.steps[0] == loop.step()

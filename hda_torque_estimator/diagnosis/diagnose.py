@@ -109,7 +109,7 @@ def diagnose(measurement: Measurement, arm: Arm, *, names: Sequence[str] | None 
         tuple(one.row() for one in sizes), total,
         residuals(fitter, first, evidence.fit, inside(fitter.balancer.time, held_out)),
         replace(facts, training=training, held_out=held_out), origin.arm_file, origin.version, 0.0,
-        (*_oscillating(facts), *proof.remarks, *_not_gaining(raw, shown),
+        (*facts.remarks, *proof.remarks, *_not_gaining(raw, shown),
          *(cause.sentence() for cause in beside.nameless), *scales,
          *in_sensors_alone(fitter, evidence.fit), *aside, *_between(fitter.balancer.measurement),
          *remarks(sizes, arm, about, FAST if limit == 'rate' else None)), limited_by=limit,
@@ -192,11 +192,6 @@ def _between(measurement: Measurement) -> Iterator[str]:
         yield (f'for {len(measurement.blind) * measurement.dt:.2g} s samples every {period:.3g} '
                'ms do not show how the arm moved, as in long gaps, where it shakes or where '
                'encoders err: nothing is judged there')
-
-
-def _oscillating(facts: RecordingFacts) -> Iterator[str]:
-    """Yield which controllers oscillate."""
-    yield from (loop.sentence() for loop in facts.oscillating)
 
 
 def _facts(measurement: Measurement, arm: Arm, training: Spans, held_out: Spans,
@@ -339,7 +334,8 @@ def _unmoved(facts: RecordingFacts, arm: Arm, origin: Origin) -> Diagnosis:
     nothing = TotalGain(none, none, none, none, none, none, METRIC, '1')
     diagnosis = Diagnosis(
         'insufficient_excitation', (), (), None, tuple(one.row() for one in sizes),
-        nothing, (), facts, origin.arm_file, origin.version, 0.0, remarks(sizes, arm, ()),
+        nothing, (), facts, origin.arm_file, origin.version, 0.0,
+        (*facts.remarks, *remarks(sizes, arm, ())),
         limited_by='motion', probability=1.0)
     return replace(diagnosis, steps=next_steps(diagnosis))
 

@@ -47,6 +47,11 @@ class RecordingFacts:
     bags: tuple[RecordingPart, ...] = ()
     oscillating: tuple[OscillatingLoop, ...] = ()
 
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Return sentences on what is wrong with the recording."""
+        return tuple(loop.sentence() for loop in self.oscillating)
+
 
 class Origin(NamedTuple):
     """Where a diagnosis comes from: the file of the arm, the version, the recordings' names."""

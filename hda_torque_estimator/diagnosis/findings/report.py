@@ -260,9 +260,9 @@ class Diagnosis:
         plain = {'schema': SCHEMA, **_plain({
             **asdict(self), 'ambiguous': [alike.document() for alike in self.ambiguous]})}
         plain['next'] = plain.pop('steps')
-        for several in ('bags', 'oscillating'):
-            if not plain['recording'][several]:
-                del plain['recording'][several]
+        for rare in ('bags', 'oscillating'):
+            if not plain['recording'][rare]:
+                del plain['recording'][rare]
         return plain
 
     def sentences(self) -> list[str]:

@@ -39,9 +39,8 @@ def ends_at_limit(fitter: Fitter, fit: Fit, term: Term) -> bool:
     An interval counts where its law ends. How far a body may reach is a choice: one of which that
     is not well known is a body still.
     """
-    if any(_room(fitter, term, number) <= 0.0 for number in term.free):
-        return True
-    if takes_gear_away(fitter, fit, term):
+    if (any(_room(fitter, term, number) <= 0.0 for number in term.free)
+            or takes_gear_away(fitter, fit, term)):
         return True
     near = [number for number in term.free if math.isfinite(_room_of_law(term, number))]
     if not near:
@@ -62,8 +61,7 @@ def takes_gear_away(fitter: Fitter, fit: Fit, term: Term) -> bool:
     """
     if effect_named(term.name).site is not Site.TORSION or fitter.is_unloaded(term.joint):
         return False
-    joint = fitter.arm.labels.index(str(term.joint))
-    channel = len(fitter.arm.labels) + joint
+    joint, channel = fitter.own_channels(term.joint)[:2]
     valid = fitter.valid(fit.balance)[:, channel]
     through, asked = fitter.balancer.gear_torques(fitter.on(fit.terms))
     before, _ = fitter.balancer.gear_torques(fitter.on(fitter.terms_without(fit, term)))
