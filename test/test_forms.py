@@ -165,16 +165,16 @@ def test_nothing_remembers_a_fit_that_nobody_has():
 
 
 def test_a_law_that_follows_noise_gains_as_much_on_a_healthy_twin():
-    """A recorded command with noise that the motor never felt makes a lag look right."""
+    """Noise of drives that moves the arm, and that commands answer, makes a lag look right."""
     world = worlds.draw(400015, ('stribeck_friction',), motion='rich', rate=1000)
     fitter = fitter_of(world)
     lag = next(term for term in terms_of(fitter.arm, 'current_loop_lag')
                if term.joint == fitter.arm.labels[1]).at(np.array([0.01]))
     gains = [by_chance(replace(fitter, twin=Balancer(healthy_twin(
-        fitter.balancer, fitter.arm, 2, TorqueNoise(np.full(2, unfelt), np.zeros(2))))), lag)
-        for unfelt in (0.028, 0.0)]
+        fitter.balancer, fitter.arm, 2, TorqueNoise(np.full(2, more), np.zeros(2))))), lag)
+        for more in (0.028, 0.0)]
     assert gains[0] > 300.0
-    assert gains[1] < 60.0
+    assert gains[1] < 0.1 * gains[0]
 
 
 def test_without_a_twin_nothing_is_chance():

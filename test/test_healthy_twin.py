@@ -43,3 +43,18 @@ def test_a_twin_estimates_no_torque(monkeypatch):
     twin = healthy_twin(balancer, arm, 1)
     assert [np.isnan(each.estimated_torque).all() for each in runs] == [True]
     np.testing.assert_array_equal(twin.command, runs[0].command)
+
+
+def test_noise_of_drives_moves_the_arm_and_the_loop_answers():
+    """It is none of what was commanded, but of what commands answer."""
+    arm, noise = read_arm(ARMS[0]), np.array([0.01, 0.0])
+    quiet, still = loop(ARMS[0], estimator=None), loop(
+        ARMS[0], estimator=None, drive_noise=np.zeros(2))
+    np.testing.assert_array_equal(still.state, quiet.state)
+    noisy = loop(ARMS[0], estimator=None, drive_noise=noise)
+    moved = np.diff(noisy.state[:, 0, 1] - quiet.state[:, 0, 1]) / 1e-3     # of the shaft
+    drawn = noise[0] * np.random.default_rng([4, 1]).standard_normal((len(quiet.time), 2))[:-1, 0]
+    felt = moved * arm.joints[0].motor_inertia
+    assert np.corrcoef(felt, drawn)[0, 1] > 0.9
+    answered = (noisy.command - quiet.command)[:-1, 0]
+    assert answered.std() > 0.0 and abs(np.corrcoef(answered, drawn)[0, 1]) < 0.1

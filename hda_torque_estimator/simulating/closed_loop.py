@@ -50,7 +50,8 @@ class ClosedLoopRun:
 
 def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
         controller: ControllerSettings | None = None,
-        estimator: EstimatorSettings | None = EstimatorSettings()) -> ClosedLoopRun:
+        estimator: EstimatorSettings | None = EstimatorSettings(),
+        drive_noise: Array | None = None) -> ClosedLoopRun:
     """
     Let `true_arm` follow a motion under a controller that believes in `known_arm`.
 
@@ -72,7 +73,8 @@ def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
     every = max(1, math.ceil(dt / CONTROL_PERIOD - SAME_RATE))
     if every > 1:
         made = run(true_arm, known_arm, _refined(motion, every), seed, controller=controller,
-                   estimator=estimator)
+                   estimator=estimator, drive_noise=(
+                       None if drive_noise is None else math.sqrt(every) * drive_noise))
         return _thinned(made, motion, every, _lost(true_arm, len(made.time), seed))
     believed, start = known_arm.torsion_only(), start_of(true_arm, motion.angle[0])
     belief, whole = believed.record(), known_arm.record()
@@ -86,8 +88,8 @@ def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
                    controller_settings(known_arm, controller),
                    control.ControlledArm(whole, loaded_inertia(whole.body)), estimator is not None)
     _run(plant, minds, registers(start.state, pushed_link(true_arm, motion)),
-         _Plan(np.ascontiguousarray(reference), motion.force, noise, start.command,
-               _since(late, dt),
+         _Plan(np.ascontiguousarray(reference), motion.force, noise,
+               _of_drives(samples, joints, seed, drive_noise), start.command, _since(late, dt),
                dt, step_count(dt, min(STEP, longest_step(true_arm)))),
          _RunArrays(reading, states, torques))
     if estimator is None:
@@ -111,6 +113,13 @@ def _since(late: NDArray[np.int64], dt: float) -> Array:
 
 def _noise(samples: int, joints: int, seed: int) -> Array:
     return np.random.default_rng(seed).standard_normal((samples, joints, DRAWS))
+
+
+def _of_drives(samples: int, joints: int, seed: int, drive_noise: Array | None) -> Array:
+    """Return what drives give beyond the commands, at every sample (k, n) [N*m, shaft]."""
+    if drive_noise is None:
+        return np.zeros((samples, joints))
+    return drive_noise * np.random.default_rng([seed, 1]).standard_normal((samples, joints))
 
 
 def _refined(motion: Motion, every: int) -> Motion:
@@ -163,6 +172,7 @@ class _Plan(NamedTuple):
     reference: Array
     force: Array
     noise: Array
+    drive: Array                # (k, n) that drives give beyond the commands [N*m]
     held: Array                 # (n,) motor torques until the first answer [N*m]
     since: Array                # (k,) from the stamp before [s]
     dt: float                   # [s]
@@ -195,6 +205,6 @@ def _run(plant: ArmRecord, minds: _Minds, w: Array, plan: _Plan, made: _RunArray
                           result,
                           tip)
             torques[2, k] = result[:, layout.TORQUE]
-        act(plant, inertia, w, command, plan.force[k], dt, plan.steps)
+        act(plant, inertia, w, command + plan.drive[k], plan.force[k], dt, plan.steps)
         control.step(minds.body, minds.controller, control_memory,
                      control.Asked(plan.reference[k], now[:, 0], torques[2, k], since), command)

@@ -26,7 +26,7 @@ _UNSEEN = 1.0           # noise of a balance that never holds, for which any wil
 class TorqueNoise(NamedTuple):
     """White noise of torques (n,), one sigma of every recorded sample."""
 
-    motor: Array            # by which commands differ from what acted [N*m shaft]
+    motor: Array            # that drives give beyond the commands [N*m shaft]
     sensor: Array           # of reference torques, beyond what they show [N*m]
 
     @classmethod
@@ -41,7 +41,8 @@ def healthy_twin(balancer: Balancer, arm: Arm, seed: int,
     Return a simulated recording of `arm` along the links' measured motion.
 
     Its readings are as noisy as the measured ones, and so are its reference torques. `more` is
-    what torques have beyond that.
+    what torques have beyond that. That of motors moves them, and the loop answers, so curves along
+    a motion or a command go with it. Beside a log alone none would.
     """
     more = more or TorqueNoise.none(len(arm.joints))
     measured, noise = balancer.measurement, balancer.measurement.reading_noise()
@@ -56,12 +57,12 @@ def healthy_twin(balancer: Balancer, arm: Arm, seed: int,
         time = measured.dt * np.arange(len(angle), dtype=np.float64)
         asked = Motion(time, angle, rate, np.zeros((len(angle), 2)))
         own = arm_during(arm, piece, measured.dt)
-        made = run(own, own, asked, seed + place, estimator=None)
+        made = run(own, own, asked, seed + place, estimator=None,
+                   drive_noise=np.sqrt(measured.parts) * more.motor)
         read = made.reading[::measured.parts, :, :2]
         reading[piece], command[piece] = between(read, measured.parts), made.command
         torque[piece] = made.joint_torque
     random = np.random.default_rng(seed)
-    command += more.motor * _white(random, measured, len(arm.joints))
     twin = Measurement(measured.labels, measured.dt, reading, command, begins=measured.begins,
                        parts=measured.parts, led=measured.led, held=measured.held,
                        unscaled=measured.unscaled, blind=measured.blind)
