@@ -125,7 +125,7 @@ def test_a_rate_at_which_the_diagnosis_is_measured_is_never_to_blame():
 def test_a_runner_up_is_reported_as_it_was_fitted_and_what_was_found_beside_is_none():
     play = Term(Backlash(half_width=1e-4), 'joint1', (Identity(('half_width',), 1e-6),))
     cause = Term(effect_named('stiffness_error')(), 'joint1', (Identity(('error',), 1e-3),))
-    reason, alone = Reason(400.0, 60.0, play, TIED), SimpleNamespace(accepted=())
+    reason, alone = Reason(300.0, 60.0, play, TIED), SimpleNamespace(accepted=())
     rival = rival_of(reason, cause, alone)
     assert rival.joint == 'joint1' and rival.parameters['half_width'].value == 1e-4
     assert math.isnan(rival.parameters['half_width'].low)
@@ -163,11 +163,22 @@ def test_a_disc_that_was_not_seen_to_bend_is_told_together_with_a_scale(effect, 
         {('link_encoder_eccentricity', joint), ('encoder_scale_error', joint)}]
 
 
-@pytest.mark.parametrize(('seed', 'along', 'rate'), [
-    (799808, 'rich', 250), (1100092, 'fourier', 1000)])
-def test_laws_of_a_gear_that_differ_by_less_than_their_forms_look_alike(seed, along, rate):
-    """A wind-up, or three segments, explain 1.6 % more than the stiffness that is wrong."""
-    world = worlds.draw(seed, ('stiffness_error',), motion=along, rate=rate)
+@pytest.mark.parametrize(('effect', 'form', 'seed', 'along', 'rate'), [
+    ('stiffness_error', None, 799808, 'rich', 250),
+    ('stiffness_error', None, 1100092, 'fourier', 1000),
+    pytest.param('wave_generator_compliance', 'tanh', 799950, 'rich', 1000,
+                 marks=pytest.mark.study),
+    pytest.param('wave_generator_compliance', 'tanh', 799958, 'rich', None,
+                 marks=pytest.mark.study)])
+def test_laws_of_a_gear_that_differ_by_less_than_their_forms_look_alike(effect, form, seed, along,
+                                                                        rate):
+    """
+    Another law explains 1.6 to 4.7 % more than the true one, and was named.
+
+    In the second three laws of the gear explain as much.
+    """
+    world = worlds.draw(seed, (effect,), motion=along, rate=rate, form=form)
     said = diagnosed(world)
-    assert said.verdict == 'ambiguous' and said.findings == ()
-    assert ('stiffness_error', 'joint1') in said.ambiguous[0].effects
+    assert said.verdict == 'ambiguous'
+    assert effect not in {one.effect for one in said.findings}
+    assert (effect, world.hidden[0].joint) in said.ambiguous[0].effects

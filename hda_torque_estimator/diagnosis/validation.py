@@ -20,6 +20,7 @@ from .fitting.nuisance import is_of_log
 from .judging.curvature import straight
 from .judging.goodness_of_fit import goodness_of_fit, GoodnessOfFit
 from .judging.held_out_gain import held_out_gain
+from .judging.look_alikes import with_all_alike
 from .judging.other_laws import of_other_laws
 from .judging.search import SearchResult
 from .judging.selection_criteria import accepted
@@ -86,8 +87,9 @@ def proven(fitter: Fitter, found: SearchResult, twin: Balancer, given: Arm, held
         left = _tried(found, judged, kept, _evidence(fitter, kept, twin, given, held_out))
         dropped = _dropped(left)
         if not dropped:
-            return left._replace(judged=judged.with_rest([
-                channel for term in nameless for channel in fitter.channels_of(term)]),
+            rest = [channel for term in nameless for channel in fitter.channels_of(term)]
+            return left._replace(judged=judged.with_rest(rest),
+                                 pairs=with_all_alike(fitter, found, left.pairs),
                                  remarks=tuple(map(_unproven, nameless)))
         nameless += [term for term in dropped if _is_worth_a_cause(fitter, found, term)]
         found = found.keeping(fitter, [term for term in found.last.accepted

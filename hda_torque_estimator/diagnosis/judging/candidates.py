@@ -22,20 +22,20 @@ def _sized(fitter: Fitter, fit: Fit, pair: Alike) -> list[Candidate]:
     if holder is None:
         return []
     sized = [_candidate(fitter, fit, holder, pair, True)]
-    others = [term for term in fit.accepted if term is not holder]
+    without = fitter.fit([term for term in fit.accepted if term is not holder], fit.nuisance)
     for place in pair.effects:
         if place == holder.place or place[0] not in HYPOTHESES:
             continue
-        instead = _instead(fitter, fit, others, place)
-        if instead is not None:
-            sized.append(_candidate(fitter, instead, instead.accepted[-1], pair, False))
+        other = instead(fitter, without, place)
+        if other is not None:
+            sized.append(_candidate(fitter, other, other.accepted[-1], pair, False))
     return sized
 
 
-def _instead(fitter: Fitter, fit: Fit, others: Sequence[Term], place: Place) -> Fit | None:
-    """Return the best fit with the effect of a place beside others, None if no arm can have it."""
-    without, trials = fitter.fit(others, fit.nuisance), []
-    for start in terms_of(fitter.on(others), place[0]):
+def instead(fitter: Fitter, without: Fit, place: Place) -> Fit | None:
+    """Return a fit with the effect of a place in its best law, None if no arm can have it."""
+    trials = []
+    for start in terms_of(fitter.on(without.accepted), place[0]):
         if start.joint == place[1]:
             try:
                 trials.append(fitter.refit(without, start))

@@ -33,9 +33,7 @@ def leading(fitter: Fitter, fit: Fit, exact: Sequence[Fit],
     prospect.
     """
     if len(exact) > 1:
-        usual = noise_in(fitter, fit)
-        costs = [equal_noise_score(fitter, each, usual) - formed_gain(fitter, each)
-                 + freedom(fitter, each.accepted[-1]) for each in exact]
+        costs = fair_costs(fitter, fit, exact)
         first, second = np.argsort(costs)[:2]
         best, other, lack = exact[first], exact[second], costs[second] - costs[first]
         # (measured: the harmonic of a disc as a form lacked 6 % of what the exact one explained)
@@ -50,6 +48,13 @@ def leading(fitter: Fitter, fit: Fit, exact: Sequence[Fit],
     others = [prospect for prospect in prospects
               if prospect.term.place != best.accepted[-1].place]
     return (best, others[0].term, others[0].score - best.score) if others else (best, None, np.inf)
+
+
+def fair_costs(fitter: Fitter, fit: Fit, exact: Sequence[Fit]) -> list[float]:
+    """Return what fits with one more cause cost at the noise of `fit`, in their best forms."""
+    usual = noise_in(fitter, fit)
+    return [equal_noise_score(fitter, each, usual) - formed_gain(fitter, each)
+            + freedom(fitter, each.accepted[-1]) for each in exact]
 
 
 def _own_forms(fitter: Fitter, fit: Fit) -> float:

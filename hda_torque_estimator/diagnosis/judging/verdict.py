@@ -131,7 +131,7 @@ def alike(found: SearchResult, judged: GoodnessOfFit) -> tuple[Alike, ...]:
         twin = sought.alike[0] if unclear else sought.twin
         other: Place | None = (twin, term.joint) if twin else None
         contender = _contender(reason, term, taken)
-        if contender is not None and reason.runner_up_gap < _tied(reason, term):
+        if contender is not None and reason.runner_up_gap < tied(reason, term):
             other = contender.place
         if other is not None:
             by_nature = sought.twin and other == (sought.twin, term.joint)
@@ -168,26 +168,33 @@ def lead_of(reason: Reason, term: Term) -> float:
     """Return the margin by which a cause leads its runner-up, in differences that tie."""
     if reason.runner_up is None:
         return np.inf
-    return reason.runner_up_gap / _tied(reason, term)
+    return reason.runner_up_gap / tied(reason, term)
 
 
-def _tied(reason: Reason, term: Term) -> float:
+def tied(reason: Reason, term: Term) -> float:
     """
     Return the difference of scores below which a cause and its runner-up tie.
 
-    No law is better than its form. Of two at one joint whose forms follow the same coordinate
-    (`Hypothesis.varies`), others may explain as much more as both laws state, and no more than
-    those of a usual one. A disc must lead the straight line that it is confused with by what a
-    bend must show.
+    No law is better than its form. Of two laws of one curve (`of_one_curve`), others may explain
+    as much more as both state, and no more than those of a usual one. Up to `lead_share` they may
+    do so unless that is certain. A disc must lead the straight line that it is confused with by
+    what a bend must show.
     """
-    share, rival = Hypothesis.form_error, reason.runner_up
+    share, rival, unsure = Hypothesis.form_error, reason.runner_up, 0.0
     if rival is not None and rival.joint == term.joint:
         one, other = HYPOTHESES[term.name], HYPOTHESES[rival.name]
-        if set(one.varies) & set(other.varies):
+        if of_one_curve(term.place, rival.place):
             share = min(one.form_share + other.form_share, Hypothesis.form_share)
+            unsure = min(Hypothesis.lead_share * reason.improvement, CERTAIN)
         if one.bends and rival.name in one.alike:
-            return max(CERTAIN, share * reason.improvement)
-    return max(TIED, share * reason.improvement)
+            unsure = CERTAIN
+    return max(TIED, unsure, share * reason.improvement)
+
+
+def of_one_curve(one: Place, other: Place) -> bool:
+    """Return whether the laws of two places act at one joint along the same coordinate."""
+    along, of_other = (HYPOTHESES[name].varies for name, _ in (one, other))
+    return one[1] == other[1] and bool(set(along) & set(of_other))
 
 
 def residuals(fitter: Fitter, first: Fit, last: Fit,
