@@ -1,6 +1,9 @@
 """One step of the search: what explains most may be no cause, and then others are asked."""
 
 from hda_torque_estimator.diagnosis.judging import forward_selection
+from hda_torque_estimator.diagnosis.judging.discrepancy_search import gone_on
+from hda_torque_estimator.diagnosis.judging.goodness_of_fit import goodness_of_fit
+from hda_torque_estimator.diagnosis.judging.search import search
 from hda_torque_estimator.diagnosis.judging.selection_criteria import Standing
 import pytest
 from truth_cases import hide
@@ -67,3 +70,17 @@ def test_a_law_that_takes_the_gear_away_says_nothing_of_its_joint(fitter, monkey
     step, _ = forward_selection.look(fitter, fitter.first, fitter.first, NAMES[:2]).step
     assert asked == [('coulomb_friction', 'joint2'), ('viscous_friction', 'joint2')]
     assert step.accepted[-1].place == asked[-1]
+
+
+def test_what_takes_names_back_makes_a_search_go_on(fitter):
+    """One that ended with a rest finds what explains it, and no more than that."""
+    told = []
+    begun = search(fitter, NAMES[:1])
+    assert goodness_of_fit(fitter, begun).unexplained.any()
+    assert gone_on(fitter, begun, NAMES[:1], told.append) is begun
+    found = gone_on(fitter, begun, NAMES, told.append)
+    assert {term.place for term in found.last.accepted} == {
+        (one.effect, one.joint) for one in HIDDEN}
+    assert len(found.evidence) == len(HIDDEN)
+    assert told == ['looking for cause 2', 'looking for cause 2', 'looking for cause 3']
+    assert gone_on(fitter, found, NAMES, told.append) is found

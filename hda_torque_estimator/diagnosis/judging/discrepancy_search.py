@@ -1,11 +1,12 @@
 """
 Look for causes beside what has no name: where names alone leave a rest, curves compete with them.
 
-What no catalogue lists makes a search take whatever stands for it a little. So a search that ends
-with a rest is done anew, with causes that have no name (`discrepancy_terms`). At every step one of
-them is taken if it explains more than the best of the catalogue. What it does is taken out of all
-balances (eq:beside). In the end each cause of the catalogue must explain more than the best
-without a name in its place. It must be the best of the catalogue there as well.
+A search that ends with a rest which takes names back goes on with further names. What no catalogue
+lists makes it take whatever stands for that a little. So where a rest stays, all is done anew with
+causes that have no name (`discrepancy_terms`). At every step one of them is taken if it explains
+more than the best of the catalogue. What it does is taken out of all balances (eq:beside). In the
+end each cause of the catalogue must explain more than the best without a name in its place. It
+must be the best of the catalogue there as well.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,7 +17,7 @@ from .discrepancy_terms import DiscrepancyTerm, DiscrepancyTerms
 from .forward_selection import next_cause, Reason
 from .goodness_of_fit import goodness_of_fit
 from .parameter_constancy import only_steady
-from .search import is_stuck, SearchResult, with_cause, without_unneeded
+from .search import is_stuck, SearchResult, with_cause, with_one_more, without_unneeded
 from .selection_criteria import freedom, open_rest
 from .site_pattern import is_one_link_torque, not_of_link
 from ..fitting.fit import Fit, Fitter
@@ -47,12 +48,15 @@ def search_beside_discrepancy(fitter: Fitter, found: SearchResult, names: Sequen
     """
     Return what stays of the catalogue beside causes without a name, what was `found` without any.
 
-    The search is done anew among effects of these names where that left a rest which takes names
-    back. `notify` hears what is being done.
+    Where that left a rest which takes names back, the search goes on among effects of these
+    names. Where it still does, all is looked for anew. `notify` hears what is being done.
     """
     if not is_stuck(fitter, found) or not goodness_of_fit(fitter, found).unexplained.any():
         return BesideDiscrepancy(fitter, found, ())
     names = [name for name in names if name in HYPOTHESES]
+    found = gone_on(fitter, found, names, notify)
+    if not goodness_of_fit(fitter, found).unexplained.any():
+        return BesideDiscrepancy(fitter, found, ())
     notify('looking which causes are steady beside the rest')
     steady = only_steady(fitter, found, names)
     if steady is not None:              # what is left are small imperfections, one after another
@@ -67,6 +71,23 @@ def search_beside_discrepancy(fitter: Fitter, found: SearchResult, names: Sequen
                  and is_one_link_torque(fitter, found, label) for term in here]
     return other._replace(found=other.found.keeping(other.fitter, [
         term for term in other.found.last.accepted if term not in misplaced]))
+
+
+def gone_on(fitter: Fitter, found: SearchResult, names: Sequence[str],
+            notify: Callable[[str], None]) -> SearchResult:
+    """
+    Return what was found with further causes, as long as what is left takes names back.
+
+    A search ends where less is left than is worth a cause. A curve may explain that for certain
+    still, and it is a cause of these names that was not asked.
+    """
+    while goodness_of_fit(fitter, found).unexplained.any():
+        notify(f'looking for cause {len(found.last.accepted) + 1}')
+        more = with_one_more(fitter, found, names)
+        if more is None:
+            break
+        found = more
+    return found
 
 
 @dataclass(eq=False)

@@ -129,6 +129,17 @@ def _extended(fitter: Fitter, names: Sequence[str], found: SearchResult,
                         small=small)
 
 
+def with_one_more(fitter: Fitter, found: SearchResult,
+                  names: Sequence[str]) -> SearchResult | None:
+    """Return what was found with the best further cause of these names, None without one."""
+    evidence = found.reasons()
+    step = look(fitter, found.first, found.last, names).step
+    taken = None if step is None else with_cause(fitter, found.first, found.last, step, names,
+                                                 evidence)
+    return None if taken is None else replace(found, last=taken, evidence=tuple(
+        evidence[term.place] for term in taken.accepted))
+
+
 def with_cause(fitter: Fitter, first: Fit, fit: Fit, step: tuple[Fit, Reason],
                names: Sequence[str], evidence: dict[Place, Reason]) -> Fit | None:
     """
