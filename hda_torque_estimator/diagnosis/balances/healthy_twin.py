@@ -41,8 +41,8 @@ def healthy_twin(balancer: Balancer, arm: Arm, seed: int,
     Return a simulated recording of `arm` along the links' measured motion.
 
     Its readings are as noisy as the measured ones, and so are its reference torques. `more` is
-    what torques have beyond that. That of motors moves them, and the loop answers, so curves along
-    a motion or a command go with it. Beside a log alone none would.
+    what torques have beyond that. That of motors moves them, and the loop answers: curves along a
+    motion or a command go with it. With noise that is in the log alone none does.
     """
     more = more or TorqueNoise.none(len(arm.joints))
     measured, noise = balancer.measurement, balancer.measurement.reading_noise()

@@ -29,7 +29,8 @@ def _others(fitter: Fitter, found: SearchResult, pair: Alike) -> Iterator[Place]
     """Yield the places of further laws that tie with the first cause of a pair."""
     own = next(term for term in found.last.accepted if term.place == pair.effects[0])
     reason = found.reasons()[own.place]
-    if reason.runner_up is None or not of_one_curve(own.place, reason.runner_up.place):
+    rival = None if reason.runner_up is None else reason.runner_up.place
+    if rival not in pair.effects or not of_one_curve(own.place, rival):
         return
     before = fitter.fit(found.last.causes_beside(own), found.last.nuisance)
     for trial in _instead_of(fitter, found, before, pair, own):

@@ -54,7 +54,7 @@ def fair_costs(fitter: Fitter, fit: Fit, exact: Sequence[Fit]) -> list[float]:
     """Return what fits with one more cause cost at the noise of `fit`, in their best forms."""
     usual = noise_in(fitter, fit)
     return [equal_noise_score(fitter, each, usual) - formed_gain(fitter, each)
-            + freedom(fitter, each.accepted[-1]) for each in exact]
+            + sum(freedom(fitter, term) for term in each.accepted) for each in exact]
 
 
 def _own_forms(fitter: Fitter, fit: Fit) -> float:
