@@ -74,7 +74,7 @@ def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
     if every > 1:
         made = run(true_arm, known_arm, _refined(motion, every), seed, controller=controller,
                    estimator=estimator, drive_noise=(
-                       None if drive_noise is None else math.sqrt(every) * drive_noise))
+                       None if drive_noise is None else _held(drive_noise, every)))
         return _thinned(made, motion, every, _lost(true_arm, len(made.time), seed))
     believed, start = known_arm.torsion_only(), start_of(true_arm, motion.angle[0])
     belief, whole = believed.record(), known_arm.record()
@@ -89,7 +89,8 @@ def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
                    control.ControlledArm(whole, loaded_inertia(whole.body)), estimator is not None)
     _run(plant, minds, registers(start.state, pushed_link(true_arm, motion)),
          _Plan(np.ascontiguousarray(reference), motion.force, noise,
-               _of_drives(samples, joints, seed, drive_noise), start.command, _since(late, dt),
+               np.zeros((samples, joints)) if drive_noise is None else drive_noise,
+               start.command, _since(late, dt),
                dt, step_count(dt, min(STEP, longest_step(true_arm)))),
          _RunArrays(reading, states, torques))
     if estimator is None:
@@ -115,13 +116,6 @@ def _noise(samples: int, joints: int, seed: int) -> Array:
     return np.random.default_rng(seed).standard_normal((samples, joints, DRAWS))
 
 
-def _of_drives(samples: int, joints: int, seed: int, drive_noise: Array | None) -> Array:
-    """Return what drives give beyond the commands, at every sample (k, n) [N*m, shaft]."""
-    if drive_noise is None:
-        return np.zeros((samples, joints))
-    return drive_noise * np.random.default_rng([seed, 1]).standard_normal((samples, joints))
-
-
 def _refined(motion: Motion, every: int) -> Motion:
     """Return a motion with so many times its samples: cubic between them, the force straight."""
     from scipy.interpolate import CubicHermiteSpline    # a third of a second few need to wait
@@ -131,6 +125,11 @@ def _refined(motion: Motion, every: int) -> Motion:
     at = np.minimum(motion.time[0] + time, motion.time[-1])
     force = np.stack([np.interp(at, motion.time, axis) for axis in motion.force.T], axis=1)
     return Motion(time, path(at), path.derivative()(at), force, motion.pushed)
+
+
+def _held(values: Array, every: int) -> Array:
+    """Return values (k, n) at so many times their samples, each held until the next."""
+    return np.repeat(values, every, axis=0)[:(len(values) - 1) * every + 1]
 
 
 def _lost(arm: Arm, samples: int, seed: int) -> NDArray[np.bool_]:

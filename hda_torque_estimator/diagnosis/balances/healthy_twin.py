@@ -48,6 +48,8 @@ def healthy_twin(balancer: Balancer, arm: Arm, seed: int,
     measured, noise = balancer.measurement, balancer.measurement.reading_noise()
     reading = np.empty(measured.reading.shape)          # rows in a row, as compiled code has them
     command, torque = np.empty((2, *measured.command.shape))
+    random = np.random.default_rng(seed)
+    of_drives = more.motor * _white(random, measured, len(arm.joints))
     for place, piece in enumerate(measured.pieces()):
         state = balancer.motion(arm).state[piece]
         clean = CleanMotion(measured.reading[piece][::measured.parts, :, 1], noise[:, 1],
@@ -58,11 +60,10 @@ def healthy_twin(balancer: Balancer, arm: Arm, seed: int,
         asked = Motion(time, angle, rate, np.zeros((len(angle), 2)))
         own = arm_during(arm, piece, measured.dt)
         made = run(own, own, asked, seed + place, estimator=None,
-                   drive_noise=np.sqrt(measured.parts) * more.motor)
+                   drive_noise=of_drives[piece])
         read = made.reading[::measured.parts, :, :2]
         reading[piece], command[piece] = between(read, measured.parts), made.command
         torque[piece] = made.joint_torque
-    random = np.random.default_rng(seed)
     twin = Measurement(measured.labels, measured.dt, reading, command, begins=measured.begins,
                        parts=measured.parts, led=measured.led, held=measured.held,
                        unscaled=measured.unscaled, blind=measured.blind)
