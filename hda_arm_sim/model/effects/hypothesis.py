@@ -51,15 +51,16 @@ class Hypothesis:
     more. `form_error` is the share of the effect's power that its law may leave, where the
     literature has laws of several forms. A curve without a name at its site may improve the score
     by `form` and by `form_share` of what the effect improves it. It must lead another law of the
-    same curve by `lead_share` of that, or for certain. It may explain `form_power`, a share of the
-    effect's power. `doubts` are half-widths that intervals have for the same reason, as shares of
-    another number or absolute. `ends` are numbers at whose lower bound a part of the arm is gone:
-    it means something. `twin` is an effect that no motion distinguishes from this one. What acts
-    on the command acts on the noise of the encoders that it repeats. Two such effects are compared
-    `below` a frequency [Hz]. One of which the power over that of noise is less than `clear` is not
-    distinguished from the first of `alike`. No other `form` than the usual one is asked of it.
-    `varies` are the coordinates along which published laws of the cause differ from this one. A
-    form that does more than `reach`, a share of its power, is another law.
+    same curve by `lead_share` of that, or by what is surely worth a cause. It may explain
+    `form_power`, a share of the effect's power. `doubts` are half-widths that intervals have for
+    the same reason, as shares of another number or absolute. `ends` are numbers at whose lower
+    bound a part of the arm is gone: it means something. `twin` is an effect that no motion
+    distinguishes from this one. What acts on the command acts on the noise of the encoders that it
+    repeats. Two such effects are compared `below` a frequency [Hz]. One of which the power over
+    that of noise is less than `clear` is not distinguished from the first of `alike`. No other
+    `form` than the usual one is asked of it. `varies` are the coordinates along which published
+    laws of the cause differ from this one. A form that does more than `reach`, a share of its
+    power, is another law.
     A friction beside the spring begins to slide over a `path`, one of its numbers.
     `contains` are curves without a name that are this law, or a published form of it, at some of
     its numbers. One of them explains as much as the law and is the law. A `passing` effect acts
@@ -89,8 +90,9 @@ class Hypothesis:
     form: float = 300.0
     # the same, as a share of what the effect improved (choice)
     form_share: float = 0.02
-    # share of that by which it leads another law of its curve, if that is certain (measured: of 28
-    # leads the six below had five wrong names, the six of up to four times as much had one)
+    # share of that by which it leads another law of its curve, unless the lead is surely worth a
+    # cause (measured: of 28 leads the six below had five wrong names, all by less than a cause is
+    # worth for sure, the six of up to four times as much had one)
     lead_share: float = 0.05
     # share of its power that such a curve may explain (choice: none)
     form_power: float = 0.0

@@ -12,6 +12,7 @@ from .forward_selection import Reason
 from .goodness_of_fit import GoodnessOfFit
 from .held_out_gain import held_out_gain
 from .search import SearchResult
+from .selection_criteria import LOOKED_AT
 from ..balances.balance import Balancer
 from ..findings.certainty import probability
 from ..findings.report import (
@@ -177,15 +178,15 @@ def tied(reason: Reason, term: Term) -> float:
 
     No law is better than its form. Of two laws of one curve (`of_one_curve`), others may explain
     as much more as both state, and no more than those of a usual one. Up to `lead_share` they may
-    do so unless that is certain. A disc must lead the straight line that it is confused with by
-    what a bend must show.
+    do so unless that is surely worth a cause. A disc must lead the straight line that it is
+    confused with by what a bend must show.
     """
     share, rival, unsure = Hypothesis.form_error, reason.runner_up, 0.0
     if rival is not None and rival.joint == term.joint:
         one, other = HYPOTHESES[term.name], HYPOTHESES[rival.name]
         if of_one_curve(term.place, rival.place):
             share = min(one.form_share + other.form_share, Hypothesis.form_share)
-            unsure = min(Hypothesis.lead_share * reason.improvement, CERTAIN)
+            unsure = min(Hypothesis.lead_share * reason.improvement, LOOKED_AT)
         if one.bends and rival.name in one.alike:
             unsure = CERTAIN
     return max(TIED, unsure, share * reason.improvement)
