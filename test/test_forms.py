@@ -174,7 +174,7 @@ def test_a_law_that_follows_noise_gains_as_much_on_a_healthy_twin():
         fitter.balancer, fitter.arm, 2, TorqueNoise(np.full(2, more), np.zeros(2))))), lag)
         for more in (0.028, 0.0)]
     assert gains[0] > 300.0
-    assert gains[1] < 0.1 * gains[0]
+    assert gains[1] < 60.0
 
 
 def test_without_a_twin_nothing_is_chance():

@@ -180,5 +180,5 @@ def test_laws_of_a_gear_that_differ_by_less_than_their_forms_look_alike(effect, 
     world = worlds.draw(seed, (effect,), motion=along, rate=rate, form=form)
     said = diagnosed(world)
     assert said.verdict == 'ambiguous'
-    assert effect not in {one.effect for one in said.findings}
+    assert {one.site for one in said.findings} <= {'timing'}     # stamps of a host may jitter
     assert (effect, world.hidden[0].joint) in said.ambiguous[0].effects
