@@ -64,6 +64,8 @@ def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
     """
     if controller is None:
         controller = bearable(known_arm, ControllerSettings())
+    if drive_noise is None:
+        drive_noise = np.zeros(motion.angle.shape)
     if estimator is None and controller.torque_feedback:
         raise ValueError('torque feedback needs an estimator: controller.torque_feedback is '
                          f'{controller.torque_feedback:g} and estimator is None')
@@ -73,8 +75,7 @@ def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
     every = max(1, math.ceil(dt / CONTROL_PERIOD - SAME_RATE))
     if every > 1:
         made = run(true_arm, known_arm, _refined(motion, every), seed, controller=controller,
-                   estimator=estimator, drive_noise=(
-                       None if drive_noise is None else _held(drive_noise, every)))
+                   estimator=estimator, drive_noise=_held(drive_noise, every))
         return _thinned(made, motion, every, _lost(true_arm, len(made.time), seed))
     believed, start = known_arm.torsion_only(), start_of(true_arm, motion.angle[0])
     belief, whole = believed.record(), known_arm.record()
@@ -88,10 +89,8 @@ def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
                    controller_settings(known_arm, controller),
                    control.ControlledArm(whole, loaded_inertia(whole.body)), estimator is not None)
     _run(plant, minds, registers(start.state, pushed_link(true_arm, motion)),
-         _Plan(np.ascontiguousarray(reference), motion.force, noise,
-               np.zeros((samples, joints)) if drive_noise is None else drive_noise,
-               start.command, _since(late, dt),
-               dt, step_count(dt, min(STEP, longest_step(true_arm)))),
+         _Plan(np.ascontiguousarray(reference), motion.force, noise, drive_noise, start.command,
+               _since(late, dt), dt, step_count(dt, min(STEP, longest_step(true_arm)))),
          _RunArrays(reading, states, torques))
     if estimator is None:
         torques[2] = np.nan

@@ -51,7 +51,7 @@ def search_beside_discrepancy(fitter: Fitter, found: SearchResult, names: Sequen
     Where that left a rest which takes names back, the search goes on among effects of these
     names. Where it still does, all is looked for anew. `notify` hears what is being done.
     """
-    if not is_stuck(fitter, found) or not goodness_of_fit(fitter, found).unexplained.any():
+    if not is_stuck(fitter, found):
         return BesideDiscrepancy(fitter, found, ())
     names = [name for name in names if name in HYPOTHESES]
     found = gone_on(fitter, found, names, notify)

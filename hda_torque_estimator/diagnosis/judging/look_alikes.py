@@ -33,8 +33,9 @@ def _others(fitter: Fitter, found: SearchResult, pair: Alike) -> Iterator[Place]
     if rival not in pair.effects or not of_one_curve(own.place, rival):
         return
     before = fitter.fit(found.last.causes_beside(own), found.last.nuisance)
-    for trial in _instead_of(fitter, found, before, pair, own):
-        cost, own_cost = fair_costs(fitter, before, [trial, found.last])
+    trials = list(_instead_of(fitter, found, before, pair, own))
+    own_cost, *costs = fair_costs(fitter, before, [found.last, *trials])
+    for trial, cost in zip(trials, costs):
         if cost - own_cost < tied(reason, own):
             yield trial.accepted[-1].place
 

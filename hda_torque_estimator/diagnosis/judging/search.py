@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .forward_selection import (best_small, cost_formed, exact, look, place_of, Reason, refits,
-                                SmallCause)
+                                Round, SmallCause)
 from .law_forms import reformed
 from .model_comparison import leading
 from .selection_criteria import (accepted, confirmed, floor, freedom, material, open_rest,
@@ -118,9 +118,7 @@ def _extended(fitter: Fitter, names: Sequence[str], found: SearchResult,
     small = None
     while open_rest(fitter, fit):
         notify(f'looking for cause {len(fit.accepted) + 1}')
-        seen = look(fitter, first, fit, names)
-        taken = None if seen.step is None else with_cause(
-            fitter, first, fit, seen.step, names, evidence)
+        seen, taken = _next(fitter, first, fit, names, evidence)
         if taken is None:
             small = best_small(fitter, seen)
             break
@@ -133,11 +131,17 @@ def with_one_more(fitter: Fitter, found: SearchResult,
                   names: Sequence[str]) -> SearchResult | None:
     """Return what was found with the best further cause of these names, None without one."""
     evidence = found.reasons()
-    step = look(fitter, found.first, found.last, names).step
-    taken = None if step is None else with_cause(fitter, found.first, found.last, step, names,
-                                                 evidence)
+    _, taken = _next(fitter, found.first, found.last, names, evidence)
     return None if taken is None else replace(found, last=taken, evidence=tuple(
         evidence[term.place] for term in taken.accepted))
+
+
+def _next(fitter: Fitter, first: Fit, fit: Fit, names: Sequence[str],
+          evidence: dict[Place, Reason]) -> tuple[Round, Fit | None]:
+    """Return what a look for one more cause finds, and a fit with it, None without one."""
+    seen = look(fitter, first, fit, names)
+    return seen, None if seen.step is None else with_cause(
+        fitter, first, fit, seen.step, names, evidence)
 
 
 def with_cause(fitter: Fitter, first: Fit, fit: Fit, step: tuple[Fit, Reason],
