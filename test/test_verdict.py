@@ -18,10 +18,12 @@ from hda_torque_estimator.diagnosis.findings.smallest import hidden
 from hda_torque_estimator.diagnosis.fitting.hypotheses import HYPOTHESES
 from hda_torque_estimator.diagnosis.judging.bounds_reached import limited, limits_of
 from hda_torque_estimator.diagnosis.judging.search import Reason
-from hda_torque_estimator.diagnosis.judging.verdict import lead_of, NO_MOTION, rival_of, TIED
+from hda_torque_estimator.diagnosis.judging.verdict import (alike, lead_of, NO_MOTION, rival_of,
+                                                            TIED)
 from hda_torque_estimator.least_squares.charts import Identity
 from hda_torque_estimator.least_squares.term import Term
 from hda_torque_estimator.measurements.measurement import Measurement
+from hda_torque_estimator.significance import SCORE_BAR
 from hda_torque_estimator.simulating.closed_loop import run
 import numpy as np
 import pytest
@@ -150,6 +152,20 @@ def test_what_other_forms_of_two_laws_may_explain_is_no_lead(cause, rival, at, l
     assert lead == pytest.approx(leads, abs=0.01)
 
 
+@pytest.mark.parametrize(('more', 'tied'), [(SCORE_BAR - 1.0, False), (SCORE_BAR, True)])
+def test_a_law_of_more_numbers_is_meant_as_well_where_only_another_form_equals_it(more, tied):
+    """One with more numbers contains a cause, unless that needs another form to do as much."""
+    term = Term(effect_named('coulomb_friction')(), 'joint1', (Identity(('level',), 1e-3),))
+    drag = Term(effect_named('nonlinear_viscous_friction')(), 'joint1', (
+        Identity(('coefficient',), 1e-3), Identity(('exponent',), 0.1)))
+    found = SimpleNamespace(last=SimpleNamespace(accepted=(term,)), evidence=(
+        Reason(8000.0, 70.0, drag, 0.0, more),))
+    judged = SimpleNamespace(backed=(term,), powers={term.place: np.array([50.0])},
+                             margins={term.place: 2.0})
+    assert [pair.effects for pair in alike(found, judged)] == [
+        (term.place, drag.place)] * tied
+
+
 @pytest.mark.parametrize(('effect', 'seed', 'rate'), [
     ('encoder_scale_error', 1110146, 250),
     pytest.param('link_encoder_eccentricity', 1110138, None, marks=pytest.mark.study)])
@@ -182,3 +198,13 @@ def test_laws_of_a_gear_that_differ_by_less_than_their_forms_look_alike(effect, 
     assert said.verdict == 'ambiguous'
     assert {one.site for one in said.findings} <= {'timing'}     # stamps of a host may jitter
     assert (effect, world.hidden[0].joint) in said.ambiguous[0].effects
+
+
+@pytest.mark.study
+def test_a_drag_that_levels_is_told_together_with_the_dry_friction_that_it_is_near_to():
+    """An arctan of speed is dry friction that sets in slowly, or a small power of the speed."""
+    world = worlds.draw(1120011, ('nonlinear_viscous_friction',), motion='rich', rate=250)
+    said = diagnosed(world)
+    assert said.verdict == 'ambiguous' and said.findings == ()
+    assert {name for name, _ in said.ambiguous[0].effects} == {
+        'coulomb_friction', 'nonlinear_viscous_friction'}

@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 from .bounds_reached import ends_at_limit, takes_gear_away
 from .law_forms import formed_gain
-from .model_comparison import leading
+from .model_comparison import cost, Lead, leading
 from .screening import Prospect, screen
-from .selection_criteria import freedom, Standing, standing, threshold
+from .selection_criteria import Standing, standing, threshold
 from ..fitting.derivatives import IMPOSSIBLE
 from ..fitting.fit import CLOSE, Fit, Fitter
 from ..fitting.hypotheses import is_richer
@@ -32,6 +32,7 @@ class Reason(NamedTuple):
     threshold: float
     runner_up: Term | None
     runner_up_gap: float        # score of the runner-up above the accepted one
+    runner_up_more: float = 0.0     # score by which it costs less, if both laws are as they are
 
 
 class Round(NamedTuple):
@@ -69,11 +70,11 @@ def look(fitter: Fitter, first: Fit, fit: Fit, names: Sequence[str]) -> Round:
         causes = [trial for trial, is_ in zip(tried, are) if is_ is Standing.CAUSE]
         refused |= {place_of(trial) for trial in tried} - {place_of(trial) for trial in causes}
         if causes:
-            best, other, gap = leading(fitter, fit, causes, [
+            lead = leading(fitter, fit, causes, [
                 prospect for prospect in prospects if prospect.term.place not in refused
                 and prospect.term.joint not in noisy])
-            settled = fitter.fit(best.accepted, best.nuisance)
-            return Round(fit, (settled, _reason(fitter, fit, best, other, gap)))
+            settled = fitter.fit(lead.fit.accepted, lead.fit.nuisance)
+            return Round(fit, (settled, _reason(fitter, fit, lead)))
         small += [trial for trial, is_ in zip(tried, are) if is_ is Standing.SMALL]
     return Round(fit, None, tuple(small))
 
@@ -92,7 +93,7 @@ def _in_turn(fitter: Fitter, fit: Fit,
     noisy = set[str | None]()
     while promising:
         first = [each.term for each in _first_places(promising)]
-        trials = sorted(refits(fitter, fit, first), key=lambda trial: _cost(fitter, trial))
+        trials = sorted(refits(fitter, fit, first), key=lambda trial: cost(fitter, trial))
         places = list(dict.fromkeys(map(place_of, trials)))
         if len(fit.accepted) < MANY:            # what is left of few is no sum of many others
             places = places[:_FINALISTS]
@@ -109,17 +110,18 @@ def _in_turn(fitter: Fitter, fit: Fit,
             promising = [each for each in promising if each.term.joint not in noisy]
 
 
-def _reason(fitter: Fitter, fit: Fit, best: Fit, other: Term | None, gap: float) -> Reason:
-    """Return why a fit is better than another that lacks its last cause."""
-    return Reason(fit.score - best.score, threshold(fitter, best.accepted[-1]), other, gap)
+def _reason(fitter: Fitter, fit: Fit, lead: Lead) -> Reason:
+    """Return why a fit that leads is better than another that lacks its last cause."""
+    best, other, gap, more = lead
+    return Reason(fit.score - best.score, threshold(fitter, best.accepted[-1]), other, gap, more)
 
 
 def best_small(fitter: Fitter, seen: Round) -> SmallCause | None:
     """Return the best of what is there and less than a cause, None where nothing is."""
     if not seen.small:
         return None
-    best, other, gap = leading(fitter, seen.fit, seen.small, ())
-    return SmallCause(best, best.accepted[-1], _reason(fitter, seen.fit, best, other, gap))
+    lead = leading(fitter, seen.fit, seen.small, ())
+    return SmallCause(lead.fit, lead.fit.accepted[-1], _reason(fitter, seen.fit, lead))
 
 
 def _first_places(prospects: list[Prospect]) -> list[Prospect]:
@@ -134,14 +136,9 @@ def place_of(trial: Fit) -> Place:
     return trial.accepted[-1].place
 
 
-def _cost(fitter: Fitter, fit: Fit) -> float:
-    """Return the score of a fit with what the freedom of its causes costs."""
-    return fit.score + sum(freedom(fitter, term) for term in fit.accepted)
-
-
 def cost_formed(fitter: Fitter, fit: Fit) -> float:
     """Return what a fit costs with its causes in the forms that fit best."""
-    return _cost(fitter, fit) - formed_gain(fitter, fit)
+    return cost(fitter, fit) - formed_gain(fitter, fit)
 
 
 def refits(fitter: Fitter, fit: Fit, terms: Sequence[Term]) -> Iterator[Fit]:
@@ -161,7 +158,7 @@ def exact(fitter: Fitter, trials: Iterable[Fit]) -> list[Fit]:
     fit alike the one with fewer numbers is taken, those with a tolerance too. None fits worse than
     a law that it contains: it begins there once more if it did.
     """
-    tried = sorted(trials, key=lambda trial: _cost(fitter, trial))
+    tried = sorted(trials, key=lambda trial: cost(fitter, trial))
     finalists = list(dict.fromkeys(map(place_of, tried)))[:_FINALISTS]
     best: dict[Place, Fit] = {}
     refined = [fitter.refined(trial) for trial in tried if place_of(trial) in finalists]

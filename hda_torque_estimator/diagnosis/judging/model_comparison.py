@@ -9,6 +9,7 @@ whatever the truth. They are compared where a motion has more.
 """
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,8 +24,17 @@ from ...least_squares.term import Term
 from ...significance import HARDLY
 
 
+class Lead(NamedTuple):
+    """The leading fit, and the best other cause in the place of its last one."""
+
+    fit: Fit
+    other: Term | None
+    gap: float              # score that the other lacks
+    more: float = 0.0       # score by which it costs less, where both laws are as they are
+
+
 def leading(fitter: Fitter, fit: Fit, exact: Sequence[Fit],
-            prospects: Sequence[Prospect]) -> tuple[Fit, Term | None, float]:
+            prospects: Sequence[Prospect]) -> Lead:
     """
     Return the leading of `exact` fits beyond `fit`, the best other cause, and what that lacks.
 
@@ -43,11 +53,18 @@ def leading(fitter: Fitter, fit: Fit, exact: Sequence[Fit],
             lack = gain_below(fitter, other, best, below)
         if lack < 0.0:
             best, other, lack = other, best, -lack
-        return best, other.accepted[-1], lack
+        return Lead(best, other.accepted[-1], lack, cost(fitter, best) - cost(fitter, other))
     best = exact[0]
     others = [prospect for prospect in prospects
               if prospect.term.place != best.accepted[-1].place]
-    return (best, others[0].term, others[0].score - best.score) if others else (best, None, np.inf)
+    if not others:
+        return Lead(best, None, np.inf)
+    return Lead(best, others[0].term, others[0].score - best.score)
+
+
+def cost(fitter: Fitter, fit: Fit) -> float:
+    """Return the score of a fit with what the freedom of its causes costs."""
+    return fit.score + sum(freedom(fitter, term) for term in fit.accepted)
 
 
 def fair_costs(fitter: Fitter, fit: Fit, exact: Sequence[Fit]) -> list[float]:

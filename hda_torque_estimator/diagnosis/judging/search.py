@@ -229,13 +229,13 @@ def _weighed_again(fitter: Fitter, found: SearchResult) -> SearchResult:
         fits = [fitter.fit([*others, term], fit.nuisance) for term in (own, rival)]
         if not all(map(fitter.can_lack_each, fits)):
             continue
-        best, other, gap = leading(fitter, found.first, fits, ())
+        best, other, gap, more = leading(fitter, found.first, fits, ())
         if place_of(best) != place and not accepted(
                 fitter, found.first, fitter.fit(others, fit.nuisance), best, best.accepted[-1]):
             continue
         found = SearchResult(found.first, best, (
             *(reasons[term.place] for term in others),
-            reason._replace(runner_up=other, runner_up_gap=gap)))
+            reason._replace(runner_up=other, runner_up_gap=gap, runner_up_more=more)))
     return found
 
 
@@ -288,7 +288,8 @@ def _simplified(fitter: Fitter, fit: Fit, names: Sequence[str],
             if gap > 0.0:
                 before = evidence[term.place]
                 evidence[start.place] = before._replace(
-                    improvement=before.improvement + gap, runner_up=term, runner_up_gap=gap)
+                    improvement=before.improvement + gap, runner_up=term, runner_up_gap=gap,
+                    runner_up_more=-gap)
                 return _simplified(fitter, trial, names, evidence)
     return fit
 

@@ -23,7 +23,7 @@ from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Place, Term
 from ...measurements.running_clock import Spans
-from ...significance import CERTAIN, DEVIATIONS, NORMAL_90
+from ...significance import CERTAIN, DEVIATIONS, NORMAL_90, SCORE_BAR
 
 Array = NDArray[np.float64]
 TIED = DEVIATIONS ** 2  # difference of scores below which two causes explain equally well
@@ -149,13 +149,15 @@ def _contender(reason: Reason, term: Term, taken: Collection[Place]) -> Term | N
     """
     Return the runner-up that could be meant in the place of a cause, None without one.
 
-    One with more numbers does not count: one that contains the cause always explains as well. Nor
-    does one that was found beside it, at a place that is `taken`.
+    One with more numbers does not count: one that contains the cause always explains as well. But
+    where only another form of the cause explains as much, it has numbers of its own. Nor does one
+    count that was found beside it, at a place that is `taken`.
     """
     rival = reason.runner_up
-    if rival is None or rival.freedom > term.freedom or rival.place in taken:
+    if rival is None or rival.place in taken:
         return None
-    return rival
+    is_richer = rival.freedom > term.freedom and reason.runner_up_more < SCORE_BAR
+    return None if is_richer else rival
 
 
 def certain(judged: GoodnessOfFit, reason: Reason, term: Term, taken: Collection[Place]) -> float:
