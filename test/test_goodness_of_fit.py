@@ -11,7 +11,9 @@ from hda_torque_estimator.diagnosis.fitting.fit import Fitter
 from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
 from hda_torque_estimator.diagnosis.judging import (
     goodness_of_fit, screening, search, selection_criteria)
+from hda_torque_estimator.diagnosis.judging.blamed_causes import blamed_by
 from hda_torque_estimator.diagnosis.judging.discrepancy_curves import best_curves, Curve
+from hda_torque_estimator.diagnosis.judging.goodness_of_fit import GoodnessOfFit
 from hda_torque_estimator.diagnosis.judging.tolerances_reached import beyond_tolerance
 from hda_torque_estimator.measurements.running_clock import inside, stretches
 import numpy as np
@@ -189,3 +191,34 @@ def test_what_one_more_effect_explains_beside_many_is_held_against_none(monkeypa
     found = goodness_of_fit._without_law(None, fit, curves, (name,))
     assert found['joint2'].improvement == left
     assert goodness_of_fit._without_law(None, fit, curves, ()) == curves
+
+
+@pytest.mark.parametrize(('left', 'blamed'), [(0.5, []), (20.0, ['command_delay'])])
+def test_a_small_rest_across_the_gear_takes_no_name_back(left, blamed):
+    """A stand-in leaves, where it does nothing, about as much as it explains."""
+    power = {('command_delay', 'joint2'): np.array([0.0, 100.0, 0.0, 0.0])}
+    seen = np.array([False, False, False, True])
+    joint = np.array([False, True, False, True])
+    rest = np.where(seen, left, 0.0)
+    assert [name for name, _ in blamed_by(seen, joint, rest, power)] == blamed
+    assert blamed_by(joint, joint, rest, power) == set(power)       # it acts there
+
+
+def test_what_leaves_a_name_unsure_is_not_clear():
+    sure = GoodnessOfFit((), np.zeros(4, bool), {}, {('backlash', 'joint1'): 1.0}, 2.0)
+    assert sure.is_clear
+    assert not sure._replace(margins={('backlash', 'joint1'): 0.9}).is_clear
+    assert not sure.with_rest([2]).is_clear
+
+
+@pytest.mark.study
+@pytest.mark.parametrize(('effect', 'seed', 'along', 'rate', 'verdict'), [
+    ('structural_damping', 1110113, 'rich', None, 'explained'),     # a curve at the motor
+    ('command_delay', 1110075, 'rich', 1000, 'unknown'),            # a number at its end
+    ('kinematic_error', 1120122, 'chirp', 1000, 'unknown'),         # a wave without a name
+    ('clock_skew', 1120161, 'rich', 250, 'explained')])             # clocks drift
+def test_what_is_left_beside_a_cause_takes_no_name_from_it(effect, seed, along, rate, verdict):
+    world = worlds.draw(seed, (effect,), motion=along, rate=rate)
+    said = diagnosed(world)
+    assert said.verdict == verdict
+    assert (effect, world.hidden[0].joint) in {(one.effect, one.joint) for one in said.findings}

@@ -43,7 +43,7 @@ class ClockSkew(Effect):
     stated: ClassVar[Mapping[str, str]] = {'skew': 'skew'}
     law = staticmethod(skewed)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        free={'skew': 5e-05}, alike=('torsional_hysteresis',),
+        varies=('time',), free={'skew': 5e-05}, alike=('torsional_hysteresis',),
         experiment='two constant speeds both ways')
     typical: ClassVar[Typical | None] = Typical({'skew': 0.00015})
     unmeasured: ClassVar[Unmeasured | None] = Unmeasured({'skew': 5e-4})    # half a bus cycle

@@ -1,12 +1,12 @@
 """
 Look for causes beside what has no name: where names alone leave a rest, curves compete with them.
 
-A search that ends with a rest which takes names back goes on with further names. What no catalogue
-lists makes it take whatever stands for that a little. So where a rest stays, all is done anew with
-causes that have no name (`discrepancy_terms`). At every step one of them is taken if it explains
-more than the best of the catalogue. What it does is taken out of all balances (eq:beside). In the
-end each cause of the catalogue must explain more than the best without a name in its place. It
-must be the best of the catalogue there as well.
+A search that ends with a rest which takes names back, or leaves one unsure, goes on with further
+names. What no catalogue lists makes it take whatever stands for that a little. So where such a
+rest stays, all is done anew with causes that have no name (`discrepancy_terms`). At every step one
+of them is taken if it explains more than the best of the catalogue. What it does is taken out of
+all balances (eq:beside). In the end each cause of the catalogue must explain more than the best
+without a name in its place. It must be the best of the catalogue there as well.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,7 +17,7 @@ from .discrepancy_terms import DiscrepancyTerm, DiscrepancyTerms
 from .forward_selection import next_cause, Reason
 from .goodness_of_fit import goodness_of_fit
 from .parameter_constancy import only_steady
-from .search import is_stuck, SearchResult, with_cause, with_one_more, without_unneeded
+from .search import SearchResult, with_cause, with_one_more, without_unneeded
 from .selection_criteria import freedom, open_rest
 from .site_pattern import is_one_link_torque, not_of_link
 from ..fitting.fit import Fit, Fitter
@@ -48,14 +48,13 @@ def search_beside_discrepancy(fitter: Fitter, found: SearchResult, names: Sequen
     """
     Return what stays of the catalogue beside causes without a name, what was `found` without any.
 
-    Where that left a rest which takes names back, the search goes on among effects of these
-    names. Where it still does, all is looked for anew. `notify` hears what is being done.
+    Where that left a rest which takes names back, or makes one unsure, the search goes on among
+    effects of these names. Where it still does, all is looked for anew. `notify` hears what is
+    being done.
     """
-    if not is_stuck(fitter, found):
-        return BesideDiscrepancy(fitter, found, ())
     names = [name for name in names if name in HYPOTHESES]
     found = gone_on(fitter, found, names, notify)
-    if not goodness_of_fit(fitter, found).unexplained.any():
+    if goodness_of_fit(fitter, found).is_clear:
         return BesideDiscrepancy(fitter, found, ())
     notify('looking which causes are steady beside the rest')
     steady = only_steady(fitter, found, names)
@@ -76,12 +75,12 @@ def search_beside_discrepancy(fitter: Fitter, found: SearchResult, names: Sequen
 def gone_on(fitter: Fitter, found: SearchResult, names: Sequence[str],
             notify: Callable[[str], None]) -> SearchResult:
     """
-    Return what was found with further causes, as long as what is left takes names back.
+    Return what was found with further causes, as long as what is left takes a name's certainty.
 
     A search ends where less is left than is worth a cause. A curve may explain that for certain
     still, and it is a cause of these names that was not asked.
     """
-    while goodness_of_fit(fitter, found).unexplained.any():
+    while not goodness_of_fit(fitter, found).is_clear:
         notify(f'looking for cause {len(found.last.accepted) + 1}')
         more = with_one_more(fitter, found, names)
         if more is None:
@@ -106,16 +105,23 @@ class _Search:
 
     def run(self) -> BesideDiscrepancy:
         """Return what is found in the end."""
-        while open_rest(self._fitter, self._fit) and self._extended():
+        while self._is_open() and self._extended():
             pass
         if self._nameless:
             while self._replaced():
                 pass
             self._weigh()
+        return BesideDiscrepancy(self._fitter, self._found(), tuple(self._nameless))
+
+    def _found(self) -> SearchResult:
+        """Return what is found of the catalogue by now."""
         evidence = tuple(self._reasons[term.place] for term in self._fit.accepted)
-        return BesideDiscrepancy(self._fitter,
-                                 SearchResult(self._fitter.first, self._fit, evidence),
-                                 tuple(self._nameless))
+        return SearchResult(self._fitter.first, self._fit, evidence)
+
+    def _is_open(self) -> bool:
+        """Return whether what is left is worth a cause, or leaves a name unsure."""
+        return (open_rest(self._fitter, self._fit)
+                or not goodness_of_fit(self._fitter, self._found()).is_clear)
 
     def _extended(self) -> bool:
         """Take the best cause, with a name or without; return whether there was one."""

@@ -19,6 +19,7 @@ from hda_arm_sim.model.effects.hypothesis import Hypothesis
 import numpy as np
 from numpy.typing import NDArray
 
+from .blamed_causes import acts_in, blamed_by, may_leave_across, of_joints, shown_by
 from .discrepancy_curves import best_curves, Curve, improvement_of, sites, Usual, usual_curves
 from .law_forms import evidence, left_by_forms, reformed
 from .parameter_constancy import steady_shares
@@ -53,6 +54,11 @@ class GoodnessOfFit(NamedTuple):
     powers: Mapping[Place, Array]       # (c,) of what each accepted cause explains, over noise
     margins: Mapping[Place, float]      # by which each is no stand-in for what has no name
     nothing_left: float                 # margin by which all else is noise
+
+    @property
+    def is_clear(self) -> bool:
+        """Return whether all has a name, and what is left leaves no name unsure."""
+        return not self.unexplained.any() and min(self.margins.values(), default=1.0) >= 1.0
 
     def with_rest(self, channels: Sequence[int]) -> 'GoodnessOfFit':
         """Return the judgement where something in these channels has no name, for certain."""
@@ -105,7 +111,7 @@ def _judged(fitter: Fitter, found: SearchResult, doubted: Sequence[Term]) -> Goo
     if (left > bar).any():
         left = np.where(_followed(fitter, other, left), left,
                         np.minimum(left, _left_at_all_frequencies(fitter, fit)))
-    if (others := _where_none_acts(fitter, over) & (left > bar)).any():
+    if (others := _where_noneacts_in(fitter, over) & (left > bar)).any():
         left = left - np.where(others, _of_itself(fitter, fit), 0.0)
     beyond = beyond_tolerance(fitter, fit, allowed) if fit.accepted else np.zeros_like(noise)
     rests = np.maximum(left / bar, beyond)
@@ -114,13 +120,14 @@ def _judged(fitter: Fitter, found: SearchResult, doubted: Sequence[Term]) -> Goo
               and _sure_of_share(left, noisy, over[term.place], curves[term.place]) < 1.0]
     apart = [*doubted, *shapeless(fitter, fit, lacking)]
     wrong = [*formed, *apart]
-    unexplained = _of_joints(fitter, rests > 1.0, wrong,
-                             (left <= bar + IMMATERIAL * _nameless_power(fitter, fit))
-                             & (beyond <= 1.0))
+    seen = (rests > 1.0) | shown_by(fitter, wrong)
+    unexplained = of_joints(fitter, seen, wrong,
+                            (left <= bar + IMMATERIAL * _nameless_power(fitter, fit))
+                            & (beyond <= 1.0))
     margins = {place: min(_margin_beside(left, (noisy, bar), power, curves[place]),
-                          margin_of_rest(float(beyond[_acts(power)].max())))
+                          margin_of_rest(float(beyond[acts_in(power)].max())))
                for place, power in over.items()}
-    blamed = {place for place, power in over.items() if (unexplained & _acts(power)).any()}
+    blamed = blamed_by(seen, unexplained, left, over)
     if blamed:
         steady = steady_shares(fitter, fit, found.steady)
         margins |= {place: margin_of_rest(steady[place]) for place in blamed & steady.keys()}
@@ -139,7 +146,7 @@ def _margin_beside(left: Array, bars: tuple[Array, Array], power: Array,
     `power` (c,).
     """
     noisy, bar = bars
-    margin = margin_of_rest(max(float((left / bar)[_acts(power)].max()), curve.share))
+    margin = margin_of_rest(max(float((left / bar)[acts_in(power)].max()), curve.share))
     of_share = _sure_of_share(left, noisy, power, curve)
     return margin if curve.share > 1.0 > of_share else max(margin, of_share)
 
@@ -152,30 +159,12 @@ def _sure_of_share(left: Array, noisy: Array, power: Array, curve: '_CurveLeft')
     where more is `left` (c,) than is `noisy` (c,). A curve that would take the name back counts
     by what the cause does in the same balances: one that does much in one says nothing of another.
     """
-    acts = _acts(power)
+    acts = acts_in(power)
     if (left > noisy)[acts].any():
         return -math.inf
     most, does = float(left[acts].max()), float(power.max())
     there = float(power[curve.channels].max()) if curve.share > 1.0 else does
     return margin_of_share(max(most / max(does, 1e-300), curve.power / max(there, 1e-300)))
-
-
-def _of_joints(fitter: Fitter, loud: NDArray[np.bool_], wrong: Sequence[Term],
-               is_nameless: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """
-    Return in which channels (c,) something is unexplained.
-
-    What is wrong at a joint may be any of it, so both of its channels are. But of what has no name
-    the site is known: what it leaves itself stays there.
-    """
-    doubtful = np.zeros_like(loud)
-    for term in wrong:
-        doubtful[fitter.channels_of(term)] = True
-    unexplained = loud | doubtful
-    for label in fitter.arm.labels:
-        own = fitter.own_channels(label)
-        unexplained[own] |= (doubtful | loud & ~is_nameless)[own].any()
-    return unexplained
 
 
 def _nameless_power(fitter: Fitter, fit: Fit) -> Array:
@@ -219,7 +208,7 @@ def _followed(fitter: Fitter, fit: Fit, left: Array) -> NDArray[np.bool_]:
     return followed
 
 
-def _where_none_acts(fitter: Fitter, powers: Mapping[Place, Array]) -> NDArray[np.bool_]:
+def _where_noneacts_in(fitter: Fitter, powers: Mapping[Place, Array]) -> NDArray[np.bool_]:
     """Return the channels (c,) in which no cause has a power that counts."""
     none = np.ones(len(fitter.noise), bool)
     for power in powers.values():
@@ -275,11 +264,6 @@ def _unsure(fit: Fit) -> Array:
     return np.sqrt(np.maximum(_ENOUGH / seconds, 1.0))
 
 
-def _acts(power: Array) -> NDArray[np.bool_]:
-    """Return in which channels (c,) a cause acts by its power over noise: most, or much."""
-    return (power > MATERIAL ** 2) | (power >= MOSTLY * power.max())
-
-
 class _CurveLeft(NamedTuple):
     """What the best curve without a name explains beside a cause."""
 
@@ -319,18 +303,18 @@ def _formed(fitter: Fitter, fit: Fit, found: SearchResult, powers: Mapping[Place
         for label, curve in curves.items():
             own = [term for term in fit.accepted if term.joint == label]
             shown = list(sites(fitter, label)[curve.site])
-            acting = [term for term in whole if _acts(powers[term.place])[shown].any()]
+            acting = [term for term in whole if acts_in(powers[term.place])[shown].any()]
+            joint = fitter.own_channels(label)
+            does = float(np.expm1(curve.improvement / max(rows[joint].max(), 1.0)))
             near = [term for term in own or acting if {
-                curve.site, effect_named(term.name).site.value} not in _APART] or own
+                curve.site, effect_named(term.name).site.value} not in _APART] or [
+                    term for term in own if may_leave_across(does, powers[term.place])]
             if not near:
                 continue
             allowed = sum(shares[term.place] for term in near) + (shared if own else 0.0)
-            joint = fitter.own_channels(label)
             allowed += float(rows[joint] @ np.log1p(by_forms[joint]))
             bar = allowed + max(_least(curve, term, powers[term.place].max()) for term in near)
-            own_rows = rows[joint].max()
-            left = _CurveLeft(curve.improvement / bar, float(np.expm1(
-                curve.improvement / max(own_rows, 1.0))), shown)
+            left = _CurveLeft(curve.improvement / bar, does, shown)
             formed |= {term.place: max(left, formed[term.place]) for term in near}
         return formed
 
