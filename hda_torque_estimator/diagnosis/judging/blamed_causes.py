@@ -35,15 +35,15 @@ def shown_by(fitter: Fitter, terms: Sequence[Term]) -> NDArray[np.bool_]:
     return shown
 
 
-def of_joints(fitter: Fitter, seen: NDArray[np.bool_], wrong: Sequence[Term],
+def of_joints(fitter: Fitter, seen: NDArray[np.bool_], doubtful: NDArray[np.bool_],
               is_nameless: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """
     Return in which channels (c,) something is unexplained, of those in which it is `seen` (c,).
 
-    What is wrong at a joint may be any of it, so both of its channels are. But of what has no name
-    the site is known: what it leaves itself stays there.
+    What is wrong at a joint may be any of it, so both of its channels are where one is `doubtful`
+    (c,). But of what has no name the site is known: what it leaves itself stays there.
     """
-    unexplained, doubtful = seen.copy(), shown_by(fitter, wrong)
+    unexplained = seen.copy()
     for label in fitter.arm.labels:
         own = fitter.own_channels(label)
         unexplained[own] |= (doubtful | seen & ~is_nameless)[own].any()

@@ -75,7 +75,7 @@ def search_beside_discrepancy(fitter: Fitter, found: SearchResult, names: Sequen
 def gone_on(fitter: Fitter, found: SearchResult, names: Sequence[str],
             notify: Callable[[str], None]) -> SearchResult:
     """
-    Return what was found with further causes, as long as what is left takes a name's certainty.
+    Return what was found with further causes, as long as what is left makes a name unsure.
 
     A search ends where less is left than is worth a cause. A curve may explain that for certain
     still, and it is a cause of these names that was not asked.

@@ -111,7 +111,7 @@ def _judged(fitter: Fitter, found: SearchResult, doubted: Sequence[Term]) -> Goo
     if (left > bar).any():
         left = np.where(_followed(fitter, other, left), left,
                         np.minimum(left, _left_at_all_frequencies(fitter, fit)))
-    if (others := _where_noneacts_in(fitter, over) & (left > bar)).any():
+    if (others := _where_none_acts(fitter, over) & (left > bar)).any():
         left = left - np.where(others, _of_itself(fitter, fit), 0.0)
     beyond = beyond_tolerance(fitter, fit, allowed) if fit.accepted else np.zeros_like(noise)
     rests = np.maximum(left / bar, beyond)
@@ -120,8 +120,9 @@ def _judged(fitter: Fitter, found: SearchResult, doubted: Sequence[Term]) -> Goo
               and _sure_of_share(left, noisy, over[term.place], curves[term.place]) < 1.0]
     apart = [*doubted, *shapeless(fitter, fit, lacking)]
     wrong = [*formed, *apart]
-    seen = (rests > 1.0) | shown_by(fitter, wrong)
-    unexplained = of_joints(fitter, seen, wrong,
+    doubtful = shown_by(fitter, wrong)
+    seen = (rests > 1.0) | doubtful
+    unexplained = of_joints(fitter, seen, doubtful,
                             (left <= bar + IMMATERIAL * _nameless_power(fitter, fit))
                             & (beyond <= 1.0))
     margins = {place: min(_margin_beside(left, (noisy, bar), power, curves[place]),
@@ -208,7 +209,7 @@ def _followed(fitter: Fitter, fit: Fit, left: Array) -> NDArray[np.bool_]:
     return followed
 
 
-def _where_noneacts_in(fitter: Fitter, powers: Mapping[Place, Array]) -> NDArray[np.bool_]:
+def _where_none_acts(fitter: Fitter, powers: Mapping[Place, Array]) -> NDArray[np.bool_]:
     """Return the channels (c,) in which no cause has a power that counts."""
     none = np.ones(len(fitter.noise), bool)
     for power in powers.values():

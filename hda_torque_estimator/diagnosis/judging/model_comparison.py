@@ -64,14 +64,19 @@ def leading(fitter: Fitter, fit: Fit, exact: Sequence[Fit],
 
 def cost(fitter: Fitter, fit: Fit) -> float:
     """Return the score of a fit with what the freedom of its causes costs."""
-    return fit.score + sum(freedom(fitter, term) for term in fit.accepted)
+    return fit.score + _freedoms(fitter, fit)
+
+
+def _freedoms(fitter: Fitter, fit: Fit) -> float:
+    """Return what the freedom of all causes of a fit costs."""
+    return sum(freedom(fitter, term) for term in fit.accepted)
 
 
 def fair_costs(fitter: Fitter, fit: Fit, exact: Sequence[Fit]) -> list[float]:
     """Return what fits with one more cause cost at the noise of `fit`, in their best forms."""
     usual = noise_in(fitter, fit)
     return [equal_noise_score(fitter, each, usual) - formed_gain(fitter, each)
-            + sum(freedom(fitter, term) for term in each.accepted) for each in exact]
+            + _freedoms(fitter, each) for each in exact]
 
 
 def _own_forms(fitter: Fitter, fit: Fit) -> float:
