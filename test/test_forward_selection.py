@@ -1,5 +1,8 @@
 """One step of the search: what explains most may be no cause, and then others are asked."""
 
+from types import SimpleNamespace
+
+from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
 from hda_torque_estimator.diagnosis.judging import forward_selection
 from hda_torque_estimator.diagnosis.judging.discrepancy_search import gone_on
 from hda_torque_estimator.diagnosis.judging.goodness_of_fit import goodness_of_fit
@@ -84,3 +87,13 @@ def test_what_takes_names_back_makes_a_search_go_on(fitter):
     assert len(found.evidence) == len(HIDDEN)
     assert told == ['looking for cause 2', 'looking for cause 2', 'looking for cause 3']
     assert gone_on(fitter, found, NAMES, told.append) is found
+
+
+def test_a_tolerance_beside_a_law_does_not_hold_what_another_law_seeks(fitter):
+    """A heavier link has its inertia within its tolerance: it is no lighter one of 8 % less."""
+    laws = {term.sought: term for term in terms_of(fitter.arm, 'link_inertia_error')
+            if term.joint == 'joint2'}
+    assert set(laws['error',].free) < set(laws['mass',].free)
+    heavier, other = (SimpleNamespace(accepted=(laws[sought],), score=score)
+                      for sought, score in ((('mass',), 10.0), (('error',), 0.0)))
+    assert forward_selection._from_contained(None, heavier, [heavier, other]) is heavier

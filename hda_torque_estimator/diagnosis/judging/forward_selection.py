@@ -184,10 +184,15 @@ def _may_cost_more(trial: Fit, known: Fit) -> float:
 
 
 def _from_contained(fitter: Fitter, trial: Fit, others: Sequence[Fit]) -> Fit:
-    """Return a fit that is no worse than the best of those whose law its last law contains."""
+    """
+    Return a fit that is no worse than the best of those whose law its last law contains.
+
+    Numbers of a tolerance are none of a law: it does not contain one that seeks them.
+    """
     term = trial.accepted[-1]
     best = min((other for other in others if place_of(other) == term.place
-                and set(other.accepted[-1].free) < set(term.free)),
+                and set(other.accepted[-1].free) < set(term.free)
+                and set(other.accepted[-1].free) <= set(term.sought)),
                key=lambda other: other.score, default=trial)
     if best.score >= trial.score:
         return trial
