@@ -62,6 +62,14 @@ def test_where_predictions_cannot_show_it_the_balances_are_asked(evidence, monke
                                          abs=0.05)
 
 
+def test_predictions_that_see_nothing_of_it_leave_it_to_the_balances(evidence, monkeypatch):
+    """Of a short push no window may hold anything, beside what hid it when stretches were cut."""
+    predicting(monkeypatch, 0.0, scatter=0.0)
+    gain = gained(evidence)
+    assert gain.metric == IN_BALANCES
+    assert gain.removed > 0.9
+
+
 @pytest.mark.parametrize('mean', [-0.8, -4.0])
 def test_predictions_that_lean_to_the_worse_decide(evidence, monkeypatch, mean):
     """Their means reach 1.1 either way, in 90 % of draws."""

@@ -32,9 +32,10 @@ def held_out_gain(fitter: Fitter, fit: Fit, term: Term, twin: Balancer,
         return None
     predicted = gains(fitter.balancer, twin, fitter.on(fitter.terms_without(fit, term)),
                       fitter.on(fit.terms), spans).gain()
-    if not predicted.low < 0.0:     # zero: a draw without any window in which an event lies
+    shown = predicted.before != predicted.after     # no event may lie in any of their windows
+    if shown and not predicted.low < 0.0:
         return predicted.beside(shares.placebo, METRIC)
-    if _may_be_better(predicted) and shares.low > max(shares.placebo, 0.0):
+    if (not shown or _may_be_better(predicted)) and shares.low > max(shares.placebo, 0.0):
         return OwnGain(shares.before, shares.after, 1.0, shares.cause, shares.low, shares.high,
                        shares.placebo, IN_BALANCES)
     return None
