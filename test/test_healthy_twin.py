@@ -1,11 +1,14 @@
 """A healthy twin is the closed loop without an estimator: nobody reads its torques."""
 
+from dataclasses import replace
+
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import motion
 from hda_torque_estimator.controlling.controller import ControllerSettings
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.healthy_twin import healthy_twin
 from hda_torque_estimator.measurements.measurement import Measurement
+from hda_torque_estimator.measurements.upsampling import is_held
 from hda_torque_estimator.simulating.closed_loop import ClosedLoopRun, run
 import numpy as np
 import pytest
@@ -68,3 +71,13 @@ def test_noise_of_drives_is_held_where_a_loop_is_faster_than_its_log():
                      for noise in (None, drawn))
     np.testing.assert_array_equal(pushed.state[:201], quiet.state[:201])
     assert (np.abs(pushed.state[201] - quiet.state[201]).max(axis=1) > 0.0).all()
+
+
+def test_a_twin_is_known_to_be_held_as_its_recording_was():
+    """Noise that the loop of a twin did not read makes its commands look like those of another."""
+    made, arm = loop(ARMS[0]), read_arm(ARMS[0])
+    noisy = made.reading[:, :, :2] + 1e-4 * np.random.default_rng(1).standard_normal(
+        made.reading[:, :, :2].shape)
+    log = Measurement(arm.labels, 1e-3, noisy, made.command, held=True)
+    twin = healthy_twin(Balancer(log), arm, 1)
+    assert twin.held and not is_held(replace(twin, held=None))

@@ -79,8 +79,9 @@ def best_curves(fitter: Fitter, fit: Fit, joints: Collection[str],
 
 
 def usual_curves(fitter: Fitter, fit: Fit) -> Usual:
-    """Return what each curve improves of a fit, by joint, site and form."""
-    return {curve[:3]: curve.improvement for curve in _curves(fitter, fit, fitter.arm.labels)}
+    """Return what each curve improves of a fit, quick ones as well, by joint, site and form."""
+    return {curve[:3]: curve.improvement
+            for curve in _curves(fitter, fit, fitter.arm.labels, quick=True)}
 
 
 def improvement_of(fitter: Fitter, fit: Fit, curve: Curve) -> float:
