@@ -1,8 +1,8 @@
 """
 The loop of a log: the PD law on the shafts that its commands follow (eq:log-loop).
 
-A loop answers noise of its readings and drives. So the noise of the balances goes with the motion
-and with the commands, how much, the gains say. A twin with other gains does not show it.
+A loop answers the noise of readings and drives. So noise of the balances goes with the motion and
+the commands, the more the higher the gains are. A twin with other gains does not show it.
 """
 
 from collections.abc import MutableMapping, Sequence
@@ -28,7 +28,7 @@ _SLOWEST, _FASTEST = 1e-3, 4.0  # low-pass of a speed, over the rate of the log
 _NEAR = 1e-4            # logarithm of a bandwidth, to which it is known
 _ENOUGH = 20_000        # samples of a recording that show its loop
 
-
+# Of joints, by recording; nothing of one whose loop does not show.
 _KNOWN: MutableMapping[Measurement, list[Sequence[float] | None]] = WeakKeyDictionary()
 
 
