@@ -7,6 +7,7 @@ from hda_torque_estimator.controlling.controller import ControllerSettings, usua
 from hda_torque_estimator.diagnosis.balances import healthy_twin as twins
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.log_loop import is_twin, loop_of
+from hda_torque_estimator.measurements import upsampling
 from hda_torque_estimator.measurements.even_grid import as_stamped, as_taken, on_grid
 from hda_torque_estimator.measurements.measurement import Measurement
 from hda_torque_estimator.measurements.sample_grid import measurement_from
@@ -96,3 +97,12 @@ def test_a_loop_that_shakes_in_the_twin_is_not_that_of_the_log(monkeypatch):
     assert not is_twin(twins._twin(balancer, ARM, 1, none, wild), log)
     usual = twins._twin(balancer, ARM, 1, none, MotorLoop(usual_gains(ARM)))
     np.testing.assert_array_equal(twins.healthy_twin(balancer, ARM, 1).command, usual.command)
+
+
+def test_whether_commands_were_held_is_asked_once(monkeypatch):
+    """It takes as long as a twin, and every twin and every curve asks."""
+    asked = []
+    monkeypatch.setattr(upsampling, '_seems_held', lambda log: asked.append(log) or True)
+    one, other = logged(MotorLoop(GAINS)), logged(MotorLoop(GAINS))
+    assert upsampling.is_held(one) and upsampling.is_held(one) and upsampling.is_held(other)
+    assert asked == [one, other]

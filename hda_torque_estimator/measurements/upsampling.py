@@ -8,8 +8,10 @@ loop. Then it is known at the samples alone, and joined by a spline as well; wha
 is noise.
 """
 
+from collections.abc import MutableMapping
 from dataclasses import replace
 import math
+from weakref import WeakKeyDictionary
 
 from hda_arm_sim.foundation.arrays import Array
 import numpy as np
@@ -30,7 +32,9 @@ _HELD_LEFT = 1.7e-3     # of a command, that its loop's own readings and clock l
 _CLOCKLESS = 0.05       # likewise of a log of 1 kHz, where nothing shows the clock
 _READINGS, _COMMANDS = 8, 3     # before a command, that its loop may remember [samples]
 _USUAL, _PASSES = 4.0, 4        # medians within which what is left is usual, and rounds to find it
-FAST = 3               # differences that leave of a motion what its loop answers at once
+FAST = 3                # differences that leave of a motion what its loop answers at once
+
+_KNOWN: MutableMapping[Measurement, bool] = WeakKeyDictionary()     # which were held
 
 
 def parts_of(dt: float) -> int:
@@ -84,6 +88,13 @@ def is_held(measurement: Measurement) -> bool:
     """
     if measurement.held is not None:
         return measurement.held
+    if measurement not in _KNOWN:
+        _KNOWN[measurement] = _seems_held(measurement)
+    return _KNOWN[measurement]
+
+
+def _seems_held(measurement: Measurement) -> bool:
+    """Return whether readings and clock leave next to nothing of quick commands unexplained."""
     quick = np.diff(measurement.command, FAST, axis=0)
     seen = np.diff(_recorded(measurement), FAST, axis=0)
     first = max(_READINGS, _COMMANDS)
